@@ -61,7 +61,7 @@ nightly: ## the long stages of .ci/run, longer and by the day's seed: coverage, 
 test-slices: compiler venv-dev ## the slower tests, with some robots of each count of test-exhaustive-identification
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile \
-	    tests/conformance tests/unit tests/repository --ignore tests/repository/test_package.py
+	    tests/conformance tests/oracle tests/unit tests/repository --ignore tests/repository/test_package.py
 
 docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors
 	$(PY) tools/build_library.py

@@ -13,7 +13,7 @@ from .. import VERSION
 from ..ir import Quantity
 from ..maths import elements, energy
 from ..model import quantities as Q
-from ..model.equations import FALLING, MASSES, Model
+from ..model.equations import EXCESS, FALLING, MASSES, Model
 
 FORMAT = 1
 """Of solver.toml: a reader refuses another."""
@@ -40,9 +40,9 @@ DIRECTIONS = {"actuator": ("extends", "retracts"), "body": ("slips up", "slips d
 """Words for the two directions of a coordinate."""
 
 BELONGS: dict[str, tuple[sp.Symbol, ...]] = {
-    "actuator": (Q.m_eff, Q.b1, Q.f1, Q.x1_min, Q.x1_max),
+    "actuator": (Q.m_eff, Q.b1, Q.f1, Q.f1_excess, Q.x1_min, Q.x1_max),
     "motor": (Q.gamma2, Q.u_max),
-    "body": (Q.m_s, Q.b2, Q.f2),
+    "body": (Q.m_s, Q.b2, Q.f2, Q.f2_excess),
     "spring": (Q.k, Q.L0, Q.c),
     "gravity": (Q.g,),
     "contact": (Q.impact_loss,),
@@ -106,10 +106,15 @@ def _lacks(model: Model) -> Iterator[tuple[str, str]]:
 def element_of(model: Model, parameter: Quantity) -> str:
     """The element that a parameter of the robot belongs to: a term, if its force has the parameter."""
     for name, symbols in BELONGS.items():
-        if parameter.symbol in symbols or FALLING.get(name) == parameter:
+        if parameter.symbol in symbols or parameter in _below(name):
             return name
     forces = {term.name: sp.Tuple(term.force_1, term.force_2) for term in model.terms}
     return next((name for name, force in forces.items() if parameter.symbol in force.free_symbols), "")
+
+
+def _below(mass: str) -> tuple[Quantity, ...]:
+    """The friction of a mass with a velocity below 0, in motion and at rest, where that is a parameter of its own."""
+    return (FALLING[mass], EXCESS[mass][1]) if mass in MASSES else ()
 
 
 def _named(quantity: Quantity) -> dict[str, Any]:
@@ -134,7 +139,9 @@ def _coordinates() -> Iterator[dict[str, Any]]:
 def _masses(model: Model) -> Iterator[dict[str, Any]]:
     """The elements that slip or are held."""
     for each in elements.ELEMENTS:
-        friction = [MASSES[each.name][1], *([FALLING[each.name].symbol] if each.name in model.friction_by_sign else [])]
+        by_sign = [quantity.symbol for quantity in _below(each.name) if each.name in model.friction_by_sign]
+        friction = [MASSES[each.name][1], *by_sign[:1]]
+        excess = [EXCESS[each.name][0], *by_sign[1:]]
         yield {
             "name": each.name,
             "kind": "mass",
@@ -142,6 +149,7 @@ def _masses(model: Model) -> Iterator[dict[str, Any]]:
             "fixed": each.name in model.fixed,
             "directions": list(DIRECTIONS[each.name]),
             "friction": list(map(str, friction)),
+            "excess": list(map(str, excess)),
             "stops": list(map(str, each.stops)),
             "events": dict(_events(each)),
             "ledger": _ledger(each.name),

@@ -58,7 +58,7 @@ WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Motion", "Basis")
 
 # Records that the engine goes through as arrays, and what counts them; further ones of the axes of a state.
 BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction"), "Element") | {
-    "State": "Axis", "Slopes": "Share", "RobotChange": "Field", "Basis": "Order"
+    "State": "Axis", "Excess": "Side", "Slopes": "Share", "RobotChange": "Field", "Basis": "Order"
 }  # fmt: skip
 BY_AXIS = ir.Member("later", "At"), ir.Member("rates", "Speeds"), ir.Member("change", "StateChange")
 

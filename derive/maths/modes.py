@@ -1,12 +1,12 @@
 """The modes of each mass and their ends: slipping up, slipping down, or held (stuck).
 
-Mass i is held at v_i = 0 while |a_i| <= f_i, where the free acceleration a_i is the right side of (3) or (4) at
-v_i = 0 without the friction of mass i; where that differs by sign f_i is its mean, and a_i has the rest of it. In each
-of the four combinations of slipping and held masses the motion is linear, so it has the closed form of time_domain.py;
-it ends at the first of
+Mass i is held at v_i = 0 while |a_i| <= f_s,i, where the free acceleration a_i is the right side of (3) or (4) at
+v_i = 0 without the friction of mass i, and the friction at rest f_s,i = f_i + f_i,e; where friction differs by sign f_i
+is its mean, a_i has the rest of it, and f_i,e differs by sign. In each of the four combinations of slipping and held
+masses the motion is linear, so it has the closed form of time_domain.py; it ends at the first of
 
-    v_i = 0                 slipping: reverse if |a_i| > f_i, else stick
-    |a_i| = f_i             held: slip in the direction of a_i
+    v_i = 0                 slipping: reverse if |a_i| > f_s,i, else stick
+    |a_i| = f_s,i           held: slip in the direction of a_i, at first with the acceleration f_i,e
     x_1 = x1_min or x1_max  slipping: the actuator loses v_1
     y = 0                   with the leg extending: take-off, because the contact force is k y
 """
@@ -17,9 +17,24 @@ from ..ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 
-FRICTION = Record("Friction", "How far the free acceleration of a mass that is held may go to either side.").of(
+FRICTION = Record("Friction", "Coulomb friction of a mass that slips.").of(
     Quantity("level_1", "f_1", "m/s^2", "of the actuator", "nonnegative"),
     Quantity("level_2", "f_2", "m/s^2", "of the body", "nonnegative"),
+)
+EXCESS = Record("Excess", "Friction of a mass at rest less that of one that slips, by where it would slip.").of(
+    Quantity("up_1", "f_{1,e}", "m/s^2", "of the actuator, to v_1 > 0", "nonnegative"),
+    Quantity("down_1", "f_{1,e}", "m/s^2", "of the actuator, to v_1 < 0", "nonnegative"),
+    Quantity("up_2", "f_{2,e}", "m/s^2", "of the body, to v_2 > 0", "nonnegative"),
+    Quantity("down_2", "f_{2,e}", "m/s^2", "of the body, to v_2 < 0", "nonnegative"),
+)
+RESISTED = Record("Resisted", "What friction takes of the acceleration of a mass: its level with the sign of v_i.").of(
+    Quantity("resisted_1", r"a_{1,r}", "m/s^2", "of the actuator; held, as much of the free acceleration as it can"),
+    Quantity("resisted_2", r"a_{2,r}", "m/s^2", "of the body; held, as much of the free acceleration as it can"),
+)
+FORCES = Record("Forces", "Forces of friction and of a stop.").of(
+    Quantity("friction_1", r"F_{f,1}", "N", "force of Coulomb friction on the actuator"),
+    Quantity("friction_2", r"F_{f,2}", "N", "force of Coulomb friction on the body"),
+    Quantity("stop_1", r"F_{s,1}", "N", "force of the stop on the actuator that it holds"),
 )
 
 
@@ -33,6 +48,13 @@ def is_coupled(model: Model) -> bool:
 def friction_of(model: Model) -> Steps:
     """Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force."""
     return tuple(Step(name, f, "(3), (4)") for name, f in zip(FRICTION.symbols, model.levels, strict=True))
+
+
+@function(takes=(ROBOT,), returns=EXCESS)
+def excess_of(model: Model) -> Steps:
+    """Friction at rest less that in motion: a free acceleration may go further by it before the mass slips."""
+    values = (excess for pair in model.excesses for excess in pair)
+    return tuple(Step(name, excess, "(5) at rest") for name, excess in zip(EXCESS.symbols, values, strict=True))
 
 
 @function(takes=(STATE,), returns=scalar("rate_y", "m/s", "rate of the compression"))
@@ -63,6 +85,17 @@ def free_terms() -> Steps:
     """Sums of the magnitudes of the terms of free_accelerations: what these are rounded by is in proportion to them."""
     for name, terms, equation in _FREE:
         yield Step(name, sp.Add(*map(sp.Abs, terms)), f"{equation} at v_i = 0, by magnitude")
+
+
+@function(takes=(ROBOT, FREE, RESISTED), returns=FORCES)
+def forces_of(model: Model) -> Steps:
+    """Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration."""
+    masses = (m_eff, m_s)
+    for name, friction, mass, side, resisted in zip(
+        FORCES.symbols, model.friction, masses, (side_1, side_2), RESISTED.symbols, strict=False
+    ):
+        yield Step(name, sp.expand(friction.subs(side, 0) - mass * resisted), "(3), (4)")
+    yield Step(FORCES.symbols[2], m_eff * (RESISTED.symbols[0] - free_1), "(3) at v_1' = 0")
 
 
 @function(takes=(RATES, MOTION), returns=NUMERATOR)

@@ -13,7 +13,7 @@ import sympy as sp
 from ..ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
-from . import control, energy, laplace
+from . import control, energy, laplace, modes
 
 
 def _changed(quantity: Quantity) -> Quantity:
@@ -66,6 +66,20 @@ def slopes_of(model: Model) -> Steps:
     """Change of the right sides of (3), (4) with the robot and the current."""
     rates = [step for step in laplace.rates_of(model) if step.symbol in RATES.symbols[:9]]
     return changed_steps((*rates, *laplace.drive_of(model)), (*model.robot.symbols, u), SLOPES.symbols)
+
+
+@function(takes=(RATES, STATE_CHANGE), returns=FREE)
+def free_slopes() -> Steps:
+    """Change of the free accelerations with the state."""
+    for step in modes.free_accelerations():
+        yield replace(step, value=changed(step.value, (v1, v2, y)))
+
+
+@function(takes=(ROBOT, ROBOT_CHANGE), returns=modes.EXCESS)
+def excess_change(model: Model) -> Steps:
+    """Change of the friction at rest, less that of the friction in motion, with the robot."""
+    for step in modes.excess_of(model):
+        yield replace(step, value=changed(step.value, model.robot.symbols))
 
 
 @function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=scalar("d_body", "J", "change of the energy"))

@@ -55,6 +55,21 @@ FALLING = {
     for n, name in enumerate(MASSES, 1)
 }
 """Where friction differs by sign, that of a velocity below 0; f1 and f2 are those of a velocity above 0."""
+EXCESS = {
+    name: (
+        excess,
+        Quantity(
+            f"{excess}_minus",
+            f"f_{{{n}e-}}",
+            "m/s^2",
+            f"{excess} towards a v{n} < 0, over f{n}_minus",
+            "nonnegative",
+            0.0,
+        ),
+    )
+    for n, (name, excess) in enumerate(zip(MASSES, (f1_excess, f2_excess), strict=True), 1)
+}
+"""Friction at rest less that in motion, and where friction differs by sign that of a mass that would slip downwards."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +80,8 @@ class Model:
     take-off; with a fixed body the actuator moves alone, a mass on a spring to the ground.
 
     friction_by_sign: the masses, of MASSES, whose Coulomb friction differs by the sign of their velocity. It is the
-    mean of its two levels with that sign, and half their difference as a constant force.
+    mean of its two levels with that sign, and half their difference as a constant force. Friction at rest differs by
+    sign, too.
 
     name, title: what its solver is called, and is in a line.
     """
@@ -89,13 +105,26 @@ class Model:
         own = ROBOT.quantities
         if "foot" in self.fixed:  # no contact force is taken over k
             own = tuple(replace(each, domain="nonnegative") if each.symbol == k else each for each in own)
-        falling = tuple(FALLING[name] for name in MASSES if name in self.friction_by_sign)
+        by_sign = (name for name in MASSES if name in self.friction_by_sign)
+        falling = tuple(quantity for name in by_sign for quantity in (FALLING[name], EXCESS[name][1]))
         return replace(ROBOT, quantities=own + falling + self.parameters)
 
     @cached_property
     def levels(self) -> tuple[sp.Expr, sp.Expr]:
-        """Half the width of the band in which each mass at rest is held, [m/s^2]."""
+        """The friction of each mass that slips, where it differs by sign its mean, [m/s^2]."""
         return tuple((f + self._falling(name)) / 2 for name, (_, f, _) in MASSES.items())
+
+    @cached_property
+    def excesses(self) -> tuple[tuple[sp.Expr, sp.Expr], ...]:
+        """Friction at rest less that in motion of each mass, where it would slip upwards and downwards, [m/s^2].
+
+        A mass at rest is held while its free acceleration lies between -(level + excess downwards) and
+        level + excess upwards; that has the constant part of `friction`.
+        """
+        return tuple(
+            (excess, falling.symbol if name in self.friction_by_sign else excess)
+            for name, (excess, falling) in EXCESS.items()
+        )
 
     @cached_property
     def friction(self) -> tuple[sp.Expr, sp.Expr]:

@@ -21,8 +21,12 @@ ROBOT = Record("Robot", "What the hopper is made of.").of(
     Quantity("x1_max", r"x_{1,max}", "m", "upper end of the actuator's stroke", "upper", float("inf")),
     Quantity("u_max", r"u_{max}", "A", "current limit", "bound", float("inf")),
     Quantity("impact_loss", r"\eta", "1", "fraction of the body's kinetic energy lost at touchdown", "fraction", 0.0),
+    Quantity("f1_excess", r"f_{1,e}", "m/s^2", "friction of the actuator at rest, less f1", "nonnegative", 0.0),
+    Quantity("f2_excess", r"f_{2,e}", "m/s^2", "friction of the body at rest, less f2", "nonnegative", 0.0),
 )
-m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss = ROBOT.symbols
+m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess = (
+    ROBOT.symbols
+)
 TRAVEL = Quantity("travel", r"y_{max}", "m", "travel of the spring: compression at coil bind", "length", float("inf"))
 """A limit of the robot that no equation knows: compressions are compared with it."""
 

@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 HOPPER_C = {
     "m_eff": 25.0, "m_s": 3.0, "k": 1200.0, "L0": 0.4, "c": 0.0, "b1": 150.0, "b2": 5.0, "f1": 0.78, "f2": 0.6,
-    "gamma2": -65.0, "g": 9.81, "x1_min": 0.0, "x1_max": 0.08, "u_max": 3.0, "impact_loss": 0.05,
+    "f1_excess": 0.0, "f2_excess": 0.0, "gamma2": -65.0, "g": 9.81, "x1_min": 0.0, "x1_max": 0.08, "u_max": 3.0,
+    "impact_loss": 0.05,
 }  # fmt: skip
 HOPPER_B = HOPPER_C | {"m_eff": 95.0, "b1": 204.0, "f1": 0.214, "gamma2": -35.15, "u_max": 10.0}
 FREE = {"x1_min": -1e30, "x1_max": 1e30}

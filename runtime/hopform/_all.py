@@ -21,13 +21,14 @@ from hopform._identify.joint import fit_robot
 from hopform._identify.recordings import read_recording
 from hopform._identify.step import fit_force, fit_step_response
 from hopform._identify.synthetic import record
+from hopform._motion import Event, Motion, Phase, State
 from hopform._robots import ROBOTS, Robot, load_robot
 from hopform._sensitivities import ManySensitivities, Sensitivities
 from hopform._show import animate
 from hopform._solver.library import backends, library_message
 from hopform._solver.package import EQUATIONS, Energy, Equation, FlightLedger, Gains, Ledger
 from hopform._solvers import Solver, load_solver
-from hopform._stance import Event, Phase, Stance, State, solve_motion, solve_stance, touchdown_velocity
+from hopform._stance import Stance, solve_motion, solve_stance, touchdown_velocity
 from hopform._studies import compare, sweep
 
 
@@ -46,7 +47,7 @@ __all__ = [
     "Command", "compare", "controllers", "delayed_apex", "design_return", "Energy", "Equation", "equations", "Errors",
     "Event", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "FixedPoint", "Flight", "FlightLedger",
     "FlightPhase", "Gains", "Hop", "HopformError", "Ledger", "library_message", "load_robot", "load_solver",
-    "ManySensitivities", "MissingExtra", "next_apex", "Phase", "PrintedCommand", "Reachability", "reachability",
+    "ManySensitivities", "MissingExtra", "Motion", "next_apex", "Phase", "PrintedCommand", "Reachability", "reachability",
     "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate", "solve_flight", "solve_motion", "solve_stance",
     "solve_stances", "Solver", "Stance", "State", "sweep", "terrain", "touchdown_velocity", "TouchdownDetector", "ufuncs",
 ]  # fmt: skip

@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hopform._checks import MEMORY, array_of, flag, function, numbers, refuse_any, shown, whole
 from hopform._errors import HopformError
+from hopform._motion import State, precision_of
 from hopform._robots import Robot, checked_robot, nearest
 from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrix
 from hopform._show import UNITS, Arrays, Card, Curve, Shown, counted, span
@@ -24,7 +25,7 @@ from hopform._solver import package
 from hopform._solver.choice import BackEnd
 from hopform._solver.library import Backend
 from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, RESULTS, ROWS, STATES, STATUS, Column, checked, records
-from hopform._stance import TOUCHING_ULP, State, precision_of
+from hopform._stance import TOUCHING_ULP
 
 Progress = Callable[[int, int], object]
 

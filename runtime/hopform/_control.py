@@ -22,10 +22,11 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._batch import Progress, solve_stances
 from hopform._checks import MEMORY, Array, finite, flag, function, nonnegative, numbers, positive, shaped, shown, whole
 from hopform._errors import HopformError
+from hopform._motion import precision_of
 from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
 from hopform._solver.package import COMMANDS, MAX_PHASES, Target, records
-from hopform._stance import precision_of, solve_stance, start_of
+from hopform._stance import solve_stance, start_of
 from hopform._warnings import RISES, said
 
 TRIED = 601

@@ -18,25 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from hopform._checks import finite, nonnegative, pair, positive, shaped, times_within, whole
 from hopform._errors import HopformError
+from hopform._motion import DOUBLE, Event, Number, Real, State, Times, in_order, precision_of
 from hopform._robots import Robot, checked_robot
-from hopform._show import Arrays, Card, Motion, events_of, name_of
+from hopform._show import Arrays, Card, OverTime, events_of, name_of
 from hopform._solver.choice import SolvedFlight
 from hopform._solver.library import Backend
 from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightLedger, Gains, records
-from hopform._stance import (
-    DOUBLE,
-    TOUCHING_ULP,
-    Event,
-    Number,
-    Real,
-    State,
-    Times,
-    in_order,
-    placed,
-    precision_of,
-    rest_of,
-    with_height,
-)
+from hopform._stance import TOUCHING_ULP, placed, rest_of, with_height
 
 
 class FlightPhase(NamedTuple):
@@ -56,7 +44,7 @@ class FlightPhase(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Flight(Motion):
+class Flight(OverTime):
     """A flight, solved. Times in s from take-off, heights in m over the ground ahead, which the foot meets next.
 
     status: "touchdown"; "tripped": the foot never got above the ground ahead, the flight ends where it came highest;

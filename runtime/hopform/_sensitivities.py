@@ -1,6 +1,4 @@
-"""Derivatives of the take-off of a stance by its inputs: those of the back ends, in the coordinates that people
-give.
-"""
+"""Derivatives of the ending of a stance by its inputs: those of the back ends, in the coordinates that people give."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -20,6 +18,8 @@ from hopform._solver.package import ROWS, Package, records
 Kind = TypeVar("Kind")
 STARTS = ("x1", "v1", "x2", "v2", "u")
 """What people differentiate by beside the parameters of the robot."""
+AXES = STARTS[:-1]
+"""The engine's axes that are coordinates and velocities, in the order in which states are shown."""
 COLUMNS = (*STARTS, *records.Robot._fields)
 """The same with those of the hopper."""
 Lengths = Mapping[int, Any]
@@ -39,10 +39,18 @@ class _Derivatives(Shown):
 
     def _card(self) -> Card:
         count = int(np.prod(self.matrix.shape[:-2], dtype=int))
-        apex = self.matrix[..., self.rows.index("apex"), :]
-        found = [(f"d apex/d {name}", span(apex[..., self.columns.index(name)])) for name in ("v2", "u", "k", "m_s")]
-        title = f"Sensitivities: {len(self.rows)} x {len(self.columns)} derivatives of {count} take-off(s)"
+        row = "apex" if "apex" in self.rows else self.rows[0]
+        by = ("v2", "u", "k", "m_s") if row == "apex" else self.columns[:4]
+        found = [(f"d {row}/d {name}", span(self[row, name])) for name in by]
+        title = f"Sensitivities: {len(self.rows)} x {len(self.columns)} derivatives of {count} {self._of(count)}"
         return Card(title, [("of", " ".join(self.rows)), ("by", " ".join(self.columns))], found)
+
+    def _of(self, count: int) -> str:
+        """Of what they are."""
+        return ("ending" if "T" in self.rows else "state") + ("" if count == 1 else "s")
+
+    def __getitem__(self, names: tuple[str, str]) -> Any:
+        return self.matrix[(..., *_place(names, self.rows, self.columns))]
 
     def _arrays(self) -> Arrays:
         return self.arrays(tuple(f"dim_{n}" for n in range(self.matrix.ndim - 2)))
@@ -66,33 +74,36 @@ class _Derivatives(Shown):
 
 
 class Sensitivities(_Derivatives):
-    """Derivatives of the take-off through the events of a stance, in the units of row over column; NaN without
-    take-off.
+    """Derivatives of the ending through the events of a stance, in the units of row over column; NaN where there are
+    none.
 
-    rows: T [s], the state x1, v1, x2, v2 at take-off, apex, aed. columns: the initial state x1, v1, x2, v2, the current
+    rows: the duration T [s], the state x1, v1, x2, v2 at the ending, apex, aed. columns: the initial state x1, v1, x2, v2, the current
     u (all steps alike), the robot's fields. matrix: rows times columns; `[row, column]` is one entry by name.
     """
 
     def __getitem__(self, names: tuple[str, str]) -> float:
         """The derivative of a row by a column, by their names; HopformError if there is none of that name."""
-        return float(self.matrix[_place(names, self.columns)])
+        return float(super().__getitem__(names))
 
 
 class ManySensitivities(_Derivatives):
-    """The same of many stances, as arrays of their shape: matrix has two further axes, rows and columns."""
+    """The same of many, or of states at times, as arrays of their shape: matrix has two further axes, rows and columns.
+
+    Of states the rows are those of the state alone.
+    """
 
     def __getitem__(self, names: tuple[str, str]) -> NDArray[np.floating]:
         """The derivatives of a row by a column, by their names; HopformError if there is none of that name."""
-        return np.asarray(self.matrix[(..., *_place(names, self.columns))])
+        return np.asarray(super().__getitem__(names))
 
 
-def _place(names: tuple[str, str], columns: tuple[str, ...]) -> tuple[int, int]:
+def _place(names: tuple[str, str], rows: tuple[str, ...], columns: tuple[str, ...]) -> tuple[int, int]:
     row, column = pair("a sensitivity", names, "(row, column) of names")
-    for name, known in ((row, ROWS), (column, columns)):
+    for name, known in ((row, rows), (column, columns)):
         if not isinstance(name, str) or name not in known:
             both = f"{shown(row)}, {shown(column)}"
             raise HopformError(f"there is no sensitivity {both}: {shown(name)} is not one of {', '.join(known)}")
-    return ROWS.index(row), columns.index(column)
+    return rows.index(row), columns.index(column)
 
 
 def in_height(solved: NDArray[Any], x2_is_given: bool, lengthens: Lengths = LENGTHS) -> NDArray[Any]:
@@ -120,6 +131,54 @@ def of_matrix(
     matrix.setflags(write=False)
     fields: tuple[str, ...] = parameters._fields
     return kind(ROWS, (*STARTS, *fields), matrix, solver.facts.units)
+
+
+def of_ending(
+    solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any, kind: Any = Sensitivities
+) -> Any:
+    """Those of the duration and of the coordinates and velocities that the model has, under its names."""
+    return _by_names(kind, [0, *_shown_rows(solver, 1)], "T", solved, x2_is_given, solver, parameters)
+
+
+def at_times(
+    tangents: NDArray[Any], shape: tuple[int, ...], x2_is_given: bool, solver: Solver, parameters: Any
+) -> ManySensitivities:
+    """Those of states at times in a shape, from the derivatives of x1, v1, v2 and y at each."""
+    x1, v1, v2, y = np.moveaxis(tangents, -2, 0)
+    x2 = x1 - y
+    for column, change in lengths_of(solver.package, parameters).items():
+        x2[..., column] += change[0]
+    rows = np.stack((x1, v1, x2, v2), -2).reshape(*shape, len(AXES), tangents.shape[-1])
+    found: ManySensitivities = _by_names(
+        ManySensitivities, _shown_rows(solver, 0), "", rows, x2_is_given, solver, parameters
+    )
+    return found
+
+
+def _shown_rows(solver: Solver, first: int) -> list[int]:
+    """The rows of the coordinates and velocities that the model has; `first` is the row of x1."""
+    return [first + n for n, axis in enumerate(AXES) if axis in solver.facts.axes]
+
+
+def _by_names(
+    kind: Callable[..., Any], places: list[int], ahead: str, solved: NDArray[Any], x2_is_given: bool, solver: Solver,
+    parameters: Any,
+) -> Any:  # fmt: skip
+    """Some rows of a matrix by the columns that a model has, all under its names."""
+    facts, lengthens = solver.facts, lengths_of(solver.package, parameters) if x2_is_given else {}
+    by = in_height(solved, x2_is_given, lengthens)
+    axes = [axis for axis in AXES if axis in facts.axes]
+    names = [str(facts.axes[axis]["name"]) for axis in axes]
+    columns = [*names, *(str(each["name"]) for each in facts.inputs), *parameters._fields]
+    taken = [STARTS.index(axis) for axis in axes]
+    taken += [STARTS.index("u")] * len(facts.inputs) + list(range(len(STARTS), by.shape[-1]))
+    if not x2_is_given and "y" in facts.axes and "stance" not in solver.can:
+        by[..., STARTS.index("x2")] = solved[..., STARTS.index("x2")]
+        columns[names.index(str(facts.axes["x2"]["name"]))] = str(facts.axes["y"]["name"])
+    matrix = by[..., places, :][..., taken]
+    matrix.setflags(write=False)
+    rows = ([ahead] if ahead else []) + names
+    return kind(tuple(rows), tuple(columns), matrix, facts.units | {"T": "s"})
 
 
 def lengths_of(of: Package, parameters: Any) -> dict[int, NDArray[Any]]:

@@ -45,7 +45,7 @@ facts of their solver.
 """
 
 duration_of: Callable[[Any], float] = attrgetter("duration")
-"""The duration [s] of a `Motion`, whose subclasses have one each in its own way."""
+"""The duration [s] of a `OverTime`, whose subclasses have one each in its own way."""
 MOST_POINTS = 320
 """Points of a small curve at most."""
 WIDEST = 120
@@ -100,9 +100,16 @@ class Shown(ABC):
     def _curve(self) -> Curve | None:
         return None
 
+    def _unit(self, name: str) -> str | None:
+        """The unit of something by its name, None for a number without one, or a word."""
+        return UNITS.get(name)
+
+    def _worded(self, figures: Figures) -> str:
+        return ", ".join(worded(figure, self._unit(figure[0])) for figure in figures)
+
     def __repr__(self) -> str:
         card = self._card()
-        lines = [card.title, *(f"  {', '.join(map(worded, figures))}" for figures in (card.given, card.found))]
+        lines = [card.title, *(f"  {self._worded(figures)}" for figures in (card.given, card.found))]
         return "\n".join(line if len(line) <= WIDEST else f"{line[: WIDEST - 3]}..." for line in lines)
 
     def _repr_html_(self) -> str:
@@ -110,7 +117,7 @@ class Shown(ABC):
         card, points = self._card(), self._curve()
         rows = "".join(
             f"<tr><th style='text-align:left'>{html.escape(name)}</th>"
-            f"<td>{html.escape(shown_value(value))} {html.escape(UNITS.get(name, ''))}</td></tr>"
+            f"<td>{html.escape(shown_value(value))} {html.escape(self._unit(name) or '')}</td></tr>"
             for name, value in (*card.given, *card.found)
         )
         curve = "" if points is None else sparkline(*points)
@@ -132,7 +139,7 @@ class Shown(ABC):
         return dataset(arrays_of(self), self._card().title)
 
 
-class Motion(Shown):
+class OverTime(Shown):
     """A result over time. Its subclasses have a `duration`, too."""
 
     def __hash__(self) -> int:
@@ -161,17 +168,19 @@ class Motion(Shown):
 def arrays_of(result: Shown, t: NDArray[np.float64] | None = None) -> Arrays:
     """The arrays of a result; of a motion also those over times t [s], ahead of the others."""
     motion: dict[str, Array] = {}
-    if t is not None and isinstance(result, Motion):
+    if t is not None and isinstance(result, OverTime):
         over = result._over(t)  # pyright: ignore[reportPrivateUsage]
-        motion = {"time": (("time",), t), **{name: (("time",), values) for name, values in over.items()}}
+        motion = {"time": (("time",), t)}
+        for name, values in over.items():
+            unit = result._unit(name)  # pyright: ignore[reportPrivateUsage]
+            motion[name] = (("time",), values, {"units": unit} if unit else {})
     return {**motion, **result._arrays()}  # pyright: ignore[reportPrivateUsage]
 
 
-def worded(figure: tuple[str, object]) -> str:
+def worded(figure: tuple[str, object], unit: str | None) -> str:
     """A name and its value in words."""
     name, value = figure
-    unit = UNITS.get(name, "")
-    return f"{name} = {shown_value(value)}{f' {unit}' if unit not in ('', '1') else ''}"
+    return f"{name} = {shown_value(value)}{f' {unit}' if unit not in (None, '', '1') else ''}"
 
 
 def shown_value(value: object) -> str:

@@ -2,135 +2,65 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, partial
 from importlib import import_module
 from inspect import getattr_static
-from typing import TYPE_CHECKING, Any, Generic, NamedTuple, SupportsFloat, TypeAlias, cast, overload
+from typing import TYPE_CHECKING, Any, ClassVar, SupportsFloat, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import hopform._checks as checks
-from hopform._checks import finite, items, pair, positive, shaped, shown, times_within, whole
+from hopform._checks import finite, items, pair, positive, shaped, shown, whole
 from hopform._errors import HopformError
+from hopform._motion import (
+    DOUBLE,
+    Layout,
+    Motion,
+    Number,
+    Real,
+    Start,
+    State,
+    Times,
+    body_height,
+    events_in_short,
+    free_start,
+    named_start,
+    precision_of,
+)
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
-from hopform._show import Arrays, Card, Motion, events_of, name_of
+from hopform._show import Arrays, Card, Curve, OverTime, name_of
 from hopform._solver.c import tuple_of
 from hopform._solver.choice import SolvedStance
 from hopform._solver.library import Backend
-from hopform._solver.package import ENDINGS, EVENTS, AnyEvent, Precision, Steps, records
-from hopform._warnings import WARNINGS, said
+from hopform._solver.package import ENDINGS, TAKEOFF, Precision, Steps, records
+from hopform._warnings import WARNINGS, Warning
 
 if TYPE_CHECKING:
-    from typing_extensions import TypeVar
-
     from hopform._flight import Flight
 
-    Value = TypeVar("Value", default=float)
-else:
-    from typing import TypeVar
-
-    Value = TypeVar("Value")
-
-Real: TypeAlias = Any
-"""A float, or an array that broadcasts: what is read at one time needs no check of its type."""
-Number: TypeAlias = float | np.number[Any]
-"""One time."""
-Times: TypeAlias = NDArray[Any] | Sequence[Any]
-"""Times of an array, or of what becomes one."""
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
 
 TOUCHING_ULP = 4.0
-EACH = 128  # [B] a time of a grid
-DOUBLE = np.dtype(np.float64)
-_SPELT: dict[Any, Precision] = {
-    **dict.fromkeys(("float64", "double", "f8", "d", "float", float, np.float64, DOUBLE), DOUBLE),
-    **dict.fromkeys(("float32", "single", "f4", "f", np.float32, np.dtype(np.float32)), np.dtype(np.float32)),
-}
-"""The precisions, as people may write them."""
-_TAKEOFF = next(number for number, word in ENDINGS.items() if word == "takeoff")
-
-
-class State(NamedTuple, Generic[Value]):
-    """The hopper at one instant, with a float in each entry; at the times of an array, with an array in each, it is a
-    State[NDArray[np.floating]].
-    """
-
-    x1: Value
-    """[m] displacement of the actuator"""
-    v1: Value
-    """[m/s] its velocity"""
-    x2: Value
-    """[m] height of the body over the ground under the foot"""
-    v2: Value
-    """[m/s] its velocity"""
-
-
-class Event(NamedTuple):
-    """Something that happened during a stance; kinds are those of docs/reference/model.md."""
-
-    time: float
-    """[s] since touchdown, in a flight since take-off"""
-    kind: AnyEvent
-
-
-class Phase(NamedTuple):
-    """A part of a stance in which the mode stays: mode_1 is +1 where the actuator extends, -1 where it retracts, mode_2
-    +1 where the body slips up, -1 where it slips down; 0 is held."""
-
-    start: float
-    """[s] since touchdown"""
-    end: float
-    """[s]"""
-    mode_1: int
-    mode_2: int
-    u: float
-    """[A]"""
-    state: State
-    """where it starts"""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
 class Stance(Motion):
-    """A stance, solved. Times in s from touchdown, heights in m over the ground under the foot.
+    """A stance, solved: a motion with a contact. Times in s from touchdown, heights in m over the ground under the foot.
 
     status: "takeoff", "rest", "horizon", "too_many_phases", or "uncertified", where the search met its bound.
     duration: time of the ending. takeoff: the state there, None without take-off. end: the state at the ending. apex:
     hop height of the apex, NaN without take-off. aed: change of the body's energy over the stance (24).
     """
 
-    robot: Robot
-    u: Steps
-    backend: Backend
-    dtype: np.dtype[Any]
-    status: records.Ending
-    duration: float
     end: State
     takeoff: State | None
     apex: float
     aed: float
-    _solved: SolvedStance = field(repr=False, compare=False)
-    _x2_is_given: bool = field(repr=False, compare=False)
-    _asked: tuple[records.LegState, float, int] = field(repr=False, compare=False)
-    """start, horizon and bound on phases"""
-
-    @cached_property
-    def events(self) -> tuple[Event, ...]:
-        """The events in their order."""
-        return tuple(Event(t, EVENTS[event]) for t, _, _, event, _ in self._solved.phase_rows() if event)
-
-    @cached_property
-    def phases(self) -> tuple[Phase, ...]:
-        """The phases in their order."""
-        rows = self._solved.phase_rows()
-        ends = [*(row[0] for row in rows[1:]), self.duration]
-        states = [State(*map(float, with_height(self.robot, self.dtype, row[1]))) for row in rows]
-        return tuple(
-            Phase(t, end, mode // 3 - 1, mode % 3 - 1, self.u[step][1], state)
-            for (t, _, mode, _, step), end, state in zip(rows, ends, states, strict=True)
-        )
+    _said_of: ClassVar[tuple[Warning, ...]] = WARNINGS
+    _layout: ClassVar[Layout] = Layout(State, State._fields, State._fields, ("m", "m/s", "m", "m/s"))
 
     @cached_property
     def compression_max(self) -> float:
@@ -142,42 +72,29 @@ class Stance(Motion):
         """
         return self._solved.compression_max()
 
-    @cached_property
-    def warnings(self) -> tuple[str, ...]:
-        """What the model does not say of a real robot: a current above u_max, a spring beyond its travel, and so on."""
+    def _reading(self, name: str) -> Any:
         start, robot = self._solved.phase_rows()[0][1], self.robot
-        flows = [u for t, u in self.u if t < self.duration or t == 0.0]  # a step behind the ending does not
         readings: dict[str, Callable[[], Any]] = {
             **{name: partial(getattr, start, name) for name in start._fields},
-            "u": lambda: flows[0],
-            "force": lambda: -robot.gamma2 * flows[0],
-            "u_largest": lambda: max(flows, key=abs),
-            "u_size": lambda: max(map(abs, flows)),
+            "force": lambda: -robot.gamma2 * super(Stance, self)._reading("u"),
             "spring": lambda: self.compression_max + rest_of(robot),
             "lowest": self._lowest,
             "takes_off": lambda: float(self.status == "takeoff"),
-            "stiff": lambda: float(
-                records.STATUSES.get(self._solved.plan_status(robot.parameters)) == "ill_conditioned"
-            ),
         }
-        return tuple(said(WARNINGS, lambda name: readings[name]() if name in readings else getattr(robot, name)))
+        if name in readings:
+            return readings[name]()
+        return super()._reading(name) if name in ("stiff", "u", "u_largest", "u_size") else getattr(robot, name)
 
     def _lowest(self) -> float:
-        """The lowest height of the body; inf where no ground is below it."""
-        stands = "stance" in self.robot.solver.can
-        return (
-            min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end))
-            if stands
-            else math.inf
-        )
+        """The lowest height of the body."""
+        return min(float(state.x2) for state in (*(phase.state for phase in self.phases), self.end))
 
     @overload
     def at(self, t: Number) -> State: ...
     @overload
     def at(self, t: Times) -> State[NDArray[np.floating]]: ...
     def at(self, t: Number | Times) -> State[Any]:
-        """The state at times t [s], in t's shape; 0 <= t <= duration, any t >= 0 after rest, else ValueError. At the
-        time of an event: the state behind it, which a stop has left without velocity. So is all that is read at a time.
+        """The state at times t [s], in t's shape, t as for `Motion.at`.
 
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
@@ -187,38 +104,6 @@ class Stance(Motion):
         if type(t) is float and self.dtype is DOUBLE and 0.0 <= t <= self.duration:
             return with_height(self.robot, self.dtype, self._solved.state(t))
         return State(*(shaped(value, t) for value in with_height(self.robot, self.dtype, self._solver_state(t))))
-
-    def grid(
-        self, count: int | None = None, *, dt: SupportsFloat | None = None, out: Sequence[Any] | None = None
-    ) -> tuple[NDArray[np.floating], State[NDArray[np.floating]]]:
-        """Times from 0 to the ending and the states there: `count` of them, or one every dt [s]; faster than `at`.
-
-        out: four arrays of one dimension, of the stance's dtype, that take the states. Raises HopformError if not
-        exactly one of count >= 1 and dt > 0 is given, or if out does not fit.
-
-        >>> from hopform import load_robot
-        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
-        >>> t, state = stance.grid(1001)
-        >>> float(t[-1]) == stance.duration, round(float(state.x2[500]), 6) == round(float(stance.at(t[500]).x2), 6)
-        (True, True)
-        """
-        t, step = uniform_times(self.duration, count, dt, self.dtype)
-        into = list(np.empty((4, t.size), self.dtype)) if out is None else fitting(out, t)
-        x1, v1, x2, v2 = whole = [np.ascontiguousarray(column) for column in into]
-        if self.duration > 0.0:
-            self._solved.grid(step, records.LegState(x1, v1, v2, x2))
-        else:
-            for column, values in zip((x1, v1, v2, x2), self._solver_state(t), strict=True):
-                column[...] = values
-        x2[...] = body_height(self.robot, self.dtype, x1, x2)
-        for column, values in zip(into, whole, strict=True):
-            column[...] = values  # itself where it is in one piece
-        return t, State(*into)
-
-    def current(self, t: ArrayLike) -> Real:
-        """The current [A] at times t [s], in t's shape; from the time of a step on that of the step."""
-        starts, currents = np.array(self.u).T
-        return shaped(currents[np.searchsorted(starts, self._times(t), side="right") - 1], t)
 
     def fly(
         self, step: SupportsFloat = 0.0, *, gains: Sequence[SupportsFloat] | None = None, horizon: SupportsFloat = 10.0
@@ -240,19 +125,6 @@ class Stance(Motion):
         how = {"gains": gains, "horizon": horizon, "backend": self.backend, "dtype": self.dtype}
         leg = self.end_compression
         return solve(self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, compression=leg, **how)
-
-    def explain(self) -> str:
-        """How it was solved, phase by phase: poles, event functions at the start and the end, and which rule of the
-        certificate says in which interval that none has an earlier zero. docs/explanation/stance.md reads one.
-
-        The printed engine solves the stance again, to the same bits, and says which rules it used.
-
-        >>> from hopform import load_robot
-        >>> print(solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).explain().splitlines()[0])
-        hopper_c, u = 2 A; takes off after 184.08 ms, apex 13.98 cm
-        """
-        text: Callable[..., str] = import_module("hopform._explain").text_of
-        return text(self, self._asked)
 
     def compression(self, t: ArrayLike) -> Real:
         """Compression of the leg [m] at times t [s], from where it carries nothing, to its own last digit:
@@ -277,23 +149,21 @@ class Stance(Motion):
         """
         return records.Energy(*(shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
-    def ledger(self, t: ArrayLike) -> records.Ledger:
-        """The ledger [J] from touchdown to times t [s], in t's shape; each entry from its own closed form, t as for
-        `at`.
-        """
-        entries = in_order(t, self._times(t), self._solved.ledger_at)
-        return cast("records.Ledger", self.robot.solver.package.records.Ledger(*entries))
+    def forces(self, t: ArrayLike) -> dict[str, Real]:
+        """Those of a motion, and the contact force."""
+        return super().forces(t) | {"contact": self.contact_force(t)}
 
     @property
     def sensitivities(self) -> Sensitivities:
-        """Derivatives of take-off time T, take-off state, apex and AED by initial state, current and robot, through
-        every event.
+        """Derivatives of the duration T, the state at the ending, apex and AED by initial state, current and robot,
+        through every event.
 
-        They are those of the events as they are: none appears or goes. With x2 left out it follows x1 and the leg's
+        They are those of the events as they are: none appears or goes. At take-off T moves with the contact force, at
+        rest with the event that stops the last mass; at the horizon it stays. With x2 left out it follows x1 and the leg's
         length without load, L0 + c, and its own column is 0. A mass that is held at the start keeps its velocity 0. An
         actuator that starts on a stop and is held there stays where it starts (column x1); x1_min, x1_max count where a
-        stop is met later. With a list of steps u moves all currents alike. NaN without take-off and where an event
-        grazes; the apex' row without gravity.
+        stop is met later. With a list of steps u moves all currents alike. NaN where an event grazes, where a rest
+        ends at a small change, and where the search has ended; the apex' row without take-off or gravity.
 
         >>> from hopform import load_robot
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=3.0)
@@ -307,9 +177,7 @@ class Stance(Motion):
         first, u = self.phases[0].state, [each for _, each in self.u]
         steps = u[0] if len(u) == 1 else f"{len(u)} steps"
         given = [("v2", first.v2), ("x1", first.x1), ("v1", first.v1), ("u", steps)]
-        events = ", ".join(f"{event.kind} {event.time:.4g} s" for event in self.events[:3])
-        more = f", {len(self.events) - 3} more" if len(self.events) > 3 else ""
-        found = [("apex", self.apex), ("aed", self.aed), ("events", f"{events or 'none'}{more}")]
+        found = [("apex", self.apex), ("aed", self.aed), ("events", events_in_short(self.events))]
         title = f"Stance of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
         return Card(title, given, [*found, *(("warning", each) for each in self.warnings)])
 
@@ -318,22 +186,16 @@ class Stance(Motion):
         motion = {**self.at(t)._asdict(), "compression": self.compression(t), "contact_force": self.contact_force(t)}
         return motion | {"u": self.current(t), "body_energy": energy.body, "total_energy": energy.total}
 
+    def _curve(self) -> Curve:
+        return OverTime._curve(self)
+
     def _arrays(self) -> Arrays:
-        names = ("status", "duration", "apex", "aed", "compression_max")
-        return events_of(self.events) | {name: ((), getattr(self, name)) for name in names}
+        return super()._arrays() | {name: ((), getattr(self, name)) for name in ("apex", "aed", "compression_max")}
 
     @property
     def end_compression(self) -> float:
         """Compression of the leg [m] at the ending; 0 exactly at a take-off of a leg without a damper."""
         return float(self._solved.outcome()[2].y)
-
-    def _solver_state(self, t: ArrayLike) -> records.LegState:
-        return self._solved.state_at(self._times(t))
-
-    def _times(self, t: ArrayLike) -> NDArray[np.floating]:
-        if type(t) is float and 0.0 <= t <= self.duration:  # the common case
-            return np.array([t], self.dtype)
-        return times_within(t, self.dtype, self.duration, endless=self.status == "rest")
 
 
 def solve_stance(
@@ -369,35 +231,42 @@ def solve_stance(
 def solve_motion(
     robot: Robot,
     *,
-    x1: SupportsFloat = 0.0,
-    v1: SupportsFloat = 0.0,
-    x2: SupportsFloat | None = None,
-    v2: SupportsFloat = 0.0,
-    compression: SupportsFloat | None = None,
+    start: Start = None,
     u: Current = 0.0,
     horizon: SupportsFloat = 2.0,
     max_phases: int = 4096,
     backend: str | None = None,
     dtype: Any = np.float64,
-) -> Stance:
-    """The motion of any model from a state, exactly: what every model can, a rig and a joint too, which have no stance.
+) -> Motion:
+    """The motion of any model from a state, exactly: a joint, a cart, a valve, and a hopper, of which it is a `Stance`.
 
-    Arguments as for `solve_stance`. Where the foot is bolted the leg pulls as well as it pushes, so the compression may
-    be below 0, and the motion ends by rest or horizon.
+    start: coordinates and velocities by the names of the model's file, in its units; what is left out is 0. Of a leg
+    that stands, either the height of the body or its compression y, which is 0 if both are left out; where nothing
+    stands a spring pulls as well as it pushes, and the motion ends by rest or horizon. u: the input, a number or steps
+    [(t, u), ...] from t = 0 on. horizon [s]: longest time. The others as for `solve_stance`. Raises HopformError (a
+    ValueError), which names coordinate, value and what is allowed.
 
     >>> from hopform import load_robot
-    >>> motion = solve_motion(load_robot("hopper_c"), compression=0.02)
+    >>> motion = solve_motion(load_robot("hopper_c"), start={"y": 0.02})
     >>> motion.status, round(motion.duration, 4)
     ('rest', 0.1572)
     """
-    start = start_of(robot, x1, v1, x2, v2, compression, "motion")
-    return _solve(robot, start, x2 is not None, u, horizon, max_phases, backend, dtype)
+    facts = checked_robot(robot).solver.facts
+    if "stance" in facts.can:
+        given = named_start(robot, start)
+        x1, v1, v2 = (given.get(axis, 0.0) for axis in ("x1", "v1", "v2"))
+        begin, x2_is_given = start_of(robot, x1, v1, given.get("x2"), v2, given.get("y"), "motion"), "x2" in given
+    else:
+        begin, x2_is_given = free_start(robot, start)
+    if not facts.inputs and any(current for _, current in steps_of(u)):
+        raise HopformError(f"u must be 0: the model {facts.name} has no input, got {shown(u)}")
+    return _solve(robot, begin, x2_is_given, u, horizon, max_phases, backend, dtype)
 
 
 def _solve(
     robot: Robot, start: records.LegState, x2_is_given: bool, u: Current, horizon: SupportsFloat, max_phases: int,
     backend: str | None, dtype: Any,
-) -> Stance:  # fmt: skip
+) -> Any:  # fmt: skip
     """What follows from a state."""
     precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
     steps = steps_of(u)
@@ -415,50 +284,6 @@ def aed_at(stance: Stance, t: ArrayLike) -> NDArray[np.floating]:
     return np.asarray(sum(getattr(entries, name) for name in stance.robot.solver.package.records.LEDGER_OF_BODY))
 
 
-def in_order(t: ArrayLike, times: NDArray[Any], values: Callable[[NDArray[Any]], Sequence[NDArray[Any]]]) -> list[Real]:
-    """Values of what takes times in their order, in t's shape."""
-    order = np.argsort(times, kind="stable")
-    back = np.argsort(order, kind="stable")
-    return [shaped(each[back], t) for each in values(times[order])]
-
-
-def uniform_times(
-    duration: float, count: int | None, dt: SupportsFloat | None, dtype: np.dtype[Any]
-) -> tuple[NDArray[np.floating], float]:
-    """Times of a uniform grid over [0, duration] and their distance [s], any where there is but one time."""
-    if (count is None) == (dt is None):
-        raise HopformError(f"either count or dt must be given, got count = {shown(count)}, dt = {shown(dt)}")
-    if dt is None:
-        number = checks.count("count", count, EACH)
-        step = duration / (number - 1) if number > 1 else 0.0
-    else:
-        step = positive("dt", dt, "s")
-        last = duration / step * (1.0 + 4.0 * float(np.finfo(dtype).eps))
-        if last >= (most := checks.MEMORY // EACH):
-            raise HopformError(f"dt must be > {duration / most!r} s for a stance of {duration!r} s, got {step!r}")
-        number = math.floor(last) + 1
-    t = np.arange(number, dtype=dtype)
-    t *= dtype.type(step)
-    if dt is None and number > 1:
-        t[-1] = duration
-    t[np.searchsorted(t, dtype.type(duration), "right") :] = duration  # what rounding took past the ending
-    return t, step or 1.0
-
-
-def fitting(out: Sequence[Any], t: NDArray[np.floating]) -> list[NDArray[Any]]:
-    """The arrays if they can take the states at times t; HopformError if not."""
-    columns = items("out", out, f"{len(State._fields)} arrays", len(State._fields))
-    if len(columns) != len(State._fields):
-        raise HopformError(f"out must be {len(State._fields)} arrays, got {len(columns)}")
-    for name, column in zip(State._fields, columns, strict=True):
-        array: Any = column
-        holds = isinstance(column, np.ndarray)
-        if not (holds and array.shape == t.shape and array.dtype == t.dtype):
-            got = f"{array.dtype} of shape {array.shape}" if holds else shown(array)
-            raise HopformError(f"out.{name} must be an array of {t.dtype} of shape {t.shape}, got {got}")
-    return columns
-
-
 def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     """Velocity of the body [m/s] after the impact of a drop from rest at a hop height [m], x1 = 0; negative.
 
@@ -472,35 +297,35 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
 
 def _stance(
     robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: SolvedStance, given: bool, asked: Any
-) -> Stance:
-    """A stance with its ending, made without the slow __init__ of a frozen dataclass."""
+) -> Motion:
+    """A stance with its ending, or a motion of another model, made without the slow __init__ of a frozen dataclass."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
-    status, lifts = ENDINGS[ending], ending == _TAKEOFF
-    end = tuple_of(State, (x1, v1, float(body_height(robot, dtype, x1, y)), v2))
-    stance: Stance = object.__new__(Stance)
-    apex = apex if lifts and robot.g > 0.0 else math.nan
+    status, lifts = ENDINGS[ending], ending == TAKEOFF
+    solver = robot.solver
+    stands = "stance" in solver.can
+    made: Motion = object.__new__(Stance if stands else Motion)
     held: dict[str, Any] = {
-        "robot": robot, "u": u, "backend": backend, "dtype": dtype, "status": status, "duration": duration, "end": end,
-        "takeoff": end if lifts else None, "apex": apex, "aed": aed, "_solved": solved, "_x2_is_given": given,
-        "_asked": asked,
+        "robot": robot, "u": u, "backend": backend, "dtype": dtype, "status": status, "duration": duration,
+        "_solved": solved, "_x2_is_given": given, "_asked": asked,
     }  # fmt: skip
-    object.__setattr__(stance, "__dict__", held)
-    return stance
+    if stands:
+        height: Any = solver.package.formulas.body_height if dtype is DOUBLE else partial(_height, robot, dtype)
+        end = tuple_of(State, (x1, v1, float(height(robot.parameters, x1, y)), v2))
+        apex = apex if lifts and robot.g > 0.0 else math.nan
+        held |= {"end": end, "takeoff": end if lifts else None, "apex": apex, "aed": aed}
+    object.__setattr__(made, "__dict__", held)
+    if not stands:
+        held["end"] = made._layout.state(*map(float, made._shown(records.LegState(x1, v1, v2, y))))
+    return made
+
+
+def _height(robot: Robot, dtype: Precision, parameters: Any, x1: float, y: float) -> Any:
+    return body_height(robot, dtype, x1, y)
 
 
 def with_height(robot: Robot, dtype: np.dtype[Any], state: Any) -> State[Any]:
     """A state x1, v1, v2, y, or states, with the height of the body in place of the compression."""
     return State(state.x1, state.v1, body_height(robot, dtype, state.x1, state.y), state.v2)
-
-
-def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
-    """Height of the body [m] at states of a precision, in which every operation is rounded, as in the C library."""
-    parameters, height = robot.parameters, robot.solver.package.formulas.body_height
-    if dtype is DOUBLE:
-        return height(parameters, x1, y)
-    with np.errstate(over="ignore"):
-        rounded = type(parameters)(*map(dtype.type, parameters))
-    return height(rounded, np.asarray(x1, dtype), np.asarray(y, dtype))
 
 
 def rest_of(robot: Robot) -> float:
@@ -565,10 +390,3 @@ def steps_of(u: Current) -> Steps:
         if not after > before:
             raise HopformError(f"the times of u must increase, got {after!r} s after {before!r} s")
     return tuple(steps)
-
-
-def precision_of(dtype: Any) -> Precision:
-    known = _SPELT.get(dtype) if isinstance(dtype, (str, type, np.dtype)) else None
-    if known is None:
-        raise HopformError(f"dtype must be float64 or float32, got {shown(cast(object, dtype))}")
-    return known

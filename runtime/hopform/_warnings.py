@@ -21,11 +21,13 @@ RESTS = "u = {u!r} A pushes the actuator onto the stop {stop} on which it rests"
 RISES = Warning((("y", "==", 0.0), ("v2", ">", 0.0)), "the body moves up at touchdown, v2 = {v2!r} m/s")
 """A start from N = 0 at which the body rises: no fall leads there, so the sign of v2 may be wrong."""
 
+STIFF = Warning(
+    (("stiff", "==", 1.0),),
+    "ill_conditioned: the actuator is too stiff for the precision, events of its creep may be wrong",
+)
+
 WARNINGS = (
-    Warning(
-        (("stiff", "==", 1.0),),
-        "ill_conditioned: the actuator is too stiff for the precision, events of its creep may be wrong",
-    ),
+    STIFF,
     Warning((("u_size", ">", "u_max"),), "u = {u_largest!r} A is above u_max = {u_max!r} A"),
     RISES,
     *(
@@ -45,6 +47,22 @@ WARNINGS = (
 """Those of a stance. Readings are the robot's parameters, the state at the start, x1, v1, v2, y, its current u and force
 -gamma2 u, over the stance u_largest, the current of the largest size u_size, the largest compression of the `spring` and
 the `lowest` x2, takes_off, and stiff, whether its plan is ill-conditioned; the last two are 1 or 0."""
+
+
+MOTION_WARNINGS = (
+    STIFF,
+    Warning((("u_size", ">", "limit"),), "{input} = {u_largest!r} {unit} is above its limit, {limit!r} {unit}"),
+    *(
+        Warning(
+            (("held", "==", 1.0), ("position", "==", stop), ("push", sign, 0.0), ("lower", "<", "upper")),
+            "{input} = {u!r} {unit} pushes the {mass} onto the stop at {position!r} on which it rests",
+        )
+        for stop, sign in (("upper", ">"), ("lower", "<"))
+    ),
+)
+"""Those of a motion without a contact, in the words of its model. Readings are the input and its unit, u, its value at
+the start, u_largest and u_size as above and its limit; the first mass, its position at the start with its stops, lower
+and upper, the push of the input on it, and whether it is held then, 1 or 0."""
 
 
 def said(warnings: tuple[Warning, ...], reading: Callable[[str], float]) -> Iterator[str]:

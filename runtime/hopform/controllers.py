@@ -19,8 +19,9 @@ from hopform._batch import solve_stances
 from hopform._checks import Checked, by, finite, flag, function, is_one, items, nonnegative, positive, shown, whole
 from hopform._errors import HopformError
 from hopform._flight import solve_flight
+from hopform._motion import State
 from hopform._robots import BaseRobot, Robot
-from hopform._stance import Current, Stance, State, solve_stance
+from hopform._stance import Current, Stance, solve_stance
 from hopform.terrain import MOST_HOPS, heights_of
 
 Array = NDArray[np.float64]

@@ -105,6 +105,14 @@ def case_of(p: Any, answer: Any, phases: Any, reason: str, seed: int, lane: int)
     }
 
 
+def problem_of(values: dict[str, float]) -> Any:
+    """A problem as an array of one PROBLEM; what is left out is 0."""
+    p = np.zeros(1, PROBLEM)
+    for name, value in values.items():
+        p[name] = value
+    return p
+
+
 def solved_exactly(robot: dict[str, float], start: dict[str, Any]) -> reference.Reference:
     """The reference's stance; again with more digits where what decides between two lists of events is below what the
     former ones tell.
@@ -175,10 +183,12 @@ def answers_with(exact: reference.Reference, case: dict[str, Any]) -> bool:
 
 
 def neighbours(robot: dict[str, float], start: dict[str, Any]) -> Iterator[reference.Reference]:
-    """The stances of a mass that starts at rest with its level of friction 32 ulp higher or lower; of no other start."""
+    """The stances of a mass that starts at rest with its friction at rest 32 ulp higher or lower; of no other start."""
     for level, speed in (("f1", "v1"), ("f2", "v2")):
         for ulps in (-32.0, 32.0) if start[speed] == 0.0 else ():
-            yield solved_exactly(robot | {level: robot[level] * (1.0 + ulps * sys.float_info.epsilon)}, start)
+            factor = 1.0 + ulps * sys.float_info.epsilon
+            levels = {name: robot[name] * factor for name in (level, f"{level}_excess")}
+            yield solved_exactly(robot | levels, start)
 
 
 MOVED = ("x1", "v1", "v2", "y")
@@ -192,7 +202,7 @@ def onward_conditions(p: dict[str, float], unit: dict[str, float]) -> Iterator[f
     or x1 comes back to where it was, the condition by the inputs does not show it. Differences of stances of the C back
     end.
     """
-    start = np.array([tuple(p.values())], PROBLEM)
+    start = problem_of(p)
     for phase in solve_with_c(start)[1][1:]:
         again = np.repeat(start, 1 + len(MOVED))
         again["horizon"] -= phase["t"]
@@ -256,7 +266,7 @@ def run(
 
 def solved_again(case: dict[str, Any]) -> dict[str, Any]:
     """A case that was written down, solved by the engine of today and judged by the reference."""
-    p = np.array([tuple(case["problem"].values())], PROBLEM)
+    p = problem_of(case["problem"])
     answers, phases = solve_with_c(p)
     return refer(case_of(p[0], answers[0], phases, "once wrong", case["seed"], case["lane"]))
 

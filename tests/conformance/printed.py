@@ -177,7 +177,8 @@ def drawn(draw: random.Random, suffix: str) -> Both:
         m_s * spread(draw, 1e-2, 1e2), m_s, k, 0.4, maybe(draw.uniform(-0.01, 0.01), 0.5),
         maybe(damping * spread(draw, 1e-3, 30.0)), maybe(damping * spread(draw, 1e-3, 3.0)),
         maybe(spread(draw, 1e-2, 10.0)), maybe(spread(draw, 1e-2, 3.0)), -spread(draw, 1.0, 100.0), maybe(9.81, 0.03),
-        x1_min, x1_max, u_max, draw.choice([0.0, 0.05, 0.3]),
+        x1_min, x1_max, u_max, draw.choice([0.0, 0.05, 0.3]), maybe(spread(draw, 1e-3, 5.0), 0.6),
+        maybe(spread(draw, 1e-3, 3.0), 0.6),
     )  # fmt: skip
     both = Both(suffix, robot)
     low, high = max(x1_min, -0.1), min(x1_max, 0.1)
@@ -220,9 +221,11 @@ class Source:
         return taken
 
     def robot(self, names: Sequence[str]) -> list[float]:
-        fields = dict(zip(names, (self.real(self.sensible, n < 3) for n in range(len(names))), strict=True))
+        fields = dict.fromkeys(names, 0.0)
+        for n, name in enumerate(names if self.kind & 128 else names[:-2]):
+            fields[name] = self.real(self.sensible, n < 3)
         if self.sensible:
-            fields |= {name: abs(fields[name]) for name in ("b1", "b2", "f1", "f2", "g", "u_max")}
+            fields |= {name: abs(fields[name]) for name in ("b1", "b2", "f1", "f2", "g", "u_max", *names[-2:])}
             free = bool(self.kind & 2)
             fields |= {"x1_min": -math.inf if free else -abs(fields["x1_min"])}
             fields |= {"x1_max": math.inf if free else abs(fields["x1_max"]), "impact_loss": 0.0}

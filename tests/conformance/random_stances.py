@@ -17,6 +17,8 @@ MAX_PHASES = 100
 MOST_PUSH, MOST_PULL, MOST_SPEED = 30.0, 20.0, 100.0  # m/s^2 by the offset, by the motor; m/s
 NEAR_THRESHOLD = 0.002
 """Share of stances in which a mass starts at rest within ulps of its friction: the 50-digit reference judges them."""
+AT_REST = 0.2
+"""Share of stances with more friction at rest than in motion."""
 
 DEGENERATE = (
     "frictionless",
@@ -58,6 +60,7 @@ def draw_stances(seed: int, count: int) -> Any:
         _degenerate(draw, p, kind, draw.random(count) < 0.025)
     _restrain(p)
     _rest_near_threshold(draw, p, draw.random(count) < NEAR_THRESHOLD)
+    _hold(draw, p, draw.random(count) < AT_REST)
     p["v1"] = np.where(p["y"] > 0.0, p["v1"], np.maximum(p["v1"], 0.5 * p["v2"]))  # or the leg would not compress
     return p
 
@@ -127,6 +130,21 @@ def _rest_near_threshold(draw: Any, p: Any, here: Any) -> None:
     for level, speed, rests, exact in zip(("f1", "f2"), ("v1", "v2"), (first, ~first), free, strict=True):
         near = exact * (1.0 + draw.integers(-4, 5, q.size) * np.finfo(float).eps)
         q[level], q[speed] = np.where(rests, near, q[level]), np.where(rests, 0.0, q[speed])
+    p[here] = q
+
+
+def _hold(draw: Any, p: Any, here: Any) -> None:
+    """More friction at rest, of one mass or both: on top of that in motion, or half of it or any share up to all, so
+    that the mass is held by the same level as before."""
+    q = p[here]
+    which = draw.integers(1, 4, q.size)
+    for number, level in enumerate(("f1", "f2"), 1):
+        kind, more = draw.random(q.size), np.exp(draw.uniform(np.log(1e-3), np.log(10.0), q.size))
+        share = np.where(kind < 0.6, 0.5, np.where(kind < 0.7, 1.0, draw.random(q.size)))
+        excess = np.where(kind < 0.4, more, q[level] * share)
+        excess = np.where(which & number, excess, 0.0)
+        q[level] = np.where(kind < 0.4, q[level], q[level] - excess)
+        q[f"{level}_excess"] = excess
     p[here] = q
 
 

@@ -61,7 +61,7 @@ def samples(tmp_path_factory):
     def array(name, length):
         return np.ctypeslib.as_array((ctypes.c_double * length).in_dll(page, f"play_{name}"))
 
-    array("robot", 15)[:] = [getattr(HOPPER, field.name) for field in hopform.Robot.fields()]
+    array("robot", 17)[:] = [getattr(HOPPER, field.name) for field in hopform.Robot.fields()]
     array("terrain", 3)[:] = TERRAIN
     page.play_run.argtypes = [ctypes.c_double, ctypes.c_int32, ctypes.c_double, ctypes.c_int32, ctypes.c_double]
     assert page.play_run(0.2, 1, 0.2, len(TERRAIN), 0.0) == 0

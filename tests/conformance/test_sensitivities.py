@@ -16,11 +16,13 @@ from derive.ir import unfold
 from derive.maths import control, energy, sensitivity
 from derive.model import quantities as Q
 from derive.models.hopper import HOPPER
+from hopform_solver.elements import ROWS
 from tests.conformance.errors import rounded
 from tests.conformance.random_stances import random_robot
 from tests.oracle.differences import STOPS, differences, scaled_error, size_of
 
 TOLERANCE = 1e-11
+APEX = ROWS.index("apex")
 
 
 def side_of(name: str, stance: hopform.Stance) -> int:
@@ -117,13 +119,33 @@ CASES: dict[str, tuple[hopform.Robot, dict[str, Any], set[str]]] = {
 }
 
 
-def assert_derivatives(robot: hopform.Robot, start: dict[str, Any], events: set[str]) -> None:
+# The same of stances that do not take off.
+OTHER_ENDINGS: dict[str, tuple[hopform.Robot, dict[str, Any], set[str]]] = {
+    "horizon: on the ground": (own(), {"v2": -1.93, "u": 2.0, "horizon": 0.1}, {"x2_reverses"}),
+    "horizon: through a stop": (own(), {"v2": -1.93, "u": 3.0, "x1": 0.07, "v1": 0.5, "horizon": 0.1}, {"x1_hits_stop"}),
+    "horizon: a leg that sinks": (own(b1=900.0), {"v2": -0.3, "x1": 0.06, "horizon": 0.7}, {"x1_sticks", "x1_slips"}),
+    "horizon: between steps": (own(), {"v2": -1.9, "u": [(0.0, 0.0), (0.05, 3.0)], "horizon": 0.07}, {"x1_slips"}),
+    "rest: the body last": (own(b2=60.0, f2=6.0), {"v2": -0.9, "v1": 0.3, "x1": 0.03}, {"x1_sticks", "x2_sticks"}),
+    "rest: the actuator last": (
+        own(b2=60.0, f2=30.0, f1=4.0, **FREE), {"v2": -0.3, "v1": 0.8, "x1": 0.03, "x2": 0.4}, {"x1_sticks", "x2_sticks"},
+    ),
+    "rest: at the lower stop": (own(f2=30.0), {"v2": -0.1, "v1": -0.9, "x1": 0.02, "x2": 0.38, "u": -1.0}, {"x1_hits_stop"}),
+    "rest: on the stop of the start": (own(b2=60.0, f2=6.0), {"v2": -0.9}, {"x2_sticks"}),
+    "rest: locked": (own(x1_min=0.01, x1_max=0.01, b2=60.0, f2=6.0), {"v2": -0.9, "x1": 0.01}, {"x2_sticks"}),
+}  # fmt: skip
+
+
+def assert_derivatives(robot: hopform.Robot, start: dict[str, Any], events: set[str], ending: str = "takeoff") -> None:
     stances = [hopform.solve_stance(robot, backend=backend, **start) for backend in hopform.backends()]
-    assert stances[0].status == "takeoff"
+    assert stances[0].status == ending
     assert events <= set(kinds(stances[0])), kinds(stances[0])
     theirs, sizes = expected(stances[0], start)
     for stance in stances:
-        error = scaled_error(with_stops(stance.sensitivities, stance), theirs, sizes)
+        matrix = with_stops(stance.sensitivities, stance)
+        if ending != "takeoff":
+            assert np.isnan(matrix[APEX]).all()
+            matrix[APEX] = 0.0
+        error = scaled_error(matrix, theirs, sizes)
         assert error <= TOLERANCE, (stance.backend, kinds(stance), error)
 
 
@@ -132,26 +154,32 @@ def test_derivatives_are_those_of_the_reference(name):
     assert_derivatives(*CASES[name])
 
 
-def random_takeoffs(count: int) -> dict[int, tuple[hopform.Robot, dict[str, Any]]]:
-    """The first random robots that take off, those with dozens of reversals left to the other tests."""
+@pytest.mark.parametrize("name", OTHER_ENDINGS)
+def test_derivatives_at_other_endings_are_those_of_the_reference(name):
+    """At a horizon the duration stays; at rest it moves as the last event does."""
+    assert_derivatives(*OTHER_ENDINGS[name], ending=name.partition(":")[0])
+
+
+def random_stances(count: int, ending: str) -> dict[int, tuple[hopform.Robot, dict[str, Any]]]:
+    """The first random robots with an ending, those with dozens of reversals left to the other tests."""
     found: dict[int, tuple[hopform.Robot, dict[str, Any]]] = {}
     seed = 0
     while len(found) < count:
         robot, start = random_robot(seed)
         stance = hopform.solve_stance(robot, **start)
-        if stance.status == "takeoff" and len(stance.events) <= 30:
-            found[seed] = (robot, start)
+        if stance.status == ending and len(stance.events) <= 30:
+            found[seed] = (robot, {name: value for name, value in start.items() if name != "max_phases"})
         seed += 1
     return found
 
 
-RANDOM = random_takeoffs(40)
+RANDOM = {(ending, seed): case for ending, count in {"takeoff": 40, "rest": 4, "horizon": 1}.items()
+          for seed, case in random_stances(count, ending).items()}  # fmt: skip
 
 
-@pytest.mark.parametrize("seed", RANDOM)
-def test_derivatives_of_random_robots_are_those_of_the_reference(seed):
-    robot, start = RANDOM[seed]
-    assert_derivatives(robot, {name: value for name, value in start.items() if name != "max_phases"}, set())
+@pytest.mark.parametrize(("ending", "seed"), RANDOM)
+def test_derivatives_of_random_robots_are_those_of_the_reference(ending, seed):
+    assert_derivatives(*RANDOM[ending, seed], set(), ending)
 
 
 def test_a_given_height_at_touchdown_passes_the_compression_on(hopper_c, backend):
@@ -176,9 +204,34 @@ def test_a_common_shift_of_all_currents_is_what_u_means(hopper_c, backend):
     np.testing.assert_allclose(in_steps.matrix, one.matrix, rtol=1e-12, atol=1e-13)
 
 
-def test_without_take_off_there_are_no_derivatives(hopper_c, backend):
-    stance = hopform.solve_stance(hopper_c, v2=-0.5, u=1.0, horizon=0.05, backend=backend)
-    assert stance.status == "horizon"
+def test_where_a_search_ends_there_are_no_derivatives(hopper_c, backend):
+    stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, max_phases=1, backend=backend)
+    assert stance.status == "too_many_phases"
+    assert np.isnan(stance.sensitivities.matrix).all()
+
+
+def test_a_stance_that_rests_at_once_stays_where_it_starts(backend):
+    """A velocity that is held at the start stays 0, so that it is no input."""
+    stance = hopform.solve_stance(own(f2=30.0), v2=0.0, x1=0.03, compression=0.01, backend=backend)
+    assert (stance.status, stance.duration) == ("rest", 0.0)
+    by = stance.sensitivities
+    assert not np.any(by.matrix[[0, *map(ROWS.index, ("v1", "v2", "aed"))]])
+    assert by["x1", "x1"] == by["x2", "x1"] == by["x2", "L0"] == by["x2", "c"] == 1.0
+    assert np.isnan(by.matrix[APEX]).all() and np.nansum(np.abs(by.matrix)) == 4.0
+
+
+@pytest.mark.parametrize("balanced", ["at once", "on the threshold"])
+def test_a_rest_that_a_small_change_ends_has_no_derivatives(backend, balanced):
+    """Held without friction, the forces cancel; held at the level of friction, they may just not grow."""
+    free = own(f1=0.0, f2=0.0, b1=0.0, g=0.0, gamma2=-64.0, **FREE)
+    if balanced == "at once":
+        stance = hopform.solve_stance(free, v2=0.0, backend=backend)
+    else:
+        robot = dataclasses.replace(free, m_eff=32.0, m_s=4.0, f1=2.0, f2=3.0)
+        stance = hopform.solve_stance(robot, v2=0.0, u=1.0, backend=backend)
+        firm = hopform.solve_stance(robot, v2=0.0, u=0.5, backend=backend)
+        assert firm.status == "rest" and not np.isnan(firm.sensitivities["T", "u"])
+    assert (stance.status, stance.duration) == ("rest", 0.0)
     assert np.isnan(stance.sensitivities.matrix).all()
 
 

@@ -63,8 +63,8 @@ static T(robot) next_robot(source *from, int kind)
 {
     T(robot) robot;
     real fields[ROBOT];
-    for (int i = 0; i < ROBOT; i++) {
-        fields[i] = next_real(from, kind & 1, i < 3);
+    for (int i = 0; i < ROBOT; i++) { /* friction at rest comes last */
+        fields[i] = i < ROBOT - 2 || kind & 128 ? next_real(from, kind & 1, i < 3) : 0;
     }
     memcpy(&robot, fields, sizeof robot);
     if (kind & 1) {
@@ -72,6 +72,8 @@ static T(robot) next_robot(source *from, int kind)
         robot.b2 = (real)fabs(robot.b2);
         robot.f1 = (real)fabs(robot.f1);
         robot.f2 = (real)fabs(robot.f2);
+        robot.f1_excess = (real)fabs(robot.f1_excess);
+        robot.f2_excess = (real)fabs(robot.f2_excess);
         robot.g = (real)fabs(robot.g);
         robot.x1_min = (real)(kind & 2 ? -INFINITY : -fabs(robot.x1_min));
         robot.x1_max = (real)(kind & 2 ? INFINITY : fabs(robot.x1_max));

@@ -92,7 +92,8 @@ def at_stop(robot: Any, x1: float, acceleration: float) -> bool:
 
 
 def stance(robot: Any, u: float, t: float, state: np.ndarray, path: Path) -> tuple[float, np.ndarray]:
-    """From touchdown to take-off under a constant current."""
+    """From touchdown to take-off under a constant current. These rules know no friction at rest."""
+    assert robot.f1_excess == robot.f2_excess == 0.0
     x1, v1, _, v2 = state.tolist()
     parameters = [getattr(robot, name) for name in PARAMETERS]
     job = (*parameters, x1, v1, v2, u)

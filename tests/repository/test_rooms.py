@@ -24,7 +24,7 @@ LAYERS = (
     ("_checks",), ("_files",),
     ("_solver.c", "_solver.printed"), ("_solver.choice",), ("_solver.loading",),
     ("_show",), ("_robots", "_sensitivities", "model", "terrain", "ufuncs"),
-    ("_stance",), ("_flight", "_batch"),
+    ("_motion",), ("_stance",), ("_flight", "_batch"),
     ("_control",), ("controllers",),
     ("_hopping", "_hopping.run", "_hopping.touchdown"),
     ("_identify.motion",), ("_identify.recordings",), ("_identify.segments",),
@@ -46,7 +46,7 @@ PUBLIC = {"controllers", "model", "terrain", "ufuncs"}
 EXTRAS = {"scipy", "matplotlib", "xarray"}
 
 # What is handed on is no import of one's own: it waits until it is asked.
-HANDS_ON = {("hopform", "_all"), ("_stance", "_flight"), ("_stance", "_explain")}
+HANDS_ON = {("hopform", "_all"), ("_stance", "_flight"), ("_motion", "_explain")}
 
 
 def name_of(path: Path) -> str:

@@ -13,6 +13,7 @@ from hopform._identify.joint import check, fit_robot
 from hopform._identify.recordings import Column, Recording
 from hopform._identify.step import fit_step_response
 from hopform._identify.synthetic import TESTS, record, to_csv
+from tests import needs
 from tests.oracle.recordings import Rig, simulate
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -95,7 +96,7 @@ def test_what_a_quick_fit_does_not_explain_has_no_interval_to_expect():
     assert not any("a stop?" in one for one in play.warnings)
 
 
-@pytest.mark.parametrize("test", TESTS)
+@pytest.mark.parametrize("test", needs.the_first(tuple(TESTS)))
 def test_record_and_identify_have_one_vocabulary(test, tmp_path, capsys):
     """Each test that is recorded is identified, and planned, under its own name."""
     file = tmp_path / "it.csv"

@@ -46,7 +46,10 @@ def test_json_has_every_derivative_to_the_bit(strict_json, hopper_c, dtype):
 
 def test_json_says_null_where_there_is_no_derivative(strict_json):
     record = strict_json("stance", "--height", "0.02", "--u", "1.1")
-    assert record["status"] != "takeoff"
+    assert record["status"] == "rest"
+    assert {name for name, row in record["sensitivities"].items() if None in row.values()} == {"apex"}
+    record = strict_json("stance", "--height", "0.02", "--u", "1.1", "--max-phases", "1")
+    assert record["status"] == "too_many_phases"
     assert {value for row in record["sensitivities"].values() for value in row.values()} == {None}
 
 
@@ -70,6 +73,6 @@ def test_the_table_comes_on_demand(answer):
 
 
 def test_the_table_has_a_dash_where_there_is_no_derivative(answer):
-    printed = answer("stance", "--height", "0.02", "--u", "1.1", "--sensitivities")
+    printed = answer("stance", "--height", "0.02", "--u", "1.1", "--max-phases", "1", "--sensitivities")
     (line,) = [line for line in printed[printed.index("Sensitivities") :].splitlines() if line.startswith("k ")]
     assert line.split() == ["k", "[N/m]", *["-"] * 7]

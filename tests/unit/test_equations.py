@@ -25,7 +25,7 @@ from tests import algebra
 from tests.algebra import EXPRESSIONS, LETTERS
 
 BY_NUMBER = {entry.number: entry for entry in REGISTER}
-HOPPER_C = Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05)
+HOPPER_C = Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0)
 FREE = HOPPER_C._replace(x1_min=-np.inf, x1_max=np.inf)
 WEIGHT = HOPPER_C.m_s * HOPPER_C.g
 DROP = 0.2

@@ -79,6 +79,7 @@ def compare(lines: tuple[str, ...], solver: Path, folder: Path, capsys, monkeypa
         assert hopper.out or hopper.errors, line
 
 
+@pytest.mark.sliced
 def test_the_hopper_built_as_a_stranger_answers_with_the_same_bytes(store, tmp_path, capsys, monkeypatch):
     pytest.importorskip("matplotlib")
     pytest.importorskip("scipy")

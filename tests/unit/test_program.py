@@ -267,6 +267,7 @@ def damped(store, tmp_path):
 
 
 @needs.library
+@pytest.mark.sliced
 def test_the_program_of_a_damped_leg_hops(damped, tmp_path):
     """The plant integrates the model's own equations: without the damper it would hop 3 cm higher than is wanted."""
     root = damped("plain")

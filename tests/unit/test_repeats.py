@@ -35,6 +35,7 @@ def test_repeats_of_one_robot_agree_and_the_interval_of_the_fit_is_as_wide_as_th
         assert each.quote == ("spread" if 2.0 * half > fit[each.name].high - fit[each.name].low else "interval")
 
 
+@pytest.mark.sliced
 def test_friction_that_is_traded_from_recording_to_recording_is_said():
     """Four recordings of a guide whose viscous friction is high where its Coulomb friction is low."""
     friction = [(120.0, 1.1), (180.0, 0.5), (150.0, 0.8), (135.0, 0.95)]

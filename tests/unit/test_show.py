@@ -43,7 +43,7 @@ def test_every_result_that_shows_itself_is_tried_here():
     def below(kind: type) -> set[str]:
         return {kind.__name__}.union(*(below(inner) for inner in kind.__subclasses__()))
 
-    within = {"Shown", "Motion", "_Legs", "_Derivatives"}
+    within = {"Shown", "OverTime", "_Legs", "_Derivatives"}
     assert below(_show.Shown) - within == set(SHOWN) == {type(result).__name__ for result in SHOWN.values()}
 
 
@@ -96,7 +96,7 @@ def test_a_dataset_has_units_and_named_dimensions(name):
 def test_a_motion_is_that_of_the_result_at_any_times():
     for name in ("Stance", "Flight", "Hop", "Run"):
         motion = SHOWN[name]
-        assert isinstance(motion, _show.Motion)
+        assert isinstance(motion, _show.OverTime)
         t = np.array([0.0, 0.3, 1.0]) * motion.duration
         found = motion.to_xarray(t)
         np.testing.assert_array_equal(found.time, t)

@@ -46,13 +46,6 @@ static inline double current_of_chain_f64(const stance_chain_f64 *chain) {
 
 /* ---- the hold rule ---- */
 
-/* Level of friction of an element. */
-static inline double level_of_f64(const hopform_robot_f64 *robot, int element) {
-    friction_by_element_f64 levels;
-    levels.named = friction_of_f64(robot);
-    return levels.of[element];
-}
-
 /* Numerator of the free acceleration of an element that is held. */
 static inline numerator_f64 free_numerator_f64(const hopform_rates_f64 *rates, int element,
                                                  const motion_f64 *motion) {
@@ -103,14 +96,15 @@ static inline free_by_element_f64 free_of_f64(const stance_chain_f64 *chain, con
 }
 
 /* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
-static inline double terms_of_free_f64(const stance_chain_f64 *chain, int element) {
+static inline double terms_of_free_f64(const stance_chain_f64 *chain, int element, double friction) {
     free_by_element_f64 terms;
     terms.named = free_terms_f64(&chain->plan->rates, &chain->at.named, current_of_chain_f64(chain));
-    return terms.of[element] + level_of_f64(&chain->plan->robot, element);
+    return terms.of[element] + friction;
 }
 
-/* Where an element at rest goes: held while |a_i| <= f_i. On the threshold, which is where rounding may have taken
- * a_i - f_i from, its first non-zero derivative decides. Known from the motion, the acceleration is exact. */
+/* Where an element at rest goes: held while |a_i| <= f_s,i, its friction at rest. On the threshold, which is where
+ * rounding may have taken a_i - f_s,i from, its first non-zero derivative decides. Known from the motion, the
+ * acceleration is exact. */
 typedef struct {
     int side;
     bool on_threshold;
@@ -120,20 +114,22 @@ static inline direction_f64 direction_from_rest_f64(const stance_chain_f64 *chai
     const bool known = chain->came_to_rest == element;
     const free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
     const double acceleration = known ? chain->carried_acceleration : free.of[element];
-    const double friction = level_of_f64(&chain->plan->robot, element);
-    const double rounding = known ? 0.0 : 16.0 * HOPFORM_EPS_f64 * terms_of_free_f64(chain, element);
+    const hopform_robot_f64 *robot = &chain->plan->robot;
+    const double friction = level_at_rest_f64(robot, element, acceleration < 0.0 ? -1 : 1);
+    const double rounding = known ? 0.0 : 16.0 * HOPFORM_EPS_f64 * terms_of_free_f64(chain, element, friction);
     const bool on_threshold = fabs_f64(fabs_f64(acceleration) - friction) <= rounding;
     double goes = goes_f64(acceleration, friction);
     if (on_threshold) {
         const double drift = drift_of_free_f64(chain, element);
-        goes = acceleration * drift > 0.0 || friction <= rounding ? goes_f64(drift, 0.0) : 0.0;
+        const bool has_none = level_at_rest_f64(robot, element, drift < 0.0 ? -1 : 1) <= rounding;
+        goes = acceleration * drift > 0.0 || has_none ? goes_f64(drift, 0.0) : 0.0;
     }
     const direction_f64 direction = {stance_blocked_f64(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
     return direction;
 }
 
 /* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
- * the others do. One that starts on its threshold has no acceleration there. */
+ * the others do. One that starts on its threshold has the acceleration of the excess there. */
 static inline void stance_settle_f64(stance_chain_f64 *chain, uint32_t resting) {
     const bool several = (resting & (resting - 1u)) != 0;
     for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
@@ -164,8 +160,9 @@ static inline double end_of_step_f64(const stance_chain_f64 *chain) {
 
 /* ---- the end of a phase ---- */
 
-/* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
- * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
+/* A held element slips where its free acceleration leaves [-f_s, f_s]; a stop holds on its side whatever the force.
+ * While another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one
+ * side. */
 static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element, bool needs_certificate,
                                        event_set_f64 *set) {
     const bool open[] = {!stance_blocked_f64(chain, element, -1), !stance_blocked_f64(chain, element, 1)};
@@ -176,11 +173,11 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element
     for (int side = -1; side <= 1; side += 2) {
         const double sign = (double)side;
         if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
-            const double level = sign * level_of_f64(&chain->plan->robot, element);
-            event_function_f64 *slips = add_event_function_f64(set, &h, free.of[element] - level, -sign,
+            const double level = level_at_rest_f64(&chain->plan->robot, element, side);
+            event_function_f64 *slips = add_event_function_f64(set, &h, free.of[element] - sign * level, -sign,
                                                                  ELEMENT_f64 + element, needs_certificate);
             slips->side = side;
-            slips->cancels = 0.25 * terms_of_free_f64(chain, element); /* each term is rounded four times at most */
+            slips->cancels = 0.25 * terms_of_free_f64(chain, element, level); /* each is rounded four times at most */
         }
     }
 }
@@ -357,7 +354,9 @@ static inline void next_step_f64(stance_chain_f64 *chain) {
 static inline void keep_small_acceleration_f64(stance_chain_f64 *chain, const basis_f64 *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f64 *rates = &chain->plan->rates;
-    if (level_of_f64(&chain->plan->robot, element) > 0.0 || fabs_f64(rates->a1_v1) > 0.0) { return; }
+    const hopform_robot_f64 *robot = &chain->plan->robot;
+    const double friction = level_at_rest_f64(robot, element, 1) + level_at_rest_f64(robot, element, -1);
+    if (friction > 0.0 || fabs_f64(rates->a1_v1) > 0.0) { return; }
     const free_by_element_f64 at_rest = free_of_f64(chain, &chain->at.named);
     const numerator_f64 *leg = &chain->motion.of.compression;
     const double compression = fabs_f64(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f64(leg->H3 * basis->Wd)
@@ -401,8 +400,14 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const basis_f64 *b
     chain->from_upper += moved;
 }
 
+/* The acceleration with which an element starts on its threshold. */
+static inline double acceleration_on_threshold_f64(const stance_chain_f64 *chain, int element) {
+    const int side = chain->side[element];
+    return (double)side * excess_to_side_f64(&chain->plan->robot, element, side);
+}
+
 /* Put the constant acceleration of an element that starts on its threshold so that its acceleration there is exactly
- * zero, and what follows from it, too: rounding would let it go back at once. */
+ * that of the excess, and what follows from it, too: rounding would let it go back at once. */
 static inline void start_on_threshold_f64(stance_chain_f64 *chain) {
     const int element = chain->just_switched;
     const int *side = chain->side;
@@ -411,7 +416,7 @@ static inline void start_on_threshold_f64(stance_chain_f64 *chain) {
     *drive = 0.0;
     numerators_f64 others;
     others.named = motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
-    *drive = -others.of.velocity[element].H3;
+    *drive = acceleration_on_threshold_f64(chain, element) - others.of.velocity[element].H3;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
@@ -421,6 +426,13 @@ static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     start_on_threshold_f64(chain);
     chain->motion.named =
         motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.named, chain->side[0], chain->side[1]);
+    const int starts = chain->just_switched;
+    if (starts >= 0 && chain->side[0] != 0 && chain->side[1] != 0) {
+        const double acceleration = acceleration_on_threshold_f64(chain, starts);
+        if (fabs_f64(acceleration) > 0.0) {
+            set_acceleration_from_rest_f64(&chain->motion, starts, false, acceleration);
+        }
+    }
     if (element >= 0 && chain->side[element] != 0) {
         const double level = (double)chain->side[element] * level_of_f64(&chain->plan->robot, element);
         set_acceleration_from_rest_f64(&chain->motion, element, chain->side[1 - element] == 0,

@@ -448,11 +448,12 @@ static void choose_limit_f64(flight_chain_f64 *chain) {
     }
 }
 
-/* The element at rest: held while the free acceleration is within the friction, or behind a stop, which never changes
- * as long as it is held. */
+/* The element at rest: held while the free acceleration is within the friction at rest, or behind a stop, which never
+ * changes as long as it is held. */
 static void settle_in_flight_f64(flight_chain_f64 *chain, double free) {
     const double friction = level_of_f64(chain->robot, HOPFORM_STOPPED_ELEMENT);
-    chain->now.side = (int8_t)goes_f64(free, friction);
+    const double at_rest = level_at_rest_f64(chain->robot, HOPFORM_STOPPED_ELEMENT, free < 0.0 ? -1 : 1);
+    chain->now.side = (int8_t)goes_f64(free, at_rest);
     if (!(gap_in_flight_f64(chain) > 0.0)) { chain->now.side = 0; }
     chain->now.acc1 = chain->now.side == 0 ? 0.0 : free - friction * (double)chain->now.side;
 }

@@ -146,11 +146,32 @@ typedef struct {
     double y_rate;   /* [m/s] rate of the compression of the leg, from where it carries nothing */
 } speeds_f64;
 
-/* How far the free acceleration of a mass that is held may go to either side. */
+/* Coulomb friction of a mass that slips. */
 typedef struct {
     double level_1;  /* [m/s^2] of the actuator */
     double level_2;  /* [m/s^2] of the body */
 } friction_f64;
+
+/* Friction of a mass at rest less that of one that slips, by where it would slip. */
+typedef struct {
+    double up_1;    /* [m/s^2] of the actuator, to v_1 > 0 */
+    double down_1;  /* [m/s^2] of the actuator, to v_1 < 0 */
+    double up_2;    /* [m/s^2] of the body, to v_2 > 0 */
+    double down_2;  /* [m/s^2] of the body, to v_2 < 0 */
+} excess_f64;
+
+/* What friction takes of the acceleration of a mass: its level with the sign of v_i. */
+typedef struct {
+    double resisted_1;  /* [m/s^2] of the actuator; held, as much of the free acceleration as it can */
+    double resisted_2;  /* [m/s^2] of the body; held, as much of the free acceleration as it can */
+} resisted_f64;
+
+/* Forces of friction and of a stop. */
+typedef struct {
+    double friction_1;  /* [N] force of Coulomb friction on the actuator */
+    double friction_2;  /* [N] force of Coulomb friction on the body */
+    double stop_1;      /* [N] force of the stop on the actuator that it holds */
+} forces_f64;
 
 /* R, its derivative and what is left of the initial 1. */
 typedef struct {
@@ -255,6 +276,8 @@ typedef struct {
     double d_x1_max;       /* [m] change of the upper end of the actuator's stroke */
     double d_u_max;        /* [A] change of the current limit */
     double d_impact_loss;  /* [1] change of the fraction of the body's kinetic energy lost at touchdown */
+    double d_f1_excess;    /* [m/s^2] change of the friction of the actuator at rest, less f1 */
+    double d_f2_excess;    /* [m/s^2] change of the friction of the body at rest, less f2 */
 } robot_change_f64;
 
 /* Changes: The hopper at one instant; x_2 is x_1 - y and the length without load. */
@@ -492,6 +515,18 @@ static inline friction_f64 friction_of_f64(const hopform_robot_f64 *robot)
     return result;
 }
 
+/* Friction at rest less that in motion: a free acceleration may go further by it before the mass slips. */
+static inline excess_f64 excess_of_f64(const hopform_robot_f64 *robot)
+{
+    const double f1_excess = robot->f1_excess, f2_excess = robot->f2_excess;
+    const double up_1 = f1_excess;    /* (5) at rest */
+    const double down_1 = f1_excess;  /* (5) at rest */
+    const double up_2 = f2_excess;    /* (5) at rest */
+    const double down_2 = f2_excess;  /* (5) at rest */
+    const excess_f64 result = {up_1, down_1, up_2, down_2};
+    return result;
+}
+
 /* Rate of the compression. */
 static inline double compression_rate_f64(const hopform_state_f64 *state)
 {
@@ -521,6 +556,21 @@ static inline free_f64 free_terms_f64(const hopform_rates_f64 *rates, const hopf
     const double free_1 = fabs_f64(a1_0) + fabs_f64(a1_u*u) + fabs_f64(a1_y*y);  /* (3) at v_i = 0, by magnitude */
     const double free_2 = fabs_f64(a2_0) + fabs_f64(a2_y*y);                      /* (4) at v_i = 0, by magnitude */
     const free_f64 result = {free_1, free_2};
+    return result;
+}
+
+/* Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration. */
+static inline forces_f64 forces_of_f64(const hopform_robot_f64 *robot,
+    const free_f64 *free,
+    const resisted_f64 *resisted)
+{
+    const double m_eff = robot->m_eff, m_s = robot->m_s;
+    const double free_1 = free->free_1;
+    const double resisted_1 = resisted->resisted_1, resisted_2 = resisted->resisted_2;
+    const double friction_1 = -m_eff*resisted_1;        /* (3), (4) */
+    const double friction_2 = -m_s*resisted_2;          /* (3), (4) */
+    const double stop_1 = m_eff*(resisted_1 - free_1);  /* (3) at v_1' = 0 */
+    const forces_f64 result = {friction_1, friction_2, stop_1};
     return result;
 }
 
@@ -954,6 +1004,31 @@ static inline slopes_f64 slopes_of_f64(const hopform_robot_f64 *robot,
     const double d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1;                /* change of (3), in (10) lambda_2 measured from y = 0 */
     const double d_C_2 = d_a2_0 - d_f2*side_2;                                      /* change of (4), in (8) -gamma measured from y = 0 */
     const slopes_f64 result = {d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2};
+    return result;
+}
+
+/* Change of the free accelerations with the state. */
+static inline free_f64 free_slopes_f64(const hopform_rates_f64 *rates, const state_change_f64 *state_change)
+{
+    const double a1_y = rates->a1_y, a2_y = rates->a2_y;
+    const double d_y = state_change->d_y;
+    const double free_1 = a1_y*d_y;  /* (3) at v_i = 0 */
+    const double free_2 = a2_y*d_y;  /* (4) at v_i = 0 */
+    const free_f64 result = {free_1, free_2};
+    return result;
+}
+
+/* Change of the friction at rest, less that of the friction in motion, with the robot. */
+static inline excess_f64 excess_change_f64(const hopform_robot_f64 *robot,
+    const robot_change_f64 *robot_change)
+{
+    (void)robot;
+    const double d_f1_excess = robot_change->d_f1_excess, d_f2_excess = robot_change->d_f2_excess;
+    const double up_1 = d_f1_excess;    /* (5) at rest */
+    const double down_1 = d_f1_excess;  /* (5) at rest */
+    const double up_2 = d_f2_excess;    /* (5) at rest */
+    const double down_2 = d_f2_excess;  /* (5) at rest */
+    const excess_f64 result = {up_1, down_1, up_2, down_2};
     return result;
 }
 

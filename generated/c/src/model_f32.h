@@ -21,7 +21,7 @@ typedef union {
     float of[2];
 } free_by_element_f32;
 
-/* How far the free acceleration of a mass that is held may go to either side. */
+/* Coulomb friction of a mass that slips. */
 typedef union {
     friction_f32 named;
     float of[2];
@@ -36,6 +36,12 @@ typedef union {
     float of[4];
 } state_by_axis_f32;
 
+/* Friction of a mass at rest less that of one that slips, by where it would slip. */
+typedef union {
+    excess_f32 named;
+    float of[4];
+} excess_by_side_f32;
+
 /* Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1. */
 typedef union {
     slopes_f32 named;
@@ -45,7 +51,7 @@ typedef union {
 /* Changes: What the hopper is made of. */
 typedef union {
     robot_change_f32 named;
-    float of[15];
+    float of[17];
 } robot_change_by_field_f32;
 
 /* The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals. */

@@ -21,7 +21,7 @@ typedef union {
     double of[2];
 } free_by_element_f64;
 
-/* How far the free acceleration of a mass that is held may go to either side. */
+/* Coulomb friction of a mass that slips. */
 typedef union {
     friction_f64 named;
     double of[2];
@@ -36,6 +36,12 @@ typedef union {
     double of[4];
 } state_by_axis_f64;
 
+/* Friction of a mass at rest less that of one that slips, by where it would slip. */
+typedef union {
+    excess_f64 named;
+    double of[4];
+} excess_by_side_f64;
+
 /* Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1. */
 typedef union {
     slopes_f64 named;
@@ -45,7 +51,7 @@ typedef union {
 /* Changes: What the hopper is made of. */
 typedef union {
     robot_change_f64 named;
-    double of[15];
+    double of[17];
 } robot_change_by_field_f64;
 
 /* The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals. */

@@ -54,7 +54,31 @@ static inline double settled_f64(const hopform_poles_f64 *poles, const numerator
 
 /* ---- the hold rule ---- */
 
-/* Where an element at rest goes, held while |a_i| <= f_i: 1 or -1, 0 if it stays. */
+/* Where an element that would slip to a side stands in a record of both sides of each. */
+static inline int side_index_f64(int element, int side) {
+    return 2 * element + (side < 0 ? 1 : 0);
+}
+
+/* Friction of an element at rest that would slip to a side, less that in motion. */
+static inline double excess_to_side_f64(const hopform_robot_f64 *robot, int element, int side) {
+    excess_by_side_f64 excess;
+    excess.named = excess_of_f64(robot);
+    return excess.of[side_index_f64(element, side)];
+}
+
+/* Level of friction of an element that slips. */
+static inline double level_of_f64(const hopform_robot_f64 *robot, int element) {
+    friction_by_element_f64 levels;
+    levels.named = friction_of_f64(robot);
+    return levels.of[element];
+}
+
+/* Level of friction of an element at rest that would slip to a side. */
+static inline double level_at_rest_f64(const hopform_robot_f64 *robot, int element, int side) {
+    return level_of_f64(robot, element) + excess_to_side_f64(robot, element, side);
+}
+
+/* Where an element at rest goes, held while |a_i| <= f_s,i: 1 or -1, 0 if it stays. */
 static inline double goes_f64(double acceleration, double friction) {
     const double down = acceleration < -friction ? -1.0 : 0.0;
     return acceleration > friction ? 1.0 : down;
@@ -174,6 +198,26 @@ static inline void pass_event_at_axis_f64(double change[HOPFORM_AXES], const dou
     }
     change[axis] = wanted;
     change[velocity] = 0.0 - after[velocity] * late;
+}
+
+/* How the free acceleration of an element changes with the state. */
+static inline double free_slope_f64(const hopform_rates_f64 *rates, int element, const state_by_axis_f64 *change) {
+    free_by_element_f64 slopes;
+    slopes.named = free_slopes_f64(rates, &change->change);
+    return slopes.of[element];
+}
+
+/* The element that begins to slip at an event; -1 if none does. */
+static inline int slips_at_event_f64(int event) {
+    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+        if (event == HOPFORM_EVENT_SLIPS(element)) { return element; }
+    }
+    return -1;
+}
+
+/* The change of z right after an element has begun to slip, `late`r: its velocity was 0 and grows. */
+static inline void pass_slip_f64(double change[HOPFORM_AXES], int element, double acceleration, double late) {
+    change[HOPFORM_VELOCITY_AXIS(element)] -= acceleration * late;
 }
 
 /* ---- a stance that is followed phase by phase while it is solved ---- */

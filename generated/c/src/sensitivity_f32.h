@@ -37,7 +37,9 @@ typedef struct {
     float t;        /* since touchdown */
     state_by_axis_f32 at;
     state_by_axis_f32 change[COLUMNS_f32];
-    bool exists; /* the time of each event so far moves in proportion */
+    float late[COLUMNS_f32]; /* how much later the event came that began the phase; 0 where its time is fixed */
+    bool is_timed;           /* these are known: a velocity that fades to nothing has no time in proportion */
+    bool exists;             /* the time of each event so far moves in proportion */
 } variation_f32;
 
 static float current_f32(const variation_f32 *variation, const hopform_phase_f32 *phase) {
@@ -171,8 +173,57 @@ static void travel_f32(variation_f32 *variation, float t) {
 
 /* ---- through the events ---- */
 
+static void not_late_f32(variation_f32 *variation) {
+    for (int column = 0; column < COLUMNS_f32; column++) {
+        variation->late[column] = 0.0f;
+    }
+}
+
+/* Change of the acceleration of an element with the inputs of a column, at a state that does not change, by what the
+ * sides of a mode give. */
+static float direct_slope_f32(const variation_f32 *variation, const mode_f32 *mode, int element, int column) {
+    const hopform_phase_f32 *phase = &variation->phases[variation->index];
+    const robot_change_f32 robot = robot_change_of_column_f32(column);
+    const float current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0f : 0.0f;
+    slopes_by_share_f32 slopes;
+    slopes.named = slopes_of_f32(&variation->plan->robot, current_f32(variation, phase), (float)mode->side[0],
+                                  (float)mode->side[1], &robot, current);
+    const float *shares = slopes.of + element * SHARES_f32;
+    float slope = shares[CORE_f32];
+    for (int c = 0; c < CORE_f32; c++) {
+        slope += shares[c] * variation->at.of[c + 1];
+    }
+    return slope;
+}
+
+/* Follow the changes through the slip of an element, with which the phase begins that `variation` is in. Its free
+ * acceleration has reached the friction at rest, so it starts with the excess of that. A current that steps lets it go
+ * at a fixed time; without excess its velocity does not jump, whenever it slips. */
+static void cross_slip_f32(variation_f32 *variation, int element, const mode_f32 *entered,
+                            const state_by_axis_f32 *before) {
+    const hopform_plan_f32 *plan = variation->plan;
+    const hopform_phase_f32 *now = &variation->phases[variation->index];
+    const int side = entered->side[element];
+    const float acceleration = (float)side * excess_to_side_f32(&plan->robot, element, side);
+    const bool at_step = now->step > 0 && !(now->t > variation->steps[now->step].t);
+    if (at_step || !(fabs_f32(acceleration) > 0.0f)) { return; }
+    const float rate = free_slope_f32(&plan->rates, element, before);
+    variation->exists = variation->exists && fabs_f32(rate) > 0.0f;
+    for (int column = 0; column < COLUMNS_f32 && variation->exists; column++) {
+        const robot_change_f32 robot = robot_change_of_column_f32(column);
+        excess_by_side_f32 excess;
+        excess.named = excess_change_f32(&plan->robot, &robot);
+        const float at_rest = (float)side * excess.of[side_index_f32(element, side)];
+        const float early = free_slope_f32(&plan->rates, element, &variation->change[column])
+                           + direct_slope_f32(variation, entered, element, column) - at_rest;
+        const float late = -early / rate;
+        pass_slip_f32(variation->change[column].of, element, acceleration, late);
+        variation->late[column] = late;
+    }
+}
+
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
- * belongs to it; nothing jumps where a mass slips or the current steps. */
+ * belongs to it; nothing jumps where the current steps. */
 static void cross_f32(variation_f32 *variation) {
     static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
     const hopform_phase_f32 *old = &variation->phases[variation->index];
@@ -192,21 +243,29 @@ static void cross_f32(variation_f32 *variation) {
     variation->index++;
     variation->t = now->t;
     variation->at = start;
+    variation->is_timed = axis < 0;
+    not_late_f32(variation);
+    const int slips = slips_at_event_f32(now->event);
+    if (slips >= 0) { cross_slip_f32(variation, slips, &entered, &before); }
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_f32(before.of[axis] - after.of[axis]) > 0.0f))) { return; }
     variation->exists = variation->exists && fabs_f32(before.of[axis]) > 0.0f;
+    variation->is_timed = variation->exists;
     for (int column = 0; column < COLUMNS_f32 && variation->exists; column++) {
         float *change = variation->change[column].of;
         const float wanted = column == bound ? 1.0f : 0.0f;
         const float late = (wanted - change[axis]) / before.of[axis];
         pass_event_at_axis_f32(change, before.of, after.of, axis, wanted, late);
+        variation->late[column] = late;
     }
 }
 
 /* A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once. */
 static variation_f32 variation_of_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                         const hopform_phase_f32 *phases, const hopform_stance_f32 *stance) {
-    variation_f32 variation = {plan, steps, phases, 0, 0.0f, {{0.0f, 0.0f, 0.0f, 0.0f}}, {{{0.0f, 0.0f, 0.0f, 0.0f}}}, true};
+    variation_f32 variation = {
+        plan, steps, phases, 0, 0.0f, {{0.0f, 0.0f, 0.0f, 0.0f}}, {{{0.0f, 0.0f, 0.0f, 0.0f}}}, {0.0f}, true, true,
+    };
     const mode_f32 mode = mode_of_f32(plan, phases, current_f32(&variation, phases));
     variation.at.named = start_of_phase_f32(phases);
     for (int i = 0; i < HOPFORM_AXES; i++) {
@@ -230,27 +289,68 @@ static void follow_to_f32(variation_f32 *variation, int32_t last, float t) {
     travel_f32(variation, t);
 }
 
-/* The rows of the matrix from the changes at take-off, F = 0. */
-static bool finish_f32(variation_f32 *variation, const hopform_state_f32 *end, float *matrix) {
+/* Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is within
+ * its friction at rest, or a stop or a bolt carries it. */
+static bool stays_held_f32(const variation_f32 *variation, int element) {
+    const hopform_robot_f32 *robot = &variation->plan->robot;
+    const hopform_phase_f32 *phase = &variation->phases[variation->index];
+    const state_by_axis_f32 *at = &variation->at;
+    free_by_element_f32 free;
+    free.named = free_accelerations_f32(&variation->plan->rates, &at->named, current_f32(variation, phase));
+    const float downwards = -level_at_rest_f32(robot, element, -1);
+    const float upwards = level_at_rest_f32(robot, element, 1);
+    const bool is_fixed = HOPFORM_IS_FIXED(element);
+    const bool has_stops = element == HOPFORM_STOPPED_ELEMENT;
+    const bool below = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= robot->x1_min);
+    const bool above = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= robot->x1_max);
+    return (below || free.of[element] > downwards) && (above || free.of[element] < upwards);
+}
+
+/* How much later the ending comes, from what changes there and its speed; false where it is not in proportion. A rest
+ * comes as the event that began it, the horizon at its time. Where a search ended there is nothing to follow. */
+static bool ends_later_f32(variation_f32 *variation, const hopform_stance_f32 *stance,
+                            const hopform_state_f32 *speed) {
+    const hopform_robot_f32 *robot = &variation->plan->robot;
+    if (stance->ending == HOPFORM_ENDING_REST) {
+        return variation->is_timed && stays_held_f32(variation, 0) && stays_held_f32(variation, 1);
+    }
+    if (stance->ending == HOPFORM_ENDING_HORIZON) {
+        not_late_f32(variation);
+        return true;
+    }
+    const float contact_rate = contact_slope_f32(robot, speed);
+    if (stance->ending != HOPFORM_ENDING_TAKEOFF || !(fabs_f32(contact_rate) > 0.0f)) { return false; }
+    for (int column = 0; column < COLUMNS_f32; column++) {
+        const robot_change_f32 by = robot_change_of_column_f32(column);
+        const hopform_state_f32 *end = &stance->end;
+        variation->late[column] =
+            -contact_change_f32(robot, end, &by, &variation->change[column].change) / contact_rate;
+    }
+    return true;
+}
+
+/* The rows of the matrix from the changes at the ending; an apex is what a take-off has. */
+static bool finish_f32(variation_f32 *variation, const hopform_stance_f32 *stance, float *matrix) {
     const hopform_robot_f32 *robot = &variation->plan->robot;
     const hopform_phase_f32 *phase = &variation->phases[variation->index];
     const mode_f32 mode = mode_of_f32(variation->plan, phase, current_f32(variation, phase));
     const hopform_state_f32 start = start_of_phase_f32(variation->phases);
+    const hopform_state_f32 *end = &stance->end;
     const state_by_axis_f32 speed = speeds_in_mode_f32(variation->plan, &mode, end);
-    const float contact_rate = contact_slope_f32(robot, &speed.named);
-    const float fall = fall_of_f32(robot);
+    const bool lifts = stance->ending == HOPFORM_ENDING_TAKEOFF;
+    const float fall = lifts ? fall_of_f32(robot) : 0.0f;
     const bool underflows = fall > 0.0f && !(fall * fall > 0.0f); /* by which the apex's derivative divides */
-    if (!(fabs_f32(contact_rate) > 0.0f) || underflows) { return false; }
+    if (underflows || !ends_later_f32(variation, stance, &speed.named)) { return false; }
     for (int column = 0; column < COLUMNS_f32; column++) {
         state_by_axis_f32 *change = &variation->change[column];
         state_by_axis_f32 unit;
         const robot_change_f32 by = robot_change_of_column_f32(column);
-        const float late = -contact_change_f32(robot, end, &by, &change->change) / contact_rate;
+        const float late = variation->late[column];
         for (int i = 0; i < HOPFORM_AXES; i++) {
             unit.of[i] = column == column_of_axis_f32[i] ? 1.0f : 0.0f;
             change->of[i] += speed.of[i] * late;
         }
-        if (HOPFORM_CONTACT_IS_COMPRESSION) { change->of[HOPFORM_COMPRESSION_AXIS] = 0.0f; /* at take-off */ }
+        if (lifts && HOPFORM_CONTACT_IS_COMPRESSION) { change->of[HOPFORM_COMPRESSION_AXIS] = 0.0f; }
         const float rows[HOPFORM_SENSITIVITY_ROWS] = {late,
                                                      change->of[0],
                                                      change->of[1],
@@ -267,8 +367,10 @@ static bool finish_f32(variation_f32 *variation, const hopform_state_f32 *end, f
     return true;
 }
 
-/* Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS
- * numbers, row by row; zeros if there are none (positive status).
+/* Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
+ * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
+ * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. The row
+ * of the apex is 0 without take-off.
  *
  * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
  * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
@@ -281,12 +383,9 @@ int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hop
     const memory_f32 array = array_f32(matrix, count, sizeof *matrix);
     const int32_t status = reading_status_f32(plan, steps, phases, stance, NULL, &array, 1);
     if (status < 0) { return status; }
-    bool exists = stance->ending == HOPFORM_ENDING_TAKEOFF;
-    if (exists) {
-        variation_f32 variation = variation_of_f32(plan, steps, phases, stance);
-        follow_to_f32(&variation, stance->phases_kept - 1, stance->duration);
-        exists = variation.exists && finish_f32(&variation, &stance->end, matrix);
-    }
+    variation_f32 variation = variation_of_f32(plan, steps, phases, stance);
+    follow_to_f32(&variation, stance->phases_kept - 1, stance->duration);
+    bool exists = variation.exists && finish_f32(&variation, stance, matrix);
     for (int32_t n = 0; exists && n < count; n++) {
         exists = matrix[n] >= -HOPFORM_NEVER_f32 && matrix[n] <= HOPFORM_NEVER_f32;
     }

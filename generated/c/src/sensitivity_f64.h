@@ -37,7 +37,9 @@ typedef struct {
     double t;        /* since touchdown */
     state_by_axis_f64 at;
     state_by_axis_f64 change[COLUMNS_f64];
-    bool exists; /* the time of each event so far moves in proportion */
+    double late[COLUMNS_f64]; /* how much later the event came that began the phase; 0 where its time is fixed */
+    bool is_timed;           /* these are known: a velocity that fades to nothing has no time in proportion */
+    bool exists;             /* the time of each event so far moves in proportion */
 } variation_f64;
 
 static double current_f64(const variation_f64 *variation, const hopform_phase_f64 *phase) {
@@ -171,8 +173,57 @@ static void travel_f64(variation_f64 *variation, double t) {
 
 /* ---- through the events ---- */
 
+static void not_late_f64(variation_f64 *variation) {
+    for (int column = 0; column < COLUMNS_f64; column++) {
+        variation->late[column] = 0.0;
+    }
+}
+
+/* Change of the acceleration of an element with the inputs of a column, at a state that does not change, by what the
+ * sides of a mode give. */
+static double direct_slope_f64(const variation_f64 *variation, const mode_f64 *mode, int element, int column) {
+    const hopform_phase_f64 *phase = &variation->phases[variation->index];
+    const robot_change_f64 robot = robot_change_of_column_f64(column);
+    const double current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
+    slopes_by_share_f64 slopes;
+    slopes.named = slopes_of_f64(&variation->plan->robot, current_f64(variation, phase), (double)mode->side[0],
+                                  (double)mode->side[1], &robot, current);
+    const double *shares = slopes.of + element * SHARES_f64;
+    double slope = shares[CORE_f64];
+    for (int c = 0; c < CORE_f64; c++) {
+        slope += shares[c] * variation->at.of[c + 1];
+    }
+    return slope;
+}
+
+/* Follow the changes through the slip of an element, with which the phase begins that `variation` is in. Its free
+ * acceleration has reached the friction at rest, so it starts with the excess of that. A current that steps lets it go
+ * at a fixed time; without excess its velocity does not jump, whenever it slips. */
+static void cross_slip_f64(variation_f64 *variation, int element, const mode_f64 *entered,
+                            const state_by_axis_f64 *before) {
+    const hopform_plan_f64 *plan = variation->plan;
+    const hopform_phase_f64 *now = &variation->phases[variation->index];
+    const int side = entered->side[element];
+    const double acceleration = (double)side * excess_to_side_f64(&plan->robot, element, side);
+    const bool at_step = now->step > 0 && !(now->t > variation->steps[now->step].t);
+    if (at_step || !(fabs_f64(acceleration) > 0.0)) { return; }
+    const double rate = free_slope_f64(&plan->rates, element, before);
+    variation->exists = variation->exists && fabs_f64(rate) > 0.0;
+    for (int column = 0; column < COLUMNS_f64 && variation->exists; column++) {
+        const robot_change_f64 robot = robot_change_of_column_f64(column);
+        excess_by_side_f64 excess;
+        excess.named = excess_change_f64(&plan->robot, &robot);
+        const double at_rest = (double)side * excess.of[side_index_f64(element, side)];
+        const double early = free_slope_f64(&plan->rates, element, &variation->change[column])
+                           + direct_slope_f64(variation, entered, element, column) - at_rest;
+        const double late = -early / rate;
+        pass_slip_f64(variation->change[column].of, element, acceleration, late);
+        variation->late[column] = late;
+    }
+}
+
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
- * belongs to it; nothing jumps where a mass slips or the current steps. */
+ * belongs to it; nothing jumps where the current steps. */
 static void cross_f64(variation_f64 *variation) {
     static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
     const hopform_phase_f64 *old = &variation->phases[variation->index];
@@ -192,21 +243,29 @@ static void cross_f64(variation_f64 *variation) {
     variation->index++;
     variation->t = now->t;
     variation->at = start;
+    variation->is_timed = axis < 0;
+    not_late_f64(variation);
+    const int slips = slips_at_event_f64(now->event);
+    if (slips >= 0) { cross_slip_f64(variation, slips, &entered, &before); }
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_f64(before.of[axis] - after.of[axis]) > 0.0))) { return; }
     variation->exists = variation->exists && fabs_f64(before.of[axis]) > 0.0;
+    variation->is_timed = variation->exists;
     for (int column = 0; column < COLUMNS_f64 && variation->exists; column++) {
         double *change = variation->change[column].of;
         const double wanted = column == bound ? 1.0 : 0.0;
         const double late = (wanted - change[axis]) / before.of[axis];
         pass_event_at_axis_f64(change, before.of, after.of, axis, wanted, late);
+        variation->late[column] = late;
     }
 }
 
 /* A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once. */
 static variation_f64 variation_of_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                         const hopform_phase_f64 *phases, const hopform_stance_f64 *stance) {
-    variation_f64 variation = {plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, {{{0.0, 0.0, 0.0, 0.0}}}, true};
+    variation_f64 variation = {
+        plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, {{{0.0, 0.0, 0.0, 0.0}}}, {0.0}, true, true,
+    };
     const mode_f64 mode = mode_of_f64(plan, phases, current_f64(&variation, phases));
     variation.at.named = start_of_phase_f64(phases);
     for (int i = 0; i < HOPFORM_AXES; i++) {
@@ -230,27 +289,68 @@ static void follow_to_f64(variation_f64 *variation, int32_t last, double t) {
     travel_f64(variation, t);
 }
 
-/* The rows of the matrix from the changes at take-off, F = 0. */
-static bool finish_f64(variation_f64 *variation, const hopform_state_f64 *end, double *matrix) {
+/* Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is within
+ * its friction at rest, or a stop or a bolt carries it. */
+static bool stays_held_f64(const variation_f64 *variation, int element) {
+    const hopform_robot_f64 *robot = &variation->plan->robot;
+    const hopform_phase_f64 *phase = &variation->phases[variation->index];
+    const state_by_axis_f64 *at = &variation->at;
+    free_by_element_f64 free;
+    free.named = free_accelerations_f64(&variation->plan->rates, &at->named, current_f64(variation, phase));
+    const double downwards = -level_at_rest_f64(robot, element, -1);
+    const double upwards = level_at_rest_f64(robot, element, 1);
+    const bool is_fixed = HOPFORM_IS_FIXED(element);
+    const bool has_stops = element == HOPFORM_STOPPED_ELEMENT;
+    const bool below = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= robot->x1_min);
+    const bool above = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= robot->x1_max);
+    return (below || free.of[element] > downwards) && (above || free.of[element] < upwards);
+}
+
+/* How much later the ending comes, from what changes there and its speed; false where it is not in proportion. A rest
+ * comes as the event that began it, the horizon at its time. Where a search ended there is nothing to follow. */
+static bool ends_later_f64(variation_f64 *variation, const hopform_stance_f64 *stance,
+                            const hopform_state_f64 *speed) {
+    const hopform_robot_f64 *robot = &variation->plan->robot;
+    if (stance->ending == HOPFORM_ENDING_REST) {
+        return variation->is_timed && stays_held_f64(variation, 0) && stays_held_f64(variation, 1);
+    }
+    if (stance->ending == HOPFORM_ENDING_HORIZON) {
+        not_late_f64(variation);
+        return true;
+    }
+    const double contact_rate = contact_slope_f64(robot, speed);
+    if (stance->ending != HOPFORM_ENDING_TAKEOFF || !(fabs_f64(contact_rate) > 0.0)) { return false; }
+    for (int column = 0; column < COLUMNS_f64; column++) {
+        const robot_change_f64 by = robot_change_of_column_f64(column);
+        const hopform_state_f64 *end = &stance->end;
+        variation->late[column] =
+            -contact_change_f64(robot, end, &by, &variation->change[column].change) / contact_rate;
+    }
+    return true;
+}
+
+/* The rows of the matrix from the changes at the ending; an apex is what a take-off has. */
+static bool finish_f64(variation_f64 *variation, const hopform_stance_f64 *stance, double *matrix) {
     const hopform_robot_f64 *robot = &variation->plan->robot;
     const hopform_phase_f64 *phase = &variation->phases[variation->index];
     const mode_f64 mode = mode_of_f64(variation->plan, phase, current_f64(variation, phase));
     const hopform_state_f64 start = start_of_phase_f64(variation->phases);
+    const hopform_state_f64 *end = &stance->end;
     const state_by_axis_f64 speed = speeds_in_mode_f64(variation->plan, &mode, end);
-    const double contact_rate = contact_slope_f64(robot, &speed.named);
-    const double fall = fall_of_f64(robot);
+    const bool lifts = stance->ending == HOPFORM_ENDING_TAKEOFF;
+    const double fall = lifts ? fall_of_f64(robot) : 0.0;
     const bool underflows = fall > 0.0 && !(fall * fall > 0.0); /* by which the apex's derivative divides */
-    if (!(fabs_f64(contact_rate) > 0.0) || underflows) { return false; }
+    if (underflows || !ends_later_f64(variation, stance, &speed.named)) { return false; }
     for (int column = 0; column < COLUMNS_f64; column++) {
         state_by_axis_f64 *change = &variation->change[column];
         state_by_axis_f64 unit;
         const robot_change_f64 by = robot_change_of_column_f64(column);
-        const double late = -contact_change_f64(robot, end, &by, &change->change) / contact_rate;
+        const double late = variation->late[column];
         for (int i = 0; i < HOPFORM_AXES; i++) {
             unit.of[i] = column == column_of_axis_f64[i] ? 1.0 : 0.0;
             change->of[i] += speed.of[i] * late;
         }
-        if (HOPFORM_CONTACT_IS_COMPRESSION) { change->of[HOPFORM_COMPRESSION_AXIS] = 0.0; /* at take-off */ }
+        if (lifts && HOPFORM_CONTACT_IS_COMPRESSION) { change->of[HOPFORM_COMPRESSION_AXIS] = 0.0; }
         const double rows[HOPFORM_SENSITIVITY_ROWS] = {late,
                                                      change->of[0],
                                                      change->of[1],
@@ -267,8 +367,10 @@ static bool finish_f64(variation_f64 *variation, const hopform_state_f64 *end, d
     return true;
 }
 
-/* Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS
- * numbers, row by row; zeros if there are none (positive status).
+/* Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
+ * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
+ * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. The row
+ * of the apex is 0 without take-off.
  *
  * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
  * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
@@ -281,12 +383,9 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
     const memory_f64 array = array_f64(matrix, count, sizeof *matrix);
     const int32_t status = reading_status_f64(plan, steps, phases, stance, NULL, &array, 1);
     if (status < 0) { return status; }
-    bool exists = stance->ending == HOPFORM_ENDING_TAKEOFF;
-    if (exists) {
-        variation_f64 variation = variation_of_f64(plan, steps, phases, stance);
-        follow_to_f64(&variation, stance->phases_kept - 1, stance->duration);
-        exists = variation.exists && finish_f64(&variation, &stance->end, matrix);
-    }
+    variation_f64 variation = variation_of_f64(plan, steps, phases, stance);
+    follow_to_f64(&variation, stance->phases_kept - 1, stance->duration);
+    bool exists = variation.exists && finish_f64(&variation, stance, matrix);
     for (int32_t n = 0; exists && n < count; n++) {
         exists = matrix[n] >= -HOPFORM_NEVER_f64 && matrix[n] <= HOPFORM_NEVER_f64;
     }

@@ -108,6 +108,18 @@ static inline void pass_event_f32(current_variation_f32 *variation, const solved
         }
         pass_event_at_axis_f32(change->of, before->of, after.of, axis, 0.0f, late);
     }
+    const int slips = slips_at_event_f32(now->event);
+    if (slips >= 0 && excess_to_side_f32(robot, slips, now->side[slips]) > 0.0f) {
+        const hopform_rates_f32 *rates = &variation->plan->rates;
+        const float rate = free_slope_f32(rates, slips, before);
+        const float by_u = slips == HOPFORM_DRIVEN_ELEMENT ? rates->a1_u : 0.0f;
+        if (fabs_f32(rate) > 0.0f) {
+            late = -(free_slope_f32(rates, slips, change) + by_u) / rate;
+        } else {
+            variation->trial->smooth = false;
+        }
+        pass_slip_f32(change->of, slips, now->motion->of.velocity[slips].H3, late);
+    }
     note_largest_f32(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
     if (turns_up_f32(variation, now, contact_slope_f32(robot, &after.named))) {
         const state_by_axis_f32 met = change_at_event_f32(change, &after, late);

@@ -108,6 +108,18 @@ static inline void pass_event_f64(current_variation_f64 *variation, const solved
         }
         pass_event_at_axis_f64(change->of, before->of, after.of, axis, 0.0, late);
     }
+    const int slips = slips_at_event_f64(now->event);
+    if (slips >= 0 && excess_to_side_f64(robot, slips, now->side[slips]) > 0.0) {
+        const hopform_rates_f64 *rates = &variation->plan->rates;
+        const double rate = free_slope_f64(rates, slips, before);
+        const double by_u = slips == HOPFORM_DRIVEN_ELEMENT ? rates->a1_u : 0.0;
+        if (fabs_f64(rate) > 0.0) {
+            late = -(free_slope_f64(rates, slips, change) + by_u) / rate;
+        } else {
+            variation->trial->smooth = false;
+        }
+        pass_slip_f64(change->of, slips, now->motion->of.velocity[slips].H3, late);
+    }
     note_largest_f64(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
     if (turns_up_f64(variation, now, contact_slope_f64(robot, &after.named))) {
         const state_by_axis_f64 met = change_at_event_f64(change, &after, late);

@@ -13,7 +13,7 @@ same bits. `solve` calls them for arrays:
 
     >>> import numpy as np
     >>> from hopform_solver import ENDINGS, LegState, Robot, solve
-    >>> robot = Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05)
+    >>> robot = Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0)
     >>> stance = solve(robot, LegState(x1=0.0, v1=0.0, v2=-1.93, y=0.0), u=np.array([0.0, 2.0, 3.0]))
     >>> stance.duration.shape, all(ending in ENDINGS for ending in stance.ending.tolist())
     ((3,), True)
@@ -22,7 +22,7 @@ same bits. `solve` calls them for arrays:
 from .records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 from .stance import Solution, solve
 
-LAYOUT = "1211cdb2ad7596c1"
+LAYOUT = "df595e7f287d7b67"
 """Of the structs and numbers that this package shares with its C library, which carries the same text."""
 
 VERSION = "0.1.0"

@@ -234,6 +234,8 @@ ANSWERS = {
         "x1_max": "number or null",
         "u_max": "number or null",
         "impact_loss": "number or null",
+        "f1_excess": "number or null",
+        "f2_excess": "number or null",
     },
     "robot": {
         "name": "string",
@@ -253,6 +255,8 @@ ANSWERS = {
         "x1_max": "number or null",
         "u_max": "number or null",
         "impact_loss": "number",
+        "f1_excess": "number",
+        "f2_excess": "number",
         "travel": "number or null",
     },
     "field": {

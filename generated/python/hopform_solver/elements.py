@@ -57,5 +57,5 @@ AXES_OF_MOMENTS = [[1, 4], [2, 4], [1, 1], [2, 2], [0, 2]]
 ROWS = ("T", "x1", "v1", "x2", "v2", "apex", "aed",)
 """What is differentiated: time and state of the take-off, hop height of the apex, AED."""
 
-COLUMNS = ("x1", "v1", "y", "v2", "u", "m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max", "u_max", "impact_loss",)
+COLUMNS = ("x1", "v1", "y", "v2", "u", "m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max", "u_max", "impact_loss", "f1_excess", "f2_excess",)
 """What stances are differentiated by: the state at the start, the current, the parameters of the robot."""

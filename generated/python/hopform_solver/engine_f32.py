@@ -52,7 +52,7 @@ PLAN_MADE = 0x686f7066  # marks memory that is a plan
 SELFTEST_PHASES = 32  # phases that hopform_selftest works in
 SENSITIVITY_ROWS = 7
 TANGENT_ROWS = 4  # x1, v1, v2, y: members of the state
-ROBOT_FIELDS = 15
+ROBOT_FIELDS = 17
 EPS = real(1.1920929e-7)  # distance from 1 to the next number
 ROOT_EPS = real(0.00034526698)  # its square root
 NEVER = real(1e38)  # what is beyond is refused; the time of what does not happen
@@ -91,11 +91,13 @@ FLIGHT_PULL = 1
 FLIGHT_TOUCHDOWN_HERE = 2
 FLIGHT_REST = 3
 FLIGHT_HORIZON_HERE = 4
+EXCESS = 15
+COLUMN_OF_EXCESS = 20
 FLIGHT_PHASES = 16
 TIMES = 5
 GRID = 5
 CURRENTS = 2
-COLUMNS = 20
+COLUMNS = 22
 ROBOT = 5
 SHARES = 4
 STRIDE = 8
@@ -105,13 +107,14 @@ BLOCK = 64
 class Robot:
     """What the hopper is made of."""
     __slots__ = ("m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max", "u_max",
-        "impact_loss",)
-    SIZE = 60
+        "impact_loss", "f1_excess", "f2_excess",)
+    SIZE = 68
     PARTS: tuple[str, ...] = ()
 
     def __init__(self, m_eff: Real = ZERO, m_s: Real = ZERO, k: Real = ZERO, L0: Real = ZERO, c: Real = ZERO,
             b1: Real = ZERO, b2: Real = ZERO, f1: Real = ZERO, f2: Real = ZERO, gamma2: Real = ZERO, g: Real = ZERO,
-        x1_min: Real = ZERO, x1_max: Real = ZERO, u_max: Real = ZERO, impact_loss: Real = ZERO) -> None:
+        x1_min: Real = ZERO, x1_max: Real = ZERO, u_max: Real = ZERO, impact_loss: Real = ZERO, f1_excess: Real = ZERO,
+        f2_excess: Real = ZERO) -> None:
         self.m_eff = m_eff  # [kg] effective mass of the actuator
         self.m_s = m_s  # [kg] sprung mass of the body
         self.k = k  # [N/m] stiffness of the spring
@@ -127,10 +130,12 @@ class Robot:
         self.x1_max = x1_max  # [m] upper end of the actuator's stroke
         self.u_max = u_max  # [A] current limit
         self.impact_loss = impact_loss  # [1] fraction of the body's kinetic energy lost at touchdown
+        self.f1_excess = f1_excess  # [m/s^2] friction of the actuator at rest, less f1
+        self.f2_excess = f2_excess  # [m/s^2] friction of the body at rest, less f2
 
     def copy(self) -> "Robot":
         return Robot(self.m_eff, self.m_s, self.k, self.L0, self.c, self.b1, self.b2, self.f1, self.f2, self.gamma2,
-            self.g, self.x1_min, self.x1_max, self.u_max, self.impact_loss)
+            self.g, self.x1_min, self.x1_max, self.u_max, self.impact_loss, self.f1_excess, self.f2_excess)
 
     def put(self, other: "Robot") -> None:
         self.m_eff = other.m_eff
@@ -148,6 +153,8 @@ class Robot:
         self.x1_max = other.x1_max
         self.u_max = other.u_max
         self.impact_loss = other.impact_loss
+        self.f1_excess = other.f1_excess
+        self.f2_excess = other.f2_excess
 
 
 class Rates:
@@ -383,7 +390,7 @@ class Node:
 class Plan:
     """What is computed once per robot: coefficients of (3), (4), poles and a node of each mode."""
     __slots__ = ("robot", "rates", "both", "actuator", "body", "node_both", "node_actuator", "node_body", "made",)
-    SIZE = 336
+    SIZE = 344
     PARTS: tuple[str, ...] = ("robot", "rates", "both", "actuator", "body", "node_both", "node_actuator", "node_body",)
 
     def __init__(self, robot: "Robot | None" = None, rates: "Rates | None" = None, both: "Poles | None" = None,
@@ -859,14 +866,14 @@ class StancesOut:
 class StancesIn:
     """Where robots, states after the impact, currents and longest times are read."""
     __slots__ = ("robot", "x1", "v1", "v2", "y", "u", "horizon", "max_phases",)
-    SIZE = 344
+    SIZE = 376
     PARTS: tuple[str, ...] = ("robot", "x1", "v1", "v2", "y", "u", "horizon",)
 
     def __init__(self, robot: Any = None, x1: "Input | None" = None, v1: "Input | None" = None,
             v2: "Input | None" = None, y: "Input | None" = None, u: "Input | None" = None,
         horizon: "Input | None" = None, max_phases: int = 0) -> None:
         # ROBOT_FIELDS, in the order of the robot's members
-        self.robot: Any = [Input() for _ in range(15)] if robot is None else robot
+        self.robot: Any = [Input() for _ in range(17)] if robot is None else robot
         self.x1 = Input() if x1 is None else x1  # [m] displacement of the actuator
         self.v1 = Input() if v1 is None else v1  # [m/s] velocity of the actuator
         self.v2 = Input() if v2 is None else v2  # [m/s] velocity of the body
@@ -1262,7 +1269,7 @@ class Speeds:
 
 
 class Friction:
-    """How far the free acceleration of a mass that is held may go to either side."""
+    """Coulomb friction of a mass that slips."""
     __slots__ = ("level_1", "level_2",)
     SIZE = 8
     PARTS: tuple[str, ...] = ()
@@ -1277,6 +1284,66 @@ class Friction:
     def put(self, other: "Friction") -> None:
         self.level_1 = other.level_1
         self.level_2 = other.level_2
+
+
+class Excess:
+    """Friction of a mass at rest less that of one that slips, by where it would slip."""
+    __slots__ = ("up_1", "down_1", "up_2", "down_2",)
+    SIZE = 16
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, up_1: Real = ZERO, down_1: Real = ZERO, up_2: Real = ZERO, down_2: Real = ZERO) -> None:
+        self.up_1 = up_1  # [m/s^2] of the actuator, to v_1 > 0
+        self.down_1 = down_1  # [m/s^2] of the actuator, to v_1 < 0
+        self.up_2 = up_2  # [m/s^2] of the body, to v_2 > 0
+        self.down_2 = down_2  # [m/s^2] of the body, to v_2 < 0
+
+    def copy(self) -> "Excess":
+        return Excess(self.up_1, self.down_1, self.up_2, self.down_2)
+
+    def put(self, other: "Excess") -> None:
+        self.up_1 = other.up_1
+        self.down_1 = other.down_1
+        self.up_2 = other.up_2
+        self.down_2 = other.down_2
+
+
+class Resisted:
+    """What friction takes of the acceleration of a mass: its level with the sign of v_i."""
+    __slots__ = ("resisted_1", "resisted_2",)
+    SIZE = 8
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, resisted_1: Real = ZERO, resisted_2: Real = ZERO) -> None:
+        self.resisted_1 = resisted_1  # [m/s^2] of the actuator; held, as much of the free acceleration as it can
+        self.resisted_2 = resisted_2  # [m/s^2] of the body; held, as much of the free acceleration as it can
+
+    def copy(self) -> "Resisted":
+        return Resisted(self.resisted_1, self.resisted_2)
+
+    def put(self, other: "Resisted") -> None:
+        self.resisted_1 = other.resisted_1
+        self.resisted_2 = other.resisted_2
+
+
+class Forces:
+    """Forces of friction and of a stop."""
+    __slots__ = ("friction_1", "friction_2", "stop_1",)
+    SIZE = 12
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, friction_1: Real = ZERO, friction_2: Real = ZERO, stop_1: Real = ZERO) -> None:
+        self.friction_1 = friction_1  # [N] force of Coulomb friction on the actuator
+        self.friction_2 = friction_2  # [N] force of Coulomb friction on the body
+        self.stop_1 = stop_1  # [N] force of the stop on the actuator that it holds
+
+    def copy(self) -> "Forces":
+        return Forces(self.friction_1, self.friction_2, self.stop_1)
+
+    def put(self, other: "Forces") -> None:
+        self.friction_1 = other.friction_1
+        self.friction_2 = other.friction_2
+        self.stop_1 = other.stop_1
 
 
 class PairCore:
@@ -1523,14 +1590,14 @@ class Slopes:
 class RobotChange:
     """Changes: What the hopper is made of."""
     __slots__ = ("d_m_eff", "d_m_s", "d_k", "d_L0", "d_c", "d_b1", "d_b2", "d_f1", "d_f2", "d_gamma2", "d_g",
-        "d_x1_min", "d_x1_max", "d_u_max", "d_impact_loss",)
-    SIZE = 60
+        "d_x1_min", "d_x1_max", "d_u_max", "d_impact_loss", "d_f1_excess", "d_f2_excess",)
+    SIZE = 68
     PARTS: tuple[str, ...] = ()
 
     def __init__(self, d_m_eff: Real = ZERO, d_m_s: Real = ZERO, d_k: Real = ZERO, d_L0: Real = ZERO, d_c: Real = ZERO,
             d_b1: Real = ZERO, d_b2: Real = ZERO, d_f1: Real = ZERO, d_f2: Real = ZERO, d_gamma2: Real = ZERO,
         d_g: Real = ZERO, d_x1_min: Real = ZERO, d_x1_max: Real = ZERO, d_u_max: Real = ZERO,
-        d_impact_loss: Real = ZERO) -> None:
+        d_impact_loss: Real = ZERO, d_f1_excess: Real = ZERO, d_f2_excess: Real = ZERO) -> None:
         self.d_m_eff = d_m_eff  # [kg] change of the effective mass of the actuator
         self.d_m_s = d_m_s  # [kg] change of the sprung mass of the body
         self.d_k = d_k  # [N/m] change of the stiffness of the spring
@@ -1546,10 +1613,13 @@ class RobotChange:
         self.d_x1_max = d_x1_max  # [m] change of the upper end of the actuator's stroke
         self.d_u_max = d_u_max  # [A] change of the current limit
         self.d_impact_loss = d_impact_loss  # [1] change of the fraction of the body's kinetic energy lost at touchdown
+        self.d_f1_excess = d_f1_excess  # [m/s^2] change of the friction of the actuator at rest, less f1
+        self.d_f2_excess = d_f2_excess  # [m/s^2] change of the friction of the body at rest, less f2
 
     def copy(self) -> "RobotChange":
         return RobotChange(self.d_m_eff, self.d_m_s, self.d_k, self.d_L0, self.d_c, self.d_b1, self.d_b2, self.d_f1,
-            self.d_f2, self.d_gamma2, self.d_g, self.d_x1_min, self.d_x1_max, self.d_u_max, self.d_impact_loss)
+            self.d_f2, self.d_gamma2, self.d_g, self.d_x1_min, self.d_x1_max, self.d_u_max, self.d_impact_loss,
+            self.d_f1_excess, self.d_f2_excess)
 
     def put(self, other: "RobotChange") -> None:
         self.d_m_eff = other.d_m_eff
@@ -1567,6 +1637,8 @@ class RobotChange:
         self.d_x1_max = other.d_x1_max
         self.d_u_max = other.d_u_max
         self.d_impact_loss = other.d_impact_loss
+        self.d_f1_excess = other.d_f1_excess
+        self.d_f2_excess = other.d_f2_excess
 
 
 class StateChange:
@@ -1828,6 +1900,16 @@ def friction_of(robot: Robot) -> Friction:
     return Friction(level_1, level_2)
 
 
+def excess_of(robot: Robot) -> Excess:
+    """Friction at rest less that in motion: a free acceleration may go further by it before the mass slips."""
+    f1_excess, f2_excess = robot.f1_excess, robot.f2_excess
+    up_1 = f1_excess  # (5) at rest
+    down_1 = f1_excess  # (5) at rest
+    up_2 = f2_excess  # (5) at rest
+    down_2 = f2_excess  # (5) at rest
+    return Excess(up_1, down_1, up_2, down_2)
+
+
 def compression_rate(state: State) -> Real:
     """Rate of the compression."""
     v1, v2 = state.v1, state.v2
@@ -1851,6 +1933,17 @@ def free_terms(rates: Rates, state: State, u: Real) -> Free:
     free_1 = abs(a1_0) + abs(a1_u*u) + abs(a1_y*y)  # (3) at v_i = 0, by magnitude
     free_2 = abs(a2_0) + abs(a2_y*y)  # (4) at v_i = 0, by magnitude
     return Free(free_1, free_2)
+
+
+def forces_of(robot: Robot, free: Free, resisted: Resisted) -> Forces:
+    """Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration."""
+    m_eff, m_s = robot.m_eff, robot.m_s
+    free_1 = free.free_1
+    resisted_1, resisted_2 = resisted.resisted_1, resisted.resisted_2
+    friction_1 = -m_eff*resisted_1  # (3), (4)
+    friction_2 = -m_s*resisted_2  # (3), (4)
+    stop_1 = m_eff*(resisted_1 - free_1)  # (3) at v_1' = 0
+    return Forces(friction_1, friction_2, stop_1)
 
 
 def free_numerator_1(rates: Rates, motion: Any) -> Numerator:
@@ -2187,6 +2280,25 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1  # change of (3), in (10) lambda_2 measured from y = 0
     d_C_2 = d_a2_0 - d_f2*side_2  # change of (4), in (8) -gamma measured from y = 0
     return Slopes(d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2)
+
+
+def free_slopes(rates: Rates, state_change: Any) -> Free:
+    """Change of the free accelerations with the state."""
+    a1_y, a2_y = rates.a1_y, rates.a2_y
+    d_y = state_change.d_y
+    free_1 = a1_y*d_y  # (3) at v_i = 0
+    free_2 = a2_y*d_y  # (4) at v_i = 0
+    return Free(free_1, free_2)
+
+
+def excess_change(robot: Robot, robot_change: RobotChange) -> Excess:
+    """Change of the friction at rest, less that of the friction in motion, with the robot."""
+    d_f1_excess, d_f2_excess = robot_change.d_f1_excess, robot_change.d_f2_excess
+    up_1 = d_f1_excess  # (5) at rest
+    down_1 = d_f1_excess  # (5) at rest
+    up_2 = d_f2_excess  # (5) at rest
+    down_2 = d_f2_excess  # (5) at rest
+    return Excess(up_1, down_1, up_2, down_2)
 
 
 def body_energy_change(robot: Robot, state: State, robot_change: RobotChange, state_change: Any) -> Real:
@@ -2969,7 +3081,7 @@ class FreeByElement(Free):
 
 
 class FrictionByElement(Friction):
-    """How far the free acceleration of a mass that is held may go to either side."""
+    """Coulomb friction of a mass that slips."""
     __slots__ = ()
     SIZE = 8
 
@@ -3042,6 +3154,27 @@ aliases(StateByAxis, x1_t="x1", v1_t="v1", v2_t="v2", y_t="y", x1_rate="x1", v1_
     d_x1="x1", d_v1="v1", d_v2="v2", d_y="y")
 
 
+class ExcessBySide(Excess):
+    """Friction of a mass at rest less that of one that slips, by where it would slip."""
+    __slots__ = ()
+    SIZE = 16
+
+    def __init__(self, up_1: Real = ZERO, down_1: Real = ZERO, up_2: Real = ZERO, down_2: Real = ZERO) -> None:
+        self.up_1 = up_1
+        self.down_1 = down_1
+        self.up_2 = up_2
+        self.down_2 = down_2
+
+    def copy(self) -> "ExcessBySide":
+        return ExcessBySide(self.up_1, self.down_1, self.up_2, self.down_2)
+
+    def __getitem__(self, index: Any) -> Any:
+        return (self.up_1, self.down_1, self.up_2, self.down_2)[index]
+
+    def __setitem__(self, index: int, value: Real) -> None:
+        setattr(self, ("up_1", "down_1", "up_2", "down_2",)[index], value)
+
+
 class SlopesByShare(Slopes):
     """Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1."""
     __slots__ = ()
@@ -3073,12 +3206,12 @@ class SlopesByShare(Slopes):
 class RobotChangeByField(RobotChange):
     """Changes: What the hopper is made of."""
     __slots__ = ()
-    SIZE = 60
+    SIZE = 68
 
     def __init__(self, d_m_eff: Real = ZERO, d_m_s: Real = ZERO, d_k: Real = ZERO, d_L0: Real = ZERO, d_c: Real = ZERO,
             d_b1: Real = ZERO, d_b2: Real = ZERO, d_f1: Real = ZERO, d_f2: Real = ZERO, d_gamma2: Real = ZERO,
         d_g: Real = ZERO, d_x1_min: Real = ZERO, d_x1_max: Real = ZERO, d_u_max: Real = ZERO,
-        d_impact_loss: Real = ZERO) -> None:
+        d_impact_loss: Real = ZERO, d_f1_excess: Real = ZERO, d_f2_excess: Real = ZERO) -> None:
         self.d_m_eff = d_m_eff
         self.d_m_s = d_m_s
         self.d_k = d_k
@@ -3094,19 +3227,22 @@ class RobotChangeByField(RobotChange):
         self.d_x1_max = d_x1_max
         self.d_u_max = d_u_max
         self.d_impact_loss = d_impact_loss
+        self.d_f1_excess = d_f1_excess
+        self.d_f2_excess = d_f2_excess
 
     def copy(self) -> "RobotChangeByField":
         return RobotChangeByField(self.d_m_eff, self.d_m_s, self.d_k, self.d_L0, self.d_c, self.d_b1, self.d_b2,
             self.d_f1, self.d_f2, self.d_gamma2, self.d_g, self.d_x1_min, self.d_x1_max, self.d_u_max,
-            self.d_impact_loss)
+            self.d_impact_loss, self.d_f1_excess, self.d_f2_excess)
 
     def __getitem__(self, index: Any) -> Any:
         return (self.d_m_eff, self.d_m_s, self.d_k, self.d_L0, self.d_c, self.d_b1, self.d_b2, self.d_f1, self.d_f2,
-            self.d_gamma2, self.d_g, self.d_x1_min, self.d_x1_max, self.d_u_max, self.d_impact_loss)[index]
+            self.d_gamma2, self.d_g, self.d_x1_min, self.d_x1_max, self.d_u_max, self.d_impact_loss, self.d_f1_excess,
+            self.d_f2_excess)[index]
 
     def __setitem__(self, index: int, value: Real) -> None:
         setattr(self, ("d_m_eff", "d_m_s", "d_k", "d_L0", "d_c", "d_b1", "d_b2", "d_f1", "d_f2", "d_gamma2", "d_g",
-            "d_x1_min", "d_x1_max", "d_u_max", "d_impact_loss",)[index], value)
+            "d_x1_min", "d_x1_max", "d_u_max", "d_impact_loss", "d_f1_excess", "d_f2_excess",)[index], value)
 
 
 class BasisByOrder(Basis):
@@ -3261,8 +3397,32 @@ def settled(poles: Poles, h: Numerator) -> Real:
     return settled if draws > 0.0 else NEVER
 
 
+def side_index(element: int, side: int) -> int:
+    """Where an element that would slip to a side stands in a record of both sides of each."""
+    return 2 * element + (1 if side < 0 else 0)
+
+
+def excess_to_side(robot: Robot, element: int, side: int) -> Real:
+    """Friction of an element at rest that would slip to a side, less that in motion."""
+    excess = ExcessBySide()
+    excess.put(excess_of(robot))
+    return excess[side_index(element, side)]
+
+
+def level_of(robot: Robot, element: int) -> Real:
+    """Level of friction of an element that slips."""
+    levels = FrictionByElement()
+    levels.put(friction_of(robot))
+    return levels[element]
+
+
+def level_at_rest(robot: Robot, element: int, side: int) -> Real:
+    """Level of friction of an element at rest that would slip to a side."""
+    return level_of(robot, element) + excess_to_side(robot, element, side)
+
+
 def goes(acceleration: Real, friction: Real) -> Real:
-    """Where an element at rest goes, held while |a_i| <= f_i: 1 or -1, 0 if it stays."""
+    """Where an element at rest goes, held while |a_i| <= f_s,i: 1 or -1, 0 if it stays."""
     down = real(-1.0 if acceleration < -friction else 0.0)
     return real(1.0) if acceleration > friction else down
 
@@ -3376,6 +3536,26 @@ def pass_event_at_axis(change: Any, before: Any, after: Any, axis: int, wanted: 
         change[i] += (before[i] - after[i]) * late
     change[axis] = wanted
     change[velocity] = 0.0 - after[velocity] * late
+
+
+def free_slope(rates: Rates, element: int, change: StateByAxis) -> Real:
+    """How the free acceleration of an element changes with the state."""
+    slopes = FreeByElement()
+    slopes.put(free_slopes(rates, change))
+    return slopes[element]
+
+
+def slips_at_event(event: int) -> int:
+    """The element that begins to slip at an event; -1 if none does."""
+    for element in range(2):
+        if event == 3 + 4 * element:
+            return element
+    return -1
+
+
+def pass_slip(change: Any, element: int, acceleration: Real, late: Real) -> None:
+    """The change of z right after an element has begun to slip, `late`r: its velocity was 0 and grows."""
+    change[element + 1] -= acceleration * late
 
 
 class SolvedPhase:
@@ -4401,6 +4581,16 @@ def pass_event(variation: CurrentVariation, now: SolvedPhase) -> None:
             met = change_at_event(change, before, late)
             note_hit(variation, met)
         pass_event_at_axis(change, before, after, axis, ZERO, late)
+    slips = slips_at_event(now.event)
+    if slips >= 0 and excess_to_side(robot, slips, now.side[slips]) > 0.0:
+        rates = variation.plan.rates
+        rate = free_slope(rates, slips, before)
+        by_u = rates.a1_u if slips == 0 else ZERO
+        if abs(rate) > 0.0:
+            late = -(free_slope(rates, slips, change) + by_u) / rate
+        else:
+            variation.trial.smooth = False
+        pass_slip(change, slips, now.motion.velocity[slips].H3, late)
     note_largest(variation.trial, now.start.x1, change.x1)
     if turns_up(variation, now, contact_slope(robot, after)):
         met = change_at_event(change, after, late)
@@ -5421,13 +5611,6 @@ def current_of_chain(chain: StanceChain) -> Real:
     return chain.steps[chain.step].u
 
 
-def level_of(robot: Robot, element: int) -> Real:
-    """Level of friction of an element."""
-    levels = FrictionByElement()
-    levels.put(friction_of(robot))
-    return levels[element]
-
-
 def free_numerator(rates: Rates, element: int, motion: Any) -> Numerator:
     """Numerator of the free acceleration of an element that is held."""
     return free_numerator_1(rates, motion) if element == 0 else free_numerator_2(rates, motion)
@@ -5476,16 +5659,17 @@ def free_of(chain: StanceChain, state: State) -> FreeByElement:
     return free
 
 
-def terms_of_free(chain: StanceChain, element: int) -> Real:
+def terms_of_free(chain: StanceChain, element: int, friction: Real) -> Real:
     """The magnitudes that the free acceleration of an element, less its friction, is a sum of."""
     terms = FreeByElement()
     terms.put(free_terms(chain.plan.rates, chain.at, current_of_chain(chain)))
-    return terms[element] + level_of(chain.plan.robot, element)
+    return terms[element] + friction
 
 
 class Direction:
-    """Where an element at rest goes: held while |a_i| <= f_i. On the threshold, which is where rounding may have taken
-    a_i - f_i from, its first non-zero derivative decides. Known from the motion, the acceleration is exact.
+    """Where an element at rest goes: held while |a_i| <= f_s,i, its friction at rest. On the threshold, which is where
+    rounding may have taken a_i - f_s,i from, its first non-zero derivative decides. Known from the motion, the
+    acceleration is exact.
     """
     __slots__ = ("side", "on_threshold",)
     SIZE = 8
@@ -5507,20 +5691,22 @@ def direction_from_rest(chain: StanceChain, element: int) -> Direction:
     known = chain.came_to_rest == element
     free = free_of(chain, chain.at)
     acceleration = chain.carried_acceleration if known else free[element]
-    friction = level_of(chain.plan.robot, element)
-    rounding = ZERO if known else 16.0 * EPS * terms_of_free(chain, element)
+    robot = chain.plan.robot
+    friction = level_at_rest(robot, element, -1 if acceleration < 0.0 else 1)
+    rounding = ZERO if known else 16.0 * EPS * terms_of_free(chain, element, friction)
     on_threshold = abs(abs(acceleration) - friction) <= rounding
     goes_ = goes(acceleration, friction)
     if on_threshold:
         drift = drift_of_free(chain, element)
-        goes_ = goes(drift, ZERO) if acceleration * drift > 0.0 or friction <= rounding else ZERO
+        has_none = level_at_rest(robot, element, -1 if drift < 0.0 else 1) <= rounding
+        goes_ = goes(drift, ZERO) if acceleration * drift > 0.0 or has_none else ZERO
     direction = Direction(0 if stance_blocked(chain, element, whole(goes_)) else whole(goes_), on_threshold)
     return direction
 
 
 def stance_settle(chain: StanceChain, resting: int) -> None:
     """Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on
-    what the others do. One that starts on its threshold has no acceleration there.
+    what the others do. One that starts on its threshold has the acceleration of the excess there.
     """
     several = resting & ((resting - 1) & 0xFFFFFFFF) != 0
     for _ in range(2 if several else 1):
@@ -5547,7 +5733,7 @@ def end_of_step(chain: StanceChain) -> Real:
 
 
 def add_thresholds(chain: StanceChain, element: int, needs_certificate: bool, set: EventSet) -> None:
-    """A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force.
+    """A held element slips where its free acceleration leaves [-f_s, f_s]; a stop holds on its side whatever the force.
     While another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to
     one side.
     """
@@ -5561,10 +5747,11 @@ def add_thresholds(chain: StanceChain, element: int, needs_certificate: bool, se
     while side <= 1:
         sign = real(side)
         if open[side > 0] and sign * drift > 0.0:
-            level = sign * level_of(chain.plan.robot, element)
-            slips = add_event_function(set, h, free[element] - level, -sign, ELEMENT + element, needs_certificate)
+            level = level_at_rest(chain.plan.robot, element, side)
+            slips = add_event_function(set, h, free[element] - sign * level, -sign, ELEMENT + element,
+                needs_certificate)
             slips.side = side
-            slips.cancels = 0.25 * terms_of_free(chain, element)  # each term is rounded four times at most
+            slips.cancels = 0.25 * terms_of_free(chain, element, level)  # each is rounded four times at most
         side += 2
 
 
@@ -5736,7 +5923,9 @@ def keep_small_acceleration(chain: StanceChain, basis: Basis) -> None:
     """
     element = 0
     rates = chain.plan.rates
-    if level_of(chain.plan.robot, element) > 0.0 or abs(rates.a1_v1) > 0.0:
+    robot = chain.plan.robot
+    friction = level_at_rest(robot, element, 1) + level_at_rest(robot, element, -1)
+    if friction > 0.0 or abs(rates.a1_v1) > 0.0:
         return
     at_rest = free_of(chain, chain.at)
     leg = chain.motion.compression
@@ -5779,9 +5968,15 @@ def stance_arrive(chain: StanceChain, basis: Basis) -> None:
     chain.from_upper += moved
 
 
+def acceleration_on_threshold(chain: StanceChain, element: int) -> Real:
+    """The acceleration with which an element starts on its threshold."""
+    side = chain.side[element]
+    return real(side) * excess_to_side(chain.plan.robot, element, side)
+
+
 def start_on_threshold(chain: StanceChain) -> None:
     """Put the constant acceleration of an element that starts on its threshold so that its acceleration there is
-    exactly zero, and what follows from it, too: rounding would let it go back at once.
+    exactly that of the excess, and what follows from it, too: rounding would let it go back at once.
     """
     element = chain.just_switched
     side = chain.side
@@ -5790,7 +5985,7 @@ def start_on_threshold(chain: StanceChain) -> None:
     chain.drive[element] = ZERO
     others = Numerators()
     others.put(motion_under(chain.plan.rates, chain.drive, chain.at, side[0], side[1]))
-    chain.drive[element] = -others.velocity[element].H3
+    chain.drive[element] = acceleration_on_threshold(chain, element) - others.velocity[element].H3
 
 
 def stance_begin_phase(chain: StanceChain) -> None:
@@ -5799,6 +5994,11 @@ def stance_begin_phase(chain: StanceChain) -> None:
     chain.drive = drive_of_chain(chain, chain.side)
     start_on_threshold(chain)
     chain.motion.put(motion_under(chain.plan.rates, chain.drive, chain.at, chain.side[0], chain.side[1]))
+    starts = chain.just_switched
+    if starts >= 0 and chain.side[0] != 0 and chain.side[1] != 0:
+        acceleration = acceleration_on_threshold(chain, starts)
+        if abs(acceleration) > 0.0:
+            set_acceleration_from_rest(chain.motion, starts, False, acceleration)
     if element >= 0 and chain.side[element] != 0:
         level = real(chain.side[element]) * level_of(chain.plan.robot, element)
         set_acceleration_from_rest(chain.motion, element, chain.side[1 - element] == 0, chain.carried_acceleration
@@ -5958,7 +6158,7 @@ def stance_report(chain: StanceChain, start: State, ending: int, stance: Stance)
     robot = chain.plan.robot
     end = chain.at
     stance.duration = chain.t
-    stance.end = end.copy()
+    stance.end.put(end)
     stance.aed = chain.aed if chain.adds_up else body_energy_gain(robot, start, chain.at)
     stance.start_loss = chain.start_loss
     stance.ending = ending
@@ -6008,7 +6208,7 @@ def rates_of_plan(plan: Plan) -> int:
         and robot.b1 <= NEVER) or not (robot.b2 >= 0.0 and robot.b2 <= NEVER) or not (robot.f1 >= 0.0
         and robot.f1 <= NEVER) or not (robot.f2 >= 0.0 and robot.f2 <= NEVER) or not (robot.gamma2 >= -NEVER
         and robot.gamma2 <= NEVER) or not (robot.g >= 0.0
-        and robot.g <= NEVER) or not robot.x1_min <= NEVER or not robot.x1_max >= -NEVER or not robot.u_max >= 0.0 or not (robot.impact_loss >= 0.0 and robot.impact_loss < 1.0):
+        and robot.g <= NEVER) or not robot.x1_min <= NEVER or not robot.x1_max >= -NEVER or not robot.u_max >= 0.0 or not (robot.impact_loss >= 0.0 and robot.impact_loss < 1.0) or not (robot.f1_excess >= 0.0 and robot.f1_excess <= NEVER) or not (robot.f2_excess >= 0.0 and robot.f2_excess <= NEVER):
         return ERROR_ROBOT
     rates = rates_of(robot)
     plan.rates.put(rates)
@@ -7259,11 +7459,12 @@ def choose_limit(chain: FlightChain) -> None:
 
 
 def settle_in_flight(chain: FlightChain, free: Real) -> None:
-    """The element at rest: held while the free acceleration is within the friction, or behind a stop, which never
-    changes as long as it is held.
+    """The element at rest: held while the free acceleration is within the friction at rest, or behind a stop, which
+    never changes as long as it is held.
     """
     friction = level_of(chain.robot, 0)
-    chain.now.side = whole(goes(free, friction))
+    at_rest = level_at_rest(chain.robot, 0, -1 if free < 0.0 else 1)
+    chain.now.side = whole(goes(free, at_rest))
     if not gap_in_flight(chain) > 0.0:
         chain.now.side = 0
     chain.now.acc1 = ZERO if chain.now.side == 0 else free - friction * real(chain.now.side)
@@ -7623,24 +7824,26 @@ class SelftestCase:
         self.horizon = other.horizon
 
 SELFTEST_ROBOTS = [Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1.5e2), real(5.0), real(0.78),
-    real(0.6), real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05)),
+    real(0.6), real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO),
     Robot(real(95.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(204.0), real(5.0), real(0.214), real(0.6),
-    real(-35.15), real(9.81), ZERO, real(0.08), real(1e1), real(0.05)),
+    real(-35.15), real(9.81), ZERO, real(0.08), real(1e1), real(0.05), ZERO, ZERO),
     Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, ZERO, ZERO, ZERO, ZERO, real(-65.0), real(9.81), ZERO,
-    ZERO, real(3.0), ZERO), Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, ZERO, ZERO, ZERO, ZERO,
-    real(-65.0), real(9.81), real(-1e30), real(1e30), real(3.0), real(0.05)),
+    ZERO, real(3.0), ZERO, ZERO, ZERO), Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, ZERO, ZERO, ZERO,
+    ZERO, real(-65.0), real(9.81), real(-1e30), real(1e30), real(3.0), real(0.05), ZERO, ZERO),
     Robot(real(3.0), real(24.0), real(8e2), real(0.4), ZERO, real(9e1), ZERO, ZERO, ZERO, real(-65.0), real(9.81),
-    real(-1e30), real(1e30), real(3.0), real(0.05)), Robot(real(3.0), real(24.0), real(801.0), real(0.4), ZERO,
-    real(90.5), real(1.0), real(0.5), real(0.1), real(-65.0), real(9.81), real(-1e30), real(1e30), real(3.0),
-    real(0.05)), Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(9e2), real(4e2), real(0.78), real(0.6),
-    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05)),
+    real(-1e30), real(1e30), real(3.0), real(0.05), ZERO, ZERO),
+    Robot(real(3.0), real(24.0), real(801.0), real(0.4), ZERO, real(90.5), real(1.0), real(0.5), real(0.1), real(-65.0),
+    real(9.81), real(-1e30), real(1e30), real(3.0), real(0.05), ZERO, ZERO),
+    Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(9e2), real(4e2), real(0.78), real(0.6), real(-65.0),
+    real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO),
     Robot(real(0.05), real(3.0), real(1.2e3), real(0.4), ZERO, real(0.2), real(0.1), real(2.0), real(0.2), real(-65.0),
-    real(9.81), real(-0.01), real(0.02), real(3.0), real(0.05)),
+    real(9.81), real(-0.01), real(0.02), real(3.0), real(0.05), ZERO, ZERO),
     Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1.5e2), real(5.0), real(3e1), real(25.0),
-    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05)),
+    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO),
     Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1.5e2), real(4e2), real(0.78), ZERO, real(-65.0),
-    real(9.81), ZERO, ZERO, real(3.0), real(0.05)), Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO,
-    real(1.5e2), real(5.0), ZERO, ZERO, real(-65.0), real(9.81), real(-1e30), real(1e30), real(3.0), real(0.05))]
+    real(9.81), ZERO, ZERO, real(3.0), real(0.05), ZERO, ZERO),
+    Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1.5e2), real(5.0), ZERO, ZERO, real(-65.0),
+    real(9.81), real(-1e30), real(1e30), real(3.0), real(0.05), ZERO, ZERO)]
 
 SELFTEST_CASES = [SelftestCase(0, State(ZERO, ZERO, real(-1.93), ZERO),
     [Step(ZERO, real(3.0)), Step(real(0.05), real(2.0))], real(2.0)),
@@ -7681,14 +7884,21 @@ def mix_int(hash: Any, value: int) -> None:
     mix_word(hash, value & 0xFFFFFFFF)
 
 
-def mix_reals(hash: Any, reals: Any, size: int) -> None:
-    """An array, or the leading members of a struct, that holds nothing but reals."""
-    values = [ZERO] * 140  # no array or struct is larger
+def mix_rows(hash: Any, reals: Any, size: int, row: int, left_out: int) -> None:
+    """An array, or the leading members of a struct, that holds nothing but reals: in rows, without the two from
+    `left_out` on in each.
+    """
+    values = [ZERO] * 154  # no array or struct is larger
     put_reals(values, reals, size)
     for n in range(size // REAL_SIZE):
-        bits = bits_of_real(values[n])
-        mix_word(hash, bits & 0xFFFFFFFF)
-        mix_word(hash, bits >> 32 & 0xFFFFFFFF)
+        if n % row != left_out and n % row != left_out + 1:
+            bits = bits_of_real(values[n])
+            mix_word(hash, bits & 0xFFFFFFFF)
+            mix_word(hash, bits >> 32 & 0xFFFFFFFF)
+
+
+def mix_reals(hash: Any, reals: Any, size: int) -> None:
+    mix_rows(hash, reals, size, size, size)
 
 
 def mix_result(hash: Any, stance: Stance, phases: Any) -> None:
@@ -7730,17 +7940,22 @@ def mix_motion(hash: Any, plan: Plan, steps: Any, phases: Any, stance: Stance) -
 
 
 def mix_derivatives(hash: Any, plan: Plan, steps: Any, phases: Any, stance: Stance) -> None:
-    """Derivatives at take-off, and the state in between with those there."""
-    matrix = [ZERO] * 140
-    tangents = [ZERO] * 80
+    """Derivatives at take-off, and the state in between with those there. Digests are as old as these, and older than
+    the derivatives at other endings: zeros stand in for them.
+    """
+    matrix = [ZERO] * 154
+    tangents = [ZERO] * 88
     state = State()
     again = [ZERO] * 4
     columns: Any = [None] * 4
     half = 0.5 * stance.duration
-    mix_int(hash, stance_sensitivities(plan, steps, phases, stance, matrix))
-    mix_reals(hash, matrix, 140 * REAL_SIZE)
+    status = NO_DERIVATIVE
+    if stance.ending == ENDING_TAKEOFF:
+        status = stance_sensitivities(plan, steps, phases, stance, matrix)
+    mix_int(hash, status)
+    mix_rows(hash, matrix, 154 * REAL_SIZE, 22, COLUMN_OF_EXCESS)
     mix_int(hash, stance_tangents(plan, steps, phases, stance, [half], 1, [state], tangents))
-    mix_reals(hash, tangents, 80 * REAL_SIZE)
+    mix_rows(hash, tangents, 88 * REAL_SIZE, 22, COLUMN_OF_EXCESS)
     for i in range(4):
         columns[i] = Part(again, i)
     mix_int(hash, stance_states(plan, steps, phases, stance, [half], 1, columns))
@@ -7779,7 +7994,7 @@ def mix_case(hash: Any, one: SelftestCase, phases: Any) -> None:
     plan = Plan()
     stance = Stance()
     mix_int(hash, plan_init(plan, SELFTEST_ROBOTS[one.robot]))
-    mix_reals(hash, plan, 332)
+    mix_rows(hash, plan, 340, Plan.SIZE, EXCESS)
     status = solve_stance(plan, one.start, one.steps, 2, one.horizon, SELFTEST_PHASES, phases, SELFTEST_PHASES, stance)
     mix_int(hash, status)
     mix_result(hash, stance, phases)
@@ -7853,24 +8068,28 @@ COLUMN_OF_AXIS = (0, 1, 3, 2)
 
 class Variation:
     """How far a stance has been followed: where it is, and the change of that by the one of each input."""
-    __slots__ = ("plan", "steps", "phases", "index", "t", "at", "change", "exists",)
-    SIZE = 376
-    PARTS: tuple[str, ...] = ("at", "change",)
+    __slots__ = ("plan", "steps", "phases", "index", "t", "at", "change", "late", "is_timed", "exists",)
+    SIZE = 496
+    PARTS: tuple[str, ...] = ("at", "change", "late",)
 
     def __init__(self, plan: Any = None, steps: Any = None, phases: Any = None, index: int = 0, t: Real = ZERO,
-            at: "StateByAxis | None" = None, change: Any = None, exists: bool = False) -> None:
+            at: "StateByAxis | None" = None, change: Any = None, late: Any = None, is_timed: bool = False,
+        exists: bool = False) -> None:
         self.plan = plan
         self.steps = steps
         self.phases = phases
         self.index = index  # of the phase that it is in
         self.t = t  # since touchdown
         self.at = StateByAxis() if at is None else at
-        self.change: Any = [StateByAxis() for _ in range(20)] if change is None else change
+        self.change: Any = [StateByAxis() for _ in range(22)] if change is None else change
+        # how much later the event came that began the phase; 0 where its time is fixed
+        self.late: Any = [ZERO] * 22 if late is None else late
+        self.is_timed = is_timed  # these are known: a velocity that fades to nothing has no time in proportion
         self.exists = exists  # the time of each event so far moves in proportion
 
     def copy(self) -> "Variation":
         return Variation(self.plan, self.steps, self.phases, self.index, self.t, self.at.copy(),
-            [each.copy() for each in self.change], self.exists)
+            [each.copy() for each in self.change], self.late[:], self.is_timed, self.exists)
 
     def put(self, other: "Variation") -> None:
         self.plan = other.plan
@@ -7881,6 +8100,8 @@ class Variation:
         self.at.put(other.at)
         for mine, its in zip(self.change, other.change, strict=True):
             mine.put(its)
+        self.late[:] = other.late[:]
+        self.is_timed = other.is_timed
         self.exists = other.exists
 
 
@@ -7973,7 +8194,7 @@ def travel(variation: Variation, t: Real) -> None:
     response = response_in_mode(mode, h)
     responses(mode, variation.at, h, response, answer)
     phi = transition(mode, response)
-    for column in range(20):
+    for column in range(22):
         robot = robot_change_of_column(column)
         current_ = real(1.0 if column == 4 else 0.0)
         slopes = SlopesByShare()
@@ -7993,9 +8214,58 @@ def travel(variation: Variation, t: Real) -> None:
     variation.at.put(state_in_phase(plan, phase, u, t - phase.t))
 
 
+def not_late(variation: Variation) -> None:
+    for column in range(22):
+        variation.late[column] = ZERO
+
+
+def direct_slope(variation: Variation, mode: Mode, element: int, column: int) -> Real:
+    """Change of the acceleration of an element with the inputs of a column, at a state that does not change, by what
+    the sides of a mode give.
+    """
+    phase = variation.phases[variation.index]
+    robot = robot_change_of_column(column)
+    current_ = real(1.0 if column == 4 else 0.0)
+    slopes = SlopesByShare()
+    slopes.put(slopes_of(variation.plan.robot, current(variation, phase), real(mode.side[0]), real(mode.side[1]), robot,
+        current_))
+    slope = slopes[element * SHARES + CORE]
+    for c in range(3):
+        slope += slopes[element * SHARES + c] * variation.at[c + 1]
+    return slope
+
+
+def cross_slip(variation: Variation, element: int, entered: Mode, before: StateByAxis) -> None:
+    """Follow the changes through the slip of an element, with which the phase begins that `variation` is in. Its free
+    acceleration has reached the friction at rest, so it starts with the excess of that. A current that steps lets it
+    go at a fixed time; without excess its velocity does not jump, whenever it slips.
+    """
+    plan = variation.plan
+    now = variation.phases[variation.index]
+    side = entered.side[element]
+    acceleration = real(side) * excess_to_side(plan.robot, element, side)
+    at_step = now.step > 0 and not now.t > variation.steps[now.step].t
+    if at_step or not abs(acceleration) > 0.0:
+        return
+    rate = free_slope(plan.rates, element, before)
+    variation.exists = variation.exists and abs(rate) > 0.0
+    for column in range(22):
+        if not variation.exists:
+            break
+        robot = robot_change_of_column(column)
+        excess = ExcessBySide()
+        excess.put(excess_change(plan.robot, robot))
+        at_rest = real(side) * excess[side_index(element, side)]
+        early = free_slope(plan.rates, element, variation.change[column]) + direct_slope(variation, entered, element,
+            column) - at_rest
+        late = -early / rate
+        pass_slip(variation.change[column], element, acceleration, late)
+        variation.late[column] = late
+
+
 def cross(variation: Variation) -> None:
     """Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
-    belongs to it; nothing jumps where a mass slips or the current steps.
+    belongs to it; nothing jumps where the current steps.
     """
     column_of_stop = (16, 17)
     old = variation.phases[variation.index]
@@ -8014,23 +8284,31 @@ def cross(variation: Variation) -> None:
     before = speeds_in_mode(variation.plan, left, arrives)
     variation.index += 1
     variation.t = now.t
-    variation.at = start.copy()
+    variation.at.put(start)
+    variation.is_timed = axis < 0
+    not_late(variation)
+    slips = slips_at_event(now.event)
+    if slips >= 0:
+        cross_slip(variation, slips, entered, before)
     # without friction nothing jumps, however little of a velocity is left
     if axis < 0 or not stops and not abs(before[axis] - after[axis]) > 0.0:
         return
     variation.exists = variation.exists and abs(before[axis]) > 0.0
-    for column in range(20):
+    variation.is_timed = variation.exists
+    for column in range(22):
         if not variation.exists:
             break
         change = variation.change[column]
         wanted = real(1.0 if column == bound else 0.0)
         late = (wanted - change[axis]) / before[axis]
         pass_event_at_axis(change, before, after, axis, wanted, late)
+        variation.late[column] = late
 
 
 def variation_of(plan: Plan, steps: Any, phases: Any, stance: Stance) -> Variation:
     """A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once."""
-    variation = Variation(plan, steps, phases, 0, ZERO, StateByAxis(), [StateByAxis() for _ in range(20)], True)
+    variation = Variation(plan, steps, phases, 0, ZERO, StateByAxis(), [StateByAxis() for _ in range(22)], [ZERO] * 22,
+        True, True)
     mode = mode_of(plan, phases[0], current(variation, phases[0]))
     variation.at.put(start_of_phase(phases[0]))
     for i in range(4):
@@ -8050,27 +8328,67 @@ def follow_to(variation: Variation, last: int, t: Real) -> None:
     travel(variation, t)
 
 
-def finish(variation: Variation, end: State, matrix: Any) -> bool:
-    """The rows of the matrix from the changes at take-off, F = 0."""
+def stays_held(variation: Variation, element: int) -> bool:
+    """Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is
+    within its friction at rest, or a stop or a bolt carries it.
+    """
+    robot = variation.plan.robot
+    phase = variation.phases[variation.index]
+    at = variation.at
+    free = FreeByElement()
+    free.put(free_accelerations(variation.plan.rates, at, current(variation, phase)))
+    downwards = -level_at_rest(robot, element, -1)
+    upwards = level_at_rest(robot, element, 1)
+    is_fixed = False
+    has_stops = element == 0
+    below = is_fixed or has_stops and at.x1 <= robot.x1_min
+    above = is_fixed or has_stops and at.x1 >= robot.x1_max
+    return (below or free[element] > downwards) and (above or free[element] < upwards)
+
+
+def ends_later(variation: Variation, stance: Stance, speed: State) -> bool:
+    """How much later the ending comes, from what changes there and its speed; false where it is not in proportion. A
+    rest comes as the event that began it, the horizon at its time. Where a search ended there is nothing to follow.
+    """
+    robot = variation.plan.robot
+    if stance.ending == ENDING_REST:
+        return variation.is_timed and stays_held(variation, 0) and stays_held(variation, 1)
+    if stance.ending == ENDING_HORIZON:
+        not_late(variation)
+        return True
+    contact_rate = contact_slope(robot, speed)
+    if stance.ending != ENDING_TAKEOFF or not abs(contact_rate) > 0.0:
+        return False
+    for column in range(22):
+        by = robot_change_of_column(column)
+        end = stance.end
+        variation.late[column] = -contact_change(robot, end, by, variation.change[column]) / contact_rate
+    return True
+
+
+def finish(variation: Variation, stance: Stance, matrix: Any) -> bool:
+    """The rows of the matrix from the changes at the ending; an apex is what a take-off has."""
     robot = variation.plan.robot
     phase = variation.phases[variation.index]
     mode = mode_of(variation.plan, phase, current(variation, phase))
     start = start_of_phase(variation.phases[0])
+    end = stance.end
     speed = speeds_in_mode(variation.plan, mode, end)
-    contact_rate = contact_slope(robot, speed)
-    fall = fall_of(robot)
+    lifts = stance.ending == ENDING_TAKEOFF
+    fall = fall_of(robot) if lifts else ZERO
     underflows = fall > 0.0 and not fall * fall > 0.0  # by which the apex's derivative divides
-    if not abs(contact_rate) > 0.0 or underflows:
+    if underflows or not ends_later(variation, stance, speed):
         return False
-    for column in range(20):
+    for column in range(22):
         change = variation.change[column]
         unit = StateByAxis()
         by = robot_change_of_column(column)
-        late = -contact_change(robot, end, by, change) / contact_rate
+        late = variation.late[column]
         for i in range(4):
             unit[i] = real(1.0 if column == COLUMN_OF_AXIS[i] else 0.0)
             change[i] += speed[i] * late
-        change.y = ZERO  # at take-off
+        if lifts:
+            change.y = ZERO
         rows = (late, change.x1, change.v1, height_change(robot, by, change), change.v2,
             apex_change(robot, end, by, change) if fall > 0.0 else ZERO, body_energy_change(robot, end, by, change)
             - body_energy_change(robot, start, by, unit))
@@ -8080,8 +8398,10 @@ def finish(variation: Variation, end: State, matrix: Any) -> bool:
 
 
 def stance_sensitivities(plan: Plan, steps: Any, phases: Any, stance: Stance, matrix: Any) -> int:
-    """Derivatives of a solved stance through its events: SENSITIVITY_ROWS times SENSITIVITY_COLUMNS numbers, row by
-    row; zeros if there are none (positive status).
+    """Derivatives of a solved stance at its ending, through its events: SENSITIVITY_ROWS times SENSITIVITY_COLUMNS
+    numbers, row by row; zeros if there are none (positive status), as where an event grazes, or a search has ended.
+    Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. The row of the apex is 0
+    without take-off.
 
     Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
     and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
@@ -8092,11 +8412,9 @@ def stance_sensitivities(plan: Plan, steps: Any, phases: Any, stance: Stance, ma
     status = reading_status(plan, steps, phases, stance, None, [array_], 1)
     if status < 0:
         return status
-    exists = stance.ending == ENDING_TAKEOFF
-    if exists:
-        variation = variation_of(plan, steps, phases, stance)
-        follow_to(variation, stance.phases_kept - 1, stance.duration)
-        exists = variation.exists and finish(variation, stance.end, matrix)
+    variation = variation_of(plan, steps, phases, stance)
+    follow_to(variation, stance.phases_kept - 1, stance.duration)
+    exists = variation.exists and finish(variation, stance, matrix)
     for n in range(count):
         if not exists:
             break
@@ -8120,7 +8438,7 @@ def stance_tangents(plan: Plan, steps: Any, phases: Any, stance: Stance, times: 
         follow_to(variation, stance.phases_kept - 1, lesser(times[i], stance.duration))
         states[i].put(variation.at)
         for row in range(TANGENT_ROWS):
-            for column in range(20):
+            for column in range(22):
                 tangents[(i * TANGENT_ROWS + row) * COLUMNS + column] = variation.change[column][row]
     return OK if variation.exists else NO_DERIVATIVE
 

@@ -13,9 +13,11 @@ from .records import (
     Decay,
     Drive,
     Energy,
+    Excess,
     FlightIntegrals,
     FlightRates,
     FlightWork,
+    Forces,
     Free,
     Friction,
     Gains,
@@ -35,6 +37,7 @@ from .records import (
     Propagated,
     Rates,
     Real,
+    Resisted,
     Response,
     Robot,
     RobotChange,
@@ -242,6 +245,18 @@ def friction_of(robot: Robot) -> Friction:
     return Friction(level_1, level_2)
 
 
+def excess_of(robot: Robot) -> Excess:
+    """Friction at rest less that in motion: a free acceleration may go further by it before the mass slips.
+
+    """
+    f1_excess, f2_excess = robot.f1_excess, robot.f2_excess
+    up_1 = f1_excess    # (5) at rest
+    down_1 = f1_excess  # (5) at rest
+    up_2 = f2_excess    # (5) at rest
+    down_2 = f2_excess  # (5) at rest
+    return Excess(up_1, down_1, up_2, down_2)
+
+
 def compression_rate(state: LegState) -> Real:
     """Rate of the compression.
 
@@ -274,6 +289,19 @@ def free_terms(rates: Rates, state: LegState, u: Real) -> Free:
     free_1 = fabs(a1_0) + fabs(a1_u*u) + fabs(a1_y*y)  # (3) at v_i = 0, by magnitude
     free_2 = fabs(a2_0) + fabs(a2_y*y)                 # (4) at v_i = 0, by magnitude
     return Free(free_1, free_2)
+
+
+def forces_of(robot: Robot, free: Free, resisted: Resisted) -> Forces:
+    """Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration.
+
+    """
+    m_eff, m_s = robot.m_eff, robot.m_s
+    free_1 = free.free_1
+    resisted_1, resisted_2 = resisted.resisted_1, resisted.resisted_2
+    friction_1 = -m_eff*resisted_1        # (3), (4)
+    friction_2 = -m_s*resisted_2          # (3), (4)
+    stop_1 = m_eff*(resisted_1 - free_1)  # (3) at v_1' = 0
+    return Forces(friction_1, friction_2, stop_1)
 
 
 def free_numerator_1(rates: Rates, motion: Motion) -> Numerator:
@@ -725,6 +753,29 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     d_C_1 = d_a1_0 + a1_u*d_u + d_a1_u*u - d_f1*side_1                # change of (3), in (10) lambda_2 measured from y = 0
     d_C_2 = d_a2_0 - d_f2*side_2                                      # change of (4), in (8) -gamma measured from y = 0
     return Slopes(d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2)
+
+
+def free_slopes(rates: Rates, state_change: StateChange) -> Free:
+    """Change of the free accelerations with the state.
+
+    """
+    a1_y, a2_y = rates.a1_y, rates.a2_y
+    d_y = state_change.d_y
+    free_1 = a1_y*d_y  # (3) at v_i = 0
+    free_2 = a2_y*d_y  # (4) at v_i = 0
+    return Free(free_1, free_2)
+
+
+def excess_change(robot: Robot, robot_change: RobotChange) -> Excess:
+    """Change of the friction at rest, less that of the friction in motion, with the robot.
+
+    """
+    d_f1_excess, d_f2_excess = robot_change.d_f1_excess, robot_change.d_f2_excess
+    up_1 = d_f1_excess    # (5) at rest
+    down_1 = d_f1_excess  # (5) at rest
+    up_2 = d_f2_excess    # (5) at rest
+    down_2 = d_f2_excess  # (5) at rest
+    return Excess(up_1, down_1, up_2, down_2)
 
 
 def body_energy_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:

@@ -58,6 +58,8 @@ ROBOT_FIELDS = (
     Field("x1_max", "x_{1,max}", "m", "upper", "upper end of the actuator's stroke", float("inf")),
     Field("u_max", "u_{max}", "A", "bound", "current limit", float("inf")),
     Field("impact_loss", "\\eta", "1", "fraction", "fraction of the body's kinetic energy lost at touchdown", 0.0),
+    Field("f1_excess", "f_{1,e}", "m/s^2", "nonnegative", "friction of the actuator at rest, less f1", 0.0),
+    Field("f2_excess", "f_{2,e}", "m/s^2", "nonnegative", "friction of the body at rest, less f2", 0.0),
 )
 
 TRAVEL = Field("travel", "y_{max}", "m", "length", "travel of the spring: compression at coil bind", float("inf"))
@@ -273,6 +275,10 @@ class Robot(NamedTuple):
     """[A] current limit"""
     impact_loss: Real
     """[1] fraction of the body's kinetic energy lost at touchdown"""
+    f1_excess: Real
+    """[m/s^2] friction of the actuator at rest, less f1"""
+    f2_excess: Real
+    """[m/s^2] friction of the body at rest, less f2"""
 
 
 class Rates(NamedTuple):
@@ -608,12 +614,45 @@ class Speeds(NamedTuple):
 
 
 class Friction(NamedTuple):
-    """How far the free acceleration of a mass that is held may go to either side."""
+    """Coulomb friction of a mass that slips."""
 
     level_1: Real
     """[m/s^2] of the actuator"""
     level_2: Real
     """[m/s^2] of the body"""
+
+
+class Excess(NamedTuple):
+    """Friction of a mass at rest less that of one that slips, by where it would slip."""
+
+    up_1: Real
+    """[m/s^2] of the actuator, to v_1 > 0"""
+    down_1: Real
+    """[m/s^2] of the actuator, to v_1 < 0"""
+    up_2: Real
+    """[m/s^2] of the body, to v_2 > 0"""
+    down_2: Real
+    """[m/s^2] of the body, to v_2 < 0"""
+
+
+class Resisted(NamedTuple):
+    """What friction takes of the acceleration of a mass: its level with the sign of v_i."""
+
+    resisted_1: Real
+    """[m/s^2] of the actuator; held, as much of the free acceleration as it can"""
+    resisted_2: Real
+    """[m/s^2] of the body; held, as much of the free acceleration as it can"""
+
+
+class Forces(NamedTuple):
+    """Forces of friction and of a stop."""
+
+    friction_1: Real
+    """[N] force of Coulomb friction on the actuator"""
+    friction_2: Real
+    """[N] force of Coulomb friction on the body"""
+    stop_1: Real
+    """[N] force of the stop on the actuator that it holds"""
 
 
 class PairCore(NamedTuple):
@@ -788,6 +827,10 @@ class RobotChange(NamedTuple):
     """[A] change of the current limit"""
     d_impact_loss: Real
     """[1] change of the fraction of the body's kinetic energy lost at touchdown"""
+    d_f1_excess: Real
+    """[m/s^2] change of the friction of the actuator at rest, less f1"""
+    d_f2_excess: Real
+    """[m/s^2] change of the friction of the body at rest, less f2"""
 
 
 class StateChange(NamedTuple):

@@ -26,6 +26,8 @@ class Robot(Checked):
     x1_max [m] upper end of the actuator's stroke.
     u_max [A] current limit.
     impact_loss [1] fraction of the body's kinetic energy lost at touchdown.
+    f1_excess [m/s^2] friction of the actuator at rest, less f1.
+    f2_excess [m/s^2] friction of the body at rest, less f2.
     """
 
     m_eff: float
@@ -43,3 +45,5 @@ class Robot(Checked):
     x1_max: float = float("inf")
     u_max: float = float("inf")
     impact_loss: float = 0.0
+    f1_excess: float = 0.0
+    f2_excess: float = 0.0

@@ -22,6 +22,8 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("x1_max", "real", 1),
         ("u_max", "real", 1),
         ("impact_loss", "real", 1),
+        ("f1_excess", "real", 1),
+        ("f2_excess", "real", 1),
     ),
     "Rates": (
         ("a1_y", "real", 1),
@@ -237,7 +239,7 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("event_capacity", "int32", 1),
     ),
     "StancesIn": (
-        ("robot", "Input", 15),
+        ("robot", "Input", 17),
         ("x1", "Input", 1),
         ("v1", "Input", 1),
         ("v2", "Input", 1),

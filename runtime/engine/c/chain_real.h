@@ -46,13 +46,6 @@ static inline real current_of_chain_real(const stance_chain_real *chain) {
 
 /* ---- the hold rule ---- */
 
-/* Level of friction of an element. */
-static inline real level_of_real(const hopform_robot_real *robot, int element) {
-    friction_by_element_real levels;
-    levels.named = friction_of_real(robot);
-    return levels.of[element];
-}
-
 /* Numerator of the free acceleration of an element that is held. */
 static inline numerator_real free_numerator_real(const hopform_rates_real *rates, int element,
                                                  const motion_real *motion) {
@@ -103,14 +96,15 @@ static inline free_by_element_real free_of_real(const stance_chain_real *chain, 
 }
 
 /* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
-static inline real terms_of_free_real(const stance_chain_real *chain, int element) {
+static inline real terms_of_free_real(const stance_chain_real *chain, int element, real friction) {
     free_by_element_real terms;
     terms.named = free_terms_real(&chain->plan->rates, &chain->at.named, current_of_chain_real(chain));
-    return terms.of[element] + level_of_real(&chain->plan->robot, element);
+    return terms.of[element] + friction;
 }
 
-/* Where an element at rest goes: held while |a_i| <= f_i. On the threshold, which is where rounding may have taken
- * a_i - f_i from, its first non-zero derivative decides. Known from the motion, the acceleration is exact. */
+/* Where an element at rest goes: held while |a_i| <= f_s,i, its friction at rest. On the threshold, which is where
+ * rounding may have taken a_i - f_s,i from, its first non-zero derivative decides. Known from the motion, the
+ * acceleration is exact. */
 typedef struct {
     int side;
     bool on_threshold;
@@ -120,20 +114,22 @@ static inline direction_real direction_from_rest_real(const stance_chain_real *c
     const bool known = chain->came_to_rest == element;
     const free_by_element_real free = free_of_real(chain, &chain->at.named);
     const real acceleration = known ? chain->carried_acceleration : free.of[element];
-    const real friction = level_of_real(&chain->plan->robot, element);
-    const real rounding = known ? 0.0 : 16.0 * HOPFORM_EPS_real * terms_of_free_real(chain, element);
+    const hopform_robot_real *robot = &chain->plan->robot;
+    const real friction = level_at_rest_real(robot, element, acceleration < 0.0 ? -1 : 1);
+    const real rounding = known ? 0.0 : 16.0 * HOPFORM_EPS_real * terms_of_free_real(chain, element, friction);
     const bool on_threshold = fabs_real(fabs_real(acceleration) - friction) <= rounding;
     real goes = goes_real(acceleration, friction);
     if (on_threshold) {
         const real drift = drift_of_free_real(chain, element);
-        goes = acceleration * drift > 0.0 || friction <= rounding ? goes_real(drift, 0.0) : 0.0;
+        const bool has_none = level_at_rest_real(robot, element, drift < 0.0 ? -1 : 1) <= rounding;
+        goes = acceleration * drift > 0.0 || has_none ? goes_real(drift, 0.0) : 0.0;
     }
     const direction_real direction = {stance_blocked_real(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
     return direction;
 }
 
 /* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
- * the others do. One that starts on its threshold has no acceleration there. */
+ * the others do. One that starts on its threshold has the acceleration of the excess there. */
 static inline void stance_settle_real(stance_chain_real *chain, uint32_t resting) {
     const bool several = (resting & (resting - 1u)) != 0;
     for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
@@ -164,8 +160,9 @@ static inline real end_of_step_real(const stance_chain_real *chain) {
 
 /* ---- the end of a phase ---- */
 
-/* A held element slips where its free acceleration leaves [-f, f]; a stop holds on its side whatever the force. While
- * another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one side. */
+/* A held element slips where its free acceleration leaves [-f_s, f_s]; a stop holds on its side whatever the force.
+ * While another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one
+ * side. */
 static inline void add_thresholds_real(const stance_chain_real *chain, int element, bool needs_certificate,
                                        event_set_real *set) {
     const bool open[] = {!stance_blocked_real(chain, element, -1), !stance_blocked_real(chain, element, 1)};
@@ -176,11 +173,11 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
     for (int side = -1; side <= 1; side += 2) {
         const real sign = (real)side;
         if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
-            const real level = sign * level_of_real(&chain->plan->robot, element);
-            event_function_real *slips = add_event_function_real(set, &h, free.of[element] - level, -sign,
+            const real level = level_at_rest_real(&chain->plan->robot, element, side);
+            event_function_real *slips = add_event_function_real(set, &h, free.of[element] - sign * level, -sign,
                                                                  ELEMENT_real + element, needs_certificate);
             slips->side = side;
-            slips->cancels = 0.25 * terms_of_free_real(chain, element); /* each term is rounded four times at most */
+            slips->cancels = 0.25 * terms_of_free_real(chain, element, level); /* each is rounded four times at most */
         }
     }
 }
@@ -357,7 +354,9 @@ static inline void next_step_real(stance_chain_real *chain) {
 static inline void keep_small_acceleration_real(stance_chain_real *chain, const basis_real *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_real *rates = &chain->plan->rates;
-    if (level_of_real(&chain->plan->robot, element) > 0.0 || fabs_real(rates->a1_v1) > 0.0) { return; }
+    const hopform_robot_real *robot = &chain->plan->robot;
+    const real friction = level_at_rest_real(robot, element, 1) + level_at_rest_real(robot, element, -1);
+    if (friction > 0.0 || fabs_real(rates->a1_v1) > 0.0) { return; }
     const free_by_element_real at_rest = free_of_real(chain, &chain->at.named);
     const numerator_real *leg = &chain->motion.of.compression;
     const real compression = fabs_real(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_real(leg->H3 * basis->Wd)
@@ -401,8 +400,14 @@ static inline void stance_arrive_real(stance_chain_real *chain, const basis_real
     chain->from_upper += moved;
 }
 
+/* The acceleration with which an element starts on its threshold. */
+static inline real acceleration_on_threshold_real(const stance_chain_real *chain, int element) {
+    const int side = chain->side[element];
+    return (real)side * excess_to_side_real(&chain->plan->robot, element, side);
+}
+
 /* Put the constant acceleration of an element that starts on its threshold so that its acceleration there is exactly
- * zero, and what follows from it, too: rounding would let it go back at once. */
+ * that of the excess, and what follows from it, too: rounding would let it go back at once. */
 static inline void start_on_threshold_real(stance_chain_real *chain) {
     const int element = chain->just_switched;
     const int *side = chain->side;
@@ -411,7 +416,7 @@ static inline void start_on_threshold_real(stance_chain_real *chain) {
     *drive = 0.0;
     numerators_real others;
     others.named = motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
-    *drive = -others.of.velocity[element].H3;
+    *drive = acceleration_on_threshold_real(chain, element) - others.of.velocity[element].H3;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
@@ -421,6 +426,13 @@ static inline void stance_begin_phase_real(stance_chain_real *chain) {
     start_on_threshold_real(chain);
     chain->motion.named =
         motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.named, chain->side[0], chain->side[1]);
+    const int starts = chain->just_switched;
+    if (starts >= 0 && chain->side[0] != 0 && chain->side[1] != 0) {
+        const real acceleration = acceleration_on_threshold_real(chain, starts);
+        if (fabs_real(acceleration) > 0.0) {
+            set_acceleration_from_rest_real(&chain->motion, starts, false, acceleration);
+        }
+    }
     if (element >= 0 && chain->side[element] != 0) {
         const real level = (real)chain->side[element] * level_of_real(&chain->plan->robot, element);
         set_acceleration_from_rest_real(&chain->motion, element, chain->side[1 - element] == 0,

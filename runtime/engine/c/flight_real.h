@@ -448,11 +448,12 @@ static void choose_limit_real(flight_chain_real *chain) {
     }
 }
 
-/* The element at rest: held while the free acceleration is within the friction, or behind a stop, which never changes
- * as long as it is held. */
+/* The element at rest: held while the free acceleration is within the friction at rest, or behind a stop, which never
+ * changes as long as it is held. */
 static void settle_in_flight_real(flight_chain_real *chain, real free) {
     const real friction = level_of_real(chain->robot, HOPFORM_STOPPED_ELEMENT);
-    chain->now.side = (int8_t)goes_real(free, friction);
+    const real at_rest = level_at_rest_real(chain->robot, HOPFORM_STOPPED_ELEMENT, free < 0.0 ? -1 : 1);
+    chain->now.side = (int8_t)goes_real(free, at_rest);
     if (!(gap_in_flight_real(chain) > 0.0)) { chain->now.side = 0; }
     chain->now.acc1 = chain->now.side == 0 ? 0.0 : free - friction * (real)chain->now.side;
 }

@@ -54,7 +54,31 @@ static inline real settled_real(const hopform_poles_real *poles, const numerator
 
 /* ---- the hold rule ---- */
 
-/* Where an element at rest goes, held while |a_i| <= f_i: 1 or -1, 0 if it stays. */
+/* Where an element that would slip to a side stands in a record of both sides of each. */
+static inline int side_index_real(int element, int side) {
+    return 2 * element + (side < 0 ? 1 : 0);
+}
+
+/* Friction of an element at rest that would slip to a side, less that in motion. */
+static inline real excess_to_side_real(const hopform_robot_real *robot, int element, int side) {
+    excess_by_side_real excess;
+    excess.named = excess_of_real(robot);
+    return excess.of[side_index_real(element, side)];
+}
+
+/* Level of friction of an element that slips. */
+static inline real level_of_real(const hopform_robot_real *robot, int element) {
+    friction_by_element_real levels;
+    levels.named = friction_of_real(robot);
+    return levels.of[element];
+}
+
+/* Level of friction of an element at rest that would slip to a side. */
+static inline real level_at_rest_real(const hopform_robot_real *robot, int element, int side) {
+    return level_of_real(robot, element) + excess_to_side_real(robot, element, side);
+}
+
+/* Where an element at rest goes, held while |a_i| <= f_s,i: 1 or -1, 0 if it stays. */
 static inline real goes_real(real acceleration, real friction) {
     const real down = acceleration < -friction ? -1.0 : 0.0;
     return acceleration > friction ? 1.0 : down;
@@ -174,6 +198,26 @@ static inline void pass_event_at_axis_real(real change[HOPFORM_AXES], const real
     }
     change[axis] = wanted;
     change[velocity] = 0.0 - after[velocity] * late;
+}
+
+/* How the free acceleration of an element changes with the state. */
+static inline real free_slope_real(const hopform_rates_real *rates, int element, const state_by_axis_real *change) {
+    free_by_element_real slopes;
+    slopes.named = free_slopes_real(rates, &change->change);
+    return slopes.of[element];
+}
+
+/* The element that begins to slip at an event; -1 if none does. */
+static inline int slips_at_event_real(int event) {
+    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+        if (event == HOPFORM_EVENT_SLIPS(element)) { return element; }
+    }
+    return -1;
+}
+
+/* The change of z right after an element has begun to slip, `late`r: its velocity was 0 and grows. */
+static inline void pass_slip_real(real change[HOPFORM_AXES], int element, real acceleration, real late) {
+    change[HOPFORM_VELOCITY_AXIS(element)] -= acceleration * late;
 }
 
 /* ---- a stance that is followed phase by phase while it is solved ---- */

@@ -37,7 +37,9 @@ typedef struct {
     real t;        /* since touchdown */
     state_by_axis_real at;
     state_by_axis_real change[COLUMNS_real];
-    bool exists; /* the time of each event so far moves in proportion */
+    real late[COLUMNS_real]; /* how much later the event came that began the phase; 0 where its time is fixed */
+    bool is_timed;           /* these are known: a velocity that fades to nothing has no time in proportion */
+    bool exists;             /* the time of each event so far moves in proportion */
 } variation_real;
 
 static real current_real(const variation_real *variation, const hopform_phase_real *phase) {
@@ -171,8 +173,57 @@ static void travel_real(variation_real *variation, real t) {
 
 /* ---- through the events ---- */
 
+static void not_late_real(variation_real *variation) {
+    for (int column = 0; column < COLUMNS_real; column++) {
+        variation->late[column] = 0.0;
+    }
+}
+
+/* Change of the acceleration of an element with the inputs of a column, at a state that does not change, by what the
+ * sides of a mode give. */
+static real direct_slope_real(const variation_real *variation, const mode_real *mode, int element, int column) {
+    const hopform_phase_real *phase = &variation->phases[variation->index];
+    const robot_change_real robot = robot_change_of_column_real(column);
+    const real current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
+    slopes_by_share_real slopes;
+    slopes.named = slopes_of_real(&variation->plan->robot, current_real(variation, phase), (real)mode->side[0],
+                                  (real)mode->side[1], &robot, current);
+    const real *shares = slopes.of + element * SHARES_real;
+    real slope = shares[CORE_real];
+    for (int c = 0; c < CORE_real; c++) {
+        slope += shares[c] * variation->at.of[c + 1];
+    }
+    return slope;
+}
+
+/* Follow the changes through the slip of an element, with which the phase begins that `variation` is in. Its free
+ * acceleration has reached the friction at rest, so it starts with the excess of that. A current that steps lets it go
+ * at a fixed time; without excess its velocity does not jump, whenever it slips. */
+static void cross_slip_real(variation_real *variation, int element, const mode_real *entered,
+                            const state_by_axis_real *before) {
+    const hopform_plan_real *plan = variation->plan;
+    const hopform_phase_real *now = &variation->phases[variation->index];
+    const int side = entered->side[element];
+    const real acceleration = (real)side * excess_to_side_real(&plan->robot, element, side);
+    const bool at_step = now->step > 0 && !(now->t > variation->steps[now->step].t);
+    if (at_step || !(fabs_real(acceleration) > 0.0)) { return; }
+    const real rate = free_slope_real(&plan->rates, element, before);
+    variation->exists = variation->exists && fabs_real(rate) > 0.0;
+    for (int column = 0; column < COLUMNS_real && variation->exists; column++) {
+        const robot_change_real robot = robot_change_of_column_real(column);
+        excess_by_side_real excess;
+        excess.named = excess_change_real(&plan->robot, &robot);
+        const real at_rest = (real)side * excess.of[side_index_real(element, side)];
+        const real early = free_slope_real(&plan->rates, element, &variation->change[column])
+                           + direct_slope_real(variation, entered, element, column) - at_rest;
+        const real late = -early / rate;
+        pass_slip_real(variation->change[column].of, element, acceleration, late);
+        variation->late[column] = late;
+    }
+}
+
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
- * belongs to it; nothing jumps where a mass slips or the current steps. */
+ * belongs to it; nothing jumps where the current steps. */
 static void cross_real(variation_real *variation) {
     static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
     const hopform_phase_real *old = &variation->phases[variation->index];
@@ -192,21 +243,29 @@ static void cross_real(variation_real *variation) {
     variation->index++;
     variation->t = now->t;
     variation->at = start;
+    variation->is_timed = axis < 0;
+    not_late_real(variation);
+    const int slips = slips_at_event_real(now->event);
+    if (slips >= 0) { cross_slip_real(variation, slips, &entered, &before); }
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_real(before.of[axis] - after.of[axis]) > 0.0))) { return; }
     variation->exists = variation->exists && fabs_real(before.of[axis]) > 0.0;
+    variation->is_timed = variation->exists;
     for (int column = 0; column < COLUMNS_real && variation->exists; column++) {
         real *change = variation->change[column].of;
         const real wanted = column == bound ? 1.0 : 0.0;
         const real late = (wanted - change[axis]) / before.of[axis];
         pass_event_at_axis_real(change, before.of, after.of, axis, wanted, late);
+        variation->late[column] = late;
     }
 }
 
 /* A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once. */
 static variation_real variation_of_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                         const hopform_phase_real *phases, const hopform_stance_real *stance) {
-    variation_real variation = {plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, {{{0.0, 0.0, 0.0, 0.0}}}, true};
+    variation_real variation = {
+        plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, {{{0.0, 0.0, 0.0, 0.0}}}, {0.0}, true, true,
+    };
     const mode_real mode = mode_of_real(plan, phases, current_real(&variation, phases));
     variation.at.named = start_of_phase_real(phases);
     for (int i = 0; i < HOPFORM_AXES; i++) {
@@ -230,27 +289,68 @@ static void follow_to_real(variation_real *variation, int32_t last, real t) {
     travel_real(variation, t);
 }
 
-/* The rows of the matrix from the changes at take-off, F = 0. */
-static bool finish_real(variation_real *variation, const hopform_state_real *end, real *matrix) {
+/* Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is within
+ * its friction at rest, or a stop or a bolt carries it. */
+static bool stays_held_real(const variation_real *variation, int element) {
+    const hopform_robot_real *robot = &variation->plan->robot;
+    const hopform_phase_real *phase = &variation->phases[variation->index];
+    const state_by_axis_real *at = &variation->at;
+    free_by_element_real free;
+    free.named = free_accelerations_real(&variation->plan->rates, &at->named, current_real(variation, phase));
+    const real downwards = -level_at_rest_real(robot, element, -1);
+    const real upwards = level_at_rest_real(robot, element, 1);
+    const bool is_fixed = HOPFORM_IS_FIXED(element);
+    const bool has_stops = element == HOPFORM_STOPPED_ELEMENT;
+    const bool below = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= robot->x1_min);
+    const bool above = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= robot->x1_max);
+    return (below || free.of[element] > downwards) && (above || free.of[element] < upwards);
+}
+
+/* How much later the ending comes, from what changes there and its speed; false where it is not in proportion. A rest
+ * comes as the event that began it, the horizon at its time. Where a search ended there is nothing to follow. */
+static bool ends_later_real(variation_real *variation, const hopform_stance_real *stance,
+                            const hopform_state_real *speed) {
+    const hopform_robot_real *robot = &variation->plan->robot;
+    if (stance->ending == HOPFORM_ENDING_REST) {
+        return variation->is_timed && stays_held_real(variation, 0) && stays_held_real(variation, 1);
+    }
+    if (stance->ending == HOPFORM_ENDING_HORIZON) {
+        not_late_real(variation);
+        return true;
+    }
+    const real contact_rate = contact_slope_real(robot, speed);
+    if (stance->ending != HOPFORM_ENDING_TAKEOFF || !(fabs_real(contact_rate) > 0.0)) { return false; }
+    for (int column = 0; column < COLUMNS_real; column++) {
+        const robot_change_real by = robot_change_of_column_real(column);
+        const hopform_state_real *end = &stance->end;
+        variation->late[column] =
+            -contact_change_real(robot, end, &by, &variation->change[column].change) / contact_rate;
+    }
+    return true;
+}
+
+/* The rows of the matrix from the changes at the ending; an apex is what a take-off has. */
+static bool finish_real(variation_real *variation, const hopform_stance_real *stance, real *matrix) {
     const hopform_robot_real *robot = &variation->plan->robot;
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const mode_real mode = mode_of_real(variation->plan, phase, current_real(variation, phase));
     const hopform_state_real start = start_of_phase_real(variation->phases);
+    const hopform_state_real *end = &stance->end;
     const state_by_axis_real speed = speeds_in_mode_real(variation->plan, &mode, end);
-    const real contact_rate = contact_slope_real(robot, &speed.named);
-    const real fall = fall_of_real(robot);
+    const bool lifts = stance->ending == HOPFORM_ENDING_TAKEOFF;
+    const real fall = lifts ? fall_of_real(robot) : 0.0;
     const bool underflows = fall > 0.0 && !(fall * fall > 0.0); /* by which the apex's derivative divides */
-    if (!(fabs_real(contact_rate) > 0.0) || underflows) { return false; }
+    if (underflows || !ends_later_real(variation, stance, &speed.named)) { return false; }
     for (int column = 0; column < COLUMNS_real; column++) {
         state_by_axis_real *change = &variation->change[column];
         state_by_axis_real unit;
         const robot_change_real by = robot_change_of_column_real(column);
-        const real late = -contact_change_real(robot, end, &by, &change->change) / contact_rate;
+        const real late = variation->late[column];
         for (int i = 0; i < HOPFORM_AXES; i++) {
             unit.of[i] = column == column_of_axis_real[i] ? 1.0 : 0.0;
             change->of[i] += speed.of[i] * late;
         }
-        if (HOPFORM_CONTACT_IS_COMPRESSION) { change->of[HOPFORM_COMPRESSION_AXIS] = 0.0; /* at take-off */ }
+        if (lifts && HOPFORM_CONTACT_IS_COMPRESSION) { change->of[HOPFORM_COMPRESSION_AXIS] = 0.0; }
         const real rows[HOPFORM_SENSITIVITY_ROWS] = {late,
                                                      change->of[0],
                                                      change->of[1],
@@ -267,8 +367,10 @@ static bool finish_real(variation_real *variation, const hopform_state_real *end
     return true;
 }
 
-/* Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS
- * numbers, row by row; zeros if there are none (positive status).
+/* Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
+ * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
+ * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. The row
+ * of the apex is 0 without take-off.
  *
  * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
  * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
@@ -281,12 +383,9 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
     const memory_real array = array_real(matrix, count, sizeof *matrix);
     const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, &array, 1);
     if (status < 0) { return status; }
-    bool exists = stance->ending == HOPFORM_ENDING_TAKEOFF;
-    if (exists) {
-        variation_real variation = variation_of_real(plan, steps, phases, stance);
-        follow_to_real(&variation, stance->phases_kept - 1, stance->duration);
-        exists = variation.exists && finish_real(&variation, &stance->end, matrix);
-    }
+    variation_real variation = variation_of_real(plan, steps, phases, stance);
+    follow_to_real(&variation, stance->phases_kept - 1, stance->duration);
+    bool exists = variation.exists && finish_real(&variation, stance, matrix);
     for (int32_t n = 0; exists && n < count; n++) {
         exists = matrix[n] >= -HOPFORM_NEVER_real && matrix[n] <= HOPFORM_NEVER_real;
     }

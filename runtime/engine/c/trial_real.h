@@ -108,6 +108,18 @@ static inline void pass_event_real(current_variation_real *variation, const solv
         }
         pass_event_at_axis_real(change->of, before->of, after.of, axis, 0.0, late);
     }
+    const int slips = slips_at_event_real(now->event);
+    if (slips >= 0 && excess_to_side_real(robot, slips, now->side[slips]) > 0.0) {
+        const hopform_rates_real *rates = &variation->plan->rates;
+        const real rate = free_slope_real(rates, slips, before);
+        const real by_u = slips == HOPFORM_DRIVEN_ELEMENT ? rates->a1_u : 0.0;
+        if (fabs_real(rate) > 0.0) {
+            late = -(free_slope_real(rates, slips, change) + by_u) / rate;
+        } else {
+            variation->trial->smooth = false;
+        }
+        pass_slip_real(change->of, slips, now->motion->of.velocity[slips].H3, late);
+    }
     note_largest_real(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
     if (turns_up_real(variation, now, contact_slope_real(robot, &after.named))) {
         const state_by_axis_real met = change_at_event_real(change, &after, late);

@@ -205,7 +205,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     },
     "Output": {
         "samples": count(2, "uniform times in the CSV", MOST_ROWS),
-        "sensitivities": option("show what the take-off depends on, which JSON always has"),
+        "sensitivities": option("show what the ending depends on, which JSON always has"),
         "explain": option("show how it was solved: poles, event functions, rules of the certificate"),
         "json": option("print JSON (its schema: schema.json of the package)"),
         "toml": option("print a TOML to start from (of hopper_c if no NAME)"),

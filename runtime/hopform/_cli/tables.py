@@ -153,11 +153,12 @@ def ledger(solved: Stance) -> Table:
 
 
 def sensitivities(solved: Stance) -> Table:
-    """Derivatives of the take-off: a row per input, a column per result, "-" where there is no derivative."""
+    """Derivatives of the ending: a row per input, a column per result, "-" where there is no derivative."""
     by = solved.sensitivities
     heads = ("", *(f"{row} [{by.units[row]}]" for row in by.rows))
     rows = ((f"{name} [{by.units[name]}]", *(number(by[row, name] + 0.0) for row in by.rows)) for name in by.columns)
-    return table("Sensitivities: change of the take-off per unit of", heads, rows, ("",))
+    what = "take-off" if solved.takeoff else "ending"
+    return table(f"Sensitivities: change of the {what} per unit of", heads, rows, ("",))
 
 
 def run(solved: Run, designed: bool, drawn: Draws | None, bands: Bands | None) -> Iterator[RenderableType]:

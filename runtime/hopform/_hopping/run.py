@@ -24,10 +24,11 @@ from hopform._control import home_of
 from hopform._errors import HopformError, noted
 from hopform._files import csv_of, path_of, write
 from hopform._flight import Flight, solve_flight
+from hopform._motion import DOUBLE, Number, Real, State, Times
 from hopform._robots import BaseRobot, Robot, checked_robot
-from hopform._show import Arrays, Card, Motion, duration_of, name_of, span
+from hopform._show import Arrays, Card, OverTime, duration_of, name_of, span
 from hopform._solver.package import OURS, records
-from hopform._stance import DOUBLE, Number, Real, Stance, State, Times, aed_at, rest_of, solve_stance, steps_of
+from hopform._stance import Stance, aed_at, rest_of, solve_stance, steps_of
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
 from hopform.terrain import heights_of
 
@@ -79,7 +80,7 @@ class _Leg(NamedTuple):
     after_takeoff: bool = False
 
 
-class _Legs(Motion):
+class _Legs(OverTime):
     """Flights and stances in a row; heights over level 0."""
 
     @abstractmethod

@@ -17,9 +17,10 @@ import numpy as np
 
 from hopform._checks import MEMORY, Array, Checked, Role, by, count, finite, items, nonnegative, positive, stream
 from hopform._errors import HopformError
+from hopform._motion import Event
 from hopform._robots import Robot
 from hopform._solver.package import OURS, records
-from hopform._stance import Event, solve_stance
+from hopform._stance import solve_stance
 
 _NUMBERS = "numbers in units of the signal"
 _EACH = 64  # [B] a sample

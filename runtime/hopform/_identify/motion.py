@@ -26,11 +26,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._errors import HopformError
+from hopform._motion import DOUBLE
 from hopform._sensitivities import COLUMNS, in_height
 from hopform._show import of_extra
 from hopform._solver.choice import DEFAULT, SolvedStance
 from hopform._solver.package import ENDINGS, ROWS, LegState, Steps, records
-from hopform._stance import DOUBLE
 
 Array = NDArray[np.float64]
 Robot = records.Robot

@@ -21,6 +21,8 @@ LARGEST = 2**20
 _HOPFORM = Path(__file__).resolve().parents[1]
 
 Table = dict[str, Any]
+MASSES = "12"
+"""How the engine numbers the masses."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +58,22 @@ class Facts:
     def ledger(self) -> dict[str, str]:
         """What a table calls each entry of the ledger."""
         return {entry: label for each in self.elements for entry, label in each["ledger"].items()}
+
+    @cached_property
+    def moving(self) -> tuple[Table, ...]:
+        """The masses that may move, in the order of the engine's."""
+        return tuple(each for each in self.elements if each["kind"] == "mass" and not each.get("fixed"))
+
+    @cached_property
+    def axes(self) -> dict[str, Table]:
+        """What a state is given by: coordinates by the engine's axes x1, v1, x2, v2, of masses that may move, and y,
+        where both may.
+        """
+        named = {each.get("axis", each["name"]): each for each in self.coordinates}
+        velocities = {each["velocity"] for each in self.moving}
+        moving = [n for n in MASSES if f"v{n}" in named and named[f"v{n}"]["name"] in velocities]
+        axes = [f"{letter}{n}" for n in moving for letter in "xv"] + (["y"] if len(moving) == len(MASSES) else [])
+        return {axis: named[axis] for axis in axes}
 
     @cached_property
     def directions(self) -> tuple[tuple[str, str], ...]:
@@ -107,7 +125,7 @@ def facts_in(path: Path) -> Facts:
     try:
         tables = {name: _kind_of(kind)(data[name]) for name, kind in Facts.__annotations__.items()}
         facts = Facts(**tables)
-        read = facts.units, facts.events, facts.ledger, facts.directions
+        read = facts.units, facts.events, facts.ledger, facts.directions, facts.axes
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise HopformError(f"{path} holds no facts of a solver: {type(error).__name__}: {error}") from None
     if not all(read):

@@ -86,6 +86,9 @@ STATUS = ENDINGS | REFUSED
 range).
 """
 
+TAKEOFF = next(number for number, word in ENDINGS.items() if word == "takeoff")
+"""The ending that has an apex behind it."""
+
 LegState: TypeAlias = records.LegState
 """x1, v1, v2 and the compression y."""
 Precision: TypeAlias = np.dtype[Any]

@@ -187,7 +187,7 @@ class Solved(NamedTuple):
         matrix = self.engine.array(numbers, len(ROWS), self._columns)
         if status == self.engine.module.NO_DERIVATIVE:
             matrix[:] = np.nan
-        if not self.plan.robot.g > 0.0:
+        if self.stance.ending != package.TAKEOFF or not self.plan.robot.g > 0.0:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 

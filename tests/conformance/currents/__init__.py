@@ -79,9 +79,10 @@ class Touchdown:
         )  # fmt: skip
 
 
-def draw_robot(seed: int) -> hopform.Robot:
+def draw_robot(seed: int, at_rest: bool = False) -> hopform.Robot:
     """A robot from parameters x 1/3 to 3 or 1/10 to 10, an actuator of 1/20 to 20 times the body's mass, and a stroke
-    that is about what a drop makes of it; each friction is left out one time in four."""
+    that is about what a drop makes of it; each friction is left out one time in four. With `at_rest` there is more
+    friction at rest than in motion, of the actuator, of the body or of both."""
     draw = np.random.default_rng(seed)
     spread = float(draw.choice((3.0, 10.0)))
 
@@ -99,6 +100,9 @@ def draw_robot(seed: int) -> hopform.Robot:
         "gamma2": float(draw.choice((-1.0, 1.0))) * scaled(2.6 * m_eff), "g": 9.81, "u_max": scaled(3.0),
         "impact_loss": 0.05, "x1_min": -often(draw.uniform(0.0, 0.05)),
     }  # fmt: skip
+    if at_rest:
+        which = draw.integers(1, 4)
+        fields |= {f"f{n}_excess": float(scaled(0.6) if which & n else 0.0) for n in (1, 2)}
     free = hopform.Robot(**fields, x1_max=0.3)
     v2 = hopform.touchdown_velocity(free, draw.uniform(0.02, 0.4))
     stance = hopform.solve_stance(free, v2=v2, u=draw.uniform(-1.0, 1.0) * free.u_max)

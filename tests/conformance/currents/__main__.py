@@ -1,5 +1,6 @@
 """The controller against brute force at random touchdowns: `python -m tests.conformance.currents --count 10000`, or
-with random robots, three touchdowns each, `python -m tests.conformance.currents --count 9000 --robots random`.
+with random robots, three touchdowns each, `python -m tests.conformance.currents --count 9000 --robots random`; of
+robots `at_rest` there is more friction at rest than in motion.
 
 Exit code 1 if anything is wrong.
 """
@@ -24,17 +25,17 @@ SHARE = 1.0 / 2000.0
 """Of a random robot's u_max: a step."""
 
 
-def _random_part(seed: int) -> Findings:
+def _random_part(seed: int, at_rest: bool) -> Findings:
     found = Findings()
     for n in range(math.ceil(CHUNK / EACH)):
-        robot = draw_robot(CHUNK * seed + n)
+        robot = draw_robot(CHUNK * seed + n, at_rest)
         found.add(compare(robot, draw_touchdowns(robot, seed, EACH), SHARE * robot.u_max))
     return found
 
 
 def _part(name: str, seed: int, step: float) -> Findings:
-    if name == "random":
-        return _random_part(seed)
+    if name in ("random", "at_rest"):
+        return _random_part(seed, name == "at_rest")
     robot = hopform.load_robot(name)
     touchdowns = draw_touchdowns(robot, seed, CHUNK)
     found = compare(robot, touchdowns, step)
@@ -72,7 +73,7 @@ def main() -> int:
     parser.add_argument("--count", type=int, default=10000)
     parser.add_argument("--step", type=float, default=1e-4, help="[A]")
     parser.add_argument("--seed", type=int, default=secrets.randbits(32))
-    parser.add_argument("--robots", nargs="+", default=["hopper_c", "hopper_b"], help="names, or random")
+    parser.add_argument("--robots", nargs="+", default=["hopper_c", "hopper_b"], help="names, random, or at_rest")
     parser.add_argument("--processes", type=int, default=os.cpu_count())
     options = parser.parse_args()
     print(f"seed {options.seed}", flush=True)

@@ -99,6 +99,8 @@ static T(robot) any_robot(void)
     r.x1_min = uniform(0.0, 1.0) < 0.5 ? -INFINITY : -mostly(over(1e-3, 0.05), 0.4);
     r.x1_max = isfinite(r.x1_min) ? over(1e-3, 0.08) : INFINITY;
     r.impact_loss = 0.05;
+    r.f1_excess = mostly(over(1e-3, 5.0), 0.7);
+    r.f2_excess = mostly(over(1e-3, 5.0), 0.7);
     return r;
 }
 
@@ -776,16 +778,17 @@ static void is_a_mode(const T(robot) * r, const T(state) * s, double u, int side
 {
     double a[2];
     free_accelerations(r, s, u, a);
+    const double most_1 = r->f1 + r->f1_excess, most_2 = r->f2 + r->f2_excess;
     const double speed = 1e-9 * (1.0 + fabs(s->v1) + fabs(s->v2));
     const double size =
         1e-9
-        * (1.0 + r->f1 + r->f2 + r->k * (fabs(s->y) + fabs(r->c)) * (1.0 / r->m_eff + 1.0 / r->m_s)
+        * (1.0 + most_1 + most_2 + r->k * (fabs(s->y) + fabs(r->c)) * (1.0 / r->m_eff + 1.0 / r->m_s)
            + fabs(r->gamma2 * u) / r->m_eff + r->b1 * fabs(s->v1) / r->m_eff + r->b2 * fabs(s->v2) / r->m_s + r->g);
     must(side_1 != 0 ? side_1 * s->v1 >= -speed : fabs(s->v1) <= 0.0, "mass 1 against its mode");
     must(side_2 != 0 ? side_2 * s->v2 >= -speed : fabs(s->v2) <= 0.0, "mass 2 against its mode");
-    must(side_2 != 0 || fabs(a[1]) <= r->f2 + size, "mass 2 is held by too much");
+    must(side_2 != 0 || fabs(a[1]) <= most_2 + size, "mass 2 is held by too much");
     const int locked = !(r->x1_min < r->x1_max), low = s->x1 <= r->x1_min, high = s->x1 >= r->x1_max;
-    must(side_1 != 0 || locked || ((a[0] <= r->f1 + size || high) && (a[0] >= -r->f1 - size || low)),
+    must(side_1 != 0 || locked || ((a[0] <= most_1 + size || high) && (a[0] >= -most_1 - size || low)),
          "mass 1 is held by too much");
     must(s->x1 >= r->x1_min - 1e-12 && s->x1 <= r->x1_max + 1e-12, "out of its stroke");
     must(s->y >= -1e-9, "a spring that pulls");
@@ -793,7 +796,7 @@ static void is_a_mode(const T(robot) * r, const T(state) * s, double u, int side
 
 /* ---- limits of what is taken ---- */
 
-static const T(robot) usual = {25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05};
+static const T(robot) usual = {25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0};
 
 /* Numbers up to 1e300 are taken, as far as it goes; those beyond are refused by
  * name. */
@@ -996,15 +999,15 @@ static void leaving(void)
             must(zeros == ROWS * COLUMNS, "derivatives that are none, and not 0");
         }
     }
-    const T(robot) opens = {1.0, 1.0, 100.0, 0.4, 0.0, 0.0, 1.0, 0.0, 0.0, 9.0, 8.0, -INFINITY, INFINITY, 3.0, 0.0};
+    const T(robot) opens = {1.0, 1.0, 100.0, 0.4, 0.0, 0.0, 1.0, 0.0, 0.0, 9.0, 8.0, -INFINITY, INFINITY, 3.0, 0.0, 0.0, 0.0};
     must(ending_of(&opens, 1.0, 1.0, 0.0, 1.0, 1.0, &stance) == HOPFORM_ENDING_TAKEOFF && !(stance.duration > 0.0),
          "the third derivative leaves");
     const T(robot)
-        weightless = {1.0, 1.0, 100.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 8.0, 8.0, -INFINITY, INFINITY, 3.0, 0.0};
+        weightless = {1.0, 1.0, 100.0, 0.4, 0.0, 0.0, 0.0, 0.0, 0.0, 8.0, 8.0, -INFINITY, INFINITY, 3.0, 0.0, 0.0, 0.0};
     must(ending_of(&weightless, -1.0, -1.0, 0.0, 1.0, 1.0, &stance) == HOPFORM_ENDING_HORIZON
              && stance.event_count == 0,
          "two masses that fall alike");
-    const T(robot) closes = {2.0, 1.0, 100.0, 0.4, 0.0, 8.0, 0.0, 0.0, 0.0, 9.0, 8.0, -INFINITY, INFINITY, 3.0, 0.0};
+    const T(robot) closes = {2.0, 1.0, 100.0, 0.4, 0.0, 8.0, 0.0, 0.0, 0.0, 9.0, 8.0, -INFINITY, INFINITY, 3.0, 0.0, 0.0, 0.0};
     must(ending_of(&closes, 2.0, 2.0, 0.0, 0.0, 1.0, &stance) != HOPFORM_ENDING_TAKEOFF || stance.duration > 0.0,
          "the third derivative stays");
 }
@@ -1044,7 +1047,8 @@ static void fading(void)
     for (row = 965; row < 970; row++) {
         const double b2 = 498.8 + 3.0 * (row - 965);
         const T(robot)
-            r = {3.24, 0.154, 534400.0, 0.4, 0.0, 0.0, b2, 0.0, 0.0224, -3.6, 9.81, -INFINITY, INFINITY, 3.0, 0.0};
+            r = {3.24, 0.154, 534400.0, 0.4, 0.0, 0.0, b2, 0.0, 0.0224, -3.6, 9.81, -INFINITY, INFINITY, 3.0, 0.0,
+                 0.0,  0.0};
         must(ending_of(&r, 0.909, -1.597, 0.0, 0.0, 2.0, &stance) == HOPFORM_ENDING_HORIZON && stance.event_count == 3,
              "a contact force that fades");
     }
@@ -1122,6 +1126,8 @@ static void ties(void)
                 -INFINITY,
                 INFINITY,
                 3.0,
+                0.0,
+                0.0,
                 0.0};
         held.b1 = 2.0 * uniform(1.05, 4.0) * sqrt(held.k * held.m_eff);
         const double slow = (held.b1 - sqrt(held.b1 * held.b1 - 4.0 * held.k * held.m_eff)) / (2.0 * held.m_eff),
@@ -1133,7 +1139,7 @@ static void ties(void)
                  && stance.event_count == 0,
              "a velocity that fades away");
     }
-    const T(robot) both = {1.0, 1.0, 100.0, 0.4, 0.0, 0.0, 0.0, 0.1, 8.0, 1.0, 8.0, -INFINITY, INFINITY, 3.0, 0.0};
+    const T(robot) both = {1.0, 1.0, 100.0, 0.4, 0.0, 0.0, 0.0, 0.1, 8.0, 1.0, 8.0, -INFINITY, INFINITY, 3.0, 0.0, 0.0, 0.0};
     problem p;
     p.step_count = 2;
     p.horizon = 2.0;
@@ -1494,10 +1500,11 @@ static void any_flight(void)
             must(side != 0 ? side * s.v1 >= -1e-9 * (1.0 + fabs(start.v1)) : !(fabs(s.v1) > 0.0),
                  "the actuator against its mode in flight");
             must(s.x1 >= robot.x1_min - 1e-12 && s.x1 <= robot.x1_max + 1e-12, "out of its stroke in flight");
+            const double most = robot.m_eff * (robot.f1 + robot.f1_excess) * (1.0 + 1e-9);
             const double force = robot.k * robot.c - (limit != 0 ? limit * largest : pull);
             must(side != 0 || !(robot.x1_min < robot.x1_max)
-                     || ((force <= robot.m_eff * robot.f1 * (1.0 + 1e-9) + tiny || s.x1 >= robot.x1_max)
-                         && (force >= -robot.m_eff * robot.f1 * (1.0 + 1e-9) - tiny || s.x1 <= robot.x1_min)),
+                     || ((force <= most + tiny || s.x1 >= robot.x1_max)
+                         && (force >= -most - tiny || s.x1 <= robot.x1_min)),
                  "held by too much in flight");
             must(!above || s.y <= 1e-9, "a foot that was below the ground");
             above = above || s.y < -1e-9;
@@ -1538,7 +1545,7 @@ static void any_command(void)
     T(plan) plan;
     T(command) command;
     T(robot)
-    hopper = {25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05};
+    hopper = {25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0};
     if (row % 2 == 1) { /* a softer or stiffer one, with another drive and another stroke */
         hopper.m_eff *= over(0.05, 4.0);
         hopper.k *= over(0.3, 3.0);

@@ -50,7 +50,7 @@ static const uint32_t nasty[] = {0x7fc00000u, 0xffc00000u, 0x7f800001u, 0x7f8000
 enum { NASTY = (int)(sizeof nasty / sizeof nasty[0]) };
 
 static const OF(robot) sound = {25.0f, 3.0f,   1200.0f, 0.4f, 0.0f,  150.0f, 5.0f, 0.78f,
-                                0.6f,  -65.0f, 9.81f,   0.0f, 0.08f, 3.0f,   0.05f};
+                                0.6f,  -65.0f, 9.81f,   0.0f, 0.08f, 3.0f,   0.05f, 0.0f, 0.0f};
 
 static int is_finite(real value)
 {

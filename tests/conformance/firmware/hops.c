@@ -13,7 +13,7 @@
 enum { CAPACITY = 32, SUBSTEPS = 50, HOPS = 12 };
 
 static const hopform_robot_f32 robot = {25.0f, 3.0f, 1200.0f, 0.4f, 0.0f, 150.0f, 5.0f, 0.78f,
-                                        0.6f,  -65.0f, 9.81f,  0.0f, 0.08f, 3.0f,   0.05f};
+                                        0.6f,  -65.0f, 9.81f,  0.0f, 0.08f, 3.0f,   0.05f, 0.0f, 0.0f};
 static const float wanted[HOPS] = {0.15f, 0.15f, 0.12f, 0.1f, 0.12f, 0.15f, 0.18f, 0.2f, 0.17f, 0.14f, 0.11f, 0.12f};
 
 /* ---- the plant ---- */

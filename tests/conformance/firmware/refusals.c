@@ -17,7 +17,7 @@ typedef float real;
 enum { CAPACITY = 16, MANY = 4096 };
 
 static const OF(robot) sound = {25.0f, 3.0f,   1200.0f, 0.4f, 0.0f,  150.0f, 5.0f, 0.78f,
-                                0.6f,  -65.0f, 9.81f,   0.0f, 0.08f, 3.0f,   0.05f};
+                                0.6f,  -65.0f, 9.81f,   0.0f, 0.08f, 3.0f,   0.05f, 0.0f, 0.0f};
 static const OF(state) start = {0.0f, 0.0f, -1.9f, 0.0f};
 static const OF(step) one_step[1] = {{0.0f, 2.0f}};
 static OF(phase) phases[CAPACITY];

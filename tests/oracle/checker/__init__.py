@@ -33,6 +33,8 @@ ROBOT = (
     "x1_max",
     "u_max",
     "impact_loss",
+    "f1_excess",
+    "f2_excess",
 )
 START = ("x1", "v1", "v2", "y")
 

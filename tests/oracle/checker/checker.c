@@ -55,8 +55,9 @@ static int blame(judge *j, int reason, int n, int close)
 
 static exact_inputs inputs_of(const checker_problem *p)
 {
-    const exact_inputs in = {p->m_eff,  p->m_s, p->k,      p->L0,     p->c,  p->b1, p->b2, p->f1, p->f2,
-                             p->gamma2, p->g,   p->x1_min, p->x1_max, p->x1, p->v1, p->v2, p->u,  p->y};
+    const exact_inputs in = {p->m_eff, p->m_s,       p->k,         p->L0,     p->c, p->b1,     p->b2,     p->f1, p->f2,
+                             p->f1_excess, p->f2_excess, p->gamma2, p->g, p->x1_min, p->x1_max, p->x1, p->v1, p->v2,
+                             p->u,         p->y};
     return in;
 }
 
@@ -90,7 +91,7 @@ static quad drift_of_y(const exact_inputs *in, const exact_point *z, int held, i
 static int goes(const exact_inputs *in, const exact_point *z, int mass, int other, int *close)
 {
     const quad a = mass == 1 ? exact_free_1(in, z->y) : exact_free_2(in, z->y);
-    const quad f = mass == 1 ? in->f1 : in->f2;
+    const quad f = mass == 1 ? exact_at_rest_1(in) : exact_at_rest_2(in);
     const quad spring = in->k * (absolute(z->y) + absolute(in->c));
     const quad size = f + (mass == 1 ? (spring + absolute(in->gamma2 * in->u)) / in->m_eff : spring / in->m_s + in->g);
     const quad over = absolute(a) - f;
@@ -188,13 +189,14 @@ static int nothing_between(judge *j, int n, const exact_motion *m, const exact_p
         return 0;
     }
     for (int side = -1; side <= 1; side += 2) {
-        const quad a1 = exact_free_1(in, 0), a2 = exact_free_2(in, 0);
+        const quad left_1 = exact_at_rest_1(in) - side * exact_free_1(in, 0);
+        const quad left_2 = exact_at_rest_2(in) - side * exact_free_2(in, 0);
         if (l->side_1 == 0 && !is_blocked(in, from->x, side)
-            && !keeps(j, n, &poles, function_of(m, from, to, in->f1 - side * a1, side * in->k / in->m_eff, 0, 0), T)) {
+            && !keeps(j, n, &poles, function_of(m, from, to, left_1, side * in->k / in->m_eff, 0, 0), T)) {
             return 0;
         }
         if (l->side_2 == 0
-            && !keeps(j, n, &poles, function_of(m, from, to, in->f2 - side * a2, -side * in->k / in->m_s, 0, 0), T)) {
+            && !keeps(j, n, &poles, function_of(m, from, to, left_2, -side * in->k / in->m_s, 0, 0), T)) {
             return 0;
         }
     }
@@ -443,7 +445,7 @@ static void measure(judge *j)
     j->verdict->error_aed = fabs((double)(exact_gain(&j->in, &start, z) - a->aed)) / energy_unit(j->problem);
 }
 
-enum { INPUTS = sizeof(quick_inputs) / sizeof(long double), X1_MIN = 11, X1_MAX, X1, OUTPUTS = 6 };
+enum { INPUTS = sizeof(quick_inputs) / sizeof(long double), X1_MIN = 13, X1_MAX, X1, OUTPUTS = 6 };
 
 /* Time, end state and AED, scaled, of the chain from other inputs; 0 if it cannot be followed. */
 static int outcome_of(const judge *j, const quick_inputs *in, long double out[OUTPUTS])
@@ -479,8 +481,9 @@ static void condition(judge *j)
 {
     const checker_problem *p = j->problem;
     const long double d = 1e-9L;
-    const quick_inputs base = {p->m_eff,  p->m_s, p->k,      p->L0,     p->c,  p->b1, p->b2, p->f1, p->f2,
-                               p->gamma2, p->g,   p->x1_min, p->x1_max, p->x1, p->v1, p->v2, p->u,  p->y};
+    const quick_inputs base = {p->m_eff, p->m_s,       p->k,         p->L0,     p->c, p->b1,     p->b2,     p->f1, p->f2,
+                               p->f1_excess, p->f2_excess, p->gamma2, p->g, p->x1_min, p->x1_max, p->x1, p->v1, p->v2,
+                               p->u,         p->y};
     long double here[OUTPUTS], there[OUTPUTS], values[INPUTS];
     double state = 0, aed = 0;
     int follows = outcome_of(j, &base, here);

@@ -28,7 +28,7 @@ enum {
     BAD_WORD,        /* an event that these modes cannot have */
     NO_SUCH_ZERO,    /* nothing is zero where the event is said to be */
     TIME_RUNS_BACK,  /* two events in the wrong order, or a tie */
-    HOLD_RULE,       /* sticks, reverses or goes on against |a| <= f */
+    HOLD_RULE,       /* sticks, reverses or goes on against |a| <= f at rest */
     WRONG_DIRECTION, /* a crossing that is none, or a touch */
     PASSED_STOP,     /* beyond a stop */
     MISSED,          /* an event between two events */
@@ -40,6 +40,7 @@ enum {
 
 typedef struct {
     double m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss;
+    double f1_excess, f2_excess;
     double x1, v1, v2, y; /* the start */
     double u, horizon;
 } checker_problem;

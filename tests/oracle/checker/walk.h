@@ -4,7 +4,7 @@
  *     y' = v1 - v2        v1' = C1 - k y/m_eff - b1 v1/m_eff        v2' = C2 + k y/m_s - b2 v2/m_s        x' = v1
  */
 typedef struct {
-    REAL m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max;
+    REAL m_eff, m_s, k, L0, c, b1, b2, f1, f2, f1_excess, f2_excess, gamma2, g, x1_min, x1_max;
     REAL x1, v1, v2, u, y;
 } NAME(inputs);
 
@@ -22,6 +22,17 @@ typedef struct {
 static REAL NAME(magnitude)(REAL x)
 {
     return x < 0 ? -x : x;
+}
+
+/* Friction at rest: the force per mass that it takes to move a mass is f and the excess, what slips feels f alone. */
+static REAL NAME(at_rest_1)(const NAME(inputs) *in)
+{
+    return in->f1 + in->f1_excess;
+}
+
+static REAL NAME(at_rest_2)(const NAME(inputs) *in)
+{
+    return in->f2 + in->f2_excess;
 }
 
 /* Free accelerations, those at rest without Coulomb friction. */
@@ -123,11 +134,11 @@ static void NAME(zero_at_end)(const NAME(inputs) *in, const NAME(motion) *m, con
         *rate = m->C2 + m->y2 * z->y - m->d2 * z->v2;
         break;
     case END_A1:
-        *value = NAME(free_1)(in, z->y) - side * in->f1;
+        *value = NAME(free_1)(in, z->y) - side * NAME(at_rest_1)(in);
         *rate = -in->k / in->m_eff * (z->v1 - z->v2);
         break;
     case END_A2:
-        *value = NAME(free_2)(in, z->y) - side * in->f2;
+        *value = NAME(free_2)(in, z->y) - side * NAME(at_rest_2)(in);
         *rate = in->k / in->m_s * (z->v1 - z->v2);
         break;
     case END_STOP:

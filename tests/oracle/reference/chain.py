@@ -1,11 +1,12 @@
 """The stance as a chain of phases: which masses slip, which are held, and what ends each combination.
 
-    held:      |a_i| <= f_i, a_i the free acceleration at v_i = 0 (one-sided at a stop)
+    held:      |a_i| <= f_i + excess_i, a_i the free acceleration at v_i = 0 (one-sided at a stop)
     slipping:  sign(v_i) constant        take-off:  F = k y falls through zero
 
 Each condition is a function that is >= 0 while the phase lasts. At a change every combination of modes that the
 velocities allow is tried, held ones first, and the one whose functions all start upwards is the motion: the first
-non-zero derivative decides; friction is a monotone law, so there is one. A zero at the left end of a window is divided
+non-zero derivative decides. What can be held is held: with more friction at rest than in motion a mass could slip, too.
+A zero at the left end of a window is divided
 out before roots are sought.
 """
 
@@ -77,8 +78,8 @@ class Leg:
         """The sum of the magnitudes in a_i."""
         r = self.robot
         if mass == 0:
-            return (r.k * (abs(y) + abs(r.c)) + abs(r.gamma2 * u)) / r.m_eff + r.f1
-        return r.k * abs(y) / r.m_s + r.g + r.f2
+            return (r.k * (abs(y) + abs(r.c)) + abs(r.gamma2 * u)) / r.m_eff + r.at_rest[0]
+        return r.k * abs(y) / r.m_s + r.g + r.at_rest[1]
 
 
 def loads(leg: Leg, y: Real, u: Real) -> tuple[Real, Real]:
@@ -133,7 +134,7 @@ def conditions(leg: Leg, z: Point, modes: tuple[int, int], u: Real, s: Series) -
             yield Condition(f"v{mass + 1}", [modes[mass] * q for q in v], [one, *size[1:]], s.nu, leg.fastest)
             continue
         free, pull = (s.n1, s.size[1]) if mass == 0 else (s.n2, s.size[3])
-        f = fixed((r.f1, r.f2)[mass] / load, flow.bits)
+        f = fixed(r.at_rest[mass] / load, flow.bits)
         sizes = [pull[0] + f, *pull[1:]]
         for sign in blocked_free(r, z.x1) if mass == 0 else (1, -1):
             c = [-sign * q for q in free]
@@ -180,7 +181,7 @@ def choose_modes(leg: Leg, z: Point, old: tuple[int, int], u: Real) -> tuple[int
 
 def stays(leg: Leg, z: Point, u: Real) -> bool:
     """Whether both masses are held: nothing changes then, so the loads decide and not their derivatives."""
-    for mass, n, f in ((0, z.n1, leg.robot.f1), (1, z.n2, leg.robot.f2)):
+    for mass, n, f in zip((0, 1), (z.n1, z.n2), leg.robot.at_rest, strict=True):
         slack = [leg.sum(f, -sign * n) for sign in (blocked_free(leg.robot, z.x1) if mass == 0 else (1, -1))]
         if any(q < 0 for q in slack):
             return False
@@ -195,14 +196,18 @@ def starts_well(condition: Condition, sign: int) -> bool:
 
 
 def note_decision(leg: Leg, flow: Flow, z: Point, u: Real, condition: Condition, order: int) -> None:
-    """How close |a_i| was to f_i; an exact tie, settled by a later derivative, is no close call."""
+    """How close |a_i| was to its limit at rest; an exact tie, settled by a later derivative, is no close call."""
     slips = condition.kind.startswith("v")
     if order != int(slips):
         return
-    scale = leg.load_scale(int(condition.kind[1]) - 1, z.y, u)
+    mass = int(condition.kind[1]) - 1
+    scale = leg.load_scale(mass, z.y, u)
     unit = condition.unit / flow.window if slips else condition.unit
-    if scale:
-        leg.near(mp.ldexp(mp.mpf(condition.c[order]), -flow.bits) * unit / scale)
+    value = mp.ldexp(mp.mpf(condition.c[order]), -flow.bits) * unit
+    if slips:  # it accelerates by what is above the friction in motion
+        value = leg.sum(value, -(leg.robot.f1_excess, leg.robot.f2_excess)[mass])
+    if scale and value:
+        leg.near(value / scale)
 
 
 class Hit(NamedTuple):
@@ -295,9 +300,9 @@ def settle(leg: Leg, hit: Hit) -> Point:
     if "v2" in hit.kinds:
         z = z._replace(v2=mp.zero)
     if "a1" in hit.kinds:  # exactly on the limit, so that the derivatives decide and not the last digit
-        z = z._replace(n1=mp.sign(z.n1) * r.f1)
+        z = z._replace(n1=mp.sign(z.n1) * r.at_rest[0])
     if "a2" in hit.kinds:
-        z = z._replace(n2=mp.sign(z.n2) * r.f2)
+        z = z._replace(n2=mp.sign(z.n2) * r.at_rest[1])
     return z
 
 

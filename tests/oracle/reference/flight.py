@@ -89,7 +89,7 @@ class _Now:
 
     def settle(self) -> None:
         free = self.free()
-        side = int(mp.sign(free)) if abs(free) > self.robot.f1 else 0
+        side = int(mp.sign(free)) if abs(free) > self.robot.at_rest[0] else 0
         self.side = 0 if self.blocked(side) else side
         self.acc = free - self.side * self.robot.f1 if self.side else mp.zero
 
@@ -334,7 +334,7 @@ class _Flight:
             return
         now.v = mp.zero
         now.settle()
-        if not now.robot.f1:
+        if not now.robot.at_rest[0]:
             side = int(mp.sign(acc))
             now.side = 0 if now.blocked(side) else side
             now.acc = acc if now.side else mp.zero

@@ -33,6 +33,8 @@ DEFAULTS: dict[str, Number] = {
     "x1_max": "+inf",
     "u_max": "+inf",
     "impact_loss": 0,
+    "f1_excess": 0,
+    "f2_excess": 0,
 }
 
 
@@ -54,6 +56,13 @@ class Robot(NamedTuple):
     x1_max: Real
     u_max: Real
     impact_loss: Real
+    f1_excess: Real
+    f2_excess: Real
+
+    @property
+    def at_rest(self) -> tuple[Real, Real]:
+        """Friction of each mass at rest, per unit mass: what its free acceleration must exceed before it slips."""
+        return self.f1 + self.f1_excess, self.f2 + self.f2_excess
 
 
 class State(NamedTuple):
@@ -110,7 +119,7 @@ def parse_robot(robot: Mapping[str, Number]) -> Robot:
     for name in ("m_eff", "m_s", "k"):
         if not values[name] > 0:
             raise ValueError(f"{name} must be > 0, got {values[name]}")
-    for name in ("b1", "b2", "f1", "f2", "g"):
+    for name in ("b1", "b2", "f1", "f2", "f1_excess", "f2_excess", "g"):
         if not values[name] >= 0:
             raise ValueError(f"{name} must be >= 0, got {values[name]}")
     if values["x1_min"] > values["x1_max"]:

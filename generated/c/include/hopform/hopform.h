@@ -98,14 +98,14 @@ extern "C" {
 #define HOPFORM_PLAN_MADE 0x686f7066u /**< marks memory that is a plan */
 #define HOPFORM_SELFTEST_PHASES 32   /**< phases that hopform_selftest works in */
 
-/** Sensitivities: rows T, x1, v1, x2, v2 (time and state of the take-off), apex, aed; columns x1, v1, y, v2, u, then the
+/** Sensitivities: rows T, x1, v1, x2, v2 (time and state of the ending), apex, aed; columns x1, v1, y, v2, u, then the
  * parameters of the robot in the order of hopform_robot. */
 #define HOPFORM_SENSITIVITY_ROWS 7
-#define HOPFORM_SENSITIVITY_COLUMNS (5 + 15)
+#define HOPFORM_SENSITIVITY_COLUMNS (5 + 17)
 #define HOPFORM_TANGENT_ROWS 4 /**< x1, v1, v2, y: members of the state */
 
 /** Members of hopform_robot. */
-#define HOPFORM_ROBOT_FIELDS 15
+#define HOPFORM_ROBOT_FIELDS 17
 
 /** What this library and the package generated with it have in common: a hash of these declarations. And of the sources
  * that were compiled, where the build defines HOPFORM_SOURCE; else "". */

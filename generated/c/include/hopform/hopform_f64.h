@@ -34,6 +34,8 @@ typedef struct {
     double x1_max;       /**< [m] upper end of the actuator's stroke */
     double u_max;        /**< [A] current limit */
     double impact_loss;  /**< [1] fraction of the body's kinetic energy lost at touchdown */
+    double f1_excess;    /**< [m/s^2] friction of the actuator at rest, less f1 */
+    double f2_excess;    /**< [m/s^2] friction of the body at rest, less f2 */
 } hopform_robot_f64;
 
 /** Coefficients of y, v_1, v_2 and 1 in (3), (4), and their characteristic polynomials. */
@@ -297,7 +299,7 @@ typedef struct {
 
 /** Where robots, states after the impact, currents and longest times are read. */
 typedef struct {
-    hopform_input_f64 robot[15]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
+    hopform_input_f64 robot[17]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
     hopform_input_f64 x1; /**< [m] displacement of the actuator */
     hopform_input_f64 v1; /**< [m/s] velocity of the actuator */
     hopform_input_f64 v2; /**< [m/s] velocity of the body */
@@ -351,8 +353,10 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
                                    const double *times, int32_t count, hopform_energy_f64 *energies,
                                    hopform_ledger_f64 *ledgers, double *stop_losses);
 
-/** Derivatives of a solved stance through its events: HOPFORM_SENSITIVITY_ROWS times HOPFORM_SENSITIVITY_COLUMNS
- * numbers, row by row; zeros if there are none (positive status).
+/** Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
+ * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
+ * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. The row
+ * of the apex is 0 without take-off.
  *
  * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
  * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
@@ -458,7 +462,7 @@ void hopform_stance_loop_f64(char **args, const ptrdiff_t *dimensions, const ptr
 /** Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN
  * where there is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK,
  * HOPFORM_NO_DERIVATIVE, HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an
- * error. The apex' row is NaN without gravity. A negative status refuses every stance. */
+ * error. The apex' row is NaN without take-off or gravity. A negative status refuses every stance. */
 int32_t hopform_stances_sensitivities_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
                                            int32_t capacity, double *matrices, int32_t *status);
 

@@ -51,14 +51,15 @@ static int32_t read_all(reading *read, int64_t each, int64_t count, const hopfor
 static int32_t read_sensitivities(const hopform_plan_real *plan, const hopform_step_real *steps,
                                   const hopform_phase_real *phases, const hopform_stance_real *stance, real *matrix) {
     const int32_t status = hopform_stance_sensitivities_real(plan, steps, phases, stance, matrix);
-    no_numbers(matrix + APEX * ROW, fall_of_real(&plan->robot) > 0.0 ? 0 : ROW);
+    const bool has_apex = stance->ending == HOPFORM_ENDING_TAKEOFF && fall_of_real(&plan->robot) > 0.0;
+    no_numbers(matrix + APEX * ROW, has_apex ? 0 : ROW);
     return status;
 }
 
 /* Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN
  * where there is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK,
  * HOPFORM_NO_DERIVATIVE, HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an
- * error. The apex' row is NaN without gravity. A negative status refuses every stance. */
+ * error. The apex' row is NaN without take-off or gravity. A negative status refuses every stance. */
 int32_t hopform_stances_sensitivities_real(int64_t count, const hopform_stances_in_real *in, hopform_phase_real *phases,
                                            int32_t capacity, real *matrices, int32_t *status) {
     return read_all(read_sensitivities, MATRIX, count, in, phases, capacity, matrices, status);

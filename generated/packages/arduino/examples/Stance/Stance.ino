@@ -7,7 +7,7 @@ static hopform_phase_f32 phases[32];
 void setup() {
   Serial.begin(115200);
   const hopform_robot_f32 robot = {
-    25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1.5e2f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f
+    25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1.5e2f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f, 0.0f, 0.0f
   };
   if (hopform_plan_init_f32(&plan, &robot) != HOPFORM_OK) {
     Serial.println("bad robot");

@@ -1,0 +1,542 @@
+"""One motion of any model: solved exactly from a state, then evaluated at any time. Its coordinates, events and
+elements have the names that the model's file gives them, by the facts of its solver.
+"""
+
+import math
+from collections import namedtuple
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, SupportsFloat, TypeAlias, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+import hopform._checks as checks
+from hopform._checks import finite, items, mapping, positive, shaped, shown, times_within
+from hopform._errors import HopformError
+from hopform._robots import Robot, nearest
+from hopform._sensitivities import ManySensitivities, Sensitivities, at_times, of_ending
+from hopform._show import UNITS, Arrays, Card, Curve, OverTime, events_of, name_of
+from hopform._solver.choice import SolvedStance, Solver
+from hopform._solver.library import Backend
+from hopform._solver.package import AnyEvent, Precision, Steps, records
+from hopform._warnings import MOTION_WARNINGS, Warning, said
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar
+
+    Value = TypeVar("Value", default=float)
+else:
+    from typing import TypeVar
+
+    Value = TypeVar("Value")
+
+Real: TypeAlias = Any
+"""A float, or an array that broadcasts: what is read at one time needs no check of its type."""
+Number: TypeAlias = float | np.number[Any]
+"""One time."""
+Times: TypeAlias = NDArray[Any] | Sequence[Any]
+"""Times of an array, or of what becomes one."""
+Start: TypeAlias = Mapping[str, SupportsFloat] | None
+"""Coordinates and velocities by their names."""
+
+EACH = 128  # [B] a time of a grid
+DOUBLE = np.dtype(np.float64)
+_SPELT: dict[Any, Precision] = {
+    **dict.fromkeys(("float64", "double", "f8", "d", "float", float, np.float64, DOUBLE), DOUBLE),
+    **dict.fromkeys(("float32", "single", "f4", "f", np.float32, np.dtype(np.float32)), np.dtype(np.float32)),
+}
+"""The precisions, as people may write them."""
+
+
+class State(NamedTuple, Generic[Value]):
+    """The hopper at one instant, with a float in each entry; at the times of an array, with an array in each, it is a
+    State[NDArray[np.floating]].
+    """
+
+    x1: Value
+    """[m] displacement of the actuator"""
+    v1: Value
+    """[m/s] its velocity"""
+    x2: Value
+    """[m] height of the body over the ground under the foot"""
+    v2: Value
+    """[m/s] its velocity"""
+
+
+class Event(NamedTuple):
+    """Something that happened during a motion; kinds are those of docs/reference/model.md, with the names of the
+    model's coordinates.
+    """
+
+    time: float
+    """[s] since the start: the touchdown of a stance, the take-off of a flight"""
+    kind: AnyEvent
+
+
+class Phase(NamedTuple):
+    """A part of a motion in which the mode stays: of each mass +1 where it moves forwards, -1 backwards, 0 held.
+
+    mode_1 is +1 where the hopper's actuator extends, -1 where it retracts, mode_2 +1 where its body slips up, -1 where
+    it slips down. A mass that the model does not have is held.
+    """
+
+    start: float
+    """[s] since the start"""
+    end: float
+    """[s]"""
+    mode_1: int
+    mode_2: int
+    u: float
+    """[A]"""
+    state: State
+    """where it starts, with the names of the model's coordinates"""
+
+
+# ---- coordinates by their names ----
+
+
+class Layout(NamedTuple):
+    """How a state is shown: its named tuple, and of each entry the engine's axis, x1, v1, x2 or v2, and the unit."""
+
+    state: Callable[..., Any]
+    names: tuple[str, ...]
+    axes: tuple[str, ...]
+    units: tuple[str, ...]
+
+
+@lru_cache(maxsize=64)
+def _state_class(names: tuple[str, ...]) -> Any:
+    """A named tuple, which can be pickled, with these names; that of the hopper's is `State`."""
+    if names == State._fields:
+        return State
+    made: Any = namedtuple("State", names)  # type: ignore[misc]  # noqa: PYI024
+    made.__doc__ = f"A state: {', '.join(names)}."
+    made.__reduce__ = lambda self: (_state_again, (names, tuple(self)))
+    return made
+
+
+def _state_again(names: tuple[str, ...], values: tuple[Any, ...]) -> Any:
+    return _state_class(names)(*values)
+
+
+@lru_cache(maxsize=64)
+def layout_of(solver: Solver) -> Layout:
+    """How a solver's states are shown, by its facts."""
+    axes = {axis: table for axis, table in solver.facts.axes.items() if axis != "y"}
+    names, units = (tuple(str(table[key]) for table in axes.values()) for key in ("name", "unit"))
+    return Layout(_state_class(names), names, tuple(axes), units)
+
+
+def force_unit(unit: str) -> str:
+    """Unit of the force on a coordinate: a torque where it turns."""
+    return "N m" if unit == "rad" else "N"
+
+
+def stroke_of(robot: Robot) -> tuple[float, float]:
+    """The lower and the upper stop of the first mass."""
+    return robot.x1_min, robot.x1_max
+
+
+def limit_of(robot: Robot) -> float:
+    """The largest size of the input; without one there is no limit."""
+    return robot.u_max if robot.solver.facts.inputs else math.inf
+
+
+# ---- a motion ----
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Motion(OverTime):
+    """A motion, solved. Times in s from the start; coordinates by the names of the model's file, in its units.
+
+    status: "rest", "horizon", "too_many_phases", or "uncertified", where the search met its bound; of a model with a
+    contact, whose motion is a `Stance`, also "takeoff". duration: time of the ending. end: the state there.
+    """
+
+    robot: Robot
+    u: Steps
+    backend: Backend
+    dtype: np.dtype[Any]
+    status: records.Ending
+    duration: float
+    end: Any
+    _solved: SolvedStance = field(repr=False, compare=False)
+    _x2_is_given: bool = field(repr=False, compare=False)
+    _asked: tuple[records.LegState, float, int] = field(repr=False, compare=False)
+    """start, horizon and bound on phases"""
+    _said_of: ClassVar[tuple[Warning, ...]] = MOTION_WARNINGS
+
+    @property
+    def _layout(self) -> Layout:
+        return layout_of(self.robot.solver)
+
+    @cached_property
+    def events(self) -> tuple[Event, ...]:
+        """The events in their order."""
+        kinds = self.robot.solver.package.records.EVENTS
+        return tuple(Event(t, kinds[event]) for t, _, _, event, _ in self._solved.phase_rows() if event)
+
+    @cached_property
+    def phases(self) -> tuple[Phase, ...]:
+        """The phases in their order."""
+        rows = self._solved.phase_rows()
+        ends = [*(row[0] for row in rows[1:]), self.duration]
+        states = [self._layout.state(*map(float, self._shown(row[1]))) for row in rows]
+        return tuple(
+            Phase(t, end, mode // 3 - 1, mode % 3 - 1, self.u[step][1], state)
+            for (t, _, mode, _, step), end, state in zip(rows, ends, states, strict=True)
+        )
+
+    @cached_property
+    def warnings(self) -> tuple[str, ...]:
+        """What the model does not say of a real machine: a current above its limit, a stop that it is pushed onto."""
+        return tuple(said(self._said_of, self._reading))
+
+    def _reading(self, name: str) -> Any:
+        """A reading that warnings compare."""
+        robot, flows = self.robot, [u for t, u in self.u if t < self.duration or t == 0.0]
+        low, high = stroke_of(robot)
+        first, stopped = self._solved.phase_rows()[0], self.robot.solver.facts.moving[0]
+        readings: dict[str, Callable[[], Any]] = {
+            "stiff": lambda: self._is_stiff,
+            "u": lambda: flows[0],
+            "u_largest": lambda: max(flows, key=abs),  # a step behind the ending does not flow
+            "u_size": lambda: max(map(abs, flows)),
+            "limit": lambda: limit_of(robot),
+            "input": lambda: robot.solver.facts.inputs[0]["name"],
+            "unit": lambda: robot.solver.facts.inputs[0]["unit"],
+            "held": lambda: float(first[2] // 3 == 1),
+            "position": lambda: first[1].x1,
+            "lower": lambda: low,
+            "upper": lambda: high,
+            "mass": lambda: stopped["name"],
+            "push": lambda: float(self.forces(0.0)["input"]),
+        }
+        return readings[name]()
+
+    @property
+    def _is_stiff(self) -> float:
+        status = self._solved.plan_status(self.robot.parameters)
+        return float(records.STATUSES.get(status) == "ill_conditioned")
+
+    def at(self, t: Any) -> Any:
+        """The state at times t [s], a named tuple of the model's coordinates and velocities, each in t's shape.
+
+        0 <= t <= duration, any t >= 0 after rest, else ValueError. At the time of an event: the state behind it, which a
+        stop has left without velocity. So is all that is read at a time.
+        """
+        return self._layout.state(*(shaped(value, t) for value in self._shown(self._solver_state(t))))
+
+    def grid(
+        self, count: int | None = None, *, dt: SupportsFloat | None = None, out: Sequence[Any] | None = None
+    ) -> tuple[NDArray[np.floating], Any]:
+        """Times from 0 to the ending and the states there: `count` of them, or one every dt [s]; faster than `at`.
+
+        out: an array of one dimension for each entry of a state, of the motion's dtype, that takes it. Raises
+        HopformError if not exactly one of count >= 1 and dt > 0 is given, or if out does not fit.
+
+        >>> from hopform import load_robot, solve_stance
+        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
+        >>> t, state = stance.grid(1001)
+        >>> float(t[-1]) == stance.duration, round(float(state.x2[500]), 6) == round(float(stance.at(t[500]).x2), 6)
+        (True, True)
+        """
+        layout = self._layout
+        t, step = uniform_times(self.duration, count, dt, self.dtype, type(self).__name__.lower())
+        into = list(np.empty((len(layout.names), t.size), self.dtype)) if out is None else fitting(out, t, layout.names)
+        whole = {axis: np.ascontiguousarray(column) for axis, column in zip(layout.axes, into, strict=True)}
+        x1, v1, x2, v2 = (whole[axis] if axis in whole else np.empty_like(t) for axis in State._fields)
+        if self.duration > 0.0:
+            self._solved.grid(step, records.LegState(x1, v1, v2, x2))
+        else:
+            for column, values in zip((x1, v1, v2, x2), self._solver_state(t), strict=True):
+                column[...] = values
+        if "x2" in whole:
+            x2[...] = body_height(self.robot, self.dtype, x1, x2)
+        for axis, column in zip(layout.axes, into, strict=True):
+            column[...] = whole[axis]  # itself where it is in one piece
+        return t, layout.state(*into)
+
+    def current(self, t: ArrayLike) -> Real:
+        """The current [A] at times t [s], in t's shape; from the time of a step on that of the step."""
+        starts, currents = np.array(self.u).T
+        return shaped(currents[np.searchsorted(starts, self._times(t), side="right") - 1], t)
+
+    def total_energy(self, t: ArrayLike) -> Real:
+        """Kinetic and potential energy H [J] of the whole machine at times t [s], in t's shape."""
+        return shaped(self._solved.energy_at(self._times(t)).total, t)
+
+    def ledger(self, t: ArrayLike) -> records.Ledger:
+        """The ledger [J] from the start to times t [s], in t's shape; each entry from its own closed form, t as for
+        `at`.
+        """
+        entries = in_order(t, self._times(t), self._solved.ledger_at)
+        return cast("records.Ledger", self.robot.solver.package.records.Ledger(*entries))
+
+    def ledger_by_element(self, t: ArrayLike) -> dict[str, dict[str, Real]]:
+        """The same by elements of the model, then by entries: what each has brought into the energy H.
+
+        Elements without work are left out, and so is what one mass does to another through a spring.
+        """
+        entries = self.ledger(t)._asdict()
+        known = self.robot.solver.package.records
+        whole = {*known.LEDGER_OF_ROBOT, "stop_loss"}
+        elements = {each["name"]: each["ledger"] for each in self.robot.solver.facts.elements if not each.get("fixed")}
+        found = {name: {key: entries[key] for key in own if key in whole} for name, own in elements.items()}
+        return {name: own for name, own in found.items() if own}
+
+    def forces(self, t: ArrayLike) -> dict[str, Real]:
+        """Forces [N, N m on what turns] at times t [s], in t's shape, along the coordinate that each acts on.
+
+        friction_NAME: of friction on the mass with the coordinate NAME; held, as much as it takes to hold it, up to its
+        level at rest. stop_NAME: of the stop on a mass that it holds, what friction does not carry; 0 elsewhere (a hit is an
+        impulse). input: of the current. contact: of the ground, of a model with a contact.
+        """
+        times = np.minimum(self._times(t), self.dtype.type(self.duration))
+        return {name: shaped(values, t) for name, values in self._forces(times)}
+
+    def _forces(self, times: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:
+        robot, rows = self.robot, self._solved.phase_rows()
+        formulas, of, parameters = robot.solver.package.formulas, robot.solver.package.records, robot.parameters
+        number = np.searchsorted(np.array([row[0] for row in rows], self.dtype), times, side="right") - 1
+        modes, steps = (np.array([row[n] for row in rows])[number] for n in (2, 4))
+        u, state = np.array([u for _, u in self.u])[steps], self._solved.state_at(times)
+        rates = formulas.rates_of(parameters)
+        free = of.Free(*(np.broadcast_to(each, times.shape) for each in formulas.free_accelerations(rates, state, u)))
+        sides = (modes // 3 - 1, modes % 3 - 1)
+        levels, excess = formulas.friction_of(parameters), formulas.excess_of(parameters)
+        at_rest = (
+            (-level - down, level + up) for level, up, down in zip(levels, excess[::2], excess[1::2], strict=True)
+        )
+        resisted = of.Resisted(
+            *(
+                np.where(side == 0, np.clip(each, *between), side * level)
+                for side, each, level, between in zip(sides, free, levels, at_rest, strict=True)
+            )
+        )
+        friction_1, friction_2, stop = formulas.forces_of(parameters, free, resisted)
+        low, high = stroke_of(robot)
+        rests_on_stop = (sides[0] == 0) & ((state.x1 <= low) | (state.x1 >= high))
+        found = {"x1": friction_1, "x2": friction_2}
+        masses = [axis for axis in self._layout.axes if axis in found]
+        for axis, mass in zip(masses, robot.solver.facts.moving, strict=True):
+            name = self._layout.names[self._layout.axes.index(axis)]
+            yield f"friction_{name}", np.asarray(found[axis], self.dtype)
+            if mass["stops"]:
+                yield f"stop_{name}", np.where(rests_on_stop, stop, 0.0).astype(self.dtype)
+        if robot.solver.facts.inputs:
+            yield "input", np.asarray(input_force(robot, u), self.dtype)
+
+    def _unit(self, name: str) -> str | None:
+        layout, facts = self._layout, self.robot.solver.facts
+        coordinates = dict(zip(layout.names, layout.units, strict=True))
+        if name in coordinates:
+            return coordinates[name]
+        of, _, coordinate = name.partition("_")
+        if of in ("friction", "stop"):
+            return force_unit(coordinates[coordinate])
+        if name == "input":
+            return force_unit(layout.units[0])
+        return facts.inputs[0]["unit"] if facts.inputs and name == facts.inputs[0]["name"] else UNITS.get(name)
+
+    @property
+    def sensitivities(self) -> Sensitivities:
+        """Derivatives of the duration T and the state at the ending by initial state, input and parameters, through
+        every event.
+
+        They are those of the events as they are: none appears or goes. At rest T moves with the event that stops the
+        last mass; at the horizon it stays. A mass that is held at the start keeps its velocity 0; one that starts on a
+        stop and is held there stays where it starts, and stops count where they are met later. With a list of steps the
+        input's column moves all of them alike. NaN where an event grazes, where a rest ends at a small change, and where
+        the search has ended.
+        """
+        return of_ending(self._solved.sensitivities(), self._x2_is_given, self.robot.solver, self.robot.parameters)
+
+    def derivatives(self, t: ArrayLike) -> ManySensitivities:
+        """Derivatives of the state at times t [s], in t's shape, with two further axes, by the same.
+
+        t is fixed, so at a time behind an event they are those of a motion through it; where one grazes, those of a
+        motion that does not notice it.
+
+        >>> from hopform import load_robot, solve_stance
+        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
+        >>> round(float(stance.derivatives(0.05)["x2", "v2"]), 5)
+        0.04041
+        """
+        rows = in_order(t, self._times(t), lambda times: [self._solved.tangents(times)[1]], shape=False)[0]
+        return at_times(rows, np.shape(t), self._x2_is_given, self.robot.solver, self.robot.parameters)
+
+    def explain(self) -> str:
+        """How it was solved, phase by phase: poles, event functions at the start and the end, and which rule of the
+        certificate says in which interval that none has an earlier zero. docs/explanation/stance.md reads one.
+
+        The printed engine solves the motion again, to the same bits, and says which rules it used.
+
+        >>> from hopform import load_robot, solve_stance
+        >>> print(solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).explain().splitlines()[0])
+        hopper_c, u = 2 A; takes off after 184.08 ms, apex 13.98 cm
+        """
+        text: Callable[..., str] = import_module("hopform._explain").text_of
+        return text(self, self._asked)
+
+    def _card(self) -> Card:
+        inputs, u = self.robot.solver.facts.inputs, [each for _, each in self.u]
+        first, last = (zip(self._layout.names, state, strict=True) for state in (self.phases[0].state, self.end))
+        steps = [(each["name"], u[0] if len(u) == 1 else f"{len(u)} steps, from {u[0]:.5g}") for each in inputs]
+        found = [*last, ("events", events_in_short(self.events)), *(("warning", each) for each in self.warnings)]
+        title = f"Motion of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
+        return Card(title, [*first, *steps], found)
+
+    def _over(self, t: NDArray[np.float64]) -> dict[str, Any]:
+        u = {each["name"]: self.current(t) for each in self.robot.solver.facts.inputs}
+        return {**self.at(t)._asdict(), **u, **self.forces(t), "total_energy": self.total_energy(t)}
+
+    def _curve(self) -> Curve:
+        """The first coordinate over time."""
+        t = np.linspace(0.0, self.duration, 121)
+        name, unit = self._layout.names[0], self._layout.units[0]
+        return f"{name} [{unit}] over time [s]", t, self.at(t)[0]
+
+    def _arrays(self) -> Arrays:
+        return events_of(self.events) | {name: ((), getattr(self, name)) for name in ("status", "duration")}
+
+    def _shown(self, state: records.LegState) -> list[Any]:
+        """The entries of a state, or of states, that are shown."""
+        of: dict[str, Callable[[], Any]] = {
+            "x1": lambda: state.x1,
+            "v1": lambda: state.v1,
+            "x2": lambda: body_height(self.robot, self.dtype, state.x1, state.y),
+            "v2": lambda: state.v2,
+        }
+        return [of[axis]() for axis in self._layout.axes]
+
+    def _solver_state(self, t: ArrayLike) -> records.LegState:
+        return self._solved.state_at(self._times(t))
+
+    def _times(self, t: ArrayLike) -> NDArray[np.floating]:
+        if type(t) is float and 0.0 <= t <= self.duration:  # the common case
+            return np.array([t], self.dtype)
+        return times_within(t, self.dtype, self.duration, endless=self.status == "rest")
+
+
+def events_in_short(events: Sequence[Event]) -> str:
+    """The first events and how many more there are."""
+    first = ", ".join(f"{event.kind} {event.time:.4g} s" for event in events[:3])
+    more = f", {len(events) - 3} more" if len(events) > 3 else ""
+    return f"{first or 'none'}{more}"
+
+
+def input_force(robot: Robot, u: Any) -> Any:
+    """The force of the input on the first mass, along its coordinate."""
+    return -robot.gamma2 * u
+
+
+def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
+    """Height of the body [m] at states of a precision, in which every operation is rounded, as in the C library."""
+    parameters, height = robot.parameters, robot.solver.package.formulas.body_height
+    if dtype is DOUBLE:
+        return height(parameters, x1, y)
+    with np.errstate(over="ignore"):
+        rounded = type(parameters)(*map(dtype.type, parameters))
+    return height(rounded, np.asarray(x1, dtype), np.asarray(y, dtype))
+
+
+# ---- what goes in ----
+
+
+def named_start(robot: Robot, start: Start) -> dict[str, float]:
+    """What a start has, by the engine's axes; HopformError for a name that the model does not have, and for what is no
+    finite number.
+    """
+    facts = robot.solver.facts
+    axes = {table["name"]: axis for axis, table in facts.axes.items()}
+    found = dict[str, float]()
+    for name, value in mapping("start", start, 64).items():
+        if name not in axes:
+            hint = nearest(name, [*axes]) if isinstance(name, str) else ""
+            known = ", ".join(f"{each} [{facts.units[each]}]" for each in axes)
+            raise HopformError(f"start: the model {facts.name} has no coordinate {shown(name)}{hint}; it has {known}")
+        found[axes[name]] = finite(f"start {name}", value, facts.units[name])
+    return found
+
+
+def free_start(robot: Robot, start: Start) -> tuple[records.LegState, bool]:
+    """The state that a motion without a contact starts from, and whether the second position is given, not y.
+
+    What is left out is 0. HopformError as `named_start` has it, for a position beyond its stops, and for both x2 and y.
+    """
+    given, facts = named_start(robot, start), robot.solver.facts
+    x1 = given.get("x1", 0.0)
+    low, high = stroke_of(robot)
+    if not low <= x1 <= high:
+        name, unit = facts.axes["x1"]["name"], facts.axes["x1"]["unit"]
+        raise HopformError(f"start {name} must be within its stroke {low!r} .. {high!r} {unit}, got {x1!r}")
+    if "x2" in given and "y" in given:
+        both = " and ".join(f"{facts.axes[axis]['name']} = {given[axis]!r}" for axis in ("x2", "y"))
+        raise HopformError(f"start: one of two coordinates may be given, got {both}")
+    # x2 = x1 - y + length has the inverse y = x1 - x2 + length
+    y = given["y"] if "y" in given else float(body_height(robot, DOUBLE, x1, given.get("x2", 0.0)))
+    return records.LegState(x1, given.get("v1", 0.0), given.get("v2", 0.0), y), "y" not in given
+
+
+def precision_of(dtype: Any) -> Precision:
+    """The precision that people have written; HopformError for another one."""
+    known = _SPELT.get(dtype) if isinstance(dtype, (str, type, np.dtype)) else None
+    if known is None:
+        raise HopformError(f"dtype must be float64 or float32, got {shown(cast(object, dtype))}")
+    return known
+
+
+# ---- times ----
+
+
+def in_order(
+    t: ArrayLike,
+    times: NDArray[Any],
+    values: Callable[[NDArray[Any]], Sequence[NDArray[Any]]],
+    shape: bool = True,
+) -> list[Real]:
+    """Values of what takes times in their order, in t's shape, or as they are."""
+    order = np.argsort(times, kind="stable")
+    back = np.argsort(order, kind="stable")
+    return [shaped(each[back], t) if shape else each[back] for each in values(times[order])]
+
+
+def uniform_times(
+    duration: float, count: int | None, dt: SupportsFloat | None, dtype: np.dtype[Any], what: str = "stance"
+) -> tuple[NDArray[np.floating], float]:
+    """Times of a uniform grid over [0, duration] and their distance [s], any where there is but one time."""
+    if (count is None) == (dt is None):
+        raise HopformError(f"either count or dt must be given, got count = {shown(count)}, dt = {shown(dt)}")
+    if dt is None:
+        number = checks.count("count", count, EACH)
+        step = duration / (number - 1) if number > 1 else 0.0
+    else:
+        step = positive("dt", dt, "s")
+        last = duration / step * (1.0 + 4.0 * float(np.finfo(dtype).eps))
+        if last >= (most := checks.MEMORY // EACH):
+            raise HopformError(f"dt must be > {duration / most!r} s for a {what} of {duration!r} s, got {step!r}")
+        number = math.floor(last) + 1
+    t = np.arange(number, dtype=dtype)
+    t *= dtype.type(step)
+    if dt is None and number > 1:
+        t[-1] = duration
+    t[np.searchsorted(t, dtype.type(duration), "right") :] = duration  # what rounding took past the ending
+    return t, step or 1.0
+
+
+def fitting(out: Sequence[Any], t: NDArray[np.floating], names: Sequence[str]) -> list[NDArray[Any]]:
+    """The arrays if they can take states with these entries at times t; HopformError if not."""
+    columns = items("out", out, f"{len(names)} arrays", len(names))
+    if len(columns) != len(names):
+        raise HopformError(f"out must be {len(names)} arrays, got {len(columns)}")
+    for name, column in zip(names, columns, strict=True):
+        array: Any = column
+        holds = isinstance(column, np.ndarray)
+        if not (holds and array.shape == t.shape and array.dtype == t.dtype):
+            got = f"{array.dtype} of shape {array.shape}" if holds else shown(array)
+            raise HopformError(f"out.{name} must be an array of {t.dtype} of shape {t.shape}, got {got}")
+    return columns
