@@ -11,6 +11,9 @@ from unittest.mock import patch
 
 import hopform
 from derive.__main__ import main
+from derive.model import mechanism
+from derive.model.declare import drafted
+from derive.model.equations import Model
 from hopform import _cli as cli
 from hopform._solver import build
 from hopform._solver import c as native
@@ -19,6 +22,18 @@ from hopform._solver.package import Package
 from tests.objects import key, once
 
 MODELS = Path(__file__).resolve().parent / "models"
+
+
+def model_of(text: str, name: str = "own") -> Model:
+    """The model of a text of elements."""
+    with drafted() as draft:
+        exec(compile(f"from hopform.model import *\n{text}", name, "exec"), {})  # noqa: S102
+    return mechanism.model_of(draft, name, "A model of a test.", text)
+
+
+def hopper_with(text: str, name: str = "own") -> Model:
+    """The hopper with further elements: its symbols are those of `h`."""
+    return model_of(f"h = include('hopper')\n{text}", name)
 
 
 def loaded(folder: Path, name: str) -> Any:

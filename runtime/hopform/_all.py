@@ -1,7 +1,7 @@
 """All that `hopform` offers; it imports this when the first of it is asked for."""
 
 from hopform import __version__, controllers, terrain, ufuncs
-from hopform._batch import Batch, solve_stances
+from hopform._batch import Batch, Motions, solve_motions, solve_stances
 from hopform._control import (
     Command,
     FixedPoint,
@@ -47,7 +47,7 @@ __all__ = [
     "Command", "compare", "controllers", "delayed_apex", "design_return", "Energy", "Equation", "equations", "Errors",
     "Event", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "FixedPoint", "Flight", "FlightLedger",
     "FlightPhase", "Gains", "Hop", "HopformError", "Ledger", "library_message", "load_robot", "load_solver",
-    "ManySensitivities", "MissingExtra", "Motion", "next_apex", "Phase", "PrintedCommand", "Reachability", "reachability",
-    "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate", "solve_flight", "solve_motion", "solve_stance",
+    "ManySensitivities", "MissingExtra", "Motion", "Motions", "next_apex", "Phase", "PrintedCommand", "Reachability", "reachability",
+    "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate", "solve_flight", "solve_motion", "solve_motions", "solve_stance",
     "solve_stances", "Solver", "Stance", "State", "sweep", "terrain", "touchdown_velocity", "TouchdownDetector", "ufuncs",
 ]  # fmt: skip

@@ -27,6 +27,7 @@ from derive.emit.program import program
 from derive.emit.render import instance, render
 from derive.ir import Function
 from derive.model import quantities
+from derive.shipped import HOPPER
 from hopform_solver import records
 from tests.needs import the_first
 
@@ -218,8 +219,8 @@ def test_every_template_is_filled_by_the_derivation():
 # ---- one name per thing ----
 
 
-def test_every_word_for_a_parameter_is_the_one_of_quantities():
-    names = [quantity.name for quantity in quantities.ROBOT.quantities]
+def test_every_word_for_a_parameter_is_the_one_of_the_model():
+    names = [quantity.name for quantity in HOPPER.parameters]
     assert [field.name for field in dataclasses.fields(hopform.Robot)] == [
         *names,
         "travel",
@@ -236,8 +237,8 @@ def test_every_word_for_a_parameter_is_the_one_of_quantities():
         assert tomllib.loads(path.read_text("utf-8")).keys() <= {*names, "travel", "name", "description"}, path.name
 
 
-def test_every_parameter_is_what_quantities_declares():
-    for field, quantity in zip(records.ROBOT_FIELDS, quantities.ROBOT.quantities, strict=True):
+def test_every_parameter_is_what_the_model_declares():
+    for field, quantity in zip(records.ROBOT_FIELDS, HOPPER.parameters, strict=True):
         assert field._asdict() == dataclasses.asdict(quantity)
     assert records.TRAVEL._asdict() == dataclasses.asdict(quantities.TRAVEL)
 

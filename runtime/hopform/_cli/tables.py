@@ -18,7 +18,7 @@ from hopform._hopping.run import motion_of
 from hopform._show import name_of
 from hopform._solver.package import records
 from hopform._stance import aed_at
-from hopform._words import current, ending, mode_of_actuator, mode_of_body, unit_of_time
+from hopform._words import current, ending, modes_of, unit_of_time
 
 READABLE = 90
 """Columns of a paragraph, however wide the line may be."""
@@ -99,10 +99,7 @@ def phases(solved: Stance) -> Table:
     columns = (f"from [{unit}]", f"to [{unit}]", "begins with", "actuator", "body", "u [A]", "x1 [cm]")
     rows = list[tuple[str, ...]]()
     for phase, event in zip(solved.phases, beginnings(solved), strict=True):
-        times, modes = (
-            (phase.start, phase.end),
-            (mode(phase, solved.robot) for mode in (mode_of_actuator, mode_of_body)),
-        )
+        times, modes = (phase.start, phase.end), modes_of(phase, solved.robot)
         ends = (f"{t * scale:.6g}" for t in times)
         rows.append((*ends, event, *modes, f"{phase.u:.4g}", f"{100.0 * float(phase.state.x1):.4g}"))
     return table("Phases and events", columns, rows, columns[2:5])
