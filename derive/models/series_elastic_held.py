@@ -1,6 +1,6 @@
 """A series-elastic actuator on a test bench: its output is clamped, and the spring measures the torque.
 
-    N^2 J_m theta'' = N k_m i - k theta - (d + N^2 b_m) theta' - F_m sign(theta')
+N^2 J_m theta'' = N k_m i - k theta - (d + N^2 b_m) theta' - F_m sign(theta')
 """
 
 from hopform.model import *

@@ -130,7 +130,7 @@ def _whitens(solution: Solution, residuals: Parts) -> bool:
 def _known(problem: Problem, solution: Solution) -> Iterator[Diagnosis]:
     """Known values that are off: where another one explains what is left."""
     for letter, value in problem.known.items():
-        if letter in _RELEASED and letter not in solution.values:
+        if (letter in _RELEASED or problem.kind == "model") and letter not in solution.values:
             wider = _released(problem, letter, value)
             if wider is not None:
                 yield from _fitted("known value", letter, wider, solution)
@@ -212,6 +212,7 @@ def _power(residual: Array) -> float:
 
 _OPTIONS = {each: f"fit it with --{each}" for each in NUISANCES} | {
     "known value": "leave it out of --known, or measure it again", "outliers": "fit with --loss huber",
+    "gravity": "hopform.fit takes it as sine=True",
 }  # fmt: skip
 
 
