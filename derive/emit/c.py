@@ -133,9 +133,12 @@ def some_along(signs: Iterable[int]) -> str:
 
 
 def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
-    """X(mode) by the sides of the elements, of which those that a mode holds are 0."""
+    """X(mode) by the sides of the elements, of which those that a mode holds are 0; of a single mode it is one call."""
+    first, *others = modes
+    if not others:  # the sides stand in it, so that no parameter is left over
+        return f"((side_1) == (side_2) ? X({first['name']}) : X({first['name']}))"
     spelled = ""
-    for mode in modes:
+    for mode in (first, *others):
         held = " && ".join(f"({side}) == 0" for side in mode["held"])
         spelled = f"{held} ? X({mode['name']}) : {spelled}" if held else f"X({mode['name']})"
     return f"({spelled})"

@@ -218,6 +218,11 @@ def modes() -> Iterator[dict[str, object]]:
         yield {"name": name, "held": [SIDES[each] for each in held], "numbers": (slips, polynomial)}
 
 
+def modes_of(model: Model) -> Iterator[dict[str, object]]:
+    """The modes that a model is ever in."""
+    return (mode for mode in modes() if not model.moves_alone or mode["name"] == ELEMENTS[0].name)
+
+
 def modes_of_one() -> list[tuple[object, ...]]:
     """Of each mode in which one element slips: its name, p and q."""
     return [(element.name, *POLYNOMIALS[element.number,]) for element in ELEMENTS]

@@ -29,6 +29,8 @@ NODE = Struct("Node", "A mode's propagator where a phase is looked at first, and
     Member("pole", "real", "the real pole that is removed from a derivative: the fastest of three", "1/s"),
     Member("second", "real", "of three real poles; 0 of a pair that rings", "1/s"),
     Member("third", "real", "the slowest of three", "1/s"),
+    Member("modal", "real", "from then on the modal form is evaluated; HOPFORM_NEVER where W does as well", "s"),
+    Member("omega", "real", "frequency of the pair, where the modal form is evaluated", "1/s"),
     *of_quantities((TIME, *BASIS.quantities)),
 )
 PLAN = Struct("Plan", "What is computed once per robot: coefficients of (3), (4), poles and a node of each mode.").of(

@@ -62,6 +62,13 @@ def part(name: str) -> ModuleType:
         raise
 
 
+def shipped() -> dict[str, Path]:
+    """The files of the models that ship, by name."""
+    installed = Path(__file__).with_name("_derive")
+    folder = (installed if installed.is_dir() else _CHECKOUT.parent) / "models"
+    return {path.stem: path for path in sorted(folder.glob("[!_]*.py"))}
+
+
 def __getattr__(name: str) -> Any:
     if name.startswith("__") and name != "__all__":
         raise AttributeError(name)

@@ -6,7 +6,7 @@ The equations are those of the docstrings of derive/models, written once more by
 import math
 import random
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +18,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Case:
-    """Parameters of the model, the start by names of coordinates, and the same for the integrator."""
+    """Parameters of the model, the start by names (positions, then velocities), and the same for the integrator."""
 
     robot: dict[str, float]
     start: dict[str, float]
@@ -29,8 +29,6 @@ class Case:
     v: tuple[float, ...]
     fastest: float
     """The largest rate of a pole, [1/s]."""
-    names: dict[str, str] = field(default_factory=dict)
-    """Coordinates of the model by those of the integrator."""
 
 
 class Draw(random.Random):
@@ -131,7 +129,7 @@ def leg(
         contact(np.array([0.0, length - 1.0]), np.zeros(2)) - contact(np.array([0.0, length]), np.zeros(2))
     )
     x2 = x1 + length - max(zero, 0.0) - pressed
-    start = {"x1": x1, "v1": v1, "x2": x2, "v2": v2}
+    start = {"x1": x1, "x2": x2, "v1": v1, "v2": v2}
     fastest = rate((r["m_eff"], r["k"], r["b1"]), (r["m_s"], r["k"], r["b2"])) + rates
     return Case(r, start, u, 2.0, Mechanism(masses, force, contact), (x1, x2), (v1, v2), fastest)
 
@@ -201,6 +199,24 @@ def draw_joint(draw: Draw) -> Case:
     return one(draw, "q", J, k, q_0, b, load, k_t, mass, robot, i, "q_dot")
 
 
+def draw_pendulum(draw: Draw) -> Case:
+    m, length, g = draw.over(0.01, 5.0), draw.over(0.02, 1.0), 9.81
+    J, k = m * length**2 * draw.uniform(1.0, 2.0), m * g * length
+    b, k_t, i = (
+        draw.over(1e-3, 2.0, zero=0.2) * math.sqrt(k * J),
+        draw.either(0.01, 1.0),
+        draw.choice([0.0, draw.either(0.1, 5.0)]),
+    )
+    F_p, F_m, rest_p, rest_m = levels(draw, abs(k_t * i) + 0.3 * k, rest=True)
+    rest = max(rest_p, rest_m)
+    low, high = stops(draw, 0.0)
+    robot = {
+        "J": J, "m": m, "l": length, "g": g, "b": b, "k_t": k_t, "F_p": F_p, "F_m": F_m, "F_s": rest, "q_min": low, "q_max": high,
+    }  # fmt: skip
+    mass = Mass("q", J, (F_p, F_m), (rest, rest), low, high)
+    return one(draw, "q", J, k, 0.0, b, 0.0, k_t, mass, robot, i, "q_dot")
+
+
 def draw_cart(draw: Draw) -> Case:
     m, J, r = draw.over(0.1, 10.0), draw.over(1e-6, 1e-3, zero=0.2), draw.over(5e-3, 0.05)
     k_m, R, b = draw.over(0.01, 0.5), draw.over(0.2, 10.0), draw.over(0.01, 5.0, zero=0.3)
@@ -226,7 +242,7 @@ def draw_relief_valve(draw: Draw) -> Case:
     return one(draw, "x", m, k, -x_0, b, 0.0, A, mass, robot, p, "v")
 
 
-def draw_series_elastic_held(draw: Draw) -> Case:
+def draw_sea_held(draw: Draw) -> Case:
     J_m, N, k_m, k = draw.over(1e-6, 1e-3), draw.over(1.0, 100.0), draw.over(0.01, 0.5), draw.over(10.0, 1000.0)
     inertia = N**2 * J_m
     b_m, d = (
@@ -236,13 +252,13 @@ def draw_series_elastic_held(draw: Draw) -> Case:
     i = draw.uniform(-1.0, 1.0) * k * 0.3 / (N * k_m)
     F_m, (low, high) = draw.over(1e-3, 0.3, zero=0.2) * k * 0.3, stops(draw, 0.0)
     robot = {
-        "J_m": J_m, "N": N, "k_m": k_m, "b_m": b_m, "F_m": F_m, "k": k, "d": d, "J_l": 1.0, "theta_min": low, "theta_max": high,
+        "J_m": J_m, "N": N, "k_m": k_m, "b_m": b_m, "F_m": F_m, "k": k, "d": d, "theta_min": low, "theta_max": high,
     }  # fmt: skip
     mass = Mass("theta", inertia, (F_m, F_m), None, low, high)
     return one(draw, "theta", inertia, k, 0.0, d + N**2 * b_m, 0.0, N * k_m, mass, robot, i, "theta_dot")
 
 
-def draw_series_elastic(draw: Draw) -> Case:
+def draw_sea(draw: Draw) -> Case:
     J_m, N, k_m, k, J_l = (
         draw.over(1e-5, 1e-3),
         draw.over(1.0, 100.0),

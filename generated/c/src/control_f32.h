@@ -202,6 +202,18 @@ static float bound_of_gap_f32(const hopform_search_f32 *search, const control_in
     return greater_f32(bound, 0.0f);
 }
 
+/* Whether a mass takes more to be moved than to be kept moving: then the apex may jump where one just slips, or sticks
+ * as its velocity touches 0. Each changes the order of events. */
+static bool jumps_between_f32(const hopform_search_f32 *search, const control_interval_f32 *c) {
+    const hopform_robot_f32 *robot = &search->plan->robot;
+    bool excess = false;
+    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+        excess =
+            excess || excess_to_side_f32(robot, element, 1) > 0.0f || excess_to_side_f32(robot, element, -1) > 0.0f;
+    }
+    return excess && c->from->events != c->to->events;
+}
+
 /* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it, less
  * than 0 where the gap changes its sign. */
 static float lower_bound_of_f32(const hopform_search_f32 *search, const control_interval_f32 *c) {
@@ -214,6 +226,10 @@ static float lower_bound_of_f32(const hopform_search_f32 *search, const control_
     }
     const float widest = none ? WIDEST_DOWN_f32 : (c->gap.smooth ? WIDEST_ALIKE_f32 : WIDEST_UNLIKE_f32);
     if (c->width > widest * range) { return unknown; }
+    if (jumps_between_f32(search, c)) {
+        const float bound = c->width <= NARROW_JUMP_f32 * range ? bound_at_jump_f32(c) : 0.0f;
+        return bound > 0.0f ? bound : unknown;
+    }
     if (!alike || !contact_sign_is_constant_f32(c)) {
         const float narrow = none ? HOPFORM_ROOT_EPS_f32 : NARROW_JUMP_f32;
         return c->width <= narrow * range ? bound_at_jump_f32(c) : unknown;

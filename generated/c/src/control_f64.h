@@ -202,6 +202,18 @@ static double bound_of_gap_f64(const hopform_search_f64 *search, const control_i
     return greater_f64(bound, 0.0);
 }
 
+/* Whether a mass takes more to be moved than to be kept moving: then the apex may jump where one just slips, or sticks
+ * as its velocity touches 0. Each changes the order of events. */
+static bool jumps_between_f64(const hopform_search_f64 *search, const control_interval_f64 *c) {
+    const hopform_robot_f64 *robot = &search->plan->robot;
+    bool excess = false;
+    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+        excess =
+            excess || excess_to_side_f64(robot, element, 1) > 0.0 || excess_to_side_f64(robot, element, -1) > 0.0;
+    }
+    return excess && c->from->events != c->to->events;
+}
+
 /* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it, less
  * than 0 where the gap changes its sign. */
 static double lower_bound_of_f64(const hopform_search_f64 *search, const control_interval_f64 *c) {
@@ -214,6 +226,10 @@ static double lower_bound_of_f64(const hopform_search_f64 *search, const control
     }
     const double widest = none ? WIDEST_DOWN_f64 : (c->gap.smooth ? WIDEST_ALIKE_f64 : WIDEST_UNLIKE_f64);
     if (c->width > widest * range) { return unknown; }
+    if (jumps_between_f64(search, c)) {
+        const double bound = c->width <= NARROW_JUMP_f64 * range ? bound_at_jump_f64(c) : 0.0;
+        return bound > 0.0 ? bound : unknown;
+    }
     if (!alike || !contact_sign_is_constant_f64(c)) {
         const double narrow = none ? HOPFORM_ROOT_EPS_f64 : NARROW_JUMP_f64;
         return c->width <= narrow * range ? bound_at_jump_f64(c) : unknown;

@@ -19,20 +19,19 @@ typedef struct {
 static inline void find_minimum_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                      const jet_f32 *from, float low, const jet_f32 *to, float high,
                                      minima_f32 *least) {
-    const propagator_f32 at = minimum_between_f32(poles, g, from, low, to, high);
+    const propagator_f32 at = minimum_between_f32(poles, g, 0.0f, from, low, to, high);
     const float value = value_at_f32(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
-        least->basis = at.basis;
+        least->basis = basis_of_propagator_f32(poles, &at);
     }
     least->count++;
 }
 
 /* Whether rate and curvature of an event function are more than what rounding may have left of them. */
 static inline bool is_decided_f32(const event_function_f32 *g, const propagator_f32 *at, const jet_f32 *jet) {
-    const basis_f32 *w = &at->basis;
-    const float of_rate = fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W);
-    return fabs_f32(jet->rate) > 64.0f * HOPFORM_EPS_f32 * of_rate && bends_f32(g, at, jet->curvature);
+    return fabs_f32(jet->rate) > 64.0f * HOPFORM_EPS_f32 * terms_of_f32(g, &at->rate)
+           && bends_f32(g, at, jet->curvature);
 }
 
 /* d' of an event function, the deflated derivative of its rate. */

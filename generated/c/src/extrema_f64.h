@@ -19,20 +19,19 @@ typedef struct {
 static inline void find_minimum_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                      const jet_f64 *from, double low, const jet_f64 *to, double high,
                                      minima_f64 *least) {
-    const propagator_f64 at = minimum_between_f64(poles, g, from, low, to, high);
+    const propagator_f64 at = minimum_between_f64(poles, g, 0.0, from, low, to, high);
     const double value = value_at_f64(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
-        least->basis = at.basis;
+        least->basis = basis_of_propagator_f64(poles, &at);
     }
     least->count++;
 }
 
 /* Whether rate and curvature of an event function are more than what rounding may have left of them. */
 static inline bool is_decided_f64(const event_function_f64 *g, const propagator_f64 *at, const jet_f64 *jet) {
-    const basis_f64 *w = &at->basis;
-    const double of_rate = fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W);
-    return fabs_f64(jet->rate) > 64.0 * HOPFORM_EPS_f64 * of_rate && bends_f64(g, at, jet->curvature);
+    return fabs_f64(jet->rate) > 64.0 * HOPFORM_EPS_f64 * terms_of_f64(g, &at->rate)
+           && bends_f64(g, at, jet->curvature);
 }
 
 /* d' of an event function, the deflated derivative of its rate. */

@@ -87,6 +87,8 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("pole", "real", 1),
         ("second", "real", 1),
         ("third", "real", 1),
+        ("modal", "real", 1),
+        ("omega", "real", 1),
         ("t", "real", 1),
         ("Wdd", "real", 1),
         ("Wd", "real", 1),

@@ -202,6 +202,18 @@ static real bound_of_gap_real(const hopform_search_real *search, const control_i
     return greater_real(bound, 0.0);
 }
 
+/* Whether a mass takes more to be moved than to be kept moving: then the apex may jump where one just slips, or sticks
+ * as its velocity touches 0. Each changes the order of events. */
+static bool jumps_between_real(const hopform_search_real *search, const control_interval_real *c) {
+    const hopform_robot_real *robot = &search->plan->robot;
+    bool excess = false;
+    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+        excess =
+            excess || excess_to_side_real(robot, element, 1) > 0.0 || excess_to_side_real(robot, element, -1) > 0.0;
+    }
+    return excess && c->from->events != c->to->events;
+}
+
 /* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it, less
  * than 0 where the gap changes its sign. */
 static real lower_bound_of_real(const hopform_search_real *search, const control_interval_real *c) {
@@ -214,6 +226,10 @@ static real lower_bound_of_real(const hopform_search_real *search, const control
     }
     const real widest = none ? WIDEST_DOWN_real : (c->gap.smooth ? WIDEST_ALIKE_real : WIDEST_UNLIKE_real);
     if (c->width > widest * range) { return unknown; }
+    if (jumps_between_real(search, c)) {
+        const real bound = c->width <= NARROW_JUMP_real * range ? bound_at_jump_real(c) : 0.0;
+        return bound > 0.0 ? bound : unknown;
+    }
     if (!alike || !contact_sign_is_constant_real(c)) {
         const real narrow = none ? HOPFORM_ROOT_EPS_real : NARROW_JUMP_real;
         return c->width <= narrow * range ? bound_at_jump_real(c) : unknown;

@@ -19,20 +19,19 @@ typedef struct {
 static inline void find_minimum_real(const hopform_poles_real *poles, const event_function_real *g,
                                      const jet_real *from, real low, const jet_real *to, real high,
                                      minima_real *least) {
-    const propagator_real at = minimum_between_real(poles, g, from, low, to, high);
+    const propagator_real at = minimum_between_real(poles, g, 0.0, from, low, to, high);
     const real value = value_at_real(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
-        least->basis = at.basis;
+        least->basis = basis_of_propagator_real(poles, &at);
     }
     least->count++;
 }
 
 /* Whether rate and curvature of an event function are more than what rounding may have left of them. */
 static inline bool is_decided_real(const event_function_real *g, const propagator_real *at, const jet_real *jet) {
-    const basis_real *w = &at->basis;
-    const real of_rate = fabs_real(g->H3 * w->Wdd) + fabs_real(g->H2 * w->Wd) + fabs_real(g->H1 * w->W);
-    return fabs_real(jet->rate) > 64.0 * HOPFORM_EPS_real * of_rate && bends_real(g, at, jet->curvature);
+    return fabs_real(jet->rate) > 64.0 * HOPFORM_EPS_real * terms_of_real(g, &at->rate)
+           && bends_real(g, at, jet->curvature);
 }
 
 /* d' of an event function, the deflated derivative of its rate. */

@@ -70,6 +70,23 @@ def with_values(robot: Robot, values: Sequence[str] | None) -> Robot:
     return replace(robot, **given)  # type: ignore[arg-type]
 
 
+def start_in_use(pairs: Sequence[str] | None) -> dict[str, float]:
+    """What --start NAME=VALUE has, by the names of the model; HopformError for what is no such pair, and for a name that
+    is given twice.
+    """
+    first = next(iter(core().facts.axes.values()))["name"]
+    given = dict[str, float]()
+    for pair in pairs or ():
+        name, equals, text = pair.partition("=")
+        value = number_of(text)
+        if not equals or value is None or math.isnan(value):
+            raise HopformError(f"--start takes NAME=VALUE in SI units, as in {first}=0.1, got {shown(pair)}")
+        if name in given:
+            raise HopformError(f"--start: {shown(name)} is given twice")
+        given[name] = value
+    return given
+
+
 def described() -> Iterator[tuple[str, list[tuple[str, str]]]]:
     """What --help says of the solver that --solver names: titles of lists, their entries and what these are."""
     if NAMED.get() is None:

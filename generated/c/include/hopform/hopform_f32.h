@@ -115,6 +115,8 @@ typedef struct {
     float pole;         /**< [1/s] the real pole that is removed from a derivative: the fastest of three */
     float second;       /**< [1/s] of three real poles; 0 of a pair that rings */
     float third;        /**< [1/s] the slowest of three */
+    float modal;        /**< [s] from then on the modal form is evaluated; HOPFORM_NEVER where W does as well */
+    float omega;        /**< [1/s] frequency of the pair, where the modal form is evaluated */
     float t;            /**< [s] time since the phase began */
     float Wdd;          /**< [1] second derivative of W */
     float Wd;           /**< [s] derivative of W */

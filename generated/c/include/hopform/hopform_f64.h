@@ -115,6 +115,8 @@ typedef struct {
     double pole;         /**< [1/s] the real pole that is removed from a derivative: the fastest of three */
     double second;       /**< [1/s] of three real poles; 0 of a pair that rings */
     double third;        /**< [1/s] the slowest of three */
+    double modal;        /**< [s] from then on the modal form is evaluated; HOPFORM_NEVER where W does as well */
+    double omega;        /**< [1/s] frequency of the pair, where the modal form is evaluated */
     double t;            /**< [s] time since the phase began */
     double Wdd;          /**< [1] second derivative of W */
     double Wd;           /**< [s] derivative of W */

@@ -12,13 +12,12 @@ b_m = parameter("b_m", "N m s/rad", "viscous friction of the motor", "nonnegativ
 F_m = parameter("F_m", "N m", "Coulomb friction of motor and gear at the output", "nonnegative", 0.5)
 k = parameter("k", "N m/rad", "stiffness of the spring", "positive", 200)
 d = parameter("d", "N m s/rad", "damping of the spring", "nonnegative", 0.05)
-J_l = parameter("J_l", "kg m^2", "inertia of the clamped load", "positive", 0.1)
 theta_min = parameter("theta_min", "rad", "lower stop of the motor", "lower", -float("inf"))
 theta_max = parameter("theta_max", "rad", "upper stop of the motor", "upper", float("inf"))
 i_max = parameter("i_max", "A", "limit of the current", "bound", float("inf"))
 
 theta = coordinate("theta", "rad", N**2 * J_m, "motor")
-q = coordinate("q", "rad", J_l, "load", held=True)
+q = coordinate("q", "rad", 1, "load", held=True)  # whatever its inertia
 i = current("i", "A", limit=i_max)
 
 spring(theta - q, k).damper(d)
