@@ -192,7 +192,7 @@ static inline bool bends_f32(const event_function_f32 *g, const propagator_f32 *
  * that enclose the root. */
 static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                                    float omega, const jet_f32 *from, float low, const jet_f32 *to,
-                                                   float high) {
+                                                   float high, evaluations_f32 *evaluations) {
     const bool modal = omega > 0.0f;
     const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, modal, from)};
     const jet_f32 rate_to = {-to->rate, -to->curvature, -to->third, 0.0f};
@@ -201,7 +201,8 @@ static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles,
     float t = low + apart * refined_root_f32(&p, rough_root_f32(&rate_from, &rate_to, apart));
     float falls_by = -from->rate; /* at the lower time */
     propagator_f32 at = propagator_in_form_f32(poles, omega, t);
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_f32(evaluations);
         const jet_f32 jet = jet_at_f32(poles, g, &at);
         const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, g, modal, &jet)};
         const float step = step_to_root_f32(&falls);

@@ -192,7 +192,7 @@ static inline bool bends_f64(const event_function_f64 *g, const propagator_f64 *
  * that enclose the root. */
 static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                                    double omega, const jet_f64 *from, double low, const jet_f64 *to,
-                                                   double high) {
+                                                   double high, evaluations_f64 *evaluations) {
     const bool modal = omega > 0.0;
     const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, g, modal, from)};
     const jet_f64 rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
@@ -201,7 +201,8 @@ static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles,
     double t = low + apart * refined_root_f64(&p, rough_root_f64(&rate_from, &rate_to, apart));
     double falls_by = -from->rate; /* at the lower time */
     propagator_f64 at = propagator_in_form_f64(poles, omega, t);
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_f64(evaluations);
         const jet_f64 jet = jet_at_f64(poles, g, &at);
         const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, g, modal, &jet)};
         const double step = step_to_root_f64(&falls);

@@ -19,6 +19,7 @@
 struct current_variation_f32 {
     const hopform_plan_f32 *plan;
     hopform_trial_f32 *trial;
+    evaluations_f32 *evaluations; /* of its stance */
     state_by_axis_f32 change;  /* of the state at a fixed time, per A */
     state_by_axis_f32 arrived; /* at the end of the last phase, before its event */
     state_by_axis_f32 speed;   /* z' there */
@@ -140,7 +141,8 @@ static inline void look_for_minimum_f32(current_variation_f32 *variation, const 
     const propagator_f32 end = propagator_of_f32(poles, phase->end->t, w);
     if (turns) {
         const minima_f32 least = least_minimum_f32(poles, node_of_f32(variation->plan, side[0], side[1]), &h,
-                                                     contact_of_f32(robot, &phase->start->named), &end, 64.0f);
+                                                     contact_of_f32(robot, &phase->start->named), &end, 64.0f,
+                                                     variation->evaluations);
         if (least.count > 0) {
             const hopform_state_f32 there =
                 arrive_f32(&variation->change.named, by_u, &least.basis, side[0], side[1]);

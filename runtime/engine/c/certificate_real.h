@@ -192,7 +192,7 @@ static inline bool bends_real(const event_function_real *g, const propagator_rea
  * that enclose the root. */
 static inline propagator_real minimum_between_real(const hopform_poles_real *poles, const event_function_real *g,
                                                    real omega, const jet_real *from, real low, const jet_real *to,
-                                                   real high) {
+                                                   real high, evaluations_real *evaluations) {
     const bool modal = omega > 0.0;
     const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, g, modal, from)};
     const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
@@ -201,7 +201,8 @@ static inline propagator_real minimum_between_real(const hopform_poles_real *pol
     real t = low + apart * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, apart));
     real falls_by = -from->rate; /* at the lower time */
     propagator_real at = propagator_in_form_real(poles, omega, t);
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_real(evaluations);
         const jet_real jet = jet_at_real(poles, g, &at);
         const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, g, modal, &jet)};
         const real step = step_to_root_real(&falls);

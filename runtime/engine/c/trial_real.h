@@ -19,6 +19,7 @@
 struct current_variation_real {
     const hopform_plan_real *plan;
     hopform_trial_real *trial;
+    evaluations_real *evaluations; /* of its stance */
     state_by_axis_real change;  /* of the state at a fixed time, per A */
     state_by_axis_real arrived; /* at the end of the last phase, before its event */
     state_by_axis_real speed;   /* z' there */
@@ -140,7 +141,8 @@ static inline void look_for_minimum_real(current_variation_real *variation, cons
     const propagator_real end = propagator_of_real(poles, phase->end->t, w);
     if (turns) {
         const minima_real least = least_minimum_real(poles, node_of_real(variation->plan, side[0], side[1]), &h,
-                                                     contact_of_real(robot, &phase->start->named), &end, 64.0);
+                                                     contact_of_real(robot, &phase->start->named), &end, 64.0,
+                                                     variation->evaluations);
         if (least.count > 0) {
             const hopform_state_real there =
                 arrive_real(&variation->change.named, by_u, &least.basis, side[0], side[1]);
