@@ -164,7 +164,7 @@ OUTPUT = Struct("Output", "A column that is written; `first` may be NULL where i
 )
 
 
-def stances_in(robot: Record = ROBOT) -> Struct:
+def stances_in(robot: Record) -> Struct:
     """Where a batch reads, with a column for each parameter of the robot."""
     fields = len(robot.quantities)
     return Struct("StancesIn", "Where robots, states after the impact, currents and longest times are read.").of(

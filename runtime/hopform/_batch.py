@@ -517,8 +517,11 @@ def _shape_of(inputs: dict[str, Column], each: int) -> tuple[int, ...]:
 def _check_states(robot: Robot, given: dict[str, Column], robots: dict[str, Column]) -> None:
     horizon, x1 = given["horizon"], given["x1"]
     refuse_any("horizon", horizon, horizon > 0.0, lambda bad: f"must be > 0 s, got {bad!r}")
-    low, high = robots["x1_min"], robots["x1_max"]
-    refuse_any("x1_min", low, low <= high, lambda bad: f"must be <= x1_max m, got {bad!r}")
+    package = robot.solver.package
+    values = type(robot.parameters)(**robots)
+    low, high = package.formulas.lower_stop(values), package.formulas.upper_stop(values)
+    lower, upper, unit = package.records.ENDS
+    refuse_any(lower, low, low <= high, lambda bad: f"must be <= {upper} {unit}, got {bad!r}")
     place = robot.solver.facts.axes["x1"]
 
     def reason(bad: float) -> str:

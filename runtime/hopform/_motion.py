@@ -171,12 +171,12 @@ def force_unit(unit: str) -> str:
 
 def stroke_of(robot: Robot) -> tuple[float, float]:
     """The lower and the upper stop of the first mass."""
-    return robot.x1_min, robot.x1_max
+    return robot.letters.x1_min, robot.letters.x1_max
 
 
 def limit_of(robot: Robot) -> float:
     """The largest size of the input; without one there is no limit."""
-    return robot.u_max if robot.solver.facts.inputs else math.inf
+    return float(robot.letters.u_max) if robot.solver.facts.inputs else math.inf
 
 
 # ---- a motion ----
@@ -477,7 +477,7 @@ def events_in_short(events: Sequence[Event]) -> str:
 
 def input_force(robot: Robot, u: Any) -> Any:
     """The force of the input on the first mass, along its coordinate."""
-    return -robot.gamma2 * u
+    return -robot.letters.gamma2 * u
 
 
 def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
@@ -500,7 +500,8 @@ def named_start(robot: Robot, start: Start) -> dict[str, float]:
     facts = robot.solver.facts
     axes, found = axes_by_name(facts), dict[str, float]()
     for name, value in mapping("start", start, 64).items():
-        found[axis_of(facts, axes, name)] = finite(f"start {name}", value, facts.units[name])
+        axis = axis_of(facts, axes, name)
+        found[axis] = finite(f"start {name}", value, facts.units[name])
     return found
 
 

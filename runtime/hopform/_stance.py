@@ -83,14 +83,15 @@ class Stance(Motion):
         start, robot = self._solved.phase_rows()[0][1], self.robot
         readings: dict[str, Callable[[], Any]] = {
             **{name: partial(getattr, start, name) for name in start._fields},
-            "force": lambda: -robot.gamma2 * super(Stance, self)._reading("u"),
+            "force": lambda: -robot.letters.gamma2 * super(Stance, self)._reading("u"),
             "spring": lambda: self.compression_max + rest_of(robot),
             "lowest": self._lowest,
             "takes_off": lambda: float(self.status == "takeoff"),
         }
         if name in readings:
             return readings[name]()
-        return super()._reading(name) if name in ("stiff", "u", "u_largest", "u_size") else getattr(robot, name)
+        letters = {**robot.letters._asdict(), "travel": robot.travel}
+        return super()._reading(name) if name in ("stiff", "u", "u_largest", "u_size") else letters[name]
 
     def _lowest(self) -> float:
         """The lowest height of the body."""
@@ -327,7 +328,7 @@ def _stance(
     if stands:
         height: Any = solver.package.formulas.body_height if dtype is DOUBLE else partial(_height, robot, dtype)
         end = tuple_of(State, (x1, v1, float(height(robot.parameters, x1, y)), v2))
-        apex = apex if lifts and robot.g > 0.0 else math.nan
+        apex = apex if lifts and robot.letters.g > 0.0 else math.nan
         held |= {"end": end, "takeoff": end if lifts else None, "apex": apex, "aed": aed}
     object.__setattr__(made, "__dict__", held)
     if not stands:
@@ -359,8 +360,9 @@ def placed(robot: Robot, act: str, x1: Any, v1: Any, v2: Any) -> tuple[float, fl
         x_1, v_1, v_2 = x1, v1, v2
     else:
         x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
-    if not robot.x1_min <= x_1 <= robot.x1_max:
-        raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
+    low, high = robot.letters.x1_min, robot.letters.x1_max
+    if not low <= x_1 <= high:
+        raise HopformError(f"x1 must be within its stroke {low!r} .. {high!r} m, got {x_1!r}")
     return x_1, v_1, v_2
 
 
@@ -376,11 +378,12 @@ def start_of(
         raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
     height = None if x2 is None else finite("x2", x2, "m")
     rest = rest_of(robot)
-    y = finite("compression", compression, "m") if height is None else x_1 - height + robot.L0 + robot.c - rest
-    if abs(y) <= TOUCHING_ULP * math.ulp(robot.L0):
+    L0, c = robot.letters.L0, robot.letters.c
+    y = finite("compression", compression, "m") if height is None else x_1 - height + L0 + c - rest
+    if abs(y) <= TOUCHING_ULP * math.ulp(L0):
         y = 0.0
     if y < 0.0 and "stance" in robot.solver.can:  # without a contact the leg pulls
-        highest = f"x1 + L0 + c{' - rest' if rest else ''} = {x_1 + robot.L0 + robot.c - rest!r} m"
+        highest = f"x1 + L0 + c{' - rest' if rest else ''} = {x_1 + L0 + c - rest!r} m"
         what = "compression must be >= 0 m" if height is None else f"x2 must be <= {highest}"
         raise HopformError(f"{what}, or the spring pulls, got {y if height is None else height!r}")
     return records.LegState(x_1, v_1, v_2, y)

@@ -85,7 +85,7 @@ def sweep(
     if drop is not None:
         given = np.asarray(drop)
         refuse_any("height", given, given >= 0.0, lambda bad: f"must be >= 0 m, got {bad!r}")
-        own = {name: axes[name] for name in ("g", "impact_loss") if name in axes}
+        own = {name: axes[name] for name in robot.parameters._fields if name in axes}
         axes["v2"] = robot.solver.package.formulas.touchdown_velocity(robot.parameters._replace(**own), drop)
     solve: Callable[..., Motions] = solve_stances
     what = "stances"

@@ -56,8 +56,8 @@ static inline numerator_f32 free_numerator_f32(const hopform_rates_f32 *rates, i
 /* Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side. */
 static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int element, int side) {
     const hopform_robot_f32 *robot = &chain->plan->robot;
-    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_IS_FIXED(element); }
-    const bool locked = !(robot->x1_min < robot->x1_max);
+    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_NEVER_MOVES(element); }
+    const bool locked = !(lower_stop_f32(robot) < upper_stop_f32(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0f) || (side > 0 && chain->from_upper >= 0.0f);
 }
 
@@ -216,7 +216,7 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0f)
                        && !(fabs_f32(chain->drive.of[slips]) > 0.0f);
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0f; /* else it rises, from 0 on */
-    if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
+    if (HOPFORM_HAS_CONTACT && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &chain->motion.named);
         (void)add_event_function_f32(set, &h, contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f,
                                       CONTACT_f32, !is_monotone);
@@ -344,8 +344,8 @@ static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, boo
     const int before = chain->side[element];
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0f; /* inelastic */
     if (stops || touches) {
-        const float lower = chain->plan->robot.x1_min;
-        const float upper = chain->plan->robot.x1_max;
+        const float lower = lower_stop_f32(&chain->plan->robot);
+        const float upper = upper_stop_f32(&chain->plan->robot);
         const float stop = before > 0 ? upper : lower;
         chain->at.of[HOPFORM_POSITION_AXIS] = stop;
         chain->from_lower = stop - lower;
@@ -496,7 +496,7 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
  * negative. */
 static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
     const float contact = contact_of_f32(&chain->plan->robot, &chain->at.named);
-    if (HOPFORM_FOOT_IS_FIXED) { return false; }
+    if (!HOPFORM_HAS_CONTACT) { return false; }
     const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_f32(&chain->at.named) > 0.0f;
     if (fabs_f32(contact) > 0.0f || rises) { return contact < 0.0f; }
     const numerators_f32 motion = numerators_of_chain_f32(chain, chain->side);
@@ -571,7 +571,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_f32(chain, end);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
+    if (!HOPFORM_CONTACT_IS_COMPRESSION && HOPFORM_HAS_CONTACT && end->stops
         && contact_of_f32(&chain->plan->robot, &chain->at.named) < 0.0f) {
         notify_ending_f32(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
@@ -599,12 +599,13 @@ static inline int32_t stance_status_f32(const hopform_robot_f32 *robot, const ho
     const float position = at.of[HOPFORM_POSITION_AXIS];
     bool fixed = true;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        fixed = fixed && !(HOPFORM_IS_FIXED(element) && fabs_f32(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0f);
+        fixed = fixed && !(HOPFORM_NEVER_MOVES(element) && fabs_f32(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0f);
     }
-    if (!is_finite_state_f32(start) || !fixed || !(position >= robot->x1_min && position <= robot->x1_max)) {
+    if (!is_finite_state_f32(start) || !fixed
+        || !(position >= lower_stop_f32(robot) && position <= upper_stop_f32(robot))) {
         return HOPFORM_ERROR_STATE;
     }
-    if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0f) { return HOPFORM_ERROR_EXTENDED; }
+    if (HOPFORM_HAS_CONTACT && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0f) { return HOPFORM_ERROR_EXTENDED; }
     const bool ends = horizon > 0.0f && horizon <= HOPFORM_NEVER_f32 && max_phases >= 1;
     return ends ? HOPFORM_OK : HOPFORM_ERROR_HORIZON;
 }
@@ -622,8 +623,8 @@ static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_
     chain->horizon = horizon;
     chain->t = 0.0f;
     chain->at.named = *start;
-    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_min;
-    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_max;
+    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - lower_stop_f32(&plan->robot);
+    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - upper_stop_f32(&plan->robot);
     chain->just_switched = NO_ELEMENT_f32;
     chain->came_to_rest = NO_ELEMENT_f32;
     chain->carried_acceleration = 0.0f;

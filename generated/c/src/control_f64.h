@@ -205,7 +205,7 @@ static double bound_of_gap_f64(const hopform_search_f64 *search, const control_i
 /* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it, less
  * than 0 where the gap changes its sign. */
 static double lower_bound_of_f64(const hopform_search_f64 *search, const control_interval_f64 *c) {
-    const double range = search->plan->robot.u_max;
+    const double range = current_limit_f64(&search->plan->robot);
     const bool alike = c->from->takes_off == c->to->takes_off;
     const bool none = alike && !c->from->takes_off;
     const double unknown = alike && !none && c->gap.to < 0.0 ? -1.0 : 0.0;
@@ -253,7 +253,7 @@ static double share_to_try_f64(const hopform_search_f64 *search, const control_i
     const bool leaves = c->from->takes_off;
     if (slow || leaves != c->to->takes_off) { return 0.5; }
     if (leaves && c->gap.to < 0.0) { return share_of_apex_f64(search, c); }
-    if (c->width > WIDEST_ALIKE_f64 * search->plan->robot.u_max) { return 0.5; }
+    if (c->width > WIDEST_ALIKE_f64 * current_limit_f64(&search->plan->robot)) { return 0.5; }
     if (!leaves) { return c->from->minima > 0 && c->to->minima > 0 ? share_of_minimum_f64(&c->contact) : 0.5; }
     const bool starts = is_admissible_f64(search, c->from);
     if (starts != is_admissible_f64(search, c->to)) { /* just inside the limit of the position */
@@ -334,10 +334,11 @@ static bool open_side_f64(hopform_search_f64 *search) {
     while (search->sides > 0) {
         const double sign = search->sides == 2 ? 1.0 : -1.0;
         const double push = search->plan->rates.a1_u * sign;
-        const bool has_room = (push > 0.0 && position < robot->x1_max) || (push < 0.0 && position > robot->x1_min);
+        const bool has_room =
+            (push > 0.0 && position < upper_stop_f64(robot)) || (push < 0.0 && position > lower_stop_f64(robot));
         search->sides--;
         if (!search->held || has_room) {
-            search->next = sign * (search->reached ? fabs_f64(search->best_u) : robot->u_max);
+            search->next = sign * (search->reached ? fabs_f64(search->best_u) : current_limit_f64(robot));
             return true;
         }
     }
@@ -395,7 +396,7 @@ static bool add_candidate_f64(hopform_search_f64 *search, const hopform_trial_f6
     update_incumbent_f64(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) { search->trials++; }
     if (search->trials == 1) {
-        const bool chooses = robot->u_max > 0.0 && robot->x1_min < robot->x1_max;
+        const bool chooses = current_limit_f64(robot) > 0.0 && lower_stop_f64(robot) < upper_stop_f64(robot);
         if (search->reached || !(chooses && search->start.x1 < search->limit)) { return false; }
         search->held = trial->held;
     }
@@ -506,21 +507,21 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     const hopform_target_f64 wanted = *target;
     (void)end_search_f64(search, HOPFORM_SEARCHING, command);
     const hopform_robot_f64 *robot = &plan->robot;
-    if (!hops_f64(plan) || !(robot->u_max <= HOPFORM_NEVER_f64)) {
+    if (!hops_f64(plan) || !(current_limit_f64(robot) <= HOPFORM_NEVER_f64)) {
         search->status = HOPFORM_ERROR_ROBOT;
     } else if (!is_finite_f64(wanted.h_des) || !is_finite_f64(wanted.datum) || !(wanted.h_des + wanted.datum >= 0.0)
-               || !(wanted.stop_margin >= 0.0 && wanted.stop_margin <= HOPFORM_NEVER_f64)
-               || wanted.max_evaluations < 0 || wanted.max_candidates < 0) {
+               || !(wanted.stop_margin >= 0.0 && wanted.stop_margin <= HOPFORM_NEVER_f64) || wanted.max_evaluations < 0
+               || wanted.max_candidates < 0) {
         search->status = HOPFORM_ERROR_TARGET;
     } else if (!(wanted.horizon > 0.0 && wanted.horizon <= HOPFORM_NEVER_f64)) {
         search->status = HOPFORM_ERROR_HORIZON;
     }
-    const bool locked = !(robot->x1_min < robot->x1_max);
+    const bool locked = !(lower_stop_f64(robot) < upper_stop_f64(robot));
     search->plan = plan;
     search->start = from;
     search->apex = wanted.h_des + wanted.datum;
     search->datum = wanted.datum;
-    search->limit = locked ? HOPFORM_NEVER_f64 : robot->x1_max - wanted.stop_margin - 16.0 * HOPFORM_EPS_f64;
+    search->limit = locked ? HOPFORM_NEVER_f64 : upper_stop_f64(robot) - wanted.stop_margin - 16.0 * HOPFORM_EPS_f64;
     search->horizon = wanted.horizon;
     search->count = 0;
     search->sides = 2;
@@ -554,14 +555,13 @@ int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phas
         return end_search_f64(search, HOPFORM_ERROR_OVERLAP, overlap_f64(&written[1], 1, read, 2) ? NULL : command);
     }
     if (phases == NULL || command == NULL) { return end_search_f64(search, HOPFORM_ERROR_NULL, command); }
-    if (HOPFORM_FOOT_IS_FIXED || search->status != HOPFORM_SEARCHING || search->plan == NULL) {
+    if (!HOPFORM_HAS_CONTACT || search->status != HOPFORM_SEARCHING || search->plan == NULL) {
         report_command_f64(search, command);
         return search->status;
     }
     hopform_trial_f64 trial;
-    const int32_t status =
-        evaluate_candidate_f64(search->plan, &search->start, search->next, search->horizon, phases, capacity,
-                                search->max_evaluations, &trial);
+    const int32_t status = evaluate_candidate_f64(search->plan, &search->start, search->next, search->horizon, phases,
+                                                   capacity, search->max_evaluations, &trial);
     if (status < 0) {
         return end_search_f64(search, status, command); /* for good: what was found does not count after an error */
     }

@@ -55,8 +55,8 @@ static inline int most_turns_f32(const jet_f32 *from, float d, const jet_f32 *to
  * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
  * back. */
 static inline minima_f32 least_minimum_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
-                                             const numerator_f32 *h, float value, const propagator_f32 *end,
-                                             float most, evaluations_f32 *evaluations) {
+                                             const numerator_f32 *h, float value, const propagator_f32 *end, float most,
+                                             evaluations_f32 *evaluations) {
     const event_function_f32 function = event_function_of_f32(h, value);
     const event_function_f32 *g = &function;
     const jet_f32 from = jet_at_start_f32(poles, g);

@@ -55,8 +55,8 @@ static inline int most_turns_f64(const jet_f64 *from, double d, const jet_f64 *t
  * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
  * back. */
 static inline minima_f64 least_minimum_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
-                                             const numerator_f64 *h, double value, const propagator_f64 *end,
-                                             double most, evaluations_f64 *evaluations) {
+                                             const numerator_f64 *h, double value, const propagator_f64 *end, double most,
+                                             evaluations_f64 *evaluations) {
     const event_function_f64 function = event_function_of_f64(h, value);
     const event_function_f64 *g = &function;
     const jet_f64 from = jet_at_start_f64(poles, g);

@@ -146,6 +146,31 @@ typedef struct {
     float y_rate;   /* [m/s] rate of the compression of the leg, from where it carries nothing */
 } speeds_f32;
 
+/* The letters of the derivation, by the parameters of a robot. */
+typedef struct {
+    float m_eff;            /* [SI] m_eff of the equations of motion */
+    float m_s;              /* [SI] m_s of the equations of motion */
+    float k;                /* [SI] k of the equations of motion */
+    float L0;               /* [SI] L0 of the equations of motion */
+    float c;                /* [SI] c of the equations of motion */
+    float b1;               /* [SI] b1 of the equations of motion */
+    float b2;               /* [SI] b2 of the equations of motion */
+    float f1;               /* [SI] f1 of the equations of motion */
+    float f2;               /* [SI] f2 of the equations of motion */
+    float gamma2;           /* [SI] gamma2 of the equations of motion */
+    float g;                /* [SI] g of the equations of motion */
+    float x1_min;           /* [SI] x1_min of the equations of motion */
+    float x1_max;           /* [SI] x1_max of the equations of motion */
+    float u_max;            /* [SI] u_max of the equations of motion */
+    float impact_loss;      /* [SI] impact_loss of the equations of motion */
+    float f1_excess;        /* [SI] f1_excess of the equations of motion */
+    float f2_excess;        /* [SI] f2_excess of the equations of motion */
+    float f1_minus;         /* [SI] f1_minus of the equations of motion */
+    float f2_minus;         /* [SI] f2_minus of the equations of motion */
+    float f1_excess_minus;  /* [SI] f1_excess_minus of the equations of motion */
+    float f2_excess_minus;  /* [SI] f2_excess_minus of the equations of motion */
+} letters_f32;
+
 /* Coulomb friction of a mass that slips. */
 typedef struct {
     float level_1;  /* [m/s^2] of the actuator */
@@ -283,7 +308,7 @@ typedef struct {
     float d_C_2;    /* [m/s^2] change of the constant acceleration of the body */
 } slopes_f32;
 
-/* Changes: What the hopper is made of. */
+/* Changes: What the mechanism is made of. */
 typedef struct {
     float d_m_eff;        /* [kg] change of the effective mass of the actuator */
     float d_m_s;          /* [kg] change of the sprung mass of the body */
@@ -527,6 +552,58 @@ static inline speeds_f32 speeds_of_f32(const hopform_rates_f32 *rates,
     const float y_rate = v1 - v2;               /* (3), (4) */
     const speeds_f32 result = {x1_rate, v1_rate, v2_rate, y_rate};
     return result;
+}
+
+/* The letters of the derivation, by the parameters of a robot. */
+static inline letters_f32 letters_of_f32(const hopform_robot_f32 *robot)
+{
+    const float m_eff = robot->m_eff, m_s = robot->m_s;
+    const float k = robot->k, L0 = robot->L0;
+    const float c = robot->c, b1 = robot->b1;
+    const float b2 = robot->b2, f1 = robot->f1;
+    const float f2 = robot->f2, gamma2 = robot->gamma2;
+    const float g = robot->g, x1_min = robot->x1_min;
+    const float x1_max = robot->x1_max, u_max = robot->u_max;
+    const float impact_loss = robot->impact_loss, f1_excess = robot->f1_excess;
+    const float f2_excess = robot->f2_excess;
+    const float f1_minus = f1;                /* friction Coulomb friction */
+    const float f2_minus = f2;                /* friction Coulomb friction */
+    const float f1_excess_minus = f1_excess;  /* friction Coulomb friction */
+    const float f2_excess_minus = f2_excess;  /* friction Coulomb friction */
+    const letters_f32 result = {m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus};
+    return result;
+}
+
+/* Lower end of the stroke. */
+static inline float lower_stop_f32(const hopform_robot_f32 *robot)
+{
+    const float x1_min = robot->x1_min;
+    const float lowest = x1_min;  /* stop */
+    return lowest;
+}
+
+/* Upper end of the stroke. */
+static inline float upper_stop_f32(const hopform_robot_f32 *robot)
+{
+    const float x1_max = robot->x1_max;
+    const float highest = x1_max;  /* stop */
+    return highest;
+}
+
+/* Largest size of the current. */
+static inline float current_limit_f32(const hopform_robot_f32 *robot)
+{
+    const float u_max = robot->u_max;
+    const float u_most = u_max;  /* limit of the current */
+    return u_most;
+}
+
+/* Force per current, against x_1. */
+static inline float force_constant_f32(const hopform_robot_f32 *robot)
+{
+    const float gamma2 = robot->gamma2;
+    const float pull = gamma2;  /* (3) per u */
+    return pull;
 }
 
 /* Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force. */
@@ -1081,6 +1158,24 @@ static inline slopes_f32 slopes_of_f32(const hopform_robot_f32 *robot,
     return result;
 }
 
+/* Change of the lower end of the stroke with the robot. */
+static inline float lower_stop_change_f32(const hopform_robot_f32 *robot, const robot_change_f32 *robot_change)
+{
+    (void)robot;
+    const float d_x1_min = robot_change->d_x1_min;
+    const float d_lowest = d_x1_min;  /* change of stop */
+    return d_lowest;
+}
+
+/* Change of the upper end of the stroke with the robot. */
+static inline float upper_stop_change_f32(const hopform_robot_f32 *robot, const robot_change_f32 *robot_change)
+{
+    (void)robot;
+    const float d_x1_max = robot_change->d_x1_max;
+    const float d_highest = d_x1_max;  /* change of stop */
+    return d_highest;
+}
+
 /* Change of the free accelerations with the state. */
 static inline free_f32 free_slopes_f32(const hopform_rates_f32 *rates, const state_change_f32 *state_change)
 {
@@ -1098,10 +1193,10 @@ static inline excess_f32 excess_change_f32(const hopform_robot_f32 *robot,
 {
     (void)robot;
     const float d_f1_excess = robot_change->d_f1_excess, d_f2_excess = robot_change->d_f2_excess;
-    const float up_1 = d_f1_excess;    /* (5) at rest */
-    const float down_1 = d_f1_excess;  /* (5) at rest */
-    const float up_2 = d_f2_excess;    /* (5) at rest */
-    const float down_2 = d_f2_excess;  /* (5) at rest */
+    const float up_1 = d_f1_excess;    /* change of (5) at rest */
+    const float down_1 = d_f1_excess;  /* change of (5) at rest */
+    const float up_2 = d_f2_excess;    /* change of (5) at rest */
+    const float down_2 = d_f2_excess;  /* change of (5) at rest */
     const excess_f32 result = {up_1, down_1, up_2, down_2};
     return result;
 }

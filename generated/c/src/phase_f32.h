@@ -140,7 +140,7 @@ static inline bool is_made_f32(const hopform_plan_f32 *plan) {
 
 /* A plan of a robot that can take off, and comes down again. */
 static inline bool hops_f32(const hopform_plan_f32 *plan) {
-    return is_made_f32(plan) && !HOPFORM_FOOT_IS_FIXED && fall_of_f32(&plan->robot) > 0.0f;
+    return is_made_f32(plan) && HOPFORM_HAS_CONTACT && fall_of_f32(&plan->robot) > 0.0f;
 }
 
 /* Index of the last phase that starts at or before t. */

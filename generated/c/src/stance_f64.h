@@ -23,7 +23,7 @@ static bool steps_are_sound_f64(const hopform_step_f64 *steps, int32_t count) {
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_f64(const hopform_plan_f64 *plan) {
     const double a = plan->node_both.pole;
-    return !HOPFORM_ONE_IS_FIXED && a * a * a > HOPFORM_STIFFEST_f64 * HOPFORM_STIFFEST_f64 * plan->rates.s_3;
+    return !HOPFORM_MOVES_ALONE && a * a * a > HOPFORM_STIFFEST_f64 * HOPFORM_STIFFEST_f64 * plan->rates.s_3;
 }
 
 /* Fill a plan from its robot. */
@@ -32,7 +32,7 @@ static int32_t fill_plan_f64(hopform_plan_f64 *plan) {
     if (status < 0) { return status; }
     const hopform_rates_f64 *rates = &plan->rates;
     hopform_poles_f64 both = {0};
-    if (!HOPFORM_ONE_IS_FIXED) { both = factor_cubic_f64(rates->s_1, rates->s_2, rates->s_3); }
+    if (!HOPFORM_MOVES_ALONE) { both = factor_cubic_f64(rates->s_1, rates->s_2, rates->s_3); }
     const int32_t made = poles_of_plan_f64(plan, &both, true);
     return made == HOPFORM_OK && is_stiff_f64(plan) ? HOPFORM_ILL_CONDITIONED : made;
 }

@@ -108,7 +108,7 @@ BLOCK = 64
 
 
 class Robot:
-    """What the hopper is made of."""
+    """What the mechanism is made of."""
     __slots__ = ("m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max", "u_max",
         "impact_loss", "f1_excess", "f2_excess",)
     SIZE = 68
@@ -1289,6 +1289,69 @@ class Speeds:
         self.y_rate = other.y_rate
 
 
+class Letters:
+    """The letters of the derivation, by the parameters of a robot."""
+    __slots__ = ("m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max", "u_max",
+        "impact_loss", "f1_excess", "f2_excess", "f1_minus", "f2_minus", "f1_excess_minus", "f2_excess_minus",)
+    SIZE = 84
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, m_eff: Real = ZERO, m_s: Real = ZERO, k: Real = ZERO, L0: Real = ZERO, c: Real = ZERO,
+            b1: Real = ZERO, b2: Real = ZERO, f1: Real = ZERO, f2: Real = ZERO, gamma2: Real = ZERO, g: Real = ZERO,
+        x1_min: Real = ZERO, x1_max: Real = ZERO, u_max: Real = ZERO, impact_loss: Real = ZERO, f1_excess: Real = ZERO,
+        f2_excess: Real = ZERO, f1_minus: Real = ZERO, f2_minus: Real = ZERO, f1_excess_minus: Real = ZERO,
+        f2_excess_minus: Real = ZERO) -> None:
+        self.m_eff = m_eff  # [SI] m_eff of the equations of motion
+        self.m_s = m_s  # [SI] m_s of the equations of motion
+        self.k = k  # [SI] k of the equations of motion
+        self.L0 = L0  # [SI] L0 of the equations of motion
+        self.c = c  # [SI] c of the equations of motion
+        self.b1 = b1  # [SI] b1 of the equations of motion
+        self.b2 = b2  # [SI] b2 of the equations of motion
+        self.f1 = f1  # [SI] f1 of the equations of motion
+        self.f2 = f2  # [SI] f2 of the equations of motion
+        self.gamma2 = gamma2  # [SI] gamma2 of the equations of motion
+        self.g = g  # [SI] g of the equations of motion
+        self.x1_min = x1_min  # [SI] x1_min of the equations of motion
+        self.x1_max = x1_max  # [SI] x1_max of the equations of motion
+        self.u_max = u_max  # [SI] u_max of the equations of motion
+        self.impact_loss = impact_loss  # [SI] impact_loss of the equations of motion
+        self.f1_excess = f1_excess  # [SI] f1_excess of the equations of motion
+        self.f2_excess = f2_excess  # [SI] f2_excess of the equations of motion
+        self.f1_minus = f1_minus  # [SI] f1_minus of the equations of motion
+        self.f2_minus = f2_minus  # [SI] f2_minus of the equations of motion
+        self.f1_excess_minus = f1_excess_minus  # [SI] f1_excess_minus of the equations of motion
+        self.f2_excess_minus = f2_excess_minus  # [SI] f2_excess_minus of the equations of motion
+
+    def copy(self) -> "Letters":
+        return Letters(self.m_eff, self.m_s, self.k, self.L0, self.c, self.b1, self.b2, self.f1, self.f2, self.gamma2,
+            self.g, self.x1_min, self.x1_max, self.u_max, self.impact_loss, self.f1_excess, self.f2_excess,
+            self.f1_minus, self.f2_minus, self.f1_excess_minus, self.f2_excess_minus)
+
+    def put(self, other: "Letters") -> None:
+        self.m_eff = other.m_eff
+        self.m_s = other.m_s
+        self.k = other.k
+        self.L0 = other.L0
+        self.c = other.c
+        self.b1 = other.b1
+        self.b2 = other.b2
+        self.f1 = other.f1
+        self.f2 = other.f2
+        self.gamma2 = other.gamma2
+        self.g = other.g
+        self.x1_min = other.x1_min
+        self.x1_max = other.x1_max
+        self.u_max = other.u_max
+        self.impact_loss = other.impact_loss
+        self.f1_excess = other.f1_excess
+        self.f2_excess = other.f2_excess
+        self.f1_minus = other.f1_minus
+        self.f2_minus = other.f2_minus
+        self.f1_excess_minus = other.f1_excess_minus
+        self.f2_excess_minus = other.f2_excess_minus
+
+
 class Friction:
     """Coulomb friction of a mass that slips."""
     __slots__ = ("level_1", "level_2",)
@@ -1675,7 +1738,7 @@ class Slopes:
 
 
 class RobotChange:
-    """Changes: What the hopper is made of."""
+    """Changes: What the mechanism is made of."""
     __slots__ = ("d_m_eff", "d_m_s", "d_k", "d_L0", "d_c", "d_b1", "d_b2", "d_f1", "d_f2", "d_gamma2", "d_g",
         "d_x1_min", "d_x1_max", "d_u_max", "d_impact_loss", "d_f1_excess", "d_f2_excess",)
     SIZE = 68
@@ -1977,6 +2040,50 @@ def speeds_of(rates: Rates, drive: Drive, side_1: Real, side_2: Real, state: Sta
     v2_rate = D2 + A22*v2 + A2y*y  # (3), (4)
     y_rate = v1 - v2  # (3), (4)
     return Speeds(x1_rate, v1_rate, v2_rate, y_rate)
+
+
+def letters_of(robot: Robot) -> Letters:
+    """The letters of the derivation, by the parameters of a robot."""
+    m_eff, m_s, k = robot.m_eff, robot.m_s, robot.k
+    L0, c, b1 = robot.L0, robot.c, robot.b1
+    b2, f1, f2 = robot.b2, robot.f1, robot.f2
+    gamma2, g, x1_min = robot.gamma2, robot.g, robot.x1_min
+    x1_max, u_max, impact_loss = robot.x1_max, robot.u_max, robot.impact_loss
+    f1_excess, f2_excess = robot.f1_excess, robot.f2_excess
+    f1_minus = f1  # friction Coulomb friction
+    f2_minus = f2  # friction Coulomb friction
+    f1_excess_minus = f1_excess  # friction Coulomb friction
+    f2_excess_minus = f2_excess  # friction Coulomb friction
+    return Letters(m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess,
+        f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus)
+
+
+def lower_stop(robot: Robot) -> Real:
+    """Lower end of the stroke."""
+    x1_min = robot.x1_min
+    lowest = x1_min  # stop
+    return lowest
+
+
+def upper_stop(robot: Robot) -> Real:
+    """Upper end of the stroke."""
+    x1_max = robot.x1_max
+    highest = x1_max  # stop
+    return highest
+
+
+def current_limit(robot: Robot) -> Real:
+    """Largest size of the current."""
+    u_max = robot.u_max
+    u_most = u_max  # limit of the current
+    return u_most
+
+
+def force_constant(robot: Robot) -> Real:
+    """Force per current, against x_1."""
+    gamma2 = robot.gamma2
+    pull = gamma2  # (3) per u
+    return pull
 
 
 def friction_of(robot: Robot) -> Friction:
@@ -2406,6 +2513,20 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     return Slopes(d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2)
 
 
+def lower_stop_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the lower end of the stroke with the robot."""
+    d_x1_min = robot_change.d_x1_min
+    d_lowest = d_x1_min  # change of stop
+    return d_lowest
+
+
+def upper_stop_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the upper end of the stroke with the robot."""
+    d_x1_max = robot_change.d_x1_max
+    d_highest = d_x1_max  # change of stop
+    return d_highest
+
+
 def free_slopes(rates: Rates, state_change: Any) -> Free:
     """Change of the free accelerations with the state."""
     a1_y, a2_y = rates.a1_y, rates.a2_y
@@ -2418,10 +2539,10 @@ def free_slopes(rates: Rates, state_change: Any) -> Free:
 def excess_change(robot: Robot, robot_change: RobotChange) -> Excess:
     """Change of the friction at rest, less that of the friction in motion, with the robot."""
     d_f1_excess, d_f2_excess = robot_change.d_f1_excess, robot_change.d_f2_excess
-    up_1 = d_f1_excess  # (5) at rest
-    down_1 = d_f1_excess  # (5) at rest
-    up_2 = d_f2_excess  # (5) at rest
-    down_2 = d_f2_excess  # (5) at rest
+    up_1 = d_f1_excess  # change of (5) at rest
+    down_1 = d_f1_excess  # change of (5) at rest
+    up_2 = d_f2_excess  # change of (5) at rest
+    down_2 = d_f2_excess  # change of (5) at rest
     return Excess(up_1, down_1, up_2, down_2)
 
 
@@ -3328,7 +3449,7 @@ class SlopesByShare(Slopes):
 
 
 class RobotChangeByField(RobotChange):
-    """Changes: What the hopper is made of."""
+    """Changes: What the mechanism is made of."""
     __slots__ = ()
     SIZE = 68
 
@@ -6069,7 +6190,7 @@ def stance_blocked(chain: StanceChain, element: int, side: int) -> bool:
     robot = chain.plan.robot
     if element != 0:
         return False
-    locked = not robot.x1_min < robot.x1_max
+    locked = not lower_stop(robot) < upper_stop(robot)
     return locked or side < 0 and chain.from_lower <= 0.0 or side > 0 and chain.from_upper >= 0.0
 
 
@@ -6358,8 +6479,8 @@ def end_of_velocity(chain: StanceChain, element: int, stops: bool, touches: bool
     before = chain.side[element]
     chain.at[element + 1] = ZERO  # inelastic
     if stops or touches:
-        lower = chain.plan.robot.x1_min
-        upper = chain.plan.robot.x1_max
+        lower = lower_stop(chain.plan.robot)
+        upper = upper_stop(chain.plan.robot)
         stop = upper if before > 0 else lower
         chain.at.x1 = stop
         chain.from_lower = stop - lower
@@ -6587,7 +6708,7 @@ def stance_status(robot: Robot, start: State, horizon: Real, max_phases: int) ->
     fixed = True
     for _ in range(2):
         pass
-    if not is_finite_state(start) or not fixed or not (position >= robot.x1_min and position <= robot.x1_max):
+    if not is_finite_state(start) or not fixed or not (position >= lower_stop(robot) and position <= upper_stop(robot)):
         return ERROR_STATE
     if at.y < 0.0:
         return ERROR_EXTENDED
@@ -6606,8 +6727,8 @@ def stance_start(chain: StanceChain, plan: Plan, start: State, steps: Any, step_
     chain.horizon = horizon
     chain.t = ZERO
     chain.at.put(start)
-    chain.from_lower = chain.at.x1 - plan.robot.x1_min
-    chain.from_upper = chain.at.x1 - plan.robot.x1_max
+    chain.from_lower = chain.at.x1 - lower_stop(plan.robot)
+    chain.from_upper = chain.at.x1 - upper_stop(plan.robot)
     chain.just_switched = NO_ELEMENT
     chain.came_to_rest = NO_ELEMENT
     chain.carried_acceleration = ZERO
@@ -6676,12 +6797,12 @@ def node_of_poles(poles: Poles, whole_: bool) -> Node:
 def rates_of_plan(plan: Plan) -> int:
     """The rates of a plan's robot, if it is one."""
     robot = plan.robot
-    if not robot.x1_min <= robot.x1_max or not (robot.m_eff > 0.0 and robot.m_eff <= NEVER) or not (robot.m_s > 0.0
-        and robot.m_s <= NEVER) or not (robot.k > 0.0 and robot.k <= NEVER) or not (robot.L0 >= -NEVER
-        and robot.L0 <= NEVER) or not (robot.c >= -NEVER and robot.c <= NEVER) or not (robot.b1 >= 0.0
-        and robot.b1 <= NEVER) or not (robot.b2 >= 0.0 and robot.b2 <= NEVER) or not (robot.f1 >= 0.0
-        and robot.f1 <= NEVER) or not (robot.f2 >= 0.0 and robot.f2 <= NEVER) or not (robot.gamma2 >= -NEVER
-        and robot.gamma2 <= NEVER) or not (robot.g >= 0.0
+    if not lower_stop(robot) <= upper_stop(robot) or not (robot.m_eff > 0.0
+        and robot.m_eff <= NEVER) or not (robot.m_s > 0.0 and robot.m_s <= NEVER) or not (robot.k > 0.0
+        and robot.k <= NEVER) or not (robot.L0 >= -NEVER and robot.L0 <= NEVER) or not (robot.c >= -NEVER
+        and robot.c <= NEVER) or not (robot.b1 >= 0.0 and robot.b1 <= NEVER) or not (robot.b2 >= 0.0
+        and robot.b2 <= NEVER) or not (robot.f1 >= 0.0 and robot.f1 <= NEVER) or not (robot.f2 >= 0.0
+        and robot.f2 <= NEVER) or not (robot.gamma2 >= -NEVER and robot.gamma2 <= NEVER) or not (robot.g >= 0.0
         and robot.g <= NEVER) or not robot.x1_min <= NEVER or not robot.x1_max >= -NEVER or not robot.u_max >= 0.0 or not (robot.impact_loss >= 0.0 and robot.impact_loss < 1.0) or not (robot.f1_excess >= 0.0 and robot.f1_excess <= NEVER) or not (robot.f2_excess >= 0.0 and robot.f2_excess <= NEVER):
         return ERROR_ROBOT
     rates = rates_of(robot)
@@ -7023,7 +7144,7 @@ def lower_bound_of(search: Search, c: ControlInterval) -> Real:
     """Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it,
     less than 0 where the gap changes its sign.
     """
-    range_ = search.plan.robot.u_max
+    range_ = current_limit(search.plan.robot)
     alike = c.from_.takes_off == c.to.takes_off
     none = alike and not c.from_.takes_off
     unknown = real(-1.0 if alike and not none and c.gap.to < 0.0 else 0.0)
@@ -7073,7 +7194,7 @@ def share_to_try(search: Search, c: ControlInterval, slow: bool) -> Real:
         return real(0.5)
     if leaves and c.gap.to < 0.0:
         return share_of_apex(search, c)
-    if c.width > 0.5 * search.plan.robot.u_max:
+    if c.width > 0.5 * current_limit(search.plan.robot):
         return real(0.5)
     if not leaves:
         return share_of_minimum(c.contact) if c.from_.minima > 0 and c.to.minima > 0 else real(0.5)
@@ -7150,10 +7271,10 @@ def open_side(search: Search) -> bool:
     while search.sides > 0:
         sign = real(1.0 if search.sides == 2 else -1.0)
         push = search.plan.rates.a1_u * sign
-        has_room = push > 0.0 and position < robot.x1_max or push < 0.0 and position > robot.x1_min
+        has_room = push > 0.0 and position < upper_stop(robot) or push < 0.0 and position > lower_stop(robot)
         search.sides -= 1
         if not search.held or has_room:
-            search.next = sign * (abs(search.best_u) if search.reached else robot.u_max)
+            search.next = sign * (abs(search.best_u) if search.reached else current_limit(robot))
             return True
     return False
 
@@ -7210,7 +7331,7 @@ def add_candidate(search: Search, trial: Trial) -> bool:
     if search.trials < SEARCH_TRIALS:
         search.trials += 1
     if search.trials == 1:
-        chooses = robot.u_max > 0.0 and robot.x1_min < robot.x1_max
+        chooses = current_limit(robot) > 0.0 and lower_stop(robot) < upper_stop(robot)
         if search.reached or not (chooses and search.start.x1 < search.limit):
             return False
         search.held = trial.held
@@ -7312,18 +7433,18 @@ def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, comman
     wanted = target.copy()
     end_search(search, SEARCHING, command)
     robot = plan.robot
-    if not hops(plan) or not robot.u_max <= NEVER:
+    if not hops(plan) or not current_limit(robot) <= NEVER:
         search.status = ERROR_ROBOT
     elif not is_finite(wanted.h_des) or not is_finite(wanted.datum) or not wanted.h_des + wanted.datum >= 0.0 or not (wanted.stop_margin >= 0.0 and wanted.stop_margin <= NEVER) or wanted.max_evaluations < 0 or wanted.max_candidates < 0:
         search.status = ERROR_TARGET
     elif not (wanted.horizon > 0.0 and wanted.horizon <= NEVER):
         search.status = ERROR_HORIZON
-    locked = not robot.x1_min < robot.x1_max
+    locked = not lower_stop(robot) < upper_stop(robot)
     search.plan = plan
     search.start = from_.copy()
     search.apex = wanted.h_des + wanted.datum
     search.datum = wanted.datum
-    search.limit = NEVER if locked else robot.x1_max - wanted.stop_margin - 16.0 * EPS
+    search.limit = NEVER if locked else upper_stop(robot) - wanted.stop_margin - 16.0 * EPS
     search.horizon = wanted.horizon
     search.count = 0
     search.sides = 2
@@ -7583,8 +7704,8 @@ class FlightChain:
 
 def largest_force(robot: Robot) -> Real:
     """The largest force of the motor, 0 if it has none."""
-    force = abs(robot.gamma2) * robot.u_max
-    return lesser(force, NEVER) if abs(robot.gamma2) > 0.0 else ZERO
+    force = abs(force_constant(robot)) * current_limit(robot)
+    return lesser(force, NEVER) if abs(force_constant(robot)) > 0.0 else ZERO
 
 
 def poles_in_flight(rates: FlightRates, limit: int) -> Poles:
@@ -7605,9 +7726,9 @@ def state_in_flight(robot: Robot, start: State, phase: FlightPhase, displacement
     t = phase.t + after
     rise = (start.v2 - 0.5 * g * t) * t
     moved = phase.x1 - start.x1 + displacement.value
-    position = lesser(robot.x1_max, phase.x1 + displacement.value)
+    position = lesser(upper_stop(robot), phase.x1 + displacement.value)
     state = State()
-    state.x1 = greater(robot.x1_min, position)
+    state.x1 = greater(lower_stop(robot), position)
     state.v1 = displacement.rate
     state.v2 = start.v2 - g * t
     state.y = start.y - (rise - moved)
@@ -7772,7 +7893,7 @@ def has_root_in_flight(chain: FlightChain, set: EventSet, fall: Any, low: Propag
 def gap_in_flight(chain: FlightChain) -> Real:
     """How far the stop ahead is."""
     position = chain.now.x1
-    return chain.robot.x1_max - position if chain.now.side > 0 else position - chain.robot.x1_min
+    return upper_stop(chain.robot) - position if chain.now.side > 0 else position - lower_stop(chain.robot)
 
 
 def end_at_stop(chain: FlightChain, end: int) -> int:
@@ -7848,7 +7969,7 @@ def falling_in_flight(chain: FlightChain) -> Real:
 
 def height_of_shortest(chain: FlightChain) -> Real:
     """Height of the foot if the leg were the shortest."""
-    longer = chain.now.x1 - chain.robot.x1_min
+    longer = chain.now.x1 - lower_stop(chain.robot)
     return chain.height.start + longer + greater(left_in_leg(chain, chain.now.t), ZERO)
 
 
@@ -7974,7 +8095,7 @@ def rest_in_flight(chain: FlightChain, at_stop: bool) -> None:
     sticks = level_of(robot, 0) > 0.0
     chain.now.v1 = ZERO
     if at_stop:
-        chain.now.x1 = robot.x1_max if before > 0 else robot.x1_min
+        chain.now.x1 = upper_stop(robot) if before > 0 else lower_stop(robot)
         choose_limit(chain)
     settle_in_flight(chain, acceleration_of(chain, ZERO, 0) if at_stop or sticks else chain.now.acc1)
     turned = 1 if chain.now.side != before else EVENT_NONE
@@ -8131,8 +8252,8 @@ def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real,
     robot = plan.robot
     if not hops(plan):
         return ERROR_ROBOT
-    if not is_finite_state(from_) or not is_finite(ground) or not (from_.x1 >= robot.x1_min
-        and from_.x1 <= robot.x1_max):
+    if not is_finite_state(from_) or not is_finite(ground) or not (from_.x1 >= lower_stop(robot)
+        and from_.x1 <= upper_stop(robot)):
         return ERROR_STATE
     if not (horizon > 0.0 and horizon <= NEVER) or max_phases < 1 or capacity < 0:
         return ERROR_HORIZON
@@ -8677,6 +8798,12 @@ def robot_change_of_column(column: int) -> RobotChange:
     return change
 
 
+def stop_change(plan: Plan, column: int, upper: bool) -> Real:
+    """How a stop moves with what a column stands for."""
+    by = robot_change_of_column(column)
+    return upper_stop_change(plan.robot, by) if upper else lower_stop_change(plan.robot, by)
+
+
 def travel(variation: Variation, t: Real) -> None:
     """Follow the changes within a phase, up to a time of the stance."""
     plan = variation.plan
@@ -8764,7 +8891,6 @@ def cross(variation: Variation) -> None:
     """Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
     belongs to it; nothing jumps where the current steps.
     """
-    column_of_stop = (16, 17)
     old = variation.phases[variation.index]
     now = variation.phases[variation.index + 1]
     left = mode_of(variation.plan, old, current(variation, old))
@@ -8772,7 +8898,7 @@ def cross(variation: Variation) -> None:
     axis = axis_of_event(now.event)
     stops = axis == 0
     velocity = 1
-    bound = column_of_stop[left.side[0] > 0] if stops else COLUMNS
+    upper = left.side[0] > 0
     arrives = StateByAxis()
     arrives.put(start_of_phase(now))
     after = speeds_in_mode(variation.plan, entered, arrives)
@@ -8796,7 +8922,7 @@ def cross(variation: Variation) -> None:
         if not variation.exists:
             break
         change = variation.change[column]
-        wanted = real(1.0 if column == bound else 0.0)
+        wanted = stop_change(variation.plan, column, upper) if stops else ZERO
         late = (wanted - change[axis]) / before[axis]
         pass_event_at_axis(change, before, after, axis, wanted, late)
         variation.late[column] = late
@@ -8827,7 +8953,7 @@ def follow_to(variation: Variation, last: int, t: Real) -> None:
 
 def stays_held(variation: Variation, element: int) -> bool:
     """Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is
-    within its friction at rest, or a stop or a bolt carries it.
+    within its friction at rest, or a stop carries it, or it never moves.
     """
     robot = variation.plan.robot
     phase = variation.phases[variation.index]
@@ -8836,10 +8962,10 @@ def stays_held(variation: Variation, element: int) -> bool:
     free.put(free_accelerations(variation.plan.rates, at, current(variation, phase)))
     downwards = -level_at_rest(robot, element, -1)
     upwards = level_at_rest(robot, element, 1)
-    is_fixed = False
+    never_moves = False
     has_stops = element == 0
-    below = is_fixed or has_stops and at.x1 <= robot.x1_min
-    above = is_fixed or has_stops and at.x1 >= robot.x1_max
+    below = never_moves or has_stops and at.x1 <= lower_stop(robot)
+    above = never_moves or has_stops and at.x1 >= upper_stop(robot)
     return (below or free[element] > downwards) and (above or free[element] < upwards)
 
 

@@ -26,6 +26,7 @@ from .records import (
     KnownBasis,
     KnownPair,
     LegState,
+    Letters,
     Modes,
     Moments,
     Motion,
@@ -236,6 +237,63 @@ def speeds_of(rates: Rates, drive: Drive, side_1: Real, side_2: Real, state: Leg
     v2_rate = D2 + A22*v2 + A2y*y  # (3), (4)
     y_rate = v1 - v2               # (3), (4)
     return Speeds(x1_rate, v1_rate, v2_rate, y_rate)
+
+
+def letters_of(robot: Robot) -> Letters:
+    """The letters of the derivation, by the parameters of a robot.
+
+    """
+    m_eff, m_s, k = robot.m_eff, robot.m_s, robot.k
+    L0, c, b1 = robot.L0, robot.c, robot.b1
+    b2, f1, f2 = robot.b2, robot.f1, robot.f2
+    gamma2, g, x1_min = robot.gamma2, robot.g, robot.x1_min
+    x1_max, u_max, impact_loss = robot.x1_max, robot.u_max, robot.impact_loss
+    f1_excess, f2_excess = robot.f1_excess, robot.f2_excess
+    f1_minus = f1                # friction Coulomb friction
+    f2_minus = f2                # friction Coulomb friction
+    f1_excess_minus = f1_excess  # friction Coulomb friction
+    f2_excess_minus = f2_excess  # friction Coulomb friction
+    return Letters(m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus)
+
+
+def lower_stop(robot: Robot) -> Real:
+    """Lower end of the stroke.
+
+    Returns lowest [m], lower end of the stroke.
+    """
+    x1_min = robot.x1_min
+    lowest = x1_min  # stop
+    return lowest
+
+
+def upper_stop(robot: Robot) -> Real:
+    """Upper end of the stroke.
+
+    Returns highest [m], upper end of the stroke.
+    """
+    x1_max = robot.x1_max
+    highest = x1_max  # stop
+    return highest
+
+
+def current_limit(robot: Robot) -> Real:
+    """Largest size of the current.
+
+    Returns u_most [A], largest size of the current.
+    """
+    u_max = robot.u_max
+    u_most = u_max  # limit of the current
+    return u_most
+
+
+def force_constant(robot: Robot) -> Real:
+    """Force per current, against x_1.
+
+    Returns pull [N/A], force per current, against x_1.
+    """
+    gamma2 = robot.gamma2
+    pull = gamma2  # (3) per u
+    return pull
 
 
 def friction_of(robot: Robot) -> Friction:
@@ -805,6 +863,26 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     return Slopes(d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2)
 
 
+def lower_stop_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the lower end of the stroke with the robot.
+
+    Returns d_lowest [m], change of the lower end of the stroke.
+    """
+    d_x1_min = robot_change.d_x1_min
+    d_lowest = d_x1_min  # change of stop
+    return d_lowest
+
+
+def upper_stop_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the upper end of the stroke with the robot.
+
+    Returns d_highest [m], change of the upper end of the stroke.
+    """
+    d_x1_max = robot_change.d_x1_max
+    d_highest = d_x1_max  # change of stop
+    return d_highest
+
+
 def free_slopes(rates: Rates, state_change: StateChange) -> Free:
     """Change of the free accelerations with the state.
 
@@ -821,10 +899,10 @@ def excess_change(robot: Robot, robot_change: RobotChange) -> Excess:
 
     """
     d_f1_excess, d_f2_excess = robot_change.d_f1_excess, robot_change.d_f2_excess
-    up_1 = d_f1_excess    # (5) at rest
-    down_1 = d_f1_excess  # (5) at rest
-    up_2 = d_f2_excess    # (5) at rest
-    down_2 = d_f2_excess  # (5) at rest
+    up_1 = d_f1_excess    # change of (5) at rest
+    down_1 = d_f1_excess  # change of (5) at rest
+    up_2 = d_f2_excess    # change of (5) at rest
+    down_2 = d_f2_excess  # change of (5) at rest
     return Excess(up_1, down_1, up_2, down_2)
 
 

@@ -62,6 +62,12 @@ ROBOT_FIELDS = (
     Field("f2_excess", "f_{2,e}", "m/s^2", "nonnegative", "friction of the body at rest, less f2", 0.0),
 )
 
+REST_MAY_LACK = False
+"""Whether parameters may say that friction at rest is less than that in motion, which is refused."""
+
+ENDS = ("x1_min", "x1_max", "m",)
+"""The lower and the upper end of the stroke, and their unit."""
+
 TRAVEL = Field("travel", "y_{max}", "m", "length", "travel of the spring: compression at coil bind", float("inf"))
 """A limit of the robot that no equation knows."""
 
@@ -245,7 +251,7 @@ LEDGER_OF_ROBOT = ("motor_work", "offset_work", "viscous_1", "viscous_2", "coulo
 
 
 class Robot(NamedTuple):
-    """What the hopper is made of."""
+    """What the mechanism is made of."""
 
     m_eff: Real
     """[kg] effective mass of the actuator"""
@@ -615,6 +621,53 @@ class Speeds(NamedTuple):
     """[m/s] rate of the compression of the leg, from where it carries nothing"""
 
 
+class Letters(NamedTuple):
+    """The letters of the derivation, by the parameters of a robot."""
+
+    m_eff: Real
+    """[SI] m_eff of the equations of motion"""
+    m_s: Real
+    """[SI] m_s of the equations of motion"""
+    k: Real
+    """[SI] k of the equations of motion"""
+    L0: Real
+    """[SI] L0 of the equations of motion"""
+    c: Real
+    """[SI] c of the equations of motion"""
+    b1: Real
+    """[SI] b1 of the equations of motion"""
+    b2: Real
+    """[SI] b2 of the equations of motion"""
+    f1: Real
+    """[SI] f1 of the equations of motion"""
+    f2: Real
+    """[SI] f2 of the equations of motion"""
+    gamma2: Real
+    """[SI] gamma2 of the equations of motion"""
+    g: Real
+    """[SI] g of the equations of motion"""
+    x1_min: Real
+    """[SI] x1_min of the equations of motion"""
+    x1_max: Real
+    """[SI] x1_max of the equations of motion"""
+    u_max: Real
+    """[SI] u_max of the equations of motion"""
+    impact_loss: Real
+    """[SI] impact_loss of the equations of motion"""
+    f1_excess: Real
+    """[SI] f1_excess of the equations of motion"""
+    f2_excess: Real
+    """[SI] f2_excess of the equations of motion"""
+    f1_minus: Real
+    """[SI] f1_minus of the equations of motion"""
+    f2_minus: Real
+    """[SI] f2_minus of the equations of motion"""
+    f1_excess_minus: Real
+    """[SI] f1_excess_minus of the equations of motion"""
+    f2_excess_minus: Real
+    """[SI] f2_excess_minus of the equations of motion"""
+
+
 class Friction(NamedTuple):
     """Coulomb friction of a mass that slips."""
 
@@ -836,7 +889,7 @@ class Slopes(NamedTuple):
 
 
 class RobotChange(NamedTuple):
-    """Changes: What the hopper is made of."""
+    """Changes: What the mechanism is made of."""
 
     d_m_eff: Real
     """[kg] change of the effective mass of the actuator"""

@@ -56,8 +56,8 @@ static inline numerator_real free_numerator_real(const hopform_rates_real *rates
 /* Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side. */
 static inline bool stance_blocked_real(const stance_chain_real *chain, int element, int side) {
     const hopform_robot_real *robot = &chain->plan->robot;
-    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_IS_FIXED(element); }
-    const bool locked = !(robot->x1_min < robot->x1_max);
+    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_NEVER_MOVES(element); }
+    const bool locked = !(lower_stop_real(robot) < upper_stop_real(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
 
@@ -216,7 +216,7 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0)
                        && !(fabs_real(chain->drive.of[slips]) > 0.0);
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
-    if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
+    if (HOPFORM_HAS_CONTACT && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->motion.named);
         (void)add_event_function_real(set, &h, contact_of_real(&chain->plan->robot, &chain->at.named), 1.0,
                                       CONTACT_real, !is_monotone);
@@ -344,8 +344,8 @@ static inline void end_of_velocity_real(stance_chain_real *chain, int element, b
     const int before = chain->side[element];
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
     if (stops || touches) {
-        const real lower = chain->plan->robot.x1_min;
-        const real upper = chain->plan->robot.x1_max;
+        const real lower = lower_stop_real(&chain->plan->robot);
+        const real upper = upper_stop_real(&chain->plan->robot);
         const real stop = before > 0 ? upper : lower;
         chain->at.of[HOPFORM_POSITION_AXIS] = stop;
         chain->from_lower = stop - lower;
@@ -496,7 +496,7 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
  * negative. */
 static inline bool leaves_at_once_real(const stance_chain_real *chain) {
     const real contact = contact_of_real(&chain->plan->robot, &chain->at.named);
-    if (HOPFORM_FOOT_IS_FIXED) { return false; }
+    if (!HOPFORM_HAS_CONTACT) { return false; }
     const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_real(&chain->at.named) > 0.0;
     if (fabs_real(contact) > 0.0 || rises) { return contact < 0.0; }
     const numerators_real motion = numerators_of_chain_real(chain, chain->side);
@@ -571,7 +571,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_real(chain, end);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
+    if (!HOPFORM_CONTACT_IS_COMPRESSION && HOPFORM_HAS_CONTACT && end->stops
         && contact_of_real(&chain->plan->robot, &chain->at.named) < 0.0) {
         notify_ending_real(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
@@ -599,12 +599,13 @@ static inline int32_t stance_status_real(const hopform_robot_real *robot, const 
     const real position = at.of[HOPFORM_POSITION_AXIS];
     bool fixed = true;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        fixed = fixed && !(HOPFORM_IS_FIXED(element) && fabs_real(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
+        fixed = fixed && !(HOPFORM_NEVER_MOVES(element) && fabs_real(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
     }
-    if (!is_finite_state_real(start) || !fixed || !(position >= robot->x1_min && position <= robot->x1_max)) {
+    if (!is_finite_state_real(start) || !fixed
+        || !(position >= lower_stop_real(robot) && position <= upper_stop_real(robot))) {
         return HOPFORM_ERROR_STATE;
     }
-    if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0) { return HOPFORM_ERROR_EXTENDED; }
+    if (HOPFORM_HAS_CONTACT && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0) { return HOPFORM_ERROR_EXTENDED; }
     const bool ends = horizon > 0.0 && horizon <= HOPFORM_NEVER_real && max_phases >= 1;
     return ends ? HOPFORM_OK : HOPFORM_ERROR_HORIZON;
 }
@@ -622,8 +623,8 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->horizon = horizon;
     chain->t = 0.0;
     chain->at.named = *start;
-    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_min;
-    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_max;
+    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - lower_stop_real(&plan->robot);
+    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - upper_stop_real(&plan->robot);
     chain->just_switched = NO_ELEMENT_real;
     chain->came_to_rest = NO_ELEMENT_real;
     chain->carried_acceleration = 0.0;

@@ -205,7 +205,7 @@ static real bound_of_gap_real(const hopform_search_real *search, const control_i
 /* Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it, less
  * than 0 where the gap changes its sign. */
 static real lower_bound_of_real(const hopform_search_real *search, const control_interval_real *c) {
-    const real range = search->plan->robot.u_max;
+    const real range = current_limit_real(&search->plan->robot);
     const bool alike = c->from->takes_off == c->to->takes_off;
     const bool none = alike && !c->from->takes_off;
     const real unknown = alike && !none && c->gap.to < 0.0 ? -1.0 : 0.0;
@@ -253,7 +253,7 @@ static real share_to_try_real(const hopform_search_real *search, const control_i
     const bool leaves = c->from->takes_off;
     if (slow || leaves != c->to->takes_off) { return 0.5; }
     if (leaves && c->gap.to < 0.0) { return share_of_apex_real(search, c); }
-    if (c->width > WIDEST_ALIKE_real * search->plan->robot.u_max) { return 0.5; }
+    if (c->width > WIDEST_ALIKE_real * current_limit_real(&search->plan->robot)) { return 0.5; }
     if (!leaves) { return c->from->minima > 0 && c->to->minima > 0 ? share_of_minimum_real(&c->contact) : 0.5; }
     const bool starts = is_admissible_real(search, c->from);
     if (starts != is_admissible_real(search, c->to)) { /* just inside the limit of the position */
@@ -334,10 +334,11 @@ static bool open_side_real(hopform_search_real *search) {
     while (search->sides > 0) {
         const real sign = search->sides == 2 ? 1.0 : -1.0;
         const real push = search->plan->rates.a1_u * sign;
-        const bool has_room = (push > 0.0 && position < robot->x1_max) || (push < 0.0 && position > robot->x1_min);
+        const bool has_room =
+            (push > 0.0 && position < upper_stop_real(robot)) || (push < 0.0 && position > lower_stop_real(robot));
         search->sides--;
         if (!search->held || has_room) {
-            search->next = sign * (search->reached ? fabs_real(search->best_u) : robot->u_max);
+            search->next = sign * (search->reached ? fabs_real(search->best_u) : current_limit_real(robot));
             return true;
         }
     }
@@ -395,7 +396,7 @@ static bool add_candidate_real(hopform_search_real *search, const hopform_trial_
     update_incumbent_real(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) { search->trials++; }
     if (search->trials == 1) {
-        const bool chooses = robot->u_max > 0.0 && robot->x1_min < robot->x1_max;
+        const bool chooses = current_limit_real(robot) > 0.0 && lower_stop_real(robot) < upper_stop_real(robot);
         if (search->reached || !(chooses && search->start.x1 < search->limit)) { return false; }
         search->held = trial->held;
     }
@@ -506,21 +507,21 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
     const hopform_target_real wanted = *target;
     (void)end_search_real(search, HOPFORM_SEARCHING, command);
     const hopform_robot_real *robot = &plan->robot;
-    if (!hops_real(plan) || !(robot->u_max <= HOPFORM_NEVER_real)) {
+    if (!hops_real(plan) || !(current_limit_real(robot) <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_ROBOT;
     } else if (!is_finite_real(wanted.h_des) || !is_finite_real(wanted.datum) || !(wanted.h_des + wanted.datum >= 0.0)
-               || !(wanted.stop_margin >= 0.0 && wanted.stop_margin <= HOPFORM_NEVER_real)
-               || wanted.max_evaluations < 0 || wanted.max_candidates < 0) {
+               || !(wanted.stop_margin >= 0.0 && wanted.stop_margin <= HOPFORM_NEVER_real) || wanted.max_evaluations < 0
+               || wanted.max_candidates < 0) {
         search->status = HOPFORM_ERROR_TARGET;
     } else if (!(wanted.horizon > 0.0 && wanted.horizon <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_HORIZON;
     }
-    const bool locked = !(robot->x1_min < robot->x1_max);
+    const bool locked = !(lower_stop_real(robot) < upper_stop_real(robot));
     search->plan = plan;
     search->start = from;
     search->apex = wanted.h_des + wanted.datum;
     search->datum = wanted.datum;
-    search->limit = locked ? HOPFORM_NEVER_real : robot->x1_max - wanted.stop_margin - 16.0 * HOPFORM_EPS_real;
+    search->limit = locked ? HOPFORM_NEVER_real : upper_stop_real(robot) - wanted.stop_margin - 16.0 * HOPFORM_EPS_real;
     search->horizon = wanted.horizon;
     search->count = 0;
     search->sides = 2;
@@ -554,14 +555,13 @@ int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_ph
         return end_search_real(search, HOPFORM_ERROR_OVERLAP, overlap_real(&written[1], 1, read, 2) ? NULL : command);
     }
     if (phases == NULL || command == NULL) { return end_search_real(search, HOPFORM_ERROR_NULL, command); }
-    if (HOPFORM_FOOT_IS_FIXED || search->status != HOPFORM_SEARCHING || search->plan == NULL) {
+    if (!HOPFORM_HAS_CONTACT || search->status != HOPFORM_SEARCHING || search->plan == NULL) {
         report_command_real(search, command);
         return search->status;
     }
     hopform_trial_real trial;
-    const int32_t status =
-        evaluate_candidate_real(search->plan, &search->start, search->next, search->horizon, phases, capacity,
-                                search->max_evaluations, &trial);
+    const int32_t status = evaluate_candidate_real(search->plan, &search->start, search->next, search->horizon, phases,
+                                                   capacity, search->max_evaluations, &trial);
     if (status < 0) {
         return end_search_real(search, status, command); /* for good: what was found does not count after an error */
     }

@@ -55,8 +55,8 @@ static inline int most_turns_real(const jet_real *from, real d, const jet_real *
  * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
  * back. */
 static inline minima_real least_minimum_real(const hopform_poles_real *poles, const hopform_node_real *node,
-                                             const numerator_real *h, real value, const propagator_real *end,
-                                             real most, evaluations_real *evaluations) {
+                                             const numerator_real *h, real value, const propagator_real *end, real most,
+                                             evaluations_real *evaluations) {
     const event_function_real function = event_function_of_real(h, value);
     const event_function_real *g = &function;
     const jet_real from = jet_at_start_real(poles, g);

@@ -99,7 +99,8 @@ static inline void end_at_crossing_real(const event_set_real *set, interval_real
 /* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
 static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, bool distances) {
     crossing_real first;
-    for (int32_t n = 0; n < MOST_TRIES_real && in->evaluations->left > 0 && first_crossing_real(set, in, distances, &first); n++) {
+    for (int32_t n = 0;
+         n < MOST_TRIES_real && in->evaluations->left > 0 && first_crossing_real(set, in, distances, &first); n++) {
         end_at_crossing_real(set, in, &first);
     }
 }
@@ -207,8 +208,8 @@ static inline bool are_certified_real(const event_set_real *set, interval_real *
     return true;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds. Requires
- * in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
+ * Requires in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
 static inline bool find_first_root_real(const event_set_real *set, interval_real *in) {
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }

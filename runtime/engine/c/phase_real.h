@@ -140,7 +140,7 @@ static inline bool is_made_real(const hopform_plan_real *plan) {
 
 /* A plan of a robot that can take off, and comes down again. */
 static inline bool hops_real(const hopform_plan_real *plan) {
-    return is_made_real(plan) && !HOPFORM_FOOT_IS_FIXED && fall_of_real(&plan->robot) > 0.0;
+    return is_made_real(plan) && HOPFORM_HAS_CONTACT && fall_of_real(&plan->robot) > 0.0;
 }
 
 /* Index of the last phase that starts at or before t. */

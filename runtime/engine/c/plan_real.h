@@ -40,9 +40,15 @@ static inline hopform_node_real node_of_poles_real(const hopform_poles_real *pol
 static inline int32_t rates_of_plan_real(hopform_plan_real *plan) {
     const hopform_robot_real *robot = &plan->robot;
 #define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_real(robot->name)
-    if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
+    if (!(lower_stop_real(robot) <= upper_stop_real(robot)) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
+    }
+    if (HOPFORM_REST_MAY_LACK) {
+        const excess_real more = excess_of_real(robot);
+        if (!(more.up_1 >= 0.0 && more.down_1 >= 0.0 && more.up_2 >= 0.0 && more.down_2 >= 0.0)) {
+            return HOPFORM_ERROR_ROBOT;
+        }
     }
     const hopform_rates_real rates = rates_of_real(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
@@ -58,8 +64,8 @@ static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_
     const hopform_rates_real *rates = &plan->rates;
     if (!is_finite_real(rates->s_1 * rates->s_1) /* discriminants square it */
         || !is_finite_real(rates->s_2) || !is_finite_real(rates->s_3)
-        || !(both->q <= HOPFORM_NEVER_real)         /* a and p are within s_1, and NaN only if q is */
-        || !(both->q > 0.0 || HOPFORM_ONE_IS_FIXED) /* both never move then */
+        || !(both->q <= HOPFORM_NEVER_real)        /* a and p are within s_1, and NaN only if q is */
+        || !(both->q > 0.0 || HOPFORM_MOVES_ALONE) /* both never move then */
         || !is_finite_real(rates->a1_0) || !is_finite_real(rates->a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }

@@ -241,7 +241,9 @@ def draw_run_off(axes: Axes, run: Run | Hop, t: Curve) -> None:
 def energies_of_body(run: Run | Hop, t: Curve) -> tuple[Curve, Curve]:
     """Kinetic and gravitational energy [J] of the body, from level 0 on; an impact alone makes their sum jump."""
     state, robot = run.at(t), run.robot
-    return 0.5 * robot.m_s * np.asarray(state.v2) ** 2, robot.m_s * robot.g * np.asarray(state.x2)
+    return 0.5 * robot.letters.m_s * np.asarray(state.v2) ** 2, robot.letters.m_s * robot.letters.g * np.asarray(
+        state.x2
+    )
 
 
 def draw_current(axes: Axes, moved: Stance | Run | Hop | Flight, t: Curve, shown: Curve) -> None:
@@ -453,7 +455,7 @@ def title_of_run(run: Run | Hop) -> str:
     if isinstance(run, Hop):
         words = f", hop {run.index}: {current(run.stance.u)}, {ending(run.stance)}"
         return literal(name_of(run.robot)) + plain(words)
-    start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.L0 - run.robot.c + rest_of(run.robot)):.4g} cm"
+    start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.letters.L0 - run.robot.letters.c + rest_of(run.robot)):.4g} cm"
     currents = {hop.stance.u for hop in run.hops}
     words = current(currents.pop()) if len(currents) == 1 else f"{len(run.hops)} hops"
     return literal(name_of(run.robot)) + plain(f" {start}, {words}")
@@ -463,7 +465,7 @@ def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:
     """The body over the level at which the leg stands unloaded; of a run apexes, take-offs, ground and set points
     too.
     """
-    base = run.robot.L0 + run.robot.c - rest_of(run.robot)
+    base = run.robot.letters.L0 + run.robot.letters.c - rest_of(run.robot)
     axes.plot(t, 100.0 * (np.asarray(run.at(t).x2) - base), color=BLUE, linewidth=1.0, label="body")
     axes.set_ylabel("hop height [cm]")
     if isinstance(run, Hop):
@@ -491,7 +493,7 @@ def draw_wanted(axes: Axes, run: Run) -> None:
 def apexes(run: Run) -> tuple[Curve, Curve]:
     """Times [s] and heights [m] of a run's apexes, up to its end; hops without take-off are left out."""
     lifts = [hop for hop in run.hops if hop.stance.takeoff is not None]
-    found = [(hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / run.robot.g, hop.apex) for hop in lifts]
+    found = [(hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / run.robot.letters.g, hop.apex) for hop in lifts]
     times, heights = np.array(found).reshape(-1, 2).T
     return times[times <= run.duration], heights[times <= run.duration]
 

@@ -224,7 +224,8 @@ class Solved(_Motion):
         matrix = np.empty((len(ROWS), self._columns), dtype=self.types.dtype)
         if self.call("stance_sensitivities", pointer(matrix)) == NO_DERIVATIVE:
             matrix[:] = np.nan
-        if self.outcome()[0] != package.TAKEOFF or not self.types.Plan.from_buffer_copy(self.structs[0]).robot.g > 0.0:
+        fall = self.types.library.package.formulas.fall_of(self.types.Plan.from_buffer_copy(self.structs[0]).robot)
+        if self.outcome()[0] != package.TAKEOFF or not fall > 0.0:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 

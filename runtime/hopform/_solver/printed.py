@@ -187,7 +187,8 @@ class Solved(NamedTuple):
         matrix = self.engine.array(numbers, len(ROWS), self._columns)
         if status == self.engine.module.NO_DERIVATIVE:
             matrix[:] = np.nan
-        if self.stance.ending != package.TAKEOFF or not self.plan.robot.g > 0.0:
+        fall = self.engine.package.formulas.fall_of(self.plan.robot)
+        if self.stance.ending != package.TAKEOFF or not fall > 0.0:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 

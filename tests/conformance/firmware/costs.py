@@ -81,12 +81,12 @@ def bounds(figures: dict[str, Any]) -> list[tuple[int, int, int, int, int, int]]
     """
     of_20 = figures["caps 20 16 step"]
     found = []
-    for name in figures:
+    for name, step in figures.items():
         if name.startswith("caps ") and name.endswith(" step"):
             evaluations, candidates = map(int, name.split()[1:3])
             most = of_20 * evaluations // 20
             command = figures[name.replace(" step", " command")]
-            found.append((evaluations, candidates, most, figures[name], most * candidates, command))
+            found.append((evaluations, candidates, most, step, most * candidates, command))
     return found
 
 
@@ -194,8 +194,7 @@ def page(builds: dict[str, dict[str, Any]]) -> str:
         [".data + .bss", f"{m4f['data + bss']} B"],
     ]
     capped = [
-        [str(evaluations), str(candidates), *map(spaced, numbers)]
-        for evaluations, candidates, *numbers in bounds(m4f)
+        [str(evaluations), str(candidates), *map(spaced, numbers)] for evaluations, candidates, *numbers in bounds(m4f)
     ]
 
     def times(name: str) -> list[str]:

@@ -17,7 +17,7 @@ extern "C" {
 /** Currents that a search remembers: the ends of the intervals that wait. */
 enum { HOPFORM_SEARCH_CANDIDATES_f32 = 15 };
 
-/** What the hopper is made of. */
+/** What the mechanism is made of. */
 typedef struct {
     float m_eff;        /**< [kg] effective mass of the actuator */
     float m_s;          /**< [kg] sprung mass of the body */

@@ -17,7 +17,7 @@ extern "C" {
 /** Currents that a search remembers: the ends of the intervals that wait. */
 enum { HOPFORM_SEARCH_CANDIDATES_f64 = 15 };
 
-/** What the hopper is made of. */
+/** What the mechanism is made of. */
 typedef struct {
     double m_eff;        /**< [kg] effective mass of the actuator */
     double m_s;          /**< [kg] sprung mass of the body */

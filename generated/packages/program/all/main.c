@@ -60,7 +60,8 @@ static float law_of_flight(const hardware_reading *now) {
     const hopform_state_f32 *at = &now->state;
     const float pull = flight.gains.Kp * at->x1 + flight.gains.Kd * at->v1;
     const float u = pull / robot.gamma2;
-    return u > robot.u_max ? robot.u_max : (u > -robot.u_max ? u : -robot.u_max);
+    const float most = robot.u_max;
+    return u > most ? most : (u > -most ? u : -most);
 }
 
 /* A tick: detect touchdown and take-off, solve one stance more of the search, set the current: the best admissible one
