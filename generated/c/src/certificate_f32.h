@@ -24,8 +24,18 @@ typedef struct {
     float sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_f32;
 
+static inline deflated_f32 deflated_in_modes_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                                   const propagator_f32 *at) {
+    const modes_f32 modes = {g->start, g->H3, g->H2, g->H1};
+    const pair_numerator_f32 numerator = deflated_modes_f32(poles, at->omega, &modes);
+    const pair_core_f32 core = core_of_modes_f32(poles, at);
+    const deflated_f32 d = {numerator.A, numerator.B, core.R, core.Rd, poles->p, poles->q};
+    return d;
+}
+
 static inline deflated_f32 deflated_at_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
                                              const event_function_f32 *g, const propagator_f32 *at) {
+    if (is_modal_f32(at)) { return deflated_in_modes_f32(poles, g, at); }
     const bool rings = node->half_period < HOPFORM_NEVER_f32;
     const float sum = rings ? poles->p : node->second + node->third;
     const float product = rings ? poles->q : node->second * node->third;
@@ -35,15 +45,7 @@ static inline deflated_f32 deflated_at_f32(const hopform_poles_f32 *poles, const
                        at->rate.first + node->pole * at->value.first,
                        sum,
                        product};
-    if (is_modal_f32(at)) {
-        const modes_f32 modes = {g->start, g->H3, g->H2, g->H1};
-        const pair_numerator_f32 deflated = deflated_modes_f32(poles, at->omega, &modes);
-        const pair_core_f32 core = core_of_modes_f32(poles, at);
-        d.A = deflated.A;
-        d.B = deflated.B;
-        d.R = core.R;
-        d.Rd = core.Rd;
-    } else if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
+    if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
         const pair_f32 pair = pair_at_f32(poles, at->t);
         d.R = pair.R;
         d.Rd = pair.Rd;

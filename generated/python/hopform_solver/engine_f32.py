@@ -4625,21 +4625,23 @@ class Deflated:
         self.product = other.product
 
 
+def deflated_in_modes(poles: Poles, g: EventFunction, at: Propagator) -> Deflated:
+    modes = Modes(g.start, g.H3, g.H2, g.H1)
+    numerator = deflated_modes(poles, at.omega, modes)
+    core = core_of_modes(poles, at)
+    d = Deflated(numerator.A, numerator.B, core.R, core.Rd, poles.p, poles.q)
+    return d
+
+
 def deflated_at(poles: Poles, node: Node, g: EventFunction, at: Propagator) -> Deflated:
+    if is_modal(at):
+        return deflated_in_modes(poles, g, at)
     rings = node.half_period < NEVER
     sum = poles.p if rings else node.second + node.third
     product = poles.q if rings else node.second * node.third
     d = Deflated(g.H2 - sum * g.H3, g.H1 - product * g.H3, at.value.first + node.pole * at.value.second, at.rate.first
         + node.pole * at.value.first, sum, product)
-    if is_modal(at):
-        modes = Modes(g.start, g.H3, g.H2, g.H1)
-        deflated = deflated_modes(poles, at.omega, modes)
-        core = core_of_modes(poles, at)
-        d.A = deflated.A
-        d.B = deflated.B
-        d.R = core.R
-        d.Rd = core.Rd
-    elif at.t > node.fades:
+    if at.t > node.fades:  # beside the real pole the pair has faded in W
         pair = pair_at(poles, at.t)
         d.R = pair.R
         d.Rd = pair.Rd
