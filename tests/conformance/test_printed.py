@@ -108,7 +108,7 @@ def test_what_overlaps_is_refused_and_not_written(suffix):
         assert engine.solve_flight(*begin, zero, None, real(2.0), 8, hops, 8, flight) == engine.OK
         assert engine.flight_at(plan, hops, flight, [zero], 1, [flight.end]) == engine.ERROR_OVERLAP
         search, command = engine.Search(), engine.Command()
-        wanted = engine.Target(real(0.1), zero, zero, real(2.0))
+        wanted = engine.Target(real(0.1), zero, zero, real(2.0), 0, 0)
         assert engine.choose_current_begin(search, plan, search.start, wanted, command) == engine.SEARCHING
         assert engine.choose_current_step(search, phases, 64, command) >= 0
 

@@ -36,6 +36,7 @@ struct stance_chain_f32 {
     int event;                   /* with which the phase began */
     drive_by_element_f32 drive; /* of the phase, as its numerators */
     numerators_f32 motion;
+    evaluations_f32 *evaluations;
     observer_f32 *observer;
     current_variation_f32 *variation;
 };
@@ -266,6 +267,8 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
     interval_f32 *in = &search->in;
     in->count = 0;
     in->high.omega = 0.0f; /* W at first */
+    in->evaluations = chain->evaluations;
+    use_evaluation_f32(in->evaluations); /* a phase costs as much */
     in->found = begin_at_start_f32(set, in);
     search->limit = lesser_f32(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0f;
@@ -611,8 +614,9 @@ static inline int32_t stance_status_f32(const hopform_robot_f32 *robot, const ho
 static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_f32 *plan,
                                      const hopform_state_f32 *start, const hopform_step_f32 *steps,
                                      int32_t step_count, float horizon, int32_t max_phases, hopform_phase_f32 *phases,
-                                     int32_t capacity) {
+                                     int32_t capacity, evaluations_f32 *evaluations) {
     chain->plan = plan;
+    chain->evaluations = evaluations;
     chain->steps = steps;
     chain->step_count = step_count;
     chain->step = 0;

@@ -36,6 +36,7 @@ struct stance_chain_f64 {
     int event;                   /* with which the phase began */
     drive_by_element_f64 drive; /* of the phase, as its numerators */
     numerators_f64 motion;
+    evaluations_f64 *evaluations;
     observer_f64 *observer;
     current_variation_f64 *variation;
 };
@@ -266,6 +267,8 @@ static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance
     interval_f64 *in = &search->in;
     in->count = 0;
     in->high.omega = 0.0; /* W at first */
+    in->evaluations = chain->evaluations;
+    use_evaluation_f64(in->evaluations); /* a phase costs as much */
     in->found = begin_at_start_f64(set, in);
     search->limit = lesser_f64(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0;
@@ -611,8 +614,9 @@ static inline int32_t stance_status_f64(const hopform_robot_f64 *robot, const ho
 static inline void stance_start_f64(stance_chain_f64 *chain, const hopform_plan_f64 *plan,
                                      const hopform_state_f64 *start, const hopform_step_f64 *steps,
                                      int32_t step_count, double horizon, int32_t max_phases, hopform_phase_f64 *phases,
-                                     int32_t capacity) {
+                                     int32_t capacity, evaluations_f64 *evaluations) {
     chain->plan = plan;
+    chain->evaluations = evaluations;
     chain->steps = steps;
     chain->step_count = step_count;
     chain->step = 0;

@@ -28,11 +28,13 @@ typedef struct {
     propagator_f32 low, high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
+    evaluations_f32 *evaluations;
     jet_f32 from[MOST_EVENT_FUNCTIONS_f32];
     jet_f32 to; /* of the function that is looked at, or that has crossed zero first */
 } interval_f32;
 
 static inline void end_interval_at_f32(const event_set_f32 *set, interval_f32 *in, float t) {
+    use_evaluation_f32(in->evaluations);
     in->high = propagator_in_form_f32(set->poles, in->high.omega, t);
     in->found = -1;
 }
@@ -89,14 +91,16 @@ static inline void end_at_crossing_f32(const event_set_f32 *set, interval_f32 *i
     const event_function_f32 *g = &set->function[crossing->function];
     const float h = in->high.t - in->low.t;
     const interpolant_f32 p = interpolant_of_f32(&in->from[crossing->function], &in->to, h);
-    locate_root_f32(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_f32(&p, crossing->share));
+    locate_root_f32(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_f32(&p, crossing->share),
+                     in->evaluations);
     in->found = crossing->function;
 }
 
 /* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
 static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, bool distances) {
     crossing_f32 first;
-    for (int32_t n = 0; n < MOST_TRIES_f32 && first_crossing_f32(set, in, distances, &first); n++) {
+    for (int32_t n = 0;
+         n < MOST_TRIES_f32 && in->evaluations->left > 0 && first_crossing_f32(set, in, distances, &first); n++) {
         end_at_crossing_f32(set, in, &first);
     }
 }
@@ -174,7 +178,7 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
     if (from->rate < 0.0f && !(to->rate < 0.0f)) { /* g' has one root */
         in->to.third = third_of_f32(set->poles, g, &in->high);
         const propagator_f32 lowest =
-            minimum_between_f32(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t);
+            minimum_between_f32(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t, in->evaluations);
         const jet_f32 least = short_jet_at_f32(g, &lowest);
         if (!(least.value < -rounding_of_f32(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
@@ -204,15 +208,16 @@ static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in)
     return true;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. Requires
- * in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
+ * Requires in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
 static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *in) {
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
         end_at_first_crossing_f32(set, in, false);
+        if (!(in->evaluations->left > 0)) { return false; }
     } while (!are_certified_f32(set, in));
-    return true;
+    return in->evaluations->left > 0;
 }
 
 /* ---- the next interval ---- */
@@ -435,6 +440,7 @@ static inline void find_first_event_f32(const stance_chain_f32 *chain, stance_se
     while (open) {
         if (quiet) {
             end_at_first_crossing_f32(set, in, true);
+            certified = in->evaluations->left > 0;
         } else {
             certified = find_event_f32(chain, search, false);
         }

@@ -36,6 +36,7 @@ struct stance_chain_real {
     int event;                   /* with which the phase began */
     drive_by_element_real drive; /* of the phase, as its numerators */
     numerators_real motion;
+    evaluations_real *evaluations;
     observer_real *observer;
     current_variation_real *variation;
 };
@@ -266,6 +267,8 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
     interval_real *in = &search->in;
     in->count = 0;
     in->high.omega = 0.0; /* W at first */
+    in->evaluations = chain->evaluations;
+    use_evaluation_real(in->evaluations); /* a phase costs as much */
     in->found = begin_at_start_real(set, in);
     search->limit = lesser_real(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0;
@@ -611,8 +614,9 @@ static inline int32_t stance_status_real(const hopform_robot_real *robot, const 
 static inline void stance_start_real(stance_chain_real *chain, const hopform_plan_real *plan,
                                      const hopform_state_real *start, const hopform_step_real *steps,
                                      int32_t step_count, real horizon, int32_t max_phases, hopform_phase_real *phases,
-                                     int32_t capacity) {
+                                     int32_t capacity, evaluations_real *evaluations) {
     chain->plan = plan;
+    chain->evaluations = evaluations;
     chain->steps = steps;
     chain->step_count = step_count;
     chain->step = 0;

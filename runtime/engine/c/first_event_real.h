@@ -28,11 +28,13 @@ typedef struct {
     propagator_real low, high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
+    evaluations_real *evaluations;
     jet_real from[MOST_EVENT_FUNCTIONS_real];
     jet_real to; /* of the function that is looked at, or that has crossed zero first */
 } interval_real;
 
 static inline void end_interval_at_real(const event_set_real *set, interval_real *in, real t) {
+    use_evaluation_real(in->evaluations);
     in->high = propagator_in_form_real(set->poles, in->high.omega, t);
     in->found = -1;
 }
@@ -89,14 +91,16 @@ static inline void end_at_crossing_real(const event_set_real *set, interval_real
     const event_function_real *g = &set->function[crossing->function];
     const real h = in->high.t - in->low.t;
     const interpolant_real p = interpolant_of_real(&in->from[crossing->function], &in->to, h);
-    locate_root_real(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_real(&p, crossing->share));
+    locate_root_real(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_real(&p, crossing->share),
+                     in->evaluations);
     in->found = crossing->function;
 }
 
 /* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
 static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, bool distances) {
     crossing_real first;
-    for (int32_t n = 0; n < MOST_TRIES_real && first_crossing_real(set, in, distances, &first); n++) {
+    for (int32_t n = 0;
+         n < MOST_TRIES_real && in->evaluations->left > 0 && first_crossing_real(set, in, distances, &first); n++) {
         end_at_crossing_real(set, in, &first);
     }
 }
@@ -174,7 +178,7 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
     if (from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
         in->to.third = third_of_real(set->poles, g, &in->high);
         const propagator_real lowest =
-            minimum_between_real(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t);
+            minimum_between_real(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t, in->evaluations);
         const jet_real least = short_jet_at_real(g, &lowest);
         if (!(least.value < -rounding_of_real(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
@@ -204,15 +208,16 @@ static inline bool are_certified_real(const event_set_real *set, interval_real *
     return true;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. Requires
- * in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
+ * Requires in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
 static inline bool find_first_root_real(const event_set_real *set, interval_real *in) {
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
         end_at_first_crossing_real(set, in, false);
+        if (!(in->evaluations->left > 0)) { return false; }
     } while (!are_certified_real(set, in));
-    return true;
+    return in->evaluations->left > 0;
 }
 
 /* ---- the next interval ---- */
@@ -435,6 +440,7 @@ static inline void find_first_event_real(const stance_chain_real *chain, stance_
     while (open) {
         if (quiet) {
             end_at_first_crossing_real(set, in, true);
+            certified = in->evaluations->left > 0;
         } else {
             certified = find_event_real(chain, search, false);
         }
