@@ -1,32 +1,29 @@
-"""A cart on rails between stops, driven by a voltage through a motor with back-EMF and a gear.
+"""A cart on a rail between two stops, driven by a motor through a pinion.
 
-A motor of the constant k_m and the resistance R, with the inertia J_m, drives a wheel of the radius r through a gear
-of the ratio N. With K = k_m N/r, and the inductance left out, the current is (U - K x')/R:
+The voltage U drives a motor of the constant k_m and the resistance R, whose back-EMF brakes; its rotor J turns with the
+pinion of radius r:
 
-    (m + J_m N^2/r^2) x'' = K/R U - (b + K^2/R) x' - F sign(x')
-
-It meets a stop inelastically at x = 0 and at x = stroke.
+    (m + J/r^2) x'' = k_m/(R r) U - (b + k_m^2/(R r^2)) x' - F sign(x')
 """
 
 from hopform.model import *
 
 m = parameter("m", "kg", "mass of the cart", "positive", 0.5)
-J_m = parameter("J_m", "kg m^2", "inertia of the motor", "nonnegative", 4e-7)
-N = parameter("N", "1", "ratio of the gear", "positive", 3.7)
-r = parameter("r", "m", "radius of the wheel", "positive", 0.0064)
-k_m = parameter("k_m", "N m/A", "constant of the motor", "positive", 0.0077)
-R = parameter("R", "ohm", "resistance of the motor", "positive", 2.6)
-b = parameter("b", "N s/m", "viscous friction", "nonnegative", 1)
-F = parameter("F", "N", "Coulomb friction", "nonnegative", 0.4)
-stroke = parameter("stroke", "m", "length of the rails", "positive", 0.8)
-U_max = parameter("U_max", "V", "limit of the voltage", "bound", 10)
+J = parameter("J", "kg m^2", "inertia of rotor and pinion", "nonnegative", 1e-5)
+r = parameter("r", "m", "radius of the pinion", "positive", 0.01)
+k_m = parameter("k_m", "N m/A", "motor constant", "positive", 0.05)
+R = parameter("R", "ohm", "resistance of the motor", "positive", 2)
+b = parameter("b", "N s/m", "viscous friction of the rail", "nonnegative", 0.5)
+F = parameter("F", "N", "Coulomb friction of the rail", "nonnegative", 1)
+x_min = parameter("x_min", "m", "left stop", "lower", -0.4)
+x_max = parameter("x_max", "m", "right stop", "upper", 0.4)
+U_max = parameter("U_max", "V", "limit of the voltage", "bound", 24)
 
-x = coordinate("x", "m", m + J_m * N**2 / r**2, "cart", directions=("right", "left"))
+x = coordinate("x", "m", m + J / r**2, "cart", directions=("right", "left"))
 U = current("U", "V", limit=U_max, meaning="voltage")
 
-K = k_m * N / r
-force(x, K / R * U, "motor")
 viscous(x, b)
-viscous(x, K**2 / R, "back-EMF")
+viscous(x, k_m**2 / (R * r**2), "back-EMF")
+force(x, k_m / (R * r) * U, "motor")
 friction(x, F)
-stop(x, 0, stroke)
+stop(x, x_min, x_max)

@@ -1,32 +1,37 @@
-"""A series-elastic actuator with its load free: a motor behind a gear turns a load through a spring.
+"""A series-elastic actuator with its load: a motor behind a gear turns a spring, which turns the load.
 
-All angles are those behind the gear of the ratio N, where the motor's inertia is N^2 J_m and its torque N k_t i:
+All is counted at the output. theta is the motor's angle behind its gear, q that of the load:
 
-    N^2 J_m motor'' = N k_t i - k (motor - load) - b_k (motor' - load') - b_m motor' - F_m sign(motor')
-    J_l load'' = k (motor - load) + b_k (motor' - load') - b_l load' - F_l sign(load')
+    N^2 J_m theta'' = N k_m i - k (theta - q) - d (theta' - q') - N^2 b_m theta' - F_m sign(theta')
+        J_l q''     = k (theta - q) + d (theta' - q') - b_l q' - F_l sign(q') + load
 """
 
 from hopform.model import *
 
-J_m = parameter("J_m", "kg m^2", "inertia of the motor", "positive", 1e-4)
-N = parameter("N", "1", "ratio of the gear", "positive", 50)
-J_l = parameter("J_l", "kg m^2", "inertia of the load", "positive", 0.1)
+J_m = parameter("J_m", "kg m^2", "inertia of the rotor", "positive", 3e-5)
+N = parameter("N", "1", "ratio of the gear, turns of the motor per turn of the output", "positive", 50)
+k_m = parameter("k_m", "N m/A", "motor constant", default=0.05)
+b_m = parameter("b_m", "N m s/rad", "viscous friction of the motor", "nonnegative", 1e-5)
+F_m = parameter("F_m", "N m", "Coulomb friction of motor and gear at the output", "nonnegative", 0.5)
 k = parameter("k", "N m/rad", "stiffness of the spring", "positive", 200)
-b_k = parameter("b_k", "N m s/rad", "viscous friction in the spring", "nonnegative", 0.1)
-b_m = parameter("b_m", "N m s/rad", "viscous friction of the motor, behind the gear", "nonnegative", 2)
-b_l = parameter("b_l", "N m s/rad", "viscous friction of the load", "nonnegative", 0.1)
-F_m = parameter("F_m", "N m", "Coulomb friction of the motor, behind the gear", "nonnegative", 1)
-F_l = parameter("F_l", "N m", "Coulomb friction of the load", "nonnegative", 0.05)
-k_t = parameter("k_t", "N m/A", "torque per current, before the gear", "positive", 0.05)
-i_max = parameter("i_max", "A", "limit of the current", "bound", 10)
+d = parameter("d", "N m s/rad", "damping of the spring", "nonnegative", 0.05)
+J_l = parameter("J_l", "kg m^2", "inertia of the load", "positive", 0.1)
+b_l = parameter("b_l", "N m s/rad", "viscous friction of the load", "nonnegative", 0.02)
+F_l = parameter("F_l", "N m", "Coulomb friction of the load", "nonnegative", 0.1)
+load = parameter("load", "N m", "constant torque on the load", default=0)
+theta_min = parameter("theta_min", "rad", "lower stop of the motor", "lower", -float("inf"))
+theta_max = parameter("theta_max", "rad", "upper stop of the motor", "upper", float("inf"))
+i_max = parameter("i_max", "A", "limit of the current", "bound", float("inf"))
 
-motor = coordinate("motor", "rad", N**2 * J_m, "motor", meaning="angle of the motor, behind the gear")
-load = coordinate("load", "rad", J_l, "load", meaning="angle of the load")
-i = current("i", "A", limit=i_max, thing="drive")
+theta = coordinate("theta", "rad", N**2 * J_m, "motor")
+q = coordinate("q", "rad", J_l, "load")
+i = current("i", "A", limit=i_max)
 
-spring(motor - load, k).damper(b_k)
-viscous(motor, b_m)
-viscous(load, b_l)
-friction(motor, F_m)
-friction(load, F_l)
-torque(motor, N * k_t * i, "drive")
+spring(theta - q, k).damper(d)
+viscous(theta, N**2 * b_m)
+viscous(q, b_l)
+torque(theta, N * k_m * i, "motor")
+torque(q, load, "load")
+friction(theta, F_m)
+friction(q, F_l)
+stop(theta, theta_min, theta_max)

@@ -1,33 +1,27 @@
-"""A series-elastic actuator with its load held: a motor behind a gear winds up a spring.
+"""A series-elastic actuator on a test bench: its output is clamped, and the spring measures the torque.
 
-The load stays at 0. All angles are those behind the gear of the ratio N:
-
-    N^2 J_m motor'' = N k_t i - k motor - b_k motor' - b_m motor' - F_m sign(motor')
-
-It is the file of the actuator with its load free, and one word more: held.
+N^2 J_m theta'' = N k_m i - k theta - (d + N^2 b_m) theta' - F_m sign(theta')
 """
 
 from hopform.model import *
 
-J_m = parameter("J_m", "kg m^2", "inertia of the motor", "positive", 1e-4)
-N = parameter("N", "1", "ratio of the gear", "positive", 50)
-J_l = parameter("J_l", "kg m^2", "inertia of the load", "positive", 0.1)
+J_m = parameter("J_m", "kg m^2", "inertia of the rotor", "positive", 3e-5)
+N = parameter("N", "1", "ratio of the gear, turns of the motor per turn of the output", "positive", 50)
+k_m = parameter("k_m", "N m/A", "motor constant", default=0.05)
+b_m = parameter("b_m", "N m s/rad", "viscous friction of the motor", "nonnegative", 1e-5)
+F_m = parameter("F_m", "N m", "Coulomb friction of motor and gear at the output", "nonnegative", 0.5)
 k = parameter("k", "N m/rad", "stiffness of the spring", "positive", 200)
-b_k = parameter("b_k", "N m s/rad", "viscous friction in the spring", "nonnegative", 0.1)
-b_m = parameter("b_m", "N m s/rad", "viscous friction of the motor, behind the gear", "nonnegative", 2)
-b_l = parameter("b_l", "N m s/rad", "viscous friction of the load", "nonnegative", 0.1)
-F_m = parameter("F_m", "N m", "Coulomb friction of the motor, behind the gear", "nonnegative", 1)
-F_l = parameter("F_l", "N m", "Coulomb friction of the load", "nonnegative", 0.05)
-k_t = parameter("k_t", "N m/A", "torque per current, before the gear", "positive", 0.05)
-i_max = parameter("i_max", "A", "limit of the current", "bound", 10)
+d = parameter("d", "N m s/rad", "damping of the spring", "nonnegative", 0.05)
+theta_min = parameter("theta_min", "rad", "lower stop of the motor", "lower", -float("inf"))
+theta_max = parameter("theta_max", "rad", "upper stop of the motor", "upper", float("inf"))
+i_max = parameter("i_max", "A", "limit of the current", "bound", float("inf"))
 
-motor = coordinate("motor", "rad", N**2 * J_m, "motor", meaning="angle of the motor, behind the gear")
-load = coordinate("load", "rad", J_l, "load", meaning="angle of the load", held=True)
-i = current("i", "A", limit=i_max, thing="drive")
+theta = coordinate("theta", "rad", N**2 * J_m, "motor")
+q = coordinate("q", "rad", 1, "load", held=True)  # whatever its inertia
+i = current("i", "A", limit=i_max)
 
-spring(motor - load, k).damper(b_k)
-viscous(motor, b_m)
-viscous(load, b_l)
-friction(motor, F_m)
-friction(load, F_l)
-torque(motor, N * k_t * i, "drive")
+spring(theta - q, k).damper(d)
+viscous(theta, N**2 * b_m)
+torque(theta, N * k_m * i, "motor")
+friction(theta, F_m)
+stop(theta, theta_min, theta_max)

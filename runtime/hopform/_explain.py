@@ -296,7 +296,7 @@ def in_names(function: EventFunction, motion: "Motion") -> EventFunction:
 
 def poles_in_words(poles: Sequence[complex]) -> Iterator[str]:
     """Real poles, then a pair as one."""
-    yield from (f"{pole.real:.4g}" for pole in poles if not pole.imag)
+    yield from (f"{pole.real + 0.0:.4g}" for pole in poles if not pole.imag)
     yield from (f"{pole.real:.4g} +- {pole.imag:.4g}i" for pole in poles if pole.imag > 0.0)
 
 

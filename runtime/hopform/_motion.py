@@ -500,7 +500,8 @@ def named_start(robot: Robot, start: Start) -> dict[str, float]:
     facts = robot.solver.facts
     axes, found = axes_by_name(facts), dict[str, float]()
     for name, value in mapping("start", start, 64).items():
-        found[axis_of(facts, axes, name)] = finite(f"start {name}", value, facts.units[name])
+        axis = axis_of(facts, axes, name)
+        found[axis] = finite(f"start {name}", value, facts.units[name])
     return found
 
 

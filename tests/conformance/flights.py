@@ -21,6 +21,12 @@ from tests.oracle.reference.records import mp
 DIFFERENCE = mp.mpf("1e-25")
 
 
+def at_rest(seed: int) -> float:
+    """Friction at rest less that in motion, of a third; by a stream of its own."""
+    draw = random.Random(f"{seed} at rest")
+    return math.exp(draw.uniform(math.log(0.01), math.log(10.0))) if draw.random() < 1.0 / 3.0 else 0.0
+
+
 def random_flight(seed: int) -> tuple[hopform.Robot, dict[str, Any]]:
     """A robot and a flight; `y` is the height of the ground ahead over the foot."""
     draw = random.Random(seed)
@@ -53,6 +59,7 @@ def random_flight(seed: int) -> tuple[hopform.Robot, dict[str, Any]]:
         m_eff=m_eff, m_s=over(0.1, 10.0), k=over(100.0, 1e5), L0=0.4, c=some(draw.uniform(-0.01, 0.01), 0.5), b1=b1,
         f1=some(over(0.01, 10.0), 0.3), gamma2=gamma2, g=9.81, x1_min=low, x1_max=high,
         u_max=largest / abs(gamma2) if gamma2 else 3.0, impact_loss=draw.choice((0.0, 0.05)),
+        f1_excess=at_rest(seed),
     )  # fmt: skip
     y = draw.choice((0.0, 0.0, draw.uniform(-0.2, 0.2)))
     v2 = time * 9.81 / 2.0 + some(v1, 0.5)

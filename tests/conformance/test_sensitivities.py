@@ -92,6 +92,18 @@ CASES: dict[str, tuple[hopform.Robot, dict[str, Any], set[str]]] = {
         {"v2": -0.4, "u": [(0.0, 3.0), (0.25, -30.0)], "x1": 0.03},
         {"x2_sticks", "x2_slips"},
     ),
+    "more friction at rest": (own(f1_excess=0.5, **FREE), {"v2": -1.93, "u": -0.3}, {"x1_slips"}),
+    "sticks and slips with more friction at rest": (
+        own(f1=2.0, f1_excess=0.4, b1=10.0, **FREE),
+        {"v2": -1.93, "v1": 0.1, "u": 1.0},
+        {"x1_sticks", "x1_slips"},
+    ),
+    "a step lets the actuator go": (own(f1_excess=5.0), {"v2": -0.7, "u": [(0.0, 0.0), (0.05, 3.0)]}, {"x1_slips"}),
+    "the body sticks by more friction at rest": (
+        own(f2=9.0, f2_excess=6.0, b1=10.0, **FREE),
+        {"v2": -0.4, "u": [(0.0, 3.0), (0.25, -30.0)], "x1": 0.03},
+        {"x2_sticks", "x2_slips"},
+    ),
     "no friction": (own(b1=0.0, b2=0.0, f1=0.0, f2=0.0, **FREE), {"v2": -1.93, "u": 1.0}, {"x1_reverses"}),
     "dry friction alone": (own(b1=0.0, b2=0.0, **FREE), {"v2": -1.93, "u": 1.0}, {"x1_reverses"}),
     "compressed": (own(), {"v2": -1.2, "x1": 0.03, "x2": 0.41, "u": 2.0}, {"x2_reverses"}),

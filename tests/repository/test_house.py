@@ -22,6 +22,7 @@ import pytest
 from jinja2 import nodes
 
 import hopform
+import hopform_solver
 from derive.emit.folder import GENERATED, check
 from derive.emit.program import program
 from derive.emit.render import instance, render
@@ -265,8 +266,12 @@ def test_a_record_has_its_fields_in_the_same_order_in_python_and_c(record):
 
 
 def test_a_class_that_hopform_and_its_solver_both_have_is_one():
-    """But for the robot: the solver's is the numbers alone, that of hopform checks them and has a name."""
-    both = {name for name in hopform.__all__ if isinstance(getattr(records, name, None), type)} - {"Robot"}
+    """But for the robot: the solver's is the numbers alone, that of hopform checks them and has a name; and for the
+    motion: the solver's has the numerators of a phase, and is none of its public names.
+    """
+    assert not hasattr(hopform_solver, "Motion")
+    own = {"Robot", "Motion"}
+    both = {name for name in hopform.__all__ if isinstance(getattr(records, name, None), type)} - own
     assert both == {"Energy", "FlightLedger", "Gains", "Ledger"}
     assert [name for name in both if getattr(hopform, name) is not getattr(records, name)] == []
 

@@ -228,7 +228,7 @@ def test_what_a_model_cannot_do_is_refused_in_one_line_that_says_what_it_lacks(s
     robot = rig.Robot(**HOPPER.parameters._asdict())
     for call in (
         lambda: rig.solve_stance(robot, v2=-1.0), lambda: hopform.solve_stance(robot, v2=-1.0),
-        lambda: rig.solve_stances(robot, v2=[-1.0]), lambda: rig.sweep(robot, v2=[-1.0]),
+        lambda: rig.solve_stances(robot, v2=[-1.0]), lambda: rig.sweep(robot, height=[0.1]),
     ):  # fmt: skip
         with pytest.raises(hopform.HopformError, match="^the model stranger has no stance: it lacks a contact$"):
             call()
@@ -258,7 +258,7 @@ def test_a_joint_moves_as_a_mass_on_a_spring_and_has_no_stance(store, backend):
     with pytest.raises(hopform.HopformError, match="the model joint has no stance: it lacks a contact, because no"):
         joint.solve_stance(robot, v2=0.0)
     with pytest.raises(hopform.HopformError, match="compression must be >= 0 m, or the spring pulls"):
-        hopform.solve_motion(HOPPER, compression=-0.1)
+        hopform.solve_motion(HOPPER, start={"y": -0.1})
 
 
 # ---- folders and names ----

@@ -36,6 +36,7 @@ struct stance_chain_f64 {
     int event;                   /* with which the phase began */
     drive_by_element_f64 drive; /* of the phase, as its numerators */
     numerators_f64 motion;
+    evaluations_f64 *evaluations;
     observer_f64 *observer;
     current_variation_f64 *variation;
 };
@@ -278,10 +279,35 @@ static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance
     const event_set_f64 *set = &search->events.set;
     interval_f64 *in = &search->in;
     in->count = 0;
+    in->high.omega = 0.0; /* W at first */
+    in->evaluations = chain->evaluations;
+    use_evaluation_f64(in->evaluations); /* a phase costs as much */
     in->found = begin_at_start_f64(set, in);
     search->limit = lesser_f64(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0;
     if (!search->open) { in->high = propagator_at_start_f64(set->poles); }
+}
+
+static inline void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
+    event_set_f64 *set = &search->events.set;
+    motion_modes_f64 *modes = &search->events.modes;
+    *modes = modes_of_motion_f64(set->poles, set->node->omega, &chain->at.named, &chain->motion.named);
+    search->in.high = modes_at_f64(set->poles, set->node->omega, search->in.high.t);
+    for (int32_t n = 0; n < set->count; n++) {
+        event_function_f64 *g = &set->function[n];
+        const int element = g->owner - ELEMENT_f64;
+        if (element < 0) {
+            const numerator_f64 by = contact_numerator_f64(&chain->plan->robot, &modes->by.named);
+            take_modes_f64(g, &by, contact_of_f64(&chain->plan->robot, &modes->final.named), 0.0, 1.0);
+        } else if (g->touch_is_no_event) {
+            const double gap = chain->side[element] > 0 ? chain->from_upper : chain->from_lower;
+            take_modes_f64(g, &modes->by.of.position, gap + modes->final.of[HOPFORM_POSITION_AXIS], modes->drift,
+                            -(double)chain->side[element]);
+        } else {
+            take_modes_f64(g, &modes->by.of.velocity[element], modes->final.of[HOPFORM_VELOCITY_AXIS(element)], 0.0,
+                            (double)chain->side[element]);
+        }
+    }
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -390,23 +416,26 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
     const int element = end->owner - ELEMENT_f64;
     chain->came_to_rest = NO_ELEMENT_f64;
     if (element < 0 || chain->side[element] == 0) { return; }
+    const basis_f64 basis = basis_of_propagator_f64(end->events.set.poles, &end->in.high);
     if (other_rests_f64(chain->side, element) && !end->stops) {
         chain->came_to_rest = element;
         chain->carried_acceleration =
             free_after_motion_f64((double)chain->side[element], level_of_f64(&chain->plan->robot, element),
-                                   &chain->motion.of.velocity[element], &end->in.high.basis);
+                                   &chain->motion.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && !other_rests_f64(chain->side, element)) {
-        keep_small_acceleration_f64(chain, &end->in.high.basis);
+        keep_small_acceleration_f64(chain, &basis);
     }
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_f64(stance_chain_f64 *chain, const basis_f64 *basis) {
+static inline void stance_arrive_f64(stance_chain_f64 *chain, const motion_modes_f64 *modes,
+                                      const propagator_f64 *end) {
     double *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const double before = *position;
     *position = 0.0;
-    chain->at.named = arrive_f64(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    chain->at.named =
+        arrive_at_f64(&chain->at.named, &chain->motion.named, modes, end, chain->side[0], chain->side[1]);
     const double moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -489,10 +518,10 @@ static inline bool leaves_at_once_f64(const stance_chain_f64 *chain) {
 }
 
 /* Pass the finished phase to the observer, if there is one. */
-static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis_f64 *start, double length,
-                               const basis_f64 *end, bool leaves) {
+static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis_f64 *start,
+                               const motion_modes_f64 *modes, const propagator_f64 *end, bool leaves) {
     if (chain->observer != NULL) {
-        const solved_phase_f64 phase = {&chain->motion, end,         length,       start,
+        const solved_phase_f64 phase = {&chain->motion, end,         modes,        start,
                                          &chain->at,     chain->side, chain->event, leaves};
         chain->observer(chain->variation, &phase);
     }
@@ -501,9 +530,9 @@ static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis
 /* The same of a last phase of no duration. */
 static inline void notify_ending_f64(stance_chain_f64 *chain) {
     if (chain->observer != NULL) {
-        const basis_f64 now = {1.0, 0.0, 0.0, 0.0, 0.0};
+        const propagator_f64 now = propagator_at_start_f64(&chain->plan->both);
         stance_begin_phase_f64(chain);
-        notify_f64(chain, &chain->at, 0.0, &now, false);
+        notify_f64(chain, &chain->at, NULL, &now, false);
     }
 }
 
@@ -545,8 +574,8 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
     const bool passes = end->owner == NO_OWNER_f64 && end->certified;
     const double length = end->in.high.t;
     chain->aed += !HOPFORM_MOVES_ALONE && chain->adds_up ? aed_in_phase_f64(chain, length) : 0.0;
-    stance_arrive_f64(chain, &end->in.high.basis);
-    notify_f64(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_f64);
+    stance_arrive_f64(chain, &end->events.modes, &end->in.high);
+    notify_f64(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_f64);
     chain->t = passes ? until : lesser_f64(chain->t + length, until); /* not behind it by rounding */
     if (HOPFORM_HAS_CONTACT && end->owner == CONTACT_f64) {
         double *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
@@ -599,8 +628,9 @@ static inline int32_t stance_status_f64(const hopform_robot_f64 *robot, const ho
 static inline void stance_start_f64(stance_chain_f64 *chain, const hopform_plan_f64 *plan,
                                      const hopform_state_f64 *start, const hopform_step_f64 *steps,
                                      int32_t step_count, double horizon, int32_t max_phases, hopform_phase_f64 *phases,
-                                     int32_t capacity) {
+                                     int32_t capacity, evaluations_f64 *evaluations) {
     chain->plan = plan;
+    chain->evaluations = evaluations;
     chain->steps = steps;
     chain->step_count = step_count;
     chain->step = 0;

@@ -16,11 +16,16 @@ static inline hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles,
     if (whole) { basis = basis_at_f32(poles, draws ? t : 0.0f); }
     const float mu = 0.5f * poles->p;
     const float square = mu * mu - poles->q;
-    hopform_node_f32 node = {HOPFORM_NEVER_f32, HOPFORM_NEVER_f32, poles->a, 0.0f,      0.0f,     t,
-                              basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
+    hopform_node_f32 node = {
+        HOPFORM_NEVER_f32, HOPFORM_NEVER_f32, poles->a, 0.0f,      0.0f,     HOPFORM_NEVER_f32, 0.0f, t,
+        basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
     if (square < 0.0f) {
         node.half_period = 3.1415927f / sqrt_f32(-square);
         node.fades = poles->a > 0.0f && mu > poles->a ? 1e1f / (mu - poles->a) : HOPFORM_NEVER_f32;
+        if (poles->a * poles->a > 16.0f * poles->q && -square > 0.0625f * poles->q) {
+            node.modal = 1.0f / poles->a;
+            node.omega = sqrt_f32(-square);
+        }
     } else {
         const float fast = mu + sqrt_f32(square);
         const float slow = fast > 0.0f ? poles->q / fast : 0.0f;

@@ -16,11 +16,16 @@ static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles,
     if (whole) { basis = basis_at_f64(poles, draws ? t : 0.0); }
     const double mu = 0.5 * poles->p;
     const double square = mu * mu - poles->q;
-    hopform_node_f64 node = {HOPFORM_NEVER_f64, HOPFORM_NEVER_f64, poles->a, 0.0,      0.0,     t,
-                              basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
+    hopform_node_f64 node = {
+        HOPFORM_NEVER_f64, HOPFORM_NEVER_f64, poles->a, 0.0,      0.0,     HOPFORM_NEVER_f64, 0.0, t,
+        basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
     if (square < 0.0) {
         node.half_period = 3.14159265358979323846 / sqrt_f64(-square);
         node.fades = poles->a > 0.0 && mu > poles->a ? 10.0 / (mu - poles->a) : HOPFORM_NEVER_f64;
+        if (poles->a * poles->a > 16.0 * poles->q && -square > 0.0625 * poles->q) {
+            node.modal = 1.0 / poles->a;
+            node.omega = sqrt_f64(-square);
+        }
     } else {
         const double fast = mu + sqrt_f64(square);
         const double slow = fast > 0.0 ? poles->q / fast : 0.0;

@@ -141,6 +141,17 @@ static float stop_change_f32(const hopform_plan_f32 *plan, int column, bool uppe
     return upper ? upper_stop_change_f32(&plan->robot, &by) : lower_stop_change_f32(&plan->robot, &by);
 }
 
+/* How the accelerations of a mode change with the inputs of a column, by what their shares go with. */
+static slopes_by_share_f32 slopes_of_column_f32(const variation_f32 *variation, const mode_f32 *mode, int column) {
+    const hopform_phase_f32 *phase = &variation->phases[variation->index];
+    const robot_change_f32 robot = robot_change_of_column_f32(column);
+    const float current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0f : 0.0f;
+    slopes_by_share_f32 slopes;
+    slopes.named = slopes_of_f32(&variation->plan->robot, current_f32(variation, phase), (float)mode->side[0],
+                                  (float)mode->side[1], &robot, current);
+    return slopes;
+}
+
 /* Follow the changes within a phase, up to a time of the stance. */
 static void travel_f32(variation_f32 *variation, float t) {
     const hopform_plan_f32 *plan = variation->plan;
@@ -155,12 +166,7 @@ static void travel_f32(variation_f32 *variation, float t) {
     responses_f32(&mode, variation->at.of, h, response.of, answer);
     const matrix_f32 phi = transition_f32(&mode, response.of);
     for (int column = 0; column < COLUMNS_f32; column++) {
-        const robot_change_f32 robot = robot_change_of_column_f32(column);
-        const float current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0f : 0.0f;
-        slopes_by_share_f32 slopes;
-        const float first = (float)mode.side[0];
-        const float second = (float)mode.side[1];
-        slopes.named = slopes_of_f32(&plan->robot, u, first, second, &robot, current);
+        const slopes_by_share_f32 slopes = slopes_of_column_f32(variation, &mode, column);
         state_by_axis_f32 end = {{0.0f, 0.0f, 0.0f, 0.0f}};
         for (int i = 0; i < HOPFORM_AXES; i++) {
             for (int j = 0; j < HOPFORM_AXES; j++) {
@@ -185,15 +191,9 @@ static void not_late_f32(variation_f32 *variation) {
     }
 }
 
-/* Change of the acceleration of an element with the inputs of a column, at a state that does not change, by what the
- * sides of a mode give. */
+/* How the acceleration of an element in a mode changes with the inputs of a column, at a state that does not. */
 static float direct_slope_f32(const variation_f32 *variation, const mode_f32 *mode, int element, int column) {
-    const hopform_phase_f32 *phase = &variation->phases[variation->index];
-    const robot_change_f32 robot = robot_change_of_column_f32(column);
-    const float current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0f : 0.0f;
-    slopes_by_share_f32 slopes;
-    slopes.named = slopes_of_f32(&variation->plan->robot, current_f32(variation, phase), (float)mode->side[0],
-                                  (float)mode->side[1], &robot, current);
+    const slopes_by_share_f32 slopes = slopes_of_column_f32(variation, mode, column);
     const float *shares = slopes.of + element * SHARES_f32;
     float slope = shares[CORE_f32];
     for (int c = 0; c < CORE_f32; c++) {

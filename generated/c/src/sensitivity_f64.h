@@ -141,6 +141,17 @@ static double stop_change_f64(const hopform_plan_f64 *plan, int column, bool upp
     return upper ? upper_stop_change_f64(&plan->robot, &by) : lower_stop_change_f64(&plan->robot, &by);
 }
 
+/* How the accelerations of a mode change with the inputs of a column, by what their shares go with. */
+static slopes_by_share_f64 slopes_of_column_f64(const variation_f64 *variation, const mode_f64 *mode, int column) {
+    const hopform_phase_f64 *phase = &variation->phases[variation->index];
+    const robot_change_f64 robot = robot_change_of_column_f64(column);
+    const double current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
+    slopes_by_share_f64 slopes;
+    slopes.named = slopes_of_f64(&variation->plan->robot, current_f64(variation, phase), (double)mode->side[0],
+                                  (double)mode->side[1], &robot, current);
+    return slopes;
+}
+
 /* Follow the changes within a phase, up to a time of the stance. */
 static void travel_f64(variation_f64 *variation, double t) {
     const hopform_plan_f64 *plan = variation->plan;
@@ -155,12 +166,7 @@ static void travel_f64(variation_f64 *variation, double t) {
     responses_f64(&mode, variation->at.of, h, response.of, answer);
     const matrix_f64 phi = transition_f64(&mode, response.of);
     for (int column = 0; column < COLUMNS_f64; column++) {
-        const robot_change_f64 robot = robot_change_of_column_f64(column);
-        const double current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
-        slopes_by_share_f64 slopes;
-        const double first = (double)mode.side[0];
-        const double second = (double)mode.side[1];
-        slopes.named = slopes_of_f64(&plan->robot, u, first, second, &robot, current);
+        const slopes_by_share_f64 slopes = slopes_of_column_f64(variation, &mode, column);
         state_by_axis_f64 end = {{0.0, 0.0, 0.0, 0.0}};
         for (int i = 0; i < HOPFORM_AXES; i++) {
             for (int j = 0; j < HOPFORM_AXES; j++) {
@@ -185,15 +191,9 @@ static void not_late_f64(variation_f64 *variation) {
     }
 }
 
-/* Change of the acceleration of an element with the inputs of a column, at a state that does not change, by what the
- * sides of a mode give. */
+/* How the acceleration of an element in a mode changes with the inputs of a column, at a state that does not. */
 static double direct_slope_f64(const variation_f64 *variation, const mode_f64 *mode, int element, int column) {
-    const hopform_phase_f64 *phase = &variation->phases[variation->index];
-    const robot_change_f64 robot = robot_change_of_column_f64(column);
-    const double current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
-    slopes_by_share_f64 slopes;
-    slopes.named = slopes_of_f64(&variation->plan->robot, current_f64(variation, phase), (double)mode->side[0],
-                                  (double)mode->side[1], &robot, current);
+    const slopes_by_share_f64 slopes = slopes_of_column_f64(variation, mode, column);
     const double *shares = slopes.of + element * SHARES_f64;
     double slope = shares[CORE_f64];
     for (int c = 0; c < CORE_f64; c++) {

@@ -16,11 +16,16 @@ static inline hopform_node_real node_of_poles_real(const hopform_poles_real *pol
     if (whole) { basis = basis_at_real(poles, draws ? t : 0.0); }
     const real mu = 0.5 * poles->p;
     const real square = mu * mu - poles->q;
-    hopform_node_real node = {HOPFORM_NEVER_real, HOPFORM_NEVER_real, poles->a, 0.0,      0.0,     t,
-                              basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
+    hopform_node_real node = {
+        HOPFORM_NEVER_real, HOPFORM_NEVER_real, poles->a, 0.0,      0.0,     HOPFORM_NEVER_real, 0.0, t,
+        basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
     if (square < 0.0) {
         node.half_period = 3.14159265358979323846 / sqrt_real(-square);
         node.fades = poles->a > 0.0 && mu > poles->a ? 10.0 / (mu - poles->a) : HOPFORM_NEVER_real;
+        if (poles->a * poles->a > 16.0 * poles->q && -square > 0.0625 * poles->q) {
+            node.modal = 1.0 / poles->a;
+            node.omega = sqrt_real(-square);
+        }
     } else {
         const real fast = mu + sqrt_real(square);
         const real slow = fast > 0.0 ? poles->q / fast : 0.0;

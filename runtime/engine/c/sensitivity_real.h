@@ -141,6 +141,17 @@ static real stop_change_real(const hopform_plan_real *plan, int column, bool upp
     return upper ? upper_stop_change_real(&plan->robot, &by) : lower_stop_change_real(&plan->robot, &by);
 }
 
+/* How the accelerations of a mode change with the inputs of a column, by what their shares go with. */
+static slopes_by_share_real slopes_of_column_real(const variation_real *variation, const mode_real *mode, int column) {
+    const hopform_phase_real *phase = &variation->phases[variation->index];
+    const robot_change_real robot = robot_change_of_column_real(column);
+    const real current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
+    slopes_by_share_real slopes;
+    slopes.named = slopes_of_real(&variation->plan->robot, current_real(variation, phase), (real)mode->side[0],
+                                  (real)mode->side[1], &robot, current);
+    return slopes;
+}
+
 /* Follow the changes within a phase, up to a time of the stance. */
 static void travel_real(variation_real *variation, real t) {
     const hopform_plan_real *plan = variation->plan;
@@ -155,12 +166,7 @@ static void travel_real(variation_real *variation, real t) {
     responses_real(&mode, variation->at.of, h, response.of, answer);
     const matrix_real phi = transition_real(&mode, response.of);
     for (int column = 0; column < COLUMNS_real; column++) {
-        const robot_change_real robot = robot_change_of_column_real(column);
-        const real current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
-        slopes_by_share_real slopes;
-        const real first = (real)mode.side[0];
-        const real second = (real)mode.side[1];
-        slopes.named = slopes_of_real(&plan->robot, u, first, second, &robot, current);
+        const slopes_by_share_real slopes = slopes_of_column_real(variation, &mode, column);
         state_by_axis_real end = {{0.0, 0.0, 0.0, 0.0}};
         for (int i = 0; i < HOPFORM_AXES; i++) {
             for (int j = 0; j < HOPFORM_AXES; j++) {
@@ -185,15 +191,9 @@ static void not_late_real(variation_real *variation) {
     }
 }
 
-/* Change of the acceleration of an element with the inputs of a column, at a state that does not change, by what the
- * sides of a mode give. */
+/* How the acceleration of an element in a mode changes with the inputs of a column, at a state that does not. */
 static real direct_slope_real(const variation_real *variation, const mode_real *mode, int element, int column) {
-    const hopform_phase_real *phase = &variation->phases[variation->index];
-    const robot_change_real robot = robot_change_of_column_real(column);
-    const real current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
-    slopes_by_share_real slopes;
-    slopes.named = slopes_of_real(&variation->plan->robot, current_real(variation, phase), (real)mode->side[0],
-                                  (real)mode->side[1], &robot, current);
+    const slopes_by_share_real slopes = slopes_of_column_real(variation, mode, column);
     const real *shares = slopes.of + element * SHARES_real;
     real slope = shares[CORE_real];
     for (int c = 0; c < CORE_real; c++) {

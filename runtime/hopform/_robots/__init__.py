@@ -179,7 +179,7 @@ def _text(key: str, text: object) -> str:
     return found
 
 
-def _checked(field: records.Field, value: object) -> float:
+def checked_value(field: records.Field, value: object) -> float:
     """The value of a parameter; HopformError for what is no number, or is out of its domain."""
     number = real(field.name, value, field.unit)
     if (reason := checked.refusal(field, number)) is not None:
@@ -206,7 +206,7 @@ class BaseRobot:
 
     def __init_subclass__(cls) -> None:
         cls.CHECKS = {
-            **{field.name: partial(_checked, field) for field in cls.all_fields()},
+            **{field.name: partial(checked_value, field) for field in cls.all_fields()},
             **{key: partial(_text, key) for key in ("name", "description")},
         }
 

@@ -11,7 +11,7 @@ import os
 import shlex
 import subprocess
 import tempfile
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -135,6 +135,27 @@ def draw_touchdowns(robot: hopform.Robot, seed: int, count: int) -> list[Touchdo
         datum = draw.choice((0.0, draw.uniform(-h_des, 0.05)))
         margin = draw.choice((0.0, draw.uniform(0.0, 0.02)))
         found.append(Touchdown(*map(float, (x1, v1, v2, y, h_des - datum, datum, margin))))
+    return found
+
+
+CURRENTS_AT_JUMPS, MOST_AT_JUMPS = 1601, 3
+
+
+def draw_at_jumps(robot: hopform.Robot, seed: int) -> list[Touchdown]:
+    """Up to three drops with a wanted apex beside one at which the apex jumps over the current, if it does anywhere."""
+    draw, found = np.random.default_rng(seed), list[Touchdown]()
+    u = np.linspace(-robot.u_max, robot.u_max, CURRENTS_AT_JUMPS)
+    for drop in draw_touchdowns(robot, seed, 12):
+        start = {"x1": drop.x1, "v1": drop.v1, "v2": drop.v2, "x2": drop.x2(robot)}
+        apex = hopform.solve_stances(robot, u=u, **{key: q for key, q in start.items() if q is not None}).apex
+        steps = np.abs(np.diff(apex))
+        known = np.isfinite(steps)
+        usual = float(np.median(steps[known])) if known.any() else math.inf
+        jumps = np.flatnonzero(known & (steps > 30.0 * usual + 1e-5))
+        for n in draw.permutation(jumps)[:2]:
+            wanted = float(apex[n + draw.integers(2)] + draw.choice((-1.0, 0.0, 1.0)) * draw.uniform(0.0, 3.0) * usual)
+            if wanted >= 0.0 and len(found) < MOST_AT_JUMPS:
+                found.append(replace(drop, h_des=wanted, datum=0.0, stop_margin=0.0))
     return found
 
 

@@ -1,6 +1,6 @@
 """The controller against brute force at random touchdowns: `python -m tests.conformance.currents --count 10000`, or
 with random robots, three touchdowns each, `python -m tests.conformance.currents --count 9000 --robots random`; of
-robots `at_rest` there is more friction at rest than in motion.
+robots `at_rest`, with more friction at rest than in motion, up to three more where the apex jumps.
 
 Exit code 1 if anything is wrong.
 """
@@ -16,7 +16,7 @@ from concurrent.futures import ProcessPoolExecutor, as_completed
 import numpy as np
 
 import hopform
-from tests.conformance.currents import Findings, compare, compare_single, draw_robot, draw_touchdowns
+from tests.conformance.currents import Findings, compare, compare_single, draw_at_jumps, draw_robot, draw_touchdowns
 
 CHUNK = 50
 EACH = 3
@@ -29,7 +29,8 @@ def _random_part(seed: int, at_rest: bool) -> Findings:
     found = Findings()
     for n in range(math.ceil(CHUNK / EACH)):
         robot = draw_robot(CHUNK * seed + n, at_rest)
-        found.add(compare(robot, draw_touchdowns(robot, seed, EACH), SHARE * robot.u_max))
+        drops = draw_touchdowns(robot, seed, EACH) + (draw_at_jumps(robot, seed) if at_rest else [])
+        found.add(compare(robot, drops, SHARE * robot.u_max))
     return found
 
 
