@@ -3727,7 +3727,7 @@ def propagator_at_start(poles: Poles) -> Propagator:
 
 
 def is_modal(at: Propagator) -> bool:
-    return at.omega > 0.0
+    return at.omega > 0.0  # one mass has no real pole beside its pair
 
 
 def turned_parts(mean: Real, omega: Real, first: Real, from_: Parts, last: Real) -> Parts:
@@ -5625,7 +5625,7 @@ def root_free_until(set: EventSet, in_: Interval) -> Real:
         g = set.function[n]
         parts = abs(g.H3) + abs(g.H2) + abs(g.H1) if is_modal(in_.low) else 0.0
         rounding = 16.0 * EPS * (abs(g.start) + g.cancels + parts)
-        if not set.function[n].touch_is_no_event:  # one that is monotone is looked at where the interval ends
+        if not g.touch_is_no_event:  # one that is monotone is looked at where it ends
             quiet = lesser(quiet_time(set, set.function[n], in_.low, in_.from_[n], rounding), quiet)
     return in_.low.t + quiet
 
@@ -6237,8 +6237,21 @@ def free_numerator(rates: Rates, element: int, motion: Any) -> Numerator:
     return free_numerator_1(rates, motion) if element == 0 else free_numerator_2(rates, motion)
 
 
+def both_slip(side: Any) -> bool:
+    """What the elements do, by their sides; one that never moves rests."""
+    return side[0] != 0 and side[1] != 0
+
+
+def all_rest(side: Any) -> bool:
+    return side[0] == 0 and side[1] == 0
+
+
+def other_rests(side: Any, element: int) -> bool:
+    return side[1 - element] == 0
+
+
 def stance_blocked(chain: StanceChain, element: int, side: int) -> bool:
-    """Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side."""
+    """Whether a stop, or that it never moves, keeps an element at rest from going to a side."""
     robot = chain.plan.robot
     if element != 0:
         return False
@@ -6398,7 +6411,7 @@ def put_events(events: StanceEvents, chain: StanceChain) -> None:
     side = chain.side
     set = events.set
     poles = poles_of(chain.plan, side[0], side[1])
-    several = side[0] != 0 and side[1] != 0
+    several = both_slip(side)
     slips = 0 if side[0] != 0 else 1
     compression = at.y
     is_monotone = not several
@@ -6486,7 +6499,7 @@ def enter_modes(chain: StanceChain, search: StanceSearch) -> None:
 
 def stance_find_end(chain: StanceChain, search: StanceSearch) -> None:
     """The first event of the phase that starts at the chain's state."""
-    if chain.side[0] == 0 and chain.side[1] == 0:
+    if all_rest(chain.side):
         search.in_.high.put(propagator_at_start(chain.plan.both))
         search.in_.high.t = end_of_step(chain) - chain.t
         search.owner = NO_OWNER
@@ -6590,11 +6603,11 @@ def keep_free_acceleration(chain: StanceChain, end: StanceSearch) -> None:
     if element < 0 or chain.side[element] == 0:
         return
     basis = basis_of_propagator(end.events.set.poles, end.in_.high)
-    if chain.side[1 - element] == 0 and not end.stops:
+    if other_rests(chain.side, element) and not end.stops:
         chain.came_to_rest = element
         chain.carried_acceleration = free_after_motion(float(chain.side[element]), level_of(chain.plan.robot, element),
             chain.motion.velocity[element], basis)
-    elif element == 0 and chain.side[1 - element] != 0:
+    elif element == 0 and not other_rests(chain.side, element):
         keep_small_acceleration(chain, basis)
 
 
@@ -6623,7 +6636,7 @@ def start_on_threshold(chain: StanceChain) -> None:
     """
     element = chain.just_switched
     side = chain.side
-    if element < 0 or side[0] == 0 or side[1] == 0:
+    if element < 0 or not both_slip(side):
         return
     chain.drive[element] = 0.0
     others = Numerators()
@@ -6638,13 +6651,13 @@ def stance_begin_phase(chain: StanceChain) -> None:
     start_on_threshold(chain)
     chain.motion.put(motion_under(chain.plan.rates, chain.drive, chain.at, chain.side[0], chain.side[1]))
     starts = chain.just_switched
-    if starts >= 0 and chain.side[0] != 0 and chain.side[1] != 0:
+    if starts >= 0 and both_slip(chain.side):
         acceleration = acceleration_on_threshold(chain, starts)
         if abs(acceleration) > 0.0:
             set_acceleration_from_rest(chain.motion, starts, False, acceleration)
     if element >= 0 and chain.side[element] != 0:
         level = float(chain.side[element]) * level_of(chain.plan.robot, element)
-        set_acceleration_from_rest(chain.motion, element, chain.side[1 - element] == 0, chain.carried_acceleration
+        set_acceleration_from_rest(chain.motion, element, other_rests(chain.side, element), chain.carried_acceleration
             - level)
 
 
@@ -6703,7 +6716,7 @@ def ending_before_phase(chain: StanceChain) -> int:
     if chain.count > chain.max_phases:
         chain.count = chain.max_phases  # a step of the current may have begun two
         return ENDING_TOO_MANY_PHASES
-    if chain.side[0] == 0 and chain.side[1] == 0 and chain.step + 1 >= chain.step_count:
+    if all_rest(chain.side) and chain.step + 1 >= chain.step_count:
         notify_ending(chain)
         return ENDING_REST
     return 0
@@ -6711,6 +6724,7 @@ def ending_before_phase(chain: StanceChain) -> int:
 
 def stance_begin(chain: StanceChain) -> int:
     """What each element does at the start, no event; the ending if that is there already, 0 if not."""
+    chain.side[1] = 0  # of one that never moves
     for element in range(2):
         chain.side[element] = whole(goes(chain.at[element + 1], 0.0))
         if element == 0 and chain.side[element] != 0 and stance_blocked(chain, element, chain.side[element]):
@@ -6803,6 +6817,7 @@ def stance_report(chain: StanceChain, start: State, ending: int, stance: Stance)
     end = chain.at
     stance.duration = chain.t
     stance.end.put(end)
+    stance.aed = 0.0  # what moves alone has no body
     stance.aed = chain.aed if chain.adds_up else body_energy_gain(robot, start, chain.at)
     stance.start_loss = chain.start_loss
     stance.ending = ending
