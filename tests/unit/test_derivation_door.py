@@ -42,7 +42,7 @@ def derivation_of(name: str) -> Derivation:
 ROBOT = {
     "m_eff": 21, "m_s": 3.2, "k": 1250, "L0": 0.41, "c": 0.003, "b1": 33, "b2": 4, "f1": 0.7, "f2": 0.4, "gamma2": -60,
     "g": 9.81, "x1_min": -0.01, "x1_max": 0.08, "u_max": 5, "impact_loss": 0.05, "travel": 0.16, "b12": 11, "k_2": 300,
-    "L_2": 0.37, "load": 5, "f1_minus": 0.2,
+    "L_2": 0.37, "load": 5, "f1_minus": 0.2, "f1_excess": 0.3, "f2_excess": 0.15, "f1_excess_minus": 0.1,
 }  # fmt: skip
 AT = {
     "x1": 0.013, "v1": 0.21, "x2": 0.35, "v2": -1.1, "x1_0": 0.004, "v1_0": 0.3, "x2_0": 0.36, "v2_0": -1.9, "u": 2.5,
@@ -69,6 +69,12 @@ def friction(name, of, side_1, side_2):
     """Coulomb friction [N]: the joint's differs by the sign of the velocity."""
     level_1 = of["f1_minus"] if name == "joint" and side_1 < 0 else of["f1"]
     return -of["m_eff"] * level_1 * side_1, -of["m_s"] * of["f2"] * side_2
+
+
+def at_rest(name, of, n, side):
+    """How much more friction [N] holds a mass at rest that would slip to a side."""
+    more = of["f1_excess_minus"] if name == "joint" and n == 1 and side < 0 else of[f"f{n}_excess"]
+    return (of["m_eff"], of["m_s"])[n - 1] * more
 
 
 def accelerations(name, of, x1, v1, x2, v2):
@@ -241,7 +247,7 @@ def test_event_functions_are_those_of_the_force_balance(name):
         driven = forces(name, of, *still)[n - 1] - (of["gamma2"] * of["u"] if n == 1 else 0)
         mass = of[("m_eff", "m_s")[n - 1]]
         for way, side in (("up", 1), ("down", -1)):
-            most = -friction(name, of, side, side)[n - 1] * side
+            most = -friction(name, of, side, side)[n - 1] * side + at_rest(name, of, n, side)
             wanted[f"x{n}_holds_{way}"] = (most - side * driven) / mass
     assert {each for each in found.event_functions if each.startswith("x") or each == "contact_force"} == {*wanted}
     for each, number in wanted.items():

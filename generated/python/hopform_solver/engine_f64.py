@@ -2253,9 +2253,10 @@ def objective(robot: Robot, state: State, aed: Real, x1_T: Real, h_des: Real, li
 
 
 def threshold_current(robot: Robot) -> Real:
-    """Current at which the unloaded actuator starts to move."""
+    """Current at which the unloaded actuator starts to move: its friction at rest."""
     m_eff, f1, gamma2 = robot.m_eff, robot.f1, robot.gamma2
-    u_threshold = div(f1*m_eff, abs(gamma2))  # (5) as a magnitude
+    f1_excess = robot.f1_excess
+    u_threshold = div(m_eff*(f1 + f1_excess), abs(gamma2))  # (5) as a magnitude
     return u_threshold
 
 
