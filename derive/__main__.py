@@ -1,6 +1,6 @@
 """`python -m derive` derives the formulas and writes generated/; `--check` says whether it is up to date.
 
-With `--model FILE.py --out DIR` the same for a robot with further terms in its equations of motion.
+With `--model FILE.py --out DIR` the same for the mechanism of a model file.
 """
 
 import argparse
@@ -40,7 +40,7 @@ def _parser() -> argparse.ArgumentParser:
     option("--check", action="store_true", help="write nothing; exit 1 and say what differs if it is stale")
     where = "where to write instead of generated/: an empty folder, or one that derive made"
     option("--out", type=Path, metavar="DIR", help=where)
-    further = "further terms in the equations of motion: a file that is run as Python, so read it first; needs --out"
+    further = "a mechanism of elements: a file that is run as Python, so read it first; needs --out"
     option("--model", type=Path, metavar="FILE", help=further)
     one = parser.add_mutually_exclusive_group()
     for name, precision, word in (("--float32", F32, "single"), ("--float64", F64, "double")):

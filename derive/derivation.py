@@ -12,15 +12,16 @@ import sympy as sp
 
 from .emit import forms
 from .emit.forms import FORMS, Library
-from .ir import Quantity, unfold
+from .ir import Own, Quantity, Step, unfold
 from .maths import elements, laplace, stability
 from .maths.formulas import GROUPS, Formula, formulas, free_masses, inputs
 from .model.equations import Model, ModelError
+from .model.quantities import x1, x2
 from .model_file import read_model
-from .models.hopper import HOPPER
+from .shipped import FILES, shipped
 
-SHIPPED = {HOPPER.name: HOPPER}
-"""Models that ship, by name."""
+SHIPPED = tuple(FILES)
+"""Names of the models that ship."""
 
 s = sp.Symbol("s")
 
@@ -231,7 +232,10 @@ class Derivation:
         return tuple(self._held_set(held, tuple(n for n in free if n not in held)) for held in held_by_size)
 
     def _held_set(self, held: tuple[int, ...], moving: tuple[int, ...]) -> HeldSet:
-        rates = laplace.rates_of(self.model)
+        rates = tuple(
+            Step(each.symbol, _plain(self.model.value(each.value)), each.source)
+            for each in laplace.rates_of(self.model)
+        )
         symbols = elements.POLYNOMIALS.get(moving, ())
         known = {symbol: unfold(symbol, rates) for symbol in symbols}
         polynomial = sp.Poly([1, *known.values()], s)
@@ -241,14 +245,15 @@ class Derivation:
             if each.value.free_symbols and each.value.free_symbols <= set(symbols)
         }
         functions = self.event_functions
-        levels = {n: {way: functions[f"x{n}_holds_{way}"] for way in ("up", "down")} for n in held}
-        names = tuple(element.name for element in elements.ELEMENTS)
+        called = {n: elements.name_of(self.model, symbol) for n, symbol in ((1, x1), (2, x2))}
+        levels = {n: {way: functions[f"{called[n]}_holds_{way}"] for way in ("up", "down")} for n in held}
+        names = tuple(self.model.words(element.name) for element in elements.ELEMENTS)
         return HeldSet(
             tuple(names[n - 1] for n in held),
             tuple(names[n - 1] for n in moving),
             polynomial,
             conditions,
-            {f"x{n}_holds_{way}": value for n, ways in levels.items() for way, value in ways.items()},
+            {f"{called[n]}_holds_{way}": value for n, ways in levels.items() for way, value in ways.items()},
             (self.model, moving),
         )
 
@@ -308,13 +313,18 @@ class Derivation:
         return FORMS[form](self._library, wanted)
 
 
+def _plain(value: sp.Expr) -> sp.Expr:
+    """An expression in which parameters are symbols like all others."""
+    return value.xreplace({symbol: sp.Symbol(symbol.name, real=True) for symbol in value.atoms(Own)})
+
+
 def _unfolded(value: sp.Expr, by: Iterable[Formula]) -> sp.Expr:
     return value.subs({each.quantity.symbol: each.value for each in by})
 
 
 @cache
 def _shipped(name: str) -> Derivation:
-    return Derivation(SHIPPED[name])
+    return Derivation(shipped(name))
 
 
 def derive(model: str | Path) -> Derivation:

@@ -6,7 +6,7 @@ The intermediate form knows sympy expressions and nothing about any target langu
 import inspect
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
@@ -70,6 +70,30 @@ class Quantity:
     @property
     def quantities(self) -> "tuple[Quantity, ...]":
         return (self,)
+
+
+class Own(sp.Symbol):
+    """A parameter as the file of a model writes it: never the letter of the derivation that has the same name."""
+
+
+@dataclass(frozen=True)
+class Parameter(Quantity):
+    """A quantity that the file of a model declares."""
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        return Own(self.name, real=True)
+
+
+@dataclass(frozen=True)
+class Spelled(Quantity):
+    """A member of a record under another name in the lines of a function."""
+
+    letter: str = ""
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        return sp.Symbol(self.letter, real=True)
 
 
 def scalar(name: str, unit: str, meaning: str) -> Quantity:
@@ -158,6 +182,16 @@ def unfold(expression: sp.Expr, steps: tuple[Step, ...]) -> sp.Expr:
     return expression
 
 
+def divisors(value: sp.Expr) -> set[sp.Symbol]:
+    """The symbols that stand below a line."""
+    return {
+        symbol
+        for power in value.atoms(sp.Pow)
+        if power.exp.could_extract_minus_sign()
+        for symbol in power.base.free_symbols
+    }
+
+
 @dataclass(frozen=True)
 class Function:
     """Steps that turn the quantities of `takes` into those of `returns`."""
@@ -189,11 +223,13 @@ class Function:
 
     def without(self, zeros: Iterable[sp.Symbol]) -> "Function":
         """The function where these quantities are 0: what that leaves out is not computed."""
-        none, steps = dict.fromkeys(zeros, sp.S.Zero), []
+        below = {symbol for step in self.steps for symbol in divisors(step.value)}
+        none, steps = dict.fromkeys(set(zeros) - below, sp.S.Zero), []
         for step in self.steps:
             value = step.value.xreplace(none)
-            none |= {step.symbol: value} if value == 0 else {}
-            steps += [replace(step, value=value)] if value != 0 or step.symbol in self.returns.symbols else []
+            none |= {step.symbol: value} if value == 0 and step.symbol not in below else {}
+            kept = value != 0 or step.symbol in self.returns.symbols or step.symbol in below
+            steps += [replace(step, value=value)] if kept else []
         return replace(self, steps=tuple(steps))
 
 
@@ -219,8 +255,83 @@ class Definition:
         def longer(argument: Record | Quantity) -> Record | Quantity:
             return records.get(argument.name, argument) if isinstance(argument, Record) else argument
 
-        steps = self(model) if inspect.signature(self.make).parameters else self()
-        return Function(self.name, self.meaning, tuple(map(longer, self.takes)), steps, longer(self.returns))
+        steps = model.in_parameters(self(model) if inspect.signature(self.make).parameters else self())
+        takes, steps = _spelled(tuple(map(longer, self.takes)), steps)
+        return Function(self.name, self.meaning, takes, steps, longer(self.returns))
+
+
+def _spelled(
+    takes: tuple[Record | Quantity, ...], steps: tuple[Step, ...]
+) -> tuple[tuple[Record | Quantity, ...], tuple[Step, ...]]:
+    """A function in which the parameters of a model are symbols like all others, under names that it has no other use
+    for.
+    """
+    own = {symbol for each in takes for symbol in each.symbols if isinstance(symbol, Own)}
+    taken = {symbol.name for each in takes for symbol in each.symbols if symbol not in own}
+    taken |= (
+        {step.symbol.name for step in steps} | {each.name for each in takes} | {each.name.lower() for each in takes}
+    )
+    letters = dict[sp.Symbol, sp.Symbol]()
+    for symbol in sorted(own, key=str):
+        letter = symbol.name
+        while letter in taken or letter in RESERVED:
+            letter += "_"
+        taken.add(letter)
+        letters[symbol] = sp.Symbol(letter, real=True)
+
+    def spelled(quantity: Quantity) -> Quantity:
+        if not isinstance(quantity, Parameter):
+            return quantity
+        values = {each.name: getattr(quantity, each.name) for each in fields(Quantity)}
+        return Spelled(**values, letter=letters[quantity.symbol].name)
+
+    renamed = (
+        replace(each, quantities=tuple(map(spelled, each.quantities))) if isinstance(each, Record) else each
+        for each in takes
+    )
+    return tuple(renamed), tuple(replace(step, value=step.value.xreplace(letters)) for step in steps)
+
+
+RESERVED = frozenset(
+    [
+        "result",
+        "real",
+        "sqrt",
+        "fabs",
+        "exp",
+        "robot",
+        "rates",
+        "poles",
+        "state",
+        "drive",
+        "motion",
+        "numerator",
+        "decay",
+        "pair",
+        "basis",
+        "series",
+        "free",
+        "energy",
+        "moments",
+        "ledger",
+        "gains",
+        "actuator",
+        "pair_series",
+        "pair_numerator",
+        "flight_rates",
+        "flight_integrals",
+        "robot_change",
+        "state_change",
+        "int",
+        "float",
+        "double",
+        "const",
+        "static",
+        "inline",
+        "return",
+    ]
+)
+"""Names that the lines of functions have in any language: of arguments, results and elementary functions."""
 
 
 def function(

@@ -10,11 +10,11 @@ from .derivation import Derivation, HeldSet
 from .emit.facts import facts
 from .ir import Quantity
 from .maths.formulas import GROUPS, Formula
+from .model.equations import Model
 
 INTRODUCTION = """\
-Derived from `model.py` by hopform {version}. Units are SI and A. $x_1$ is the displacement of the actuator, $x_2$ the
-height of the body; $x_i(0)$, $\\dot{{x}}_i(0)$ are a state at the start of a phase, in which friction and current are
-constant. Numbers in brackets are those of the paper's hopper, of which each formula is the counterpart here.
+Derived from `model.py` by hopform {version}. Units are SI and A. {coordinates}; $x_i(0)$,
+$\\dot{{x}}_i(0)$ are a state at the start of a phase, in which friction and current are constant. Numbers in brackets are those of the paper's hopper, of which each formula is the counterpart here.
 """
 GUARDS = {
     "takeoff": "the contact force falls to 0",
@@ -33,7 +33,11 @@ def page(derivation: Derivation) -> str:
 
 def _lines(derivation: Derivation) -> Iterator[str]:
     known = facts(derivation.model, "", ())
-    yield from (f"# {derivation.model.title.rstrip('.')}", "", INTRODUCTION.format(version=VERSION))
+    yield from (
+        f"# {derivation.model.title.rstrip('.')}",
+        "",
+        INTRODUCTION.format(version=VERSION, coordinates=_coordinates(derivation.model)),
+    )
     yield f"The model can: {', '.join(known['can'])}."
     if known["lacks"]:
         yield from ("", "| it cannot | because it lacks |", "| --- | --- |")
@@ -46,6 +50,12 @@ def _lines(derivation: Derivation) -> Iterator[str]:
     yield from ("", "## Held sets", "", *_held_sets(derivation))
     yield from ("", "## Events", "", *_events(derivation, known["elements"]))
     yield from ("", "## Conditions", "", *_conditions(derivation.held_sets))
+
+
+def _coordinates(model: Model) -> str:
+    """What is called x_1 and x_2."""
+    both = zip(("x_1", "x_2"), model.names, strict=True)
+    return ", ".join(f"${x}$ is `{own.coordinate}` of the {own.thing}" for x, own in both if own is not None)
 
 
 def _parameters(quantities: Iterable[Quantity]) -> Iterator[str]:
@@ -90,7 +100,7 @@ def _events(derivation: Derivation, elements: Iterable[dict[str, object]]) -> It
         yield f"| `takeoff` | {GUARDS['takeoff']}, the leg extending | `contact_force` |"
     for element in elements:
         events: object = element.get("events", {})
-        for event in events if isinstance(events, dict) and not element.get("fixed") else ():
+        for event in events if isinstance(events, dict) else ():
             coordinate, _, what = str(event).partition("_")
             of = {"reverses": "velocity", "sticks": "velocity", "slips": "holds", "hits_stop": "stop"}[what]
             names = [f"`{each}`" for each in functions if each.startswith(coordinate) and of in each]

@@ -5,7 +5,7 @@ of its equations.
 from collections.abc import Iterator
 from pathlib import Path
 
-from .derivation import SHIPPED, Derivation
+from .derivation import Derivation
 from .emit.render import Options, example_value, render
 from .emit.toml import value_of
 from .model.equations import Model, ModelError
@@ -13,23 +13,23 @@ from .model.precisions import PRECISIONS, Precision
 from .model.quantities import TRAVEL
 from .model_file import read_model
 from .page import page
+from .shipped import FILES, shipped
 
 MODEL, ROBOT, EQUATIONS = (Path(name) for name in ("model.py", "robot.toml", "EQUATIONS.md"))
 
 
 def source_of(model: str | Path) -> str:
-    """The text of a model file, or of what a model that ships would be as one; ModelError if it cannot be read."""
-    if str(model) in SHIPPED:
-        return f'"""{SHIPPED[str(model)].title}"""\n\nterms = ()\n'
+    """The text of a model file, or of a model that ships; ModelError if it cannot be read."""
+    path = FILES.get(str(model), Path(model))
     try:
-        return Path(model).read_text("utf-8")
+        return path.read_text("utf-8")
     except (OSError, ValueError) as error:
         raise ModelError(f"{model} cannot be read: {error}") from None
 
 
 def model_of(model: str | Path) -> Model:
     """The model of a file, which is run as Python, or one that ships."""
-    return SHIPPED[str(model)] if str(model) in SHIPPED else read_model(Path(model))
+    return shipped(str(model)) if str(model) in FILES else read_model(Path(model))
 
 
 def solver(model: str | Path, precisions: tuple[Precision, ...] = PRECISIONS) -> dict[Path, str]:
@@ -46,4 +46,5 @@ def _robot(model: Model) -> Iterator[str]:
     yield f"description = {value_of(f'numbers to start from: {model.title}')}"
     for each in model.robot.quantities:
         yield f"{f'{each.name} = {value_of(float(example_value(each)))}':<24} # [{each.unit}] {each.meaning}"
-    yield f"{f'{TRAVEL.name} = {value_of(TRAVEL.default)}':<24} # [{TRAVEL.unit}] {TRAVEL.meaning}"
+    if model.has_contact:
+        yield f"{f'{TRAVEL.name} = {value_of(TRAVEL.default)}':<24} # [{TRAVEL.unit}] {TRAVEL.meaning}"

@@ -35,8 +35,8 @@ from derive.model.quantities import (
     x1,
     x2,
 )
-from derive.models.hopper import HOPPER
 from derive.paper.register import cubic, quadratic_1, quadratic_2
+from derive.shipped import HOPPER
 
 # ---- symbols of what the paper names ----
 

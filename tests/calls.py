@@ -32,7 +32,8 @@ TOUCHDOWN = hopform.controllers.Touchdown(0, 0.2, 0.0, 0.0, -1.9, 0.0, 0.2, HOPP
 RUN = hopform.simulate(HOPPER, [0.0], 3.0, height=0.2)
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "solve_stance": (hopform.solve_stance, START),
-    "solve_motion": (hopform.solve_motion, START),
+    "solve_motion": (hopform.solve_motion, {"robot": HOPPER, "start": {"v2": -1.9}}),
+    "solve_motions": (hopform.solve_motions, {"robot": HOPPER, "start": {"v2": [-1.9]}}),
     "load_solver": (hopform.load_solver, {"name_or_folder": "hopper"}),
     "solve_stances": (hopform.solve_stances, START),
     "solve_flight": (hopform.solve_flight, START | {"v2": 1.9}),
@@ -85,7 +86,7 @@ OTHERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 what is right about it takes no time."""
 ANSWERS = {
     "Batch", "Command", "Energy", "Equation", "Event", "FixedPoint", "Flight", "FlightLedger", "FlightPhase", "Gains",
-    "Hop", "Ledger", "ManySensitivities", "Phase", "PrintedCommand", "Reachability", "ReturnMaps", "Run",
+    "Hop", "Ledger", "ManySensitivities", "Motion", "Motions", "Phase", "PrintedCommand", "Reachability", "ReturnMaps", "Run",
     "Sensitivities", "Solver", "Stance", "State", "Touchdown", "Tracking",
 }  # fmt: skip
 """Classes that hopform fills itself, and records that are checked where they are handed in."""
@@ -111,6 +112,7 @@ OBJECTS: dict[str, Any] = {
 }
 METHODS: dict[str, dict[str, Any]] = {
     "at": {"t": 0.0}, "energy": {"t": 0.0}, "ledger": {"t": 0.0}, "compression": {"t": 0.0}, "foot": {"t": 0.0},
+    "total_energy": {"t": 0.0}, "forces": {"t": 0.0}, "ledger_by_element": {"t": 0.0}, "derivatives": {"t": 0.0},
     "current": {"t": 0.0}, "ground": {"t": 0.0}, "aed": {"t": 0.0}, "grid": {"count": 3}, "gaps": {"row": 0},
     "detect": {"samples": [0.0]},
     "false_alarm_rate": {"noise": 0.1},

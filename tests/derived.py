@@ -11,6 +11,9 @@ from unittest.mock import patch
 
 import hopform
 from derive.__main__ import main
+from derive.model import mechanism
+from derive.model.declare import drafted
+from derive.model.equations import Model
 from hopform import _cli as cli
 from hopform._solver import build
 from hopform._solver import c as native
@@ -19,6 +22,19 @@ from hopform._solver.package import Package
 from tests.objects import key, once
 
 MODELS = Path(__file__).resolve().parent / "models"
+SHIPPED = Path(__file__).resolve().parents[1] / "derive" / "models"
+
+
+def model_of(text: str, name: str = "own") -> Model:
+    """The model of a text of elements."""
+    with drafted() as draft:
+        exec(compile(f"from hopform.model import *\n{text}", name, "exec"), {})  # noqa: S102
+    return mechanism.model_of(draft, name, "A model of a test.", text)
+
+
+def hopper_with(text: str, name: str = "own") -> Model:
+    """The hopper with further elements: its symbols are those of `h`."""
+    return model_of(f"h = include('hopper')\n{text}", name)
 
 
 def loaded(folder: Path, name: str) -> Any:
@@ -56,9 +72,15 @@ class Derived:
         return native.Library(path, "hopform", Package(f"{self.name}_solver"))
 
 
+def model_file(name: str) -> Path:
+    """The file of a model of tests/models, or of one that ships."""
+    own = MODELS / f"{name}.py"
+    return own if own.is_file() else SHIPPED / f"{name}.py"
+
+
 def derived(store: Path, model: str, name: str, *options: str) -> Derived:
-    """A model of tests/models, its package named so, in a folder that all processes of the run share."""
-    file = MODELS / f"{model}.py"
+    """A model, its package named so, in a folder that all processes of the run share."""
+    file = model_file(model)
 
     def make(aside: Path) -> None:
         assert main(["--model", str(file), "--out", str(aside), *options]) == 0
@@ -66,19 +88,20 @@ def derived(store: Path, model: str, name: str, *options: str) -> Derived:
     return Derived(once(store / f"{model}_{key(file.read_text('utf-8'), *options)}", make), name)
 
 
-def built(store: Path, name: str) -> Path:
-    """The folder of a solver of a model of tests/models, with its library, for all processes of the run."""
+def built(store: Path, model: str | Path) -> Path:
+    """The folder of a solver of a model, by its name or its file, with its library, for all processes of the run."""
+    file = model if isinstance(model, Path) else model_file(model)
 
     def make(aside: Path) -> None:
         """As the command builds it, but for -O2, which takes long."""
         with patch.object(
             build, "compile_solver", lambda folder, output, progress: compile_solver(folder, output, "-O0")
         ):
-            assert cli.main(["model", "build", str(MODELS / f"{name}.py"), "--out", str(aside)]) == 0
+            assert cli.main(["model", "build", str(file), "--out", str(aside)]) == 0
 
-    return once(store / f"solver_of_{name}_{key((MODELS / f'{name}.py').read_text('utf-8'))}", make)
+    return once(store / f"solver_of_{file.stem}_{key(file.read_text('utf-8'))}", make)
 
 
-def solver_of(store: Path, name: str) -> hopform.Solver:
-    """The solver of a model of tests/models."""
-    return hopform.load_solver(built(store, name))
+def solver_of(store: Path, model: str | Path) -> hopform.Solver:
+    """The solver of a model of tests/models, or of one that ships, by its name or its file."""
+    return hopform.load_solver(built(store, model))

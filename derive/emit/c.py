@@ -91,8 +91,8 @@ def signature(function: Function) -> str:
 
 def body(function: Function) -> Iterator[str]:
     yield from (f"(void){argument_name(argument)};" for argument, symbols in function.arguments() if not symbols)
-    for name, symbols in unpacked(function, 7):
-        yield f"const real {', '.join(f'{symbol} = {name}->{symbol}' for symbol in symbols)};"
+    for name, members in unpacked(function, 7):
+        yield f"const real {', '.join(f'{symbol} = {name}->{member}' for symbol, member in members)};"
     yield from aligned((f"const real {s.symbol} = {SPELLED(s.value)};", f"/* {s.source} */") for s in function.steps)
     if isinstance(function.returns, Record):
         values = ", ".join(map(str, function.returns.symbols))
@@ -133,9 +133,12 @@ def some_along(signs: Iterable[int]) -> str:
 
 
 def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
-    """X(mode) by the sides of the elements, of which those that a mode holds are 0."""
+    """X(mode) by the sides of the elements, of which those that a mode holds are 0; of a single mode it is one call."""
+    first, *others = modes
+    if not others:  # the sides stand in it, so that no parameter is left over
+        return f"((side_1) == (side_2) ? X({first['name']}) : X({first['name']}))"
     spelled = ""
-    for mode in modes:
+    for mode in (first, *others):
         held = " && ".join(f"({side}) == 0" for side in mode["held"])
         spelled = f"{held} ? X({mode['name']}) : {spelled}" if held else f"X({mode['name']})"
     return f"({spelled})"
@@ -147,8 +150,11 @@ def values(record: Record, known: Mapping[str, float]) -> str:
 
 
 def _telling(quantity: Quantity) -> float:
-    """A number that a parameter may be and that shows: its default but for 0, else 1, or 1/2 where 1 is too much."""
-    return next(number for number in (quantity.default, 1.0, 0.5) if number and number in quantity.interval)
+    """A number that a parameter may be and that shows: its default but for 0, else 1, or 1/2 where 1 is too much; -1 for
+    a lower end.
+    """
+    numbers = (quantity.default, -1.0 if quantity.domain == "lower" else 1.0, 0.5)
+    return next(each for each in numbers if each and math.isfinite(each) and each in quantity.interval)
 
 
 def documented(text: str) -> str:

@@ -10,10 +10,11 @@ from typing import Any
 import sympy as sp
 
 from .. import VERSION
-from ..ir import Quantity
+from ..ir import Own, Quantity
 from ..maths import elements, energy
 from ..model import quantities as Q
-from ..model.equations import EXCESS, FALLING, MASSES, Model
+from ..model.declare import glyph_of
+from ..model.equations import EXCESSES, MASSES, Model
 
 FORMAT = 1
 """Of solver.toml: a reader refuses another."""
@@ -30,39 +31,18 @@ HOPPING = ("flight", "hop", "command", "reach")
 ALL = ("motion", "stance", *HOPPING, "identify")
 """What a model can: a motion, always; a stance, if it has a contact; what identifies the paper's equations."""
 
-NEEDS = {
-    "foot": (("stance", *HOPPING), "a contact, because its foot is bolted to the ground"),
-    "body": (HOPPING, "a body that flies, because it is bolted to the ground"),
-}
-"""What a bolt takes from a model, and what it then lacks."""
+LACKS_CONTACT = "a contact, because nothing stands on the ground"
+LACKS_INPUT = "a current, which is what a controller chooses"
 
-DIRECTIONS = {"actuator": ("extends", "retracts"), "body": ("slips up", "slips down")}
-"""Words for the two directions of a coordinate."""
-
-BELONGS: dict[str, tuple[sp.Symbol, ...]] = {
-    "actuator": (Q.m_eff, Q.b1, Q.f1, Q.f1_excess, Q.x1_min, Q.x1_max),
-    "motor": (Q.gamma2, Q.u_max),
-    "body": (Q.m_s, Q.b2, Q.f2, Q.f2_excess),
-    "spring": (Q.k, Q.L0, Q.c),
-    "gravity": (Q.g,),
-    "contact": (Q.impact_loss,),
+MASS_OF = {Q.viscous_1: 0, Q.coulomb_1: 0, Q.STOP_LOSS.symbol: 0, Q.viscous_2: 1, Q.coulomb_2: 1}
+LABELS = {
+    Q.viscous_1: "viscous friction",
+    Q.viscous_2: "viscous friction",
+    Q.coulomb_1: "Coulomb friction",
+    Q.coulomb_2: "Coulomb friction",
+    Q.STOP_LOSS.symbol: "lost at stops",
 }
-"""The element of each parameter of the robot."""
-
-LABELS: dict[str, dict[sp.Symbol, str]] = {
-    "actuator": {
-        Q.viscous_1: "actuator, viscous friction",
-        Q.coulomb_1: "actuator, Coulomb friction",
-        Q.STOP_LOSS.symbol: "actuator, lost at stops",
-    },
-    "motor": {Q.motor_work: "work of the motor"},
-    "body": {Q.viscous_2: "body, viscous friction", Q.coulomb_2: "body, Coulomb friction"},
-    "spring": {
-        Q.offset_work: "work of the offset force k c",
-        Q.spring_work: "the actuator's work on the body",
-    },
-}
-"""The entries of the ledger of each element, and what a table calls them."""
+"""What a table calls the entries of the ledger that belong to a mass, behind what that is called."""
 
 OUTPUT_UNITS = {"T": "s", "apex": "m", "aed": "J"}
 
@@ -79,42 +59,67 @@ def facts(model: Model, layout: str, sources: Iterable[str]) -> dict[str, Any]:
         "can": [act for act in ALL if act not in lacks],
         "lacks": lacks,
         "build": {"flags": list(FLAGS), "sources": sorted(sources)},
-        "coordinates": list(_coordinates()),
-        "parameters": [{**_quantity(each), "element": element_of(model, each)} for each in model.robot.quantities],
-        "limits": [{**_quantity(Q.TRAVEL), "element": "spring"}],
-        "elements": [*_masses(model), *_others(model), *_terms(model)],
-        "inputs": [{**_named(Q.CURRENT), "limit": str(Q.u_max), "per_unit": str(Q.gamma2), "element": "motor"}],
-        **({} if "foot" in model.fixed else {"contact": _contact(model)}),
-        **({} if model.fixed else {"flight": {"falls": str(model.fall), "impact_loss": str(Q.impact_loss)}}),
-        "outputs": [{"name": name, "unit": OUTPUT_UNITS.get(name) or _unit_of(name)} for name in elements.OUTPUTS],
-        "energies": [_named(each) for each in Q.ENERGY.quantities],
+        "coordinates": list(_coordinates(model)),
+        "parameters": [{**_quantity(each), "element": element_of(model, each)} for each in model.parameters],
+        "limits": [{**_quantity(Q.TRAVEL), "element": "spring"}] if model.has_contact else [],
+        "elements": [*_masses(model), *_others(model), *_further(model)],
+        "inputs": list(_inputs(model)),
+        **({"contact": _contact(model)} if model.has_contact else {}),
+        **({"flight": _flight(model)} if model.has_contact else {}),
+        "outputs": [
+            {"name": name, "unit": model.unit(OUTPUT_UNITS.get(own, "")) or _unit_of(model, own)}
+            for own, name in zip(elements.OUTPUTS, elements.rows(model), strict=True)
+        ],
+        "energies": [_named(each) for each in Q.ENERGY.quantities if each.symbol == Q.total or not model.moves_alone],
     }
 
 
 def _lacks(model: Model) -> Iterator[tuple[str, str]]:
     """What the model cannot do, and what it lacks for that."""
-    for bolted in model.fixed:
-        acts, why = NEEDS[bolted]
-        yield from ((act, why) for act in acts)
-    further = [f"the term '{term.name}'" for term in model.terms]
-    further += [f"a bolted {bolted}" for bolted in model.fixed]
-    further += [f"friction by sign of the {mass}" for mass in model.friction_by_sign]
-    if further:
-        yield "identify", f"the equations of motion (3), (4), which it changes by {' and '.join(further)}"
+    if not model.has_contact:
+        yield from ((act, LACKS_CONTACT) for act in ("stance", *HOPPING))
+    elif model.input is None:
+        yield from ((act, LACKS_INPUT) for act in ("command", "reach"))
+    if not is_the_papers(model):
+        changed = " and ".join(force.meaning for force in model.further)
+        by = f", which it changes by {changed}" if changed else " of the paper, in the paper's parameters"
+        yield "identify", f"the equations of motion (3), (4){by}"
+
+
+def is_the_papers(model: Model) -> bool:
+    """Whether every letter is a parameter of its own name, and no force is further."""
+    letters = {letter for letter in Q.LETTERS if letter not in Q.LETTERS[17:]}
+    return (
+        not model.further
+        and not any(model.by_sign)
+        and model.has_contact
+        and all(isinstance(value := model.constants[letter], Own) and value.name == letter.name for letter in letters)
+    )
 
 
 def element_of(model: Model, parameter: Quantity) -> str:
-    """The element that a parameter of the robot belongs to: a term, if its force has the parameter."""
-    for name, symbols in BELONGS.items():
-        if parameter.symbol in symbols or parameter in _below(name):
-            return name
-    forces = {term.name: sp.Tuple(term.force_1, term.force_2) for term in model.terms}
-    return next((name for name, force in forces.items() if parameter.symbol in force.free_symbols), "")
+    """The element that a parameter of the robot belongs to: the first that the file declares with it."""
+    things = {"gravity": "gravity", "contact": "contact"}
+    for letter, thing in _letters_of(model):
+        if parameter.symbol in model.constants[letter].free_symbols:
+            return thing
+    for each in model.listed:
+        if parameter.name in each.parameters:
+            return things.get(each.kind, each.name)
+    return ""
 
 
-def _below(mass: str) -> tuple[Quantity, ...]:
-    """The friction of a mass with a velocity below 0, in motion and at rest, where that is a parameter of its own."""
-    return (FALLING[mass], EXCESS[mass][1]) if mass in MASSES else ()
+def _letters_of(model: Model) -> Iterator[tuple[sp.Symbol, str]]:
+    """The letters with the element that each belongs to."""
+    first, second = (each.thing if each else "" for each in model.names)
+    motor = model.input.thing if model.input else ""
+    of = {
+        first: (Q.m_eff, Q.b1, Q.f1, Q.f1_minus, *EXCESSES[0], Q.x1_min, Q.x1_max), motor: (Q.gamma2, Q.u_max),
+        second: (Q.m_s, Q.b2, Q.f2, Q.f2_minus, *EXCESSES[1]), "spring": (Q.k, Q.L0, Q.c), "gravity": (Q.g,),
+        "contact": (Q.impact_loss,),
+    }  # fmt: skip
+    for thing, letters in of.items():
+        yield from ((letter, thing) for letter in letters if thing)
 
 
 def _named(quantity: Quantity) -> dict[str, Any]:
@@ -127,59 +132,115 @@ def _quantity(quantity: Quantity) -> dict[str, Any]:
     return {**_named(quantity), "domain": quantity.domain, **default}
 
 
-def _unit_of(name: str) -> str:
-    return next(each.unit for each in (*Q.STATE.quantities, Q.BODY_HEIGHT) if each.name == name)
+def _unit_of(model: Model, name: str) -> str:
+    known = {each.name: each.unit for each in (*Q.STATE.quantities, Q.BODY_HEIGHT)}
+    return model.unit(known[name])
 
 
-def _coordinates() -> Iterator[dict[str, Any]]:
-    """The members of a state, and the height of the body that people give in place of the compression."""
-    yield from map(_named, (*Q.STATE.quantities, Q.BODY_HEIGHT))
+def _coordinates(model: Model) -> Iterator[dict[str, Any]]:
+    """The members of a state, and the height of the body that people give in place of the compression: under the names
+    of the model, with `axis`, the engine's.
+    """
+    masses = {Q.x1: 0, Q.v1: 0, Q.v2: 1, Q.x2: 1}
+    for each in (*Q.STATE.quantities, Q.BODY_HEIGHT):
+        mass = masses.get(each.symbol)
+        if mass is None:
+            if None not in model.names:
+                yield {**_named(each), "unit": model.unit(each.unit), "axis": each.name}
+            continue
+        if (own := model.names[mass]) is None:
+            continue
+        said = {**_named(each), "axis": each.name}
+        name = elements.name_of(model, each.symbol)
+        if name != each.name or own.thing not in ("actuator", "body"):
+            glyph = glyph_of(own.coordinate)
+            rate = each.symbol in (Q.v1, Q.v2)
+            said |= {"name": name, "glyph": rf"\dot{{{glyph}}}" if rate else glyph}
+            said |= {
+                "meaning": f"velocity of the {own.thing}" if rate else own.meaning or f"{own.thing}, its coordinate"
+            }
+        yield {**said, "unit": model.unit(each.unit)}
+
+
+def _inputs(model: Model) -> Iterator[dict[str, Any]]:
+    """The input, with its limit and the force per unit of it."""
+    if (own := model.input) is not None:
+        limit, per_unit = (str(model.constants[letter]) for letter in (Q.u_max, Q.gamma2))
+        glyph = Q.CURRENT.glyph if own.name == "u" else glyph_of(own.name)
+        said = {"name": own.name, "glyph": glyph, "unit": own.unit, "meaning": own.meaning}
+        yield {**said, "limit": limit, "per_unit": per_unit, "element": own.thing}
 
 
 def _masses(model: Model) -> Iterator[dict[str, Any]]:
     """The elements that slip or are held."""
-    for each in elements.ELEMENTS:
-        by_sign = [quantity.symbol for quantity in _below(each.name) if each.name in model.friction_by_sign]
-        friction = [MASSES[each.name][1], *by_sign[:1]]
-        excess = [EXCESS[each.name][0], *by_sign[1:]]
+    for each, own in zip(elements.ELEMENTS, model.names, strict=True):
+        if own is None:
+            continue
+        mass, forward, backward, _ = MASSES[each.name]
+        levels = [forward, *([backward] if model.by_sign[each.number - 1] else [])]
+        excess = EXCESSES[each.number - 1][: len(levels)]
+        stops = [Q.x1_min, Q.x1_max] if each.position is not None else []
         yield {
-            "name": each.name,
+            "name": own.thing,
             "kind": "mass",
-            "velocity": str(each.velocity),
-            "fixed": each.name in model.fixed,
-            "directions": list(DIRECTIONS[each.name]),
-            "friction": list(map(str, friction)),
-            "excess": list(map(str, excess)),
-            "stops": list(map(str, each.stops)),
-            "events": dict(_events(each)),
-            "ledger": _ledger(each.name),
+            "velocity": own.velocity,
+            "fixed": False,
+            "directions": list(own.directions),
+            "friction": [str(model.constants[level]) for level in levels if model.constants[level] != 0],
+            "excess": [str(model.constants[level]) for level in excess if model.constants[level] != 0],
+            "stops": [str(model.constants[stop]) for stop in stops if abs(model.constants[stop]) != NO_STOP],
+            "events": dict(_events(model, each)),
+            "ledger": {
+                str(entry): f"{own.thing}, {LABELS[entry]}"
+                for entry, mass in MASS_OF.items()
+                if mass == each.number - 1 and (entry in energy.powers(model) or entry == Q.STOP_LOSS.symbol)
+            },
         }
 
 
-def _events(element: elements.Element) -> Iterator[tuple[str, str]]:
+NO_STOP = 10**30
+
+
+def _events(model: Model, element: elements.Element) -> Iterator[tuple[str, str]]:
     """The events of an element, with the words for each."""
+    own = model.names[element.number - 1]
     for what, number in element.events.items():
-        if number:
-            yield f"x{element.number}_{what}", f"{element.name} {what.replace('_', ' ')}"
-
-
-def _ledger(name: str) -> dict[str, str]:
-    return {str(entry): label for entry, label in LABELS.get(name, {}).items()}
+        if number and own is not None:
+            yield f"{own.coordinate}_{what}", f"{own.thing} {what.replace('_', ' ')}"
 
 
 def _others(model: Model) -> Iterator[dict[str, Any]]:
-    """The elements that every model has beside its masses."""
-    for name in BELONGS:
-        if name not in MASSES and not (name == "contact" and "foot" in model.fixed):
-            yield {"name": name, "kind": name, "ledger": _ledger(name)}
+    """The elements that letters stand for beside the masses."""
+    has = energy.powers(model)
+    kinds = {each.kind for each in model.listed}
+    ledgers = {
+        "motor": {Q.motor_work: f"work of the {model.input.thing}" if model.input else ""},
+        "spring": {Q.offset_work: "work of the offset force k c", Q.spring_work: "the actuator's work on the body"},
+    }
+    if model.names[0] is not None and model.names[1] is not None:
+        ledgers["spring"][Q.spring_work] = f"the {model.names[0].thing}'s work on the {model.names[1].thing}"
+    for kind in ("motor", "spring", "gravity", "contact"):
+        if kind in kinds or (kind == "motor" and model.input is not None):
+            ledger = {str(entry): label for entry, label in ledgers.get(kind, {}).items() if entry in has}
+            yield {
+                "name": model.input.thing if kind == "motor" and model.input else kind,
+                "kind": kind,
+                "ledger": ledger,
+            }
 
 
-def _terms(model: Model) -> Iterator[dict[str, Any]]:
-    """The elements that the model's file adds."""
-    for term in model.terms:
-        own = {work.entry.name: f"{tuple(MASSES)[work.mass - 1]}, {term.name}" for work in energy.works_of(term)}
-        yield {"name": term.name, "kind": "term", "meaning": term.meaning, "ledger": own}
+def _further(model: Model) -> Iterator[dict[str, Any]]:
+    """The elements that no letter stands for."""
+    things = [own.thing if own else "" for own in model.names]
+    for force in model.further:
+        own = {work.entry.name: f"{things[work.mass - 1]}, {force.name}" for work in energy.works_of(force, things)}
+        yield {"name": force.name, "kind": "force", "meaning": force.meaning, "ledger": own}
 
 
 def _contact(model: Model) -> dict[str, Any]:
-    return {"coordinate": str(Q.y), "force": str(sp.expand(model.stiffness * model.contact)), "rest": str(model.rest)}
+    force, rest = (str(sp.expand(model.value(each))) for each in (model.stiffness * model.contact, model.rest))
+    return {"coordinate": str(Q.y), "force": force, "rest": rest}
+
+
+def _flight(model: Model) -> dict[str, Any]:
+    return {"falls": str(model.value(model.fall)), "impact_loss": str(model.constants[Q.impact_loss])}

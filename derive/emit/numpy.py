@@ -20,9 +20,9 @@ def signature(function: Function) -> str:
 
 
 def body(function: Function) -> Iterator[str]:
-    for name, symbols in unpacked(function, 5):
-        targets = ", ".join(map(str, symbols))
-        yield f"{targets} = {', '.join(f'{name}.{symbol}' for symbol in symbols)}"
+    for name, members in unpacked(function, 5):
+        targets = ", ".join(str(symbol) for symbol, _ in members)
+        yield f"{targets} = {', '.join(f'{name}.{member}' for _, member in members)}"
     yield from aligned((f"{s.symbol} = {SPELLED(s.value)}", f"# {s.source}") for s in function.steps)
     values = ", ".join(map(str, function.returns.symbols))
     result = f"{function.returns.in_python}({values})" if isinstance(function.returns, Record) else values

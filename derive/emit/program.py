@@ -4,10 +4,13 @@ Straight-line formulas only. What loops or branches (roots of the cubic, choice 
 events, the chain of phases) stands once per language in runtime/engine and calls these.
 """
 
-from ..ir import Definition, Program, Record
+from dataclasses import replace
+
+from ..ir import Definition, Parameter, Program, Record
 from ..maths import (
     contact,
     control,
+    elements,
     energy,
     flight,
     laplace,
@@ -19,9 +22,21 @@ from ..maths import (
 )
 from ..model import quantities
 from ..model.equations import Model
-from ..models.hopper import HOPPER
+from ..shipped import HOPPER
 
-MODULES = (laplace, linear, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight)
+MODULES = (
+    laplace,
+    linear,
+    elements,
+    modes,
+    partial_fractions,
+    time_domain,
+    energy,
+    control,
+    sensitivity,
+    contact,
+    flight,
+)
 
 
 def program(model: Model = HOPPER) -> Program:
@@ -36,11 +51,23 @@ def program(model: Model = HOPPER) -> Program:
         )
     }
     defined = [value for module in MODULES for value in vars(module).values()]
-    zeros = [step.symbol for step in laplace.rates_of(model) if step.value == 0]
+    zeros = [step.symbol for step in model.in_parameters(laplace.rates_of(model)) if step.value == 0]
     named = {value.name: value for value in (*vars(quantities).values(), *defined) if isinstance(value, Record)}
+    of_model = {name: _in_units(model, record) for name, record in (named | of_model).items()}
     return Program(
         "Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.",
         "Exact stances of a series-elastic hopper with dry friction, in closed form, and its controller",
-        tuple((named | of_model).values()),
+        tuple(of_model.values()),
         tuple(value.of(model, of_model).without(zeros) for value in defined if isinstance(value, Definition)),
+    )
+
+
+def _in_units(model: Model, record: Record) -> Record:
+    """A record in the units of a model's coordinates; its parameters are in units of their own."""
+    return replace(
+        record,
+        quantities=tuple(
+            each if isinstance(each, Parameter) else replace(each, unit=model.unit(each.unit))
+            for each in record.quantities
+        ),
     )

@@ -300,9 +300,9 @@ class _Module(Setting):
         returns = function.returns.name if isinstance(function.returns, Record) else "Real"
         yield f"def {function.name}({takes}) -> {returns}:"
         yield from docstring(function.meaning)
-        for name, symbols in unpacked(function, 5):
-            members = ", ".join(f"{name}.{attribute(str(symbol))}" for symbol in symbols)
-            yield f"    {', '.join(map(str, symbols))} = {members}"
+        for name, pairs in unpacked(function, 5):
+            members = ", ".join(f"{name}.{attribute(member)}" for _, member in pairs)
+            yield f"    {', '.join(str(symbol) for symbol, _ in pairs)} = {members}"
         for step in function.steps:
             value = spelled(step.value)
             value = value if step.value.free_symbols else self.literal(value)

@@ -9,6 +9,7 @@ numbers is refused. It says nothing of how the library computes: comments, formu
 
 import hashlib
 import json
+import math
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
@@ -23,10 +24,10 @@ from ..ir import Program, Quantity
 from ..maths import contact, elements, energy, flight, kernels, linear, modes, stability
 from ..model import kinds, precisions, quantities, selftest, structs
 from ..model.answers import answers, schema
-from ..model.equations import FIXED, Model
+from ..model.equations import Model
 from ..model.precisions import F64, PRECISIONS, Precision
-from ..models.hopper import HOPPER
 from ..paper import register
+from ..shipped import HOPPER
 from . import c, numpy, python
 from .facts import ROUNDING, facts
 from .instantiate import instantiate
@@ -214,17 +215,20 @@ def _of_library(sources: Iterable[str], options: Options) -> list[str]:
 
 
 def example_value(quantity: Quantity) -> float:
-    """A parameter's value in an example: that of the selftest's first robot; for a further parameter its default or
-    next to nothing.
-    """
+    """A parameter's value to start from: that of the selftest's first robot, its default, or 1; 0 for what may be 0."""
     known = selftest.ROBOTS[0].get(quantity.name, quantity.default)
-    next_to_nothing = 0.0 if 0.0 in quantity.interval else 1e-9
-    return next_to_nothing if known is None else known
+    return known if known is not None else 0.0 if 0.0 in quantity.interval else 1.0
+
+
+def finite_example(quantity: Quantity) -> float:
+    """The same where a program writes it: 1 for infinity."""
+    value = example_value(quantity)
+    return value if math.isfinite(value) else math.copysign(1.0, value)
 
 
 def example_start(model: Model) -> dict[str, float]:
     """A state at the start of an example: a drop, in which what is bolted to the ground does not move."""
-    falls = -1.93 if "body" not in model.fixed else 0.0
+    falls = 0.0 if model.moves_alone else -1.93
     return {
         quantity.name: falls if quantity.symbol == quantities.v2 else 0.0 for quantity in quantities.STATE.quantities
     }
@@ -239,12 +243,17 @@ def _plant(model: Model) -> dict[str, str]:
     values |= {"length": model.length, "contact": model.contact, "fall": model.fall}
     for n, (level, (up, down)) in enumerate(zip(model.levels, model.excesses, strict=True), 1):
         values |= {f"level_{n}": level, f"up_{n}": level + up, f"down_{n}": level + down}
+    values |= {
+        "lowest": quantities.x1_min, "highest": quantities.x1_max, "impact_loss": quantities.impact_loss,
+        "per_unit": quantities.gamma2, "limit": quantities.u_max,
+    }  # fmt: skip
     values["leg_time"] = contact.leg_time(model)[-1].value
-    names = {quantity.symbol: f"robot.{quantity.name}" for quantity in model.robot.quantities}
+    names = {quantity.symbol: f"robot.{quantity.name}" for quantity in model.parameters}
     state = {"v1": "velocity_1", "v2": "velocity_2", "y": "compression()"}
     at_takeoff = {"v1": "start.v1", "v2": "start.v2"}
 
     def spelled(value: sp.Expr, own: dict[str, str]) -> str:
+        value = model.value(value)
         named = names | {
             quantity.symbol: own.get(quantity.name, quantity.name) for quantity in quantities.STATE.quantities
         }
@@ -294,7 +303,7 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
     public = [structs.struct_of(record) for record in made.records if record.name in c.PUBLIC]
     firmware = _firmware(options)
     start = example_start(options.model)
-    answered = answers(made.record("Robot"), ledgers[0], register.VERDICTS)
+    answered = answers(made.record("Robot"), ledgers[0], register.VERDICTS, elements.kinds_of(options.model))
     return {module.__name__.rpartition(".")[2]: module for module in FACTS} | {
         "header": HEADER_MARK,
         "version": VERSION,
@@ -309,12 +318,14 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         ],
         "is_coupled": int(modes.is_coupled(options.model)),
         "leg_has_damper": int(contact.has_damper(options.model)),
-        "is_fixed": {name: int(name in options.model.fixed) for name in FIXED},
+        "has_contact": int(options.model.has_contact),
+        "moves_alone": int(options.model.moves_alone),
+        "rest_may_lack": int(options.model.rest_may_lack),
         "public_structs": [*public, *structs.structs(options.model.robot)],
         "internal_structs": [structs.struct_of(record) for record in made.records if record.name not in c.PUBLIC],
         "python_records": (*made.records, *ledgers),
         "walked_records": [made.record(name) for name in WALKED],
-        "example": ", ".join(repr(example_value(quantity)) for quantity in made.record("Robot").quantities),
+        "example": ", ".join(repr(finite_example(quantity)) for quantity in made.record("Robot").quantities),
         "example_start": ", ".join(map(repr, start.values())),
         "example_state": ", ".join(f"{name}={value!r}" for name, value in start.items()),
         "plant": _plant(options.model),

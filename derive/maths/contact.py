@@ -24,7 +24,7 @@ contact, left = CONTACT.symbol, LEFT.symbol
 
 def is_compression(model: Model) -> bool:
     """Whether the contact force is the leg's stiffness times y, and cannot pull."""
-    return bool(model.contact == y) and "foot" not in model.fixed
+    return bool(model.contact == y) and model.has_contact
 
 
 def has_damper(model: Model) -> bool:
@@ -66,7 +66,7 @@ def contact_numerator(model: Model) -> Steps:
 )
 def contact_change(model: Model) -> Steps:
     """Change of the contact force over the leg's stiffness with the robot and the state."""
-    steps = (Step(contact, model.contact, "what the leg carries"),)
+    steps = model.in_parameters((Step(contact, model.contact, "what the leg carries"),))
     return sensitivity.changed_steps(steps, (*model.robot.symbols, v1, v2, y), (sensitivity.change_of(contact),))
 
 

@@ -8,21 +8,27 @@ another slips, how far its free acceleration is below its friction to either sid
 rest in closed form.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
+from ..ir import Own, Record, Step, Steps, function, scalar
+from ..model import kinds
 from ..model.equations import MASSES, Model
-from ..model.kinds import EVENTS
+from ..model.kinds import EVENTS, Kind, Word
 from ..model.quantities import *
 from .laplace import MATRIX, MODES, NAMES, START, WHOLE
 
 AXES = STATE.symbols
 AXES_AND_ONE = (*AXES, 1)
 """What a state is multiplied by as a column: its axes, and 1 for what is constant."""
-POSITIONS = {"actuator": (x1, (x1_min, x1_max))}
-"""Positions that are coordinates of the state, and their stops."""
+POSITIONS = {"actuator": x1}
+"""Positions that are coordinates of the state: they have stops."""
+LOWEST = scalar("lowest", "m", "lower end of the stroke")
+HIGHEST = scalar("highest", "m", "upper end of the stroke")
+LIMIT = scalar("u_most", "A", "largest size of the current")
+PULL = scalar("pull", "N/A", "force per current, against x_1")
 POLYNOMIALS = {(1, 2): (s_1, s_2, s_3), (1,): (p_1, q_1), (2,): (p_2, q_2)}
 """The coefficients of the denominator of each mode, by the masses that slip."""
 NUMERATORS = {x1: WHOLE, v1: NAMES[1], v2: NAMES[2], y: NAMES[0]}
@@ -39,7 +45,7 @@ WHATS = "reverses", "sticks", "slips", "hits_stop"
 class Element:
     """What belongs to an element, which is mass `number` of the equations.
 
-    position, stops: none where the position has no stops. events: their numbers, by WHATS, 0 for one that it has not.
+    position: none where it has no stops. events: their numbers, by WHATS, 0 for one that it has not.
     """
 
     number: int
@@ -47,7 +53,6 @@ class Element:
     side: sp.Symbol
     velocity: sp.Symbol
     position: sp.Symbol | None
-    stops: tuple[sp.Symbol, ...]
     events: dict[str, int]
 
 
@@ -55,17 +60,15 @@ def _elements() -> Iterator[Element]:
     events = {word.text: word.number for word in EVENTS.words}
     for number, (name, (*_, side)) in enumerate(MASSES.items(), 1):
         own = {what: events.get(f"x{number}_{what}", 0) for what in WHATS}
-        position, stops = POSITIONS.get(name, (None, ()))
-        yield Element(number, name, side, START[number], position, stops, own)
+        yield Element(number, name, side, START[number], POSITIONS.get(name), own)
 
 
 ELEMENTS = tuple(_elements())
 SIDES = tuple(element.side for element in ELEMENTS)
 VELOCITIES = tuple(AXES.index(element.velocity) for element in ELEMENTS)
 """The axes of their velocities."""
-STOPPED = next(element for element in ELEMENTS if element.stops)
+STOPPED = next(element for element in ELEMENTS if element.position is not None)
 """The one whose position has stops."""
-LOWER_STOP, UPPER_STOP = STOPPED.stops
 
 DRIVEN = ELEMENTS[0]
 """The one that the current drives, (3)."""
@@ -78,19 +81,101 @@ def events() -> Iterator[dict[str, object]]:
             yield {"what": what, "numbers": numbers}
 
 
-def fixed(model: Model) -> list[bool]:
-    """Whether each element is bolted to the ground."""
-    return [element.name in model.fixed for element in ELEMENTS]
+def never_moves(model: Model) -> list[bool]:
+    """Whether each element is none that moves, in any mode."""
+    return [False, model.moves_alone]
 
 
-def stops(model: Model) -> tuple[int, ...]:
-    """The lower and the upper stop in Robot."""
-    return tuple(map(model.robot.symbols.index, STOPPED.stops))
+BY_LETTER = Record("Letters", "The letters of the derivation, by the parameters of a robot.").of(
+    *(scalar(letter.name, "SI", f"{letter.name} of the equations of motion") for letter in LETTERS)
+)
 
 
-def columns(model: Model) -> tuple[sp.Symbol, ...]:
+@function(takes=(ROBOT,), returns=BY_LETTER)
+def letters_of(model: Model) -> Steps:
+    """The letters of the derivation, by the parameters of a robot."""
+    for letter, value in model.constants.items():
+        if not (isinstance(value, Own) and value.name == letter.name):
+            yield Step(letter, value, model.sources.get(letter, "none"))
+
+
+@function(takes=(ROBOT,), returns=LOWEST)
+def lower_stop() -> Steps:
+    """Lower end of the stroke."""
+    yield Step(LOWEST.symbol, x1_min, "stop")
+
+
+@function(takes=(ROBOT,), returns=HIGHEST)
+def upper_stop() -> Steps:
+    """Upper end of the stroke."""
+    yield Step(HIGHEST.symbol, x1_max, "stop")
+
+
+@function(takes=(ROBOT,), returns=LIMIT)
+def current_limit() -> Steps:
+    """Largest size of the current."""
+    yield Step(LIMIT.symbol, u_max, "limit of the current")
+
+
+@function(takes=(ROBOT,), returns=PULL)
+def force_constant() -> Steps:
+    """Force per current, against x_1."""
+    yield Step(PULL.symbol, gamma2, "(3) per u")
+
+
+def ends(model: Model) -> tuple[str, ...]:
+    """The lower and the upper end of the stroke as a file has them, and their unit."""
+    unit = "m" if model.names[0] is None else model.names[0].unit
+    return (*(str(model.constants[end]) for end in (x1_min, x1_max)), unit)
+
+
+def name_of(model: Model, symbol: sp.Symbol) -> str:
+    """What a model calls a member of a state, or the input."""
+    first, second = model.names
+    known = dict[sp.Symbol, str]()
+    if first is not None:
+        known |= {x1: first.coordinate, v1: first.velocity}
+    if second is not None:
+        known |= {x2: second.coordinate, v2: second.velocity}
+    if model.input is not None:
+        known[u] = model.input.name
+    return known.get(symbol, str(symbol))
+
+
+def _word_of(model: Model, word: Word) -> Word | None:
+    """The word of an event under the name of its coordinate; None of a mass that the model has not."""
+    for number, own in enumerate(model.names, 1):
+        prefix = f"x{number}_"
+        if word.text.startswith(prefix):
+            if own is None:
+                return None
+            text = f"{own.coordinate}_{word.text.removeprefix(prefix)}"
+            return replace(word, text=text, meaning=model.words(word.meaning))
+    return word
+
+
+def _words_of(model: Model, words: Iterable[Word]) -> tuple[Word, ...]:
+    return tuple(own for word in words if (own := _word_of(model, word)) is not None)
+
+
+def kinds_of(model: Model) -> tuple[Kind, ...]:
+    """The words for what happens, in which events have the names of the model's coordinates."""
+    return tuple(replace(kind, words=_words_of(model, kind.words)) for kind in kinds.KINDS)
+
+
+def flight_events_of(model: Model) -> tuple[Word, ...]:
+    """Those that start a phase of a flight."""
+    return _words_of(model, kinds.FLIGHT_EVENTS)
+
+
+def columns(model: Model) -> tuple[str, ...]:
     """What stances are differentiated by."""
-    return (*INPUTS, *model.robot.symbols)
+    return (*(name_of(model, symbol) for symbol in INPUTS), *(each.name for each in model.parameters))
+
+
+def rows(model: Model) -> tuple[str, ...]:
+    """What is differentiated."""
+    return tuple(name_of(model, sp.Symbol(each, real=True)) for each in OUTPUTS)
 
 
 def follows_of(axis: sp.Symbol) -> tuple[int, ...]:
@@ -121,11 +206,6 @@ def column_of_axis() -> tuple[int, ...]:
     return tuple(map(INPUTS.index, AXES))
 
 
-def column_of_stop(model: Model) -> tuple[int, ...]:
-    """The columns of the lower and of the upper stop."""
-    return tuple(len(INPUTS) + stop for stop in stops(model))
-
-
 def modes() -> Iterator[dict[str, object]]:
     """Of each mode in which something slips: its name, the sides of the elements that are held; and by numbers which
     slip, and the coefficients of its denominator in Rates.
@@ -136,6 +216,11 @@ def modes() -> Iterator[dict[str, object]]:
         name = "both" if all(slips) else ELEMENTS[moving[0] - 1].name
         polynomial = tuple(map(RATES.symbols.index, POLYNOMIALS[moving]))
         yield {"name": name, "held": [SIDES[each] for each in held], "numbers": (slips, polynomial)}
+
+
+def modes_of(model: Model) -> Iterator[dict[str, object]]:
+    """The modes that a model is ever in."""
+    return (mode for mode in modes() if not model.moves_alone or mode["name"] == ELEMENTS[0].name)
 
 
 def modes_of_one() -> list[tuple[object, ...]]:

@@ -5,18 +5,20 @@
     H = m_eff v_1^2/2 + m_s v_2^2/2 + m_s g x_2 + k (x_1 - x_2 + L_0 + c)^2/2
 
 Both hold the spring's own energy: where y counts from elsewhere, x_1 - x_2 + L_0 + c is y and the rest of the spring.
-What further terms in the leg do is work of their own.
+What further forces in the leg do is work of their own.
 
 Every term of the ledger is the integral of a power, a quadratic form in 1, x_1 - x_1(0), y, v_1, v_2 within a phase;
 the integrals of the products (`Moments`) have a closed form of their own, so each term is computed by itself.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
 
 from ..ir import Quantity, Record, Step, Steps, function, scalar
-from ..model.equations import Model, Term, kinetic, potential
+from ..model.equations import Force, Model, kinetic, potential
+from ..model.mechanism import field_name
 from ..model.quantities import *
 from .laplace import REST, rest_of_spring
 from .time_domain import AT, v2_t, x1_t, y_t
@@ -65,12 +67,24 @@ def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
         coulomb_2: model.friction[1] * v2,
         spring_work: k * x1 * v2,
     }
-    return entries | {work.entry.symbol: work.power for work in works(model)}
+    made = entries | {work.entry.symbol: work.power for work in works(model)}
+    still = {v2: 0} if model.moves_alone else {}
+    return {
+        entry: power
+        for entry, power in made.items()
+        if entry in OF_EVERY_MODEL or model.value(sp.sympify(power).subs(still)) != 0
+    }
+
+
+OF_EVERY_MODEL = viscous_1, coulomb_1
+"""Entries of the ledger of every model; others are left out where they are 0 for every robot."""
 
 
 def ledger_record(model: Model) -> Record:
-    """The fields of the ledger: those of the hopper, then the work of each further term on each mass it acts on."""
-    return replace(LEDGER, quantities=(*LEDGER.quantities, *(work.entry for work in works(model))))
+    """The fields of the ledger: those of the hopper, then the work of each further force on each mass it acts on."""
+    entries = (*LEDGER.quantities, *(work.entry for work in works(model)))
+    has = powers(model)
+    return replace(LEDGER, quantities=tuple(entry for entry in entries if entry.symbol in has))
 
 
 def with_stop_loss(work: Record, meaning: str) -> Record:
@@ -86,7 +100,9 @@ def whole_robot_entries(model: Model) -> tuple[sp.Symbol, ...]:
 
 def body_entries(model: Model) -> tuple[sp.Symbol, ...]:
     """The entries whose sum is the AED, the change of E."""
-    return (spring_work, viscous_2, coulomb_2, *(work.entry.symbol for work in works(model) if work.mass == 2))
+    entries = (spring_work, viscous_2, coulomb_2, *(work.entry.symbol for work in works(model) if work.mass == 2))
+    has = powers(model)
+    return tuple(entry for entry in entries if entry in has)
 
 
 @function(takes=(ROBOT, MOMENTS, CURRENT, SIDE_1, SIDE_2, X1_0), returns=LEDGER)
@@ -184,7 +200,7 @@ def body_energy_gain(model: Model) -> Steps:
 
 @dataclass(frozen=True)
 class Work:
-    """The work of a term on one of the masses: an entry of the ledger and its power."""
+    """The work of a force on one of the masses: an entry of the ledger and its power."""
 
     mass: int
     entry: Quantity
@@ -192,22 +208,19 @@ class Work:
 
 
 def works(model: Model) -> tuple[Work, ...]:
-    """The work of each further term."""
-    return tuple(work for term in model.terms for work in works_of(term))
+    """The work of each further force."""
+    things = ["actuator" if model.names[0] is None else model.names[0].thing]
+    things += ["body" if model.names[1] is None else model.names[1].thing]
+    return tuple(work for force in model.further for work in works_of(force, things))
 
 
-def works_of(term: Term) -> tuple[Work, ...]:
-    """The work of a further term on each mass that it acts on."""
+def works_of(force: Force, things: Sequence[str]) -> tuple[Work, ...]:
+    """The work of a further force on each mass that it acts on, by what these are called."""
     return tuple(
-        Work(mass, scalar(f"{field_name(term.name)}_{mass}", "J", f"work of the term '{term.name}' on the {on}"), power)
-        for mass, on, power in ((1, "actuator", term.force_1 * v1), (2, "body", term.force_2 * v2))
+        Work(mass, scalar(f"{field_name(force.name)}_{mass}", "J", f"work of {force.meaning} on the {on}"), power)
+        for mass, on, power in ((1, things[0], force.force_1 * v1), (2, things[1], force.force_2 * v2))
         if power != 0
     )
-
-
-def field_name(name: str) -> str:
-    """A term's name as part of the name of a field."""
-    return "".join(letter if letter.isalnum() else "_" for letter in name)
 
 
 def _integrate(model: Model, power: sp.Expr) -> sp.Expr:

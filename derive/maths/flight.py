@@ -16,14 +16,14 @@ acceleration a
 
 nothing is divided by p or q. The foot is above the ground by foot + v_2 t - g t^2/2 - (x_1(t) - x_1).
 
-A further term acts in flight unless it is declared for stance alone or acts in the leg. In flight it may be a force on
-the actuator, constant or linear in v_1, and a constant force on the body: for g stands then what that leaves of it.
+A further force acts in flight unless it is declared for stance alone or acts in the leg. In flight it may be one on the
+actuator, constant or linear in v_1, and a constant one on the body: for g stands then what that leaves of it.
 """
 
 import sympy as sp
 
 from ..ir import Quantity, Record, Step, Steps, function, scalar
-from ..model.equations import Model, ModelError, Term
+from ..model.equations import Model
 from ..model.quantities import *
 from .laplace import rest_of_spring
 
@@ -86,38 +86,6 @@ settled_rate, damping, shortfall = sp.symbols("settled_rate damping shortfall", 
 # A critically damped return from rest is at 1/100 of its displacement after 20/3 of its time constant: (1 + 20/3) exp(-20/3) <
 # 1/100.
 SETTLED = sp.Rational(20, 3)
-
-ACTS = ("both", "stance", "flight")
-"""Where a term may be declared to act."""
-
-
-def refuse_what_flight_cannot_carry(term: Term) -> None:
-    """ModelError for a term that acts in flight by more than a constant force, or a velocity of the actuator."""
-    here = f"the term '{term.name}' acts"
-    if term.acts not in ACTS:
-        raise ModelError(f"{here} in {term.acts!r}: it must be one of {', '.join(map(repr, ACTS))}")
-    if term.is_in_leg and term.acts == "flight":
-        where = "in the leg, which carries nothing in flight"
-        raise ModelError(f"{here} {where}: it must not be declared for flight alone")
-    if term.is_in_leg and sp.expand(sp.diff(term.force_1, v1) + sp.diff(term.force_1, v2)) != 0:
-        raise ModelError(
-            f"{here} in the leg by force_1 = {term.force_1}, which depends on v1 and v2 otherwise than by v1 - v2: in "
-            "flight, where the foot is free, the leg would know the velocity of the ground"
-        )
-    force_1, force_2 = (sp.cancel(force) for force in term.force_in("flight"))
-    if variables := sorted(str(symbol) for symbol in force_2.free_symbols & {x1, x2, v1, v2}):
-        raise ModelError(
-            f"{here} on mass 2, the body: force_2 = {term.force_2} would act in flight, too, and depends on "
-            f"{', '.join(variables)}: there it may be constant alone; a force that ends at take-off is declared by "
-            'acts="stance"'
-        )
-    for variable in (x1, x2, v2):
-        if force_1.diff(variable) != 0:
-            raise ModelError(
-                f"{here} on mass 1, the actuator, by force_1 = {term.force_1}, which depends on {variable}: in flight, "
-                "where the leg carries nothing, it may be constant or linear in v1 alone; a force that ends at "
-                'take-off is declared by acts="stance"'
-            )
 
 
 def acceleration(model: Model) -> sp.Expr:

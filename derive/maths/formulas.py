@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ..ir import Quantity, Step
+from ..ir import Own, Quantity, Step
 from ..model.equations import LAGRANGIAN, Model, kinetic, potential
 from ..model.quantities import *
 from . import control, elements, energy, laplace, modes, partial_fractions
@@ -169,16 +169,19 @@ def _of_steps(group: str, steps: Iterable[Step], wanted: Sequence[sp.Symbol] = (
 def inputs(model: Model) -> dict[str, Quantity]:
     """What formulas take beside each other, by name: parameters, inputs, a state and that at the start of a phase."""
     asked = (control.AED, control.H_DES, control.STEP, control.X1_T, HEIGHT)
-    known = (*model.robot.quantities, *STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, *asked)
+    known = (*STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, *asked)
     own = {parameter.name for parameter in model.parameters}
-    starts = (_final(quantity, own) for quantity in _STARTS.values())
-    return {quantity.name: quantity for quantity in (*starts, *known)}
+    others = (_final(quantity, own, model) for quantity in (*_STARTS.values(), *known))
+    parameters = (
+        Quantity(each.name, each.glyph, each.unit, each.meaning, each.domain, each.default) for each in model.parameters
+    )
+    return {quantity.name: quantity for quantity in (*parameters, *others)}
 
 
 def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
     """The derivation of a model as formulas, group by group; one may read another of a later group.
 
-    moving: the masses that slip in the phase, by default all that are not bolted; the others are held, their
+    moving: the masses that slip in the phase, by default all that may; the others are held, their
     velocities 0. What is 0 for every robot of the model is put in where it stands.
     """
     free = free_masses(model)
@@ -194,13 +197,21 @@ def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
         *_control(model),
         *_event_functions(model, free),
     )
+    shown = [replace(each, value=_shown(model, each.value)) for each in made]
     own, order = {parameter.name for parameter in model.parameters}, list(GROUPS)
-    return tuple(sorted(_finished(list(_without_zeros(made)), own), key=lambda each: order.index(each.group)))
+    return tuple(sorted(_finished(list(_without_zeros(shown)), own, model), key=lambda each: order.index(each.group)))
+
+
+def _shown(model: Model, value: sp.Expr) -> sp.Expr:
+    """A formula in letters by the parameters of the model."""
+    still = dict.fromkeys((x2, v2, x2_0, v2_0), sp.S.Zero) if model.moves_alone else {}
+    own = model.value(value).xreplace(still)
+    return sp.S.NaN if own.has(sp.zoo, sp.nan) else own
 
 
 def free_masses(model: Model) -> tuple[int, ...]:
-    """The masses that are not bolted to the ground."""
-    return tuple(each.number for each, fixed in zip(ELEMENTS, elements.fixed(model), strict=True) if not fixed)
+    """The masses that move."""
+    return tuple(each.number for each, none in zip(ELEMENTS, elements.never_moves(model), strict=True) if not none)
 
 
 _MAY_VANISH = ("equations_of_motion", "numerators", "poles")
@@ -217,18 +228,31 @@ def _without_zeros(made: Iterable[Formula]) -> Iterator[Formula]:
             yield replace(each, value=value)
 
 
-def _final(quantity: Quantity, own: set[str]) -> Quantity:
-    """A quantity under its name; where a parameter of the model has that name, with an underscore behind it."""
+def _final(quantity: Quantity, own: set[str], model: Model) -> Quantity:
+    """A quantity under its name, a coordinate's in the model, and in its units; where a parameter of the model has that
+    name, with an underscore behind it.
+    """
     name = quantity.name.removesuffix(_MARK)
-    return replace(quantity, name=f"{name}_" if name != quantity.name and name in own else name)
+    letter, _, index = name.partition("_")
+    if letter in ("x1", "v1", "x2", "v2", "u") and (index in ("", "0", "t") or letter[0] == "x"):
+        called = elements.name_of(model, sp.Symbol(letter, real=True))
+        name = f"{called}_{index}" if index else called
+        taken = own
+    else:
+        taken = own | {elements.name_of(model, symbol) for symbol in (x1, v1, x2, v2, u)}
+    while name in taken:
+        name += "_"
+    return replace(quantity, name=name, unit=model.unit(quantity.unit), meaning=model.words(quantity.meaning))
 
 
-def _finished(made: Sequence[Formula], own: set[str]) -> Iterator[Formula]:
-    quantities = (*_OWN.values(), *(each.quantity for each in made))
-    finals = {quantity.symbol: _final(quantity, own).symbol for quantity in quantities}
+def _finished(made: Sequence[Formula], own: set[str], model: Model) -> Iterator[Formula]:
+    known = (*_KNOWN.values(), *STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, HEIGHT)
+    quantities = (*_OWN.values(), *known, *(each.quantity for each in made))
+    finals = {quantity.symbol: _final(quantity, own, model).symbol for quantity in quantities}
+    finals |= {Own(name, real=True): sp.Symbol(name, real=True) for name in own}
     finals[s] = sp.Symbol(finals[_symbol("s")].name)
     for each in made:
-        yield replace(each, quantity=_final(each.quantity, own), value=each.value.xreplace(finals))
+        yield replace(each, quantity=_final(each.quantity, own, model), value=each.value.xreplace(finals))
 
 
 def _lagrangian(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
@@ -424,9 +448,9 @@ def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
 def _control(model: Model) -> Iterator[Formula]:
     """Touchdown and apex of what takes off; the rest of (5), (25)-(27) is about the paper's hopper."""
     group = "control"
-    if "foot" in model.fixed:
+    if not model.has_contact:
         return
-    is_the_papers = not (model.terms or model.friction_by_sign)
+    is_the_papers = not (model.further or any(model.by_sign))
     if is_the_papers:
         yield _made(group, control.u_threshold, _value_of(control.threshold_current(), control.u_threshold), 5)
     touchdown = control.touchdown_velocity(model)
@@ -448,7 +472,7 @@ def _value_of(steps: Iterable[Step], symbol: sp.Symbol) -> sp.Expr:
 def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
     """Contact force, velocities, what holds a mass at rest to either side, and distances from stops, by a state."""
     group = "event_functions"
-    if "foot" not in model.fixed:
+    if model.has_contact:
         parts = (model.stiffness * part for part in sp.Add.make_args(model.contact))
         yield _made(group, "contact_force", sum(parts, sp.S.Zero).subs(y, x1 - x2 + model.length))
     for n in free:
@@ -463,9 +487,9 @@ def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
         for way, sign, excess in zip(("up", "down"), (-1, 1), model.excesses[n - 1], strict=True):
             meaning = f"friction left of the {element.name} at rest: it slips {way} where this falls to 0"
             yield _event(n, f"holds_{way}", level + excess + sign * acceleration, meaning, "m/s^2")
-        if element.stops:
-            low, high = element.stops
-            for which, distance in (("lower", x1 - low), ("upper", high - x1)):
+        if element.position is not None:
+            ends = ("lower", x1_min, x1 - x1_min), ("upper", x1_max, x1_max - x1)
+            for which, distance in ((which, away) for which, end, away in ends if not model.constants[end].is_number):
                 meaning = f"distance of the {element.name} from its {which} stop, which it meets where this is 0"
                 yield _event(n, f"{which}_stop", distance, meaning, "m")
 

@@ -149,3 +149,67 @@ def deflated_numerator() -> Steps:
     """
     yield Step(A, H2 - p * H3, "(18) terms in s, pole a removed")
     yield Step(B, H1 - q * H3, "(18) constant terms, pole a removed")
+
+
+# ---- the modal form: (18)-(21) with the real pole and the pair apart, each part with digits of its own ----
+
+MODES = Record("Modes", "A function of time as a sum: its final value, the decay, and the pair.").of(
+    scalar("h_end", "1", "its final value"),
+    scalar("h_fade", "1", "of exp(-a t)"),
+    scalar("h_cos", "1", "of exp(-p t/2) cos(omega t)"),
+    scalar("h_sin", "1", "of exp(-p t/2) sin(omega t)"),
+)
+h_end, h_fade, h_cos, h_sin = MODES.symbols
+INTEGRATED = Record(
+    "Integrated", "The integral of such a sum from 0, less the final value's, which grows with time."
+).of(
+    scalar("ih_0", "s", "what it starts from"),
+    scalar("ih_fade", "s", "of exp(-a t)"),
+    scalar("ih_cos", "s", "of the cosine"),
+    scalar("ih_sin", "s", "of the sine"),
+)
+ih_0, ih_fade, ih_cos, ih_sin = INTEGRATED.symbols
+WHOLE = Record("Whole", "A coordinate over s P(s), N_3 s^3 + N_2 s^2 + N_1 s + N_0.").of(
+    scalar("N3", "1", "its initial value"),
+    scalar("N2", "1/s", "terms in s^2"),
+    scalar("N1", "1/s^2", "terms in s"),
+    scalar("N0", "1/s^3", "constant terms"),
+)
+N3, N2, N1, N0 = WHOLE.symbols
+ah_end, f_0, f_1, h_swing = sp.symbols("ah_end f_0 f_1 h_swing", real=True)
+
+
+@function(takes=(POLES, CHI, OMEGA, WHOLE), returns=MODES)
+def modes_of() -> Steps:
+    """The modal form of a coordinate: its partial fractions at 0, at -a and at a pair that rings.
+
+    (d/dt + a)(h - h_end) is a motion of the pair alone; at the start it is f_0, and its rate f_1. Neither has
+    a term as large as a h, so what the pair leaves of a velocity that the real pole takes away keeps its digits.
+    """
+    yield Step(ah_end, N0 / q, "(18) a times the final value")
+    yield Step(h_end, ah_end / a, "(18) terms in 1/s")
+    yield Step(f_0, N2 - p * N3 - ah_end, "(18) without the real pole, at the start")
+    yield Step(f_1, N1 - p * N2 - (q - p**2) * N3, "(18) the rate of that")
+    yield Step(h_cos, ((a - p) * f_0 - f_1) / chi, "(18) pair, at the start")
+    yield Step(h_swing, (a * f_1 + q * f_0) / chi, "(18) pair, its rate at the start")
+    yield Step(h_sin, (h_swing + p / 2 * h_cos) / omega_p, "(18) pair")
+    yield Step(h_fade, N3 - h_end - h_cos, "(18) residue at s = -a")
+
+
+@function(takes=(POLES, OMEGA, MODES), returns=INTEGRATED)
+def integrated_modes() -> Steps:
+    """The integral of a modal form."""
+    yield Step(ih_fade, -h_fade / a, "(20) real pole")
+    yield Step(ih_cos, -(p / 2 * h_cos + omega_p * h_sin) / q, "(20) pair")
+    yield Step(ih_sin, (omega_p * h_cos - p / 2 * h_sin) / q, "(20) pair")
+    yield Step(ih_0, -(ih_fade + ih_cos), "(20) at the start")
+
+
+@function(takes=(POLES, OMEGA, MODES), returns=PAIR_NUMERATOR)
+def deflated_modes() -> Steps:
+    """Deflated numerator of a modal form."""
+    d_cos, d_sin = sp.symbols("d_cos d_sin", real=True)
+    yield Step(d_cos, omega_p * h_sin - p / 2 * h_cos, "(18) the pair's rate: of the cosine")
+    yield Step(d_sin, -omega_p * h_cos - p / 2 * h_sin, "(18) of the sine")
+    yield Step(A, (a - p / 2) * d_cos + omega_p * d_sin, "(18) terms in s, pole a removed")
+    yield Step(B, omega_p * ((a - p / 2) * d_sin - omega_p * d_cos) + p / 2 * A, "(18) constant terms, pole a removed")

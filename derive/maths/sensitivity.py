@@ -10,16 +10,15 @@ from dataclasses import replace
 
 import sympy as sp
 
-from ..ir import Quantity, Record, Step, Steps, function, scalar
+from ..ir import Parameter, Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
-from . import control, energy, laplace, modes
+from . import control, elements, energy, laplace, modes
 
 
 def _changed(quantity: Quantity) -> Quantity:
-    return Quantity(
-        f"d_{quantity.name}", rf"\delta {quantity.glyph}", quantity.unit, f"change of the {quantity.meaning}"
-    )
+    kind = Parameter if isinstance(quantity, Parameter) else Quantity
+    return kind(f"d_{quantity.name}", rf"\delta {quantity.glyph}", quantity.unit, f"change of the {quantity.meaning}")
 
 
 def changes(record: Record) -> Record:
@@ -39,7 +38,7 @@ HEIGHT_CHANGE = _changed(BODY_HEIGHT)
 
 
 def change_of(symbol: sp.Symbol) -> sp.Symbol:
-    return sp.Symbol(f"d_{symbol}", real=True)
+    return type(symbol)(f"d_{symbol}", real=True)
 
 
 def changed(value: sp.Expr, inputs: Iterable[sp.Symbol]) -> sp.Expr:
@@ -65,7 +64,25 @@ def changed_steps(steps: Sequence[Step], inputs: Sequence[sp.Symbol], wanted: Se
 def slopes_of(model: Model) -> Steps:
     """Change of the right sides of (3), (4) with the robot and the current."""
     rates = [step for step in laplace.rates_of(model) if step.symbol in RATES.symbols[:9]]
-    return changed_steps((*rates, *laplace.drive_of(model)), (*model.robot.symbols, u), SLOPES.symbols)
+    steps = model.in_parameters((*rates, *laplace.drive_of(model)))
+    return changed_steps(steps, (*model.robot.symbols, u), SLOPES.symbols)
+
+
+LOWEST_CHANGE, HIGHEST_CHANGE = _changed(elements.LOWEST), _changed(elements.HIGHEST)
+
+
+@function(takes=(ROBOT, ROBOT_CHANGE), returns=LOWEST_CHANGE)
+def lower_stop_change(model: Model) -> Steps:
+    """Change of the lower end of the stroke with the robot."""
+    steps = model.in_parameters(elements.lower_stop())
+    return changed_steps(steps, model.robot.symbols, LOWEST_CHANGE.symbols)
+
+
+@function(takes=(ROBOT, ROBOT_CHANGE), returns=HIGHEST_CHANGE)
+def upper_stop_change(model: Model) -> Steps:
+    """Change of the upper end of the stroke with the robot."""
+    steps = model.in_parameters(elements.upper_stop())
+    return changed_steps(steps, model.robot.symbols, HIGHEST_CHANGE.symbols)
 
 
 @function(takes=(RATES, STATE_CHANGE), returns=FREE)
@@ -78,8 +95,10 @@ def free_slopes() -> Steps:
 @function(takes=(ROBOT, ROBOT_CHANGE), returns=modes.EXCESS)
 def excess_change(model: Model) -> Steps:
     """Change of the friction at rest, less that of the friction in motion, with the robot."""
-    for step in modes.excess_of(model):
-        yield replace(step, value=changed(step.value, model.robot.symbols))
+    steps = model.in_parameters(modes.excess_of(model))
+    wanted = {change_of(symbol): symbol for symbol in modes.EXCESS.symbols}
+    for step in changed_steps(steps, model.robot.symbols, tuple(wanted)):
+        yield replace(step, symbol=wanted.get(step.symbol, step.symbol))
 
 
 @function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=scalar("d_body", "J", "change of the energy"))
@@ -98,14 +117,15 @@ def body_energy_change(model: Model) -> Steps:
         Step(spring, k * (length - rest) ** 2 / 2, "(22), (23) spring"),
         Step(body, kinetic + weight + spring, "(22), (23)"),
     )
-    return changed_steps(steps, (*model.robot.symbols, x1, v2, y), (change_of(body),))
+    return changed_steps(model.in_parameters(steps), (*model.robot.symbols, x1, v2, y), (change_of(body),))
 
 
 @function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=APEX_CHANGE)
 def apex_change(model: Model) -> Steps:
     """Change of the apex with the robot and the state at take-off; a body that falls does not rise."""
     up, change = control.v_up, change_of(v2)
-    steps = changed_steps(control.apex_of_takeoff(model), (*model.robot.symbols, x1, up, y), (change_of(control.apex),))
+    steps = model.in_parameters(control.apex_of_takeoff(model))
+    steps = changed_steps(steps, (*model.robot.symbols, x1, up, y), (change_of(control.apex),))
     yield Step(up, (v2 + sp.Abs(v2)) / 2, "max(v_2, 0)")
     yield from (replace(step, value=step.value.subs(change_of(up), change)) for step in steps)
 
@@ -120,4 +140,5 @@ def apex_slope(model: Model) -> Steps:
 @function(takes=(ROBOT, ROBOT_CHANGE, STATE_CHANGE), returns=HEIGHT_CHANGE)
 def height_change(model: Model) -> Steps:
     """Change of the body's height with the robot and the state."""
-    return changed_steps(energy.body_height(model), (*model.robot.symbols, x1, y), (change_of(x2),))
+    steps = model.in_parameters(energy.body_height(model))
+    return changed_steps(steps, (*model.robot.symbols, x1, y), (change_of(x2),))

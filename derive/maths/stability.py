@@ -13,7 +13,7 @@ and is not asked for. So the paper's hopper is never asked. Where neither veloci
 and the conditions of one mass moving alone imply those of both.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import sympy as sp
 
@@ -46,8 +46,10 @@ CONDITIONS = (
 
 def open_conditions(model: Model) -> tuple[Condition, ...]:
     """The conditions that some robot of the model may violate though it obeys the others."""
-    rates = laplace.rates_of(model)
-    known = {quantity.symbol for quantity in model.robot.quantities if quantity.interval.low >= 0.0}
+    masses = (m_eff, m_s)
+    in_own = {letter: value for letter, value in model.constants.items() if letter not in masses}
+    rates = tuple(replace(step, value=step.value.xreplace(in_own)) for step in laplace.rates_of(model))
+    known = {quantity.symbol for quantity in model.robot.quantities if quantity.interval.low >= 0.0} | {*masses}
     of_both = dict(zip((s_1, s_2, s_3), laplace.characteristic(laplace.MATRIX), strict=True))
     of_one = ALONE | {rate: unfold(rate, rates) for rate in (a1_v2, a2_v1)}
     return tuple(

@@ -1,10 +1,9 @@
-"""What a user edits: the quantities, the equations of motion, and the words for what happens.
+"""What a user edits: the elements of a model file, and how they become equations of motion; the words for what happens.
 
-A model file takes from here `Quantity`, `Term` and the symbols of the robot and its state.
+A model file takes from here what `declare` has.
 """
 
-from ..ir import Quantity as Quantity
+from .declare import *
+from .declare import __all__ as __all__
 from .equations import Model as Model
 from .equations import ModelError as ModelError
-from .equations import Term as Term
-from .quantities import *

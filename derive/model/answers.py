@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..ir import DOMAINS, Quantity, Record
-from .kinds import KINDS
+from .kinds import Kind
 from .quantities import TRAVEL
 
 SIMPLE = {"number", "integer", "string", "boolean", "null"}
@@ -66,9 +66,9 @@ class Answer:
         return f"`{self.name} --json`" if self.name.startswith("hopform ") else self.name
 
 
-def answers(robot: Record, ledger: Record, verdicts: Iterable[str]) -> tuple[Answer, ...]:
-    """Everything that is answered, of a robot with these parameters and this ledger."""
-    words = {kind.table: tuple(word.text for word in kind.words) for kind in KINDS}
+def answers(robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind]) -> tuple[Answer, ...]:
+    """Everything that is answered, of a robot with these parameters and this ledger, in these words."""
+    words = {kind.table: tuple(word.text for word in kind.words) for kind in kinds}
     words |= {"DOMAINS": tuple(DOMAINS), "VERDICTS": tuple(verdicts)}
     of_facts = {
         "ledger": tuple(Field(entry.name, "number", entry.meaning) for entry in ledger.quantities),

@@ -3,30 +3,29 @@
 Robot fields, C structs, input checks, docstrings and the test of units all read these tables.
 """
 
+import sympy as sp
+
 from ..ir import Quantity, Record
 
-ROBOT = Record("Robot", "What the hopper is made of.").of(
-    Quantity("m_eff", r"m_{eff}", "kg", "effective mass of the actuator", "positive"),
-    Quantity("m_s", r"m_s", "kg", "sprung mass of the body", "positive"),
-    Quantity("k", r"k", "N/m", "stiffness of the spring", "positive"),
-    Quantity("L0", r"L_0", "m", "spring offset, the leg's length at rest"),
-    Quantity("c", r"c", "m", "extra offset in (4)", default=0.0),
-    Quantity("b1", r"b_1", "N s/m", "viscous friction of the actuator", "nonnegative", 0.0),
-    Quantity("b2", r"b_2", "N s/m", "viscous friction of the body", "nonnegative", 0.0),
-    Quantity("f1", r"f_1", "m/s^2", "Coulomb friction of the actuator, per unit mass", "nonnegative", 0.0),
-    Quantity("f2", r"f_2", "m/s^2", "Coulomb friction of the body, per unit mass", "nonnegative", 0.0),
-    Quantity("gamma2", r"\gamma_2", "N/A", "force per current; the actuator feels -gamma2 u", default=0.0),
-    Quantity("g", r"g", "m/s^2", "gravity", "nonnegative", 9.81),
-    Quantity("x1_min", r"x_{1,min}", "m", "lower end of the actuator's stroke", "lower", float("-inf")),
-    Quantity("x1_max", r"x_{1,max}", "m", "upper end of the actuator's stroke", "upper", float("inf")),
-    Quantity("u_max", r"u_{max}", "A", "current limit", "bound", float("inf")),
-    Quantity("impact_loss", r"\eta", "1", "fraction of the body's kinetic energy lost at touchdown", "fraction", 0.0),
-    Quantity("f1_excess", r"f_{1,e}", "m/s^2", "friction of the actuator at rest, less f1", "nonnegative", 0.0),
-    Quantity("f2_excess", r"f_{2,e}", "m/s^2", "friction of the body at rest, less f2", "nonnegative", 0.0),
+ROBOT = Record("Robot", "What the mechanism is made of.")
+"""Its quantities are the parameters of a model, which its file declares."""
+
+LETTERS = sp.symbols(
+    "m_eff m_s k L0 c b1 b2 f1 f2 gamma2 g x1_min x1_max u_max impact_loss f1_excess f2_excess "
+    "f1_minus f2_minus f1_excess_minus f2_excess_minus",
+    real=True,
 )
-m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess = (
-    ROBOT.symbols
-)
+(
+    m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess,
+    f1_minus, f2_minus, f1_excess_minus, f2_excess_minus,
+) = LETTERS  # fmt: skip
+"""The letters of the derivation, those of the paper's parameters: what each is, a model says in its own parameters.
+
+m_eff, m_s: inertias of the two masses. k, L0, c: the spring, of compression x_1 - x_2 + L0 + c, and the offset force
+k c. b1, b2: viscous friction. f_i, f_i_minus: Coulomb friction over the inertia where v_i > 0 and where v_i < 0;
+f_i_excess, f_i_excess_minus: what friction at rest has more, to either side. gamma2: force per current, against x_1. g: gravity. x1_min, x1_max: stops. u_max: limit of the current. impact_loss:
+fraction of the body's kinetic energy lost at touchdown.
+"""
 TRAVEL = Quantity("travel", r"y_{max}", "m", "travel of the spring: compression at coil bind", "length", float("inf"))
 """A limit of the robot that no equation knows: compressions are compared with it."""
 
@@ -189,9 +188,10 @@ SIDE_1 = Quantity("side_1", r"\mathrm{sign}\,\dot{x}_1", "1", "sign of v_1 in th
 SIDE_2 = Quantity("side_2", r"\mathrm{sign}\,\dot{x}_2", "1", "sign of v_2 in the phase, 0 if held")
 RESIDUAL_0 = Quantity("residual_0", r"r(0)", "1", "final value of a function of time, less its initial value")
 CHI = Quantity("chi", r"\chi", "1/s^2", "s^2 + p s + q at s = -a: what (18) divides by")
+OMEGA = Quantity("omega_p", r"\omega", "1/s", "frequency of a pair that rings")
 SHIFT = Quantity("sigma", r"\sigma", "1/s", "mean of the three rates, for nearly triple poles")
 HEIGHT = Quantity("height", r"h", "m", "hop height")
 BODY_HEIGHT = Quantity("x2", r"x_2", "m", "height of the body over the ground under the foot")
-t, u, side_1, side_2, residual_0, chi, sigma, height, x2 = (
-    quantity.symbol for quantity in (TIME, CURRENT, SIDE_1, SIDE_2, RESIDUAL_0, CHI, SHIFT, HEIGHT, BODY_HEIGHT)
+t, u, side_1, side_2, residual_0, chi, omega_p, sigma, height, x2 = (
+    quantity.symbol for quantity in (TIME, CURRENT, SIDE_1, SIDE_2, RESIDUAL_0, CHI, OMEGA, SHIFT, HEIGHT, BODY_HEIGHT)
 )

@@ -29,6 +29,8 @@ NODE = Struct("Node", "A mode's propagator where a phase is looked at first, and
     Member("pole", "real", "the real pole that is removed from a derivative: the fastest of three", "1/s"),
     Member("second", "real", "of three real poles; 0 of a pair that rings", "1/s"),
     Member("third", "real", "the slowest of three", "1/s"),
+    Member("modal", "real", "from then on the modal form is evaluated; HOPFORM_NEVER where W does as well", "s"),
+    Member("omega", "real", "frequency of the pair, where the modal form is evaluated", "1/s"),
     *of_quantities((TIME, *BASIS.quantities)),
 )
 PLAN = Struct("Plan", "What is computed once per robot: coefficients of (3), (4), poles and a node of each mode.").of(
@@ -68,6 +70,8 @@ TARGET = Struct("Target", "What the controller is asked for.").of(
     Member("datum", "real", "the level that h_des counts from, less that of the ground under the foot", "m"),
     Member("stop_margin", "real", "x_1 stays below x1_max by more than this", "m"),
     Member("horizon", "real", "longest time of a stance", "s"),
+    Member("max_evaluations", "int32", "of the motion in a candidate's stance; 0 for HOPFORM_CANDIDATE_EVALUATIONS"),
+    Member("max_candidates", "int32", "currents tried; 0 for HOPFORM_SEARCH_TRIALS"),
 )
 COMMAND = Struct("Command", "The answer of the controller.").of(
     Member("u", "real", "", "A"),
@@ -106,11 +110,14 @@ SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
     Member("count", "int32", "of the candidates"),
     Member("sides", "int32", "of 0, yet to be opened"),
     Member("trials", "int32", "currents tried so far"),
+    Member("max_evaluations", "int32", "of a stance"),
+    Member("max_candidates", "int32"),
     Member("status", "int32", "HOPFORM_SEARCHING, HOPFORM_OK when done, or an error"),
     Member("held", "bool", "0 leaves the actuator where it is"),
     Member("found", "bool", "one is admissible"),
     Member("reached", "bool"),
-    Member("partial", "bool", "a stance or the search outgrew the memory given"),
+    Member("partial", "bool", "a stance outgrew the memory given"),
+    Member("capped", "bool", "a stance took more evaluations"),
 )
 FLIGHT_PHASE = Struct("FlightPhase", "A phase of a flight: where and when it starts, and in which mode.").of(
     Member("t", "real", "time since take-off", "s"),
@@ -157,7 +164,7 @@ OUTPUT = Struct("Output", "A column that is written; `first` may be NULL where i
 )
 
 
-def stances_in(robot: Record = ROBOT) -> Struct:
+def stances_in(robot: Record) -> Struct:
     """Where a batch reads, with a column for each parameter of the robot."""
     fields = len(robot.quantities)
     return Struct("StancesIn", "Where robots, states after the impact, currents and longest times are read.").of(

@@ -1,1 +1,1 @@
-"""The mechanisms that ship."""
+"""The mechanisms that ship: a model file each."""

@@ -16,7 +16,7 @@ import sympy as sp
 from ..maths.laplace import rates_of, s
 from ..model.equations import ModelError
 from ..model.quantities import *
-from ..models.hopper import HOPPER
+from ..shipped import HOPPER
 
 VERDICTS = {
     "agrees": "follows from (3), (4) as it is printed",

@@ -1,7 +1,7 @@
 """All that `hopform` offers; it imports this when the first of it is asked for."""
 
 from hopform import __version__, controllers, terrain, ufuncs
-from hopform._batch import Batch, solve_stances
+from hopform._batch import Batch, Motions, solve_motions, solve_stances
 from hopform._control import (
     Command,
     FixedPoint,
@@ -27,7 +27,7 @@ from hopform._sensitivities import ManySensitivities, Sensitivities
 from hopform._show import animate
 from hopform._solver.library import backends, library_message
 from hopform._solver.package import EQUATIONS, Energy, Equation, FlightLedger, Gains, Ledger
-from hopform._solvers import Solver, load_solver
+from hopform._solvers import Solver, fit, load_solver
 from hopform._stance import Stance, solve_motion, solve_stance, touchdown_velocity
 from hopform._studies import compare, sweep
 
@@ -45,9 +45,9 @@ def equations() -> tuple[Equation, ...]:
 __all__ = [
     "__version__", "animate", "BackendError", "backends", "Batch", "choose_current", "choose_current_as_printed",
     "Command", "compare", "controllers", "delayed_apex", "design_return", "Energy", "Equation", "equations", "Errors",
-    "Event", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "FixedPoint", "Flight", "FlightLedger",
+    "Event", "fit", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "FixedPoint", "Flight", "FlightLedger",
     "FlightPhase", "Gains", "Hop", "HopformError", "Ledger", "library_message", "load_robot", "load_solver",
-    "ManySensitivities", "MissingExtra", "Motion", "next_apex", "Phase", "PrintedCommand", "Reachability", "reachability",
-    "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate", "solve_flight", "solve_motion", "solve_stance",
+    "ManySensitivities", "MissingExtra", "Motion", "Motions", "next_apex", "Phase", "PrintedCommand", "Reachability", "reachability",
+    "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate", "solve_flight", "solve_motion", "solve_motions", "solve_stance",
     "solve_stances", "Solver", "Stance", "State", "sweep", "terrain", "touchdown_velocity", "TouchdownDetector", "ufuncs",
 ]  # fmt: skip

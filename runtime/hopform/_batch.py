@@ -4,28 +4,29 @@ Stances are solved in chunks of `ufuncs.CHUNK`, so that memory stays bounded, pr
 is heard.
 """
 
+import dataclasses
 import math
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, NamedTuple, cast
+from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import MEMORY, array_of, flag, function, numbers, refuse_any, shown, whole
+from hopform._checks import MEMORY, array_of, flag, function, mapping, numbers, refuse_any, shown, whole
 from hopform._errors import HopformError
-from hopform._motion import State, precision_of
+from hopform._motion import State, axes_by_name, axis_of, layout_of, precision_of
 from hopform._robots import Robot, checked_robot, nearest
-from hopform._sensitivities import COLUMNS, ManySensitivities, of_matrix
-from hopform._show import UNITS, Arrays, Card, Curve, Shown, counted, span
+from hopform._sensitivities import COLUMNS, ManySensitivities, many_of_ending, of_matrix
+from hopform._show import UNITS, Arrays, Card, Curve, Figures, Shown, counted, span
 from hopform._solver import package
 from hopform._solver.choice import BackEnd
 from hopform._solver.library import Backend
 from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, RESULTS, ROWS, STATES, STATUS, Column, checked, records
-from hopform._stance import TOUCHING_ULP
+from hopform._stance import LAYOUT, TOUCHING_ULP
 
 Progress = Callable[[int, int], object]
 
@@ -46,34 +47,33 @@ class Labels(NamedTuple):
 
 
 @dataclass(frozen=True, repr=False, eq=False)
-class Batch(Shown):
-    """Stances, solved; every array has the shape that the inputs broadcast to. Times in s, lengths in m, energies in J.
+class Motions(Shown):
+    """Motions, solved; every array has the shape that the inputs broadcast to. Times in s, states in the model's units.
 
     status: keys of `hopform.ufuncs.STATUS`, negative where the numbers left the range of the precision (NaN in
-    every other field there); `words` has them as text. duration: time of the ending. end: the state there. apex: NaN
-    without take-off. aed: change of the body's energy. event_count: how many events. event_time, event_kind: the
-    events, with a further last axis, NaN and 0 behind the last one; None unless asked for. Kinds are keys of `EVENTS`.
-    sensitivities: the derivatives as `Stance.sensitivities` has them, as arrays; None unless asked for.
-    compression_max: the largest compression of the leg; None unless asked for.
+    every other field there); `words` has them as text. duration: time of the ending. end: the state there.
+    event_count: how many events. event_time, event_kind: the events, with a further last axis, NaN and 0 behind the
+    last one; None unless asked for; `event_words` has the kinds as text. sensitivities: the derivatives as
+    `Motion.sensitivities` has them, as arrays; None unless asked for.
     """
 
     status: NDArray[np.int32]
     duration: NDArray[np.floating]
-    end: State[NDArray[Any]]
-    apex: NDArray[np.floating]
-    aed: NDArray[np.floating]
+    end: Any
     event_count: NDArray[np.int32]
     event_time: NDArray[np.floating] | None
     event_kind: NDArray[np.int8] | None
     backend: Backend
     sensitivities: ManySensitivities | None = None
-    compression_max: NDArray[np.floating] | None = None
     labels: Labels | None = None
     """of the inputs, where they are DataArrays of xarray: `to_xarray` has them again"""
+    _units: Mapping[str, str] = dataclasses.field(default_factory=dict[str, str], repr=False, compare=False)
+    """of the state, by its names"""
+    _kinds: Mapping[int, str] = dataclasses.field(default_factory=dict[int, str], repr=False, compare=False)
 
     @property
     def words(self) -> NDArray[np.str_]:
-        """The endings as `Stance.status` says them, or "out_of_range"."""
+        """The endings as `Motion.status` says them, or "out_of_range"."""
         return _words_of(self.status, STATUS)
 
     @property
@@ -81,18 +81,27 @@ class Batch(Shown):
         """The kinds of events in words, "" behind the last one; HopformError if they were not asked for."""
         if self.event_kind is None:
             raise HopformError("events must be True for a list of events, got False")
-        return _words_of(self.event_kind, EVENTS | {0: ""})
+        return _words_of(self.event_kind, {**self._kinds, 0: ""})
+
+    def _unit(self, name: str) -> str | None:
+        return self._units.get(name) or UNITS.get(name)
 
     def _curve(self) -> Curve:
-        some = self.apex.reshape(-1)[:CURVE]
-        return "apex [m], stance by stance", np.arange(some.size), some
+        (name, *_), (some, *_) = self._units, self.end
+        some = np.asarray(some).reshape(-1)[:CURVE]
+        return f"{name} [{self._units[name]}] at the ending, motion by motion", np.arange(some.size), some
 
     def _card(self) -> Card:
+        return self._told("motions", [(name, span(values)) for name, values in self.end._asdict().items()])
+
+    def _told(self, what: str, found: Figures) -> Card:
         shape = " x ".join(map(str, self.status.shape)) or "1"
         dims = f" over {', '.join(self.labels.dims)}" if self.labels else ""
-        u = [("backend", self.backend), ("precision", str(self.apex.dtype)), ("events", span(self.event_count))]
-        found = [("apex", span(self.apex)), ("aed", span(self.aed)), ("duration", span(self.duration))]
-        return Card(f"Batch of {shape} stances{dims}: {counted(self.words)}", u, found)
+        u = [("backend", self.backend), ("precision", str(self.duration.dtype)), ("events", span(self.event_count))]
+        title = f"Batch of {shape} {what}{dims}: {counted(self.words)}"
+        return Card(title, u, [*found, ("duration", span(self.duration))])
+
+    _figures: ClassVar[tuple[str, ...]] = ("duration", "event_count")
 
     def _arrays(self) -> Arrays:
         dims, coords, units = self.labels or Labels(tuple(f"dim_{n}" for n in range(self.status.ndim)), {})
@@ -100,15 +109,41 @@ class Batch(Shown):
             name: ((name,), values, {"units": units[name]} if name in units else {}) for name, values in coords.items()
         }
         arrays |= {"status": (dims, self.words)}
-        arrays |= {name: (dims, getattr(self, name)) for name in ("duration", "apex", "aed", "event_count")}
-        arrays |= {f"end_{name}": (dims, x, {"units": UNITS[name]}) for name, x in self.end._asdict().items()}
+        arrays |= {name: (dims, getattr(self, name)) for name in self._figures}
+        arrays |= {f"end_{name}": (dims, x, {"units": self._units[name]}) for name, x in self.end._asdict().items()}
         if self.event_kind is not None:
             event = (*dims, "event")
             arrays |= {"event_time": (event, self.event_time), "event_kind": (event, self.event_words)}
-        if self.compression_max is not None:
-            arrays["compression_max"] = (dims, self.compression_max, {"units": "m"})
         if self.sensitivities is not None:
             arrays |= self.sensitivities.arrays(dims)
+        return arrays
+
+
+@dataclass(frozen=True, repr=False, eq=False)
+class Batch(Motions):
+    """Stances, solved: motions with a contact. Lengths in m, energies in J.
+
+    apex: NaN without take-off. aed: change of the body's energy. compression_max: the largest compression of the leg;
+    None unless asked for. sensitivities: as `Stance.sensitivities` has them.
+    """
+
+    apex: NDArray[np.floating] = dataclasses.field(kw_only=True)
+    aed: NDArray[np.floating] = dataclasses.field(kw_only=True)
+    compression_max: NDArray[np.floating] | None = None
+
+    _figures: ClassVar[tuple[str, ...]] = ("duration", "apex", "aed", "event_count")
+
+    def _curve(self) -> Curve:
+        some = self.apex.reshape(-1)[:CURVE]
+        return "apex [m], stance by stance", np.arange(some.size), some
+
+    def _card(self) -> Card:
+        return self._told("stances", [("apex", span(self.apex)), ("aed", span(self.aed))])
+
+    def _arrays(self) -> Arrays:
+        arrays = dict(super()._arrays())
+        if self.compression_max is not None:
+            arrays["compression_max"] = (arrays["apex"][0], self.compression_max, {"units": "m"})
         return arrays
 
     @property
@@ -208,18 +243,8 @@ def solve_stances(
     >>> batch.apex.shape, batch.words[0].tolist()
     ((2, 3), ['takeoff', 'takeoff', 'takeoff'])
     """
-    real = precision_of(dtype)
     checked_robot(robot, "stance")
-    most, workers = whole("max_phases", max_phases), whole("threads", threads, most=MOST_THREADS)
-    with_events = flag("events", events)
-    largest = flag("compression_max", compression_max)
-    wanted = {"sensitivities": flag("sensitivities", sensitivities), "compressions": largest}
-    function("progress", progress)
-    given_u = cast(object, u)
-    several = type(given_u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[Any], given_u))
-    if several or callable(given_u):
-        others = "steps (t, u) are for solve_stance, laws (controllers.Sampled) for simulate"
-        raise HopformError(f"u must be a number per stance in A; {others}, got {shown(given_u)}")
+    how = _how(robot, u, max_phases, events, sensitivities, compression_max, backend, dtype, threads, progress)
     if x2 is not None and compression is not None:
         raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
     leg = {name: each for name, each in (("x2", x2), ("compression", compression)) if each is not None}
@@ -227,30 +252,165 @@ def solve_stances(
     plain, labels = labelled({**states, **fields}, UNITS | robot.solver.facts.units)
     given = {name: _column(name, plain[name], UNITS[name]) for name in states}
     robots = robot_columns(robot, {name: plain[name] for name in fields})
-    shape = _shape_of(given | robots, EACH_DIFFERENTIATED if wanted["sensitivities"] else EACH)
-    _check_states(given, robots)
+    shape = _shape_of(given | robots, how.each)
+    _check_states(robot, given, robots)
     given["y"] = _compression(robot, given, robots) if leg else 0.0
+    found = _solved(robot, how, given, robots, shape)
+    derivatives = None
+    if found.matrices is not None:
+        own = type(robot.parameters)(**robots)
+        derivatives = of_matrix(ManySensitivities, found.matrices, x2 is not None, robot.solver, own)
+    of, end = found.of, State(*(found.of[name] for name in State._fields))
+    return Batch(
+        of["status"], of["duration"], end, of["event_count"], found.times, found.kinds, found.backend, derivatives,
+        labels, LAYOUT.unit_of, EVENTS, found.compressions, apex=of["apex"], aed=of["aed"],
+    )  # fmt: skip
+
+
+def solve_motions(
+    robot: Robot,
+    *,
+    start: Mapping[str, ArrayLike] | None = None,
+    u: ArrayLike = 0.0,
+    horizon: ArrayLike = 2.0,
+    max_phases: int = MAX_PHASES,
+    events: bool = False,
+    sensitivities: bool = False,
+    backend: str | None = None,
+    dtype: Any = np.float64,
+    threads: int = 1,
+    progress: Progress | None = None,
+    **fields: ArrayLike,
+) -> Motions:
+    """The motions of all combinations that the inputs broadcast to, each as `solve_motion` gives it.
+
+    start: arrays by coordinates and velocities. The others as for `solve_stances`; of a model with a contact the answer
+    is a `Batch`. Raises HopformError, which names field, index, value and what is allowed.
+
+    >>> import numpy as np
+    >>> from hopform import load_robot
+    >>> batch = solve_motions(load_robot("hopper_c"), start={"y": np.array([0.01, 0.02])}, u=[[0.0], [3.0]])
+    >>> batch.words.tolist()
+    [['rest', 'rest'], ['takeoff', 'takeoff']]
+    """
+    axes = named_columns(checked_robot(robot), start)
+    how: dict[str, Any] = {
+        "u": u, "horizon": horizon, "max_phases": max_phases, "events": events, "sensitivities": sensitivities,
+        "backend": backend, "dtype": dtype, "threads": threads, "progress": progress,
+    }  # fmt: skip
+    if "stance" in robot.solver.can:
+        states: dict[str, Any] = {"compression" if axis == "y" else axis: each for axis, each in axes.items()}
+        others: dict[str, Any] = {"v2": 0.0, **states, **how, **fields}
+        return solve_stances(robot, **others)
+    asked = _how(robot, u, max_phases, events, sensitivities, False, backend, dtype, threads, progress)
+    facts, layout = robot.solver.facts, layout_of(robot.solver)
+    names = {axis: str(table["name"]) for axis, table in facts.axes.items()}
+    places = {names[axis]: each for axis, each in axes.items()}
+    inputs = {"u": u, "horizon": horizon}
+    plain, labels = labelled({**places, **inputs, **fields}, UNITS | facts.units)
+    given: dict[str, Column] = {"x1": 0.0, "v1": 0.0, "v2": 0.0}
+    given |= {name: _column(name, plain[name], UNITS[name]) for name in inputs}
+    given |= {axis: _column(f"start {names[axis]}", plain[names[axis]], facts.units[names[axis]]) for axis in axes}
+    robots = robot_columns(robot, {name: plain[name] for name in fields}, "motion", ("start", *inputs))
+    x2_is_given = "y" not in given
+    if not x2_is_given and "x2" in given:
+        raise HopformError(f"start: one of {names['x2']} and {names['y']} may be given, got both")
+    shape = _shape_of(given | robots, asked.each)
+    _check_states(robot, given, robots)
+    of_robots = type(robot.parameters)(**{name: np.asarray(each, float) for name, each in robots.items()})
+    if x2_is_given:  # x2 = x1 - y + length has the inverse y = x1 - x2 + length
+        x1, x2 = (np.asarray(given.get(axis, 0.0), float) for axis in ("x1", "x2"))
+        given["y"] = robot.solver.package.formulas.body_height(of_robots, x1, x2)
+    found = _solved(robot, asked, given, robots, shape)
+    derivatives = None
+    if found.matrices is not None:
+        derivatives = many_of_ending(found.matrices, x2_is_given, robot.solver, type(robot.parameters)(**robots))
+    of, kinds = found.of, robot.solver.package.records.EVENTS
+    return Motions(
+        of["status"], of["duration"], layout.state(*(of[axis] for axis in layout.axes)), of["event_count"],
+        found.times, found.kinds, found.backend, derivatives, labels, layout.unit_of, kinds,
+    )  # fmt: skip
+
+
+def named_columns(robot: Robot, start: Mapping[str, ArrayLike] | None) -> dict[str, ArrayLike]:
+    """What a start has, by the engine's axes; HopformError for a name that the model does not have."""
+    axes = axes_by_name(robot.solver.facts)
+    return {axis_of(robot.solver.facts, axes, name): value for name, value in mapping("start", start, 64).items()}
+
+
+# ---- what the batches share ----
+
+
+class _How(NamedTuple):
+    """How a batch is solved, checked."""
+
+    most: int
+    events: bool
+    sensitivities: bool
+    compressions: bool
+    backend: str | None
+    real: np.dtype[Any]
+    threads: int
+    progress: Progress | None
+
+    @property
+    def each(self) -> int:
+        """[B] that a motion takes."""
+        return EACH_DIFFERENTIATED if self.sensitivities else EACH
+
+
+def _how(
+    robot: Robot, u: object, max_phases: int, events: bool, sensitivities: bool, compressions: bool,
+    backend: str | None, dtype: Any, threads: int, progress: Progress | None,
+) -> _How:  # fmt: skip
+    """What is asked of a batch; HopformError for what is not allowed, steps of the current among it."""
+    real = precision_of(dtype)
+    most, workers = whole("max_phases", max_phases), whole("threads", threads, most=MOST_THREADS)
+    with_events = flag("events", events)
+    largest = flag("compression_max", compressions)
+    derived = flag("sensitivities", sensitivities)
+    function("progress", progress)
+    several = type(u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[Any], u))
+    if several or callable(u):
+        each, laws = "stance", ", laws (controllers.Sampled) for simulate"
+        if "stance" not in robot.solver.can:
+            each, laws = "motion", ""
+        raise HopformError(
+            f"u must be a number per {each} in A; steps (t, u) are for solve_{each}{laws}, got {shown(u)}"
+        )
+    return _How(most, with_events, derived, largest, backend, real, workers, progress)
+
+
+class _Found(NamedTuple):
+    """What a batch has found, in the shape of its inputs; None for what was not asked for."""
+
+    of: dict[str, NDArray[Any]]
+    times: NDArray[Any] | None
+    kinds: NDArray[np.int8] | None
+    matrices: NDArray[Any] | None
+    compressions: NDArray[Any] | None
+    backend: Backend
+
+
+def _solved(
+    robot: Robot, how: _How, given: dict[str, Column], robots: dict[str, Column], shape: tuple[int, ...]
+) -> _Found:
+    """The motions from columns of states, u and horizon, and of the robots' fields."""
     columns = (*(given[name] for name in STATES), *robots.values())
     size = math.prod(shape)
-    back_end = robot.solver.back_end(backend)
-    results = package.results_like(size, real)
+    back_end = robot.solver.back_end(how.backend)
+    results = package.results_like(size, how.real)
     readings = dict[str, NDArray[Any]]()
-    if wanted["sensitivities"]:
-        readings["sensitivities"] = np.empty((size, len(ROWS), len(robot.solver.package.elements.COLUMNS)), real)
-    if wanted["compressions"]:
-        readings["compressions"] = np.empty(size, real)
-    job = _Job(columns, shape, size, most, real, results, readings)
-    times, kinds = _run(job, back_end, with_events, workers, progress)
+    if how.sensitivities:
+        readings["sensitivities"] = np.empty((size, len(ROWS), len(robot.solver.package.elements.COLUMNS)), how.real)
+    if how.compressions:
+        readings["compressions"] = np.empty(size, how.real)
+    job = _Job(columns, shape, size, how.most, how.real, results, readings)
+    times, kinds = _run(job, back_end, how.events, how.threads, how.progress)
     of = {name: result.reshape(shape) for name, result in zip(RESULTS, results, strict=True)}
     listed = (times, kinds, readings.get("sensitivities"), readings.get("compressions"))
-    times, kinds, matrices, compressions = [None if each is None else _in_shape(each, shape) for each in listed]
-    derivatives = None
-    if matrices is not None:
-        own = type(robot.parameters)(**robots)
-        derivatives = of_matrix(ManySensitivities, matrices, x2 is not None, robot.solver, own)
-    end = State(of["x1"], of["v1"], of["x2"], of["v2"])
-    found = of["status"], of["duration"], end, of["apex"], of["aed"], of["event_count"]
-    return Batch(*found, times, kinds, back_end.name, derivatives, compressions, labels)
+    times, kinds, matrices, compressions = (None if each is None else _in_shape(each, shape) for each in listed)
+    return _Found(of, times, kinds, matrices, compressions, back_end.name)
 
 
 def _in_shape(values: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
@@ -315,19 +475,21 @@ def _column(name: str, value: object, unit: str) -> Column:
     return value if type(value) is float and math.isfinite(value) else numbers(name, value, unit)
 
 
-def check_names(names: Iterable[str], known: Iterable[str]) -> None:
-    """HopformError for the first name that is not known."""
+def check_names(names: Iterable[str], known: Iterable[str], what: str, inputs: Iterable[str]) -> None:
+    """HopformError for the first name that is not known, or an input of what is solved."""
     known = [*known]
     for name in names:
         if name not in known:
-            hint = nearest(name, [*known, *INPUTS])
-            raise HopformError(f"{name!r} is neither an input of a stance nor a field of the robot{hint}")
+            hint = nearest(name, [*known, *inputs])
+            raise HopformError(f"{name!r} is neither an input of a {what} nor a field of the robot{hint}")
 
 
-def robot_columns(robot: Robot, fields: dict[str, Any]) -> dict[str, Column]:
+def robot_columns(
+    robot: Robot, fields: dict[str, Any], what: str = "stance", inputs: Iterable[str] = INPUTS
+) -> dict[str, Column]:
     """The robot's fields, as arrays those of `fields` in place of its own; HopformError for one out of its domain."""
     columns: dict[str, Column] = robot.parameters._asdict()
-    check_names(fields, columns)
+    check_names(fields, columns, what, inputs)
     for field in robot.solver.package.records.ROBOT_FIELDS if fields else ():
         name = field.name
         if name in fields:
@@ -352,16 +514,21 @@ def _shape_of(inputs: dict[str, Column], each: int) -> tuple[int, ...]:
     return shape
 
 
-def _check_states(given: dict[str, Column], robots: dict[str, Column]) -> None:
+def _check_states(robot: Robot, given: dict[str, Column], robots: dict[str, Column]) -> None:
     horizon, x1 = given["horizon"], given["x1"]
     refuse_any("horizon", horizon, horizon > 0.0, lambda bad: f"must be > 0 s, got {bad!r}")
-    low, high = robots["x1_min"], robots["x1_max"]
-    refuse_any("x1_min", low, low <= high, lambda bad: f"must be <= x1_max m, got {bad!r}")
+    package = robot.solver.package
+    values = type(robot.parameters)(**robots)
+    low, high = package.formulas.lower_stop(values), package.formulas.upper_stop(values)
+    lower, upper, unit = package.records.ENDS
+    refuse_any(lower, low, low <= high, lambda bad: f"must be <= {upper} {unit}, got {bad!r}")
+    place = robot.solver.facts.axes["x1"]
 
     def reason(bad: float) -> str:
-        return f"must be within its stroke {float(np.min(low)):g} .. {float(np.max(high)):g} m, got {bad!r}"
+        stroke = f"{float(np.min(low)):g} .. {float(np.max(high)):g} {place['unit']}"
+        return f"must be within its stroke {stroke}, got {bad!r}"
 
-    refuse_any("x1", x1, (low <= x1) & (x1 <= high), reason)
+    refuse_any(str(place["name"]), x1, (low <= x1) & (x1 <= high), reason)
 
 
 def _compression(robot: Robot, given: dict[str, Column], robots: dict[str, Column]) -> Column:

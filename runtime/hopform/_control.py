@@ -60,7 +60,8 @@ class Command(Shown):
     def curve(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Currents over all that is allowed [A], and the next apex [m] that each gives, NaN where not admissible."""
         robot, start, (_, datum, margin, horizon), backend = self.question
-        u = np.linspace(-robot.u_max, robot.u_max, TRIED if robot.u_max > 0.0 else 1)
+        limit = float(robot.letters.u_max)
+        u = np.linspace(-limit, limit, TRIED if limit > 0.0 else 1)
         apex, peak = robot.solver.back_end(backend).apexes(robot.parameters, [start], u, horizon)
         return u, np.where(peak[0] < limit_of(robot, margin), apex[0] - datum, np.nan)
 
@@ -126,22 +127,24 @@ def choose_current(
     back_end = robot.solver.back_end(backend)
     u, apex, code, solved = back_end.choose_current(robot.parameters, start, target, MAX_PHASES, precision)
     status = COMMANDS[code]
-    u = min(max(u, -robot.u_max), robot.u_max)  # which single precision may have rounded up
+    limit = float(robot.letters.u_max)
+    u = min(max(u, -limit), limit)  # which single precision may have rounded up
     question = Question(robot, start, target, back_end.name)
     return Command(u, math.nan if status == "no_takeoff" else apex, status, solved, question)
 
 
 def limit_of(robot: Robot, margin: float) -> float:
     """Upper limit of x1 [m]; a locked actuator is exempt."""
-    return robot.x1_max - margin if robot.x1_min < robot.x1_max else math.inf
+    return robot.letters.x1_max - margin if robot.letters.x1_min < robot.letters.x1_max else math.inf
 
 
 def checked_target(robot: Robot, h_des: object, datum: object, stop_margin: object, horizon: object) -> Target:
     """h_des, datum, stop_margin, horizon, checked, and that the robot can be controlled at all."""
     if not checked_robot(robot, "command").g > 0.0:
-        raise HopformError(f"an apex needs g > 0 m/s^2, got {robot.g!r}")
-    if not math.isfinite(robot.u_max):
-        raise HopformError(f"the controller needs a finite u_max, got {robot.u_max!r} A")
+        raise HopformError(f"an apex needs g > 0 m/s^2, got {robot.letters.g!r}")
+    if not math.isfinite(limit := robot.letters.u_max):
+        of = robot.solver.facts.inputs[0]
+        raise HopformError(f"the controller needs a finite {of['limit']}, got {limit!r} {of['unit']}")
     apex, level = finite("h_des", h_des, "m"), finite("datum", datum, "m")
     if apex + level < 0.0:
         message = f"h_des + datum must be >= 0 m, the apex must not lie below the ground, got {apex + level!r}"
@@ -231,7 +234,7 @@ class Reachability(Shown):
 
 def home_of(robot: Robot) -> float:
     """Displacement of the actuator at touchdown [m]: 0, or the end of its stroke next to it."""
-    return min(max(0.0, robot.x1_min), robot.x1_max)
+    return float(min(max(0.0, robot.letters.x1_min), robot.letters.x1_max))
 
 
 def next_apex(
@@ -388,7 +391,7 @@ def _hop(robot: Robot, limit: float, how: dict[str, Any], u: float, height: floa
     stance = solve_stance(robot, x1=x1, v2=v2, u=u, **how)
     if stance.takeoff is None:
         return math.nan, []
-    slope = float(stance.sensitivities["apex", "v2"]) * robot.g * (1.0 - robot.impact_loss) / v2
+    slope = float(stance.sensitivities["apex", "v2"]) * robot.letters.g * (1.0 - robot.letters.impact_loss) / v2
     peak = max(stance.end.x1, *(phase.state.x1 for phase in stance.phases))
     return stance.apex - height, [FixedPoint(u, height, slope, bool(peak < limit))]
 
@@ -447,10 +450,11 @@ def choose_current_as_printed(
     halved, with_sign = flag("half", half), flag("signed", signed)
     with_spring = flag("spring_coordinate", spring_coordinate)
     wanted, level, _, limit = checked_target(robot, h_des, datum, 0.0, horizon)
-    count = math.ceil(min(robot.u_max / positive("grid", grid, "A"), MOST + 1.0))
+    limit = float(robot.letters.u_max)
+    count = math.ceil(min(limit / positive("grid", grid, "A"), MOST + 1.0))
     if count > MOST:
-        raise HopformError(f"grid must be >= {robot.u_max / MOST!r} A, u_max/{MOST}, got {shown(grid)}")
-    u = np.linspace(-robot.u_max, robot.u_max, 2 * count + 1)
+        raise HopformError(f"grid must be >= {limit / MOST!r} A, u_max/{MOST}, got {shown(grid)}")
+    u = np.linspace(-limit, limit, 2 * count + 1)
     u = u[np.argsort(np.abs(u), kind="stable")]
     how: dict[str, Any] = {"compression": start.y, "horizon": limit, "backend": backend}
     batch = solve_stances(robot, x1=start.x1, v1=start.v1, v2=start.v2, u=u, **how)

@@ -6,6 +6,7 @@ again, and notes which functions it calls. docs/explanation/certificate.md has t
 """
 
 import math
+import re
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
@@ -13,13 +14,14 @@ from importlib.util import find_spec, module_from_spec
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from hopform._motion import masses_of
 from hopform._show import name_of
 from hopform._solver.package import EVENTS, LegState, Package, Precision
 from hopform._solver.printed import Engine, Python, Solved
-from hopform._words import current, ending, mode_of_actuator, mode_of_body
+from hopform._words import ending, input_of, modes_of
 
 if TYPE_CHECKING:
-    from hopform import Phase, Stance
+    from hopform import Motion, Phase
 
 RULES = {
     "stays_positive_by_bernstein": "rule 1, Bernstein coefficients",
@@ -229,8 +231,8 @@ def watched(package: Package, dtype: Precision) -> Watched:
     return Watched(package, dtype)
 
 
-def searches_of(stance: "Stance", asked: tuple[LegState, float, int]) -> tuple[Solved, dict[int, Search]]:
-    """The stance solved again from what was asked, start, horizon and bound on phases, and how."""
+def searches_of(stance: "Motion", asked: tuple[LegState, float, int]) -> tuple[Solved, dict[int, Search]]:
+    """The motion solved again from what was asked, start, horizon and bound on phases, and how."""
     robot, (start, horizon, most) = stance.robot, asked
     watch = watched(robot.solver.package, stance.dtype)
     return watch.solve(robot.parameters, start, stance.u, horizon, most, stance.dtype)
@@ -239,11 +241,12 @@ def searches_of(stance: "Stance", asked: tuple[LegState, float, int]) -> tuple[S
 # ---- in words ----
 
 
-def text_of(stance: "Stance", asked: tuple[LegState, float, int]) -> str:
-    """How the stance was solved, phase by phase."""
+def text_of(stance: "Motion", asked: tuple[LegState, float, int]) -> str:
+    """How the motion was solved, phase by phase."""
     solved, searches = searches_of(stance, asked)
     rows = solved.phase_rows()
-    lines = [f"{name_of(stance.robot)}, {current(stance.u)}; {ending(stance)}"]
+    about = ", ".join(each for each in (name_of(stance.robot), input_of(stance)) if each)
+    lines = [f"{about}; {ending(stance)}"]
     for n, phase in enumerate(stance.phases):
         kind = kind_of(rows[n], rows[n + 1]) if n + 1 < len(rows) else stance.status
         lines += ["", *of_phase(n + 1, stance, phase, kind, searches.get(n))]
@@ -256,9 +259,11 @@ def kind_of(row: tuple[Any, ...], following: tuple[Any, ...]) -> str:
     return EVENTS.get(event, "a step of the current" if step != row[-1] else "a touch, which is no event")
 
 
-def of_phase(number: int, stance: "Stance", phase: "Phase", kind: str, search: Search | None) -> Iterator[str]:
+def of_phase(number: int, stance: "Motion", phase: "Phase", kind: str, search: Search | None) -> Iterator[str]:
     """A phase: its poles, then a row for each event function."""
-    modes = f"actuator {mode_of_actuator(phase, stance.robot)}, body {mode_of_body(phase, stance.robot)}"
+    solver = stance.robot.solver
+    named = zip(masses_of(solver), modes_of(phase, stance.robot), strict=True)
+    modes = ", ".join(f"{mass.name} {mode}" for mass, mode in named)
     yield f"Phase {number}, {phase.start:.5g} to {phase.end:.5g} s: {modes}; then {kind}"
     if search is None or not search.functions:
         moves = phase.mode_1 != 0 or phase.mode_2 != 0
@@ -268,15 +273,30 @@ def of_phase(number: int, stance: "Stance", phase: "Phase", kind: str, search: S
     cuts = f"; {search.cuts} interval{'s' * (search.cuts > 1)} cut" if search.cuts else ""
     yield f"  poles [1/s]: {', '.join(poles_in_words(search.poles))}; {half}{cuts}"
     rows = [("event function", "start", "end", "no earlier zero, by")]
-    rows += [row for function in search.functions for row in rows_of(function, phase.start)]
+    functions = (in_names(function, stance) for function in search.functions)
+    rows += [row for function in functions for row in rows_of(function, phase.start)]
     widths = [max(len(row[column]) for row in rows) for column in range(3)]
     for name, start, end, why in rows:
         yield f"  {name:{widths[0]}}  {start:>{widths[1]}}  {end:>{widths[2]}}  {why}"
 
 
+def in_names(function: EventFunction, motion: "Motion") -> EventFunction:
+    """An event function under the names and in the units of the model."""
+    names, units = dict[str, str](), {"N/k": "m"}
+    for mass in masses_of(motion.robot.solver):
+        n = mass.number
+        names |= {f"x{n}": mass.position, f"v{n}": mass.velocity}
+        names |= dict(zip((f"x{n}_min", f"x{n}_max"), mass.stops, strict=False))
+        units |= {each: mass.unit for each in (f"x{n}", f"v{n}", f"a{n}")}
+    tokens = re.findall(r"[a-z]+[12](?:_max|_min)?|N/k", function.name)
+    length = next((units[each] for each in tokens if each in units), "m")
+    name = re.sub(r"[xv][12](?:_max|_min)?", lambda found: names.get(found[0], found[0]), function.name)
+    return function._replace(name=name, unit=function.unit.replace("m", length, 1))
+
+
 def poles_in_words(poles: Sequence[complex]) -> Iterator[str]:
     """Real poles, then a pair as one."""
-    yield from (f"{pole.real:.4g}" for pole in poles if not pole.imag)
+    yield from (f"{pole.real + 0.0:.4g}" for pole in poles if not pole.imag)
     yield from (f"{pole.real:.4g} +- {pole.imag:.4g}i" for pole in poles if pole.imag > 0.0)
 
 

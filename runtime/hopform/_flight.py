@@ -23,7 +23,7 @@ from hopform._robots import Robot, checked_robot
 from hopform._show import Arrays, Card, OverTime, events_of, name_of
 from hopform._solver.choice import SolvedFlight
 from hopform._solver.library import Backend
-from hopform._solver.package import FLIGHT_ENDINGS, FLIGHT_EVENTS, Energy, FlightLedger, Gains, records
+from hopform._solver.package import FLIGHT_ENDINGS, Energy, FlightLedger, Gains, records
 from hopform._stance import TOUCHING_ULP, placed, rest_of, with_height
 
 
@@ -82,7 +82,8 @@ class Flight(OverTime):
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """The events in their order: the kinds of a stance for the actuator, and u_saturates, u_desaturates."""
-        return tuple(Event(t, FLIGHT_EVENTS[event]) for t, *_, event in self._solved.rows() if event)
+        words = self.robot.solver.package.records.FLIGHT_EVENTS
+        return tuple(Event(t, words[event]) for t, *_, event in self._solved.rows() if event)
 
     @overload
     def at(self, t: Number) -> State: ...
@@ -118,7 +119,7 @@ class Flight(OverTime):
     def current(self, t: ArrayLike) -> Real:
         """The current [A] of the law at times t [s], in t's shape; 0 where the motor has no force."""
         state = self._solved.state_at(self._times(t))
-        gamma2, u_max = self.robot.gamma2, self.robot.u_max
+        gamma2, u_max = self.robot.letters.gamma2, self.robot.letters.u_max
         if gamma2 == 0.0:
             return shaped(np.zeros_like(state.x1), t)
         return shaped(np.clip((self.gains.Kp * state.x1 + self.gains.Kd * state.v1) / gamma2, -u_max, u_max), t)
@@ -184,7 +185,7 @@ def solve_flight(
     """
     precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
     if not checked_robot(robot, "flight").g > 0.0:
-        raise HopformError(f"a flight needs g > 0 m/s^2, got {robot.g!r}")
+        raise HopformError(f"a flight needs g > 0 m/s^2, got {robot.letters.g!r}")
     start, ground = _start(robot, x1, v1, x2, v2, compression)
     law = None if gains is None else _gains(gains)
     longest = positive("horizon", horizon, "s")
@@ -228,8 +229,9 @@ def _start(
     x_1, v_1, v_2 = placed(robot, "flight", x1, v1, v2)
     released = robot.solver.package.formulas.compression_at_takeoff
     y = float(released(robot.parameters, v_1, v_2)) if compression is None else finite("compression", compression, "m")
-    ground = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + robot.L0 + robot.c - rest_of(robot) - y
-    return records.LegState(x_1, v_1, v_2, y), 0.0 if abs(ground) <= TOUCHING_ULP * math.ulp(robot.L0) else ground
+    L0, c = robot.letters.L0, robot.letters.c
+    ground = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + L0 + c - rest_of(robot) - y
+    return records.LegState(x_1, v_1, v_2, y), 0.0 if abs(ground) <= TOUCHING_ULP * math.ulp(L0) else ground
 
 
 def _gains(gains: Sequence[SupportsFloat]) -> Gains:

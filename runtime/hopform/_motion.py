@@ -20,6 +20,7 @@ from hopform._robots import Robot, nearest
 from hopform._sensitivities import ManySensitivities, Sensitivities, at_times, of_ending
 from hopform._show import UNITS, Arrays, Card, Curve, OverTime, events_of, name_of
 from hopform._solver.choice import SolvedStance, Solver
+from hopform._solver.folder import Facts
 from hopform._solver.library import Backend
 from hopform._solver.package import AnyEvent, Precision, Steps, records
 from hopform._warnings import MOTION_WARNINGS, Warning, said
@@ -106,16 +107,23 @@ class Layout(NamedTuple):
     axes: tuple[str, ...]
     units: tuple[str, ...]
 
+    @property
+    def unit_of(self) -> dict[str, str]:
+        """The units by the names."""
+        return dict(zip(self.names, self.units, strict=True))
+
 
 @lru_cache(maxsize=64)
 def _state_class(names: tuple[str, ...]) -> Any:
     """A named tuple, which can be pickled, with these names; that of the hopper's is `State`."""
     if names == State._fields:
         return State
-    made: Any = namedtuple("State", names)  # type: ignore[misc]  # noqa: PYI024
-    made.__doc__ = f"A state: {', '.join(names)}."
-    made.__reduce__ = lambda self: (_state_again, (names, tuple(self)))
-    return made
+    base: Any = namedtuple("State", names)  # type: ignore[misc]  # noqa: PYI024
+
+    def reduced(self: Any) -> Any:
+        return _state_again, (names, tuple(self))
+
+    return type("State", (base,), {"__slots__": (), "__reduce__": reduced, "__doc__": f"A state: {', '.join(names)}."})
 
 
 def _state_again(names: tuple[str, ...], values: tuple[Any, ...]) -> Any:
@@ -130,6 +138,32 @@ def layout_of(solver: Solver) -> Layout:
     return Layout(_state_class(names), names, tuple(axes), units)
 
 
+class Mass(NamedTuple):
+    """A mass that may move: its number in the engine, 1 or 2, its name, its coordinate and velocity with the unit of the
+    former, the words for its directions and for its events, and the parameters that are its stops.
+    """
+
+    number: int
+    name: str
+    position: str
+    velocity: str
+    unit: str
+    directions: tuple[str, str]
+    events: Mapping[str, str]
+    stops: tuple[str, ...]
+
+
+@lru_cache(maxsize=64)
+def masses_of(solver: Solver) -> tuple[Mass, ...]:
+    """The masses of a solver that may move."""
+    facts, made = solver.facts, list[Mass]()
+    for axis, each in zip([axis for axis in ("x1", "x2") if axis in facts.axes], facts.moving, strict=True):
+        place, (forwards, backwards) = facts.axes[axis], each["directions"]
+        about = (forwards, backwards), each["events"], tuple(each["stops"])
+        made.append(Mass(int(axis[1]), each["name"], place["name"], each["velocity"], place["unit"], *about))
+    return tuple(made)
+
+
 def force_unit(unit: str) -> str:
     """Unit of the force on a coordinate: a torque where it turns."""
     return "N m" if unit == "rad" else "N"
@@ -137,12 +171,12 @@ def force_unit(unit: str) -> str:
 
 def stroke_of(robot: Robot) -> tuple[float, float]:
     """The lower and the upper stop of the first mass."""
-    return robot.x1_min, robot.x1_max
+    return robot.letters.x1_min, robot.letters.x1_max
 
 
 def limit_of(robot: Robot) -> float:
     """The largest size of the input; without one there is no limit."""
-    return robot.u_max if robot.solver.facts.inputs else math.inf
+    return float(robot.letters.u_max) if robot.solver.facts.inputs else math.inf
 
 
 # ---- a motion ----
@@ -173,6 +207,16 @@ class Motion(OverTime):
     def _layout(self) -> Layout:
         return layout_of(self.robot.solver)
 
+    @property
+    def inputs(self) -> tuple[Any, ...]:
+        """The inputs of the model, one or none: tables with name, unit and meaning."""
+        return self.robot.solver.facts.inputs
+
+    @property
+    def units(self) -> dict[str, str]:
+        """The units of the entries of a state, by their names."""
+        return self._layout.unit_of
+
     @cached_property
     def events(self) -> tuple[Event, ...]:
         """The events in their order."""
@@ -199,7 +243,7 @@ class Motion(OverTime):
         """A reading that warnings compare."""
         robot, flows = self.robot, [u for t, u in self.u if t < self.duration or t == 0.0]
         low, high = stroke_of(robot)
-        first, stopped = self._solved.phase_rows()[0], self.robot.solver.facts.moving[0]
+        first = self._solved.phase_rows()[0]
         readings: dict[str, Callable[[], Any]] = {
             "stiff": lambda: self._is_stiff,
             "u": lambda: flows[0],
@@ -212,7 +256,7 @@ class Motion(OverTime):
             "position": lambda: first[1].x1,
             "lower": lambda: low,
             "upper": lambda: high,
-            "mass": lambda: stopped["name"],
+            "mass": lambda: masses_of(robot.solver)[0].name,
             "push": lambda: float(self.forces(0.0)["input"]),
         }
         return readings[name]()
@@ -320,19 +364,16 @@ class Motion(OverTime):
         friction_1, friction_2, stop = formulas.forces_of(parameters, free, resisted)
         low, high = stroke_of(robot)
         rests_on_stop = (sides[0] == 0) & ((state.x1 <= low) | (state.x1 >= high))
-        found = {"x1": friction_1, "x2": friction_2}
-        masses = [axis for axis in self._layout.axes if axis in found]
-        for axis, mass in zip(masses, robot.solver.facts.moving, strict=True):
-            name = self._layout.names[self._layout.axes.index(axis)]
-            yield f"friction_{name}", np.asarray(found[axis], self.dtype)
-            if mass["stops"]:
-                yield f"stop_{name}", np.where(rests_on_stop, stop, 0.0).astype(self.dtype)
+        for mass in masses_of(robot.solver):
+            yield f"friction_{mass.position}", np.asarray((friction_1, friction_2)[mass.number - 1], self.dtype)
+            if mass.stops:
+                yield f"stop_{mass.position}", np.where(rests_on_stop, stop, 0.0).astype(self.dtype)
         if robot.solver.facts.inputs:
             yield "input", np.asarray(input_force(robot, u), self.dtype)
 
     def _unit(self, name: str) -> str | None:
         layout, facts = self._layout, self.robot.solver.facts
-        coordinates = dict(zip(layout.names, layout.units, strict=True))
+        coordinates = layout.unit_of
         if name in coordinates:
             return coordinates[name]
         of, _, coordinate = name.partition("_")
@@ -353,7 +394,8 @@ class Motion(OverTime):
         input's column moves all of them alike. NaN where an event grazes, where a rest ends at a small change, and where
         the search has ended.
         """
-        return of_ending(self._solved.sensitivities(), self._x2_is_given, self.robot.solver, self.robot.parameters)
+        solved = self._solved.sensitivities()
+        return of_ending(solved, self._x2_is_given, self.robot.solver, self.robot.parameters)
 
     def derivatives(self, t: ArrayLike) -> ManySensitivities:
         """Derivatives of the state at times t [s], in t's shape, with two further axes, by the same.
@@ -404,14 +446,7 @@ class Motion(OverTime):
         return events_of(self.events) | {name: ((), getattr(self, name)) for name in ("status", "duration")}
 
     def _shown(self, state: records.LegState) -> list[Any]:
-        """The entries of a state, or of states, that are shown."""
-        of: dict[str, Callable[[], Any]] = {
-            "x1": lambda: state.x1,
-            "v1": lambda: state.v1,
-            "x2": lambda: body_height(self.robot, self.dtype, state.x1, state.y),
-            "v2": lambda: state.v2,
-        }
-        return [of[axis]() for axis in self._layout.axes]
+        return shown_of(self.robot, self.dtype, self._layout, state)
 
     def _solver_state(self, t: ArrayLike) -> records.LegState:
         return self._solved.state_at(self._times(t))
@@ -420,6 +455,17 @@ class Motion(OverTime):
         if type(t) is float and 0.0 <= t <= self.duration:  # the common case
             return np.array([t], self.dtype)
         return times_within(t, self.dtype, self.duration, endless=self.status == "rest")
+
+
+def shown_of(robot: Robot, dtype: np.dtype[Any], layout: Layout, state: records.LegState) -> list[Any]:
+    """The entries of a state, or of states, that are shown."""
+    of: dict[str, Callable[[], Any]] = {
+        "x1": lambda: state.x1,
+        "v1": lambda: state.v1,
+        "x2": lambda: body_height(robot, dtype, state.x1, state.y),
+        "v2": lambda: state.v2,
+    }
+    return [of[axis]() for axis in layout.axes]
 
 
 def events_in_short(events: Sequence[Event]) -> str:
@@ -431,7 +477,7 @@ def events_in_short(events: Sequence[Event]) -> str:
 
 def input_force(robot: Robot, u: Any) -> Any:
     """The force of the input on the first mass, along its coordinate."""
-    return -robot.gamma2 * u
+    return -robot.letters.gamma2 * u
 
 
 def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
@@ -452,15 +498,25 @@ def named_start(robot: Robot, start: Start) -> dict[str, float]:
     finite number.
     """
     facts = robot.solver.facts
-    axes = {table["name"]: axis for axis, table in facts.axes.items()}
-    found = dict[str, float]()
+    axes, found = axes_by_name(facts), dict[str, float]()
     for name, value in mapping("start", start, 64).items():
-        if name not in axes:
-            hint = nearest(name, [*axes]) if isinstance(name, str) else ""
-            known = ", ".join(f"{each} [{facts.units[each]}]" for each in axes)
-            raise HopformError(f"start: the model {facts.name} has no coordinate {shown(name)}{hint}; it has {known}")
-        found[axes[name]] = finite(f"start {name}", value, facts.units[name])
+        axis = axis_of(facts, axes, name)
+        found[axis] = finite(f"start {name}", value, facts.units[name])
     return found
+
+
+def axes_by_name(facts: Facts) -> dict[str, str]:
+    """The engine's axes by the names of what a start may have."""
+    return {str(table["name"]): axis for axis, table in facts.axes.items()}
+
+
+def axis_of(facts: Facts, axes: Mapping[str, str], name: object) -> str:
+    """The axis of a name of a start; HopformError for one that the model does not have."""
+    if not isinstance(name, str) or name not in axes:
+        hint = nearest(name, [*axes]) if isinstance(name, str) else ""
+        known = ", ".join(f"{each} [{facts.units[each]}]" for each in axes)
+        raise HopformError(f"start: the model {facts.name} has no coordinate {shown(name)}{hint}; it has {known}")
+    return axes[name]
 
 
 def free_start(robot: Robot, start: Start) -> tuple[records.LegState, bool]:

@@ -133,11 +133,18 @@ def of_matrix(
     return kind(ROWS, (*STARTS, *fields), matrix, solver.facts.units)
 
 
-def of_ending(
-    solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any, kind: Any = Sensitivities
-) -> Any:
+def of_ending(solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any) -> Sensitivities:
     """Those of the duration and of the coordinates and velocities that the model has, under its names."""
-    return _by_names(kind, [0, *_shown_rows(solver, 1)], "T", solved, x2_is_given, solver, parameters)
+    rows = [0, *_shown_rows(solver, 1)]
+    found: Sensitivities = _by_names(Sensitivities, rows, "T", solved, x2_is_given, solver, parameters)
+    return found
+
+
+def many_of_ending(solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any) -> ManySensitivities:
+    """The same of many."""
+    rows = [0, *_shown_rows(solver, 1)]
+    found: ManySensitivities = _by_names(ManySensitivities, rows, "T", solved, x2_is_given, solver, parameters)
+    return found
 
 
 def at_times(

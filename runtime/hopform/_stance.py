@@ -26,8 +26,10 @@ from hopform._motion import (
     body_height,
     events_in_short,
     free_start,
+    layout_of,
     named_start,
     precision_of,
+    shown_of,
 )
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, of_matrix
@@ -44,6 +46,8 @@ if TYPE_CHECKING:
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
 
 TOUCHING_ULP = 4.0
+LAYOUT = Layout(State, State._fields, State._fields, ("m", "m/s", "m", "m/s"))
+"""How the states of a stance are shown."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -60,7 +64,10 @@ class Stance(Motion):
     apex: float
     aed: float
     _said_of: ClassVar[tuple[Warning, ...]] = WARNINGS
-    _layout: ClassVar[Layout] = Layout(State, State._fields, State._fields, ("m", "m/s", "m", "m/s"))
+
+    @property
+    def _layout(self) -> Layout:
+        return LAYOUT
 
     @cached_property
     def compression_max(self) -> float:
@@ -76,14 +83,15 @@ class Stance(Motion):
         start, robot = self._solved.phase_rows()[0][1], self.robot
         readings: dict[str, Callable[[], Any]] = {
             **{name: partial(getattr, start, name) for name in start._fields},
-            "force": lambda: -robot.gamma2 * super(Stance, self)._reading("u"),
+            "force": lambda: -robot.letters.gamma2 * super(Stance, self)._reading("u"),
             "spring": lambda: self.compression_max + rest_of(robot),
             "lowest": self._lowest,
             "takes_off": lambda: float(self.status == "takeoff"),
         }
         if name in readings:
             return readings[name]()
-        return super()._reading(name) if name in ("stiff", "u", "u_largest", "u_size") else getattr(robot, name)
+        letters = {**robot.letters._asdict(), "travel": robot.travel}
+        return super()._reading(name) if name in ("stiff", "u", "u_largest", "u_size") else letters[name]
 
     def _lowest(self) -> float:
         """The lowest height of the body."""
@@ -104,6 +112,12 @@ class Stance(Motion):
         if type(t) is float and self.dtype is DOUBLE and 0.0 <= t <= self.duration:
             return with_height(self.robot, self.dtype, self._solved.state(t))
         return State(*(shaped(value, t) for value in with_height(self.robot, self.dtype, self._solver_state(t))))
+
+    def grid(
+        self, count: int | None = None, *, dt: SupportsFloat | None = None, out: Sequence[Any] | None = None
+    ) -> tuple[NDArray[np.floating], State[NDArray[np.floating]]]:
+        """Times from 0 to the ending and the states there: `count` of them, or one every dt [s]; as `Motion.grid`."""
+        return super().grid(count, dt=dt, out=out)
 
     def fly(
         self, step: SupportsFloat = 0.0, *, gains: Sequence[SupportsFloat] | None = None, horizon: SupportsFloat = 10.0
@@ -190,7 +204,8 @@ class Stance(Motion):
         return OverTime._curve(self)
 
     def _arrays(self) -> Arrays:
-        return super()._arrays() | {name: ((), getattr(self, name)) for name in ("apex", "aed", "compression_max")}
+        figures = {name: ((), getattr(self, name)) for name in ("apex", "aed", "compression_max")}
+        return {**super()._arrays(), **figures}
 
     @property
     def end_compression(self) -> float:
@@ -225,7 +240,8 @@ def solve_stance(
     ('takeoff', 0.1841, ['x2_reverses'])
     """
     start = start_of(robot, x1, v1, x2, v2, compression)
-    return _solve(robot, start, x2 is not None, u, horizon, max_phases, backend, dtype)
+    solved: Stance = _solve(robot, start, x2 is not None, u, horizon, max_phases, backend, dtype)
+    return solved
 
 
 def solve_motion(
@@ -260,7 +276,8 @@ def solve_motion(
         begin, x2_is_given = free_start(robot, start)
     if not facts.inputs and any(current for _, current in steps_of(u)):
         raise HopformError(f"u must be 0: the model {facts.name} has no input, got {shown(u)}")
-    return _solve(robot, begin, x2_is_given, u, horizon, max_phases, backend, dtype)
+    solved: Motion = _solve(robot, begin, x2_is_given, u, horizon, max_phases, backend, dtype)
+    return solved
 
 
 def _solve(
@@ -311,11 +328,12 @@ def _stance(
     if stands:
         height: Any = solver.package.formulas.body_height if dtype is DOUBLE else partial(_height, robot, dtype)
         end = tuple_of(State, (x1, v1, float(height(robot.parameters, x1, y)), v2))
-        apex = apex if lifts and robot.g > 0.0 else math.nan
+        apex = apex if lifts and robot.letters.g > 0.0 else math.nan
         held |= {"end": end, "takeoff": end if lifts else None, "apex": apex, "aed": aed}
     object.__setattr__(made, "__dict__", held)
     if not stands:
-        held["end"] = made._layout.state(*map(float, made._shown(records.LegState(x1, v1, v2, y))))
+        layout = layout_of(solver)
+        held["end"] = layout.state(*map(float, shown_of(robot, dtype, layout, records.LegState(x1, v1, v2, y))))
     return made
 
 
@@ -342,8 +360,9 @@ def placed(robot: Robot, act: str, x1: Any, v1: Any, v2: Any) -> tuple[float, fl
         x_1, v_1, v_2 = x1, v1, v2
     else:
         x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
-    if not robot.x1_min <= x_1 <= robot.x1_max:
-        raise HopformError(f"x1 must be within its stroke {robot.x1_min!r} .. {robot.x1_max!r} m, got {x_1!r}")
+    low, high = robot.letters.x1_min, robot.letters.x1_max
+    if not low <= x_1 <= high:
+        raise HopformError(f"x1 must be within its stroke {low!r} .. {high!r} m, got {x_1!r}")
     return x_1, v_1, v_2
 
 
@@ -359,11 +378,12 @@ def start_of(
         raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
     height = None if x2 is None else finite("x2", x2, "m")
     rest = rest_of(robot)
-    y = finite("compression", compression, "m") if height is None else x_1 - height + robot.L0 + robot.c - rest
-    if abs(y) <= TOUCHING_ULP * math.ulp(robot.L0):
+    L0, c = robot.letters.L0, robot.letters.c
+    y = finite("compression", compression, "m") if height is None else x_1 - height + L0 + c - rest
+    if abs(y) <= TOUCHING_ULP * math.ulp(L0):
         y = 0.0
     if y < 0.0 and "stance" in robot.solver.can:  # without a contact the leg pulls
-        highest = f"x1 + L0 + c{' - rest' if rest else ''} = {x_1 + robot.L0 + robot.c - rest!r} m"
+        highest = f"x1 + L0 + c{' - rest' if rest else ''} = {x_1 + L0 + c - rest!r} m"
         what = "compression must be >= 0 m" if height is None else f"x2 must be <= {highest}"
         raise HopformError(f"{what}, or the spring pulls, got {y if height is None else height!r}")
     return records.LegState(x_1, v_1, v_2, y)

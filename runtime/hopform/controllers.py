@@ -225,7 +225,8 @@ class ReturnMap(_Aiming):
         if not highest > 0.0:
             raise HopformError(f"h_des must be > 0 m for maps that are measured up to twice that, got {highest!r}")
         heights = np.linspace(0.0, 2.0 * highest, self.heights + 1)[1:]
-        family = np.linspace(-robot.u_max, robot.u_max, self.currents)
+        limit = float(robot.letters.u_max)
+        family = np.linspace(-limit, limit, self.currents)
         return Tracking(self, h_des, robot, measured(robot, heights, family, self.horizon))
 
     def __call__(self, touchdown: Touchdown) -> Answer:
@@ -328,10 +329,11 @@ class Tracking:
         return Sampled(self.settings.period, self._law(self.maps.current(touchdown.apex, h_des), self.recorded(h_des)))
 
     def _law(self, command: float, recorded: Stance) -> Callable[[float, State], float]:
-        turns = next((event.time for event in recorded.events if event.kind == "x2_reverses"), 0.0)
+        body = f"{self.robot.solver.facts.coordinates[-1]['name']}_reverses"
+        turns = next((event.time for event in recorded.events if event.kind == body), 0.0)
         tick = min(self.settings.period, recorded.duration - turns)
         rate = float(recorded.at(turns + tick).v2) / tick if tick > 0.0 else 0.0
-        lift = -math.copysign(1.0, self.robot.gamma2)
+        lift = -math.copysign(1.0, self.robot.letters.gamma2)
         began: list[float] = []
 
         def law(t: float, state: State) -> float:
@@ -342,6 +344,7 @@ class Tracking:
                 began.append(t - min(v2 / rate, self.settings.period) if rate > 0.0 else t)
             there = recorded.at(min(turns + t - began[0], recorded.duration))
             error = self.settings.Kp * float(there.x2 - state.x2) + self.settings.Kd * float(there.v2 - v2)
-            return min(max(command + lift * error, -self.robot.u_max), self.robot.u_max)
+            most = float(self.robot.letters.u_max)
+            return min(max(command + lift * error, -most), most)
 
         return law

@@ -1,13 +1,14 @@
 """What a model file takes, and the door of the derivation: `derive(FILE | NAME)` gives its formulas as objects of sympy.
 
-    from hopform.model import Quantity, Term, v1
+    from hopform.model import *
 
-    damping = Quantity("k_emf", "k_{emf}", "N s/m", "damping by the back-EMF, k_t^2/R", "nonnegative")
-    parameters = (damping,)
-    terms = (Term("back-EMF", -damping.symbol * v1, 0),)
+    J = parameter("J", "kg m^2", "inertia", "positive")
+    b = parameter("b", "N m s/rad", "viscous friction", "nonnegative", 0)
+    q = coordinate("q", "rad", J, "wheel")
+    viscous(q, b)
 
-`Quantity`, `Term` and the symbols of the robot, its state and its current are the derivation's own, which needs the
-extra `derive`. A model file is a program: reading it runs it.
+The elements are the derivation's own, which needs the extra `derive`; the reference lists them. A model file is a
+program: reading it runs it.
 """
 
 import sys
@@ -61,7 +62,14 @@ def part(name: str) -> ModuleType:
         raise
 
 
+def shipped() -> dict[str, Path]:
+    """The files of the models that ship, by name."""
+    installed = Path(__file__).with_name("_derive")
+    folder = (installed if installed.is_dir() else _CHECKOUT.parent) / "models"
+    return {path.stem: path for path in sorted(folder.glob("[!_]*.py"))}
+
+
 def __getattr__(name: str) -> Any:
-    if name.startswith("__"):
+    if name.startswith("__") and name != "__all__":
         raise AttributeError(name)
     return getattr(part(_OF.get(name, "model")), name)

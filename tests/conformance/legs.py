@@ -109,7 +109,12 @@ def rigs(seed: int, count: int) -> Iterator[tuple[tuple[float, ...], dict[str, f
         horizon = 12.0 / math.sqrt(robot["k"] / robot["m_eff"] + robot["k"] / robot["m_s"])
         problem = builders.stance(robot, **start, u=u, horizon=horizon, max_phases=MOST)
         del problem["contact"]
-        yield tuple(robot.get(key, 0.0) for key in Robot._fields), start | {"u": u}, horizon, problem
+        yield (
+            tuple(robot.get(key, 0.0) for key in Robot._fields if key != "impact_loss"),
+            start | {"u": u},
+            horizon,
+            problem,
+        )
 
 
 def joints(seed: int, count: int) -> Iterator[tuple[tuple[float, ...], dict[str, float], float, dict[str, Any]]]:
@@ -131,9 +136,8 @@ def joints(seed: int, count: int) -> Iterator[tuple[tuple[float, ...], dict[str,
         f1, f1_minus = (force / m * over(0.01, 1.0, 0.2) for _ in range(2))
         at = {"q": q, "v": choose.uniform(-1.0, 1.0) * math.sqrt(max(k, 10.0) / m) * 0.05}
         u = choose.uniform(-1.0, 1.0)
-        parameters = (m, 1.0, k, -problem["q_0"], 0.0, b, 0.0, f1, 0.0, -problem["gamma"], 0.0, *stops, 3.0, 0.0,
-                      f1_minus, problem["load"])  # fmt: skip
-        start = {"x1": at["q"], "v1": at["v"], "v2": 0.0, "y": at["q"] - problem["q_0"], "u": u}
         friction, horizon = {"F_plus": m * f1, "F_minus": m * f1_minus}, 20.0 * math.sqrt(m / max(k, 10.0))
+        parameters = (m, k, problem["q_0"], b, *friction.values(), problem["gamma"], problem["load"], *stops, 3.0)
+        start = {"x1": at["q"], "v1": at["v"], "v2": 0.0, "y": at["q"] - problem["q_0"], "u": u}
         asked = builders.joint(**problem, **friction, **at, u=u, horizon=horizon, max_phases=MOST)
         yield parameters, start, horizon, asked

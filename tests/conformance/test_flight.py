@@ -13,7 +13,7 @@ import hopform
 from derive.ir import unfold
 from derive.maths import flight as derivation
 from derive.model import quantities as Q
-from derive.models.hopper import HOPPER
+from derive.shipped import HOPPER
 from tests import needs
 from tests.conformance.flights import assert_same_flight, of_flight, outcome, random_flight, solved
 from tests.oracle.reference.flight import solve_flight as reference_flight

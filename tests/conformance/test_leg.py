@@ -112,7 +112,7 @@ def test_random_joints_are_those_of_the_oracle(back_end, legs):
     leg, verdicts = legs["joint"], []
     for parameters, start, horizon, problem in joints(7, 60):
         answer = leg.answer(leg.solve(back_end, parameters, start, start["u"], horizon))
-        events = [(t, kind.replace("x1_", "q_")) for t, kind in answer.events]
+        events = [(t, kind.replace("phi_", "q_")) for t, kind in answer.events]
         final = {"q": answer.final["x1"], "v": answer.final["v1"]}
         verdicts.append(compare(problem, dataclasses.replace(answer, events=events, final=final, gains={})))
     assert not [n for n, verdict in enumerate(verdicts) if verdict.outcome == WRONG]

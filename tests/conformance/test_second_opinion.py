@@ -84,7 +84,7 @@ def said(name: str, leg: Leg, solved: Any) -> Answer:
     answer = leg.answer(solved)
     if name != "joint":
         return answer
-    events = [(t, kind.replace("x1_", "q_")) for t, kind in answer.events]
+    events = [(t, kind.replace("phi_", "q_")) for t, kind in answer.events]
     final = {"q": answer.final["x1"], "v": answer.final["v1"]}
     return dataclasses.replace(answer, events=events, final=final, gains={})
 

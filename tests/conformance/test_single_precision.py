@@ -50,6 +50,57 @@ def solve(problems: Any, kind: Any) -> list[Outcome]:
     return found
 
 
+STIFF, STABLE = 250, 1e-5
+MOVED = ("m_eff", "m_s", "k", "b1", "b2", "f1", "f2", "gamma2", "v1", "v2", "y", "u")
+
+
+def stiff_stances(seed: int, stiffness: float) -> Any:
+    """Free actuators whose real pole is `stiffness` to 3 times that many times the frequency of the body on its spring,
+    half of them driven hardly harder than they creep."""
+    draw = np.random.default_rng(seed)
+
+    def over(low: Any, high: Any) -> Any:
+        return np.exp(draw.uniform(np.log(low), np.log(high), STIFF))
+
+    def mostly(value: Any) -> Any:
+        return np.where(draw.random(STIFF) < 0.5, 0.0, value)
+
+    p = np.zeros(STIFF, PROBLEM)
+    p["m_s"], p["k"], p["L0"], p["g"], p["horizon"], p["u_max"] = over(0.1, 10.0), over(10.0, 1e6), 0.4, 9.81, 1.0, 3.0
+    p["x1_min"], p["x1_max"] = -np.inf, np.inf
+    p["m_eff"] = p["m_s"] * over(1e-3, 10.0)
+    p["b1"] = p["m_eff"] * np.sqrt(p["k"] / p["m_s"]) * stiffness * over(1.0, 3.0)
+    p["b2"] = 2.0 * np.sqrt(p["k"] * p["m_s"]) * over(1e-4, 0.1)
+    p["f1"], p["f2"], p["y"] = mostly(over(0.01, 3.0)), mostly(over(0.01, 1.0)), mostly(over(1e-4, 0.05))
+    p["gamma2"] = -p["m_eff"] * over(0.1, 30.0) * np.where(mostly(1.0) > 0.0, over(1.0, 1.0 + 0.002 * p["k"]), 1.0)
+    p["v2"], p["u"] = -over(0.05, 3.0), 3.0 * draw.uniform(-1.0, 1.0, STIFF)
+    p["v1"] = draw.choice((-1.0, 1.0), STIFF) * over(0.01, 3.0)
+    p["v1"] = np.where(p["v1"] < p["v2"], 0.5 * p["v2"], p["v1"])
+    for name in FIELDS:
+        p[name] = p[name].astype(np.float32)
+    return p
+
+
+def is_stable(problem: Any, double: Outcome) -> bool:
+    """Whether the list in float64 stays where each input moves a little."""
+    around = np.repeat(problem, 2 * len(MOVED))
+    for n, name in enumerate(MOVED):
+        around[name][2 * n : 2 * n + 2] *= (1.0 - STABLE, 1.0 + STABLE)
+    return all(other[:2] == double[:2] for other in solve(around, np.float64))
+
+
+@pytest.mark.parametrize("stiffness", [1e3, 1e4, 1e5])
+def test_stiff_actuators_have_their_events_in_float32(stiffness):
+    """After the transient their velocity is a small part of that at the start: as a difference of what is left of it
+    up to 12 of a hundred lists were wrong."""
+    problems = stiff_stances(7, stiffness)
+    single, double = solve(problems, np.float32), solve(problems, np.float64)
+    stable = [n for n, outcome in enumerate(double) if single[n][:2] == outcome[:2] or is_stable(problems[n], outcome)]
+    wrong = [n for n in stable if single[n][:2] != double[n][:2]]
+    assert len(stable) > 0.95 * STIFF
+    assert len(wrong) <= 1
+
+
 def nudged(problems: Any, seed: int) -> Any:
     """The same with every input but the stops and what is zero moved by up to NUDGE of itself."""
     draw, moved = np.random.default_rng(seed), problems.copy()

@@ -2,10 +2,11 @@
 what the hopper's own b1 and k c do already.
 """
 
-from hopform.model import Quantity, Term, v1
+from hopform.model import *
 
-friction = Quantity("b1_bearing", r"b_b", "N s/m", "viscous friction of the second bearing", "nonnegative", 0.0)
-pull = Quantity("F_balancer", r"F_b", "N", "constant force of the balancer on the actuator", default=0.0)
+x1 = include("hopper").x1
+b1_bearing = parameter("b1_bearing", "N s/m", "viscous friction of the second bearing", "nonnegative", 0)
+F_balancer = parameter("F_balancer", "N", "constant force of the balancer on the actuator", default=0)
 
-terms = (Term("bearing", -friction.symbol * v1, 0), Term("balancer", pull.symbol, 0))
-parameters = (friction, pull)
+viscous(x1, b1_bearing, "bearing")
+force(x1, F_balancer, "balancer")

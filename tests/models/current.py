@@ -1,5 +1,6 @@
-"""A motor that acts between the masses: the current stands in the hopper's own term and may stand in no other."""
+"""A motor that acts between the masses: the current drives one coordinate and may drive no other."""
 
-from hopform.model import Term, gamma2, u
+from hopform.model import *
 
-terms = (Term("reaction", 0, gamma2 * u),)
+hopper = include("hopper")
+force(hopper.x2, hopper.gamma2 * hopper.u, "reaction")

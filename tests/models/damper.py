@@ -5,10 +5,9 @@ m_eff a_1 = ... - b_12 (v_1 - v_2),        m_s a_2 = ... + b_12 (v_1 - v_2)
 The leg's contact force is then k y + b_12 (v_1 - v_2), which is zero before y is.
 """
 
-from hopform.model import Quantity, Term, v1, v2
+from hopform.model import *
 
-damping = Quantity("b12", r"b_{12}", "N s/m", "viscous friction between the masses", "nonnegative", 0.0)
-b12 = damping.symbol
+hopper = include("hopper")
+b12 = parameter("b12", "N s/m", "viscous friction between the masses", "nonnegative", 0)
 
-terms = (Term("damper", -b12 * (v1 - v2), b12 * (v1 - v2)),)
-parameters = (damping,)
+hopper.leg.damper(b12)

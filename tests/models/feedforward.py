@@ -3,9 +3,9 @@
 m_eff a_1 = ... + k_fed v_1
 """
 
-from hopform.model import Quantity, Term, v1
+from hopform.model import *
 
-push = Quantity("k_fed", "k_{fed}", "N s/m", "force fed forward per velocity of the actuator", "real", 0.0)
+x1 = include("hopper").x1
+k_fed = parameter("k_fed", "N s/m", "force fed forward per velocity of the actuator", default=0)
 
-terms = (Term("feedforward", push.symbol * v1, 0),)
-parameters = (push,)
+viscous(x1, -k_fed, "feedforward")

@@ -1,8 +1,8 @@
 """A spring from the actuator to the ground: moved as a whole the hopper feels it, so (11) loses its factor s^2."""
 
-from hopform.model import Quantity, Term, x1
+from hopform.model import *
 
-stiffness = Quantity("k1", r"k_1", "N/m", "stiffness of a spring to the ground", "nonnegative", 0.0)
+x1 = include("hopper").x1
+k1 = parameter("k1", "N/m", "stiffness of a spring to the ground", "nonnegative", 0)
 
-terms = (Term("ground spring", -stiffness.symbol * x1, 0),)
-parameters = (stiffness,)
+spring(x1, k1, "ground spring")

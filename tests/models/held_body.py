@@ -1,8 +1,8 @@
 """A cable that holds the body up, or down, while the hopper stands; it is let go at take-off."""
 
-from hopform.model import Quantity, Term
+from hopform.model import *
 
-pull = Quantity("F_cable", r"F_c", "N", "force of the cable on the body", default=0.0)
+x2 = include("hopper").x2
+F_cable = parameter("F_cable", "N", "force of the cable on the body", default=0)
 
-terms = (Term("cable", 0, pull.symbol, acts="stance"),)
-parameters = (pull,)
+force(x2, F_cable, "cable", where="stance")

@@ -1,16 +1,30 @@
-"""A joint: one mass, or inertia, on a spring to the ground, with friction, stops and a load; nothing takes off.
+"""A joint: one inertia on a spring to the ground, with friction, stops and a load; nothing takes off.
 
-m q'' = -k (q - q_0) - b q' + gamma u + load - F_plus or + F_minus, by sign(q')
+J phi'' = -k (phi - phi_0) - b phi' + k_t i + load - F_plus or + F_minus, by sign(phi')
 
-is (3) with the foot and the body bolted to the ground: m_eff = m, b1 = b, gamma2 = -gamma, f1 = F_plus/m,
-f1_minus = F_minus/m, L0 = -q_0, c = 0, x_1 = q, y = q - q_0. What the body has does not matter. k = 0 is allowed.
+k = 0 is allowed.
 """
 
-from hopform.model import Quantity, Term
+from hopform.model import *
 
-load = Quantity("load", "F_l", "N", "constant load", default=0.0)
+J = parameter("J", "kg m^2", "inertia", "positive")
+k = parameter("k", "N m/rad", "stiffness of the spring to the ground", "nonnegative", 0)
+phi_0 = parameter("phi_0", "rad", "where that spring is slack", default=0)
+b = parameter("b", "N m s/rad", "viscous friction", "nonnegative", 0)
+F_plus = parameter("F_plus", "N m", "Coulomb friction forward", "nonnegative", 0)
+F_minus = parameter("F_minus", "N m", "Coulomb friction backward", "nonnegative", 0)
+k_t = parameter("k_t", "N m/A", "torque per current", default=0)
+load = parameter("load", "N m", "constant load", default=0)
+phi_min = parameter("phi_min", "rad", "lower stop", "lower", -float("inf"))
+phi_max = parameter("phi_max", "rad", "upper stop", "upper", float("inf"))
+i_max = parameter("i_max", "A", "limit of the current", "bound", float("inf"))
 
-fixed = ("foot", "body")
-friction_by_sign = ("actuator",)
-terms = (Term("load", load.symbol, 0),)
-parameters = (load,)
+phi = coordinate("phi", "rad", J, "joint")
+i = current("i", "A", limit=i_max)
+
+spring(phi - phi_0, k)
+viscous(phi, b)
+torque(phi, k_t * i, "motor")
+torque(phi, load, "load")
+friction(phi, forward=F_plus, backward=F_minus)
+stop(phi, phi_min, phi_max)

@@ -1,3 +1,5 @@
 """The hopper of the paper, built as a stranger."""
 
-terms = ()
+from hopform.model import *
+
+include("hopper")

@@ -2,8 +2,6 @@
 
 import sympy as sp
 
-from hopform.model import Term, v1
+from hopform.model import *
 
-k_emf = sp.Symbol("k_emf", real=True)
-
-terms = (Term("back-EMF", -k_emf * v1, 0),)
+viscous(include("hopper").x1, sp.Symbol("k_emf", real=True), "back-EMF")

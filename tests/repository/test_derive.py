@@ -16,10 +16,13 @@ DERIVE = Path(__file__).resolve().parents[2] / "derive"
 # Each module may import those of the lines above it.
 LAYERS = (
     ("ir",),
-    ("model.quantities", "model.precisions", "model.kinds"),
+    ("model.quantities", "model.precisions", "model.kinds", "model.units", "model.names"),
     ("model.equations", "model.structs", "model.selftest", "model.answers"),
+    ("model.declare",),
+    ("model.mechanism",),
     ("model",),
-    ("models.hopper",),
+    ("model_file",),
+    ("shipped",),
     ("maths.laplace", "maths.kernels"),
     ("maths.partial_fractions", "maths.stability", "maths.modes", "maths.elements"),
     ("maths.time_domain",),
@@ -36,14 +39,13 @@ LAYERS = (
     ("emit.python",),
     ("emit.render",),
     ("emit.folder",),
-    ("model_file",),
     ("derivation",),
     ("page",),
     ("solver",),
     ("__main__",),
 )
 LEVEL = {f"derive.{name}": level for level, names in enumerate(LAYERS) for name in names}
-ROOMS = {"derive", *(f"derive.{name}" for name in ("models", "maths", "paper", "emit"))}
+ROOMS = {"derive", *(f"derive.{name}" for name in ("maths", "paper", "emit"))}
 """Packages that import nothing themselves."""
 
 
@@ -52,7 +54,8 @@ def name_of(path: Path) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
-SOURCES = {name_of(path): path for path in sorted(DERIVE.rglob("*.py"))}
+SOURCES = {name_of(path): path for path in sorted(DERIVE.rglob("*.py")) if path.parent.name != "models"}
+"""Model files are run, not imported: they take their elements as everybody's do."""
 
 
 def imported(name: str) -> Iterator[tuple[str, bool]]:

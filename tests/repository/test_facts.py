@@ -16,18 +16,19 @@ import pytest
 import hopform
 from derive.emit.folder import write
 from derive.emit.render import Options, render
-from derive.ir import Quantity
-from derive.model import answers, kinds
-from derive.model.equations import Model, Term
-from derive.model.quantities import v1
+from derive.model import kinds
 from hopform._solver import c as native
 from hopform._solver.build import compile_solver
 from hopform._solver.c import C
 from hopform._solver.package import Package
-from tests.derived import loaded
+from tests.derived import hopper_with, loaded
 
-DRAG = Quantity("seal", r"\zeta", "N s/m", "drag of a seal", "fraction", 0.25)
-MODEL = Model((Term("seal drag", -DRAG.symbol * v1, 0),), (DRAG,))
+MODEL = hopper_with(
+    r"""
+seal = parameter("seal", "N s/m", "drag of a seal", "fraction", 0.25, glyph=r"\zeta")
+viscous(h.x1, seal, "seal drag")
+"""
+)
 ENTRY = "seal_drag_1"
 """What the term enters in the ledger as."""
 
@@ -106,7 +107,6 @@ def test_a_new_word_stands_in_every_table(monkeypatch):
     )
     monkeypatch.setattr(kinds, "KINDS", longer)
     monkeypatch.setattr(kinds, "STATUSES", longer[0])
-    monkeypatch.setattr(answers, "KINDS", longer)
     texts = {path.as_posix(): text for path, text in render().items()}
     header = texts["c/include/hopform/hopform.h"]
     assert "#define HOPFORM_EVENT_X2_HITS_STOP 8 /**< the body meets a stop */" in " ".join(header.split())

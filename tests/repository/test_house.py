@@ -22,11 +22,13 @@ import pytest
 from jinja2 import nodes
 
 import hopform
+import hopform_solver
 from derive.emit.folder import GENERATED, check
 from derive.emit.program import program
 from derive.emit.render import instance, render
 from derive.ir import Function
 from derive.model import quantities
+from derive.shipped import HOPPER
 from hopform_solver import records
 from tests.needs import the_first
 
@@ -218,8 +220,8 @@ def test_every_template_is_filled_by_the_derivation():
 # ---- one name per thing ----
 
 
-def test_every_word_for_a_parameter_is_the_one_of_quantities():
-    names = [quantity.name for quantity in quantities.ROBOT.quantities]
+def test_every_word_for_a_parameter_is_the_one_of_the_model():
+    names = [quantity.name for quantity in HOPPER.parameters]
     assert [field.name for field in dataclasses.fields(hopform.Robot)] == [
         *names,
         "travel",
@@ -236,8 +238,8 @@ def test_every_word_for_a_parameter_is_the_one_of_quantities():
         assert tomllib.loads(path.read_text("utf-8")).keys() <= {*names, "travel", "name", "description"}, path.name
 
 
-def test_every_parameter_is_what_quantities_declares():
-    for field, quantity in zip(records.ROBOT_FIELDS, quantities.ROBOT.quantities, strict=True):
+def test_every_parameter_is_what_the_model_declares():
+    for field, quantity in zip(records.ROBOT_FIELDS, HOPPER.parameters, strict=True):
         assert field._asdict() == dataclasses.asdict(quantity)
     assert records.TRAVEL._asdict() == dataclasses.asdict(quantities.TRAVEL)
 
@@ -264,8 +266,12 @@ def test_a_record_has_its_fields_in_the_same_order_in_python_and_c(record):
 
 
 def test_a_class_that_hopform_and_its_solver_both_have_is_one():
-    """But for the robot: the solver's is the numbers alone, that of hopform checks them and has a name."""
-    both = {name for name in hopform.__all__ if isinstance(getattr(records, name, None), type)} - {"Robot"}
+    """But for the robot: the solver's is the numbers alone, that of hopform checks them and has a name; and for the
+    motion: the solver's has the numerators of a phase, and is none of its public names.
+    """
+    assert not hasattr(hopform_solver, "Motion")
+    own = {"Robot", "Motion"}
+    both = {name for name in hopform.__all__ if isinstance(getattr(records, name, None), type)} - own
     assert both == {"Energy", "FlightLedger", "Gains", "Ledger"}
     assert [name for name in both if getattr(hopform, name) is not getattr(records, name)] == []
 

@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from derive.model.kinds import LONGEST_PREFIX, MOST_STEPS
-from hopform import _batch, _checks, _files, _robots, _stance, _studies, terrain
+from hopform import _batch, _checks, _files, _motion, _robots, _studies, terrain
 from hopform import _control as reach
 from hopform._cli import model, options
 from hopform._hopping import run, touchdown
@@ -58,7 +58,7 @@ LIMITS = {
     "stances of a batch with derivatives": _checks.MEMORY // _batch.EACH_DIFFERENTIATED,
     "threads of a batch": _batch.MOST_THREADS,
     "numbers of an array": _checks.MEMORY // 8,
-    "times of a grid": _checks.MEMORY // _stance.EACH,
+    "times of a grid": _checks.MEMORY // _motion.EACH,
     "times of a run": _checks.MEMORY // run.EACH,
     "rows of a table over time": options.MOST_ROWS,
     "hops of a run": terrain.MOST_HOPS,

@@ -20,8 +20,12 @@ static const quad EPS = FLT_EPSILON;
 
 /* ---- the exact function: g = start + H3 W' + H2 W + H1 int W, of poles and numerators as they are rounded ---- */
 
+/* Where the solver takes the modal form, g = final + F exp(-a t) + exp(-p t/2) (P cos w t + Q sin w t), those as they
+ * are rounded, and the numerator that follows. */
 typedef struct {
     quad s1, s2, s3, start, H3, H2, H1;
+    int modal;
+    quad a, mean, w, final, F, P, Q;
 } exact;
 
 typedef struct {
@@ -66,7 +70,7 @@ static response response_at(const exact *g, quad t)
 /* W'', W', W and its integral of three poles, each as two numbers that add up to it. */
 void propagator(double a, double p, double q, double t, double parts[4][2])
 {
-    const exact g = {(quad)a + p, q + (quad)a * p, (quad)a * q, 0, 0, 0, 0};
+    const exact g = {.s1 = (quad)a + p, .s2 = q + (quad)a * p, .s3 = (quad)a * q};
     const response w = response_at(&g, t);
     const quad values[4] = {w.Wdd, w.Wd, w.W, w.W1};
     for (int i = 0; i < 4; i++) {
@@ -88,6 +92,12 @@ static quad rate_at(const exact *g, const response *w)
 /* The sum of the magnitudes of its terms and of t g', of which the page's rounding bound is so many eps. */
 static quad size_at(const exact *g, const response *w, quad t)
 {
+    const quad R = w->Wd + g->a * w->W, of_sine = g->w * R, of_cosine = w->Wdd + g->a * w->Wd + g->mean * R;
+    const quad left = w->Wdd + 2 * g->mean * w->Wd + (g->w * g->w + g->mean * g->mean) * w->W;
+    if (g->modal) {
+        return absolute(g->final) + absolute(g->F * left) + absolute(g->P * of_cosine) + absolute(g->Q * of_sine)
+             + t * absolute(rate_at(g, w));
+    }
     return absolute(g->start) + absolute(g->H3 * w->Wd) + absolute(g->H2 * w->W) + absolute(g->H1 * w->W1)
          + t * absolute(rate_at(g, w));
 }
@@ -157,11 +167,49 @@ static void take_interval(const drawn *it, asked *at)
 {
     const double node = at->node.t, low = it->low * node, far = 3.0 * low > node ? 3.0 * low : node;
     const double half = 0.95 * at->node.half_period;
-    at->in.low = OF(propagator_at)(&at->poles, (real)low);
+    const real omega = (real)low >= at->node.modal ? at->node.omega : 0;
+    at->g.modal = omega > 0;
+    at->in.low = OF(propagator_in_form)(&at->poles, omega, (real)low);
     at->in.found = -1;
     at->in.count = 0;
     at->high = (real)(low + it->length * (far < half ? far : half));
-    at->in.high = OF(propagator_at)(&at->poles, at->high);
+    at->in.high = OF(propagator_in_form)(&at->poles, omega, at->high);
+}
+
+/* The numerator of the modal form. */
+static void take_numerator(exact *g)
+{
+    const quad rate = g->w * g->Q - g->mean * g->P;
+    const quad curvature = (g->mean * g->mean - g->w * g->w) * g->P - 2 * g->mean * g->w * g->Q;
+    const quad third = -2 * g->mean * curvature - (g->w * g->w + g->mean * g->mean) * rate;
+    const quad H3 = rate - g->a * g->F, second = curvature + g->a * g->a * g->F;
+    g->start = g->final + g->F + g->P;
+    g->H3 = H3;
+    g->H2 = second + g->s1 * H3;
+    g->H1 = third - g->a * g->a * g->a * g->F + g->s1 * second + g->s2 * H3;
+}
+
+/* The function in its modal form, rounded, which at t is above zero by so many eps of its terms. */
+static void take_modes(asked *at, quad t, quad depth)
+{
+    exact *g = &at->g;
+    const quad a = at->poles.a, p = at->poles.p, q = at->poles.q, chi = a * a - p * a + q;
+    const quad e = (g->H1 - a * (g->H2 - a * g->H3)) / chi;
+    const response w = response_at(g, t);
+    g->a = a;
+    g->mean = p / 2;
+    g->w = checker_sqrt(q - g->mean * g->mean);
+    g->F = (real)(-e / a);
+    g->P = (real)(-(g->H2 - a * g->H3 - (p - a) * e) / q);
+    g->Q = (real)((g->H3 - e + g->mean * g->P) / g->w);
+    g->final = 0;
+    take_numerator(g);
+    g->final = -value_at(g, &w);
+    g->final = (real)(g->final + depth * EPS * size_at(g, &w, t));
+    take_numerator(g);
+    const OF(event_function) function = {(real)g->F, (real)g->P, (real)g->Q, 0, (real)g->final, 0, 0, 0, 1, 0,
+                                         true, false};
+    at->set.function[0] = function;
 }
 
 /* The function that comes near zero where it is told to, rounded. */
@@ -196,6 +244,9 @@ static void take_function(const drawn *it, asked *at)
     at->set.node = &at->node;
     at->set.count = 1;
     at->set.function[0] = function;
+    if (g->modal) {
+        take_modes(at, t, (quad)it->depth);
+    }
 }
 
 /* The jets at both ends; 0 if g is not above zero there, or begins to rise from it, which all rules rest on. */
@@ -244,6 +295,12 @@ static quad size_then(const asked *at, quad t)
     return size_at(&at->g, &w, t);
 }
 
+/* The terms of which the bound is taken where the end of a quiet time is what is asked for. */
+static quad start_size(const exact *g)
+{
+    return g->modal ? absolute(g->final) + absolute(g->F) + absolute(g->P) + absolute(g->Q) : absolute(g->start);
+}
+
 /* Rule 4: g is nowhere less than where its minimum is located, by what the bound allows there. */
 static said minimum(const asked *at, const claim *is)
 {
@@ -251,7 +308,7 @@ static said minimum(const asked *at, const claim *is)
     const OF(event_function) *f = &at->set.function[0];
     said it = {from->rate < 0 && !(to->rate < 0), 0, 0};
     if (it.asked) {
-        const OF(propagator) least = OF(minimum_between)(&at->poles, f, from, at->in.low.t, to, at->high);
+        const OF(propagator) least = OF(minimum_between)(&at->poles, f, at->in.high.omega, from, at->in.low.t, to, at->high);
         const response w = response_at(&at->g, least.t);
         const quad floor = value_at(&at->g, &w) - is->rounding * EPS * size_at(&at->g, &w, least.t);
         it.says = 1;
@@ -274,12 +331,12 @@ static void judge_one(const drawn *it, asked *at, const claim *is, verdict *out)
     out->of[SIGNS] = no_zero(at, is, 1, OF(has_no_root)(from, d, falls, d_then), high, size);
     const int positive = OF(stays_positive_by_slope)(at->node.pole, from, to, h, bound);
     out->of[SLOPE] = no_zero(at, is, !(d < 0), positive, high, size);
-    const int above = rings && OF(stays_positive_by_bernstein)(&at->poles, f, from, to, h, 0, bound);
+    const int above = rings && OF(stays_positive_by_bernstein)(&at->poles, f, at->in.high.omega, from, to, h, 0, bound);
     out->of[BERNSTEIN] = no_zero(at, is, rings, above, high, size);
     const quad until = (quad)low + OF(quiet_time)(&at->set, f, &at->in.low, from, bound);
     out->of[QUIET] = no_zero(at, is, 1, until > high, until < last ? until : last, size);
     const quad still = OF(root_free_until)(&at->set, &at->in);
-    out->of[STILL] = no_zero(at, is, 1, still > high, still < last ? still : last, absolute(at->g.start));
+    out->of[STILL] = no_zero(at, is, 1, still > high, still < last ? still : last, start_size(&at->g));
     out->of[MINIMUM] = minimum(at, is);
 
     const int found = OF(find_first_root)(&at->set, &at->in);
@@ -291,7 +348,7 @@ static void judge_one(const drawn *it, asked *at, const claim *is, verdict *out)
 void judge(const drawn *cases, int32_t count, const claim *is, verdict *verdicts)
 {
     for (int32_t i = 0; i < count; i++) {
-        asked at;
+        asked at = {0};
         take_poles(&cases[i], &at);
         take_interval(&cases[i], &at);
         take_function(&cases[i], &at);
@@ -311,7 +368,7 @@ typedef struct {
 /* v'' + p v' + q v = 0 from v and v'. */
 static exact velocity(quad p, quad q, quad v, quad acceleration)
 {
-    const exact it = {p, q, 0, v, acceleration, -q * v, 0};
+    const exact it = {.s1 = p, .s2 = q, .start = v, .H3 = acceleration, .H2 = -q * v};
     return it;
 }
 

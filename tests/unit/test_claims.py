@@ -74,14 +74,18 @@ class WithoutOffsetForce(Model):
         return actuator - Q.k * Q.c, body
 
 
+def like_the_hopper(kind: type[Model]) -> Model:
+    return kind(**{each.name: getattr(derivation.HOPPER, each.name) for each in dataclasses.fields(Model)})
+
+
 @pytest.mark.parametrize(
     ("module", "model", "proof"),
     [
-        (derivation, FrictionPerMass(), derivation.test_rates_and_drive_give_back_the_accelerations),
-        (derivation, FrictionPerMass(), derivation.test_the_body_gains_the_aed),
+        (derivation, like_the_hopper(FrictionPerMass), derivation.test_rates_and_drive_give_back_the_accelerations),
+        (derivation, like_the_hopper(FrictionPerMass), derivation.test_the_body_gains_the_aed),
         (
             equations,
-            WithoutOffsetForce(),
+            like_the_hopper(WithoutOffsetForce),
             equations.test_1_and_3_pull_the_actuator_with_a_constant_force_that_the_lagrangian_does_not_have,
         ),
     ],
@@ -178,9 +182,9 @@ def test_a_friction_of_the_body_in_newtons_is_noticed(monkeypatch):
 
     assert not fails(proof)
     quantities = tuple(
-        dataclasses.replace(each, unit="N") if each.name == "f2" else each for each in Q.ROBOT.quantities
+        dataclasses.replace(each, unit="N") if each.name == "f2" else each for each in derivation.HOPPER.parameters
     )
-    monkeypatch.setattr(Q, "ROBOT", dataclasses.replace(Q.ROBOT, quantities=quantities))
+    monkeypatch.setattr(equations, "HOPPER", dataclasses.replace(derivation.HOPPER, parameters=quantities))
     assert fails(proof)
 
 

@@ -114,7 +114,7 @@ def fits(value, kind):
 
 def test_page_and_schema_have_the_same_fields():
     pages = {heading.strip("`").removesuffix(" --json"): list(fields) for heading, fields in SCHEMA.items()}
-    tables = {"CSV of a stance", "CSV of a run", "Table of a run"}
+    tables = {"CSV of a motion", "CSV of a stance", "CSV of a run", "Table of a run"}
     assert {name: list(each["properties"]) for name, each in OBJECTS.items()} == {
         name: fields for name, fields in pages.items() if name not in tables
     }

@@ -4,6 +4,7 @@ Everything here is exact. Time derivatives are taken by the rules that define W,
 replace them by the rational functions that they stand for. A difference is zero if its numerator expands to zero.
 """
 
+import dataclasses
 from functools import cache
 
 import pytest
@@ -13,11 +14,12 @@ from derive.ir import Step, unfold
 from derive.maths import control, energy, flight, laplace, modes, partial_fractions, time_domain
 from derive.maths.laplace import MATRIX, s
 from derive.model import quantities as Q
-from derive.model.equations import FALLING, LAGRANGIAN, Model, Term, compression
-from derive.models.hopper import HOPPER
+from derive.model.equations import LAGRANGIAN, Model, compression
 from derive.paper.register import cubic
+from derive.shipped import HOPPER
+from tests.derived import hopper_with
 
-LINKED = Model((Term("damper in parallel to the spring", -3 * (Q.v1 - Q.v2), 3 * (Q.v1 - Q.v2)),))
+LINKED = hopper_with("h.leg.damper(3)")
 MODELS = pytest.mark.parametrize("model", [HOPPER, LINKED], ids=["hopper", "with_a_further_term"])
 MODES = pytest.mark.parametrize("moving", [(1, 2), (1,), (2,)], ids=["both", "actuator", "body"])
 FREE_NUMERATORS = {1: modes.free_numerator_1, 2: modes.free_numerator_2}
@@ -352,7 +354,7 @@ def variations(model: Model) -> dict[sp.Symbol, tuple[sp.Expr, sp.Expr]]:
     (dz/dtheta)' = M dz/dtheta + (0, first, second), an equation of the same poles, each twice.
     """
     first, second = model.in_compression
-    return {symbol: (first.diff(symbol), second.diff(symbol)) for symbol in (Q.u, *model.robot.symbols)}
+    return {symbol: (first.diff(symbol), second.diff(symbol)) for symbol in (Q.u, *Q.LETTERS)}
 
 
 def resolvent(matrix: sp.Matrix) -> sp.Matrix:
@@ -361,7 +363,7 @@ def resolvent(matrix: sp.Matrix) -> sp.Matrix:
     return characteristic.adjugate() / characteristic.det()
 
 
-@pytest.mark.parametrize("symbol", [Q.u, *Q.ROBOT.symbols[:11]], ids=str)
+@pytest.mark.parametrize("symbol", [Q.u, *Q.LETTERS[:11]], ids=str)
 def test_a_variation_is_the_derivative_of_the_motion(symbol, motion_in_s):
     """Its transform is that of (s - M)^-1 (z(0) + d/s), differentiated."""
     matrix, constant = system(HOPPER)
@@ -479,6 +481,44 @@ def test_deflation_leaves_a_numerator_over_the_pair_alone():
 # ---- (18): the paper's coefficients where they exist ----
 
 
+def in_modes(final, fading, cosine, sine):
+    """The transform of final + fading exp(-a t) + exp(-p t/2) (cosine cos(w t) + sine sin(w t))."""
+    return final / s + fading / (s + Q.a) + (cosine * (s + Q.p / 2) + sine * Q.omega_p) / D
+
+
+FREQUENCY = sp.sqrt(Q.q - Q.p**2 / 4)
+
+
+def known_modes():
+    made = values(partial_fractions.modes_of())
+    exact = {Q.chi: partial_fractions.residue()[0].value, Q.omega_p: FREQUENCY}
+    return [made[symbol].subs(exact) for symbol in partial_fractions.MODES.symbols]
+
+
+def test_the_modal_form_is_the_partial_fractions_of_a_coordinate():
+    N3, N2, N1, N0 = partial_fractions.WHOLE.symbols
+    whole = (N3 * s**3 + N2 * s**2 + N1 * s + N0) / (s * P)
+    assert is_zero((in_modes(*known_modes()) - whole).subs(Q.omega_p, FREQUENCY))
+
+
+def test_the_integral_of_a_modal_form_is_that_of_its_parts():
+    parts = partial_fractions.MODES.symbols
+    made = values(partial_fractions.integrated_modes())
+    offset, fading, cosine, sine = (made[symbol] for symbol in partial_fractions.INTEGRATED.symbols)
+    later = in_modes(offset, fading, cosine, sine) + parts[0] / s**2
+    assert is_zero((later - in_modes(*parts) / s).subs(Q.omega_p, FREQUENCY))
+
+
+def test_a_modal_form_is_deflated_to_the_same_numerator():
+    h_end, h_fade, h_cos, h_sin = partial_fractions.MODES.symbols
+    made = values(partial_fractions.deflated_modes())
+    rate = s * in_modes(h_end, h_fade, h_cos, h_sin) - (h_end + h_fade + h_cos)
+    start = sp.limit(s * rate, s, sp.oo)
+    left = (s + Q.a) * rate - start
+    expected = (made[partial_fractions.A] * s + made[partial_fractions.B]) / D
+    assert is_zero((left - expected).subs(Q.omega_p, FREQUENCY))
+
+
 def test_18_comes_back_for_distinct_poles():
     """A + B t + C exp(-a t) + D exp(-b t) + E exp(-c t), its coefficients those of (11) by partial fractions."""
     a, b, c, t = sp.symbols("a b c t", positive=True)
@@ -520,9 +560,9 @@ def test_the_height_of_the_body_has_the_form_of_the_actuators_displacement():
 @pytest.mark.parametrize("mass", [0, 1])
 def test_friction_that_differs_by_sign_is_a_mean_and_a_constant_force(mass):
     """-f for a velocity above 0, f_minus below; at rest the other forces are held from -f_minus to f."""
-    model = Model(friction_by_sign=("actuator", "body"))
+    model = dataclasses.replace(HOPPER, by_sign=(True, True))
     side, f = ((Q.side_1, Q.f1), (Q.side_2, Q.f2))[mass]
-    falling = FALLING[("actuator", "body")[mass]].symbol
+    falling = (Q.f1_minus, Q.f2_minus)[mass]
     for equations in ("accelerations", "in_flight")[: 2 - mass]:
         smooth = getattr(HOPPER, equations)[mass].subs(side, 0)
         up, down, rest = (sp.expand(getattr(model, equations)[mass].subs(side, sign) - smooth) for sign in (1, -1, 0))

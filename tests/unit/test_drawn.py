@@ -514,8 +514,8 @@ def test_the_main_panel_alone_shows_the_same(name):
 
 
 def test_every_plot_has_an_oracle():
-    """That of derivatives has no lines."""
-    assert RESULTS.keys() | {"Sensitivities"} == results.PICTURES.keys()
+    """That of derivatives has no lines, that of a motion is tried in test_motion.py."""
+    assert RESULTS.keys() | {"Sensitivities", "Motion"} == results.PICTURES.keys()
 
 
 def test_a_curve_of_a_map_has_the_colour_of_its_current():

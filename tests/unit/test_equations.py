@@ -18,8 +18,8 @@ from derive.emit.program import program
 from derive.maths import control, energy, laplace
 from derive.maths.laplace import s
 from derive.model import quantities as Q
-from derive.models.hopper import HOPPER
 from derive.paper.register import CERTIFICATE, REGISTER, VERDICTS, cubic, quadratic_1
+from derive.shipped import HOPPER
 from hopform_solver import EVENTS, LegState, Robot, formulas, solve
 from tests import algebra
 from tests.algebra import EXPRESSIONS, LETTERS
@@ -296,8 +296,10 @@ def dimensions() -> dict[sp.Symbol, sp.Expr]:
     """The dimension of every symbol of the register."""
     known = {
         symbol: dimension_of(quantity.unit)
-        for record in (Q.ROBOT, Q.STATE)
-        for quantity, symbol in zip(record.quantities, record.symbols, strict=True)
+        for quantity, symbol in (
+            *((each, sp.Symbol(each.name, real=True)) for each in HOPPER.parameters),
+            *zip(Q.STATE.quantities, Q.STATE.symbols, strict=True),
+        )
     }
     units = {
         Q.x2: "m", Q.u: "A", Q.t: "s", Q.side_1: "1", Q.side_2: "1", s: "1/s",
@@ -569,7 +571,7 @@ MENDED_14 = printed(14).subs({algebra.b_eff: Q.m_eff, algebra.m_1: Q.m_eff}) - 2
 def height_by_18(u: float, t: float, robot: Robot = HOPPER_C, gamma=None, h_2: sp.Expr = MENDED_14):
     """x_2(t) by partial fractions of (11) with the printed letters, gamma and H_2 mended unless given; 60 digits."""
     with mpmath.workdps(60):
-        point = {Q.ROBOT.symbols[i]: sp.Rational(float(v)) for i, v in enumerate(robot[:11])}
+        point = {Q.LETTERS[i]: sp.Rational(float(v)) for i, v in enumerate(robot[:11])}
         v2 = sp.Rational(float(formulas.touchdown_velocity(robot, DROP)))
         point |= {Q.u: sp.Rational(u), Q.side_1: 1, Q.side_2: -1, algebra.x1_0: 0, algebra.v1_0: 0}
         point |= {algebra.x2_0: point[Q.L0] + point[Q.c], algebra.v2_0: v2}

@@ -49,7 +49,7 @@ def test_two_decays_with_a_weighed_mass_between_them_identify_the_mass():
     fit = fit_drop_test(recordings, attached=True)
     holds(fit, m_s=3.0, k=1200.0, **{"f2@0": 0.6, "f2@1": 0.6})
     assert fit["m_s"].high / fit["m_s"].low < 1.02
-    assert not fit.statements
+    assert not [each for each in fit.statements if "allow for" not in each]
 
 
 def test_motion_alone_identifies_ratios_and_states_it():
@@ -64,7 +64,7 @@ def test_a_step_response_identifies_the_actuator_up_to_its_scale(known, scale):
     truth = {"k": 1200.0, "m_eff": 25.0, "b1": 150.0, "gamma2": -65.0}
     fitted = {each.name for each in fit.estimates}
     holds(fit, f1=0.78, **{name: scale * value for name, value in truth.items() if name in fitted})
-    assert bool(fit.statements) == (not known)
+    assert any("common factor" in each for each in fit.statements) == (not known)
     assert fit.old_rms > 1.4 * fit.rms
 
 

@@ -22,7 +22,7 @@ from matplotlib.figure import Figure
 import hopform
 from hopform import _figures as figures_of_the_paper
 from hopform._figures import plots, results
-from hopform._words import mode_of_body
+from hopform._words import modes_of
 
 HOPPER = hopform.load_robot("hopper_c")
 STANCES: dict[str, dict] = {
@@ -135,7 +135,7 @@ def test_the_energy_of_the_body_has_no_jump_at_take_off(run, run_figure):
 
 
 def test_shades_cover_the_stance_and_change_with_the_mode(stance):
-    body = [mode_of_body(phase, stance.robot) for phase in stance.phases]
+    body = [modes_of(phase, stance.robot)[1] for phase in stance.phases]
     axes = plots.Figure().subplots()
     plots.shade(axes, stance.phases, body, 1.0)
     down, up = axes.patches

@@ -111,7 +111,10 @@ def test_a_stance(printed, tmp_path, monkeypatch, start, options):
         assert written, words
     change = [after - before for before, after in zip(*([each.total, each.body] for each in energies), strict=True)]
     assert [float(cell) for cell in ledger["change of energy H, E"]] == pytest.approx(change, abs=6e-7)
-    by, shown = stance.sensitivities, tables["Sensitivities: change of the take-off per unit of"]
+    by, shown = (
+        stance.sensitivities,
+        tables[f"Sensitivities: change of the {'take-off' if stance.takeoff else 'ending'} per unit of"],
+    )
     refuse_difference({name: cells for name, cells in shown.items() if name}, {
         row: [by[row, column] for column in by.columns] for row in by.rows
     })  # fmt: skip

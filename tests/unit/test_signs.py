@@ -8,7 +8,7 @@ import sympy as sp
 
 import hopform
 from derive.model import quantities as Q
-from derive.models.hopper import HOPPER
+from derive.shipped import HOPPER
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
 PAGE = (ROOT / "docs" / "reference" / "signs.md").read_text("utf-8")

@@ -228,7 +228,7 @@ def test_what_a_model_cannot_do_is_refused_in_one_line_that_says_what_it_lacks(s
     robot = rig.Robot(**HOPPER.parameters._asdict())
     for call in (
         lambda: rig.solve_stance(robot, v2=-1.0), lambda: hopform.solve_stance(robot, v2=-1.0),
-        lambda: rig.solve_stances(robot, v2=[-1.0]), lambda: rig.sweep(robot, v2=[-1.0]),
+        lambda: rig.solve_stances(robot, v2=[-1.0]), lambda: rig.sweep(robot, height=[0.1]),
     ):  # fmt: skip
         with pytest.raises(hopform.HopformError, match="^the model stranger has no stance: it lacks a contact$"):
             call()
@@ -239,26 +239,26 @@ def test_what_a_model_cannot_do_is_refused_in_one_line_that_says_what_it_lacks(s
     }.items():  # fmt: skip
         with pytest.raises(hopform.HopformError, match=f"^the model stranger has no {act}: it lacks a body that flies"):
             call()
-    with pytest.raises(hopform.HopformError, match="the model damper has no identification: .* the term 'damper'"):
+    with pytest.raises(hopform.HopformError, match="the model damper has no identification: .* viscous 'damper'"):
         leg.record(damped, "drop")
     with pytest.raises(hopform.HopformError, match="the model damper has no identification"):
         leg.fit_drop_test(None, m_s=3.0)
 
 
 def test_a_joint_moves_as_a_mass_on_a_spring_and_has_no_stance(store, backend):
-    """m q'' = -k (q - q_0) + u without friction, q_0 = -L0: its motion in closed form; the spring pulls, too."""
+    """J phi'' = -k (phi - phi_0) + i without friction: its motion in closed form; the spring pulls, too."""
     joint = solver_of(store, "joint")
     assert joint.can == ("motion",) and joint.ROBOTS == ("joint",)
-    robot = joint.Robot(m_eff=0.5, m_s=1.0, k=50.0, L0=0.1, gamma2=-1.0)
-    motion = joint.solve_motion(robot, x1=-0.2, v1=0.5, x2=0.0, u=0.3, horizon=2.0, backend=backend)
+    robot = joint.Robot(J=0.5, k=50.0, phi_0=-0.1, k_t=1.0)
+    motion = joint.solve_motion(robot, start={"phi": -0.2, "phi_dot": 0.5}, u=0.3, horizon=2.0, backend=backend)
     t, middle = np.linspace(0.0, 2.0, 41), -0.1 + 0.3 / 50.0
     expected = middle + (-0.2 - middle) * np.cos(10.0 * t) + 0.05 * np.sin(10.0 * t)
-    np.testing.assert_allclose(motion.at(t).x1, expected, atol=1e-14)
+    np.testing.assert_allclose(motion.at(t).phi, expected, atol=1e-14)
     assert motion.status == "horizon" and motion.warnings == ()
-    with pytest.raises(hopform.HopformError, match="the model joint has no stance: it lacks a contact, because its fo"):
+    with pytest.raises(hopform.HopformError, match="the model joint has no stance: it lacks a contact, because no"):
         joint.solve_stance(robot, v2=0.0)
     with pytest.raises(hopform.HopformError, match="compression must be >= 0 m, or the spring pulls"):
-        hopform.solve_motion(HOPPER, compression=-0.1)
+        hopform.solve_motion(HOPPER, start={"y": -0.1})
 
 
 # ---- folders and names ----

@@ -5,6 +5,7 @@ tests/models/feedforward.py has a damping of either sign: with k_fed > b1 the ac
 """
 
 import ctypes
+import dataclasses
 import importlib
 import re
 from pathlib import Path
@@ -15,25 +16,30 @@ import pytest
 import sympy as sp
 
 from derive.emit.folder import GENERATED
-from derive.ir import Quantity, unfold
+from derive.ir import Parameter, unfold
 from derive.maths import flight, laplace
 from derive.maths.stability import open_conditions
 from derive.model import kinds
 from derive.model import quantities as Q
-from derive.model.equations import Model, Term
+from derive.model.equations import Force
 from derive.model_file import read_model
-from derive.models.hopper import HOPPER
+from derive.shipped import HOPPER
 from hopform import HopformError
 from hopform._solver import c as native
 from hopform._solver.c import C
 from hopform._solver.package import Package
 from hopform._solver.printed import Python
-from tests.derived import MODELS, Derived, derived
+from tests.derived import MODELS, Derived, derived, hopper_with
 
 UNSTABLE = next(word.number for word in kinds.STATUSES.words if word.text == "error_unstable")
-D = Quantity("d", "d", "N s/m", "damping of either sign")
-FED = Model((Term("fed", D.symbol * Q.v1, sp.S.Zero),), (D,))
-LINKED = Model((Term("linked", D.symbol * (Q.v1 - Q.v2), D.symbol * (Q.v2 - Q.v1)),), (D,))
+D = Parameter("d", "d", "N s/m", "damping of either sign")
+FED = hopper_with('viscous(h.x1, -parameter("d", "N s/m", "damping of either sign"), "fed")')
+LINKED = dataclasses.replace(
+    HOPPER,
+    parameters=(*HOPPER.parameters, D),
+    further=(Force("linked", D.symbol * (Q.v1 - Q.v2), D.symbol * (Q.v2 - Q.v1)),),
+)
+"""What a file is refused: a damper between the masses that may drive them."""
 
 
 # ---- the conditions ----

@@ -24,15 +24,25 @@ typedef struct {
     float sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_f32;
 
+static inline deflated_f32 deflated_in_modes_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                                   const propagator_f32 *at) {
+    const modes_f32 modes = {g->start, g->H3, g->H2, g->H1};
+    const pair_numerator_f32 numerator = deflated_modes_f32(poles, at->omega, &modes);
+    const pair_core_f32 core = core_of_modes_f32(poles, at);
+    const deflated_f32 d = {numerator.A, numerator.B, core.R, core.Rd, poles->p, poles->q};
+    return d;
+}
+
 static inline deflated_f32 deflated_at_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
                                              const event_function_f32 *g, const propagator_f32 *at) {
+    if (is_modal_f32(at)) { return deflated_in_modes_f32(poles, g, at); }
     const bool rings = node->half_period < HOPFORM_NEVER_f32;
     const float sum = rings ? poles->p : node->second + node->third;
     const float product = rings ? poles->q : node->second * node->third;
     deflated_f32 d = {g->H2 - sum * g->H3,
                        g->H1 - product * g->H3,
-                       at->basis.Wd + node->pole * at->basis.W,
-                       at->basis.Wdd + node->pole * at->basis.Wd,
+                       at->value.first + node->pole * at->value.second,
+                       at->rate.first + node->pole * at->value.first,
                        sum,
                        product};
     if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
@@ -64,16 +74,19 @@ static inline float deflated_derivative_f32(const event_set_f32 *set, const even
 
 /* Whether a rate is negative by more than rounding. */
 static inline bool falls_for_certain_f32(const event_function_f32 *g, const propagator_f32 *at, float rate) {
-    const basis_f32 *w = &at->basis;
-    const float terms = fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W);
-    return decided_f32(rate, terms) < 0.0f;
+    return decided_f32(rate, terms_of_f32(g, &at->rate)) < 0.0f;
 }
 
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
-static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, const event_function_f32 *g) {
+static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                               float omega) {
     const float mu = 0.5f * poles->p;
     const float ww = poles->q - mu * mu;
     const float a = poles->a;
+    if (omega > 0.0f) {
+        return poles->q * poles->q * poles->q * sqrt_f32(g->H2 * g->H2 + g->H1 * g->H1)
+               + a * a * a * (a * a * a) * fabs_f32(g->H3);
+    }
     const float e = (g->H1 - a * (g->H2 - a * g->H3)) / residue_f32(poles);
     const float c = g->H3 - e;
     const float sw = g->H2 - g->H3 * poles->s_1 + a * e + mu * c;
@@ -86,9 +99,9 @@ static inline float sixth_derivative_bound_f32(const hopform_poles_f32 *poles, c
  * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. Requires a pair
  * that rings. */
 static inline bool stays_positive_by_bernstein_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                    const jet_f32 *from, const jet_f32 *to, float h, bool root_at_end,
-                                                    float rounding) {
-    const float M6 = sixth_derivative_bound_f32(poles, g);
+                                                    float omega, const jet_f32 *from, const jet_f32 *to, float h,
+                                                    bool root_at_end, float rounding) {
+    const float M6 = sixth_derivative_bound_f32(poles, g, omega);
     const float f = 0.2f * h;
     const float tw = 0.05f * h * h;
     const float b1 = from->value + f * from->rate;
@@ -126,15 +139,13 @@ static inline bool stays_positive_by_slope_f32(float l, const jet_f32 *from, con
 static inline bool has_faded_f32(const event_set_f32 *set, const event_function_f32 *g, const propagator_f32 *start,
                                   const jet_f32 *from, float h, float bound) {
     const hopform_poles_f32 *poles = set->poles;
-    const basis_f32 *w = &start->basis;
     const deflated_f32 deflated = deflated_at_f32(poles, set->node, g, start);
     const float mu = 0.5f * poles->p;
     const float d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const float wY =
         (deflated.B - mu * deflated.A) * deflated.Rd + (mu * deflated.B - poles->q * deflated.A) * deflated.R;
     const float amplitude = sqrt_f32(d * d + wY * wY / (poles->q - mu * mu));
-    const float rounding =
-        16.0f * HOPFORM_EPS_f32 * (fabs_f32(g->H3 * w->Wdd) + fabs_f32(g->H2 * w->Wd) + fabs_f32(g->H1 * w->W));
+    const float rounding = 16.0f * HOPFORM_EPS_f32 * terms_of_f32(g, &start->rate);
     const float falls = rounding - lesser_f32(from->rate, 0.0f) + 1.001f * h * amplitude;
     return from->value + bound > h * falls;
 }
@@ -174,9 +185,7 @@ static inline float time_to_rest_f32(const hopform_poles_f32 *poles, float v, fl
 
 /* Whether the curvature of an event function is more than what rounding may have left of it. */
 static inline bool bends_f32(const event_function_f32 *g, const propagator_f32 *at, float curvature) {
-    const basis_f32 *w = &at->basis;
-    const float terms = fabs_f32(g->H3 * at->W_third) + fabs_f32(g->H2 * w->Wdd) + fabs_f32(g->H1 * w->Wd);
-    return fabs_f32(curvature) > 64.0f * HOPFORM_EPS_f32 * terms;
+    return fabs_f32(curvature) > 64.0f * HOPFORM_EPS_f32 * terms_of_f32(g, &at->curvature);
 }
 
 /* Rule 4: the minimum of g between two times. Requires a rate < 0 at the first and >= 0 at the second; the minimum is a
@@ -184,17 +193,20 @@ static inline bool bends_f32(const event_function_f32 *g, const propagator_f32 *
  * Where the curvature is rounding, a step says nothing: then until g cannot fall by more than that between the times
  * that enclose the root. */
 static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                   const jet_f32 *from, float low, const jet_f32 *to, float high) {
-    const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, from)};
+                                                   float omega, const jet_f32 *from, float low, const jet_f32 *to,
+                                                   float high, evaluations_f32 *evaluations) {
+    const bool modal = omega > 0.0f;
+    const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, modal, from)};
     const jet_f32 rate_to = {-to->rate, -to->curvature, -to->third, 0.0f};
     const float apart = high - low;
     const interpolant_f32 p = interpolant_of_f32(&rate_from, &rate_to, apart);
     float t = low + apart * refined_root_f32(&p, rough_root_f32(&rate_from, &rate_to, apart));
     float falls_by = -from->rate; /* at the lower time */
-    propagator_f32 at = propagator_at_f32(poles, t);
-    for (int n = 0; n < 100; n++) {
+    propagator_f32 at = propagator_in_form_f32(poles, omega, t);
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_f32(evaluations);
         const jet_f32 jet = jet_at_f32(poles, g, &at);
-        const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, g, &jet)};
+        const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, g, modal, &jet)};
         const float step = step_to_root_f32(&falls);
         const float bound = rounding_of_f32(g, &at, 0.0f);
         const bool is_far = !(fabs_f32(jet.rate * jet.third) < 0.01f * jet.curvature * jet.curvature); /* or fading */
@@ -206,32 +218,50 @@ static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles,
         if ((high - low) * falls_by <= bound) { break; }
         t = n > 8 && n % 2 == 1 ? low : t - step;
         if (!(t > low && t < high)) { t = low + 0.5f * (high - low); }
-        at = propagator_at_f32(poles, t);
+        at = propagator_in_form_f32(poles, omega, t);
     }
     return at;
 }
 
-/* The quiet time where the pair rings.
- *
- * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
- * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. r and X are taken from d, whose
- * share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a difference of larger numbers. */
-static inline float quiet_time_of_ringing_f32(const event_set_f32 *set, const event_function_f32 *g,
-                                              const propagator_f32 *start, const jet_f32 *at, float rounding) {
+/* What of a rate and of a function belongs to the pair that rings, r and X, and what of the rate to the real pole, x.
+ * r and X are taken from d, whose share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a difference of
+ * larger numbers. */
+typedef struct {
+    float x, r, X;
+} shares_f32;
+
+static inline shares_f32 shares_at_f32(const event_set_f32 *set, const event_function_f32 *g,
+                                         const propagator_f32 *at, float rate) {
     const hopform_poles_f32 *poles = set->poles;
-    const float mu = 0.5f * poles->p;
-    const float ww = poles->q - mu * mu;
-    const deflated_f32 deflated = deflated_at_f32(set->poles, set->node, g, start);
+    if (is_modal_f32(at)) {
+        const shares_f32 known = {g->H3 * at->rate.first, g->H2 * at->rate.second + g->H1 * at->rate.third,
+                                   g->H2 * at->value.second + g->H1 * at->value.third};
+        return known;
+    }
+    const deflated_f32 deflated = deflated_at_f32(poles, set->node, g, at);
     const float d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const float D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
     const float r = (poles->a * d - D) / residue_f32(poles);
     const bool stiff = poles->a * poles->a > poles->q;
     const float X = -(stiff ? (D + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
-    const float x = at->rate - r;
-    const float wY = r + mu * X;
-    const float left = at->value - X - 1.001f * sqrt_f32(X * X + wY * wY / ww) - rounding;
-    const float time = -left / (x < 0.0f ? x : -1.0f);
-    const bool always = (!(x < 0.0f)) | (left * poles->a > -x);
+    const shares_f32 shares = {rate - r, r, X};
+    return shares;
+}
+
+/* The quiet time where the pair rings.
+ *
+ * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
+ * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. */
+static inline float quiet_time_of_ringing_f32(const event_set_f32 *set, const event_function_f32 *g,
+                                              const propagator_f32 *start, const jet_f32 *at, float rounding) {
+    const hopform_poles_f32 *poles = set->poles;
+    const float mu = 0.5f * poles->p;
+    const float ww = poles->q - mu * mu;
+    const shares_f32 part = shares_at_f32(set, g, start, at->rate);
+    const float wY = part.r + mu * part.X;
+    const float left = at->value - part.X - 1.001f * sqrt_f32(part.X * part.X + wY * wY / ww) - rounding;
+    const float time = -left / (part.x < 0.0f ? part.x : -1.0f);
+    const bool always = (!(part.x < 0.0f)) | (left * poles->a > -part.x);
     const float quiet = always ? HOPFORM_NEVER_f32 : time;
     return left > 0.0f ? quiet : 0.0f;
 }

@@ -24,15 +24,25 @@ typedef struct {
     double sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_f64;
 
+static inline deflated_f64 deflated_in_modes_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                                   const propagator_f64 *at) {
+    const modes_f64 modes = {g->start, g->H3, g->H2, g->H1};
+    const pair_numerator_f64 numerator = deflated_modes_f64(poles, at->omega, &modes);
+    const pair_core_f64 core = core_of_modes_f64(poles, at);
+    const deflated_f64 d = {numerator.A, numerator.B, core.R, core.Rd, poles->p, poles->q};
+    return d;
+}
+
 static inline deflated_f64 deflated_at_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
                                              const event_function_f64 *g, const propagator_f64 *at) {
+    if (is_modal_f64(at)) { return deflated_in_modes_f64(poles, g, at); }
     const bool rings = node->half_period < HOPFORM_NEVER_f64;
     const double sum = rings ? poles->p : node->second + node->third;
     const double product = rings ? poles->q : node->second * node->third;
     deflated_f64 d = {g->H2 - sum * g->H3,
                        g->H1 - product * g->H3,
-                       at->basis.Wd + node->pole * at->basis.W,
-                       at->basis.Wdd + node->pole * at->basis.Wd,
+                       at->value.first + node->pole * at->value.second,
+                       at->rate.first + node->pole * at->value.first,
                        sum,
                        product};
     if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
@@ -64,16 +74,19 @@ static inline double deflated_derivative_f64(const event_set_f64 *set, const eve
 
 /* Whether a rate is negative by more than rounding. */
 static inline bool falls_for_certain_f64(const event_function_f64 *g, const propagator_f64 *at, double rate) {
-    const basis_f64 *w = &at->basis;
-    const double terms = fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W);
-    return decided_f64(rate, terms) < 0.0;
+    return decided_f64(rate, terms_of_f64(g, &at->rate)) < 0.0;
 }
 
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
-static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, const event_function_f64 *g) {
+static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                               double omega) {
     const double mu = 0.5 * poles->p;
     const double ww = poles->q - mu * mu;
     const double a = poles->a;
+    if (omega > 0.0) {
+        return poles->q * poles->q * poles->q * sqrt_f64(g->H2 * g->H2 + g->H1 * g->H1)
+               + a * a * a * (a * a * a) * fabs_f64(g->H3);
+    }
     const double e = (g->H1 - a * (g->H2 - a * g->H3)) / residue_f64(poles);
     const double c = g->H3 - e;
     const double sw = g->H2 - g->H3 * poles->s_1 + a * e + mu * c;
@@ -86,9 +99,9 @@ static inline double sixth_derivative_bound_f64(const hopform_poles_f64 *poles, 
  * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. Requires a pair
  * that rings. */
 static inline bool stays_positive_by_bernstein_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                    const jet_f64 *from, const jet_f64 *to, double h, bool root_at_end,
-                                                    double rounding) {
-    const double M6 = sixth_derivative_bound_f64(poles, g);
+                                                    double omega, const jet_f64 *from, const jet_f64 *to, double h,
+                                                    bool root_at_end, double rounding) {
+    const double M6 = sixth_derivative_bound_f64(poles, g, omega);
     const double f = 0.2 * h;
     const double tw = 0.05 * h * h;
     const double b1 = from->value + f * from->rate;
@@ -126,15 +139,13 @@ static inline bool stays_positive_by_slope_f64(double l, const jet_f64 *from, co
 static inline bool has_faded_f64(const event_set_f64 *set, const event_function_f64 *g, const propagator_f64 *start,
                                   const jet_f64 *from, double h, double bound) {
     const hopform_poles_f64 *poles = set->poles;
-    const basis_f64 *w = &start->basis;
     const deflated_f64 deflated = deflated_at_f64(poles, set->node, g, start);
     const double mu = 0.5 * poles->p;
     const double d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const double wY =
         (deflated.B - mu * deflated.A) * deflated.Rd + (mu * deflated.B - poles->q * deflated.A) * deflated.R;
     const double amplitude = sqrt_f64(d * d + wY * wY / (poles->q - mu * mu));
-    const double rounding =
-        16.0 * HOPFORM_EPS_f64 * (fabs_f64(g->H3 * w->Wdd) + fabs_f64(g->H2 * w->Wd) + fabs_f64(g->H1 * w->W));
+    const double rounding = 16.0 * HOPFORM_EPS_f64 * terms_of_f64(g, &start->rate);
     const double falls = rounding - lesser_f64(from->rate, 0.0) + 1.001 * h * amplitude;
     return from->value + bound > h * falls;
 }
@@ -174,9 +185,7 @@ static inline double time_to_rest_f64(const hopform_poles_f64 *poles, double v, 
 
 /* Whether the curvature of an event function is more than what rounding may have left of it. */
 static inline bool bends_f64(const event_function_f64 *g, const propagator_f64 *at, double curvature) {
-    const basis_f64 *w = &at->basis;
-    const double terms = fabs_f64(g->H3 * at->W_third) + fabs_f64(g->H2 * w->Wdd) + fabs_f64(g->H1 * w->Wd);
-    return fabs_f64(curvature) > 64.0 * HOPFORM_EPS_f64 * terms;
+    return fabs_f64(curvature) > 64.0 * HOPFORM_EPS_f64 * terms_of_f64(g, &at->curvature);
 }
 
 /* Rule 4: the minimum of g between two times. Requires a rate < 0 at the first and >= 0 at the second; the minimum is a
@@ -184,17 +193,20 @@ static inline bool bends_f64(const event_function_f64 *g, const propagator_f64 *
  * Where the curvature is rounding, a step says nothing: then until g cannot fall by more than that between the times
  * that enclose the root. */
 static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                   const jet_f64 *from, double low, const jet_f64 *to, double high) {
-    const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, g, from)};
+                                                   double omega, const jet_f64 *from, double low, const jet_f64 *to,
+                                                   double high, evaluations_f64 *evaluations) {
+    const bool modal = omega > 0.0;
+    const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, g, modal, from)};
     const jet_f64 rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
     const double apart = high - low;
     const interpolant_f64 p = interpolant_of_f64(&rate_from, &rate_to, apart);
     double t = low + apart * refined_root_f64(&p, rough_root_f64(&rate_from, &rate_to, apart));
     double falls_by = -from->rate; /* at the lower time */
-    propagator_f64 at = propagator_at_f64(poles, t);
-    for (int n = 0; n < 100; n++) {
+    propagator_f64 at = propagator_in_form_f64(poles, omega, t);
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_f64(evaluations);
         const jet_f64 jet = jet_at_f64(poles, g, &at);
-        const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, g, &jet)};
+        const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, g, modal, &jet)};
         const double step = step_to_root_f64(&falls);
         const double bound = rounding_of_f64(g, &at, 0.0);
         const bool is_far = !(fabs_f64(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
@@ -206,32 +218,50 @@ static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles,
         if ((high - low) * falls_by <= bound) { break; }
         t = n > 8 && n % 2 == 1 ? low : t - step;
         if (!(t > low && t < high)) { t = low + 0.5 * (high - low); }
-        at = propagator_at_f64(poles, t);
+        at = propagator_in_form_f64(poles, omega, t);
     }
     return at;
 }
 
-/* The quiet time where the pair rings.
- *
- * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
- * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. r and X are taken from d, whose
- * share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a difference of larger numbers. */
-static inline double quiet_time_of_ringing_f64(const event_set_f64 *set, const event_function_f64 *g,
-                                              const propagator_f64 *start, const jet_f64 *at, double rounding) {
+/* What of a rate and of a function belongs to the pair that rings, r and X, and what of the rate to the real pole, x.
+ * r and X are taken from d, whose share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a difference of
+ * larger numbers. */
+typedef struct {
+    double x, r, X;
+} shares_f64;
+
+static inline shares_f64 shares_at_f64(const event_set_f64 *set, const event_function_f64 *g,
+                                         const propagator_f64 *at, double rate) {
     const hopform_poles_f64 *poles = set->poles;
-    const double mu = 0.5 * poles->p;
-    const double ww = poles->q - mu * mu;
-    const deflated_f64 deflated = deflated_at_f64(set->poles, set->node, g, start);
+    if (is_modal_f64(at)) {
+        const shares_f64 known = {g->H3 * at->rate.first, g->H2 * at->rate.second + g->H1 * at->rate.third,
+                                   g->H2 * at->value.second + g->H1 * at->value.third};
+        return known;
+    }
+    const deflated_f64 deflated = deflated_at_f64(poles, set->node, g, at);
     const double d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const double D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
     const double r = (poles->a * d - D) / residue_f64(poles);
     const bool stiff = poles->a * poles->a > poles->q;
     const double X = -(stiff ? (D + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
-    const double x = at->rate - r;
-    const double wY = r + mu * X;
-    const double left = at->value - X - 1.001 * sqrt_f64(X * X + wY * wY / ww) - rounding;
-    const double time = -left / (x < 0.0 ? x : -1.0);
-    const bool always = (!(x < 0.0)) | (left * poles->a > -x);
+    const shares_f64 shares = {rate - r, r, X};
+    return shares;
+}
+
+/* The quiet time where the pair rings.
+ *
+ * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
+ * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. */
+static inline double quiet_time_of_ringing_f64(const event_set_f64 *set, const event_function_f64 *g,
+                                              const propagator_f64 *start, const jet_f64 *at, double rounding) {
+    const hopform_poles_f64 *poles = set->poles;
+    const double mu = 0.5 * poles->p;
+    const double ww = poles->q - mu * mu;
+    const shares_f64 part = shares_at_f64(set, g, start, at->rate);
+    const double wY = part.r + mu * part.X;
+    const double left = at->value - part.X - 1.001 * sqrt_f64(part.X * part.X + wY * wY / ww) - rounding;
+    const double time = -left / (part.x < 0.0 ? part.x : -1.0);
+    const bool always = (!(part.x < 0.0)) | (left * poles->a > -part.x);
     const double quiet = always ? HOPFORM_NEVER_f64 : time;
     return left > 0.0 ? quiet : 0.0;
 }

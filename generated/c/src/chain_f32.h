@@ -36,6 +36,7 @@ struct stance_chain_f32 {
     int event;                   /* with which the phase began */
     drive_by_element_f32 drive; /* of the phase, as its numerators */
     numerators_f32 motion;
+    evaluations_f32 *evaluations;
     observer_f32 *observer;
     current_variation_f32 *variation;
 };
@@ -55,8 +56,8 @@ static inline numerator_f32 free_numerator_f32(const hopform_rates_f32 *rates, i
 /* Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side. */
 static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int element, int side) {
     const hopform_robot_f32 *robot = &chain->plan->robot;
-    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_IS_FIXED(element); }
-    const bool locked = !(robot->x1_min < robot->x1_max);
+    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_NEVER_MOVES(element); }
+    const bool locked = !(lower_stop_f32(robot) < upper_stop_f32(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0f) || (side > 0 && chain->from_upper >= 0.0f);
 }
 
@@ -215,7 +216,7 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0f)
                        && !(fabs_f32(chain->drive.of[slips]) > 0.0f);
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0f; /* else it rises, from 0 on */
-    if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
+    if (HOPFORM_HAS_CONTACT && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &chain->motion.named);
         (void)add_event_function_f32(set, &h, contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f,
                                       CONTACT_f32, !is_monotone);
@@ -265,10 +266,35 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
     const event_set_f32 *set = &search->events.set;
     interval_f32 *in = &search->in;
     in->count = 0;
+    in->high.omega = 0.0f; /* W at first */
+    in->evaluations = chain->evaluations;
+    use_evaluation_f32(in->evaluations); /* a phase costs as much */
     in->found = begin_at_start_f32(set, in);
     search->limit = lesser_f32(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0f;
     if (!search->open) { in->high = propagator_at_start_f32(set->poles); }
+}
+
+static inline void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
+    event_set_f32 *set = &search->events.set;
+    motion_modes_f32 *modes = &search->events.modes;
+    *modes = modes_of_motion_f32(set->poles, set->node->omega, &chain->at.named, &chain->motion.named);
+    search->in.high = modes_at_f32(set->poles, set->node->omega, search->in.high.t);
+    for (int32_t n = 0; n < set->count; n++) {
+        event_function_f32 *g = &set->function[n];
+        const int element = g->owner - ELEMENT_f32;
+        if (element < 0) {
+            const numerator_f32 by = contact_numerator_f32(&chain->plan->robot, &modes->by.named);
+            take_modes_f32(g, &by, contact_of_f32(&chain->plan->robot, &modes->final.named), 0.0f, 1.0f);
+        } else if (g->touch_is_no_event) {
+            const float gap = chain->side[element] > 0 ? chain->from_upper : chain->from_lower;
+            take_modes_f32(g, &modes->by.of.position, gap + modes->final.of[HOPFORM_POSITION_AXIS], modes->drift,
+                            -(float)chain->side[element]);
+        } else {
+            take_modes_f32(g, &modes->by.of.velocity[element], modes->final.of[HOPFORM_VELOCITY_AXIS(element)], 0.0f,
+                            (float)chain->side[element]);
+        }
+    }
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -318,8 +344,8 @@ static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, boo
     const int before = chain->side[element];
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0f; /* inelastic */
     if (stops || touches) {
-        const float lower = chain->plan->robot.x1_min;
-        const float upper = chain->plan->robot.x1_max;
+        const float lower = lower_stop_f32(&chain->plan->robot);
+        const float upper = upper_stop_f32(&chain->plan->robot);
         const float stop = before > 0 ? upper : lower;
         chain->at.of[HOPFORM_POSITION_AXIS] = stop;
         chain->from_lower = stop - lower;
@@ -377,23 +403,26 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
     const int element = end->owner - ELEMENT_f32;
     chain->came_to_rest = NO_ELEMENT_f32;
     if (element < 0 || chain->side[element] == 0) { return; }
+    const basis_f32 basis = basis_of_propagator_f32(end->events.set.poles, &end->in.high);
     if (chain->side[1 - element] == 0 && !end->stops) {
         chain->came_to_rest = element;
         chain->carried_acceleration =
             free_after_motion_f32((float)chain->side[element], level_of_f32(&chain->plan->robot, element),
-                                   &chain->motion.of.velocity[element], &end->in.high.basis);
+                                   &chain->motion.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
-        keep_small_acceleration_f32(chain, &end->in.high.basis);
+        keep_small_acceleration_f32(chain, &basis);
     }
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_f32(stance_chain_f32 *chain, const basis_f32 *basis) {
+static inline void stance_arrive_f32(stance_chain_f32 *chain, const motion_modes_f32 *modes,
+                                      const propagator_f32 *end) {
     float *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const float before = *position;
     *position = 0.0f;
-    chain->at.named = arrive_f32(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    chain->at.named =
+        arrive_at_f32(&chain->at.named, &chain->motion.named, modes, end, chain->side[0], chain->side[1]);
     const float moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -467,7 +496,7 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
  * negative. */
 static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
     const float contact = contact_of_f32(&chain->plan->robot, &chain->at.named);
-    if (HOPFORM_FOOT_IS_FIXED) { return false; }
+    if (!HOPFORM_HAS_CONTACT) { return false; }
     const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_f32(&chain->at.named) > 0.0f;
     if (fabs_f32(contact) > 0.0f || rises) { return contact < 0.0f; }
     const numerators_f32 motion = numerators_of_chain_f32(chain, chain->side);
@@ -476,10 +505,10 @@ static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
 }
 
 /* Pass the finished phase to the observer, if there is one. */
-static inline void notify_f32(const stance_chain_f32 *chain, const state_by_axis_f32 *start, float length,
-                               const basis_f32 *end, bool leaves) {
+static inline void notify_f32(const stance_chain_f32 *chain, const state_by_axis_f32 *start,
+                               const motion_modes_f32 *modes, const propagator_f32 *end, bool leaves) {
     if (chain->observer != NULL) {
-        const solved_phase_f32 phase = {&chain->motion, end,         length,       start,
+        const solved_phase_f32 phase = {&chain->motion, end,         modes,        start,
                                          &chain->at,     chain->side, chain->event, leaves};
         chain->observer(chain->variation, &phase);
     }
@@ -488,9 +517,9 @@ static inline void notify_f32(const stance_chain_f32 *chain, const state_by_axis
 /* The same of a last phase of no duration. */
 static inline void notify_ending_f32(stance_chain_f32 *chain) {
     if (chain->observer != NULL) {
-        const basis_f32 now = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
+        const propagator_f32 now = propagator_at_start_f32(&chain->plan->both);
         stance_begin_phase_f32(chain);
-        notify_f32(chain, &chain->at, 0.0f, &now, false);
+        notify_f32(chain, &chain->at, NULL, &now, false);
     }
 }
 
@@ -531,8 +560,8 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     const bool passes = end->owner == NO_OWNER_f32 && end->certified;
     const float length = end->in.high.t;
     chain->aed += chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
-    stance_arrive_f32(chain, &end->in.high.basis);
-    notify_f32(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_f32);
+    stance_arrive_f32(chain, &end->events.modes, &end->in.high);
+    notify_f32(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_f32);
     chain->t = passes ? until : lesser_f32(chain->t + length, until); /* not behind it by rounding */
     if (end->owner == CONTACT_f32) {
         float *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
@@ -542,7 +571,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_f32(chain, end);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
+    if (!HOPFORM_CONTACT_IS_COMPRESSION && HOPFORM_HAS_CONTACT && end->stops
         && contact_of_f32(&chain->plan->robot, &chain->at.named) < 0.0f) {
         notify_ending_f32(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
@@ -570,12 +599,13 @@ static inline int32_t stance_status_f32(const hopform_robot_f32 *robot, const ho
     const float position = at.of[HOPFORM_POSITION_AXIS];
     bool fixed = true;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        fixed = fixed && !(HOPFORM_IS_FIXED(element) && fabs_f32(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0f);
+        fixed = fixed && !(HOPFORM_NEVER_MOVES(element) && fabs_f32(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0f);
     }
-    if (!is_finite_state_f32(start) || !fixed || !(position >= robot->x1_min && position <= robot->x1_max)) {
+    if (!is_finite_state_f32(start) || !fixed
+        || !(position >= lower_stop_f32(robot) && position <= upper_stop_f32(robot))) {
         return HOPFORM_ERROR_STATE;
     }
-    if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0f) { return HOPFORM_ERROR_EXTENDED; }
+    if (HOPFORM_HAS_CONTACT && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0f) { return HOPFORM_ERROR_EXTENDED; }
     const bool ends = horizon > 0.0f && horizon <= HOPFORM_NEVER_f32 && max_phases >= 1;
     return ends ? HOPFORM_OK : HOPFORM_ERROR_HORIZON;
 }
@@ -584,16 +614,17 @@ static inline int32_t stance_status_f32(const hopform_robot_f32 *robot, const ho
 static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_f32 *plan,
                                      const hopform_state_f32 *start, const hopform_step_f32 *steps,
                                      int32_t step_count, float horizon, int32_t max_phases, hopform_phase_f32 *phases,
-                                     int32_t capacity) {
+                                     int32_t capacity, evaluations_f32 *evaluations) {
     chain->plan = plan;
+    chain->evaluations = evaluations;
     chain->steps = steps;
     chain->step_count = step_count;
     chain->step = 0;
     chain->horizon = horizon;
     chain->t = 0.0f;
     chain->at.named = *start;
-    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_min;
-    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_max;
+    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - lower_stop_f32(&plan->robot);
+    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - upper_stop_f32(&plan->robot);
     chain->just_switched = NO_ELEMENT_f32;
     chain->came_to_rest = NO_ELEMENT_f32;
     chain->carried_acceleration = 0.0f;

@@ -64,31 +64,14 @@ static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, con
     return g;
 }
 
-/* A time since the start of the phase, and the propagator there. */
-typedef struct {
-    float t;
-    basis_f32 basis;
-    float W_third; /* W''' */
-} propagator_f32;
-
-/* That of any poles at the start of a phase. */
-static inline propagator_f32 propagator_at_start_f32(const hopform_poles_f32 *poles) {
-    const propagator_f32 at = {0.0f, {1.0f, 0.0f, 0.0f, 0.0f, 0.0f}, -poles->s_1};
-    return at;
-}
-
-static inline float third_of_basis_f32(const hopform_poles_f32 *poles, const basis_f32 *basis) {
-    return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
-}
-
-static inline propagator_f32 propagator_of_f32(const hopform_poles_f32 *poles, float t, const basis_f32 *basis) {
-    const propagator_f32 at = {t, *basis, third_of_basis_f32(poles, basis)};
-    return at;
-}
-
-static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, float t) {
-    const basis_f32 basis = basis_at_f32(poles, t);
-    return propagator_of_f32(poles, t, &basis);
+/* The modal form of a function in place of its numerator and start. */
+static inline void take_modes_f32(event_function_f32 *g, const numerator_f32 *modes, float final, float drift,
+                                   float sign) {
+    g->H3 = sign * modes->H3;
+    g->H2 = sign * modes->H2;
+    g->H1 = sign * modes->H1;
+    g->H0 = sign * drift;
+    g->start = sign * final;
 }
 
 /* ---- its jet ---- */
@@ -116,24 +99,22 @@ static inline float with_decay_f32(const event_function_f32 *g, float t, int n, 
     return others + value;
 }
 
+static inline float sum_of_f32(const event_function_f32 *g, const parts_f32 *parts) {
+    return g->H3 * parts->first + g->H2 * parts->second + g->H1 * parts->third + g->H0 * parts->last;
+}
+
 static inline float value_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const basis_f32 *w = &at->basis;
-    const float value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
-    return with_decay_f32(g, at->t, 0, value);
+    return with_decay_f32(g, at->t, 0, g->start + sum_of_f32(g, &at->value));
 }
 
 static inline float rate_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const basis_f32 *w = &at->basis;
-    const float rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
-    return with_decay_f32(g, at->t, 1, rate);
+    return with_decay_f32(g, at->t, 1, sum_of_f32(g, &at->rate));
 }
 
 static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                  const propagator_f32 *at) {
-    const basis_f32 *w = &at->basis;
-    const float fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    const float third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
-    return with_decay_f32(g, at->t, 3, third);
+    const parts_f32 third = third_parts_f32(poles, at);
+    return with_decay_f32(g, at->t, 3, sum_of_f32(g, &third));
 }
 
 static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const event_function_f32 *g) {
@@ -147,9 +128,8 @@ static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const eve
 
 /* Value, rate and curvature; the third derivative is 0 here. */
 static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const basis_f32 *w = &at->basis;
-    const float curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
-    const jet_f32 jet = {value_at_f32(g, at), rate_at_f32(g, at), with_decay_f32(g, at->t, 2, curvature), 0.0f};
+    const float curvature = with_decay_f32(g, at->t, 2, sum_of_f32(g, &at->curvature));
+    const jet_f32 jet = {value_at_f32(g, at), rate_at_f32(g, at), curvature, 0.0f};
     return jet;
 }
 
@@ -160,16 +140,23 @@ static inline jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_fun
     return jet;
 }
 
-/* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
-static inline float fourth_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, const jet_f32 *at) {
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
+/* The fourth derivative of an event function, but for its sign: the poles give it from the others, less what grows. */
+static inline float fourth_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, bool modal,
+                                  const jet_f32 *at) {
+    const float grows = modal ? poles->s_3 * g->H0 : g->H0;
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - grows;
+}
+
+/* The sum of the magnitudes of what the function or a derivative is a sum of, but for the last. */
+static inline float terms_of_f32(const event_function_f32 *g, const parts_f32 *parts) {
+    return fabs_f32(g->H3 * parts->first) + fabs_f32(g->H2 * parts->second) + fabs_f32(g->H1 * parts->third);
 }
 
 /* Bound of what rounding may have done to the value of an event function. */
 static inline float rounding_of_f32(const event_function_f32 *g, const propagator_f32 *at, float rate) {
     return 16.0f * HOPFORM_EPS_f32
-           * (fabs_f32(g->start) + g->cancels + fabs_f32(g->H3 * at->basis.Wd) + fabs_f32(g->H2 * at->basis.W)
-              + fabs_f32(g->H1 * at->basis.W1) + fabs_f32(g->H0 * at->basis.W2) + at->t * fabs_f32(rate));
+           * (fabs_f32(g->start) + g->cancels + terms_of_f32(g, &at->value) + fabs_f32(g->H0 * at->value.last)
+              + at->t * fabs_f32(rate));
 }
 
 /* ---- predict a root ---- */
@@ -282,12 +269,35 @@ static inline derivatives_f32 carried_f32(const hopform_poles_f32 *poles, const 
         return sum;
 }
 
-/* The propagator's basis d later. */
-static inline basis_f32 carried_basis_f32(const hopform_poles_f32 *poles, const basis_f32 *from, float d) {
-    const derivatives_f32 w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
+/* The propagator d later, at a time t: W by that series, the modes by that of exp. */
+static inline propagator_f32 carried_response_f32(const hopform_poles_f32 *poles, const propagator_f32 *at, float d,
+                                                    float t) {
+    const derivatives_f32 w = {at->value.last, at->value.third, at->value.second, at->value.first, at->rate.first};
     const derivatives_f32 later = carried_f32(poles, &w, d);
     const basis_f32 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
-    return basis;
+    return propagator_of_f32(poles, t, &basis);
+}
+
+static inline propagator_f32 carried_modes_f32(const hopform_poles_f32 *poles, const propagator_f32 *at, float d,
+                                                 float t) {
+    const float fades = -0.5f * poles->p * d;
+    const float turns = at->omega * d;
+    parts_f32 term = {at->value.first, at->value.second, at->value.third, 0.0f};
+    parts_f32 sum = {term.first, term.second, term.third, t};
+#define ADD_ORDER(inverse)                                                                                             \
+    {                                                                                                                  \
+        const float cosine = fades * term.second - turns * term.third;                                                  \
+        const float sine = turns * term.second + fades * term.third;                                                    \
+        term.first *= -poles->a * d * (inverse);                                                                       \
+        term.second = cosine * (inverse);                                                                              \
+        term.third = sine * (inverse);                                                                                 \
+        sum.first += term.first;                                                                                       \
+        sum.second += term.second;                                                                                     \
+        sum.third += term.third;                                                                                       \
+    }
+    HOPFORM_CARRY_ORDERS_f32(ADD_ORDER)
+#undef ADD_ORDER
+        return propagator_of_modes_f32(poles, at->omega, &sum);
 }
 
 /* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
@@ -315,31 +325,42 @@ static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, con
     return towards;
 }
 
+/* How often a motion may still be evaluated while a stance is solved: what its cost is in proportion to. */
+typedef struct {
+    int32_t left;
+} evaluations_f32;
+
+enum { UNBOUNDED_f32 = 2147483647 };
+
+static inline void use_evaluation_f32(evaluations_f32 *evaluations) {
+    evaluations->left -= evaluations->left > 0 ? 1 : 0;
+}
+
 /* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g > 0, or
- * g = 0 and rising, at the lower time, and g < 0 at the later one. */
+ * g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is none. */
 static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, float low,
-                                    propagator_f32 *at, float guess) {
+                                    propagator_f32 *at, float guess, evaluations_f32 *evaluations) {
+    const float omega = at->omega;
     float high = at->t;
     float t = guess;
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_f32(evaluations);
         if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
             t = low + 0.5f * (high - low);
             if (!(t > low && t < high)) {
-                *at = propagator_at_f32(poles, high);
+                *at = propagator_in_form_f32(poles, omega, high);
                 return;
             }
         }
-        at->t = t;
-        at->basis = basis_at_f32(poles, t);
-        at->W_third = third_of_basis_f32(poles, &at->basis);
+        *at = propagator_in_form_f32(poles, omega, t);
         const jet_f32 jet = jet_at_f32(poles, g, at);
         if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) { return; }
-        const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high);
+        const root_step_f32 step =
+            step_between_f32(poles, &jet, fourth_of_f32(poles, g, is_modal_f32(at), &jet), t, low, high);
         /* The rate of the further term is none of the poles: no step is known to land. */
         if (step.lands && !has_decay_f32(g)) {
-            at->basis = carried_basis_f32(poles, &at->basis, step.next - t);
-            at->W_third = third_of_basis_f32(poles, &at->basis);
-            at->t = step.next;
+            *at = is_modal_f32(at) ? carried_modes_f32(poles, at, step.next - t, step.next)
+                                    : carried_response_f32(poles, at, step.next - t, step.next);
             return;
         }
         low = step.low;

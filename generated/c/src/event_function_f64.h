@@ -64,31 +64,14 @@ static inline event_function_f64 *add_event_function_f64(event_set_f64 *set, con
     return g;
 }
 
-/* A time since the start of the phase, and the propagator there. */
-typedef struct {
-    double t;
-    basis_f64 basis;
-    double W_third; /* W''' */
-} propagator_f64;
-
-/* That of any poles at the start of a phase. */
-static inline propagator_f64 propagator_at_start_f64(const hopform_poles_f64 *poles) {
-    const propagator_f64 at = {0.0, {1.0, 0.0, 0.0, 0.0, 0.0}, -poles->s_1};
-    return at;
-}
-
-static inline double third_of_basis_f64(const hopform_poles_f64 *poles, const basis_f64 *basis) {
-    return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
-}
-
-static inline propagator_f64 propagator_of_f64(const hopform_poles_f64 *poles, double t, const basis_f64 *basis) {
-    const propagator_f64 at = {t, *basis, third_of_basis_f64(poles, basis)};
-    return at;
-}
-
-static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, double t) {
-    const basis_f64 basis = basis_at_f64(poles, t);
-    return propagator_of_f64(poles, t, &basis);
+/* The modal form of a function in place of its numerator and start. */
+static inline void take_modes_f64(event_function_f64 *g, const numerator_f64 *modes, double final, double drift,
+                                   double sign) {
+    g->H3 = sign * modes->H3;
+    g->H2 = sign * modes->H2;
+    g->H1 = sign * modes->H1;
+    g->H0 = sign * drift;
+    g->start = sign * final;
 }
 
 /* ---- its jet ---- */
@@ -116,24 +99,22 @@ static inline double with_decay_f64(const event_function_f64 *g, double t, int n
     return others + value;
 }
 
+static inline double sum_of_f64(const event_function_f64 *g, const parts_f64 *parts) {
+    return g->H3 * parts->first + g->H2 * parts->second + g->H1 * parts->third + g->H0 * parts->last;
+}
+
 static inline double value_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const basis_f64 *w = &at->basis;
-    const double value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
-    return with_decay_f64(g, at->t, 0, value);
+    return with_decay_f64(g, at->t, 0, g->start + sum_of_f64(g, &at->value));
 }
 
 static inline double rate_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const basis_f64 *w = &at->basis;
-    const double rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
-    return with_decay_f64(g, at->t, 1, rate);
+    return with_decay_f64(g, at->t, 1, sum_of_f64(g, &at->rate));
 }
 
 static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                  const propagator_f64 *at) {
-    const basis_f64 *w = &at->basis;
-    const double fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    const double third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
-    return with_decay_f64(g, at->t, 3, third);
+    const parts_f64 third = third_parts_f64(poles, at);
+    return with_decay_f64(g, at->t, 3, sum_of_f64(g, &third));
 }
 
 static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const event_function_f64 *g) {
@@ -147,9 +128,8 @@ static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const eve
 
 /* Value, rate and curvature; the third derivative is 0 here. */
 static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const basis_f64 *w = &at->basis;
-    const double curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
-    const jet_f64 jet = {value_at_f64(g, at), rate_at_f64(g, at), with_decay_f64(g, at->t, 2, curvature), 0.0};
+    const double curvature = with_decay_f64(g, at->t, 2, sum_of_f64(g, &at->curvature));
+    const jet_f64 jet = {value_at_f64(g, at), rate_at_f64(g, at), curvature, 0.0};
     return jet;
 }
 
@@ -160,16 +140,23 @@ static inline jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_fun
     return jet;
 }
 
-/* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
-static inline double fourth_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, const jet_f64 *at) {
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
+/* The fourth derivative of an event function, but for its sign: the poles give it from the others, less what grows. */
+static inline double fourth_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, bool modal,
+                                  const jet_f64 *at) {
+    const double grows = modal ? poles->s_3 * g->H0 : g->H0;
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - grows;
+}
+
+/* The sum of the magnitudes of what the function or a derivative is a sum of, but for the last. */
+static inline double terms_of_f64(const event_function_f64 *g, const parts_f64 *parts) {
+    return fabs_f64(g->H3 * parts->first) + fabs_f64(g->H2 * parts->second) + fabs_f64(g->H1 * parts->third);
 }
 
 /* Bound of what rounding may have done to the value of an event function. */
 static inline double rounding_of_f64(const event_function_f64 *g, const propagator_f64 *at, double rate) {
     return 16.0 * HOPFORM_EPS_f64
-           * (fabs_f64(g->start) + g->cancels + fabs_f64(g->H3 * at->basis.Wd) + fabs_f64(g->H2 * at->basis.W)
-              + fabs_f64(g->H1 * at->basis.W1) + fabs_f64(g->H0 * at->basis.W2) + at->t * fabs_f64(rate));
+           * (fabs_f64(g->start) + g->cancels + terms_of_f64(g, &at->value) + fabs_f64(g->H0 * at->value.last)
+              + at->t * fabs_f64(rate));
 }
 
 /* ---- predict a root ---- */
@@ -282,12 +269,35 @@ static inline derivatives_f64 carried_f64(const hopform_poles_f64 *poles, const 
         return sum;
 }
 
-/* The propagator's basis d later. */
-static inline basis_f64 carried_basis_f64(const hopform_poles_f64 *poles, const basis_f64 *from, double d) {
-    const derivatives_f64 w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
+/* The propagator d later, at a time t: W by that series, the modes by that of exp. */
+static inline propagator_f64 carried_response_f64(const hopform_poles_f64 *poles, const propagator_f64 *at, double d,
+                                                    double t) {
+    const derivatives_f64 w = {at->value.last, at->value.third, at->value.second, at->value.first, at->rate.first};
     const derivatives_f64 later = carried_f64(poles, &w, d);
     const basis_f64 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
-    return basis;
+    return propagator_of_f64(poles, t, &basis);
+}
+
+static inline propagator_f64 carried_modes_f64(const hopform_poles_f64 *poles, const propagator_f64 *at, double d,
+                                                 double t) {
+    const double fades = -0.5 * poles->p * d;
+    const double turns = at->omega * d;
+    parts_f64 term = {at->value.first, at->value.second, at->value.third, 0.0};
+    parts_f64 sum = {term.first, term.second, term.third, t};
+#define ADD_ORDER(inverse)                                                                                             \
+    {                                                                                                                  \
+        const double cosine = fades * term.second - turns * term.third;                                                  \
+        const double sine = turns * term.second + fades * term.third;                                                    \
+        term.first *= -poles->a * d * (inverse);                                                                       \
+        term.second = cosine * (inverse);                                                                              \
+        term.third = sine * (inverse);                                                                                 \
+        sum.first += term.first;                                                                                       \
+        sum.second += term.second;                                                                                     \
+        sum.third += term.third;                                                                                       \
+    }
+    HOPFORM_CARRY_ORDERS_f64(ADD_ORDER)
+#undef ADD_ORDER
+        return propagator_of_modes_f64(poles, at->omega, &sum);
 }
 
 /* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
@@ -315,31 +325,42 @@ static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, con
     return towards;
 }
 
+/* How often a motion may still be evaluated while a stance is solved: what its cost is in proportion to. */
+typedef struct {
+    int32_t left;
+} evaluations_f64;
+
+enum { UNBOUNDED_f64 = 2147483647 };
+
+static inline void use_evaluation_f64(evaluations_f64 *evaluations) {
+    evaluations->left -= evaluations->left > 0 ? 1 : 0;
+}
+
 /* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g > 0, or
- * g = 0 and rising, at the lower time, and g < 0 at the later one. */
+ * g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is none. */
 static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, double low,
-                                    propagator_f64 *at, double guess) {
+                                    propagator_f64 *at, double guess, evaluations_f64 *evaluations) {
+    const double omega = at->omega;
     double high = at->t;
     double t = guess;
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_f64(evaluations);
         if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
             t = low + 0.5 * (high - low);
             if (!(t > low && t < high)) {
-                *at = propagator_at_f64(poles, high);
+                *at = propagator_in_form_f64(poles, omega, high);
                 return;
             }
         }
-        at->t = t;
-        at->basis = basis_at_f64(poles, t);
-        at->W_third = third_of_basis_f64(poles, &at->basis);
+        *at = propagator_in_form_f64(poles, omega, t);
         const jet_f64 jet = jet_at_f64(poles, g, at);
         if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) { return; }
-        const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, &jet), t, low, high);
+        const root_step_f64 step =
+            step_between_f64(poles, &jet, fourth_of_f64(poles, g, is_modal_f64(at), &jet), t, low, high);
         /* The rate of the further term is none of the poles: no step is known to land. */
         if (step.lands && !has_decay_f64(g)) {
-            at->basis = carried_basis_f64(poles, &at->basis, step.next - t);
-            at->W_third = third_of_basis_f64(poles, &at->basis);
-            at->t = step.next;
+            *at = is_modal_f64(at) ? carried_modes_f64(poles, at, step.next - t, step.next)
+                                    : carried_response_f64(poles, at, step.next - t, step.next);
             return;
         }
         low = step.low;

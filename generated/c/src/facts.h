@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "df595e7f287d7b67"
+#define HOPFORM_LAYOUT "13f8f7ae8e113564"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -16,9 +16,11 @@
 /* Whether the contact force of the leg is k y; whether a damper acts in the leg, which relaxes in flight. */
 #define HOPFORM_CONTACT_IS_COMPRESSION 1
 #define HOPFORM_LEG_HAS_DAMPER 0
-/* Whether the foot is bolted to the ground, so that the leg may pull; whether an element is: not all can move then. */
-#define HOPFORM_FOOT_IS_FIXED 0
-#define HOPFORM_ONE_IS_FIXED 0
+/* Whether a leg stands on the ground, which it pushes and cannot pull; whether the first element alone ever moves. */
+#define HOPFORM_HAS_CONTACT 1
+#define HOPFORM_MOVES_ALONE 0
+/* Whether parameters may say that friction at rest is less than that in motion, which is refused. */
+#define HOPFORM_REST_MAY_LACK 0
 
 /* A state as an array: its members in their order are the axes, behind which stands 1. Axis 0 is the integral of axis
  * 1 and nothing depends on it; the others are the core of a mode. */
@@ -28,13 +30,13 @@
 #define HOPFORM_COMPRESSION_AXIS 3
 /* Elements, which slip or are held, in the order in which they win a tie: axes of the state, how the compression
  * changes with the motion of one and whether it may fall while each keeps its side, whether the velocity of one acts on
- * another, whether the ground holds one, and what an event of one is. */
+ * another, whether one never moves, and what an event of one is. */
 #define HOPFORM_ELEMENTS 2
 #define HOPFORM_VELOCITY_AXIS(element) ((element) + 1)
 #define HOPFORM_COMPRESSION_FOLLOWS(element) (1 + -2 * (element))
 #define HOPFORM_COMPRESSION_MAY_FALL(side) ((side)[0] < 0 || (side)[1] > 0)
 #define HOPFORM_IS_COUPLED 0
-#define HOPFORM_IS_FIXED(element) (0 + 0 * (element))
+#define HOPFORM_NEVER_MOVES(element) (0 + 0 * (element))
 #define HOPFORM_EVENT_REVERSES(element) (1 + 4 * (element))
 #define HOPFORM_EVENT_STICKS(element) (2 + 4 * (element))
 #define HOPFORM_EVENT_SLIPS(element) (3 + 4 * (element))
@@ -48,10 +50,8 @@
 #define HOPFORM_MODES_OF_ONE(X) X(actuator, p_1, q_1) X(body, p_2, q_2)
 /* By the number of an event, the axis that is at a value then; -1 where nothing jumps. */
 #define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1}
-/* Columns of derivatives: those of the axes, of the lower and the upper stop, of the current, of the robot's first
- * parameter. */
+/* Columns of derivatives: those of the axes, of the current, of the robot's first parameter. */
 #define HOPFORM_COLUMN_OF_AXIS {0, 1, 3, 2}
-#define HOPFORM_COLUMN_OF_STOP {16, 17}
 #define HOPFORM_COLUMN_OF_CURRENT 4
 #define HOPFORM_COLUMN_OF_ROBOT 5
 /* The axes whose product each of the ledger's moments integrates, X(axis, axis), axis 0 counted from where the phase
@@ -66,7 +66,7 @@
     (HOPFORM_COMPRESSION_MAY_FALL(side) && !HOPFORM_COMPRESSION_MAY_RISE(side))
 
 
-/* What the hopper is made of. */
+/* What the mechanism is made of. */
 #define HOPFORM_ROBOT_MEMBERS(X) X(m_eff, POSITIVE) X(m_s, POSITIVE) X(k, POSITIVE) X(L0, REAL) X(c, REAL) X(b1, NONNEGATIVE) X(b2, NONNEGATIVE) X(f1, NONNEGATIVE) X(f2, NONNEGATIVE) X(gamma2, REAL) X(g, NONNEGATIVE) X(x1_min, LOWER) X(x1_max, UPPER) X(u_max, BOUND) X(impact_loss, FRACTION) X(f1_excess, NONNEGATIVE) X(f2_excess, NONNEGATIVE)
 
 /* The hopper at one instant; x_2 is x_1 - y and the length without load. */

@@ -28,12 +28,14 @@ typedef struct {
     propagator_f32 low, high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
+    evaluations_f32 *evaluations;
     jet_f32 from[MOST_EVENT_FUNCTIONS_f32];
     jet_f32 to; /* of the function that is looked at, or that has crossed zero first */
 } interval_f32;
 
 static inline void end_interval_at_f32(const event_set_f32 *set, interval_f32 *in, float t) {
-    in->high = propagator_at_f32(set->poles, t);
+    use_evaluation_f32(in->evaluations);
+    in->high = propagator_in_form_f32(set->poles, in->high.omega, t);
     in->found = -1;
 }
 
@@ -89,14 +91,16 @@ static inline void end_at_crossing_f32(const event_set_f32 *set, interval_f32 *i
     const event_function_f32 *g = &set->function[crossing->function];
     const float h = in->high.t - in->low.t;
     const interpolant_f32 p = interpolant_of_f32(&in->from[crossing->function], &in->to, h);
-    locate_root_f32(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_f32(&p, crossing->share));
+    locate_root_f32(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_f32(&p, crossing->share),
+                     in->evaluations);
     in->found = crossing->function;
 }
 
 /* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
 static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, bool distances) {
     crossing_f32 first;
-    for (int32_t n = 0; n < MOST_TRIES_f32 && first_crossing_f32(set, in, distances, &first); n++) {
+    for (int32_t n = 0;
+         n < MOST_TRIES_f32 && in->evaluations->left > 0 && first_crossing_f32(set, in, distances, &first); n++) {
         end_at_crossing_f32(set, in, &first);
     }
 }
@@ -109,15 +113,16 @@ static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_
 static inline void settle_ties_f32(const event_set_f32 *set, interval_f32 *in) {
     const event_function_f32 *found = &set->function[in->found];
     const float other = rate_at_f32(found, &in->high);
+    const float share = is_modal_f32(&in->high) ? 0.125f : 1.0f;
     for (int32_t n = 0; n < in->found && set->function[n].owner < found->owner; n++) {
         const event_function_f32 *g = &set->function[n];
         const float rate = rate_at_f32(g, &in->high);
-        const float rounding = rounding_of_f32(g, &in->high, rate);
+        const float rounding = share * rounding_of_f32(g, &in->high, rate);
         if (!(rate * (in->high.t - in->low.t) < -16.0f * rounding)) { continue; }
         const float value = value_at_f32(g, &in->high);
         if (found->touch_is_no_event ? value < 8.0f * HOPFORM_EPS_f32 * in->high.t * fabs_f32(rate)
                                      : (value - 4.0f * rounding) * fabs_f32(other)
-                                           < fabs_f32(rate) * rounding_of_f32(found, &in->high, other)) {
+                                           < fabs_f32(rate) * (share * rounding_of_f32(found, &in->high, other))) {
             if (value > 0.0f) { end_interval_at_f32(set, in, in->high.t - value / rate); }
             in->found = n;
             return;
@@ -157,7 +162,8 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
     return (!(d < 0.0f) && stays_positive_by_slope_f32(set->node->pole, from, to, h, rounding))
            || quiet_time_f32(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_f32
-               && (stays_positive_by_bernstein_f32(set->poles, g, from, to, h, n == in->found, rounding)
+               && (stays_positive_by_bernstein_f32(set->poles, g, in->high.omega, from, to, h, n == in->found,
+                                                    rounding)
                    || has_faded_f32(set, g, &in->low, from, h, rounding)));
 }
 
@@ -171,7 +177,8 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
     const float d_then = deflated_derivative_f32(set, g, &in->high, -1.0f);
     if (from->rate < 0.0f && !(to->rate < 0.0f)) { /* g' has one root */
         in->to.third = third_of_f32(set->poles, g, &in->high);
-        const propagator_f32 lowest = minimum_between_f32(set->poles, g, from, in->low.t, to, in->high.t);
+        const propagator_f32 lowest =
+            minimum_between_f32(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t, in->evaluations);
         const jet_f32 least = short_jet_at_f32(g, &lowest);
         if (!(least.value < -rounding_of_f32(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
@@ -201,15 +208,16 @@ static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in)
     return true;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. Requires
- * in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
+ * Requires in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
 static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *in) {
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
         end_at_first_crossing_f32(set, in, false);
+        if (!(in->evaluations->left > 0)) { return false; }
     } while (!are_certified_f32(set, in));
-    return true;
+    return in->evaluations->left > 0;
 }
 
 /* ---- the next interval ---- */
@@ -228,7 +236,9 @@ static inline void begin_interval_f32(const event_set_f32 *set, interval_f32 *in
 static inline float root_free_until_f32(const event_set_f32 *set, const interval_f32 *in) {
     float quiet = HOPFORM_NEVER_f32;
     for (int32_t n = 0; n < set->count && quiet > 0.0f; n++) {
-        const float rounding = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(set->function[n].start) + set->function[n].cancels);
+        const event_function_f32 *g = &set->function[n];
+        const float parts = is_modal_f32(&in->low) ? fabs_f32(g->H3) + fabs_f32(g->H2) + fabs_f32(g->H1) : 0.0f;
+        const float rounding = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(g->start) + g->cancels + parts);
         if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
             quiet = lesser_f32(quiet_time_f32(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
@@ -269,7 +279,9 @@ static inline float first_end_f32(const event_set_f32 *set, float limit) {
 /* The first interval, by what is known at its end. */
 static inline void end_first_interval_f32(const event_set_f32 *set, interval_f32 *in, float limit) {
     const hopform_node_f32 *node = set->node;
-    if (node->t < limit) {
+    if (node->modal < HOPFORM_NEVER_f32) {
+        end_interval_at_f32(set, in, lesser_f32(node->modal, limit));
+    } else if (node->t < limit) {
         const basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f32(set->poles, node->t, &basis);
     } else {
@@ -294,6 +306,7 @@ typedef struct {
     event_set_f32 set;
     float rest_time; /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
     int rests;      /* whose event that is */
+    motion_modes_f32 modes; /* of the motion, from when on they are evaluated */
 } stance_events_f32;
 
 /* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
@@ -343,6 +356,9 @@ static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float
 /* A stance while it is solved (chain_f32.h). */
 typedef struct stance_chain_f32 stance_chain_f32;
 
+/* From the end of this interval on the modal form holds: the functions take it. */
+static inline void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search);
+
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
 static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
@@ -354,8 +370,9 @@ static inline bool sharpen_takeoff_f32(const stance_chain_f32 *chain, const stan
                                         interval_f32 *in) {
     const event_set_f32 *set = &events->set;
     const float before = in->high.t;
-    for (int n = 0; n < 4; n++) {
-        const float later = later_takeoff_f32(chain, set->poles, &set->function[0], &in->high.basis, in->high.t);
+    for (int n = 0; n < 4 && !is_modal_f32(&in->high); n++) {
+        const basis_f32 basis = basis_of_propagator_f32(set->poles, &in->high);
+        const float later = later_takeoff_f32(chain, set->poles, &set->function[0], &basis, in->high.t);
         if (!(fabs_f32(later) > 0.0f) || in->high.t + later > limit) { break; }
         end_interval_at_f32(set, in, in->high.t + later);
         in->found = 0;
@@ -423,11 +440,13 @@ static inline void find_first_event_f32(const stance_chain_f32 *chain, stance_se
     while (open) {
         if (quiet) {
             end_at_first_crossing_f32(set, in, true);
+            certified = in->evaluations->left > 0;
         } else {
             certified = find_event_f32(chain, search, false);
         }
         open = certified && is_open_f32(search);
         if (open) {
+            if (in->high.t >= set->node->modal && !is_modal_f32(&in->high)) { enter_modes_f32(chain, search); }
             float end = search->limit;
             quiet = next_end_f32(set, in, search->limit, &end);
             end_interval_at_f32(set, in, end);

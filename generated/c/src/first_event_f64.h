@@ -28,12 +28,14 @@ typedef struct {
     propagator_f64 low, high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
+    evaluations_f64 *evaluations;
     jet_f64 from[MOST_EVENT_FUNCTIONS_f64];
     jet_f64 to; /* of the function that is looked at, or that has crossed zero first */
 } interval_f64;
 
 static inline void end_interval_at_f64(const event_set_f64 *set, interval_f64 *in, double t) {
-    in->high = propagator_at_f64(set->poles, t);
+    use_evaluation_f64(in->evaluations);
+    in->high = propagator_in_form_f64(set->poles, in->high.omega, t);
     in->found = -1;
 }
 
@@ -89,14 +91,16 @@ static inline void end_at_crossing_f64(const event_set_f64 *set, interval_f64 *i
     const event_function_f64 *g = &set->function[crossing->function];
     const double h = in->high.t - in->low.t;
     const interpolant_f64 p = interpolant_of_f64(&in->from[crossing->function], &in->to, h);
-    locate_root_f64(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_f64(&p, crossing->share));
+    locate_root_f64(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_f64(&p, crossing->share),
+                     in->evaluations);
     in->found = crossing->function;
 }
 
 /* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
 static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, bool distances) {
     crossing_f64 first;
-    for (int32_t n = 0; n < MOST_TRIES_f64 && first_crossing_f64(set, in, distances, &first); n++) {
+    for (int32_t n = 0;
+         n < MOST_TRIES_f64 && in->evaluations->left > 0 && first_crossing_f64(set, in, distances, &first); n++) {
         end_at_crossing_f64(set, in, &first);
     }
 }
@@ -109,15 +113,16 @@ static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_
 static inline void settle_ties_f64(const event_set_f64 *set, interval_f64 *in) {
     const event_function_f64 *found = &set->function[in->found];
     const double other = rate_at_f64(found, &in->high);
+    const double share = is_modal_f64(&in->high) ? 0.125 : 1.0;
     for (int32_t n = 0; n < in->found && set->function[n].owner < found->owner; n++) {
         const event_function_f64 *g = &set->function[n];
         const double rate = rate_at_f64(g, &in->high);
-        const double rounding = rounding_of_f64(g, &in->high, rate);
+        const double rounding = share * rounding_of_f64(g, &in->high, rate);
         if (!(rate * (in->high.t - in->low.t) < -16.0 * rounding)) { continue; }
         const double value = value_at_f64(g, &in->high);
         if (found->touch_is_no_event ? value < 8.0 * HOPFORM_EPS_f64 * in->high.t * fabs_f64(rate)
                                      : (value - 4.0 * rounding) * fabs_f64(other)
-                                           < fabs_f64(rate) * rounding_of_f64(found, &in->high, other)) {
+                                           < fabs_f64(rate) * (share * rounding_of_f64(found, &in->high, other))) {
             if (value > 0.0) { end_interval_at_f64(set, in, in->high.t - value / rate); }
             in->found = n;
             return;
@@ -157,7 +162,8 @@ static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, 
     return (!(d < 0.0) && stays_positive_by_slope_f64(set->node->pole, from, to, h, rounding))
            || quiet_time_f64(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_f64
-               && (stays_positive_by_bernstein_f64(set->poles, g, from, to, h, n == in->found, rounding)
+               && (stays_positive_by_bernstein_f64(set->poles, g, in->high.omega, from, to, h, n == in->found,
+                                                    rounding)
                    || has_faded_f64(set, g, &in->low, from, h, rounding)));
 }
 
@@ -171,7 +177,8 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
     const double d_then = deflated_derivative_f64(set, g, &in->high, -1.0);
     if (from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
         in->to.third = third_of_f64(set->poles, g, &in->high);
-        const propagator_f64 lowest = minimum_between_f64(set->poles, g, from, in->low.t, to, in->high.t);
+        const propagator_f64 lowest =
+            minimum_between_f64(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t, in->evaluations);
         const jet_f64 least = short_jet_at_f64(g, &lowest);
         if (!(least.value < -rounding_of_f64(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
@@ -201,15 +208,16 @@ static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in)
     return true;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. Requires
- * in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
+ * Requires in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
 static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *in) {
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
         end_at_first_crossing_f64(set, in, false);
+        if (!(in->evaluations->left > 0)) { return false; }
     } while (!are_certified_f64(set, in));
-    return true;
+    return in->evaluations->left > 0;
 }
 
 /* ---- the next interval ---- */
@@ -228,7 +236,9 @@ static inline void begin_interval_f64(const event_set_f64 *set, interval_f64 *in
 static inline double root_free_until_f64(const event_set_f64 *set, const interval_f64 *in) {
     double quiet = HOPFORM_NEVER_f64;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
-        const double rounding = 16.0 * HOPFORM_EPS_f64 * (fabs_f64(set->function[n].start) + set->function[n].cancels);
+        const event_function_f64 *g = &set->function[n];
+        const double parts = is_modal_f64(&in->low) ? fabs_f64(g->H3) + fabs_f64(g->H2) + fabs_f64(g->H1) : 0.0;
+        const double rounding = 16.0 * HOPFORM_EPS_f64 * (fabs_f64(g->start) + g->cancels + parts);
         if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
             quiet = lesser_f64(quiet_time_f64(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
@@ -269,7 +279,9 @@ static inline double first_end_f64(const event_set_f64 *set, double limit) {
 /* The first interval, by what is known at its end. */
 static inline void end_first_interval_f64(const event_set_f64 *set, interval_f64 *in, double limit) {
     const hopform_node_f64 *node = set->node;
-    if (node->t < limit) {
+    if (node->modal < HOPFORM_NEVER_f64) {
+        end_interval_at_f64(set, in, lesser_f64(node->modal, limit));
+    } else if (node->t < limit) {
         const basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f64(set->poles, node->t, &basis);
     } else {
@@ -294,6 +306,7 @@ typedef struct {
     event_set_f64 set;
     double rest_time; /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
     int rests;      /* whose event that is */
+    motion_modes_f64 modes; /* of the motion, from when on they are evaluated */
 } stance_events_f64;
 
 /* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
@@ -343,6 +356,9 @@ static inline void cross_at_the_limit_f64(const stance_events_f64 *events, doubl
 /* A stance while it is solved (chain_f64.h). */
 typedef struct stance_chain_f64 stance_chain_f64;
 
+/* From the end of this interval on the modal form holds: the functions take it. */
+static inline void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *search);
+
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
 static inline double later_takeoff_f64(const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
@@ -354,8 +370,9 @@ static inline bool sharpen_takeoff_f64(const stance_chain_f64 *chain, const stan
                                         interval_f64 *in) {
     const event_set_f64 *set = &events->set;
     const double before = in->high.t;
-    for (int n = 0; n < 4; n++) {
-        const double later = later_takeoff_f64(chain, set->poles, &set->function[0], &in->high.basis, in->high.t);
+    for (int n = 0; n < 4 && !is_modal_f64(&in->high); n++) {
+        const basis_f64 basis = basis_of_propagator_f64(set->poles, &in->high);
+        const double later = later_takeoff_f64(chain, set->poles, &set->function[0], &basis, in->high.t);
         if (!(fabs_f64(later) > 0.0) || in->high.t + later > limit) { break; }
         end_interval_at_f64(set, in, in->high.t + later);
         in->found = 0;
@@ -423,11 +440,13 @@ static inline void find_first_event_f64(const stance_chain_f64 *chain, stance_se
     while (open) {
         if (quiet) {
             end_at_first_crossing_f64(set, in, true);
+            certified = in->evaluations->left > 0;
         } else {
             certified = find_event_f64(chain, search, false);
         }
         open = certified && is_open_f64(search);
         if (open) {
+            if (in->high.t >= set->node->modal && !is_modal_f64(&in->high)) { enter_modes_f64(chain, search); }
             double end = search->limit;
             quiet = next_end_f64(set, in, search->limit, &end);
             end_interval_at_f64(set, in, end);

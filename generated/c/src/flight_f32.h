@@ -60,8 +60,8 @@ typedef struct {
 
 /* The largest force of the motor, 0 if it has none. */
 static float largest_force_f32(const hopform_robot_f32 *robot) {
-    const float force = fabs_f32(robot->gamma2) * robot->u_max;
-    return fabs_f32(robot->gamma2) > 0.0f ? lesser_f32(force, HOPFORM_NEVER_f32) : 0.0f;
+    const float force = fabs_f32(force_constant_f32(robot)) * current_limit_f32(robot);
+    return fabs_f32(force_constant_f32(robot)) > 0.0f ? lesser_f32(force, HOPFORM_NEVER_f32) : 0.0f;
 }
 
 static hopform_poles_f32 poles_in_flight_f32(const flight_rates_f32 *rates, int limit) {
@@ -85,9 +85,9 @@ static hopform_state_f32 state_in_flight_f32(const hopform_robot_f32 *robot, con
     const float t = phase->t + after;
     const float rise = (start->v2 - 0.5f * g * t) * t;
     const float moved = (phase->x1 - start->x1) + displacement->value;
-    const float position = lesser_f32(robot->x1_max, phase->x1 + displacement->value);
+    const float position = lesser_f32(upper_stop_f32(robot), phase->x1 + displacement->value);
     hopform_state_f32 state;
-    state.x1 = greater_f32(robot->x1_min, position);
+    state.x1 = greater_f32(lower_stop_f32(robot), position);
     state.v1 = displacement->rate;
     state.v2 = start->v2 - g * t;
     state.y = start->y - (rise - moved);
@@ -229,7 +229,9 @@ static bool is_certified_in_slip_f32(const event_set_f32 *set, interval_f32 *in)
 static bool has_root_in_flight_f32(flight_chain_f32 *chain, event_set_f32 *set, const fall_f32 *fall,
                                     const propagator_f32 *low, propagator_f32 *end) {
     event_function_f32 *g = &set->function[0];
+    evaluations_f32 evaluations = {UNBOUNDED_f32};
     interval_f32 in;
+    in.evaluations = &evaluations;
     in.low = *low;
     in.high = *end;
     in.found = -1;
@@ -262,7 +264,7 @@ static bool has_root_in_flight_f32(flight_chain_f32 *chain, event_set_f32 *set, 
 /* How far the stop ahead is. */
 static float gap_in_flight_f32(const flight_chain_f32 *chain) {
     const float position = chain->now.x1;
-    return chain->now.side > 0 ? chain->robot->x1_max - position : position - chain->robot->x1_min;
+    return chain->now.side > 0 ? upper_stop_f32(chain->robot) - position : position - lower_stop_f32(chain->robot);
 }
 
 /* The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase begins,
@@ -338,7 +340,7 @@ static float falling_in_flight_f32(const flight_chain_f32 *chain) {
 
 /* Height of the foot if the leg were the shortest. */
 static float height_of_shortest_f32(const flight_chain_f32 *chain) {
-    const float longer = chain->now.x1 - chain->robot->x1_min;
+    const float longer = chain->now.x1 - lower_stop_f32(chain->robot);
     return chain->height.start + longer + greater_f32(left_in_leg_f32(chain, chain->now.t), 0.0f);
 }
 
@@ -465,7 +467,7 @@ static void rest_in_flight_f32(flight_chain_f32 *chain, bool at_stop) {
     const bool sticks = level_of_f32(robot, HOPFORM_STOPPED_ELEMENT) > 0.0f;
     chain->now.v1 = 0.0f;
     if (at_stop) {
-        chain->now.x1 = before > 0 ? robot->x1_max : robot->x1_min;
+        chain->now.x1 = before > 0 ? upper_stop_f32(robot) : lower_stop_f32(robot);
         choose_limit_f32(chain);
     }
     settle_in_flight_f32(chain, at_stop || sticks ? acceleration_of_f32(chain, 0.0f, 0) : chain->now.acc1);
@@ -600,7 +602,7 @@ int32_t hopform_design_return_f32(const hopform_plan_f32 *plan, float time, hopf
         status = HOPFORM_ERROR_NULL;
     } else if (overlap_f32(&written, 1, &read, 1)) {
         status = HOPFORM_ERROR_OVERLAP;
-    } else if (HOPFORM_FOOT_IS_FIXED || !is_made_f32(plan)) {
+    } else if (!HOPFORM_HAS_CONTACT || !is_made_f32(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (!(time > 0.0f && time <= HOPFORM_NEVER_f32)) {
         status = HOPFORM_ERROR_TIME;
@@ -639,7 +641,7 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
     const hopform_robot_f32 *robot = &plan->robot;
     if (!hops_f32(plan)) { return HOPFORM_ERROR_ROBOT; }
     if (!is_finite_state_f32(&from) || !is_finite_f32(ground)
-        || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
+        || !(from.x1 >= lower_stop_f32(robot) && from.x1 <= upper_stop_f32(robot))) {
         return HOPFORM_ERROR_STATE;
     }
     if (!(horizon > 0.0f && horizon <= HOPFORM_NEVER_f32) || max_phases < 1 || capacity < 0) {
@@ -698,7 +700,7 @@ static int32_t flight_reading_status_f32(const hopform_plan_f32 *plan, const hop
     int32_t status = HOPFORM_OK;
     if (!given) {
         status = HOPFORM_ERROR_NULL;
-    } else if (HOPFORM_FOOT_IS_FIXED || !is_made_f32(plan)) {
+    } else if (!HOPFORM_HAS_CONTACT || !is_made_f32(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (flight->phases_kept < flight->phase_count || flight->phases_kept < 1) {
         status = HOPFORM_ERROR_TIME;
@@ -734,7 +736,7 @@ int32_t hopform_flight_at_f32(const hopform_plan_f32 *plan, const hopform_flight
                                hopform_state_f32 *states) {
     const memory_f32 array = array_f32(states, count, sizeof *states);
     const int32_t status = flight_reading_status_f32(plan, phases, flight, times, count, false, &array, 1);
-    if (HOPFORM_FOOT_IS_FIXED || status < 0) { return status; }
+    if (!HOPFORM_HAS_CONTACT || status < 0) { return status; }
     const flight_rates_f32 rates = rates_of_flight_f32(plan, flight);
     for (int32_t i = 0; i < count; i++) {
         int32_t n = flight->phases_kept - 1;
@@ -806,7 +808,7 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
         array_f32(stop_losses, count, sizeof *stop_losses),
     };
     const int32_t status = flight_reading_status_f32(plan, phases, flight, times, count, true, arrays, 3);
-    if (HOPFORM_FOOT_IS_FIXED || status < 0) { return status; }
+    if (!HOPFORM_HAS_CONTACT || status < 0) { return status; }
     const flight_rates_f32 rates = rates_of_flight_f32(plan, flight);
     hopform_flight_ledger_f32 sum = {0};
     float loss = flight->start_loss;

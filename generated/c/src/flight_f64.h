@@ -60,8 +60,8 @@ typedef struct {
 
 /* The largest force of the motor, 0 if it has none. */
 static double largest_force_f64(const hopform_robot_f64 *robot) {
-    const double force = fabs_f64(robot->gamma2) * robot->u_max;
-    return fabs_f64(robot->gamma2) > 0.0 ? lesser_f64(force, HOPFORM_NEVER_f64) : 0.0;
+    const double force = fabs_f64(force_constant_f64(robot)) * current_limit_f64(robot);
+    return fabs_f64(force_constant_f64(robot)) > 0.0 ? lesser_f64(force, HOPFORM_NEVER_f64) : 0.0;
 }
 
 static hopform_poles_f64 poles_in_flight_f64(const flight_rates_f64 *rates, int limit) {
@@ -85,9 +85,9 @@ static hopform_state_f64 state_in_flight_f64(const hopform_robot_f64 *robot, con
     const double t = phase->t + after;
     const double rise = (start->v2 - 0.5 * g * t) * t;
     const double moved = (phase->x1 - start->x1) + displacement->value;
-    const double position = lesser_f64(robot->x1_max, phase->x1 + displacement->value);
+    const double position = lesser_f64(upper_stop_f64(robot), phase->x1 + displacement->value);
     hopform_state_f64 state;
-    state.x1 = greater_f64(robot->x1_min, position);
+    state.x1 = greater_f64(lower_stop_f64(robot), position);
     state.v1 = displacement->rate;
     state.v2 = start->v2 - g * t;
     state.y = start->y - (rise - moved);
@@ -229,7 +229,9 @@ static bool is_certified_in_slip_f64(const event_set_f64 *set, interval_f64 *in)
 static bool has_root_in_flight_f64(flight_chain_f64 *chain, event_set_f64 *set, const fall_f64 *fall,
                                     const propagator_f64 *low, propagator_f64 *end) {
     event_function_f64 *g = &set->function[0];
+    evaluations_f64 evaluations = {UNBOUNDED_f64};
     interval_f64 in;
+    in.evaluations = &evaluations;
     in.low = *low;
     in.high = *end;
     in.found = -1;
@@ -262,7 +264,7 @@ static bool has_root_in_flight_f64(flight_chain_f64 *chain, event_set_f64 *set, 
 /* How far the stop ahead is. */
 static double gap_in_flight_f64(const flight_chain_f64 *chain) {
     const double position = chain->now.x1;
-    return chain->now.side > 0 ? chain->robot->x1_max - position : position - chain->robot->x1_min;
+    return chain->now.side > 0 ? upper_stop_f64(chain->robot) - position : position - lower_stop_f64(chain->robot);
 }
 
 /* The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase begins,
@@ -338,7 +340,7 @@ static double falling_in_flight_f64(const flight_chain_f64 *chain) {
 
 /* Height of the foot if the leg were the shortest. */
 static double height_of_shortest_f64(const flight_chain_f64 *chain) {
-    const double longer = chain->now.x1 - chain->robot->x1_min;
+    const double longer = chain->now.x1 - lower_stop_f64(chain->robot);
     return chain->height.start + longer + greater_f64(left_in_leg_f64(chain, chain->now.t), 0.0);
 }
 
@@ -465,7 +467,7 @@ static void rest_in_flight_f64(flight_chain_f64 *chain, bool at_stop) {
     const bool sticks = level_of_f64(robot, HOPFORM_STOPPED_ELEMENT) > 0.0;
     chain->now.v1 = 0.0;
     if (at_stop) {
-        chain->now.x1 = before > 0 ? robot->x1_max : robot->x1_min;
+        chain->now.x1 = before > 0 ? upper_stop_f64(robot) : lower_stop_f64(robot);
         choose_limit_f64(chain);
     }
     settle_in_flight_f64(chain, at_stop || sticks ? acceleration_of_f64(chain, 0.0, 0) : chain->now.acc1);
@@ -600,7 +602,7 @@ int32_t hopform_design_return_f64(const hopform_plan_f64 *plan, double time, hop
         status = HOPFORM_ERROR_NULL;
     } else if (overlap_f64(&written, 1, &read, 1)) {
         status = HOPFORM_ERROR_OVERLAP;
-    } else if (HOPFORM_FOOT_IS_FIXED || !is_made_f64(plan)) {
+    } else if (!HOPFORM_HAS_CONTACT || !is_made_f64(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (!(time > 0.0 && time <= HOPFORM_NEVER_f64)) {
         status = HOPFORM_ERROR_TIME;
@@ -639,7 +641,7 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
     const hopform_robot_f64 *robot = &plan->robot;
     if (!hops_f64(plan)) { return HOPFORM_ERROR_ROBOT; }
     if (!is_finite_state_f64(&from) || !is_finite_f64(ground)
-        || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
+        || !(from.x1 >= lower_stop_f64(robot) && from.x1 <= upper_stop_f64(robot))) {
         return HOPFORM_ERROR_STATE;
     }
     if (!(horizon > 0.0 && horizon <= HOPFORM_NEVER_f64) || max_phases < 1 || capacity < 0) {
@@ -698,7 +700,7 @@ static int32_t flight_reading_status_f64(const hopform_plan_f64 *plan, const hop
     int32_t status = HOPFORM_OK;
     if (!given) {
         status = HOPFORM_ERROR_NULL;
-    } else if (HOPFORM_FOOT_IS_FIXED || !is_made_f64(plan)) {
+    } else if (!HOPFORM_HAS_CONTACT || !is_made_f64(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (flight->phases_kept < flight->phase_count || flight->phases_kept < 1) {
         status = HOPFORM_ERROR_TIME;
@@ -734,7 +736,7 @@ int32_t hopform_flight_at_f64(const hopform_plan_f64 *plan, const hopform_flight
                                hopform_state_f64 *states) {
     const memory_f64 array = array_f64(states, count, sizeof *states);
     const int32_t status = flight_reading_status_f64(plan, phases, flight, times, count, false, &array, 1);
-    if (HOPFORM_FOOT_IS_FIXED || status < 0) { return status; }
+    if (!HOPFORM_HAS_CONTACT || status < 0) { return status; }
     const flight_rates_f64 rates = rates_of_flight_f64(plan, flight);
     for (int32_t i = 0; i < count; i++) {
         int32_t n = flight->phases_kept - 1;
@@ -806,7 +808,7 @@ int32_t hopform_flight_energy_f64(const hopform_plan_f64 *plan, const hopform_fl
         array_f64(stop_losses, count, sizeof *stop_losses),
     };
     const int32_t status = flight_reading_status_f64(plan, phases, flight, times, count, true, arrays, 3);
-    if (HOPFORM_FOOT_IS_FIXED || status < 0) { return status; }
+    if (!HOPFORM_HAS_CONTACT || status < 0) { return status; }
     const flight_rates_f64 rates = rates_of_flight_f64(plan, flight);
     hopform_flight_ledger_f64 sum = {0};
     double loss = flight->start_loss;

@@ -146,6 +146,31 @@ typedef struct {
     float y_rate;   /* [m/s] rate of the compression of the leg, from where it carries nothing */
 } speeds_f32;
 
+/* The letters of the derivation, by the parameters of a robot. */
+typedef struct {
+    float m_eff;            /* [SI] m_eff of the equations of motion */
+    float m_s;              /* [SI] m_s of the equations of motion */
+    float k;                /* [SI] k of the equations of motion */
+    float L0;               /* [SI] L0 of the equations of motion */
+    float c;                /* [SI] c of the equations of motion */
+    float b1;               /* [SI] b1 of the equations of motion */
+    float b2;               /* [SI] b2 of the equations of motion */
+    float f1;               /* [SI] f1 of the equations of motion */
+    float f2;               /* [SI] f2 of the equations of motion */
+    float gamma2;           /* [SI] gamma2 of the equations of motion */
+    float g;                /* [SI] g of the equations of motion */
+    float x1_min;           /* [SI] x1_min of the equations of motion */
+    float x1_max;           /* [SI] x1_max of the equations of motion */
+    float u_max;            /* [SI] u_max of the equations of motion */
+    float impact_loss;      /* [SI] impact_loss of the equations of motion */
+    float f1_excess;        /* [SI] f1_excess of the equations of motion */
+    float f2_excess;        /* [SI] f2_excess of the equations of motion */
+    float f1_minus;         /* [SI] f1_minus of the equations of motion */
+    float f2_minus;         /* [SI] f2_minus of the equations of motion */
+    float f1_excess_minus;  /* [SI] f1_excess_minus of the equations of motion */
+    float f2_excess_minus;  /* [SI] f2_excess_minus of the equations of motion */
+} letters_f32;
+
 /* Coulomb friction of a mass that slips. */
 typedef struct {
     float level_1;  /* [m/s^2] of the actuator */
@@ -230,6 +255,30 @@ typedef struct {
     float W2;  /* [s^4] integral of W1 */
 } integrals_f32;
 
+/* A function of time as a sum: its final value, the decay, and the pair. */
+typedef struct {
+    float h_end;   /* [1] its final value */
+    float h_fade;  /* [1] of exp(-a t) */
+    float h_cos;   /* [1] of exp(-p t/2) cos(omega t) */
+    float h_sin;   /* [1] of exp(-p t/2) sin(omega t) */
+} modes_f32;
+
+/* The integral of such a sum from 0, less the final value's, which grows with time. */
+typedef struct {
+    float ih_0;     /* [s] what it starts from */
+    float ih_fade;  /* [s] of exp(-a t) */
+    float ih_cos;   /* [s] of the cosine */
+    float ih_sin;   /* [s] of the sine */
+} integrated_f32;
+
+/* A coordinate over s P(s), N_3 s^3 + N_2 s^2 + N_1 s + N_0. */
+typedef struct {
+    float N3;  /* [1] its initial value */
+    float N2;  /* [1/s] terms in s^2 */
+    float N1;  /* [1/s^2] terms in s */
+    float N0;  /* [1/s^3] constant terms */
+} whole_f32;
+
 /* W, its derivatives and integrals a short time later, by a Taylor step. */
 typedef struct {
     float Wdd_t;  /* [1] second derivative of W */
@@ -259,7 +308,7 @@ typedef struct {
     float d_C_2;    /* [m/s^2] change of the constant acceleration of the body */
 } slopes_f32;
 
-/* Changes: What the hopper is made of. */
+/* Changes: What the mechanism is made of. */
 typedef struct {
     float d_m_eff;        /* [kg] change of the effective mass of the actuator */
     float d_m_s;          /* [kg] change of the sprung mass of the body */
@@ -505,6 +554,58 @@ static inline speeds_f32 speeds_of_f32(const hopform_rates_f32 *rates,
     return result;
 }
 
+/* The letters of the derivation, by the parameters of a robot. */
+static inline letters_f32 letters_of_f32(const hopform_robot_f32 *robot)
+{
+    const float m_eff = robot->m_eff, m_s = robot->m_s;
+    const float k = robot->k, L0 = robot->L0;
+    const float c = robot->c, b1 = robot->b1;
+    const float b2 = robot->b2, f1 = robot->f1;
+    const float f2 = robot->f2, gamma2 = robot->gamma2;
+    const float g = robot->g, x1_min = robot->x1_min;
+    const float x1_max = robot->x1_max, u_max = robot->u_max;
+    const float impact_loss = robot->impact_loss, f1_excess = robot->f1_excess;
+    const float f2_excess = robot->f2_excess;
+    const float f1_minus = f1;                /* friction Coulomb friction */
+    const float f2_minus = f2;                /* friction Coulomb friction */
+    const float f1_excess_minus = f1_excess;  /* friction Coulomb friction */
+    const float f2_excess_minus = f2_excess;  /* friction Coulomb friction */
+    const letters_f32 result = {m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus};
+    return result;
+}
+
+/* Lower end of the stroke. */
+static inline float lower_stop_f32(const hopform_robot_f32 *robot)
+{
+    const float x1_min = robot->x1_min;
+    const float lowest = x1_min;  /* stop */
+    return lowest;
+}
+
+/* Upper end of the stroke. */
+static inline float upper_stop_f32(const hopform_robot_f32 *robot)
+{
+    const float x1_max = robot->x1_max;
+    const float highest = x1_max;  /* stop */
+    return highest;
+}
+
+/* Largest size of the current. */
+static inline float current_limit_f32(const hopform_robot_f32 *robot)
+{
+    const float u_max = robot->u_max;
+    const float u_most = u_max;  /* limit of the current */
+    return u_most;
+}
+
+/* Force per current, against x_1. */
+static inline float force_constant_f32(const hopform_robot_f32 *robot)
+{
+    const float gamma2 = robot->gamma2;
+    const float pull = gamma2;  /* (3) per u */
+    return pull;
+}
+
 /* Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force. */
 static inline friction_f32 friction_of_f32(const hopform_robot_f32 *robot)
 {
@@ -726,6 +827,56 @@ static inline pair_numerator_f32 deflated_numerator_f32(const hopform_poles_f32 
     const float H3 = numerator->H3, H2 = numerator->H2, H1 = numerator->H1;
     const float A = H2 - H3*p;  /* (18) terms in s, pole a removed */
     const float B = H1 - H3*q;  /* (18) constant terms, pole a removed */
+    const pair_numerator_f32 result = {A, B};
+    return result;
+}
+
+/* The modal form of a coordinate: its partial fractions at 0, at -a and at a pair that rings. */
+static inline modes_f32 modes_of_f32(const hopform_poles_f32 *poles,
+    float chi,
+    float omega_p,
+    const whole_f32 *whole)
+{
+    const float a = poles->a, p = poles->p, q = poles->q;
+    const float N3 = whole->N3, N2 = whole->N2, N1 = whole->N1, N0 = whole->N0;
+    const float ah_end = N0/q;                            /* (18) a times the final value */
+    const float h_end = ah_end/a;                         /* (18) terms in 1/s */
+    const float f_0 = N2 - ah_end - N3*p;                 /* (18) without the real pole, at the start */
+    const float f_1 = N1 - N2*p - N3*(q - p*p);           /* (18) the rate of that */
+    const float h_cos = (f_0*(a - p) - f_1)/chi;          /* (18) pair, at the start */
+    const float h_swing = (a*f_1 + f_0*q)/chi;            /* (18) pair, its rate at the start */
+    const float h_sin = (h_swing + 0.5f*h_cos*p)/omega_p;  /* (18) pair */
+    const float h_fade = N3 - h_cos - h_end;              /* (18) residue at s = -a */
+    const modes_f32 result = {h_end, h_fade, h_cos, h_sin};
+    return result;
+}
+
+/* The integral of a modal form. */
+static inline integrated_f32 integrated_modes_f32(const hopform_poles_f32 *poles,
+    float omega_p,
+    const modes_f32 *modes)
+{
+    const float a = poles->a, p = poles->p, q = poles->q;
+    const float h_fade = modes->h_fade, h_cos = modes->h_cos, h_sin = modes->h_sin;
+    const float ih_fade = -h_fade/a;                        /* (20) real pole */
+    const float ih_cos = (-0.5f*h_cos*p - h_sin*omega_p)/q;  /* (20) pair */
+    const float ih_sin = (h_cos*omega_p - 0.5f*h_sin*p)/q;   /* (20) pair */
+    const float ih_0 = -ih_cos - ih_fade;                   /* (20) at the start */
+    const integrated_f32 result = {ih_0, ih_fade, ih_cos, ih_sin};
+    return result;
+}
+
+/* Deflated numerator of a modal form. */
+static inline pair_numerator_f32 deflated_modes_f32(const hopform_poles_f32 *poles,
+    float omega_p,
+    const modes_f32 *modes)
+{
+    const float a = poles->a, p = poles->p;
+    const float h_cos = modes->h_cos, h_sin = modes->h_sin;
+    const float d_cos = h_sin*omega_p - 0.5f*h_cos*p;                        /* (18) the pair's rate: of the cosine */
+    const float d_sin = -0.5f*h_sin*p - h_cos*omega_p;                       /* (18) of the sine */
+    const float A = d_sin*omega_p + d_cos*(a - 0.5f*p);                      /* (18) terms in s, pole a removed */
+    const float B = 0.5f*A*p + omega_p*(d_sin*(a - 0.5f*p) - d_cos*omega_p);  /* (18) constant terms, pole a removed */
     const pair_numerator_f32 result = {A, B};
     return result;
 }
@@ -1008,6 +1159,24 @@ static inline slopes_f32 slopes_of_f32(const hopform_robot_f32 *robot,
     return result;
 }
 
+/* Change of the lower end of the stroke with the robot. */
+static inline float lower_stop_change_f32(const hopform_robot_f32 *robot, const robot_change_f32 *robot_change)
+{
+    (void)robot;
+    const float d_x1_min = robot_change->d_x1_min;
+    const float d_lowest = d_x1_min;  /* change of stop */
+    return d_lowest;
+}
+
+/* Change of the upper end of the stroke with the robot. */
+static inline float upper_stop_change_f32(const hopform_robot_f32 *robot, const robot_change_f32 *robot_change)
+{
+    (void)robot;
+    const float d_x1_max = robot_change->d_x1_max;
+    const float d_highest = d_x1_max;  /* change of stop */
+    return d_highest;
+}
+
 /* Change of the free accelerations with the state. */
 static inline free_f32 free_slopes_f32(const hopform_rates_f32 *rates, const state_change_f32 *state_change)
 {
@@ -1025,10 +1194,10 @@ static inline excess_f32 excess_change_f32(const hopform_robot_f32 *robot,
 {
     (void)robot;
     const float d_f1_excess = robot_change->d_f1_excess, d_f2_excess = robot_change->d_f2_excess;
-    const float up_1 = d_f1_excess;    /* (5) at rest */
-    const float down_1 = d_f1_excess;  /* (5) at rest */
-    const float up_2 = d_f2_excess;    /* (5) at rest */
-    const float down_2 = d_f2_excess;  /* (5) at rest */
+    const float up_1 = d_f1_excess;    /* change of (5) at rest */
+    const float down_1 = d_f1_excess;  /* change of (5) at rest */
+    const float up_2 = d_f2_excess;    /* change of (5) at rest */
+    const float down_2 = d_f2_excess;  /* change of (5) at rest */
     const excess_f32 result = {up_1, down_1, up_2, down_2};
     return result;
 }

@@ -406,7 +406,7 @@ static inline basis_f32 basis_of_split_f32(const hopform_poles_f32 *poles, float
 /* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.
  * a must be the most isolated root, as factor_cubic_f32 gives it. */
 static inline basis_f32 basis_at_f32(const hopform_poles_f32 *poles, float t) {
-    if (!(fabs_f32(poles->a) > 0.0f)) {
+    if (HOPFORM_MOVES_ALONE || !(fabs_f32(poles->a) > 0.0f)) {
         const pair_f32 pair = pair_at_f32(poles, t);
         const basis_f32 basis = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
         return basis;

@@ -406,7 +406,7 @@ static inline basis_f64 basis_of_split_f64(const hopform_poles_f64 *poles, doubl
 /* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.
  * a must be the most isolated root, as factor_cubic_f64 gives it. */
 static inline basis_f64 basis_at_f64(const hopform_poles_f64 *poles, double t) {
-    if (!(fabs_f64(poles->a) > 0.0)) {
+    if (HOPFORM_MOVES_ALONE || !(fabs_f64(poles->a) > 0.0)) {
         const pair_f64 pair = pair_at_f64(poles, t);
         const basis_f64 basis = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
         return basis;

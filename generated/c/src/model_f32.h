@@ -48,7 +48,7 @@ typedef union {
     float of[8];
 } slopes_by_share_f32;
 
-/* Changes: What the hopper is made of. */
+/* Changes: What the mechanism is made of. */
 typedef union {
     robot_change_f32 named;
     float of[17];

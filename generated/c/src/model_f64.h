@@ -48,7 +48,7 @@ typedef union {
     double of[8];
 } slopes_by_share_f64;
 
-/* Changes: What the hopper is made of. */
+/* Changes: What the mechanism is made of. */
 typedef union {
     robot_change_f64 named;
     double of[17];

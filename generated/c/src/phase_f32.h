@@ -5,9 +5,7 @@
 #ifndef HOPFORM_PHASE_H_f32
 #define HOPFORM_PHASE_H_f32
 
-#include "facts.h"
-#include "kernels_f32.h"
-#include "model_f32.h"
+#include "modal_f32.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool stores_much_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start) {
@@ -101,18 +99,38 @@ static inline void set_acceleration_from_rest_f32(numerators_f32 *motion, int el
     if (alone) { motion->of.compression.H2 = (float)HOPFORM_COMPRESSION_FOLLOWS(element) * acceleration; }
 }
 
-/* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */
-static inline hopform_state_f32 arrive_f32(const hopform_state_f32 *state, const motion_f32 *motion,
-                                             const basis_f32 *basis, int side_1, int side_2) {
+/* A state of a phase that began at `start`: what is held stays exactly where it is. */
+static inline hopform_state_f32 held_in_place_f32(const hopform_state_f32 *start, const state_by_axis_f32 *later,
+                                                    int side_1, int side_2) {
     const int side[] = {side_1, side_2};
     const bool stays = side[HOPFORM_STOPPED_ELEMENT] == 0;
-    state_by_axis_f32 at;
-    at.later = state_at_f32(state, motion, basis);
+    state_by_axis_f32 at = *later;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         if (side[element] == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0f; }
     }
-    at.named.x1 = stays ? state->x1 : at.named.x1;
+    at.named.x1 = stays ? start->x1 : at.named.x1;
     return at.named;
+}
+
+/* The state of a phase where the response of the poles is `basis`. */
+static inline hopform_state_f32 arrive_f32(const hopform_state_f32 *state, const motion_f32 *motion,
+                                             const basis_f32 *basis, int side_1, int side_2) {
+    state_by_axis_f32 at;
+    at.later = state_at_f32(state, motion, basis);
+    return held_in_place_f32(state, &at, side_1, side_2);
+}
+
+/* The same where a propagator is known; `modes` are read where it is modal. */
+static inline hopform_state_f32 arrive_at_f32(const hopform_state_f32 *state, const motion_f32 *motion,
+                                                const motion_modes_f32 *modes, const propagator_f32 *at, int side_1,
+                                                int side_2) {
+    if (!is_modal_f32(at)) {
+        const basis_f32 basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
+        return arrive_f32(state, motion, &basis, side_1, side_2);
+    }
+    state_by_axis_f32 later;
+    later.named = state_by_modes_f32(state, modes, at);
+    return held_in_place_f32(state, &later, side_1, side_2);
 }
 
 /* A plan that hopform_plan_init made, not memory that holds anything. */
@@ -122,7 +140,7 @@ static inline bool is_made_f32(const hopform_plan_f32 *plan) {
 
 /* A plan of a robot that can take off, and comes down again. */
 static inline bool hops_f32(const hopform_plan_f32 *plan) {
-    return is_made_f32(plan) && !HOPFORM_FOOT_IS_FIXED && fall_of_f32(&plan->robot) > 0.0f;
+    return is_made_f32(plan) && HOPFORM_HAS_CONTACT && fall_of_f32(&plan->robot) > 0.0f;
 }
 
 /* Index of the last phase that starts at or before t. */
@@ -168,8 +186,15 @@ static inline hopform_state_f32 state_by_motion_f32(const hopform_plan_f32 *plan
     const int side_2 = side_2_f32(phase);
     const hopform_state_f32 start = start_of_phase_f32(phase);
     if (side_1 == 0 && side_2 == 0) { return start; }
-    const basis_f32 basis = basis_at_f32(poles_of_f32(plan, side_1, side_2), t);
-    return arrive_f32(&start, motion, &basis, side_1, side_2);
+    const hopform_poles_f32 *poles = poles_of_f32(plan, side_1, side_2);
+    const hopform_node_f32 *node = node_of_f32(plan, side_1, side_2);
+    if (t < node->modal) {
+        const basis_f32 basis = basis_at_f32(poles, t);
+        return arrive_f32(&start, motion, &basis, side_1, side_2);
+    }
+    const propagator_f32 at = modes_at_f32(poles, node->omega, t);
+    const motion_modes_f32 modes = modes_of_motion_f32(poles, node->omega, &start, motion);
+    return arrive_at_f32(&start, motion, &modes, &at, side_1, side_2);
 }
 
 static inline hopform_state_f32 state_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
@@ -225,8 +250,8 @@ static inline void pass_slip_f32(float change[HOPFORM_AXES], int element, float 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
     const numerators_f32 *motion;
-    const basis_f32 *end; /* the propagator where it ends */
-    float length;
+    const propagator_f32 *end;     /* where it ends */
+    const motion_modes_f32 *modes; /* of the motion, if that propagator is modal */
     const state_by_axis_f32 *start;
     const state_by_axis_f32 *arrived;
     const int *side; /* of each element */

@@ -16,11 +16,16 @@ static inline hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles,
     if (whole) { basis = basis_at_f32(poles, draws ? t : 0.0f); }
     const float mu = 0.5f * poles->p;
     const float square = mu * mu - poles->q;
-    hopform_node_f32 node = {HOPFORM_NEVER_f32, HOPFORM_NEVER_f32, poles->a, 0.0f,      0.0f,     t,
-                              basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
+    hopform_node_f32 node = {
+        HOPFORM_NEVER_f32, HOPFORM_NEVER_f32, poles->a, 0.0f,      0.0f,     HOPFORM_NEVER_f32, 0.0f, t,
+        basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
     if (square < 0.0f) {
         node.half_period = 3.1415927f / sqrt_f32(-square);
         node.fades = poles->a > 0.0f && mu > poles->a ? 1e1f / (mu - poles->a) : HOPFORM_NEVER_f32;
+        if (poles->a * poles->a > 16.0f * poles->q && -square > 0.0625f * poles->q) {
+            node.modal = 1.0f / poles->a;
+            node.omega = sqrt_f32(-square);
+        }
     } else {
         const float fast = mu + sqrt_f32(square);
         const float slow = fast > 0.0f ? poles->q / fast : 0.0f;
@@ -35,9 +40,15 @@ static inline hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles,
 static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan) {
     const hopform_robot_f32 *robot = &plan->robot;
 #define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_f32(robot->name)
-    if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
+    if (!(lower_stop_f32(robot) <= upper_stop_f32(robot)) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
+    }
+    if (HOPFORM_REST_MAY_LACK) {
+        const excess_f32 more = excess_of_f32(robot);
+        if (!(more.up_1 >= 0.0f && more.down_1 >= 0.0f && more.up_2 >= 0.0f && more.down_2 >= 0.0f)) {
+            return HOPFORM_ERROR_ROBOT;
+        }
     }
     const hopform_rates_f32 rates = rates_of_f32(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
@@ -53,8 +64,8 @@ static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_po
     const hopform_rates_f32 *rates = &plan->rates;
     if (!is_finite_f32(rates->s_1 * rates->s_1) /* discriminants square it */
         || !is_finite_f32(rates->s_2) || !is_finite_f32(rates->s_3)
-        || !(both->q <= HOPFORM_NEVER_f32)         /* a and p are within s_1, and NaN only if q is */
-        || !(both->q > 0.0f || HOPFORM_ONE_IS_FIXED) /* both never move then */
+        || !(both->q <= HOPFORM_NEVER_f32)        /* a and p are within s_1, and NaN only if q is */
+        || !(both->q > 0.0f || HOPFORM_MOVES_ALONE) /* both never move then */
         || !is_finite_f32(rates->a1_0) || !is_finite_f32(rates->a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }

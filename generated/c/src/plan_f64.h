@@ -16,11 +16,16 @@ static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles,
     if (whole) { basis = basis_at_f64(poles, draws ? t : 0.0); }
     const double mu = 0.5 * poles->p;
     const double square = mu * mu - poles->q;
-    hopform_node_f64 node = {HOPFORM_NEVER_f64, HOPFORM_NEVER_f64, poles->a, 0.0,      0.0,     t,
-                              basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
+    hopform_node_f64 node = {
+        HOPFORM_NEVER_f64, HOPFORM_NEVER_f64, poles->a, 0.0,      0.0,     HOPFORM_NEVER_f64, 0.0, t,
+        basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
     if (square < 0.0) {
         node.half_period = 3.14159265358979323846 / sqrt_f64(-square);
         node.fades = poles->a > 0.0 && mu > poles->a ? 10.0 / (mu - poles->a) : HOPFORM_NEVER_f64;
+        if (poles->a * poles->a > 16.0 * poles->q && -square > 0.0625 * poles->q) {
+            node.modal = 1.0 / poles->a;
+            node.omega = sqrt_f64(-square);
+        }
     } else {
         const double fast = mu + sqrt_f64(square);
         const double slow = fast > 0.0 ? poles->q / fast : 0.0;
@@ -35,9 +40,15 @@ static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles,
 static inline int32_t rates_of_plan_f64(hopform_plan_f64 *plan) {
     const hopform_robot_f64 *robot = &plan->robot;
 #define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_f64(robot->name)
-    if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
+    if (!(lower_stop_f64(robot) <= upper_stop_f64(robot)) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
+    }
+    if (HOPFORM_REST_MAY_LACK) {
+        const excess_f64 more = excess_of_f64(robot);
+        if (!(more.up_1 >= 0.0 && more.down_1 >= 0.0 && more.up_2 >= 0.0 && more.down_2 >= 0.0)) {
+            return HOPFORM_ERROR_ROBOT;
+        }
     }
     const hopform_rates_f64 rates = rates_of_f64(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
@@ -53,8 +64,8 @@ static inline int32_t poles_of_plan_f64(hopform_plan_f64 *plan, const hopform_po
     const hopform_rates_f64 *rates = &plan->rates;
     if (!is_finite_f64(rates->s_1 * rates->s_1) /* discriminants square it */
         || !is_finite_f64(rates->s_2) || !is_finite_f64(rates->s_3)
-        || !(both->q <= HOPFORM_NEVER_f64)         /* a and p are within s_1, and NaN only if q is */
-        || !(both->q > 0.0 || HOPFORM_ONE_IS_FIXED) /* both never move then */
+        || !(both->q <= HOPFORM_NEVER_f64)        /* a and p are within s_1, and NaN only if q is */
+        || !(both->q > 0.0 || HOPFORM_MOVES_ALONE) /* both never move then */
         || !is_finite_f64(rates->a1_0) || !is_finite_f64(rates->a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }

@@ -135,6 +135,12 @@ static robot_change_f64 robot_change_of_column_f64(int column) {
     return change.named;
 }
 
+/* How a stop moves with what a column stands for. */
+static double stop_change_f64(const hopform_plan_f64 *plan, int column, bool upper) {
+    const robot_change_f64 by = robot_change_of_column_f64(column);
+    return upper ? upper_stop_change_f64(&plan->robot, &by) : lower_stop_change_f64(&plan->robot, &by);
+}
+
 /* How the accelerations of a mode change with the inputs of a column, by what their shares go with. */
 static slopes_by_share_f64 slopes_of_column_f64(const variation_f64 *variation, const mode_f64 *mode, int column) {
     const hopform_phase_f64 *phase = &variation->phases[variation->index];
@@ -225,7 +231,6 @@ static void cross_slip_f64(variation_f64 *variation, int element, const mode_f64
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
  * belongs to it; nothing jumps where the current steps. */
 static void cross_f64(variation_f64 *variation) {
-    static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
     const hopform_phase_f64 *old = &variation->phases[variation->index];
     const hopform_phase_f64 *now = old + 1;
     const mode_f64 left = mode_of_f64(variation->plan, old, current_f64(variation, old));
@@ -233,7 +238,7 @@ static void cross_f64(variation_f64 *variation) {
     const int axis = axis_of_event_f64(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const int bound = stops ? column_of_stop[left.side[HOPFORM_STOPPED_ELEMENT] > 0] : (int)COLUMNS_f64;
+    const bool upper = left.side[HOPFORM_STOPPED_ELEMENT] > 0;
     state_by_axis_f64 arrives;
     arrives.named = start_of_phase_f64(now);
     const state_by_axis_f64 after = speeds_in_mode_f64(variation->plan, &entered, &arrives.named);
@@ -253,7 +258,7 @@ static void cross_f64(variation_f64 *variation) {
     variation->is_timed = variation->exists;
     for (int column = 0; column < COLUMNS_f64 && variation->exists; column++) {
         double *change = variation->change[column].of;
-        const double wanted = column == bound ? 1.0 : 0.0;
+        const double wanted = stops ? stop_change_f64(variation->plan, column, upper) : 0.0;
         const double late = (wanted - change[axis]) / before.of[axis];
         pass_event_at_axis_f64(change, before.of, after.of, axis, wanted, late);
         variation->late[column] = late;
@@ -290,7 +295,7 @@ static void follow_to_f64(variation_f64 *variation, int32_t last, double t) {
 }
 
 /* Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is within
- * its friction at rest, or a stop or a bolt carries it. */
+ * its friction at rest, or a stop carries it, or it never moves. */
 static bool stays_held_f64(const variation_f64 *variation, int element) {
     const hopform_robot_f64 *robot = &variation->plan->robot;
     const hopform_phase_f64 *phase = &variation->phases[variation->index];
@@ -299,10 +304,10 @@ static bool stays_held_f64(const variation_f64 *variation, int element) {
     free.named = free_accelerations_f64(&variation->plan->rates, &at->named, current_f64(variation, phase));
     const double downwards = -level_at_rest_f64(robot, element, -1);
     const double upwards = level_at_rest_f64(robot, element, 1);
-    const bool is_fixed = HOPFORM_IS_FIXED(element);
+    const bool never_moves = HOPFORM_NEVER_MOVES(element);
     const bool has_stops = element == HOPFORM_STOPPED_ELEMENT;
-    const bool below = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= robot->x1_min);
-    const bool above = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= robot->x1_max);
+    const bool below = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= lower_stop_f64(robot));
+    const bool above = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= upper_stop_f64(robot));
     return (below || free.of[element] > downwards) && (above || free.of[element] < upwards);
 }
 

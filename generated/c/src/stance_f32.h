@@ -23,7 +23,7 @@ static bool steps_are_sound_f32(const hopform_step_f32 *steps, int32_t count) {
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_f32(const hopform_plan_f32 *plan) {
     const float a = plan->node_both.pole;
-    return !HOPFORM_ONE_IS_FIXED && a * a * a > HOPFORM_STIFFEST_f32 * HOPFORM_STIFFEST_f32 * plan->rates.s_3;
+    return !HOPFORM_MOVES_ALONE && a * a * a > HOPFORM_STIFFEST_f32 * HOPFORM_STIFFEST_f32 * plan->rates.s_3;
 }
 
 /* Fill a plan from its robot. */
@@ -32,7 +32,7 @@ static int32_t fill_plan_f32(hopform_plan_f32 *plan) {
     if (status < 0) { return status; }
     const hopform_rates_f32 *rates = &plan->rates;
     hopform_poles_f32 both = {0};
-    if (!HOPFORM_ONE_IS_FIXED) { both = factor_cubic_f32(rates->s_1, rates->s_2, rates->s_3); }
+    if (!HOPFORM_MOVES_ALONE) { both = factor_cubic_f32(rates->s_1, rates->s_2, rates->s_3); }
     const int32_t made = poles_of_plan_f32(plan, &both, true);
     return made == HOPFORM_OK && is_stiff_f32(plan) ? HOPFORM_ILL_CONDITIONED : made;
 }
@@ -64,11 +64,13 @@ static int32_t call_status_f32(const hopform_plan_f32 *plan, const hopform_state
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
-/* hopform_solve_stance that shows every phase to `observer`; NULL for none. */
+/* hopform_solve_stance that shows every phase to `observer`; NULL for none. With the last of its evaluations it ends,
+ * uncertified. */
 static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                    const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
                                    hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance,
-                                   observer_f32 *observer, current_variation_f32 *variation) {
+                                   evaluations_f32 *evaluations, observer_f32 *observer,
+                                   current_variation_f32 *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
     const memory_f32 read[] = {
         array_f32(plan, 1, sizeof *plan),
@@ -88,7 +90,7 @@ static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_st
     }
     if (status < 0) { return refuse_f32(status, written, 1, read, 2); }
     stance_chain_f32 chain;
-    stance_start_f32(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
+    stance_start_f32(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity, evaluations);
     chain.observer = observer;
     chain.variation = variation;
     stance_search_f32 search;
@@ -112,8 +114,9 @@ static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_st
 int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                   const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
                                   hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance) {
-    return solve_observed_f32(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
-                               NULL);
+    evaluations_f32 evaluations = {UNBOUNDED_f32};
+    return solve_observed_f32(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
+                               &evaluations, NULL, NULL);
 }
 
 /* State at time t of a solved stance, 0 <= t <= duration (any t after rest). Here and in all that is read at a time,

@@ -19,11 +19,12 @@
 struct current_variation_f64 {
     const hopform_plan_f64 *plan;
     hopform_trial_f64 *trial;
-    state_by_axis_f64 change;  /* of the state at a fixed time, per A */
-    state_by_axis_f64 arrived; /* at the end of the last phase, before its event */
-    state_by_axis_f64 speed;   /* z' there */
-    int side[HOPFORM_ELEMENTS]; /* in the last phase */
-    bool moves;                 /* the element that the current drives has */
+    evaluations_f64 *evaluations; /* of its stance */
+    state_by_axis_f64 change;     /* of the state at a fixed time, per A */
+    state_by_axis_f64 arrived;    /* at the end of the last phase, before its event */
+    state_by_axis_f64 speed;      /* z' there */
+    int side[HOPFORM_ELEMENTS];    /* in the last phase */
+    bool moves;                    /* the element that the current drives has */
 };
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
@@ -132,15 +133,16 @@ static inline void pass_event_f64(current_variation_f64 *variation, const solved
  * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
  * the stance goes on for another rebound. */
 static inline void look_for_minimum_f64(current_variation_f64 *variation, const solved_phase_f64 *phase,
-                                         const motion_f64 *by_u, bool turns) {
+                                         const motion_f64 *by_u, const basis_f64 *w, bool turns) {
     const hopform_robot_f64 *robot = &variation->plan->robot;
     const int *side = phase->side;
     const hopform_poles_f64 *poles = poles_of_f64(variation->plan, side[0], side[1]);
     const numerator_f64 h = contact_numerator_f64(robot, &phase->motion->named);
-    const propagator_f64 end = propagator_of_f64(poles, phase->length, phase->end);
+    const propagator_f64 end = propagator_of_f64(poles, phase->end->t, w);
     if (turns) {
-        const minima_f64 least = least_minimum_f64(poles, node_of_f64(variation->plan, side[0], side[1]), &h,
-                                                     contact_of_f64(robot, &phase->start->named), &end, 64.0);
+        const minima_f64 least =
+            least_minimum_f64(poles, node_of_f64(variation->plan, side[0], side[1]), &h,
+                               contact_of_f64(robot, &phase->start->named), &end, 64.0, variation->evaluations);
         if (least.count > 0) {
             const hopform_state_f64 there =
                 arrive_f64(&variation->change.named, by_u, &least.basis, side[0], side[1]);
@@ -170,7 +172,8 @@ static inline void look_for_minimum_f64(current_variation_f64 *variation, const 
 static inline void carry_variation_f64(current_variation_f64 *variation, const solved_phase_f64 *phase) {
     const hopform_plan_f64 *plan = variation->plan;
     const int *side = phase->side;
-    const basis_f64 *w = phase->end;
+    const hopform_poles_f64 *poles = poles_of_f64(plan, side[0], side[1]);
+    const basis_f64 w = basis_of_propagator_f64(poles, phase->end);
     if (phase->event != HOPFORM_EVENT_NONE) { pass_event_f64(variation, phase); }
     variation->moves = variation->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
     const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || HOPFORM_COMPRESSION_MAY_TURN(side);
@@ -179,14 +182,15 @@ static inline void carry_variation_f64(current_variation_f64 *variation, const s
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.a1_u;
         const motion_f64 by_u =
             motion_under_f64(&plan->rates, &per_ampere.named, &variation->change.named, side[0], side[1]);
-        if (turns || phase->leaves) { look_for_minimum_f64(variation, phase, &by_u, turns); }
-        variation->change.named = arrive_f64(&variation->change.named, &by_u, w, side[0], side[1]);
+        if (turns || phase->leaves) { look_for_minimum_f64(variation, phase, &by_u, &w, turns); }
+        variation->change.named = arrive_f64(&variation->change.named, &by_u, &w, side[0], side[1]);
     }
     variation->arrived = *phase->arrived;
     variation->speed.of[HOPFORM_POSITION_AXIS] = phase->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     for (int axis = 1; axis < HOPFORM_AXES; axis++) {
-        const numerator_f64 *h = &phase->motion->core[axis - 1];
-        variation->speed.of[axis] = h->H3 * w->Wdd + h->H2 * w->Wd + h->H1 * w->W;
+        const numerator_f64 *by =
+            is_modal_f64(phase->end) ? &phase->modes->by.core[axis - 1] : &phase->motion->core[axis - 1];
+        variation->speed.of[axis] = sum_of_parts_f64(by, &phase->end->rate);
     }
     (void)memcpy(variation->side, side, sizeof variation->side);
 }

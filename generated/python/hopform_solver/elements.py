@@ -48,9 +48,6 @@ MODES = (
 FOLLOWS = ((1, 0), (1, 0), (0, 1), (1, -1))
 """Of each axis of the state how it changes with the motion of each element: 1, -1, or 0 if it does not."""
 
-STOPS = (11, 12)
-"""The lower and the upper stop in Robot."""
-
 AXES_OF_MOMENTS = [[1, 4], [2, 4], [1, 1], [2, 2], [0, 2]]
 """The members of (x_1 - x_1(0), v_1, v_2, y, 1) whose product each of the ledger's moments integrates."""
 

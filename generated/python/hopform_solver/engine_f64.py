@@ -17,6 +17,7 @@ PHASES_NOT_KEPT = 1  # the phase buffer was too small; everything else is exact
 NO_DERIVATIVE = 2  # no take-off, an event that grazes, or derivatives out of range
 SEARCHING = 3  # the search for a current goes on
 ILL_CONDITIONED = 4  # the actuator is too stiff for the precision: events of its creep may be wrong
+CAPPED = 5  # a cap on the search for a current was met: the best one within it
 ERROR_NULL = -1  # a pointer is NULL
 ERROR_ROBOT = -2  # a parameter of the robot is out of its domain, or the plan was not made
 ERROR_STATE = -3  # a state is not finite, x_1 is beyond its stroke, or what is fixed moves
@@ -25,7 +26,7 @@ ERROR_STEPS = -5  # the steps of the current are none or too many, do not start 
 ERROR_HORIZON = -6  # horizon or max_phases is not positive
 ERROR_TIME = -7  # a time is not finite or outside the stance
 ERROR_NUMBERS = -8  # out of the range of the precision: scale the robot or use double precision
-ERROR_TARGET = -9  # the desired apex is below the ground, not finite, or stop_margin is negative
+ERROR_TARGET = -9  # the desired apex is below the ground, not finite, or stop_margin or a cap is negative
 ERROR_GAINS = -10  # a gain is negative or not finite
 ERROR_DETECTOR = -11  # a sample or threshold is not finite, low > high, or count < 1
 ERROR_OVERLAP = -13  # an output overlaps an input other than a small one
@@ -47,6 +48,7 @@ CONTACT_TOUCHDOWN = 1  # the foot touches
 CONTACT_TAKEOFF = 2  # the foot has left the ground
 EVENT_NONE = 0  # what starts a phase: the start, or a step of the current
 SEARCH_TRIALS = 4096  # currents tried at most
+CANDIDATE_EVALUATIONS = 300  # of the motion in the stance of each of them
 MOST_STEPS = 65535  # steps of a current at most
 PLAN_MADE = 0x686f7066  # marks memory that is a plan
 SELFTEST_PHASES = 32  # phases that hopform_selftest works in
@@ -83,6 +85,7 @@ NO_OWNER = -1
 CONTACT = 0
 ELEMENT = 1
 NO_ELEMENT = -1
+UNBOUNDED = 2147483647
 CORE = 3
 ONE = 4
 POWERS = 3
@@ -104,7 +107,7 @@ BLOCK = 64
 
 
 class Robot:
-    """What the hopper is made of."""
+    """What the mechanism is made of."""
     __slots__ = ("m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max", "u_max",
         "impact_loss", "f1_excess", "f2_excess",)
     SIZE = 136
@@ -349,18 +352,21 @@ class FlightLedger:
 
 class Node:
     """A mode's propagator where a phase is looked at first, and constants of the certificate."""
-    __slots__ = ("half_period", "fades", "pole", "second", "third", "t", "Wdd", "Wd", "W", "W1", "W2",)
-    SIZE = 88
+    __slots__ = ("half_period", "fades", "pole", "second", "third", "modal", "omega", "t", "Wdd", "Wd", "W", "W1", "W2",
+        )
+    SIZE = 104
     PARTS: tuple[str, ...] = ()
 
     def __init__(self, half_period: Real = 0.0, fades: Real = 0.0, pole: Real = 0.0, second: Real = 0.0,
-            third: Real = 0.0, t: Real = 0.0, Wdd: Real = 0.0, Wd: Real = 0.0, W: Real = 0.0, W1: Real = 0.0,
-        W2: Real = 0.0) -> None:
+            third: Real = 0.0, modal: Real = 0.0, omega: Real = 0.0, t: Real = 0.0, Wdd: Real = 0.0, Wd: Real = 0.0,
+        W: Real = 0.0, W1: Real = 0.0, W2: Real = 0.0) -> None:
         self.half_period = half_period  # [s] of the pair; NEVER where its poles are real
         self.fades = fades  # [s] from then on the pair is nothing beside the real pole
         self.pole = pole  # [1/s] the real pole that is removed from a derivative: the fastest of three
         self.second = second  # [1/s] of three real poles; 0 of a pair that rings
         self.third = third  # [1/s] the slowest of three
+        self.modal = modal  # [s] from then on the modal form is evaluated; NEVER where W does as well
+        self.omega = omega  # [1/s] frequency of the pair, where the modal form is evaluated
         self.t = t  # [s] time since the phase began
         self.Wdd = Wdd  # [1] second derivative of W
         self.Wd = Wd  # [s] derivative of W
@@ -369,8 +375,8 @@ class Node:
         self.W2 = W2  # [s^4] integral of W1
 
     def copy(self) -> "Node":
-        return Node(self.half_period, self.fades, self.pole, self.second, self.third, self.t, self.Wdd, self.Wd, self.W,
-            self.W1, self.W2)
+        return Node(self.half_period, self.fades, self.pole, self.second, self.third, self.modal, self.omega, self.t,
+            self.Wdd, self.Wd, self.W, self.W1, self.W2)
 
     def put(self, other: "Node") -> None:
         self.half_period = other.half_period
@@ -378,6 +384,8 @@ class Node:
         self.pole = other.pole
         self.second = other.second
         self.third = other.third
+        self.modal = other.modal
+        self.omega = other.omega
         self.t = other.t
         self.Wdd = other.Wdd
         self.Wd = other.Wd
@@ -389,7 +397,7 @@ class Node:
 class Plan:
     """What is computed once per robot: coefficients of (3), (4), poles and a node of each mode."""
     __slots__ = ("robot", "rates", "both", "actuator", "body", "node_both", "node_actuator", "node_body", "made",)
-    SIZE = 688
+    SIZE = 736
     PARTS: tuple[str, ...] = ("robot", "rates", "both", "actuator", "body", "node_both", "node_actuator", "node_body",)
 
     def __init__(self, robot: "Robot | None" = None, rates: "Rates | None" = None, both: "Poles | None" = None,
@@ -507,24 +515,29 @@ class Stance:
 
 class Target:
     """What the controller is asked for."""
-    __slots__ = ("h_des", "datum", "stop_margin", "horizon",)
-    SIZE = 32
+    __slots__ = ("h_des", "datum", "stop_margin", "horizon", "max_evaluations", "max_candidates",)
+    SIZE = 40
     PARTS: tuple[str, ...] = ()
 
-    def __init__(self, h_des: Real = 0.0, datum: Real = 0.0, stop_margin: Real = 0.0, horizon: Real = 0.0) -> None:
+    def __init__(self, h_des: Real = 0.0, datum: Real = 0.0, stop_margin: Real = 0.0, horizon: Real = 0.0,
+            max_evaluations: int = 0, max_candidates: int = 0) -> None:
         self.h_des = h_des  # [m] hop height of the next apex
         self.datum = datum  # [m] the level that h_des counts from, less that of the ground under the foot
         self.stop_margin = stop_margin  # [m] x_1 stays below x1_max by more than this
         self.horizon = horizon  # [s] longest time of a stance
+        self.max_evaluations = max_evaluations  # of the motion in a candidate's stance; 0 for CANDIDATE_EVALUATIONS
+        self.max_candidates = max_candidates  # currents tried; 0 for SEARCH_TRIALS
 
     def copy(self) -> "Target":
-        return Target(self.h_des, self.datum, self.stop_margin, self.horizon)
+        return Target(self.h_des, self.datum, self.stop_margin, self.horizon, self.max_evaluations, self.max_candidates)
 
     def put(self, other: "Target") -> None:
         self.h_des = other.h_des
         self.datum = other.datum
         self.stop_margin = other.stop_margin
         self.horizon = other.horizon
+        self.max_evaluations = other.max_evaluations
+        self.max_candidates = other.max_candidates
 
 
 class Command:
@@ -594,15 +607,16 @@ class Trial:
 class Search:
     """A search for a current; the caller's memory."""
     __slots__ = ("plan", "start", "apex", "limit", "horizon", "datum", "best_u", "best_apex", "next", "candidates",
-        "lower_bound", "slow", "count", "sides", "trials", "status", "held", "found", "reached", "partial",)
-    SIZE = 1216
+        "lower_bound", "slow", "count", "sides", "trials", "max_evaluations", "max_candidates", "status", "held",
+        "found", "reached", "partial", "capped",)
+    SIZE = 1224
     PARTS: tuple[str, ...] = ("start", "candidates", "lower_bound", "slow",)
 
     def __init__(self, plan: Any = None, start: "State | None" = None, apex: Real = 0.0, limit: Real = 0.0,
             horizon: Real = 0.0, datum: Real = 0.0, best_u: Real = 0.0, best_apex: Real = 0.0, next: Real = 0.0,
         candidates: Any = None, lower_bound: Any = None, slow: Any = None, count: int = 0, sides: int = 0,
-        trials: int = 0, status: int = 0, held: bool = False, found: bool = False, reached: bool = False,
-        partial: bool = False) -> None:
+        trials: int = 0, max_evaluations: int = 0, max_candidates: int = 0, status: int = 0, held: bool = False,
+        found: bool = False, reached: bool = False, partial: bool = False, capped: bool = False) -> None:
         self.plan = plan
         self.start = State() if start is None else start
         self.apex = apex  # [m] wanted, over the ground
@@ -620,16 +634,20 @@ class Search:
         self.count = count  # of the candidates
         self.sides = sides  # of 0, yet to be opened
         self.trials = trials  # currents tried so far
+        self.max_evaluations = max_evaluations  # of a stance
+        self.max_candidates = max_candidates
         self.status = status  # SEARCHING, OK when done, or an error
         self.held = held  # 0 leaves the actuator where it is
         self.found = found  # one is admissible
         self.reached = reached
-        self.partial = partial  # a stance or the search outgrew the memory given
+        self.partial = partial  # a stance outgrew the memory given
+        self.capped = capped  # a stance took more evaluations
 
     def copy(self) -> "Search":
         return Search(self.plan, self.start.copy(), self.apex, self.limit, self.horizon, self.datum, self.best_u,
             self.best_apex, self.next, [each.copy() for each in self.candidates], self.lower_bound[:], self.slow[:],
-            self.count, self.sides, self.trials, self.status, self.held, self.found, self.reached, self.partial)
+            self.count, self.sides, self.trials, self.max_evaluations, self.max_candidates, self.status, self.held,
+            self.found, self.reached, self.partial, self.capped)
 
     def put(self, other: "Search") -> None:
         self.plan = other.plan
@@ -648,11 +666,14 @@ class Search:
         self.count = other.count
         self.sides = other.sides
         self.trials = other.trials
+        self.max_evaluations = other.max_evaluations
+        self.max_candidates = other.max_candidates
         self.status = other.status
         self.held = other.held
         self.found = other.found
         self.reached = other.reached
         self.partial = other.partial
+        self.capped = other.capped
 
 
 class FlightPhase:
@@ -1267,6 +1288,68 @@ class Speeds:
         self.y_rate = other.y_rate
 
 
+class Letters:
+    """The letters of the derivation, by the parameters of a robot."""
+    __slots__ = ("m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max", "u_max",
+        "impact_loss", "f1_excess", "f2_excess", "f1_minus", "f2_minus", "f1_excess_minus", "f2_excess_minus",)
+    SIZE = 168
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, m_eff: Real = 0.0, m_s: Real = 0.0, k: Real = 0.0, L0: Real = 0.0, c: Real = 0.0, b1: Real = 0.0,
+            b2: Real = 0.0, f1: Real = 0.0, f2: Real = 0.0, gamma2: Real = 0.0, g: Real = 0.0, x1_min: Real = 0.0,
+        x1_max: Real = 0.0, u_max: Real = 0.0, impact_loss: Real = 0.0, f1_excess: Real = 0.0, f2_excess: Real = 0.0,
+        f1_minus: Real = 0.0, f2_minus: Real = 0.0, f1_excess_minus: Real = 0.0, f2_excess_minus: Real = 0.0) -> None:
+        self.m_eff = m_eff  # [SI] m_eff of the equations of motion
+        self.m_s = m_s  # [SI] m_s of the equations of motion
+        self.k = k  # [SI] k of the equations of motion
+        self.L0 = L0  # [SI] L0 of the equations of motion
+        self.c = c  # [SI] c of the equations of motion
+        self.b1 = b1  # [SI] b1 of the equations of motion
+        self.b2 = b2  # [SI] b2 of the equations of motion
+        self.f1 = f1  # [SI] f1 of the equations of motion
+        self.f2 = f2  # [SI] f2 of the equations of motion
+        self.gamma2 = gamma2  # [SI] gamma2 of the equations of motion
+        self.g = g  # [SI] g of the equations of motion
+        self.x1_min = x1_min  # [SI] x1_min of the equations of motion
+        self.x1_max = x1_max  # [SI] x1_max of the equations of motion
+        self.u_max = u_max  # [SI] u_max of the equations of motion
+        self.impact_loss = impact_loss  # [SI] impact_loss of the equations of motion
+        self.f1_excess = f1_excess  # [SI] f1_excess of the equations of motion
+        self.f2_excess = f2_excess  # [SI] f2_excess of the equations of motion
+        self.f1_minus = f1_minus  # [SI] f1_minus of the equations of motion
+        self.f2_minus = f2_minus  # [SI] f2_minus of the equations of motion
+        self.f1_excess_minus = f1_excess_minus  # [SI] f1_excess_minus of the equations of motion
+        self.f2_excess_minus = f2_excess_minus  # [SI] f2_excess_minus of the equations of motion
+
+    def copy(self) -> "Letters":
+        return Letters(self.m_eff, self.m_s, self.k, self.L0, self.c, self.b1, self.b2, self.f1, self.f2, self.gamma2,
+            self.g, self.x1_min, self.x1_max, self.u_max, self.impact_loss, self.f1_excess, self.f2_excess,
+            self.f1_minus, self.f2_minus, self.f1_excess_minus, self.f2_excess_minus)
+
+    def put(self, other: "Letters") -> None:
+        self.m_eff = other.m_eff
+        self.m_s = other.m_s
+        self.k = other.k
+        self.L0 = other.L0
+        self.c = other.c
+        self.b1 = other.b1
+        self.b2 = other.b2
+        self.f1 = other.f1
+        self.f2 = other.f2
+        self.gamma2 = other.gamma2
+        self.g = other.g
+        self.x1_min = other.x1_min
+        self.x1_max = other.x1_max
+        self.u_max = other.u_max
+        self.impact_loss = other.impact_loss
+        self.f1_excess = other.f1_excess
+        self.f2_excess = other.f2_excess
+        self.f1_minus = other.f1_minus
+        self.f2_minus = other.f2_minus
+        self.f1_excess_minus = other.f1_excess_minus
+        self.f2_excess_minus = other.f2_excess_minus
+
+
 class Friction:
     """Coulomb friction of a mass that slips."""
     __slots__ = ("level_1", "level_2",)
@@ -1507,6 +1590,72 @@ class Integrals:
         self.W2 = other.W2
 
 
+class Modes:
+    """A function of time as a sum: its final value, the decay, and the pair."""
+    __slots__ = ("h_end", "h_fade", "h_cos", "h_sin",)
+    SIZE = 32
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, h_end: Real = 0.0, h_fade: Real = 0.0, h_cos: Real = 0.0, h_sin: Real = 0.0) -> None:
+        self.h_end = h_end  # [1] its final value
+        self.h_fade = h_fade  # [1] of exp(-a t)
+        self.h_cos = h_cos  # [1] of exp(-p t/2) cos(omega t)
+        self.h_sin = h_sin  # [1] of exp(-p t/2) sin(omega t)
+
+    def copy(self) -> "Modes":
+        return Modes(self.h_end, self.h_fade, self.h_cos, self.h_sin)
+
+    def put(self, other: "Modes") -> None:
+        self.h_end = other.h_end
+        self.h_fade = other.h_fade
+        self.h_cos = other.h_cos
+        self.h_sin = other.h_sin
+
+
+class Integrated:
+    """The integral of such a sum from 0, less the final value's, which grows with time."""
+    __slots__ = ("ih_0", "ih_fade", "ih_cos", "ih_sin",)
+    SIZE = 32
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, ih_0: Real = 0.0, ih_fade: Real = 0.0, ih_cos: Real = 0.0, ih_sin: Real = 0.0) -> None:
+        self.ih_0 = ih_0  # [s] what it starts from
+        self.ih_fade = ih_fade  # [s] of exp(-a t)
+        self.ih_cos = ih_cos  # [s] of the cosine
+        self.ih_sin = ih_sin  # [s] of the sine
+
+    def copy(self) -> "Integrated":
+        return Integrated(self.ih_0, self.ih_fade, self.ih_cos, self.ih_sin)
+
+    def put(self, other: "Integrated") -> None:
+        self.ih_0 = other.ih_0
+        self.ih_fade = other.ih_fade
+        self.ih_cos = other.ih_cos
+        self.ih_sin = other.ih_sin
+
+
+class Whole:
+    """A coordinate over s P(s), N_3 s^3 + N_2 s^2 + N_1 s + N_0."""
+    __slots__ = ("N3", "N2", "N1", "N0",)
+    SIZE = 32
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, N3: Real = 0.0, N2: Real = 0.0, N1: Real = 0.0, N0: Real = 0.0) -> None:
+        self.N3 = N3  # [1] its initial value
+        self.N2 = N2  # [1/s] terms in s^2
+        self.N1 = N1  # [1/s^2] terms in s
+        self.N0 = N0  # [1/s^3] constant terms
+
+    def copy(self) -> "Whole":
+        return Whole(self.N3, self.N2, self.N1, self.N0)
+
+    def put(self, other: "Whole") -> None:
+        self.N3 = other.N3
+        self.N2 = other.N2
+        self.N1 = other.N1
+        self.N0 = other.N0
+
+
 class Propagated:
     """W, its derivatives and integrals a short time later, by a Taylor step."""
     __slots__ = ("Wdd_t", "Wd_t", "W_t", "W1_t", "W2_t",)
@@ -1587,7 +1736,7 @@ class Slopes:
 
 
 class RobotChange:
-    """Changes: What the hopper is made of."""
+    """Changes: What the mechanism is made of."""
     __slots__ = ("d_m_eff", "d_m_s", "d_k", "d_L0", "d_c", "d_b1", "d_b2", "d_f1", "d_f2", "d_gamma2", "d_g",
         "d_x1_min", "d_x1_max", "d_u_max", "d_impact_loss", "d_f1_excess", "d_f2_excess",)
     SIZE = 136
@@ -1891,6 +2040,50 @@ def speeds_of(rates: Rates, drive: Drive, side_1: Real, side_2: Real, state: Sta
     return Speeds(x1_rate, v1_rate, v2_rate, y_rate)
 
 
+def letters_of(robot: Robot) -> Letters:
+    """The letters of the derivation, by the parameters of a robot."""
+    m_eff, m_s, k = robot.m_eff, robot.m_s, robot.k
+    L0, c, b1 = robot.L0, robot.c, robot.b1
+    b2, f1, f2 = robot.b2, robot.f1, robot.f2
+    gamma2, g, x1_min = robot.gamma2, robot.g, robot.x1_min
+    x1_max, u_max, impact_loss = robot.x1_max, robot.u_max, robot.impact_loss
+    f1_excess, f2_excess = robot.f1_excess, robot.f2_excess
+    f1_minus = f1  # friction Coulomb friction
+    f2_minus = f2  # friction Coulomb friction
+    f1_excess_minus = f1_excess  # friction Coulomb friction
+    f2_excess_minus = f2_excess  # friction Coulomb friction
+    return Letters(m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess,
+        f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus)
+
+
+def lower_stop(robot: Robot) -> Real:
+    """Lower end of the stroke."""
+    x1_min = robot.x1_min
+    lowest = x1_min  # stop
+    return lowest
+
+
+def upper_stop(robot: Robot) -> Real:
+    """Upper end of the stroke."""
+    x1_max = robot.x1_max
+    highest = x1_max  # stop
+    return highest
+
+
+def current_limit(robot: Robot) -> Real:
+    """Largest size of the current."""
+    u_max = robot.u_max
+    u_most = u_max  # limit of the current
+    return u_most
+
+
+def force_constant(robot: Robot) -> Real:
+    """Force per current, against x_1."""
+    gamma2 = robot.gamma2
+    pull = gamma2  # (3) per u
+    return pull
+
+
 def friction_of(robot: Robot) -> Friction:
     """Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force."""
     f1, f2 = robot.f1, robot.f2
@@ -2061,6 +2254,43 @@ def deflated_numerator(poles: Poles, numerator: Numerator) -> PairNumerator:
     H3, H2, H1 = numerator.H3, numerator.H2, numerator.H1
     A = H2 - H3*p  # (18) terms in s, pole a removed
     B = H1 - H3*q  # (18) constant terms, pole a removed
+    return PairNumerator(A, B)
+
+
+def modes_of(poles: Poles, chi: Real, omega_p: Real, whole: Whole) -> Modes:
+    """The modal form of a coordinate: its partial fractions at 0, at -a and at a pair that rings."""
+    a, p, q = poles.a, poles.p, poles.q
+    N3, N2, N1, N0 = whole.N3, whole.N2, whole.N1, whole.N0
+    ah_end = div(N0, q)  # (18) a times the final value
+    h_end = div(ah_end, a)  # (18) terms in 1/s
+    f_0 = N2 - ah_end - N3*p  # (18) without the real pole, at the start
+    f_1 = N1 - N2*p - N3*(q - p*p)  # (18) the rate of that
+    h_cos = div((f_0*(a - p) - f_1), chi)  # (18) pair, at the start
+    h_swing = div((a*f_1 + f_0*q), chi)  # (18) pair, its rate at the start
+    h_sin = div((h_swing + 0.5*h_cos*p), omega_p)  # (18) pair
+    h_fade = N3 - h_cos - h_end  # (18) residue at s = -a
+    return Modes(h_end, h_fade, h_cos, h_sin)
+
+
+def integrated_modes(poles: Poles, omega_p: Real, modes: Modes) -> Integrated:
+    """The integral of a modal form."""
+    a, p, q = poles.a, poles.p, poles.q
+    h_fade, h_cos, h_sin = modes.h_fade, modes.h_cos, modes.h_sin
+    ih_fade = -div(h_fade, a)  # (20) real pole
+    ih_cos = div((-0.5*h_cos*p - h_sin*omega_p), q)  # (20) pair
+    ih_sin = div((h_cos*omega_p - 0.5*h_sin*p), q)  # (20) pair
+    ih_0 = -ih_cos - ih_fade  # (20) at the start
+    return Integrated(ih_0, ih_fade, ih_cos, ih_sin)
+
+
+def deflated_modes(poles: Poles, omega_p: Real, modes: Modes) -> PairNumerator:
+    """Deflated numerator of a modal form."""
+    a, p = poles.a, poles.p
+    h_cos, h_sin = modes.h_cos, modes.h_sin
+    d_cos = h_sin*omega_p - 0.5*h_cos*p  # (18) the pair's rate: of the cosine
+    d_sin = -0.5*h_sin*p - h_cos*omega_p  # (18) of the sine
+    A = d_sin*omega_p + d_cos*(a - 0.5*p)  # (18) terms in s, pole a removed
+    B = 0.5*A*p + omega_p*(d_sin*(a - 0.5*p) - d_cos*omega_p)  # (18) constant terms, pole a removed
     return PairNumerator(A, B)
 
 
@@ -2282,6 +2512,20 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     return Slopes(d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2)
 
 
+def lower_stop_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the lower end of the stroke with the robot."""
+    d_x1_min = robot_change.d_x1_min
+    d_lowest = d_x1_min  # change of stop
+    return d_lowest
+
+
+def upper_stop_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the upper end of the stroke with the robot."""
+    d_x1_max = robot_change.d_x1_max
+    d_highest = d_x1_max  # change of stop
+    return d_highest
+
+
 def free_slopes(rates: Rates, state_change: Any) -> Free:
     """Change of the free accelerations with the state."""
     a1_y, a2_y = rates.a1_y, rates.a2_y
@@ -2294,10 +2538,10 @@ def free_slopes(rates: Rates, state_change: Any) -> Free:
 def excess_change(robot: Robot, robot_change: RobotChange) -> Excess:
     """Change of the friction at rest, less that of the friction in motion, with the robot."""
     d_f1_excess, d_f2_excess = robot_change.d_f1_excess, robot_change.d_f2_excess
-    up_1 = d_f1_excess  # (5) at rest
-    down_1 = d_f1_excess  # (5) at rest
-    up_2 = d_f2_excess  # (5) at rest
-    down_2 = d_f2_excess  # (5) at rest
+    up_1 = d_f1_excess  # change of (5) at rest
+    down_1 = d_f1_excess  # change of (5) at rest
+    up_2 = d_f2_excess  # change of (5) at rest
+    down_2 = d_f2_excess  # change of (5) at rest
     return Excess(up_1, down_1, up_2, down_2)
 
 
@@ -3235,7 +3479,7 @@ class SlopesByShare(Slopes):
 
 
 class RobotChangeByField(RobotChange):
-    """Changes: What the hopper is made of."""
+    """Changes: What the mechanism is made of."""
     __slots__ = ()
     SIZE = 136
 
@@ -3391,6 +3635,201 @@ class Numerators:
         return self.position.H1
 
 
+class Parts:
+    """The functions that a motion is a sum of: W', W, W1 and W2, or E, C, S and t; or a derivative of each."""
+    __slots__ = ("first", "second", "third", "last",)
+    SIZE = 32
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, first: Real = 0.0, second: Real = 0.0, third: Real = 0.0, last: Real = 0.0) -> None:
+        self.first = first
+        self.second = second
+        self.third = third
+        self.last = last
+
+    def copy(self) -> "Parts":
+        return Parts(self.first, self.second, self.third, self.last)
+
+    def put(self, other: "Parts") -> None:
+        self.first = other.first
+        self.second = other.second
+        self.third = other.third
+        self.last = other.last
+
+
+class Propagator:
+    """A time since the start of a phase, and those functions there; their first two derivatives."""
+    __slots__ = ("t", "omega", "mean", "value", "rate", "curvature",)
+    SIZE = 120
+    PARTS: tuple[str, ...] = ("value", "rate", "curvature",)
+
+    def __init__(self, t: Real = 0.0, omega: Real = 0.0, mean: Real = 0.0, value: "Parts | None" = None,
+            rate: "Parts | None" = None, curvature: "Parts | None" = None) -> None:
+        self.t = t
+        self.omega = omega  # frequency and decay of the pair in the modal form; 0 of W
+        self.mean = mean  # frequency and decay of the pair in the modal form; 0 of W
+        self.value = Parts() if value is None else value
+        self.rate = Parts() if rate is None else rate
+        self.curvature = Parts() if curvature is None else curvature
+
+    def copy(self) -> "Propagator":
+        return Propagator(self.t, self.omega, self.mean, self.value.copy(), self.rate.copy(), self.curvature.copy())
+
+    def put(self, other: "Propagator") -> None:
+        self.t = other.t
+        self.omega = other.omega
+        self.mean = other.mean
+        self.value.put(other.value)
+        self.rate.put(other.rate)
+        self.curvature.put(other.curvature)
+
+
+class MotionModes:
+    """The modal form of a motion."""
+    __slots__ = ("by", "final", "drift",)
+    SIZE = 136
+    PARTS: tuple[str, ...] = ("by", "final",)
+
+    def __init__(self, by: "Numerators | None" = None, final: "StateByAxis | None" = None, drift: Real = 0.0) -> None:
+        # fading, cosine and sine in place of H3, H2, H1; the position less that at the start
+        self.by = Numerators() if by is None else by
+        self.final = StateByAxis() if final is None else final
+        self.drift = drift  # of the position
+
+    def copy(self) -> "MotionModes":
+        return MotionModes(self.by.copy(), self.final.copy(), self.drift)
+
+    def put(self, other: "MotionModes") -> None:
+        self.by.put(other.by)
+        self.final.put(other.final)
+        self.drift = other.drift
+
+
+def third_of_basis(poles: Poles, basis: Basis) -> Real:
+    return -(poles.s_1 * basis.Wdd + poles.s_2 * basis.Wd + poles.s_3 * basis.W)
+
+
+def propagator_of(poles: Poles, t: Real, w: Basis) -> Propagator:
+    at = Propagator(t, 0.0, 0.0, Parts(w.Wd, w.W, w.W1, w.W2), Parts(w.Wdd, w.Wd, w.W, w.W1),
+        Parts(third_of_basis(poles, w), w.Wdd, w.Wd, w.W))
+    return at
+
+
+def propagator_at(poles: Poles, t: Real) -> Propagator:
+    basis = basis_at(poles, t)
+    return propagator_of(poles, t, basis)
+
+
+def propagator_at_start(poles: Poles) -> Propagator:
+    """That of any poles at the start of a phase."""
+    at = Propagator(0.0, 0.0, 0.0, Parts(), Parts(1.0, 0.0, 0.0, 0.0), Parts(-poles.s_1, 1.0, 0.0, 0.0))
+    return at
+
+
+def is_modal(at: Propagator) -> bool:
+    return at.omega > 0.0
+
+
+def turned_parts(mean: Real, omega: Real, first: Real, from_: Parts, last: Real) -> Parts:
+    """Derivatives of C and S from those before; that of E is given, and that of t."""
+    next = Parts(first, -(mean * from_.second) - omega * from_.third, omega * from_.second - mean * from_.third, last)
+    return next
+
+
+def propagator_of_modes(poles: Poles, omega: Real, value: Parts) -> Propagator:
+    rate = -poles.a * value.first
+    at = Propagator()
+    at.t = value.last
+    at.omega = omega
+    at.mean = 0.5 * poles.p
+    at.value = value.copy()
+    at.rate = turned_parts(at.mean, omega, rate, value, 1.0)
+    at.curvature.put(turned_parts(at.mean, omega, -poles.a * rate, at.rate, 0.0))
+    return at
+
+
+def modes_at(poles: Poles, omega: Real, t: Real) -> Propagator:
+    envelope = exponential(-0.5 * poles.p * t)
+    turn = turn_by(omega * t)
+    value = Parts(exponential(-poles.a * t), envelope * turn.cosine, envelope * turn.sine, t)
+    return propagator_of_modes(poles, omega, value)
+
+
+def propagator_in_form(poles: Poles, omega: Real, t: Real) -> Propagator:
+    """A propagator in the form of another one, of which omega is known."""
+    return modes_at(poles, omega, t) if omega > 0.0 else propagator_at(poles, t)
+
+
+def third_parts(poles: Poles, at: Propagator) -> Parts:
+    w = at.curvature
+    if is_modal(at):
+        return turned_parts(at.mean, at.omega, -poles.a * w.first, w, 0.0)
+    fourth = -(poles.s_1 * w.first + poles.s_2 * w.second + poles.s_3 * w.third)
+    third = Parts(fourth, w.first, w.second, w.third)
+    return third
+
+
+def core_of_modes(poles: Poles, at: Propagator) -> PairCore:
+    """The pair's impulse response R and its derivative, from the modes."""
+    R = div(at.value.third, at.omega)
+    Rd = at.value.second - 0.5 * poles.p * R
+    core = PairCore(Rd, R, 1.0 - Rd - poles.p * R)
+    return core
+
+
+def basis_of_propagator(poles: Poles, at: Propagator) -> Basis:
+    """W of a propagator of either form."""
+    known = Basis(at.rate.first, at.value.first, at.value.second, at.value.third, at.value.last)
+    if not is_modal(at):
+        return known
+    core = core_of_modes(poles, at)
+    pair = pair_of_core(poles, at.t, core)
+    decay = decay_of_exp(poles.a, at.t, at.value.first)
+    return basis_of_split(poles, residue(poles), at.t, decay, pair)
+
+
+def modes_of_motion(poles: Poles, omega: Real, state: State, motion: Any) -> MotionModes:
+    """The modal form of a motion from a state on. Of the velocity that has a position the whole numerator is known, in
+    which nothing cancels.
+    """
+    chi = residue(poles)
+    made = MotionModes()
+    h = Numerators()
+    h.put(motion)
+    made.final.put(state)
+    for i in range(3):
+        axis = i + 1
+        z = made.final[axis]
+        plain = Whole(z, h.core[i].H3 + poles.s_1 * z, h.core[i].H2 + poles.s_2 * z, h.core[i].H1 + poles.s_3 * z
+            if axis == 3 else motion.N0_1)
+        known = Whole(z, motion.N2_1, motion.N1_1, motion.N0_1)
+        moves = axis == 1
+        modes = modes_of(poles, chi, omega, known if moves else plain)
+        by = Numerator(modes.h_fade, modes.h_cos, modes.h_sin)
+        made.by.core[i].put(by)
+        made.final[axis] = modes.h_end
+        if moves:
+            moved = integrated_modes(poles, omega, modes)
+            position = Numerator(moved.ih_fade, moved.ih_cos, moved.ih_sin)
+            made.by.position.put(position)
+            made.final.x1 = moved.ih_0
+            made.drift = modes.h_end
+    return made
+
+
+def sum_of_parts(by: Numerator, parts: Parts) -> Real:
+    return by.H3 * parts.first + by.H2 * parts.second + by.H1 * parts.third
+
+
+def state_by_modes(start: State, modes: MotionModes, at: Propagator) -> State:
+    """The state of a phase by its modal form."""
+    state = modes.final.copy()
+    for i in range(3):
+        state[i + 1] += sum_of_parts(modes.by.core[i], at.value)
+    state.x1 = start.x1 + (state.x1 + modes.drift * at.t + sum_of_parts(modes.by.position, at.value))
+    return state
+
+
 def stores_much(robot: Robot, start: State) -> bool:
     """True where the AED is a small difference of two energies of the body, and added up from the ledger instead."""
     return not stored_energy(robot, start) <= 64.0 * moving_energy(robot, start, 1.0)
@@ -3477,17 +3916,33 @@ def set_acceleration_from_rest(motion: Numerators, element: int, alone: bool, ac
         motion.compression.H2 = float(1 + -2 * element) * acceleration
 
 
-def arrive(state: State, motion: Any, basis: Basis, side_1: int, side_2: int) -> State:
-    """The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is."""
+def held_in_place(start: State, later: StateByAxis, side_1: int, side_2: int) -> State:
+    """A state of a phase that began at `start`: what is held stays exactly where it is."""
     side = (side_1, side_2)
     stays = side[0] == 0
-    at = StateByAxis()
-    at.put_later(state_at(state, motion, basis))
+    at = later.copy()
     for element in range(2):
         if side[element] == 0:
             at[element + 1] = 0.0
-    at.x1 = state.x1 if stays else at.x1
+    at.x1 = start.x1 if stays else at.x1
     return at
+
+
+def arrive(state: State, motion: Any, basis: Basis, side_1: int, side_2: int) -> State:
+    """The state of a phase where the response of the poles is `basis`."""
+    at = StateByAxis()
+    at.put_later(state_at(state, motion, basis))
+    return held_in_place(state, at, side_1, side_2)
+
+
+def arrive_at(state: State, motion: Any, modes: MotionModes, at: Propagator, side_1: int, side_2: int) -> State:
+    """The same where a propagator is known; `modes` are read where it is modal."""
+    if not is_modal(at):
+        basis = Basis(at.rate.first, at.value.first, at.value.second, at.value.third, at.value.last)
+        return arrive(state, motion, basis, side_1, side_2)
+    later = StateByAxis()
+    later.put(state_by_modes(state, modes, at))
+    return held_in_place(state, later, side_1, side_2)
 
 
 def is_made(plan: Plan) -> bool:
@@ -3539,8 +3994,14 @@ def state_by_motion(plan: Plan, phase: Phase, motion: Any, t: Real) -> State:
     start = start_of_phase(phase)
     if side_1_ == 0 and side_2_ == 0:
         return start
-    basis = basis_at(poles_of(plan, side_1_, side_2_), t)
-    return arrive(start, motion, basis, side_1_, side_2_)
+    poles = poles_of(plan, side_1_, side_2_)
+    node = node_of(plan, side_1_, side_2_)
+    if t < node.modal:
+        basis = basis_at(poles, t)
+        return arrive(start, motion, basis, side_1_, side_2_)
+    at = modes_at(poles, node.omega, t)
+    modes = modes_of_motion(poles, node.omega, start, motion)
+    return arrive_at(start, motion, modes, at, side_1_, side_2_)
 
 
 def state_in_phase(plan: Plan, phase: Phase, u: Real, t: Real) -> State:
@@ -3591,15 +4052,15 @@ def pass_slip(change: Any, element: int, acceleration: Real, late: Real) -> None
 
 class SolvedPhase:
     """A phase that has been solved, before the event that ends it."""
-    __slots__ = ("motion", "end", "length", "start", "arrived", "side", "event", "leaves",)
+    __slots__ = ("motion", "end", "modes", "start", "arrived", "side", "event", "leaves",)
     SIZE = 56
     PARTS: tuple[str, ...] = ()
 
-    def __init__(self, motion: Any = None, end: Any = None, length: Real = 0.0, start: Any = None, arrived: Any = None,
+    def __init__(self, motion: Any = None, end: Any = None, modes: Any = None, start: Any = None, arrived: Any = None,
             side: Any = None, event: int = 0, leaves: bool = False) -> None:
         self.motion = motion
-        self.end = end  # the propagator where it ends
-        self.length = length
+        self.end = end  # where it ends
+        self.modes = modes  # of the motion, if that propagator is modal
         self.start = start
         self.arrived = arrived
         self.side = side  # of each element
@@ -3607,13 +4068,13 @@ class SolvedPhase:
         self.leaves = leaves  # it ends as the contact is lost
 
     def copy(self) -> "SolvedPhase":
-        return SolvedPhase(self.motion, self.end, self.length, self.start, self.arrived, self.side, self.event,
+        return SolvedPhase(self.motion, self.end, self.modes, self.start, self.arrived, self.side, self.event,
             self.leaves)
 
     def put(self, other: "SolvedPhase") -> None:
         self.motion = other.motion
         self.end = other.end
-        self.length = other.length
+        self.modes = other.modes
         self.start = other.start
         self.arrived = other.arrived
         self.side = other.side
@@ -3716,44 +4177,13 @@ def add_event_function(set: EventSet, h: Numerator, start: Real, sign: Real, own
     return g
 
 
-class Propagator:
-    """A time since the start of the phase, and the propagator there."""
-    __slots__ = ("t", "basis", "W_third",)
-    SIZE = 56
-    PARTS: tuple[str, ...] = ("basis",)
-
-    def __init__(self, t: Real = 0.0, basis: "Basis | None" = None, W_third: Real = 0.0) -> None:
-        self.t = t
-        self.basis = Basis() if basis is None else basis
-        self.W_third = W_third  # W'''
-
-    def copy(self) -> "Propagator":
-        return Propagator(self.t, self.basis.copy(), self.W_third)
-
-    def put(self, other: "Propagator") -> None:
-        self.t = other.t
-        self.basis.put(other.basis)
-        self.W_third = other.W_third
-
-
-def propagator_at_start(poles: Poles) -> Propagator:
-    """That of any poles at the start of a phase."""
-    at = Propagator(0.0, Basis(1.0, 0.0, 0.0, 0.0, 0.0), -poles.s_1)
-    return at
-
-
-def third_of_basis(poles: Poles, basis: Basis) -> Real:
-    return -(poles.s_1 * basis.Wdd + poles.s_2 * basis.Wd + poles.s_3 * basis.W)
-
-
-def propagator_of(poles: Poles, t: Real, basis: Basis) -> Propagator:
-    at = Propagator(t, basis.copy(), third_of_basis(poles, basis))
-    return at
-
-
-def propagator_at(poles: Poles, t: Real) -> Propagator:
-    basis = basis_at(poles, t)
-    return propagator_of(poles, t, basis)
+def take_modes(g: EventFunction, modes: Numerator, final: Real, drift: Real, sign: Real) -> None:
+    """The modal form of a function in place of its numerator and start."""
+    g.H3 = sign * modes.H3
+    g.H2 = sign * modes.H2
+    g.H1 = sign * modes.H1
+    g.H0 = sign * drift
+    g.start = sign * final
 
 
 class Jet:
@@ -3793,23 +4223,21 @@ def with_decay(g: EventFunction, t: Real, n: int, others: Real) -> Real:
     return others + value
 
 
+def sum_of(g: EventFunction, parts: Parts) -> Real:
+    return g.H3 * parts.first + g.H2 * parts.second + g.H1 * parts.third + g.H0 * parts.last
+
+
 def value_at(g: EventFunction, at: Propagator) -> Real:
-    w = at.basis
-    value = g.start + (g.H3 * w.Wd + g.H2 * w.W + g.H1 * w.W1 + g.H0 * w.W2)
-    return with_decay(g, at.t, 0, value)
+    return with_decay(g, at.t, 0, g.start + sum_of(g, at.value))
 
 
 def rate_at(g: EventFunction, at: Propagator) -> Real:
-    w = at.basis
-    rate = g.H3 * w.Wdd + g.H2 * w.Wd + g.H1 * w.W + g.H0 * w.W1
-    return with_decay(g, at.t, 1, rate)
+    return with_decay(g, at.t, 1, sum_of(g, at.rate))
 
 
 def third_of(poles: Poles, g: EventFunction, at: Propagator) -> Real:
-    w = at.basis
-    fourth = -(poles.s_1 * at.W_third + poles.s_2 * w.Wdd + poles.s_3 * w.Wd)
-    third = g.H3 * fourth + g.H2 * at.W_third + g.H1 * w.Wdd + g.H0 * w.Wd
-    return with_decay(g, at.t, 3, third)
+    third = third_parts(poles, at)
+    return with_decay(g, at.t, 3, sum_of(g, third))
 
 
 def jet_at_start(poles: Poles, g: EventFunction) -> Jet:
@@ -3823,9 +4251,8 @@ def jet_at_start(poles: Poles, g: EventFunction) -> Jet:
 
 def short_jet_at(g: EventFunction, at: Propagator) -> Jet:
     """Value, rate and curvature; the third derivative is 0 here."""
-    w = at.basis
-    curvature = g.H3 * at.W_third + g.H2 * w.Wdd + g.H1 * w.Wd + g.H0 * w.W
-    jet = Jet(value_at(g, at), rate_at(g, at), with_decay(g, at.t, 2, curvature), 0.0)
+    curvature = with_decay(g, at.t, 2, sum_of(g, at.curvature))
+    jet = Jet(value_at(g, at), rate_at(g, at), curvature, 0.0)
     return jet
 
 
@@ -3835,15 +4262,22 @@ def jet_at(poles: Poles, g: EventFunction, at: Propagator) -> Jet:
     return jet
 
 
-def fourth_of(poles: Poles, g: EventFunction, at: Jet) -> Real:
-    """The fourth derivative of an event function, but for its sign: the poles give it from the others."""
-    return poles.s_1 * at.third + poles.s_2 * at.curvature + poles.s_3 * at.rate - g.H0
+def fourth_of(poles: Poles, g: EventFunction, modal: bool, at: Jet) -> Real:
+    """The fourth derivative of an event function, but for its sign: the poles give it from the others, less what grows.
+    """
+    grows = poles.s_3 * g.H0 if modal else g.H0
+    return poles.s_1 * at.third + poles.s_2 * at.curvature + poles.s_3 * at.rate - grows
+
+
+def terms_of(g: EventFunction, parts: Parts) -> Real:
+    """The sum of the magnitudes of what the function or a derivative is a sum of, but for the last."""
+    return abs(g.H3 * parts.first) + abs(g.H2 * parts.second) + abs(g.H1 * parts.third)
 
 
 def rounding_of(g: EventFunction, at: Propagator, rate: Real) -> Real:
     """Bound of what rounding may have done to the value of an event function."""
-    return 16.0 * EPS * (abs(g.start) + g.cancels + abs(g.H3 * at.basis.Wd) + abs(g.H2 * at.basis.W)
-        + abs(g.H1 * at.basis.W1) + abs(g.H0 * at.basis.W2) + at.t * abs(rate))
+    return 16.0 * EPS * (abs(g.start) + g.cancels + terms_of(g, at.value) + abs(g.H0 * at.value.last)
+        + at.t * abs(rate))
 
 
 def rough_root(from_: Jet, to: Jet, h: Real) -> Real:
@@ -4039,12 +4473,60 @@ def carried(poles: Poles, from_: Derivatives, d: Real) -> Derivatives:
     return sum
 
 
-def carried_basis(poles: Poles, from_: Basis, d: Real) -> Basis:
-    """The propagator's basis d later."""
-    w = Derivatives(from_.W2, from_.W1, from_.W, from_.Wd, from_.Wdd)
+def carried_response(poles: Poles, at: Propagator, d: Real, t: Real) -> Propagator:
+    """The propagator d later, at a time t: W by that series, the modes by that of exp."""
+    w = Derivatives(at.value.last, at.value.third, at.value.second, at.value.first, at.rate.first)
     later = carried(poles, w, d)
     basis = Basis(later.w4, later.w3, later.w2, later.w1, later.w0)
-    return basis
+    return propagator_of(poles, t, basis)
+
+
+def carried_modes(poles: Poles, at: Propagator, d: Real, t: Real) -> Propagator:
+    fades = -0.5 * poles.p * d
+    turns = at.omega * d
+    term = Parts(at.value.first, at.value.second, at.value.third, 0.0)
+    sum = Parts(term.first, term.second, term.third, t)
+    cosine = fades * term.second - turns * term.third
+    sine = turns * term.second + fades * term.third
+    term.first *= -poles.a * d * 1.0
+    term.second = cosine * 1.0
+    term.third = sine * 1.0
+    sum.first += term.first
+    sum.second += term.second
+    sum.third += term.third
+    cosine = fades * term.second - turns * term.third
+    sine = turns * term.second + fades * term.third
+    term.first *= -poles.a * d * 0.5
+    term.second = cosine * 0.5
+    term.third = sine * 0.5
+    sum.first += term.first
+    sum.second += term.second
+    sum.third += term.third
+    cosine = fades * term.second - turns * term.third
+    sine = turns * term.second + fades * term.third
+    term.first *= -poles.a * d * 0.3333333333333333
+    term.second = cosine * 0.3333333333333333
+    term.third = sine * 0.3333333333333333
+    sum.first += term.first
+    sum.second += term.second
+    sum.third += term.third
+    cosine = fades * term.second - turns * term.third
+    sine = turns * term.second + fades * term.third
+    term.first *= -poles.a * d * 0.25
+    term.second = cosine * 0.25
+    term.third = sine * 0.25
+    sum.first += term.first
+    sum.second += term.second
+    sum.third += term.third
+    cosine = fades * term.second - turns * term.third
+    sine = turns * term.second + fades * term.third
+    term.first *= -poles.a * d * 0.2
+    term.second = cosine * 0.2
+    term.third = sine * 0.2
+    sum.first += term.first
+    sum.second += term.second
+    sum.third += term.third
+    return propagator_of_modes(poles, at.omega, sum)
 
 
 class RootStep:
@@ -4088,30 +4570,53 @@ def step_between(poles: Poles, at: Jet, fourth: Real, t: Real, low: Real, high: 
     return towards
 
 
-def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess: Real) -> None:
+class Evaluations:
+    """How often a motion may still be evaluated while a stance is solved: what its cost is in proportion to."""
+    __slots__ = ("left",)
+    SIZE = 4
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, left: int = 0) -> None:
+        self.left = left
+
+    def copy(self) -> "Evaluations":
+        return Evaluations(self.left)
+
+    def put(self, other: "Evaluations") -> None:
+        self.left = other.left
+
+
+def use_evaluation(evaluations: Evaluations) -> None:
+    evaluations.left -= 1 if evaluations.left > 0 else 0
+
+
+def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess: Real,
+        evaluations: Evaluations) -> None:
     """Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g >
-    0, or g = 0 and rising, at the lower time, and g < 0 at the later one.
+    0, or g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is
+    none.
     """
+    omega = at.omega
     high = at.t
     t = guess
     for n in range(100):
+        if not evaluations.left > 0:
+            break
+        use_evaluation(evaluations)
         if not (t > low and t < high) or n > 8 and n % 2 == 1:
             t = low + 0.5 * (high - low)
             if not (t > low and t < high):
-                at.put(propagator_at(poles, high))
+                at.put(propagator_in_form(poles, omega, high))
                 return
-        at.t = t
-        at.basis.put(basis_at(poles, t))
-        at.W_third = third_of_basis(poles, at.basis)
+        at.put(propagator_in_form(poles, omega, t))
         jet = jet_at(poles, g, at)
         if abs(jet.value) <= EPS * t * abs(jet.rate):
             return
-        step = step_between(poles, jet, fourth_of(poles, g, jet), t, low, high)
+        step = step_between(poles, jet, fourth_of(poles, g, is_modal(at), jet), t, low, high)
         # The rate of the further term is none of the poles: no step is known to land.
         if step.lands and not has_decay(g):
-            at.basis.put(carried_basis(poles, at.basis, step.next - t))
-            at.W_third = third_of_basis(poles, at.basis)
-            at.t = step.next
+            at.put(carried_modes(poles, at, step.next - t, step.next) if is_modal(at)
+                else carried_response(poles, at, step.next - t, step.next))
             return
         low = step.low
         high = step.high
@@ -4168,12 +4673,22 @@ class Deflated:
         self.product = other.product
 
 
+def deflated_in_modes(poles: Poles, g: EventFunction, at: Propagator) -> Deflated:
+    modes = Modes(g.start, g.H3, g.H2, g.H1)
+    numerator = deflated_modes(poles, at.omega, modes)
+    core = core_of_modes(poles, at)
+    d = Deflated(numerator.A, numerator.B, core.R, core.Rd, poles.p, poles.q)
+    return d
+
+
 def deflated_at(poles: Poles, node: Node, g: EventFunction, at: Propagator) -> Deflated:
+    if is_modal(at):
+        return deflated_in_modes(poles, g, at)
     rings = node.half_period < NEVER
     sum = poles.p if rings else node.second + node.third
     product = poles.q if rings else node.second * node.third
-    d = Deflated(g.H2 - sum * g.H3, g.H1 - product * g.H3, at.basis.Wd + node.pole * at.basis.W, at.basis.Wdd
-        + node.pole * at.basis.Wd, sum, product)
+    d = Deflated(g.H2 - sum * g.H3, g.H1 - product * g.H3, at.value.first + node.pole * at.value.second, at.rate.first
+        + node.pole * at.value.first, sum, product)
     if at.t > node.fades:  # beside the real pole the pair has faded in W
         pair = pair_at(poles, at.t)
         d.R = pair.R
@@ -4206,29 +4721,29 @@ def deflated_derivative(set: EventSet, g: EventFunction, at: Propagator, side: R
 
 def falls_for_certain(g: EventFunction, at: Propagator, rate: Real) -> bool:
     """Whether a rate is negative by more than rounding."""
-    w = at.basis
-    terms = abs(g.H3 * w.Wdd) + abs(g.H2 * w.Wd) + abs(g.H1 * w.W)
-    return decided(rate, terms) < 0.0
+    return decided(rate, terms_of(g, at.rate)) < 0.0
 
 
-def sixth_derivative_bound(poles: Poles, g: EventFunction) -> Real:
+def sixth_derivative_bound(poles: Poles, g: EventFunction, omega: Real) -> Real:
     """Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes."""
     mu = 0.5 * poles.p
     ww = poles.q - mu * mu
     a = poles.a
+    if omega > 0.0:
+        return poles.q * poles.q * poles.q * sqrt(g.H2 * g.H2 + g.H1 * g.H1) + a * a * a * (a * a * a) * abs(g.H3)
     e = div(g.H1 - a * (g.H2 - a * g.H3), residue(poles))
     c = g.H3 - e
     sw = g.H2 - g.H3 * poles.s_1 + a * e + mu * c
     return poles.q * poles.q * sqrt(poles.q * (c * c + div(sw * sw, ww))) + a * a * a * a * a * abs(e)
 
 
-def stays_positive_by_bernstein(poles: Poles, g: EventFunction, from_: Jet, to: Jet, h: Real, root_at_end: bool,
-        rounding: Real) -> bool:
+def stays_positive_by_bernstein(poles: Poles, g: EventFunction, omega: Real, from_: Jet, to: Jet, h: Real,
+        root_at_end: bool, rounding: Real) -> bool:
     """Rule 1: Bernstein's coefficients of the quintic through value, slope and curvature at both ends, from which g
     differs by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count.
     Requires a pair that rings.
     """
-    M6 = sixth_derivative_bound(poles, g)
+    M6 = sixth_derivative_bound(poles, g, omega)
     f = 0.2 * h
     tw = 0.05 * h * h
     b1 = from_.value + f * from_.rate
@@ -4269,13 +4784,12 @@ def has_faded(set: EventSet, g: EventFunction, start: Propagator, from_: Jet, h:
     and g has lost no more than h times it. What has faded below the rounding of g is certified so.
     """
     poles = set.poles
-    w = start.basis
     deflated = deflated_at(poles, set.node, g, start)
     mu = 0.5 * poles.p
     d = deflated.A * deflated.Rd + deflated.B * deflated.R
     wY = (deflated.B - mu * deflated.A) * deflated.Rd + (mu * deflated.B - poles.q * deflated.A) * deflated.R
     amplitude = sqrt(d * d + div(wY * wY, poles.q - mu * mu))
-    rounding = 16.0 * EPS * (abs(g.H3 * w.Wdd) + abs(g.H2 * w.Wd) + abs(g.H1 * w.W))
+    rounding = 16.0 * EPS * terms_of(g, start.rate)
     falls = rounding - lesser(from_.rate, 0.0) + 1.001 * h * amplitude
     return from_.value + bound > h * falls
 
@@ -4317,27 +4831,30 @@ def time_to_rest(poles: Poles, v: Real, acc: Real) -> Real:
 
 def bends(g: EventFunction, at: Propagator, curvature: Real) -> bool:
     """Whether the curvature of an event function is more than what rounding may have left of it."""
-    w = at.basis
-    terms = abs(g.H3 * at.W_third) + abs(g.H2 * w.Wdd) + abs(g.H1 * w.Wd)
-    return abs(curvature) > 64.0 * EPS * terms
+    return abs(curvature) > 64.0 * EPS * terms_of(g, at.curvature)
 
 
-def minimum_between(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: Jet, high: Real) -> Propagator:
+def minimum_between(poles: Poles, g: EventFunction, omega: Real, from_: Jet, low: Real, to: Jet, high: Real,
+        evaluations: Evaluations) -> Propagator:
     """Rule 4: the minimum of g between two times. Requires a rate < 0 at the first and >= 0 at the second; the minimum
     is a root of the rate, found by Householder's method, until a further step changes the value by less than
     rounding does. Where the curvature is rounding, a step says nothing: then until g cannot fall by more than that
     between the times that enclose the root.
     """
-    rate_from = Jet(-from_.rate, -from_.curvature, -from_.third, fourth_of(poles, g, from_))
+    modal = omega > 0.0
+    rate_from = Jet(-from_.rate, -from_.curvature, -from_.third, fourth_of(poles, g, modal, from_))
     rate_to = Jet(-to.rate, -to.curvature, -to.third, 0.0)
     apart = high - low
     p = interpolant_of(rate_from, rate_to, apart)
     t = low + apart * refined_root(p, rough_root(rate_from, rate_to, apart))
     falls_by = -from_.rate  # at the lower time
-    at = propagator_at(poles, t)
+    at = propagator_in_form(poles, omega, t)
     for n in range(100):
+        if not evaluations.left > 0:
+            break
+        use_evaluation(evaluations)
         jet = jet_at(poles, g, at)
-        falls = Jet(-jet.rate, -jet.curvature, -jet.third, fourth_of(poles, g, jet))
+        falls = Jet(-jet.rate, -jet.curvature, -jet.third, fourth_of(poles, g, modal, jet))
         step = step_to_root(falls)
         bound = rounding_of(g, at, 0.0)
         is_far = not abs(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature  # or fading
@@ -4352,31 +4869,63 @@ def minimum_between(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: J
         t = low if n > 8 and n % 2 == 1 else t - step
         if not (t > low and t < high):
             t = low + 0.5 * (high - low)
-        at = propagator_at(poles, t)
+        at = propagator_in_form(poles, omega, t)
     return at
+
+
+class Shares:
+    """What of a rate and of a function belongs to the pair that rings, r and X, and what of the rate to the real pole,
+    x. r and X are taken from d, whose share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a
+    difference of larger numbers.
+    """
+    __slots__ = ("x", "r", "X",)
+    SIZE = 24
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, x: Real = 0.0, r: Real = 0.0, X: Real = 0.0) -> None:
+        self.x = x
+        self.r = r
+        self.X = X
+
+    def copy(self) -> "Shares":
+        return Shares(self.x, self.r, self.X)
+
+    def put(self, other: "Shares") -> None:
+        self.x = other.x
+        self.r = other.r
+        self.X = other.X
+
+
+def shares_at(set: EventSet, g: EventFunction, at: Propagator, rate: Real) -> Shares:
+    poles = set.poles
+    if is_modal(at):
+        known = Shares(g.H3 * at.rate.first, g.H2 * at.rate.second + g.H1 * at.rate.third, g.H2 * at.value.second
+            + g.H1 * at.value.third)
+        return known
+    deflated = deflated_at(poles, set.node, g, at)
+    d = deflated.A * deflated.Rd + deflated.B * deflated.R
+    D = deflated.B * (deflated.Rd + poles.p * deflated.R) - poles.q * (deflated.A * deflated.R)
+    r = div(poles.a * d - D, residue(poles))
+    stiff = poles.a * poles.a > poles.q
+    X = div(-(div(D + poles.q * r, poles.a) if stiff else d - (poles.a - poles.p) * r), poles.q)
+    shares = Shares(rate - r, r, X)
+    return shares
 
 
 def quiet_time_of_ringing(set: EventSet, g: EventFunction, start: Propagator, at: Jet, rounding: Real) -> Real:
     """The quiet time where the pair rings.
 
     g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
-    does not grow; what does not, g - X, falls by no more than x times the time, or x/a. r and X are taken from d, whose
-    share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a difference of larger numbers.
+    does not grow; what does not, g - X, falls by no more than x times the time, or x/a.
     """
     poles = set.poles
     mu = 0.5 * poles.p
     ww = poles.q - mu * mu
-    deflated = deflated_at(set.poles, set.node, g, start)
-    d = deflated.A * deflated.Rd + deflated.B * deflated.R
-    D = deflated.B * (deflated.Rd + poles.p * deflated.R) - poles.q * (deflated.A * deflated.R)
-    r = div(poles.a * d - D, residue(poles))
-    stiff = poles.a * poles.a > poles.q
-    X = div(-(div(D + poles.q * r, poles.a) if stiff else d - (poles.a - poles.p) * r), poles.q)
-    x = at.rate - r
-    wY = r + mu * X
-    left = at.value - X - 1.001 * sqrt(X * X + div(wY * wY, ww)) - rounding
-    time = div(-left, x if x < 0.0 else -1.0)
-    always = (not x < 0.0) | (left * poles.a > -x)
+    part = shares_at(set, g, start, at.rate)
+    wY = part.r + mu * part.X
+    left = at.value - part.X - 1.001 * sqrt(part.X * part.X + div(wY * wY, ww)) - rounding
+    time = div(-left, part.x if part.x < 0.0 else -1.0)
+    always = (not part.x < 0.0) | (left * poles.a > -part.x)
     quiet = NEVER if always else time
     return quiet if left > 0.0 else 0.0
 
@@ -4430,21 +4979,20 @@ class Minima:
         self.count = other.count
 
 
-def find_minimum(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: Jet, high: Real, least: Minima) -> None:
+def find_minimum(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: Jet, high: Real, least: Minima,
+        evaluations: Evaluations) -> None:
     """The minimum between two times, between which the rate becomes positive."""
-    at = minimum_between(poles, g, from_, low, to, high)
+    at = minimum_between(poles, g, 0.0, from_, low, to, high, evaluations)
     value = value_at(g, at)
     if least.count == 0 or value < least.value:
         least.value = value
-        least.basis = at.basis.copy()
+        least.basis = basis_of_propagator(poles, at)
     least.count += 1
 
 
 def is_decided(g: EventFunction, at: Propagator, jet: Jet) -> bool:
     """Whether rate and curvature of an event function are more than what rounding may have left of them."""
-    w = at.basis
-    of_rate = abs(g.H3 * w.Wdd) + abs(g.H2 * w.Wd) + abs(g.H1 * w.W)
-    return abs(jet.rate) > 64.0 * EPS * of_rate and bends(g, at, jet.curvature)
+    return abs(jet.rate) > 64.0 * EPS * terms_of(g, at.rate) and bends(g, at, jet.curvature)
 
 
 def deflated_rate(poles: Poles, node: Node, g: EventFunction, at: Propagator) -> Real:
@@ -4464,7 +5012,8 @@ def most_turns(from_: Jet, d: Real, to: Jet, d_then: Real) -> int:
     return variations - variations_then + (1 if d * d_then < 0.0 else 0) if decided else 3
 
 
-def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Propagator, most: Real) -> Minima:
+def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Propagator, most: Real,
+        evaluations: Evaluations) -> Minima:
     """The minima inside a phase that ends at `end`, of a function of time by its numerator and its value at the start.
     Where more than one is possible its rate is evaluated at times that double until they are a quarter of half a
     period of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero
@@ -4482,7 +5031,7 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
     if end.t < 0.95 * node.half_period and is_decided(g, end, to) and most_turns(from_, d, to,
         deflated_rate(poles, node, g, end)) <= 1 + odd:
         if turns:
-            find_minimum(poles, g, from_, 0.0, to, end.t, least)
+            find_minimum(poles, g, from_, 0.0, to, end.t, least, evaluations)
         return least
     longest = greater(div(end.t, most), div(0.77, sqrt(poles.q)))
     apart = lesser(div(0.5, poles.s_1 + sqrt(poles.s_2)), longest)
@@ -4492,12 +5041,13 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
     last = from_.copy()
     ends = False
     while not ends:
-        ends = not t + 1.5 * apart < end.t
+        use_evaluation(evaluations)
+        ends = not (t + 1.5 * apart < end.t and evaluations.left > 0)
         next = end.t if ends else t + apart
         at = end.copy() if ends else propagator_at(poles, next)
         now = to.copy() if ends else jet_at(poles, g, at)
         if last.rate < 0.0 and now.rate >= 0.0:
-            find_minimum(poles, g, last, t, now, next, least)
+            find_minimum(poles, g, last, t, now, next, least, evaluations)
         elif t > 0.0 and last.rate < 0.0 and last.rate > before.rate and last.rate > now.rate:
             rise = div(last.rate - before.rate, t - earlier)
             bend = div(div(now.rate - last.rate, next - t) - rise, next - earlier)
@@ -4506,7 +5056,7 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
             at_top = propagator_at(poles, top)
             there = jet_at(poles, g, at_top)
             if there.rate > 0.0:
-                find_minimum(poles, g, before, earlier, there, top, least)
+                find_minimum(poles, g, before, earlier, there, top, least, evaluations)
         earlier = t
         t = next
         before = last.copy()
@@ -4517,15 +5067,16 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
 
 class CurrentVariation:
     """What is gathered along the phases of a stance."""
-    __slots__ = ("plan", "trial", "change", "arrived", "speed", "side", "moves",)
-    SIZE = 128
+    __slots__ = ("plan", "trial", "evaluations", "change", "arrived", "speed", "side", "moves",)
+    SIZE = 136
     PARTS: tuple[str, ...] = ("change", "arrived", "speed", "side",)
 
-    def __init__(self, plan: Any = None, trial: Any = None, change: "StateByAxis | None" = None,
-            arrived: "StateByAxis | None" = None, speed: "StateByAxis | None" = None, side: Any = None,
-        moves: bool = False) -> None:
+    def __init__(self, plan: Any = None, trial: Any = None, evaluations: Any = None,
+            change: "StateByAxis | None" = None, arrived: "StateByAxis | None" = None,
+        speed: "StateByAxis | None" = None, side: Any = None, moves: bool = False) -> None:
         self.plan = plan
         self.trial = trial
+        self.evaluations = evaluations  # of its stance
         self.change = StateByAxis() if change is None else change  # of the state at a fixed time, per A
         self.arrived = StateByAxis() if arrived is None else arrived  # at the end of the last phase, before its event
         self.speed = StateByAxis() if speed is None else speed  # z' there
@@ -4533,12 +5084,13 @@ class CurrentVariation:
         self.moves = moves  # the element that the current drives has
 
     def copy(self) -> "CurrentVariation":
-        return CurrentVariation(self.plan, self.trial, self.change.copy(), self.arrived.copy(), self.speed.copy(),
-            self.side[:], self.moves)
+        return CurrentVariation(self.plan, self.trial, self.evaluations, self.change.copy(), self.arrived.copy(),
+            self.speed.copy(), self.side[:], self.moves)
 
     def put(self, other: "CurrentVariation") -> None:
         self.plan = other.plan
         self.trial = other.trial
+        self.evaluations = other.evaluations
         self.change.put(other.change)
         self.arrived.put(other.arrived)
         self.speed.put(other.speed)
@@ -4639,7 +5191,7 @@ def pass_event(variation: CurrentVariation, now: SolvedPhase) -> None:
         note_minimum(variation.trial, contact_of(robot, now.start), contact_slope(robot, met), 1)
 
 
-def look_for_minimum(variation: CurrentVariation, phase: SolvedPhase, by_u: Any, turns: bool) -> None:
+def look_for_minimum(variation: CurrentVariation, phase: SolvedPhase, by_u: Any, w: Basis, turns: bool) -> None:
     """The minima of the contact force inside a phase; where the stance takes off at its end without one, that behind
     it, by the parabola there: how far below zero the contact force would fall if the contact could pull. Where that
     is nothing, the stance goes on for another rebound.
@@ -4648,10 +5200,10 @@ def look_for_minimum(variation: CurrentVariation, phase: SolvedPhase, by_u: Any,
     side = phase.side
     poles = poles_of(variation.plan, side[0], side[1])
     h = contact_numerator(robot, phase.motion)
-    end = propagator_of(poles, phase.length, phase.end)
+    end = propagator_of(poles, phase.end.t, w)
     if turns:
         least = least_minimum(poles, node_of(variation.plan, side[0], side[1]), h, contact_of(robot, phase.start), end,
-            64.0)
+            64.0, variation.evaluations)
         if least.count > 0:
             there = arrive(variation.change, by_u, least.basis, side[0], side[1])
             note_minimum(variation.trial, least.value, contact_slope(robot, there), least.count)
@@ -4677,7 +5229,8 @@ def carry_variation(variation: CurrentVariation, phase: SolvedPhase) -> None:
     """
     plan = variation.plan
     side = phase.side
-    w = phase.end
+    poles = poles_of(plan, side[0], side[1])
+    w = basis_of_propagator(poles, phase.end)
     if phase.event != EVENT_NONE:
         pass_event(variation, phase)
     variation.moves = variation.moves or side[0] != 0
@@ -4687,13 +5240,13 @@ def carry_variation(variation: CurrentVariation, phase: SolvedPhase) -> None:
         per_ampere.C_1 = plan.rates.a1_u
         by_u = motion_under(plan.rates, per_ampere, variation.change, side[0], side[1])
         if turns or phase.leaves:
-            look_for_minimum(variation, phase, by_u, turns)
+            look_for_minimum(variation, phase, by_u, w, turns)
         variation.change.put(arrive(variation.change, by_u, w, side[0], side[1]))
     variation.arrived = phase.arrived.copy()
     variation.speed.x1 = phase.arrived.v1
     for axis in range(1, 4):
-        h = phase.motion.core[axis - 1]
-        variation.speed[axis] = h.H3 * w.Wdd + h.H2 * w.Wd + h.H1 * w.W
+        by = phase.modes.by.core[axis - 1] if is_modal(phase.end) else phase.motion.core[axis - 1]
+        variation.speed[axis] = sum_of_parts(by, phase.end.rate)
     variation.side[:] = side[:2]
 
 
@@ -4824,35 +5377,38 @@ def state_of_stance(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real
 
 class Interval:
     """An interval of the search: its ends, the jets there, and which function has its first root at the second one."""
-    __slots__ = ("low", "high", "found", "count", "from_", "to",)
-    SIZE = 280
+    __slots__ = ("low", "high", "found", "count", "evaluations", "from_", "to",)
+    SIZE = 416
     PARTS: tuple[str, ...] = ("low", "high", "from_", "to",)
 
     def __init__(self, low: "Propagator | None" = None, high: "Propagator | None" = None, found: int = 0,
-            count: int = 0, from_: Any = None, to: "Jet | None" = None) -> None:
+            count: int = 0, evaluations: Any = None, from_: Any = None, to: "Jet | None" = None) -> None:
         self.low = Propagator() if low is None else low
         self.high = Propagator() if high is None else high
         self.found = found  # -1: none
         self.count = count  # of the phase, so far
+        self.evaluations = evaluations
         self.from_: Any = [Jet() for _ in range(4)] if from_ is None else from_
         self.to = Jet() if to is None else to  # of the function that is looked at, or that has crossed zero first
 
     def copy(self) -> "Interval":
-        return Interval(self.low.copy(), self.high.copy(), self.found, self.count, [each.copy() for each in self.from_],
-            self.to.copy())
+        return Interval(self.low.copy(), self.high.copy(), self.found, self.count, self.evaluations,
+            [each.copy() for each in self.from_], self.to.copy())
 
     def put(self, other: "Interval") -> None:
         self.low.put(other.low)
         self.high.put(other.high)
         self.found = other.found
         self.count = other.count
+        self.evaluations = other.evaluations
         for mine, its in zip(self.from_, other.from_, strict=True):
             mine.put(its)
         self.to.put(other.to)
 
 
 def end_interval_at(set: EventSet, in_: Interval, t: Real) -> None:
-    in_.high.put(propagator_at(set.poles, t))
+    use_evaluation(in_.evaluations)
+    in_.high.put(propagator_in_form(set.poles, in_.high.omega, t))
     in_.found = -1
 
 
@@ -4915,7 +5471,7 @@ def end_at_crossing(set: EventSet, in_: Interval, crossing: Crossing) -> None:
     g = set.function[crossing.function]
     h = in_.high.t - in_.low.t
     p = interpolant_of(in_.from_[crossing.function], in_.to, h)
-    locate_root(set.poles, g, in_.low.t, in_.high, in_.low.t + h * refined_root(p, crossing.share))
+    locate_root(set.poles, g, in_.low.t, in_.high, in_.low.t + h * refined_root(p, crossing.share), in_.evaluations)
     in_.found = crossing.function
 
 
@@ -4924,6 +5480,8 @@ def end_at_first_crossing(set: EventSet, in_: Interval, distances: bool) -> None
     """
     first = Crossing()
     for _ in range(16):
+        if not in_.evaluations.left > 0:
+            break
         if not first_crossing(set, in_, distances, first):
             break
         end_at_crossing(set, in_, first)
@@ -4936,17 +5494,18 @@ def settle_ties(set: EventSet, in_: Interval) -> None:
     """
     found = set.function[in_.found]
     other = rate_at(found, in_.high)
+    share = 0.125 if is_modal(in_.high) else 1.0
     n = 0
     while n < in_.found and set.function[n].owner < found.owner:
         g = set.function[n]
         rate = rate_at(g, in_.high)
-        rounding = rounding_of(g, in_.high, rate)
+        rounding = share * rounding_of(g, in_.high, rate)
         if not rate * (in_.high.t - in_.low.t) < -16.0 * rounding:
             n += 1
             continue
         value = value_at(g, in_.high)
         if value < 8.0 * EPS * in_.high.t * abs(rate) if found.touch_is_no_event else (value
-            - 4.0 * rounding) * abs(other) < abs(rate) * rounding_of(found, in_.high, other):
+            - 4.0 * rounding) * abs(other) < abs(rate) * (share * rounding_of(found, in_.high, other)):
             if value > 0.0:
                 end_interval_at(set, in_, in_.high.t - div(value, rate))
             in_.found = n
@@ -4985,8 +5544,8 @@ def is_certified(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
     h = in_.high.t - in_.low.t
     rounding = rounding_of(g, in_.high, to.rate)
     return not d < 0.0 and stays_positive_by_slope(set.node.pole, from_, to, h, rounding) or quiet_time(set, g, in_.low,
-        from_, rounding) > h or set.node.half_period < NEVER and (stays_positive_by_bernstein(set.poles, g, from_, to,
-        h, n == in_.found, rounding) or has_faded(set, g, in_.low, from_, h, rounding))
+        from_, rounding) > h or set.node.half_period < NEVER and (stays_positive_by_bernstein(set.poles, g,
+        in_.high.omega, from_, to, h, n == in_.found, rounding) or has_faded(set, g, in_.low, from_, h, rounding))
 
 
 def is_certified_inside(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
@@ -5000,7 +5559,7 @@ def is_certified_inside(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
     d_then = deflated_derivative(set, g, in_.high, -1.0)
     if from_.rate < 0.0 and not to.rate < 0.0:  # g' has one root
         in_.to.third = third_of(set.poles, g, in_.high)
-        lowest = minimum_between(set.poles, g, from_, in_.low.t, to, in_.high.t)
+        lowest = minimum_between(set.poles, g, in_.high.omega, from_, in_.low.t, to, in_.high.t, in_.evaluations)
         least = short_jet_at(g, lowest)
         if not least.value < -rounding_of(g, lowest, least.rate):
             return True
@@ -5033,7 +5592,7 @@ def are_certified(set: EventSet, in_: Interval) -> bool:
 
 
 def find_first_root(set: EventSet, in_: Interval) -> bool:
-    """Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound.
+    """Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
     Requires in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it.
     """
     while True:
@@ -5041,9 +5600,11 @@ def find_first_root(set: EventSet, in_: Interval) -> bool:
             return False
         in_.count += 1
         end_at_first_crossing(set, in_, False)
+        if not in_.evaluations.left > 0:
+            return False
         if are_certified(set, in_):
             break
-    return True
+    return in_.evaluations.left > 0
 
 
 def begin_interval(set: EventSet, in_: Interval) -> None:
@@ -5061,7 +5622,9 @@ def root_free_until(set: EventSet, in_: Interval) -> Real:
     for n in range(set.count):
         if not quiet > 0.0:
             break
-        rounding = 16.0 * EPS * (abs(set.function[n].start) + set.function[n].cancels)
+        g = set.function[n]
+        parts = abs(g.H3) + abs(g.H2) + abs(g.H1) if is_modal(in_.low) else 0.0
+        rounding = 16.0 * EPS * (abs(g.start) + g.cancels + parts)
         if not set.function[n].touch_is_no_event:  # one that is monotone is looked at where the interval ends
             quiet = lesser(quiet_time(set, set.function[n], in_.low, in_.from_[n], rounding), quiet)
     return in_.low.t + quiet
@@ -5097,7 +5660,9 @@ def first_end(set: EventSet, limit: Real) -> Real:
 def end_first_interval(set: EventSet, in_: Interval, limit: Real) -> None:
     """The first interval, by what is known at its end."""
     node = set.node
-    if node.t < limit:
+    if node.modal < NEVER:
+        end_interval_at(set, in_, lesser(node.modal, limit))
+    elif node.t < limit:
         basis = Basis(node.Wdd, node.Wd, node.W, node.W1, node.W2)
         in_.high.put(propagator_of(set.poles, node.t, basis))
     else:
@@ -5117,23 +5682,26 @@ class StanceEvents:
     """The event functions of a phase, and what ends it in closed form. Not in it are the velocity of an element that
     slips alone, whose time to rest is known, and what cannot happen while the velocities keep their signs.
     """
-    __slots__ = ("set", "rest_time", "rests",)
-    SIZE = 360
-    PARTS: tuple[str, ...] = ("set",)
+    __slots__ = ("set", "rest_time", "rests", "modes",)
+    SIZE = 496
+    PARTS: tuple[str, ...] = ("set", "modes",)
 
-    def __init__(self, set: "EventSet | None" = None, rest_time: Real = 0.0, rests: int = 0) -> None:
+    def __init__(self, set: "EventSet | None" = None, rest_time: Real = 0.0, rests: int = 0,
+            modes: "MotionModes | None" = None) -> None:
         self.set = EventSet() if set is None else set
         # when what slips alone comes to rest, or the contact force, which rings about 0, vanishes
         self.rest_time = rest_time
         self.rests = rests  # whose event that is
+        self.modes = MotionModes() if modes is None else modes  # of the motion, from when on they are evaluated
 
     def copy(self) -> "StanceEvents":
-        return StanceEvents(self.set.copy(), self.rest_time, self.rests)
+        return StanceEvents(self.set.copy(), self.rest_time, self.rests, self.modes.copy())
 
     def put(self, other: "StanceEvents") -> None:
         self.set.put(other.set)
         self.rest_time = other.rest_time
         self.rests = other.rests
+        self.modes.put(other.modes)
 
 
 class StanceSearch:
@@ -5141,7 +5709,7 @@ class StanceSearch:
     interval.
     """
     __slots__ = ("events", "in_", "limit", "open", "certified", "stops", "owner", "side", "touches",)
-    SIZE = 664
+    SIZE = 936
     PARTS: tuple[str, ...] = ("events", "in_",)
 
     def __init__(self, events: "StanceEvents | None" = None, in_: "Interval | None" = None, limit: Real = 0.0,
@@ -5213,7 +5781,10 @@ def sharpen_takeoff(chain: "StanceChain", events: StanceEvents, limit: Real, in_
     set = events.set
     before = in_.high.t
     for _ in range(4):
-        later = later_takeoff(chain, set.poles, set.function[0], in_.high.basis, in_.high.t)
+        if is_modal(in_.high):
+            break
+        basis = basis_of_propagator(set.poles, in_.high)
+        later = later_takeoff(chain, set.poles, set.function[0], basis, in_.high.t)
         if not abs(later) > 0.0 or in_.high.t + later > limit:
             break
         end_interval_at(set, in_, in_.high.t + later)
@@ -5282,10 +5853,13 @@ def find_first_event(chain: "StanceChain", search: StanceSearch) -> None:
     while open:
         if quiet:
             end_at_first_crossing(set, in_, True)
+            certified = in_.evaluations.left > 0
         else:
             certified = find_event(chain, search, False)
         open = certified and is_open(search)
         if open:
+            if in_.high.t >= set.node.modal and not is_modal(in_.high):
+                enter_modes(chain, search)
             end = [search.limit]
             quiet = next_end(set, in_, search.limit, end)
             end_interval_at(set, in_, end[0])
@@ -5575,8 +6149,8 @@ class StanceChain:
     """The chain while it grows."""
     __slots__ = ("plan", "steps", "step_count", "step", "horizon", "t", "at", "from_lower", "from_upper", "side",
         "just_switched", "came_to_rest", "carried_acceleration", "start_loss", "adds_up", "aed", "max_phases", "phases",
-        "capacity", "count", "event_count", "event", "drive", "motion", "observer", "variation",)
-    SIZE = 296
+        "capacity", "count", "event_count", "event", "drive", "motion", "evaluations", "observer", "variation",)
+    SIZE = 304
     PARTS: tuple[str, ...] = ("at", "side", "drive", "motion",)
 
     def __init__(self, plan: Any = None, steps: Any = None, step_count: int = 0, step: int = 0, horizon: Real = 0.0,
@@ -5584,7 +6158,8 @@ class StanceChain:
         side: Any = None, just_switched: int = 0, came_to_rest: int = 0, carried_acceleration: Real = 0.0,
         start_loss: Real = 0.0, adds_up: bool = False, aed: Real = 0.0, max_phases: int = 0, phases: Any = None,
         capacity: int = 0, count: int = 0, event_count: int = 0, event: int = 0, drive: "DriveByElement | None" = None,
-        motion: "Numerators | None" = None, observer: Any = None, variation: Any = None) -> None:
+        motion: "Numerators | None" = None, evaluations: Any = None, observer: Any = None,
+        variation: Any = None) -> None:
         self.plan = plan
         self.steps = steps
         self.step_count = step_count
@@ -5612,6 +6187,7 @@ class StanceChain:
         self.event = event  # with which the phase began
         self.drive = DriveByElement() if drive is None else drive  # of the phase, as its numerators
         self.motion = Numerators() if motion is None else motion
+        self.evaluations = evaluations
         self.observer = observer
         self.variation = variation
 
@@ -5620,7 +6196,7 @@ class StanceChain:
             self.from_lower, self.from_upper, self.side[:], self.just_switched, self.came_to_rest,
             self.carried_acceleration, self.start_loss, self.adds_up, self.aed, self.max_phases, self.phases,
             self.capacity, self.count, self.event_count, self.event, self.drive.copy(), self.motion.copy(),
-            self.observer, self.variation)
+            self.evaluations, self.observer, self.variation)
 
     def put(self, other: "StanceChain") -> None:
         self.plan = other.plan
@@ -5647,6 +6223,7 @@ class StanceChain:
         self.event = other.event
         self.drive.put(other.drive)
         self.motion.put(other.motion)
+        self.evaluations = other.evaluations
         self.observer = other.observer
         self.variation = other.variation
 
@@ -5665,7 +6242,7 @@ def stance_blocked(chain: StanceChain, element: int, side: int) -> bool:
     robot = chain.plan.robot
     if element != 0:
         return False
-    locked = not robot.x1_min < robot.x1_max
+    locked = not lower_stop(robot) < upper_stop(robot)
     return locked or side < 0 and chain.from_lower <= 0.0 or side > 0 and chain.from_upper >= 0.0
 
 
@@ -5879,11 +6456,32 @@ def stance_begin_search(chain: StanceChain, search: StanceSearch) -> None:
     set = search.events.set
     in_ = search.in_
     in_.count = 0
+    in_.high.omega = 0.0  # W at first
+    in_.evaluations = chain.evaluations
+    use_evaluation(in_.evaluations)  # a phase costs as much
     in_.found = begin_at_start(set, in_)
     search.limit = lesser(search.events.rest_time, until)
     search.open = in_.found < 0 and search.limit > 0.0
     if not search.open:
         in_.high.put(propagator_at_start(set.poles))
+
+
+def enter_modes(chain: StanceChain, search: StanceSearch) -> None:
+    set = search.events.set
+    modes = search.events.modes
+    modes.put(modes_of_motion(set.poles, set.node.omega, chain.at, chain.motion))
+    search.in_.high.put(modes_at(set.poles, set.node.omega, search.in_.high.t))
+    for n in range(set.count):
+        g = set.function[n]
+        element = g.owner - ELEMENT
+        if element < 0:
+            by = contact_numerator(chain.plan.robot, modes.by)
+            take_modes(g, by, contact_of(chain.plan.robot, modes.final), 0.0, 1.0)
+        elif g.touch_is_no_event:
+            gap = chain.from_upper if chain.side[element] > 0 else chain.from_lower
+            take_modes(g, modes.by.position, gap + modes.final.x1, modes.drift, -float(chain.side[element]))
+        else:
+            take_modes(g, modes.by.velocity[element], modes.final[element + 1], 0.0, float(chain.side[element]))
 
 
 def stance_find_end(chain: StanceChain, search: StanceSearch) -> None:
@@ -5933,8 +6531,8 @@ def end_of_velocity(chain: StanceChain, element: int, stops: bool, touches: bool
     before = chain.side[element]
     chain.at[element + 1] = 0.0  # inelastic
     if stops or touches:
-        lower = chain.plan.robot.x1_min
-        upper = chain.plan.robot.x1_max
+        lower = lower_stop(chain.plan.robot)
+        upper = upper_stop(chain.plan.robot)
         stop = upper if before > 0 else lower
         chain.at.x1 = stop
         chain.from_lower = stop - lower
@@ -5991,21 +6589,22 @@ def keep_free_acceleration(chain: StanceChain, end: StanceSearch) -> None:
     chain.came_to_rest = NO_ELEMENT
     if element < 0 or chain.side[element] == 0:
         return
+    basis = basis_of_propagator(end.events.set.poles, end.in_.high)
     if chain.side[1 - element] == 0 and not end.stops:
         chain.came_to_rest = element
         chain.carried_acceleration = free_after_motion(float(chain.side[element]), level_of(chain.plan.robot, element),
-            chain.motion.velocity[element], end.in_.high.basis)
+            chain.motion.velocity[element], basis)
     elif element == 0 and chain.side[1 - element] != 0:
-        keep_small_acceleration(chain, end.in_.high.basis)
+        keep_small_acceleration(chain, basis)
 
 
-def stance_arrive(chain: StanceChain, basis: Basis) -> None:
+def stance_arrive(chain: StanceChain, modes: MotionModes, end: Propagator) -> None:
     """The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly
     where it is.
     """
     before = chain.at.x1
     chain.at.x1 = 0.0
-    chain.at.put(arrive(chain.at, chain.motion, basis, chain.side[0], chain.side[1]))
+    chain.at.put(arrive_at(chain.at, chain.motion, modes, end, chain.side[0], chain.side[1]))
     moved = chain.at.x1
     chain.at.x1 = before + moved
     chain.from_lower += moved
@@ -6084,19 +6683,19 @@ def leaves_at_once(chain: StanceChain) -> bool:
     return first_derivative(h) < 0.0
 
 
-def notify(chain: StanceChain, start: StateByAxis, length: Real, end: Basis, leaves: bool) -> None:
+def notify(chain: StanceChain, start: StateByAxis, modes: Any, end: Propagator, leaves: bool) -> None:
     """Pass the finished phase to the observer, if there is one."""
     if chain.observer is not None:
-        phase = SolvedPhase(chain.motion, end, length, start, chain.at, chain.side, chain.event, leaves)
+        phase = SolvedPhase(chain.motion, end, modes, start, chain.at, chain.side, chain.event, leaves)
         chain.observer(chain.variation, phase)
 
 
 def notify_ending(chain: StanceChain) -> None:
     """The same of a last phase of no duration."""
     if chain.observer is not None:
-        now = Basis(1.0, 0.0, 0.0, 0.0, 0.0)
+        now = propagator_at_start(chain.plan.both)
         stance_begin_phase(chain)
-        notify(chain, chain.at, 0.0, now, False)
+        notify(chain, chain.at, None, now, False)
 
 
 def ending_before_phase(chain: StanceChain) -> int:
@@ -6130,8 +6729,8 @@ def stance_end_phase(chain: StanceChain, end: StanceSearch) -> int:
     passes = end.owner == NO_OWNER and end.certified
     length = end.in_.high.t
     chain.aed += aed_in_phase(chain, length) if chain.adds_up else 0.0
-    stance_arrive(chain, end.in_.high.basis)
-    notify(chain, start, length, end.in_.high.basis, end.owner == CONTACT)
+    stance_arrive(chain, end.events.modes, end.in_.high)
+    notify(chain, start, end.events.modes, end.in_.high, end.owner == CONTACT)
     chain.t = until if passes else lesser(chain.t + length, until)  # not behind it by rounding
     if end.owner == CONTACT:
         chain.at.y = 0.0
@@ -6161,7 +6760,7 @@ def stance_status(robot: Robot, start: State, horizon: Real, max_phases: int) ->
     fixed = True
     for _ in range(2):
         pass
-    if not is_finite_state(start) or not fixed or not (position >= robot.x1_min and position <= robot.x1_max):
+    if not is_finite_state(start) or not fixed or not (position >= lower_stop(robot) and position <= upper_stop(robot)):
         return ERROR_STATE
     if at.y < 0.0:
         return ERROR_EXTENDED
@@ -6170,17 +6769,18 @@ def stance_status(robot: Robot, start: State, horizon: Real, max_phases: int) ->
 
 
 def stance_start(chain: StanceChain, plan: Plan, start: State, steps: Any, step_count: int, horizon: Real,
-        max_phases: int, phases: Any, capacity: int) -> None:
+        max_phases: int, phases: Any, capacity: int, evaluations: Evaluations) -> None:
     """Put the chain of a stance at its start. What each element does there is no event."""
     chain.plan = plan
+    chain.evaluations = evaluations
     chain.steps = steps
     chain.step_count = step_count
     chain.step = 0
     chain.horizon = horizon
     chain.t = 0.0
     chain.at.put(start)
-    chain.from_lower = chain.at.x1 - plan.robot.x1_min
-    chain.from_upper = chain.at.x1 - plan.robot.x1_max
+    chain.from_lower = chain.at.x1 - lower_stop(plan.robot)
+    chain.from_upper = chain.at.x1 - upper_stop(plan.robot)
     chain.just_switched = NO_ELEMENT
     chain.came_to_rest = NO_ELEMENT
     chain.carried_acceleration = 0.0
@@ -6230,10 +6830,13 @@ def node_of_poles(poles: Poles, whole_: bool) -> Node:
         basis = basis_at(poles, t if draws else 0.0)
     mu = 0.5 * poles.p
     square = mu * mu - poles.q
-    node = Node(NEVER, NEVER, poles.a, 0.0, 0.0, t, basis.Wdd, basis.Wd, basis.W, basis.W1, basis.W2)
+    node = Node(NEVER, NEVER, poles.a, 0.0, 0.0, NEVER, 0.0, t, basis.Wdd, basis.Wd, basis.W, basis.W1, basis.W2)
     if square < 0.0:
         node.half_period = div(3.14159265358979323846, sqrt(-square))
         node.fades = div(10.0, mu - poles.a) if poles.a > 0.0 and mu > poles.a else NEVER
+        if poles.a * poles.a > 16.0 * poles.q and -square > 0.0625 * poles.q:
+            node.modal = div(1.0, poles.a)
+            node.omega = sqrt(-square)
     else:
         fast = mu + sqrt(square)
         slow = div(poles.q, fast) if fast > 0.0 else 0.0
@@ -6246,12 +6849,12 @@ def node_of_poles(poles: Poles, whole_: bool) -> Node:
 def rates_of_plan(plan: Plan) -> int:
     """The rates of a plan's robot, if it is one."""
     robot = plan.robot
-    if not robot.x1_min <= robot.x1_max or not (robot.m_eff > 0.0 and robot.m_eff <= NEVER) or not (robot.m_s > 0.0
-        and robot.m_s <= NEVER) or not (robot.k > 0.0 and robot.k <= NEVER) or not (robot.L0 >= -NEVER
-        and robot.L0 <= NEVER) or not (robot.c >= -NEVER and robot.c <= NEVER) or not (robot.b1 >= 0.0
-        and robot.b1 <= NEVER) or not (robot.b2 >= 0.0 and robot.b2 <= NEVER) or not (robot.f1 >= 0.0
-        and robot.f1 <= NEVER) or not (robot.f2 >= 0.0 and robot.f2 <= NEVER) or not (robot.gamma2 >= -NEVER
-        and robot.gamma2 <= NEVER) or not (robot.g >= 0.0
+    if not lower_stop(robot) <= upper_stop(robot) or not (robot.m_eff > 0.0
+        and robot.m_eff <= NEVER) or not (robot.m_s > 0.0 and robot.m_s <= NEVER) or not (robot.k > 0.0
+        and robot.k <= NEVER) or not (robot.L0 >= -NEVER and robot.L0 <= NEVER) or not (robot.c >= -NEVER
+        and robot.c <= NEVER) or not (robot.b1 >= 0.0 and robot.b1 <= NEVER) or not (robot.b2 >= 0.0
+        and robot.b2 <= NEVER) or not (robot.f1 >= 0.0 and robot.f1 <= NEVER) or not (robot.f2 >= 0.0
+        and robot.f2 <= NEVER) or not (robot.gamma2 >= -NEVER and robot.gamma2 <= NEVER) or not (robot.g >= 0.0
         and robot.g <= NEVER) or not robot.x1_min <= NEVER or not robot.x1_max >= -NEVER or not robot.u_max >= 0.0 or not (robot.impact_loss >= 0.0 and robot.impact_loss < 1.0) or not (robot.f1_excess >= 0.0 and robot.f1_excess <= NEVER) or not (robot.f2_excess >= 0.0 and robot.f2_excess <= NEVER):
         return ERROR_ROBOT
     rates = rates_of(robot)
@@ -6338,8 +6941,10 @@ def call_status(plan: Any, start: State, steps: Any, step_count: int, horizon: R
 
 
 def solve_observed(plan: Plan, start: Any, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
-        capacity: int, stance: Any, observer: Any, variation: Any) -> int:
-    """solve_stance that shows every phase to `observer`; None for none."""
+        capacity: int, stance: Any, evaluations: Evaluations, observer: Any, variation: Any) -> int:
+    """solve_stance that shows every phase to `observer`; None for none. With the last of its evaluations it ends,
+    uncertified.
+    """
     if stance is None:
         return ERROR_NULL
     read = [array(plan, 1, Plan.SIZE), array(steps, step_count if step_count <= MOST_STEPS else 0, Step.SIZE)]
@@ -6354,7 +6959,7 @@ def solve_observed(plan: Plan, start: Any, steps: Any, step_count: int, horizon:
     if status < 0:
         return refuse(status, written, 1, read, 2)
     chain = StanceChain()
-    stance_start(chain, plan, from_, steps, step_count, horizon, max_phases, phases, capacity)
+    stance_start(chain, plan, from_, steps, step_count, horizon, max_phases, phases, capacity, evaluations)
     chain.observer = observer
     chain.variation = variation
     search = StanceSearch()
@@ -6375,7 +6980,9 @@ def solve_stance(plan: Plan, start: State, steps: Any, step_count: int, horizon:
     increase. horizon [s]: longest time. max_phases: after so many phases the ending is too_many_phases; where no first
     event of a phase is certified within 10 000 intervals it is uncertified, and the stance is known up to its duration.
     """
-    return solve_observed(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, None, None)
+    evaluations = Evaluations(UNBOUNDED)
+    return solve_observed(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, evaluations,
+        None, None)
 
 
 def stance_at(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real, state: State) -> int:
@@ -6600,7 +7207,7 @@ def lower_bound_of(search: Search, c: ControlInterval) -> Real:
     """Lower bound of the gap of any admissible current in the interval, from its ends; NEVER if there is none in it,
     less than 0 where the gap changes its sign.
     """
-    range_ = search.plan.robot.u_max
+    range_ = current_limit(search.plan.robot)
     alike = c.from_.takes_off == c.to.takes_off
     none = alike and not c.from_.takes_off
     unknown = -1.0 if alike and not none and c.gap.to < 0.0 else 0.0
@@ -6653,7 +7260,7 @@ def share_to_try(search: Search, c: ControlInterval, slow: bool) -> Real:
         return 0.5
     if leaves and c.gap.to < 0.0:
         return share_of_apex(search, c)
-    if c.width > 0.5 * search.plan.robot.u_max:
+    if c.width > 0.5 * current_limit(search.plan.robot):
         return 0.5
     if not leaves:
         return share_of_minimum(c.contact) if c.from_.minima > 0 and c.to.minima > 0 else 0.5
@@ -6730,10 +7337,10 @@ def open_side(search: Search) -> bool:
     while search.sides > 0:
         sign = 1.0 if search.sides == 2 else -1.0
         push = search.plan.rates.a1_u * sign
-        has_room = push > 0.0 and position < robot.x1_max or push < 0.0 and position > robot.x1_min
+        has_room = push > 0.0 and position < upper_stop(robot) or push < 0.0 and position > lower_stop(robot)
         search.sides -= 1
         if not search.held or has_room:
-            search.next = sign * (abs(search.best_u) if search.reached else robot.u_max)
+            search.next = sign * (abs(search.best_u) if search.reached else current_limit(robot))
             return True
     return False
 
@@ -6790,7 +7397,7 @@ def add_candidate(search: Search, trial: Trial) -> bool:
     if search.trials < SEARCH_TRIALS:
         search.trials += 1
     if search.trials == 1:
-        chooses = robot.u_max > 0.0 and robot.x1_min < robot.x1_max
+        chooses = current_limit(robot) > 0.0 and lower_stop(robot) < upper_stop(robot)
         if search.reached or not (chooses and search.start.x1 < search.limit):
             return False
         search.held = trial.held
@@ -6828,9 +7435,11 @@ def report_command(search: Search, command: Command) -> None:
     command.status = COMMAND_REACHED if reaches else COMMAND_NEAREST if search.found else COMMAND_NO_TAKEOFF
 
 
-def evaluate_candidate(plan: Plan, start: State, u: Real, horizon: Real, phases: Any, capacity: int,
+def evaluate_candidate(plan: Plan, start: State, u: Real, horizon: Real, phases: Any, capacity: int, most: int,
         trial: Trial) -> int:
-    """A candidate; PHASES_NOT_KEPT where its stance outgrows the memory, or an error."""
+    """A candidate; PHASES_NOT_KEPT where its stance outgrows the memory, CAPPED where it takes more evaluations, or an
+    error.
+    """
     step = Step(0.0, u)
     none = StateByAxis()
     nothing = Trial()
@@ -6839,13 +7448,19 @@ def evaluate_candidate(plan: Plan, start: State, u: Real, horizon: Real, phases:
     trial.largest_x1 = start.x1
     trial.least_contact = NEVER
     trial.smooth = True
-    variation = CurrentVariation(plan, trial, none.copy(), none.copy(), none.copy(), [0] * 2, False)
+    evaluations = Evaluations(most)
+    variation = CurrentVariation(plan, trial, evaluations, none.copy(), none.copy(), none.copy(), [0] * 2, False)
     stance = Stance()
-    status = solve_observed(plan, start, [step], 1, horizon, capacity, phases, capacity, stance, carry_variation,
-        variation)
+    status = solve_observed(plan, start, [step], 1, horizon, capacity, phases, capacity, stance, evaluations,
+        carry_variation, variation)
     if status < 0:
         return status
     close_trial(variation, phases, stance)
+    if not evaluations.left > 0:
+        trial.takes_off = False  # what is not known of it is not admitted
+        trial.apex = 0.0
+        trial.apex_u = 0.0
+        return CAPPED
     return PHASES_NOT_KEPT if stance.ending == ENDING_TOO_MANY_PHASES else OK
 
 NO_CURRENT = Command(0.0, 0.0, COMMAND_NO_TAKEOFF)
@@ -6884,32 +7499,36 @@ def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, comman
     wanted = target.copy()
     end_search(search, SEARCHING, command)
     robot = plan.robot
-    if not hops(plan) or not robot.u_max <= NEVER:
+    if not hops(plan) or not current_limit(robot) <= NEVER:
         search.status = ERROR_ROBOT
-    elif not is_finite(wanted.h_des) or not is_finite(wanted.datum) or not wanted.h_des + wanted.datum >= 0.0 or not (wanted.stop_margin >= 0.0 and wanted.stop_margin <= NEVER):
+    elif not is_finite(wanted.h_des) or not is_finite(wanted.datum) or not wanted.h_des + wanted.datum >= 0.0 or not (wanted.stop_margin >= 0.0 and wanted.stop_margin <= NEVER) or wanted.max_evaluations < 0 or wanted.max_candidates < 0:
         search.status = ERROR_TARGET
     elif not (wanted.horizon > 0.0 and wanted.horizon <= NEVER):
         search.status = ERROR_HORIZON
-    locked = not robot.x1_min < robot.x1_max
+    locked = not lower_stop(robot) < upper_stop(robot)
     search.plan = plan
     search.start = from_.copy()
     search.apex = wanted.h_des + wanted.datum
     search.datum = wanted.datum
-    search.limit = NEVER if locked else robot.x1_max - wanted.stop_margin - 16.0 * EPS
+    search.limit = NEVER if locked else upper_stop(robot) - wanted.stop_margin - 16.0 * EPS
     search.horizon = wanted.horizon
     search.count = 0
     search.sides = 2
     search.next = 0.0
     search.trials = 0
     search.reached = False
+    search.max_evaluations = wanted.max_evaluations if wanted.max_evaluations > 0 else CANDIDATE_EVALUATIONS
+    fewer = wanted.max_candidates > 0 and wanted.max_candidates < SEARCH_TRIALS
+    search.max_candidates = wanted.max_candidates if fewer else SEARCH_TRIALS
     search.partial = False
+    search.capped = False
     return search.status
 
 
 def choose_current_step(search: Any, phases: Any, capacity: int, command: Any) -> int:
     """Solve one stance more, in the caller's buffer of phases. SEARCHING while there is more to do; command is the best
-    admissible one so far. PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left out. A
-    refusal ends the search.
+    admissible one so far. In the end CAPPED if a cap of the target was met, PHASES_NOT_KEPT if a stance had more
+    phases than fit: such stances are left out. A refusal ends the search.
     """
     if search is None:
         return end_search(None, ERROR_NULL, command)
@@ -6923,12 +7542,18 @@ def choose_current_step(search: Any, phases: Any, capacity: int, command: Any) -
         report_command(search, command)
         return search.status
     trial = Trial()
-    status = evaluate_candidate(search.plan, search.start, search.next, search.horizon, phases, capacity, trial)
+    status = evaluate_candidate(search.plan, search.start, search.next, search.horizon, phases, capacity,
+        search.max_evaluations, trial)
     if status < 0:
         return end_search(search, status, command)  # for good: what was found does not count after an error
-    search.partial = search.partial or status != OK
-    if not add_candidate(search, trial):
-        search.status = PHASES_NOT_KEPT if search.partial else OK
+    search.partial = search.partial or status == PHASES_NOT_KEPT
+    search.capped = search.capped or status == CAPPED
+    goes_on = add_candidate(search, trial)
+    if goes_on and search.trials >= search.max_candidates:
+        search.status = CAPPED
+    elif not goes_on:
+        kept = PHASES_NOT_KEPT if search.partial else OK
+        search.status = CAPPED if search.capped else kept
     report_command(search, command)
     return search.status
 
@@ -6937,11 +7562,9 @@ def choose_current(search: Search, plan: Plan, start: State, target: Target, pha
         command: Command) -> int:
     """Both, up to the end."""
     status = choose_current_begin(search, plan, start, target, command)
-    for _ in range(SEARCH_TRIALS):
-        if status != SEARCHING:
-            break
+    while status == SEARCHING:  # max_candidates times at most
         status = choose_current_step(search, phases, capacity, command)
-    return PHASES_NOT_KEPT if status == SEARCHING else status
+    return status
 
 
 def try_currents(plan: Any, starts: Any, start_count: int, currents: Any, current_count: int, horizon: Real,
@@ -6962,7 +7585,7 @@ def try_currents(plan: Any, starts: Any, start_count: int, currents: Any, curren
     kept = OK
     for i in range(start_count):
         for j in range(current_count):
-            status = evaluate_candidate(plan, starts[i], currents[j], horizon, phases, capacity,
+            status = evaluate_candidate(plan, starts[i], currents[j], horizon, phases, capacity, UNBOUNDED,
                 trials[i * current_count + j])
             if status < 0:
                 return refuse(status, written, 1, read, 3)
@@ -6984,7 +7607,8 @@ def most_in_phase(plan: Plan, phase: Phase, u: Real, t: Real) -> Real:
     poles = poles_of(plan, side[0], side[1])
     node = node_of(plan, side[0], side[1])
     end = propagator_at(poles, t)
-    least = least_minimum(poles, node, extension, -first, end, 65536.0)
+    evaluations = Evaluations(UNBOUNDED)
+    least = least_minimum(poles, node, extension, -first, end, 65536.0, evaluations)
     return greater(first, -least.value)
 
 
@@ -7083,7 +7707,7 @@ class FlightChain:
     __slots__ = ("robot", "gains", "rates", "largest", "fall", "horizon", "start", "leg", "relaxes", "now", "poles",
         "height", "last", "airborne", "highest", "at_highest", "max_phases", "capacity", "intervals", "phases",
         "flight",)
-    SIZE = 568
+    SIZE = 632
     PARTS: tuple[str, ...] = ("gains", "rates", "start", "now", "poles", "height", "last", "at_highest",)
 
     def __init__(self, robot: Any = None, gains: "Gains | None" = None, rates: "FlightRates | None" = None,
@@ -7146,8 +7770,8 @@ class FlightChain:
 
 def largest_force(robot: Robot) -> Real:
     """The largest force of the motor, 0 if it has none."""
-    force = abs(robot.gamma2) * robot.u_max
-    return lesser(force, NEVER) if abs(robot.gamma2) > 0.0 else 0.0
+    force = abs(force_constant(robot)) * current_limit(robot)
+    return lesser(force, NEVER) if abs(force_constant(robot)) > 0.0 else 0.0
 
 
 def poles_in_flight(rates: FlightRates, limit: int) -> Poles:
@@ -7168,9 +7792,9 @@ def state_in_flight(robot: Robot, start: State, phase: FlightPhase, displacement
     t = phase.t + after
     rise = (start.v2 - 0.5 * g * t) * t
     moved = phase.x1 - start.x1 + displacement.value
-    position = lesser(robot.x1_max, phase.x1 + displacement.value)
+    position = lesser(upper_stop(robot), phase.x1 + displacement.value)
     state = State()
-    state.x1 = greater(robot.x1_min, position)
+    state.x1 = greater(lower_stop(robot), position)
     state.v1 = displacement.rate
     state.v2 = start.v2 - g * t
     state.y = start.y - (rise - moved)
@@ -7303,7 +7927,9 @@ def has_root_in_flight(chain: FlightChain, set: EventSet, fall: Any, low: Propag
     is that of a fall unless this is None. It ends without one where the phase has had as many intervals as it may.
     """
     g = set.function[0]
+    evaluations = Evaluations(UNBOUNDED)
     in_ = Interval()
+    in_.evaluations = evaluations
     in_.low = low.copy()
     in_.high.put(end)
     in_.found = -1
@@ -7333,7 +7959,7 @@ def has_root_in_flight(chain: FlightChain, set: EventSet, fall: Any, low: Propag
 def gap_in_flight(chain: FlightChain) -> Real:
     """How far the stop ahead is."""
     position = chain.now.x1
-    return chain.robot.x1_max - position if chain.now.side > 0 else position - chain.robot.x1_min
+    return upper_stop(chain.robot) - position if chain.now.side > 0 else position - lower_stop(chain.robot)
 
 
 def end_at_stop(chain: FlightChain, end: int) -> int:
@@ -7409,7 +8035,7 @@ def falling_in_flight(chain: FlightChain) -> Real:
 
 def height_of_shortest(chain: FlightChain) -> Real:
     """Height of the foot if the leg were the shortest."""
-    longer = chain.now.x1 - chain.robot.x1_min
+    longer = chain.now.x1 - lower_stop(chain.robot)
     return chain.height.start + longer + greater(left_in_leg(chain, chain.now.t), 0.0)
 
 
@@ -7535,7 +8161,7 @@ def rest_in_flight(chain: FlightChain, at_stop: bool) -> None:
     sticks = level_of(robot, 0) > 0.0
     chain.now.v1 = 0.0
     if at_stop:
-        chain.now.x1 = robot.x1_max if before > 0 else robot.x1_min
+        chain.now.x1 = upper_stop(robot) if before > 0 else lower_stop(robot)
         choose_limit(chain)
     settle_in_flight(chain, acceleration_of(chain, 0.0, 0) if at_stop or sticks else chain.now.acc1)
     turned = 1 if chain.now.side != before else EVENT_NONE
@@ -7692,8 +8318,8 @@ def solve_flight(plan: Any, start: Any, ground: Real, gains: Any, horizon: Real,
     robot = plan.robot
     if not hops(plan):
         return ERROR_ROBOT
-    if not is_finite_state(from_) or not is_finite(ground) or not (from_.x1 >= robot.x1_min
-        and from_.x1 <= robot.x1_max):
+    if not is_finite_state(from_) or not is_finite(ground) or not (from_.x1 >= lower_stop(robot)
+        and from_.x1 <= upper_stop(robot)):
         return ERROR_STATE
     if not (horizon > 0.0 and horizon <= NEVER) or max_phases < 1 or capacity < 0:
         return ERROR_HORIZON
@@ -8028,7 +8654,7 @@ def mix_case(hash: Any, one: SelftestCase, phases: Any) -> None:
     plan = Plan()
     stance = Stance()
     mix_int(hash, plan_init(plan, SELFTEST_ROBOTS[one.robot]))
-    mix_reals(hash, plan, 680)
+    mix_reals(hash, plan, 728)
     status = solve_stance(plan, one.start, one.steps, 2, one.horizon, SELFTEST_PHASES, phases, SELFTEST_PHASES, stance)
     mix_int(hash, status)
     mix_result(hash, stance, phases)
@@ -8043,7 +8669,7 @@ def mix_search(hash: Any, one: SelftestCase, h_des: Real, search: Search, phases
     """The controller from the state of a case, for hop heights within and beyond what the robot can do."""
     plan = Plan()
     command = Command()
-    target = Target(h_des, 0.0, 0.001, 2.0)
+    target = Target(h_des, 0.0, 0.001, 2.0, 0, 0)
     mix_int(hash, plan_init(plan, SELFTEST_ROBOTS[one.robot]))
     mix_int(hash, choose_current(search, plan, one.start, target, phases, SELFTEST_PHASES, command))
     mix_reals(hash, command, 16)
@@ -8216,6 +8842,12 @@ def robot_change_of_column(column: int) -> RobotChange:
     return change
 
 
+def stop_change(plan: Plan, column: int, upper: bool) -> Real:
+    """How a stop moves with what a column stands for."""
+    by = robot_change_of_column(column)
+    return upper_stop_change(plan.robot, by) if upper else lower_stop_change(plan.robot, by)
+
+
 def slopes_of_column(variation: Variation, mode: Mode, column: int) -> SlopesByShare:
     """How the accelerations of a mode change with the inputs of a column, by what their shares go with."""
     phase = variation.phases[variation.index]
@@ -8302,7 +8934,6 @@ def cross(variation: Variation) -> None:
     """Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
     belongs to it; nothing jumps where the current steps.
     """
-    column_of_stop = (16, 17)
     old = variation.phases[variation.index]
     now = variation.phases[variation.index + 1]
     left = mode_of(variation.plan, old, current(variation, old))
@@ -8310,7 +8941,7 @@ def cross(variation: Variation) -> None:
     axis = axis_of_event(now.event)
     stops = axis == 0
     velocity = 1
-    bound = column_of_stop[left.side[0] > 0] if stops else COLUMNS
+    upper = left.side[0] > 0
     arrives = StateByAxis()
     arrives.put(start_of_phase(now))
     after = speeds_in_mode(variation.plan, entered, arrives)
@@ -8334,7 +8965,7 @@ def cross(variation: Variation) -> None:
         if not variation.exists:
             break
         change = variation.change[column]
-        wanted = 1.0 if column == bound else 0.0
+        wanted = stop_change(variation.plan, column, upper) if stops else 0.0
         late = div(wanted - change[axis], before[axis])
         pass_event_at_axis(change, before, after, axis, wanted, late)
         variation.late[column] = late
@@ -8365,7 +8996,7 @@ def follow_to(variation: Variation, last: int, t: Real) -> None:
 
 def stays_held(variation: Variation, element: int) -> bool:
     """Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is
-    within its friction at rest, or a stop or a bolt carries it.
+    within its friction at rest, or a stop carries it, or it never moves.
     """
     robot = variation.plan.robot
     phase = variation.phases[variation.index]
@@ -8374,10 +9005,10 @@ def stays_held(variation: Variation, element: int) -> bool:
     free.put(free_accelerations(variation.plan.rates, at, current(variation, phase)))
     downwards = -level_at_rest(robot, element, -1)
     upwards = level_at_rest(robot, element, 1)
-    is_fixed = False
+    never_moves = False
     has_stops = element == 0
-    below = is_fixed or has_stops and at.x1 <= robot.x1_min
-    above = is_fixed or has_stops and at.x1 >= robot.x1_max
+    below = never_moves or has_stops and at.x1 <= lower_stop(robot)
+    above = never_moves or has_stops and at.x1 >= upper_stop(robot)
     return (below or free[element] > downwards) and (above or free[element] < upwards)
 
 

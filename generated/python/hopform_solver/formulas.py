@@ -22,9 +22,12 @@ from .records import (
     Friction,
     Gains,
     Integrals,
+    Integrated,
     KnownBasis,
     KnownPair,
     LegState,
+    Letters,
+    Modes,
     Moments,
     Motion,
     Numerator,
@@ -48,6 +51,7 @@ from .records import (
     Speeds,
     StateChange,
     Transfer,
+    Whole,
     Work,
 )
 
@@ -233,6 +237,63 @@ def speeds_of(rates: Rates, drive: Drive, side_1: Real, side_2: Real, state: Leg
     v2_rate = D2 + A22*v2 + A2y*y  # (3), (4)
     y_rate = v1 - v2               # (3), (4)
     return Speeds(x1_rate, v1_rate, v2_rate, y_rate)
+
+
+def letters_of(robot: Robot) -> Letters:
+    """The letters of the derivation, by the parameters of a robot.
+
+    """
+    m_eff, m_s, k = robot.m_eff, robot.m_s, robot.k
+    L0, c, b1 = robot.L0, robot.c, robot.b1
+    b2, f1, f2 = robot.b2, robot.f1, robot.f2
+    gamma2, g, x1_min = robot.gamma2, robot.g, robot.x1_min
+    x1_max, u_max, impact_loss = robot.x1_max, robot.u_max, robot.impact_loss
+    f1_excess, f2_excess = robot.f1_excess, robot.f2_excess
+    f1_minus = f1                # friction Coulomb friction
+    f2_minus = f2                # friction Coulomb friction
+    f1_excess_minus = f1_excess  # friction Coulomb friction
+    f2_excess_minus = f2_excess  # friction Coulomb friction
+    return Letters(m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus)
+
+
+def lower_stop(robot: Robot) -> Real:
+    """Lower end of the stroke.
+
+    Returns lowest [m], lower end of the stroke.
+    """
+    x1_min = robot.x1_min
+    lowest = x1_min  # stop
+    return lowest
+
+
+def upper_stop(robot: Robot) -> Real:
+    """Upper end of the stroke.
+
+    Returns highest [m], upper end of the stroke.
+    """
+    x1_max = robot.x1_max
+    highest = x1_max  # stop
+    return highest
+
+
+def current_limit(robot: Robot) -> Real:
+    """Largest size of the current.
+
+    Returns u_most [A], largest size of the current.
+    """
+    u_max = robot.u_max
+    u_most = u_max  # limit of the current
+    return u_most
+
+
+def force_constant(robot: Robot) -> Real:
+    """Force per current, against x_1.
+
+    Returns pull [N/A], force per current, against x_1.
+    """
+    gamma2 = robot.gamma2
+    pull = gamma2  # (3) per u
+    return pull
 
 
 def friction_of(robot: Robot) -> Friction:
@@ -453,6 +514,53 @@ def deflated_numerator(poles: Poles, numerator: Numerator) -> PairNumerator:
     H3, H2, H1 = numerator.H3, numerator.H2, numerator.H1
     A = H2 - H3*p  # (18) terms in s, pole a removed
     B = H1 - H3*q  # (18) constant terms, pole a removed
+    return PairNumerator(A, B)
+
+
+def modes_of(poles: Poles, chi: Real, omega_p: Real, whole: Whole) -> Modes:
+    """The modal form of a coordinate: its partial fractions at 0, at -a and at a pair that rings.
+
+    chi [1/s^2] s^2 + p s + q at s = -a: what (18) divides by.
+    omega_p [1/s] frequency of a pair that rings.
+    """
+    a, p, q = poles.a, poles.p, poles.q
+    N3, N2, N1, N0 = whole.N3, whole.N2, whole.N1, whole.N0
+    ah_end = N0/q                            # (18) a times the final value
+    h_end = ah_end/a                         # (18) terms in 1/s
+    f_0 = N2 - ah_end - N3*p                 # (18) without the real pole, at the start
+    f_1 = N1 - N2*p - N3*(q - p*p)           # (18) the rate of that
+    h_cos = (f_0*(a - p) - f_1)/chi          # (18) pair, at the start
+    h_swing = (a*f_1 + f_0*q)/chi            # (18) pair, its rate at the start
+    h_sin = (h_swing + 0.5*h_cos*p)/omega_p  # (18) pair
+    h_fade = N3 - h_cos - h_end              # (18) residue at s = -a
+    return Modes(h_end, h_fade, h_cos, h_sin)
+
+
+def integrated_modes(poles: Poles, omega_p: Real, modes: Modes) -> Integrated:
+    """The integral of a modal form.
+
+    omega_p [1/s] frequency of a pair that rings.
+    """
+    a, p, q = poles.a, poles.p, poles.q
+    h_fade, h_cos, h_sin = modes.h_fade, modes.h_cos, modes.h_sin
+    ih_fade = -h_fade/a                        # (20) real pole
+    ih_cos = (-0.5*h_cos*p - h_sin*omega_p)/q  # (20) pair
+    ih_sin = (h_cos*omega_p - 0.5*h_sin*p)/q   # (20) pair
+    ih_0 = -ih_cos - ih_fade                   # (20) at the start
+    return Integrated(ih_0, ih_fade, ih_cos, ih_sin)
+
+
+def deflated_modes(poles: Poles, omega_p: Real, modes: Modes) -> PairNumerator:
+    """Deflated numerator of a modal form.
+
+    omega_p [1/s] frequency of a pair that rings.
+    """
+    a, p = poles.a, poles.p
+    h_cos, h_sin = modes.h_cos, modes.h_sin
+    d_cos = h_sin*omega_p - 0.5*h_cos*p                        # (18) the pair's rate: of the cosine
+    d_sin = -0.5*h_sin*p - h_cos*omega_p                       # (18) of the sine
+    A = d_sin*omega_p + d_cos*(a - 0.5*p)                      # (18) terms in s, pole a removed
+    B = 0.5*A*p + omega_p*(d_sin*(a - 0.5*p) - d_cos*omega_p)  # (18) constant terms, pole a removed
     return PairNumerator(A, B)
 
 
@@ -756,6 +864,26 @@ def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: R
     return Slopes(d_a1_v1, d_a1_v2, d_a1_y, d_C_1, d_a2_v1, d_a2_v2, d_a2_y, d_C_2)
 
 
+def lower_stop_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the lower end of the stroke with the robot.
+
+    Returns d_lowest [m], change of the lower end of the stroke.
+    """
+    d_x1_min = robot_change.d_x1_min
+    d_lowest = d_x1_min  # change of stop
+    return d_lowest
+
+
+def upper_stop_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the upper end of the stroke with the robot.
+
+    Returns d_highest [m], change of the upper end of the stroke.
+    """
+    d_x1_max = robot_change.d_x1_max
+    d_highest = d_x1_max  # change of stop
+    return d_highest
+
+
 def free_slopes(rates: Rates, state_change: StateChange) -> Free:
     """Change of the free accelerations with the state.
 
@@ -772,10 +900,10 @@ def excess_change(robot: Robot, robot_change: RobotChange) -> Excess:
 
     """
     d_f1_excess, d_f2_excess = robot_change.d_f1_excess, robot_change.d_f2_excess
-    up_1 = d_f1_excess    # (5) at rest
-    down_1 = d_f1_excess  # (5) at rest
-    up_2 = d_f2_excess    # (5) at rest
-    down_2 = d_f2_excess  # (5) at rest
+    up_1 = d_f1_excess    # change of (5) at rest
+    down_1 = d_f1_excess  # change of (5) at rest
+    up_2 = d_f2_excess    # change of (5) at rest
+    down_2 = d_f2_excess  # change of (5) at rest
     return Excess(up_1, down_1, up_2, down_2)
 
 

@@ -62,6 +62,12 @@ ROBOT_FIELDS = (
     Field("f2_excess", "f_{2,e}", "m/s^2", "nonnegative", "friction of the body at rest, less f2", 0.0),
 )
 
+REST_MAY_LACK = False
+"""Whether parameters may say that friction at rest is less than that in motion, which is refused."""
+
+ENDS = ("x1_min", "x1_max", "m",)
+"""The lower and the upper end of the stroke, and their unit."""
+
 TRAVEL = Field("travel", "y_{max}", "m", "length", "travel of the spring: compression at coil bind", float("inf"))
 """A limit of the robot that no equation knows."""
 
@@ -71,6 +77,7 @@ Status: TypeAlias = Literal[
     "no_derivative",
     "searching",
     "ill_conditioned",
+    "capped",
     "error_null",
     "error_robot",
     "error_state",
@@ -93,6 +100,7 @@ STATUSES: dict[int, Status] = {
     2: "no_derivative",  # no take-off, an event that grazes, or derivatives out of range
     3: "searching",  # the search for a current goes on
     4: "ill_conditioned",  # the actuator is too stiff for the precision: events of its creep may be wrong
+    5: "capped",  # a cap on the search for a current was met: the best one within it
     -1: "error_null",  # a pointer is NULL
     -2: "error_robot",  # a parameter of the robot is out of its domain, or the plan was not made
     -3: "error_state",  # a state is not finite, x_1 is beyond its stroke, or what is fixed moves
@@ -101,7 +109,7 @@ STATUSES: dict[int, Status] = {
     -6: "error_horizon",  # horizon or max_phases is not positive
     -7: "error_time",  # a time is not finite or outside the stance
     -8: "error_numbers",  # out of the range of the precision: scale the robot or use double precision
-    -9: "error_target",  # the desired apex is below the ground, not finite, or stop_margin is negative
+    -9: "error_target",  # the desired apex is below the ground, not finite, or stop_margin or a cap is negative
     -10: "error_gains",  # a gain is negative or not finite
     -11: "error_detector",  # a sample or threshold is not finite, low > high, or count < 1
     -12: "error_unstable",  # unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated
@@ -212,7 +220,7 @@ REFUSALS = {
     -6: "horizon or max_phases is not positive",
     -7: "a time is not finite or outside the stance",
     -8: "out of the range of the precision: scale the robot or use double precision",
-    -9: "the desired apex is below the ground, not finite, or stop_margin is negative",
+    -9: "the desired apex is below the ground, not finite, or stop_margin or a cap is negative",
     -10: "a gain is negative or not finite",
     -11: "a sample or threshold is not finite, low > high, or count < 1",
     -12: "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated",
@@ -243,7 +251,7 @@ LEDGER_OF_ROBOT = ("motor_work", "offset_work", "viscous_1", "viscous_2", "coulo
 
 
 class Robot(NamedTuple):
-    """What the hopper is made of."""
+    """What the mechanism is made of."""
 
     m_eff: Real
     """[kg] effective mass of the actuator"""
@@ -613,6 +621,53 @@ class Speeds(NamedTuple):
     """[m/s] rate of the compression of the leg, from where it carries nothing"""
 
 
+class Letters(NamedTuple):
+    """The letters of the derivation, by the parameters of a robot."""
+
+    m_eff: Real
+    """[SI] m_eff of the equations of motion"""
+    m_s: Real
+    """[SI] m_s of the equations of motion"""
+    k: Real
+    """[SI] k of the equations of motion"""
+    L0: Real
+    """[SI] L0 of the equations of motion"""
+    c: Real
+    """[SI] c of the equations of motion"""
+    b1: Real
+    """[SI] b1 of the equations of motion"""
+    b2: Real
+    """[SI] b2 of the equations of motion"""
+    f1: Real
+    """[SI] f1 of the equations of motion"""
+    f2: Real
+    """[SI] f2 of the equations of motion"""
+    gamma2: Real
+    """[SI] gamma2 of the equations of motion"""
+    g: Real
+    """[SI] g of the equations of motion"""
+    x1_min: Real
+    """[SI] x1_min of the equations of motion"""
+    x1_max: Real
+    """[SI] x1_max of the equations of motion"""
+    u_max: Real
+    """[SI] u_max of the equations of motion"""
+    impact_loss: Real
+    """[SI] impact_loss of the equations of motion"""
+    f1_excess: Real
+    """[SI] f1_excess of the equations of motion"""
+    f2_excess: Real
+    """[SI] f2_excess of the equations of motion"""
+    f1_minus: Real
+    """[SI] f1_minus of the equations of motion"""
+    f2_minus: Real
+    """[SI] f2_minus of the equations of motion"""
+    f1_excess_minus: Real
+    """[SI] f1_excess_minus of the equations of motion"""
+    f2_excess_minus: Real
+    """[SI] f2_excess_minus of the equations of motion"""
+
+
 class Friction(NamedTuple):
     """Coulomb friction of a mass that slips."""
 
@@ -745,6 +800,45 @@ class Integrals(NamedTuple):
     """[s^4] integral of W1"""
 
 
+class Modes(NamedTuple):
+    """A function of time as a sum: its final value, the decay, and the pair."""
+
+    h_end: Real
+    """[1] its final value"""
+    h_fade: Real
+    """[1] of exp(-a t)"""
+    h_cos: Real
+    """[1] of exp(-p t/2) cos(omega t)"""
+    h_sin: Real
+    """[1] of exp(-p t/2) sin(omega t)"""
+
+
+class Integrated(NamedTuple):
+    """The integral of such a sum from 0, less the final value's, which grows with time."""
+
+    ih_0: Real
+    """[s] what it starts from"""
+    ih_fade: Real
+    """[s] of exp(-a t)"""
+    ih_cos: Real
+    """[s] of the cosine"""
+    ih_sin: Real
+    """[s] of the sine"""
+
+
+class Whole(NamedTuple):
+    """A coordinate over s P(s), N_3 s^3 + N_2 s^2 + N_1 s + N_0."""
+
+    N3: Real
+    """[1] its initial value"""
+    N2: Real
+    """[1/s] terms in s^2"""
+    N1: Real
+    """[1/s^2] terms in s"""
+    N0: Real
+    """[1/s^3] constant terms"""
+
+
 class Propagated(NamedTuple):
     """W, its derivatives and integrals a short time later, by a Taylor step."""
 
@@ -795,7 +889,7 @@ class Slopes(NamedTuple):
 
 
 class RobotChange(NamedTuple):
-    """Changes: What the hopper is made of."""
+    """Changes: What the mechanism is made of."""
 
     d_m_eff: Real
     """[kg] change of the effective mass of the actuator"""

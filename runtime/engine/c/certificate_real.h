@@ -24,15 +24,25 @@ typedef struct {
     real sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_real;
 
+static inline deflated_real deflated_in_modes_real(const hopform_poles_real *poles, const event_function_real *g,
+                                                   const propagator_real *at) {
+    const modes_real modes = {g->start, g->H3, g->H2, g->H1};
+    const pair_numerator_real numerator = deflated_modes_real(poles, at->omega, &modes);
+    const pair_core_real core = core_of_modes_real(poles, at);
+    const deflated_real d = {numerator.A, numerator.B, core.R, core.Rd, poles->p, poles->q};
+    return d;
+}
+
 static inline deflated_real deflated_at_real(const hopform_poles_real *poles, const hopform_node_real *node,
                                              const event_function_real *g, const propagator_real *at) {
+    if (is_modal_real(at)) { return deflated_in_modes_real(poles, g, at); }
     const bool rings = node->half_period < HOPFORM_NEVER_real;
     const real sum = rings ? poles->p : node->second + node->third;
     const real product = rings ? poles->q : node->second * node->third;
     deflated_real d = {g->H2 - sum * g->H3,
                        g->H1 - product * g->H3,
-                       at->basis.Wd + node->pole * at->basis.W,
-                       at->basis.Wdd + node->pole * at->basis.Wd,
+                       at->value.first + node->pole * at->value.second,
+                       at->rate.first + node->pole * at->value.first,
                        sum,
                        product};
     if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
@@ -64,16 +74,19 @@ static inline real deflated_derivative_real(const event_set_real *set, const eve
 
 /* Whether a rate is negative by more than rounding. */
 static inline bool falls_for_certain_real(const event_function_real *g, const propagator_real *at, real rate) {
-    const basis_real *w = &at->basis;
-    const real terms = fabs_real(g->H3 * w->Wdd) + fabs_real(g->H2 * w->Wd) + fabs_real(g->H1 * w->W);
-    return decided_real(rate, terms) < 0.0;
+    return decided_real(rate, terms_of_real(g, &at->rate)) < 0.0;
 }
 
 /* Bound of the sixth derivative of an event function whose pair rings: the envelopes of its modes. */
-static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, const event_function_real *g) {
+static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, const event_function_real *g,
+                                               real omega) {
     const real mu = 0.5 * poles->p;
     const real ww = poles->q - mu * mu;
     const real a = poles->a;
+    if (omega > 0.0) {
+        return poles->q * poles->q * poles->q * sqrt_real(g->H2 * g->H2 + g->H1 * g->H1)
+               + a * a * a * (a * a * a) * fabs_real(g->H3);
+    }
     const real e = (g->H1 - a * (g->H2 - a * g->H3)) / residue_real(poles);
     const real c = g->H3 - e;
     const real sw = g->H2 - g->H3 * poles->s_1 + a * e + mu * c;
@@ -86,9 +99,9 @@ static inline real sixth_derivative_bound_real(const hopform_poles_real *poles, 
  * by at most M6 t^3 (h - t)^3/720; those that a root of order 0 or 1 at an end makes 0 do not count. Requires a pair
  * that rings. */
 static inline bool stays_positive_by_bernstein_real(const hopform_poles_real *poles, const event_function_real *g,
-                                                    const jet_real *from, const jet_real *to, real h, bool root_at_end,
-                                                    real rounding) {
-    const real M6 = sixth_derivative_bound_real(poles, g);
+                                                    real omega, const jet_real *from, const jet_real *to, real h,
+                                                    bool root_at_end, real rounding) {
+    const real M6 = sixth_derivative_bound_real(poles, g, omega);
     const real f = 0.2 * h;
     const real tw = 0.05 * h * h;
     const real b1 = from->value + f * from->rate;
@@ -126,15 +139,13 @@ static inline bool stays_positive_by_slope_real(real l, const jet_real *from, co
 static inline bool has_faded_real(const event_set_real *set, const event_function_real *g, const propagator_real *start,
                                   const jet_real *from, real h, real bound) {
     const hopform_poles_real *poles = set->poles;
-    const basis_real *w = &start->basis;
     const deflated_real deflated = deflated_at_real(poles, set->node, g, start);
     const real mu = 0.5 * poles->p;
     const real d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const real wY =
         (deflated.B - mu * deflated.A) * deflated.Rd + (mu * deflated.B - poles->q * deflated.A) * deflated.R;
     const real amplitude = sqrt_real(d * d + wY * wY / (poles->q - mu * mu));
-    const real rounding =
-        16.0 * HOPFORM_EPS_real * (fabs_real(g->H3 * w->Wdd) + fabs_real(g->H2 * w->Wd) + fabs_real(g->H1 * w->W));
+    const real rounding = 16.0 * HOPFORM_EPS_real * terms_of_real(g, &start->rate);
     const real falls = rounding - lesser_real(from->rate, 0.0) + 1.001 * h * amplitude;
     return from->value + bound > h * falls;
 }
@@ -174,9 +185,7 @@ static inline real time_to_rest_real(const hopform_poles_real *poles, real v, re
 
 /* Whether the curvature of an event function is more than what rounding may have left of it. */
 static inline bool bends_real(const event_function_real *g, const propagator_real *at, real curvature) {
-    const basis_real *w = &at->basis;
-    const real terms = fabs_real(g->H3 * at->W_third) + fabs_real(g->H2 * w->Wdd) + fabs_real(g->H1 * w->Wd);
-    return fabs_real(curvature) > 64.0 * HOPFORM_EPS_real * terms;
+    return fabs_real(curvature) > 64.0 * HOPFORM_EPS_real * terms_of_real(g, &at->curvature);
 }
 
 /* Rule 4: the minimum of g between two times. Requires a rate < 0 at the first and >= 0 at the second; the minimum is a
@@ -184,17 +193,20 @@ static inline bool bends_real(const event_function_real *g, const propagator_rea
  * Where the curvature is rounding, a step says nothing: then until g cannot fall by more than that between the times
  * that enclose the root. */
 static inline propagator_real minimum_between_real(const hopform_poles_real *poles, const event_function_real *g,
-                                                   const jet_real *from, real low, const jet_real *to, real high) {
-    const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, g, from)};
+                                                   real omega, const jet_real *from, real low, const jet_real *to,
+                                                   real high, evaluations_real *evaluations) {
+    const bool modal = omega > 0.0;
+    const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, g, modal, from)};
     const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
     const real apart = high - low;
     const interpolant_real p = interpolant_of_real(&rate_from, &rate_to, apart);
     real t = low + apart * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, apart));
     real falls_by = -from->rate; /* at the lower time */
-    propagator_real at = propagator_at_real(poles, t);
-    for (int n = 0; n < 100; n++) {
+    propagator_real at = propagator_in_form_real(poles, omega, t);
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_real(evaluations);
         const jet_real jet = jet_at_real(poles, g, &at);
-        const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, g, &jet)};
+        const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, g, modal, &jet)};
         const real step = step_to_root_real(&falls);
         const real bound = rounding_of_real(g, &at, 0.0);
         const bool is_far = !(fabs_real(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
@@ -206,32 +218,50 @@ static inline propagator_real minimum_between_real(const hopform_poles_real *pol
         if ((high - low) * falls_by <= bound) { break; }
         t = n > 8 && n % 2 == 1 ? low : t - step;
         if (!(t > low && t < high)) { t = low + 0.5 * (high - low); }
-        at = propagator_at_real(poles, t);
+        at = propagator_in_form_real(poles, omega, t);
     }
     return at;
 }
 
-/* The quiet time where the pair rings.
- *
- * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
- * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. r and X are taken from d, whose
- * share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a difference of larger numbers. */
-static inline real quiet_time_of_ringing_real(const event_set_real *set, const event_function_real *g,
-                                              const propagator_real *start, const jet_real *at, real rounding) {
+/* What of a rate and of a function belongs to the pair that rings, r and X, and what of the rate to the real pole, x.
+ * r and X are taken from d, whose share of r is (a - p) r + (r' + p r): d' + p d = D gives both without a difference of
+ * larger numbers. */
+typedef struct {
+    real x, r, X;
+} shares_real;
+
+static inline shares_real shares_at_real(const event_set_real *set, const event_function_real *g,
+                                         const propagator_real *at, real rate) {
     const hopform_poles_real *poles = set->poles;
-    const real mu = 0.5 * poles->p;
-    const real ww = poles->q - mu * mu;
-    const deflated_real deflated = deflated_at_real(set->poles, set->node, g, start);
+    if (is_modal_real(at)) {
+        const shares_real known = {g->H3 * at->rate.first, g->H2 * at->rate.second + g->H1 * at->rate.third,
+                                   g->H2 * at->value.second + g->H1 * at->value.third};
+        return known;
+    }
+    const deflated_real deflated = deflated_at_real(poles, set->node, g, at);
     const real d = deflated.A * deflated.Rd + deflated.B * deflated.R;
     const real D = deflated.B * (deflated.Rd + poles->p * deflated.R) - poles->q * (deflated.A * deflated.R);
     const real r = (poles->a * d - D) / residue_real(poles);
     const bool stiff = poles->a * poles->a > poles->q;
     const real X = -(stiff ? (D + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
-    const real x = at->rate - r;
-    const real wY = r + mu * X;
-    const real left = at->value - X - 1.001 * sqrt_real(X * X + wY * wY / ww) - rounding;
-    const real time = -left / (x < 0.0 ? x : -1.0);
-    const bool always = (!(x < 0.0)) | (left * poles->a > -x);
+    const shares_real shares = {rate - r, r, X};
+    return shares;
+}
+
+/* The quiet time where the pair rings.
+ *
+ * g' = x + r, where x fades with the real pole and r rings. What rings in g is X = -(r' + p r)/q, of an amplitude that
+ * does not grow; what does not, g - X, falls by no more than x times the time, or x/a. */
+static inline real quiet_time_of_ringing_real(const event_set_real *set, const event_function_real *g,
+                                              const propagator_real *start, const jet_real *at, real rounding) {
+    const hopform_poles_real *poles = set->poles;
+    const real mu = 0.5 * poles->p;
+    const real ww = poles->q - mu * mu;
+    const shares_real part = shares_at_real(set, g, start, at->rate);
+    const real wY = part.r + mu * part.X;
+    const real left = at->value - part.X - 1.001 * sqrt_real(part.X * part.X + wY * wY / ww) - rounding;
+    const real time = -left / (part.x < 0.0 ? part.x : -1.0);
+    const bool always = (!(part.x < 0.0)) | (left * poles->a > -part.x);
     const real quiet = always ? HOPFORM_NEVER_real : time;
     return left > 0.0 ? quiet : 0.0;
 }

@@ -36,6 +36,7 @@ struct stance_chain_real {
     int event;                   /* with which the phase began */
     drive_by_element_real drive; /* of the phase, as its numerators */
     numerators_real motion;
+    evaluations_real *evaluations;
     observer_real *observer;
     current_variation_real *variation;
 };
@@ -55,8 +56,8 @@ static inline numerator_real free_numerator_real(const hopform_rates_real *rates
 /* Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side. */
 static inline bool stance_blocked_real(const stance_chain_real *chain, int element, int side) {
     const hopform_robot_real *robot = &chain->plan->robot;
-    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_IS_FIXED(element); }
-    const bool locked = !(robot->x1_min < robot->x1_max);
+    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_NEVER_MOVES(element); }
+    const bool locked = !(lower_stop_real(robot) < upper_stop_real(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
 
@@ -215,7 +216,7 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0)
                        && !(fabs_real(chain->drive.of[slips]) > 0.0);
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
-    if (!HOPFORM_FOOT_IS_FIXED && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
+    if (HOPFORM_HAS_CONTACT && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->motion.named);
         (void)add_event_function_real(set, &h, contact_of_real(&chain->plan->robot, &chain->at.named), 1.0,
                                       CONTACT_real, !is_monotone);
@@ -265,10 +266,35 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
     const event_set_real *set = &search->events.set;
     interval_real *in = &search->in;
     in->count = 0;
+    in->high.omega = 0.0; /* W at first */
+    in->evaluations = chain->evaluations;
+    use_evaluation_real(in->evaluations); /* a phase costs as much */
     in->found = begin_at_start_real(set, in);
     search->limit = lesser_real(search->events.rest_time, until);
     search->open = in->found < 0 && search->limit > 0.0;
     if (!search->open) { in->high = propagator_at_start_real(set->poles); }
+}
+
+static inline void enter_modes_real(const stance_chain_real *chain, stance_search_real *search) {
+    event_set_real *set = &search->events.set;
+    motion_modes_real *modes = &search->events.modes;
+    *modes = modes_of_motion_real(set->poles, set->node->omega, &chain->at.named, &chain->motion.named);
+    search->in.high = modes_at_real(set->poles, set->node->omega, search->in.high.t);
+    for (int32_t n = 0; n < set->count; n++) {
+        event_function_real *g = &set->function[n];
+        const int element = g->owner - ELEMENT_real;
+        if (element < 0) {
+            const numerator_real by = contact_numerator_real(&chain->plan->robot, &modes->by.named);
+            take_modes_real(g, &by, contact_of_real(&chain->plan->robot, &modes->final.named), 0.0, 1.0);
+        } else if (g->touch_is_no_event) {
+            const real gap = chain->side[element] > 0 ? chain->from_upper : chain->from_lower;
+            take_modes_real(g, &modes->by.of.position, gap + modes->final.of[HOPFORM_POSITION_AXIS], modes->drift,
+                            -(real)chain->side[element]);
+        } else {
+            take_modes_real(g, &modes->by.of.velocity[element], modes->final.of[HOPFORM_VELOCITY_AXIS(element)], 0.0,
+                            (real)chain->side[element]);
+        }
+    }
 }
 
 /* The first event of the phase that starts at the chain's state. */
@@ -318,8 +344,8 @@ static inline void end_of_velocity_real(stance_chain_real *chain, int element, b
     const int before = chain->side[element];
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
     if (stops || touches) {
-        const real lower = chain->plan->robot.x1_min;
-        const real upper = chain->plan->robot.x1_max;
+        const real lower = lower_stop_real(&chain->plan->robot);
+        const real upper = upper_stop_real(&chain->plan->robot);
         const real stop = before > 0 ? upper : lower;
         chain->at.of[HOPFORM_POSITION_AXIS] = stop;
         chain->from_lower = stop - lower;
@@ -377,23 +403,26 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
     const int element = end->owner - ELEMENT_real;
     chain->came_to_rest = NO_ELEMENT_real;
     if (element < 0 || chain->side[element] == 0) { return; }
+    const basis_real basis = basis_of_propagator_real(end->events.set.poles, &end->in.high);
     if (chain->side[1 - element] == 0 && !end->stops) {
         chain->came_to_rest = element;
         chain->carried_acceleration =
             free_after_motion_real((real)chain->side[element], level_of_real(&chain->plan->robot, element),
-                                   &chain->motion.of.velocity[element], &end->in.high.basis);
+                                   &chain->motion.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
-        keep_small_acceleration_real(chain, &end->in.high.basis);
+        keep_small_acceleration_real(chain, &basis);
     }
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_real(stance_chain_real *chain, const basis_real *basis) {
+static inline void stance_arrive_real(stance_chain_real *chain, const motion_modes_real *modes,
+                                      const propagator_real *end) {
     real *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const real before = *position;
     *position = 0.0;
-    chain->at.named = arrive_real(&chain->at.named, &chain->motion.named, basis, chain->side[0], chain->side[1]);
+    chain->at.named =
+        arrive_at_real(&chain->at.named, &chain->motion.named, modes, end, chain->side[0], chain->side[1]);
     const real moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -467,7 +496,7 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
  * negative. */
 static inline bool leaves_at_once_real(const stance_chain_real *chain) {
     const real contact = contact_of_real(&chain->plan->robot, &chain->at.named);
-    if (HOPFORM_FOOT_IS_FIXED) { return false; }
+    if (!HOPFORM_HAS_CONTACT) { return false; }
     const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_real(&chain->at.named) > 0.0;
     if (fabs_real(contact) > 0.0 || rises) { return contact < 0.0; }
     const numerators_real motion = numerators_of_chain_real(chain, chain->side);
@@ -476,10 +505,10 @@ static inline bool leaves_at_once_real(const stance_chain_real *chain) {
 }
 
 /* Pass the finished phase to the observer, if there is one. */
-static inline void notify_real(const stance_chain_real *chain, const state_by_axis_real *start, real length,
-                               const basis_real *end, bool leaves) {
+static inline void notify_real(const stance_chain_real *chain, const state_by_axis_real *start,
+                               const motion_modes_real *modes, const propagator_real *end, bool leaves) {
     if (chain->observer != NULL) {
-        const solved_phase_real phase = {&chain->motion, end,         length,       start,
+        const solved_phase_real phase = {&chain->motion, end,         modes,        start,
                                          &chain->at,     chain->side, chain->event, leaves};
         chain->observer(chain->variation, &phase);
     }
@@ -488,9 +517,9 @@ static inline void notify_real(const stance_chain_real *chain, const state_by_ax
 /* The same of a last phase of no duration. */
 static inline void notify_ending_real(stance_chain_real *chain) {
     if (chain->observer != NULL) {
-        const basis_real now = {1.0, 0.0, 0.0, 0.0, 0.0};
+        const propagator_real now = propagator_at_start_real(&chain->plan->both);
         stance_begin_phase_real(chain);
-        notify_real(chain, &chain->at, 0.0, &now, false);
+        notify_real(chain, &chain->at, NULL, &now, false);
     }
 }
 
@@ -531,8 +560,8 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     const bool passes = end->owner == NO_OWNER_real && end->certified;
     const real length = end->in.high.t;
     chain->aed += chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
-    stance_arrive_real(chain, &end->in.high.basis);
-    notify_real(chain, &start, length, &end->in.high.basis, end->owner == CONTACT_real);
+    stance_arrive_real(chain, &end->events.modes, &end->in.high);
+    notify_real(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_real);
     chain->t = passes ? until : lesser_real(chain->t + length, until); /* not behind it by rounding */
     if (end->owner == CONTACT_real) {
         real *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
@@ -542,7 +571,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_real(chain, end);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_FOOT_IS_FIXED && end->stops
+    if (!HOPFORM_CONTACT_IS_COMPRESSION && HOPFORM_HAS_CONTACT && end->stops
         && contact_of_real(&chain->plan->robot, &chain->at.named) < 0.0) {
         notify_ending_real(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
@@ -570,12 +599,13 @@ static inline int32_t stance_status_real(const hopform_robot_real *robot, const 
     const real position = at.of[HOPFORM_POSITION_AXIS];
     bool fixed = true;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        fixed = fixed && !(HOPFORM_IS_FIXED(element) && fabs_real(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
+        fixed = fixed && !(HOPFORM_NEVER_MOVES(element) && fabs_real(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
     }
-    if (!is_finite_state_real(start) || !fixed || !(position >= robot->x1_min && position <= robot->x1_max)) {
+    if (!is_finite_state_real(start) || !fixed
+        || !(position >= lower_stop_real(robot) && position <= upper_stop_real(robot))) {
         return HOPFORM_ERROR_STATE;
     }
-    if (!HOPFORM_FOOT_IS_FIXED && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0) { return HOPFORM_ERROR_EXTENDED; }
+    if (HOPFORM_HAS_CONTACT && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0) { return HOPFORM_ERROR_EXTENDED; }
     const bool ends = horizon > 0.0 && horizon <= HOPFORM_NEVER_real && max_phases >= 1;
     return ends ? HOPFORM_OK : HOPFORM_ERROR_HORIZON;
 }
@@ -584,16 +614,17 @@ static inline int32_t stance_status_real(const hopform_robot_real *robot, const 
 static inline void stance_start_real(stance_chain_real *chain, const hopform_plan_real *plan,
                                      const hopform_state_real *start, const hopform_step_real *steps,
                                      int32_t step_count, real horizon, int32_t max_phases, hopform_phase_real *phases,
-                                     int32_t capacity) {
+                                     int32_t capacity, evaluations_real *evaluations) {
     chain->plan = plan;
+    chain->evaluations = evaluations;
     chain->steps = steps;
     chain->step_count = step_count;
     chain->step = 0;
     chain->horizon = horizon;
     chain->t = 0.0;
     chain->at.named = *start;
-    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_min;
-    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - plan->robot.x1_max;
+    chain->from_lower = chain->at.of[HOPFORM_POSITION_AXIS] - lower_stop_real(&plan->robot);
+    chain->from_upper = chain->at.of[HOPFORM_POSITION_AXIS] - upper_stop_real(&plan->robot);
     chain->just_switched = NO_ELEMENT_real;
     chain->came_to_rest = NO_ELEMENT_real;
     chain->carried_acceleration = 0.0;

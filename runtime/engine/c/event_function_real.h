@@ -64,31 +64,14 @@ static inline event_function_real *add_event_function_real(event_set_real *set, 
     return g;
 }
 
-/* A time since the start of the phase, and the propagator there. */
-typedef struct {
-    real t;
-    basis_real basis;
-    real W_third; /* W''' */
-} propagator_real;
-
-/* That of any poles at the start of a phase. */
-static inline propagator_real propagator_at_start_real(const hopform_poles_real *poles) {
-    const propagator_real at = {0.0, {1.0, 0.0, 0.0, 0.0, 0.0}, -poles->s_1};
-    return at;
-}
-
-static inline real third_of_basis_real(const hopform_poles_real *poles, const basis_real *basis) {
-    return -(poles->s_1 * basis->Wdd + poles->s_2 * basis->Wd + poles->s_3 * basis->W);
-}
-
-static inline propagator_real propagator_of_real(const hopform_poles_real *poles, real t, const basis_real *basis) {
-    const propagator_real at = {t, *basis, third_of_basis_real(poles, basis)};
-    return at;
-}
-
-static inline propagator_real propagator_at_real(const hopform_poles_real *poles, real t) {
-    const basis_real basis = basis_at_real(poles, t);
-    return propagator_of_real(poles, t, &basis);
+/* The modal form of a function in place of its numerator and start. */
+static inline void take_modes_real(event_function_real *g, const numerator_real *modes, real final, real drift,
+                                   real sign) {
+    g->H3 = sign * modes->H3;
+    g->H2 = sign * modes->H2;
+    g->H1 = sign * modes->H1;
+    g->H0 = sign * drift;
+    g->start = sign * final;
 }
 
 /* ---- its jet ---- */
@@ -116,24 +99,22 @@ static inline real with_decay_real(const event_function_real *g, real t, int n, 
     return others + value;
 }
 
+static inline real sum_of_real(const event_function_real *g, const parts_real *parts) {
+    return g->H3 * parts->first + g->H2 * parts->second + g->H1 * parts->third + g->H0 * parts->last;
+}
+
 static inline real value_at_real(const event_function_real *g, const propagator_real *at) {
-    const basis_real *w = &at->basis;
-    const real value = g->start + (g->H3 * w->Wd + g->H2 * w->W + g->H1 * w->W1 + g->H0 * w->W2);
-    return with_decay_real(g, at->t, 0, value);
+    return with_decay_real(g, at->t, 0, g->start + sum_of_real(g, &at->value));
 }
 
 static inline real rate_at_real(const event_function_real *g, const propagator_real *at) {
-    const basis_real *w = &at->basis;
-    const real rate = g->H3 * w->Wdd + g->H2 * w->Wd + g->H1 * w->W + g->H0 * w->W1;
-    return with_decay_real(g, at->t, 1, rate);
+    return with_decay_real(g, at->t, 1, sum_of_real(g, &at->rate));
 }
 
 static inline real third_of_real(const hopform_poles_real *poles, const event_function_real *g,
                                  const propagator_real *at) {
-    const basis_real *w = &at->basis;
-    const real fourth = -(poles->s_1 * at->W_third + poles->s_2 * w->Wdd + poles->s_3 * w->Wd);
-    const real third = g->H3 * fourth + g->H2 * at->W_third + g->H1 * w->Wdd + g->H0 * w->Wd;
-    return with_decay_real(g, at->t, 3, third);
+    const parts_real third = third_parts_real(poles, at);
+    return with_decay_real(g, at->t, 3, sum_of_real(g, &third));
 }
 
 static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const event_function_real *g) {
@@ -147,9 +128,8 @@ static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const 
 
 /* Value, rate and curvature; the third derivative is 0 here. */
 static inline jet_real short_jet_at_real(const event_function_real *g, const propagator_real *at) {
-    const basis_real *w = &at->basis;
-    const real curvature = g->H3 * at->W_third + g->H2 * w->Wdd + g->H1 * w->Wd + g->H0 * w->W;
-    const jet_real jet = {value_at_real(g, at), rate_at_real(g, at), with_decay_real(g, at->t, 2, curvature), 0.0};
+    const real curvature = with_decay_real(g, at->t, 2, sum_of_real(g, &at->curvature));
+    const jet_real jet = {value_at_real(g, at), rate_at_real(g, at), curvature, 0.0};
     return jet;
 }
 
@@ -160,16 +140,23 @@ static inline jet_real jet_at_real(const hopform_poles_real *poles, const event_
     return jet;
 }
 
-/* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
-static inline real fourth_of_real(const hopform_poles_real *poles, const event_function_real *g, const jet_real *at) {
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
+/* The fourth derivative of an event function, but for its sign: the poles give it from the others, less what grows. */
+static inline real fourth_of_real(const hopform_poles_real *poles, const event_function_real *g, bool modal,
+                                  const jet_real *at) {
+    const real grows = modal ? poles->s_3 * g->H0 : g->H0;
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - grows;
+}
+
+/* The sum of the magnitudes of what the function or a derivative is a sum of, but for the last. */
+static inline real terms_of_real(const event_function_real *g, const parts_real *parts) {
+    return fabs_real(g->H3 * parts->first) + fabs_real(g->H2 * parts->second) + fabs_real(g->H1 * parts->third);
 }
 
 /* Bound of what rounding may have done to the value of an event function. */
 static inline real rounding_of_real(const event_function_real *g, const propagator_real *at, real rate) {
     return 16.0 * HOPFORM_EPS_real
-           * (fabs_real(g->start) + g->cancels + fabs_real(g->H3 * at->basis.Wd) + fabs_real(g->H2 * at->basis.W)
-              + fabs_real(g->H1 * at->basis.W1) + fabs_real(g->H0 * at->basis.W2) + at->t * fabs_real(rate));
+           * (fabs_real(g->start) + g->cancels + terms_of_real(g, &at->value) + fabs_real(g->H0 * at->value.last)
+              + at->t * fabs_real(rate));
 }
 
 /* ---- predict a root ---- */
@@ -282,12 +269,35 @@ static inline derivatives_real carried_real(const hopform_poles_real *poles, con
         return sum;
 }
 
-/* The propagator's basis d later. */
-static inline basis_real carried_basis_real(const hopform_poles_real *poles, const basis_real *from, real d) {
-    const derivatives_real w = {from->W2, from->W1, from->W, from->Wd, from->Wdd};
+/* The propagator d later, at a time t: W by that series, the modes by that of exp. */
+static inline propagator_real carried_response_real(const hopform_poles_real *poles, const propagator_real *at, real d,
+                                                    real t) {
+    const derivatives_real w = {at->value.last, at->value.third, at->value.second, at->value.first, at->rate.first};
     const derivatives_real later = carried_real(poles, &w, d);
     const basis_real basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
-    return basis;
+    return propagator_of_real(poles, t, &basis);
+}
+
+static inline propagator_real carried_modes_real(const hopform_poles_real *poles, const propagator_real *at, real d,
+                                                 real t) {
+    const real fades = -0.5 * poles->p * d;
+    const real turns = at->omega * d;
+    parts_real term = {at->value.first, at->value.second, at->value.third, 0.0};
+    parts_real sum = {term.first, term.second, term.third, t};
+#define ADD_ORDER(inverse)                                                                                             \
+    {                                                                                                                  \
+        const real cosine = fades * term.second - turns * term.third;                                                  \
+        const real sine = turns * term.second + fades * term.third;                                                    \
+        term.first *= -poles->a * d * (inverse);                                                                       \
+        term.second = cosine * (inverse);                                                                              \
+        term.third = sine * (inverse);                                                                                 \
+        sum.first += term.first;                                                                                       \
+        sum.second += term.second;                                                                                     \
+        sum.third += term.third;                                                                                       \
+    }
+    HOPFORM_CARRY_ORDERS_real(ADD_ORDER)
+#undef ADD_ORDER
+        return propagator_of_modes_real(poles, at->omega, &sum);
 }
 
 /* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
@@ -315,31 +325,42 @@ static inline root_step_real step_between_real(const hopform_poles_real *poles, 
     return towards;
 }
 
+/* How often a motion may still be evaluated while a stance is solved: what its cost is in proportion to. */
+typedef struct {
+    int32_t left;
+} evaluations_real;
+
+enum { UNBOUNDED_real = 2147483647 };
+
+static inline void use_evaluation_real(evaluations_real *evaluations) {
+    evaluations->left -= evaluations->left > 0 ? 1 : 0;
+}
+
 /* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g > 0, or
- * g = 0 and rising, at the lower time, and g < 0 at the later one. */
+ * g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is none. */
 static inline void locate_root_real(const hopform_poles_real *poles, const event_function_real *g, real low,
-                                    propagator_real *at, real guess) {
+                                    propagator_real *at, real guess, evaluations_real *evaluations) {
+    const real omega = at->omega;
     real high = at->t;
     real t = guess;
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_real(evaluations);
         if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
             t = low + 0.5 * (high - low);
             if (!(t > low && t < high)) {
-                *at = propagator_at_real(poles, high);
+                *at = propagator_in_form_real(poles, omega, high);
                 return;
             }
         }
-        at->t = t;
-        at->basis = basis_at_real(poles, t);
-        at->W_third = third_of_basis_real(poles, &at->basis);
+        *at = propagator_in_form_real(poles, omega, t);
         const jet_real jet = jet_at_real(poles, g, at);
         if (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate)) { return; }
-        const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, &jet), t, low, high);
+        const root_step_real step =
+            step_between_real(poles, &jet, fourth_of_real(poles, g, is_modal_real(at), &jet), t, low, high);
         /* The rate of the further term is none of the poles: no step is known to land. */
         if (step.lands && !has_decay_real(g)) {
-            at->basis = carried_basis_real(poles, &at->basis, step.next - t);
-            at->W_third = third_of_basis_real(poles, &at->basis);
-            at->t = step.next;
+            *at = is_modal_real(at) ? carried_modes_real(poles, at, step.next - t, step.next)
+                                    : carried_response_real(poles, at, step.next - t, step.next);
             return;
         }
         low = step.low;

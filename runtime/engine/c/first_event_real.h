@@ -28,12 +28,14 @@ typedef struct {
     propagator_real low, high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
+    evaluations_real *evaluations;
     jet_real from[MOST_EVENT_FUNCTIONS_real];
     jet_real to; /* of the function that is looked at, or that has crossed zero first */
 } interval_real;
 
 static inline void end_interval_at_real(const event_set_real *set, interval_real *in, real t) {
-    in->high = propagator_at_real(set->poles, t);
+    use_evaluation_real(in->evaluations);
+    in->high = propagator_in_form_real(set->poles, in->high.omega, t);
     in->found = -1;
 }
 
@@ -89,14 +91,16 @@ static inline void end_at_crossing_real(const event_set_real *set, interval_real
     const event_function_real *g = &set->function[crossing->function];
     const real h = in->high.t - in->low.t;
     const interpolant_real p = interpolant_of_real(&in->from[crossing->function], &in->to, h);
-    locate_root_real(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_real(&p, crossing->share));
+    locate_root_real(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_real(&p, crossing->share),
+                     in->evaluations);
     in->found = crossing->function;
 }
 
 /* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
 static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, bool distances) {
     crossing_real first;
-    for (int32_t n = 0; n < MOST_TRIES_real && first_crossing_real(set, in, distances, &first); n++) {
+    for (int32_t n = 0;
+         n < MOST_TRIES_real && in->evaluations->left > 0 && first_crossing_real(set, in, distances, &first); n++) {
         end_at_crossing_real(set, in, &first);
     }
 }
@@ -109,15 +113,16 @@ static inline void end_at_first_crossing_real(const event_set_real *set, interva
 static inline void settle_ties_real(const event_set_real *set, interval_real *in) {
     const event_function_real *found = &set->function[in->found];
     const real other = rate_at_real(found, &in->high);
+    const real share = is_modal_real(&in->high) ? 0.125 : 1.0;
     for (int32_t n = 0; n < in->found && set->function[n].owner < found->owner; n++) {
         const event_function_real *g = &set->function[n];
         const real rate = rate_at_real(g, &in->high);
-        const real rounding = rounding_of_real(g, &in->high, rate);
+        const real rounding = share * rounding_of_real(g, &in->high, rate);
         if (!(rate * (in->high.t - in->low.t) < -16.0 * rounding)) { continue; }
         const real value = value_at_real(g, &in->high);
         if (found->touch_is_no_event ? value < 8.0 * HOPFORM_EPS_real * in->high.t * fabs_real(rate)
                                      : (value - 4.0 * rounding) * fabs_real(other)
-                                           < fabs_real(rate) * rounding_of_real(found, &in->high, other)) {
+                                           < fabs_real(rate) * (share * rounding_of_real(found, &in->high, other))) {
             if (value > 0.0) { end_interval_at_real(set, in, in->high.t - value / rate); }
             in->found = n;
             return;
@@ -157,7 +162,8 @@ static inline bool is_certified_real(const event_set_real *set, interval_real *i
     return (!(d < 0.0) && stays_positive_by_slope_real(set->node->pole, from, to, h, rounding))
            || quiet_time_real(set, g, &in->low, from, rounding) > h
            || (set->node->half_period < HOPFORM_NEVER_real
-               && (stays_positive_by_bernstein_real(set->poles, g, from, to, h, n == in->found, rounding)
+               && (stays_positive_by_bernstein_real(set->poles, g, in->high.omega, from, to, h, n == in->found,
+                                                    rounding)
                    || has_faded_real(set, g, &in->low, from, h, rounding)));
 }
 
@@ -171,7 +177,8 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
     const real d_then = deflated_derivative_real(set, g, &in->high, -1.0);
     if (from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
         in->to.third = third_of_real(set->poles, g, &in->high);
-        const propagator_real lowest = minimum_between_real(set->poles, g, from, in->low.t, to, in->high.t);
+        const propagator_real lowest =
+            minimum_between_real(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t, in->evaluations);
         const jet_real least = short_jet_at_real(g, &lowest);
         if (!(least.value < -rounding_of_real(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
@@ -201,15 +208,16 @@ static inline bool are_certified_real(const event_set_real *set, interval_real *
     return true;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. Requires
- * in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
+ * Requires in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
 static inline bool find_first_root_real(const event_set_real *set, interval_real *in) {
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
         end_at_first_crossing_real(set, in, false);
+        if (!(in->evaluations->left > 0)) { return false; }
     } while (!are_certified_real(set, in));
-    return true;
+    return in->evaluations->left > 0;
 }
 
 /* ---- the next interval ---- */
@@ -228,7 +236,9 @@ static inline void begin_interval_real(const event_set_real *set, interval_real 
 static inline real root_free_until_real(const event_set_real *set, const interval_real *in) {
     real quiet = HOPFORM_NEVER_real;
     for (int32_t n = 0; n < set->count && quiet > 0.0; n++) {
-        const real rounding = 16.0 * HOPFORM_EPS_real * (fabs_real(set->function[n].start) + set->function[n].cancels);
+        const event_function_real *g = &set->function[n];
+        const real parts = is_modal_real(&in->low) ? fabs_real(g->H3) + fabs_real(g->H2) + fabs_real(g->H1) : 0.0;
+        const real rounding = 16.0 * HOPFORM_EPS_real * (fabs_real(g->start) + g->cancels + parts);
         if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
             quiet = lesser_real(quiet_time_real(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
@@ -269,7 +279,9 @@ static inline real first_end_real(const event_set_real *set, real limit) {
 /* The first interval, by what is known at its end. */
 static inline void end_first_interval_real(const event_set_real *set, interval_real *in, real limit) {
     const hopform_node_real *node = set->node;
-    if (node->t < limit) {
+    if (node->modal < HOPFORM_NEVER_real) {
+        end_interval_at_real(set, in, lesser_real(node->modal, limit));
+    } else if (node->t < limit) {
         const basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_real(set->poles, node->t, &basis);
     } else {
@@ -294,6 +306,7 @@ typedef struct {
     event_set_real set;
     real rest_time; /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
     int rests;      /* whose event that is */
+    motion_modes_real modes; /* of the motion, from when on they are evaluated */
 } stance_events_real;
 
 /* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
@@ -343,6 +356,9 @@ static inline void cross_at_the_limit_real(const stance_events_real *events, rea
 /* A stance while it is solved (chain_real.h). */
 typedef struct stance_chain_real stance_chain_real;
 
+/* From the end of this interval on the modal form holds: the functions take it. */
+static inline void enter_modes_real(const stance_chain_real *chain, stance_search_real *search);
+
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
 static inline real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
@@ -354,8 +370,9 @@ static inline bool sharpen_takeoff_real(const stance_chain_real *chain, const st
                                         interval_real *in) {
     const event_set_real *set = &events->set;
     const real before = in->high.t;
-    for (int n = 0; n < 4; n++) {
-        const real later = later_takeoff_real(chain, set->poles, &set->function[0], &in->high.basis, in->high.t);
+    for (int n = 0; n < 4 && !is_modal_real(&in->high); n++) {
+        const basis_real basis = basis_of_propagator_real(set->poles, &in->high);
+        const real later = later_takeoff_real(chain, set->poles, &set->function[0], &basis, in->high.t);
         if (!(fabs_real(later) > 0.0) || in->high.t + later > limit) { break; }
         end_interval_at_real(set, in, in->high.t + later);
         in->found = 0;
@@ -423,11 +440,13 @@ static inline void find_first_event_real(const stance_chain_real *chain, stance_
     while (open) {
         if (quiet) {
             end_at_first_crossing_real(set, in, true);
+            certified = in->evaluations->left > 0;
         } else {
             certified = find_event_real(chain, search, false);
         }
         open = certified && is_open_real(search);
         if (open) {
+            if (in->high.t >= set->node->modal && !is_modal_real(&in->high)) { enter_modes_real(chain, search); }
             real end = search->limit;
             quiet = next_end_real(set, in, search->limit, &end);
             end_interval_at_real(set, in, end);

@@ -60,8 +60,8 @@ typedef struct {
 
 /* The largest force of the motor, 0 if it has none. */
 static real largest_force_real(const hopform_robot_real *robot) {
-    const real force = fabs_real(robot->gamma2) * robot->u_max;
-    return fabs_real(robot->gamma2) > 0.0 ? lesser_real(force, HOPFORM_NEVER_real) : 0.0;
+    const real force = fabs_real(force_constant_real(robot)) * current_limit_real(robot);
+    return fabs_real(force_constant_real(robot)) > 0.0 ? lesser_real(force, HOPFORM_NEVER_real) : 0.0;
 }
 
 static hopform_poles_real poles_in_flight_real(const flight_rates_real *rates, int limit) {
@@ -85,9 +85,9 @@ static hopform_state_real state_in_flight_real(const hopform_robot_real *robot, 
     const real t = phase->t + after;
     const real rise = (start->v2 - 0.5 * g * t) * t;
     const real moved = (phase->x1 - start->x1) + displacement->value;
-    const real position = lesser_real(robot->x1_max, phase->x1 + displacement->value);
+    const real position = lesser_real(upper_stop_real(robot), phase->x1 + displacement->value);
     hopform_state_real state;
-    state.x1 = greater_real(robot->x1_min, position);
+    state.x1 = greater_real(lower_stop_real(robot), position);
     state.v1 = displacement->rate;
     state.v2 = start->v2 - g * t;
     state.y = start->y - (rise - moved);
@@ -229,7 +229,9 @@ static bool is_certified_in_slip_real(const event_set_real *set, interval_real *
 static bool has_root_in_flight_real(flight_chain_real *chain, event_set_real *set, const fall_real *fall,
                                     const propagator_real *low, propagator_real *end) {
     event_function_real *g = &set->function[0];
+    evaluations_real evaluations = {UNBOUNDED_real};
     interval_real in;
+    in.evaluations = &evaluations;
     in.low = *low;
     in.high = *end;
     in.found = -1;
@@ -262,7 +264,7 @@ static bool has_root_in_flight_real(flight_chain_real *chain, event_set_real *se
 /* How far the stop ahead is. */
 static real gap_in_flight_real(const flight_chain_real *chain) {
     const real position = chain->now.x1;
-    return chain->now.side > 0 ? chain->robot->x1_max - position : position - chain->robot->x1_min;
+    return chain->now.side > 0 ? upper_stop_real(chain->robot) - position : position - lower_stop_real(chain->robot);
 }
 
 /* The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase begins,
@@ -338,7 +340,7 @@ static real falling_in_flight_real(const flight_chain_real *chain) {
 
 /* Height of the foot if the leg were the shortest. */
 static real height_of_shortest_real(const flight_chain_real *chain) {
-    const real longer = chain->now.x1 - chain->robot->x1_min;
+    const real longer = chain->now.x1 - lower_stop_real(chain->robot);
     return chain->height.start + longer + greater_real(left_in_leg_real(chain, chain->now.t), 0.0);
 }
 
@@ -465,7 +467,7 @@ static void rest_in_flight_real(flight_chain_real *chain, bool at_stop) {
     const bool sticks = level_of_real(robot, HOPFORM_STOPPED_ELEMENT) > 0.0;
     chain->now.v1 = 0.0;
     if (at_stop) {
-        chain->now.x1 = before > 0 ? robot->x1_max : robot->x1_min;
+        chain->now.x1 = before > 0 ? upper_stop_real(robot) : lower_stop_real(robot);
         choose_limit_real(chain);
     }
     settle_in_flight_real(chain, at_stop || sticks ? acceleration_of_real(chain, 0.0, 0) : chain->now.acc1);
@@ -600,7 +602,7 @@ int32_t hopform_design_return_real(const hopform_plan_real *plan, real time, hop
         status = HOPFORM_ERROR_NULL;
     } else if (overlap_real(&written, 1, &read, 1)) {
         status = HOPFORM_ERROR_OVERLAP;
-    } else if (HOPFORM_FOOT_IS_FIXED || !is_made_real(plan)) {
+    } else if (!HOPFORM_HAS_CONTACT || !is_made_real(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (!(time > 0.0 && time <= HOPFORM_NEVER_real)) {
         status = HOPFORM_ERROR_TIME;
@@ -639,7 +641,7 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
     const hopform_robot_real *robot = &plan->robot;
     if (!hops_real(plan)) { return HOPFORM_ERROR_ROBOT; }
     if (!is_finite_state_real(&from) || !is_finite_real(ground)
-        || !(from.x1 >= robot->x1_min && from.x1 <= robot->x1_max)) {
+        || !(from.x1 >= lower_stop_real(robot) && from.x1 <= upper_stop_real(robot))) {
         return HOPFORM_ERROR_STATE;
     }
     if (!(horizon > 0.0 && horizon <= HOPFORM_NEVER_real) || max_phases < 1 || capacity < 0) {
@@ -698,7 +700,7 @@ static int32_t flight_reading_status_real(const hopform_plan_real *plan, const h
     int32_t status = HOPFORM_OK;
     if (!given) {
         status = HOPFORM_ERROR_NULL;
-    } else if (HOPFORM_FOOT_IS_FIXED || !is_made_real(plan)) {
+    } else if (!HOPFORM_HAS_CONTACT || !is_made_real(plan)) {
         status = HOPFORM_ERROR_ROBOT;
     } else if (flight->phases_kept < flight->phase_count || flight->phases_kept < 1) {
         status = HOPFORM_ERROR_TIME;
@@ -734,7 +736,7 @@ int32_t hopform_flight_at_real(const hopform_plan_real *plan, const hopform_flig
                                hopform_state_real *states) {
     const memory_real array = array_real(states, count, sizeof *states);
     const int32_t status = flight_reading_status_real(plan, phases, flight, times, count, false, &array, 1);
-    if (HOPFORM_FOOT_IS_FIXED || status < 0) { return status; }
+    if (!HOPFORM_HAS_CONTACT || status < 0) { return status; }
     const flight_rates_real rates = rates_of_flight_real(plan, flight);
     for (int32_t i = 0; i < count; i++) {
         int32_t n = flight->phases_kept - 1;
@@ -806,7 +808,7 @@ int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_
         array_real(stop_losses, count, sizeof *stop_losses),
     };
     const int32_t status = flight_reading_status_real(plan, phases, flight, times, count, true, arrays, 3);
-    if (HOPFORM_FOOT_IS_FIXED || status < 0) { return status; }
+    if (!HOPFORM_HAS_CONTACT || status < 0) { return status; }
     const flight_rates_real rates = rates_of_flight_real(plan, flight);
     hopform_flight_ledger_real sum = {0};
     real loss = flight->start_loss;

@@ -406,7 +406,7 @@ static inline basis_real basis_of_split_real(const hopform_poles_real *poles, re
 /* W, its derivatives and integrals at t. With a = 0, as where one mass is held, W is the integral of R.
  * a must be the most isolated root, as factor_cubic_real gives it. */
 static inline basis_real basis_at_real(const hopform_poles_real *poles, real t) {
-    if (!(fabs_real(poles->a) > 0.0)) {
+    if (HOPFORM_MOVES_ALONE || !(fabs_real(poles->a) > 0.0)) {
         const pair_real pair = pair_at_real(poles, t);
         const basis_real basis = {pair.Rd, pair.R, pair.R1, pair.R2, pair.R3};
         return basis;

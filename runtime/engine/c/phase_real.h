@@ -5,9 +5,7 @@
 #ifndef HOPFORM_PHASE_H_real
 #define HOPFORM_PHASE_H_real
 
-#include "facts.h"
-#include "kernels_real.h"
-#include "model_real.h"
+#include "modal_real.h"
 
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool stores_much_real(const hopform_robot_real *robot, const hopform_state_real *start) {
@@ -101,18 +99,38 @@ static inline void set_acceleration_from_rest_real(numerators_real *motion, int 
     if (alone) { motion->of.compression.H2 = (real)HOPFORM_COMPRESSION_FOLLOWS(element) * acceleration; }
 }
 
-/* The state of a phase where the response of the poles is `basis`; what is held stays exactly where it is. */
-static inline hopform_state_real arrive_real(const hopform_state_real *state, const motion_real *motion,
-                                             const basis_real *basis, int side_1, int side_2) {
+/* A state of a phase that began at `start`: what is held stays exactly where it is. */
+static inline hopform_state_real held_in_place_real(const hopform_state_real *start, const state_by_axis_real *later,
+                                                    int side_1, int side_2) {
     const int side[] = {side_1, side_2};
     const bool stays = side[HOPFORM_STOPPED_ELEMENT] == 0;
-    state_by_axis_real at;
-    at.later = state_at_real(state, motion, basis);
+    state_by_axis_real at = *later;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         if (side[element] == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; }
     }
-    at.named.x1 = stays ? state->x1 : at.named.x1;
+    at.named.x1 = stays ? start->x1 : at.named.x1;
     return at.named;
+}
+
+/* The state of a phase where the response of the poles is `basis`. */
+static inline hopform_state_real arrive_real(const hopform_state_real *state, const motion_real *motion,
+                                             const basis_real *basis, int side_1, int side_2) {
+    state_by_axis_real at;
+    at.later = state_at_real(state, motion, basis);
+    return held_in_place_real(state, &at, side_1, side_2);
+}
+
+/* The same where a propagator is known; `modes` are read where it is modal. */
+static inline hopform_state_real arrive_at_real(const hopform_state_real *state, const motion_real *motion,
+                                                const motion_modes_real *modes, const propagator_real *at, int side_1,
+                                                int side_2) {
+    if (!is_modal_real(at)) {
+        const basis_real basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
+        return arrive_real(state, motion, &basis, side_1, side_2);
+    }
+    state_by_axis_real later;
+    later.named = state_by_modes_real(state, modes, at);
+    return held_in_place_real(state, &later, side_1, side_2);
 }
 
 /* A plan that hopform_plan_init made, not memory that holds anything. */
@@ -122,7 +140,7 @@ static inline bool is_made_real(const hopform_plan_real *plan) {
 
 /* A plan of a robot that can take off, and comes down again. */
 static inline bool hops_real(const hopform_plan_real *plan) {
-    return is_made_real(plan) && !HOPFORM_FOOT_IS_FIXED && fall_of_real(&plan->robot) > 0.0;
+    return is_made_real(plan) && HOPFORM_HAS_CONTACT && fall_of_real(&plan->robot) > 0.0;
 }
 
 /* Index of the last phase that starts at or before t. */
@@ -168,8 +186,15 @@ static inline hopform_state_real state_by_motion_real(const hopform_plan_real *p
     const int side_2 = side_2_real(phase);
     const hopform_state_real start = start_of_phase_real(phase);
     if (side_1 == 0 && side_2 == 0) { return start; }
-    const basis_real basis = basis_at_real(poles_of_real(plan, side_1, side_2), t);
-    return arrive_real(&start, motion, &basis, side_1, side_2);
+    const hopform_poles_real *poles = poles_of_real(plan, side_1, side_2);
+    const hopform_node_real *node = node_of_real(plan, side_1, side_2);
+    if (t < node->modal) {
+        const basis_real basis = basis_at_real(poles, t);
+        return arrive_real(&start, motion, &basis, side_1, side_2);
+    }
+    const propagator_real at = modes_at_real(poles, node->omega, t);
+    const motion_modes_real modes = modes_of_motion_real(poles, node->omega, &start, motion);
+    return arrive_at_real(&start, motion, &modes, &at, side_1, side_2);
 }
 
 static inline hopform_state_real state_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
@@ -225,8 +250,8 @@ static inline void pass_slip_real(real change[HOPFORM_AXES], int element, real a
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
     const numerators_real *motion;
-    const basis_real *end; /* the propagator where it ends */
-    real length;
+    const propagator_real *end;     /* where it ends */
+    const motion_modes_real *modes; /* of the motion, if that propagator is modal */
     const state_by_axis_real *start;
     const state_by_axis_real *arrived;
     const int *side; /* of each element */

@@ -16,11 +16,16 @@ static inline hopform_node_real node_of_poles_real(const hopform_poles_real *pol
     if (whole) { basis = basis_at_real(poles, draws ? t : 0.0); }
     const real mu = 0.5 * poles->p;
     const real square = mu * mu - poles->q;
-    hopform_node_real node = {HOPFORM_NEVER_real, HOPFORM_NEVER_real, poles->a, 0.0,      0.0,     t,
-                              basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
+    hopform_node_real node = {
+        HOPFORM_NEVER_real, HOPFORM_NEVER_real, poles->a, 0.0,      0.0,     HOPFORM_NEVER_real, 0.0, t,
+        basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
     if (square < 0.0) {
         node.half_period = 3.14159265358979323846 / sqrt_real(-square);
         node.fades = poles->a > 0.0 && mu > poles->a ? 10.0 / (mu - poles->a) : HOPFORM_NEVER_real;
+        if (poles->a * poles->a > 16.0 * poles->q && -square > 0.0625 * poles->q) {
+            node.modal = 1.0 / poles->a;
+            node.omega = sqrt_real(-square);
+        }
     } else {
         const real fast = mu + sqrt_real(square);
         const real slow = fast > 0.0 ? poles->q / fast : 0.0;
@@ -35,9 +40,15 @@ static inline hopform_node_real node_of_poles_real(const hopform_poles_real *pol
 static inline int32_t rates_of_plan_real(hopform_plan_real *plan) {
     const hopform_robot_real *robot = &plan->robot;
 #define OR_OUTSIDE(name, domain) || !HOPFORM_IN_##domain##_real(robot->name)
-    if (!(robot->x1_min <= robot->x1_max) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
+    if (!(lower_stop_real(robot) <= upper_stop_real(robot)) HOPFORM_ROBOT_MEMBERS(OR_OUTSIDE)) {
 #undef OR_OUTSIDE
         return HOPFORM_ERROR_ROBOT;
+    }
+    if (HOPFORM_REST_MAY_LACK) {
+        const excess_real more = excess_of_real(robot);
+        if (!(more.up_1 >= 0.0 && more.down_1 >= 0.0 && more.up_2 >= 0.0 && more.down_2 >= 0.0)) {
+            return HOPFORM_ERROR_ROBOT;
+        }
     }
     const hopform_rates_real rates = rates_of_real(robot);
 #define REFUSE_IF_NEGATIVE(value)                                                                                      \
@@ -53,8 +64,8 @@ static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_
     const hopform_rates_real *rates = &plan->rates;
     if (!is_finite_real(rates->s_1 * rates->s_1) /* discriminants square it */
         || !is_finite_real(rates->s_2) || !is_finite_real(rates->s_3)
-        || !(both->q <= HOPFORM_NEVER_real)         /* a and p are within s_1, and NaN only if q is */
-        || !(both->q > 0.0 || HOPFORM_ONE_IS_FIXED) /* both never move then */
+        || !(both->q <= HOPFORM_NEVER_real)        /* a and p are within s_1, and NaN only if q is */
+        || !(both->q > 0.0 || HOPFORM_MOVES_ALONE) /* both never move then */
         || !is_finite_real(rates->a1_0) || !is_finite_real(rates->a1_u)) {
         return HOPFORM_ERROR_NUMBERS;
     }

@@ -158,7 +158,7 @@ static void mix_search_real(uint32_t *hash, const selftest_case_real *one, real 
                             hopform_phase_real *phases) {
     hopform_plan_real plan;
     hopform_command_real command;
-    const hopform_target_real target = {h_des, 0.0, 0.001, 2.0};
+    const hopform_target_real target = {h_des, 0.0, 0.001, 2.0, 0, 0};
     mix_int_real(hash, hopform_plan_init_real(&plan, &selftest_robots_real[one->robot]));
     mix_int_real(hash, hopform_choose_current_real(search, &plan, &one->start, &target, phases, HOPFORM_SELFTEST_PHASES,
                                                    &command));

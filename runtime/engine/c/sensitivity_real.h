@@ -135,6 +135,12 @@ static robot_change_real robot_change_of_column_real(int column) {
     return change.named;
 }
 
+/* How a stop moves with what a column stands for. */
+static real stop_change_real(const hopform_plan_real *plan, int column, bool upper) {
+    const robot_change_real by = robot_change_of_column_real(column);
+    return upper ? upper_stop_change_real(&plan->robot, &by) : lower_stop_change_real(&plan->robot, &by);
+}
+
 /* How the accelerations of a mode change with the inputs of a column, by what their shares go with. */
 static slopes_by_share_real slopes_of_column_real(const variation_real *variation, const mode_real *mode, int column) {
     const hopform_phase_real *phase = &variation->phases[variation->index];
@@ -225,7 +231,6 @@ static void cross_slip_real(variation_real *variation, int element, const mode_r
 /* Follow the changes through the event behind a phase. It comes when an axis, at every change, has the value that
  * belongs to it; nothing jumps where the current steps. */
 static void cross_real(variation_real *variation) {
-    static const signed char column_of_stop[] = HOPFORM_COLUMN_OF_STOP;
     const hopform_phase_real *old = &variation->phases[variation->index];
     const hopform_phase_real *now = old + 1;
     const mode_real left = mode_of_real(variation->plan, old, current_real(variation, old));
@@ -233,7 +238,7 @@ static void cross_real(variation_real *variation) {
     const int axis = axis_of_event_real(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const int bound = stops ? column_of_stop[left.side[HOPFORM_STOPPED_ELEMENT] > 0] : (int)COLUMNS_real;
+    const bool upper = left.side[HOPFORM_STOPPED_ELEMENT] > 0;
     state_by_axis_real arrives;
     arrives.named = start_of_phase_real(now);
     const state_by_axis_real after = speeds_in_mode_real(variation->plan, &entered, &arrives.named);
@@ -253,7 +258,7 @@ static void cross_real(variation_real *variation) {
     variation->is_timed = variation->exists;
     for (int column = 0; column < COLUMNS_real && variation->exists; column++) {
         real *change = variation->change[column].of;
-        const real wanted = column == bound ? 1.0 : 0.0;
+        const real wanted = stops ? stop_change_real(variation->plan, column, upper) : 0.0;
         const real late = (wanted - change[axis]) / before.of[axis];
         pass_event_at_axis_real(change, before.of, after.of, axis, wanted, late);
         variation->late[column] = late;
@@ -290,7 +295,7 @@ static void follow_to_real(variation_real *variation, int32_t last, real t) {
 }
 
 /* Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is within
- * its friction at rest, or a stop or a bolt carries it. */
+ * its friction at rest, or a stop carries it, or it never moves. */
 static bool stays_held_real(const variation_real *variation, int element) {
     const hopform_robot_real *robot = &variation->plan->robot;
     const hopform_phase_real *phase = &variation->phases[variation->index];
@@ -299,10 +304,10 @@ static bool stays_held_real(const variation_real *variation, int element) {
     free.named = free_accelerations_real(&variation->plan->rates, &at->named, current_real(variation, phase));
     const real downwards = -level_at_rest_real(robot, element, -1);
     const real upwards = level_at_rest_real(robot, element, 1);
-    const bool is_fixed = HOPFORM_IS_FIXED(element);
+    const bool never_moves = HOPFORM_NEVER_MOVES(element);
     const bool has_stops = element == HOPFORM_STOPPED_ELEMENT;
-    const bool below = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= robot->x1_min);
-    const bool above = is_fixed || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= robot->x1_max);
+    const bool below = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] <= lower_stop_real(robot));
+    const bool above = never_moves || (has_stops && at->of[HOPFORM_POSITION_AXIS] >= upper_stop_real(robot));
     return (below || free.of[element] > downwards) && (above || free.of[element] < upwards);
 }
 

@@ -23,7 +23,7 @@ static bool steps_are_sound_real(const hopform_step_real *steps, int32_t count) 
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_real(const hopform_plan_real *plan) {
     const real a = plan->node_both.pole;
-    return !HOPFORM_ONE_IS_FIXED && a * a * a > HOPFORM_STIFFEST_real * HOPFORM_STIFFEST_real * plan->rates.s_3;
+    return !HOPFORM_MOVES_ALONE && a * a * a > HOPFORM_STIFFEST_real * HOPFORM_STIFFEST_real * plan->rates.s_3;
 }
 
 /* Fill a plan from its robot. */
@@ -32,7 +32,7 @@ static int32_t fill_plan_real(hopform_plan_real *plan) {
     if (status < 0) { return status; }
     const hopform_rates_real *rates = &plan->rates;
     hopform_poles_real both = {0};
-    if (!HOPFORM_ONE_IS_FIXED) { both = factor_cubic_real(rates->s_1, rates->s_2, rates->s_3); }
+    if (!HOPFORM_MOVES_ALONE) { both = factor_cubic_real(rates->s_1, rates->s_2, rates->s_3); }
     const int32_t made = poles_of_plan_real(plan, &both, true);
     return made == HOPFORM_OK && is_stiff_real(plan) ? HOPFORM_ILL_CONDITIONED : made;
 }
@@ -64,11 +64,13 @@ static int32_t call_status_real(const hopform_plan_real *plan, const hopform_sta
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
-/* hopform_solve_stance that shows every phase to `observer`; NULL for none. */
+/* hopform_solve_stance that shows every phase to `observer`; NULL for none. With the last of its evaluations it ends,
+ * uncertified. */
 static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_state_real *start,
                                    const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
                                    hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance,
-                                   observer_real *observer, current_variation_real *variation) {
+                                   evaluations_real *evaluations, observer_real *observer,
+                                   current_variation_real *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
     const memory_real read[] = {
         array_real(plan, 1, sizeof *plan),
@@ -88,7 +90,7 @@ static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_
     }
     if (status < 0) { return refuse_real(status, written, 1, read, 2); }
     stance_chain_real chain;
-    stance_start_real(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
+    stance_start_real(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity, evaluations);
     chain.observer = observer;
     chain.variation = variation;
     stance_search_real search;
@@ -112,8 +114,9 @@ static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_
 int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_state_real *start,
                                   const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
                                   hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance) {
-    return solve_observed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
-                               NULL);
+    evaluations_real evaluations = {UNBOUNDED_real};
+    return solve_observed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
+                               &evaluations, NULL, NULL);
 }
 
 /* State at time t of a solved stance, 0 <= t <= duration (any t after rest). Here and in all that is read at a time,

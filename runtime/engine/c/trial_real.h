@@ -19,11 +19,12 @@
 struct current_variation_real {
     const hopform_plan_real *plan;
     hopform_trial_real *trial;
-    state_by_axis_real change;  /* of the state at a fixed time, per A */
-    state_by_axis_real arrived; /* at the end of the last phase, before its event */
-    state_by_axis_real speed;   /* z' there */
-    int side[HOPFORM_ELEMENTS]; /* in the last phase */
-    bool moves;                 /* the element that the current drives has */
+    evaluations_real *evaluations; /* of its stance */
+    state_by_axis_real change;     /* of the state at a fixed time, per A */
+    state_by_axis_real arrived;    /* at the end of the last phase, before its event */
+    state_by_axis_real speed;      /* z' there */
+    int side[HOPFORM_ELEMENTS];    /* in the last phase */
+    bool moves;                    /* the element that the current drives has */
 };
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
@@ -132,15 +133,16 @@ static inline void pass_event_real(current_variation_real *variation, const solv
  * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
  * the stance goes on for another rebound. */
 static inline void look_for_minimum_real(current_variation_real *variation, const solved_phase_real *phase,
-                                         const motion_real *by_u, bool turns) {
+                                         const motion_real *by_u, const basis_real *w, bool turns) {
     const hopform_robot_real *robot = &variation->plan->robot;
     const int *side = phase->side;
     const hopform_poles_real *poles = poles_of_real(variation->plan, side[0], side[1]);
     const numerator_real h = contact_numerator_real(robot, &phase->motion->named);
-    const propagator_real end = propagator_of_real(poles, phase->length, phase->end);
+    const propagator_real end = propagator_of_real(poles, phase->end->t, w);
     if (turns) {
-        const minima_real least = least_minimum_real(poles, node_of_real(variation->plan, side[0], side[1]), &h,
-                                                     contact_of_real(robot, &phase->start->named), &end, 64.0);
+        const minima_real least =
+            least_minimum_real(poles, node_of_real(variation->plan, side[0], side[1]), &h,
+                               contact_of_real(robot, &phase->start->named), &end, 64.0, variation->evaluations);
         if (least.count > 0) {
             const hopform_state_real there =
                 arrive_real(&variation->change.named, by_u, &least.basis, side[0], side[1]);
@@ -170,7 +172,8 @@ static inline void look_for_minimum_real(current_variation_real *variation, cons
 static inline void carry_variation_real(current_variation_real *variation, const solved_phase_real *phase) {
     const hopform_plan_real *plan = variation->plan;
     const int *side = phase->side;
-    const basis_real *w = phase->end;
+    const hopform_poles_real *poles = poles_of_real(plan, side[0], side[1]);
+    const basis_real w = basis_of_propagator_real(poles, phase->end);
     if (phase->event != HOPFORM_EVENT_NONE) { pass_event_real(variation, phase); }
     variation->moves = variation->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
     const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || HOPFORM_COMPRESSION_MAY_TURN(side);
@@ -179,14 +182,15 @@ static inline void carry_variation_real(current_variation_real *variation, const
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.a1_u;
         const motion_real by_u =
             motion_under_real(&plan->rates, &per_ampere.named, &variation->change.named, side[0], side[1]);
-        if (turns || phase->leaves) { look_for_minimum_real(variation, phase, &by_u, turns); }
-        variation->change.named = arrive_real(&variation->change.named, &by_u, w, side[0], side[1]);
+        if (turns || phase->leaves) { look_for_minimum_real(variation, phase, &by_u, &w, turns); }
+        variation->change.named = arrive_real(&variation->change.named, &by_u, &w, side[0], side[1]);
     }
     variation->arrived = *phase->arrived;
     variation->speed.of[HOPFORM_POSITION_AXIS] = phase->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     for (int axis = 1; axis < HOPFORM_AXES; axis++) {
-        const numerator_real *h = &phase->motion->core[axis - 1];
-        variation->speed.of[axis] = h->H3 * w->Wdd + h->H2 * w->Wd + h->H1 * w->W;
+        const numerator_real *by =
+            is_modal_real(phase->end) ? &phase->modes->by.core[axis - 1] : &phase->motion->core[axis - 1];
+        variation->speed.of[axis] = sum_of_parts_real(by, &phase->end->rate);
     }
     (void)memcpy(variation->side, side, sizeof variation->side);
 }

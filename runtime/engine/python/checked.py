@@ -6,8 +6,8 @@ from functools import cached_property
 from numbers import Real as Number
 from typing import Any
 
-from .elements import STOPS
-from .records import DOMAINS, ROBOT_FIELDS, Field
+from .formulas import excess_of, lower_stop, upper_stop
+from .records import DOMAINS, ENDS, REST_MAY_LACK, ROBOT_FIELDS, Field
 from .records import Robot as Parameters
 
 _LONGEST = 60
@@ -62,10 +62,13 @@ class Checked:
             if (reason := refusal(field, value)) is not None:
                 raise ValueError(reason)
             object.__setattr__(self, field.name, float(value))
-        low, high = (ROBOT_FIELDS[stop] for stop in STOPS)
-        below, above = getattr(self, low.name), getattr(self, high.name)
+        below, above = lower_stop(self.parameters), upper_stop(self.parameters)
         if not below <= above:
-            raise ValueError(f"{low.name} must be <= {high.name} {high.unit}, got {below!r} > {above!r}")
+            low, high, unit = ENDS
+            raise ValueError(f"{low} must be <= {high} {unit}, got {below!r} > {above!r}")
+        if REST_MAY_LACK and (least := min(excess_of(self.parameters))) < 0.0:
+            what = "friction at rest must not be less than that in motion"
+            raise ValueError(f"{what}, over the inertia it is by {-least!r}")
 
     @cached_property
     def parameters(self) -> Parameters:

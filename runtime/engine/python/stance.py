@@ -8,6 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import engine_f32, engine_f64
 from .elements import Phases
+from .formulas import fall_of
 from .lanes import Array
 from .phases import stable_rates_of
 from .records import REFUSALS, LegState, Robot
@@ -80,8 +81,8 @@ def solve(
 
 def _flies(engine: Any, stances: list[Any], flat: Array, shape: tuple[int, ...]) -> NDArray[np.bool_]:
     """Whether there is an apex."""
-    gravity = flat[Robot._fields.index("g")].tolist()
-    flies = [stance.ending == engine.ENDING_TAKEOFF and g > 0.0 for stance, g in zip(stances, gravity, strict=True)]
+    falls = np.broadcast_to(fall_of(Robot(*flat[: len(Robot._fields)])), len(stances)).tolist()
+    flies = [stance.ending == engine.ENDING_TAKEOFF and g > 0.0 for stance, g in zip(stances, falls, strict=True)]
     return np.array(flies, np.bool_).reshape(shape)
 
 

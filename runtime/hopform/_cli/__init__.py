@@ -30,7 +30,7 @@ SETTINGS: dict[str, Any] = {
 }  # fmt: skip
 
 COMMANDS = {
-    "robots": "solve", "equations": "solve", "stance": "solve", "hop": "solve", "identify": "identify", "record":
+    "robots": "solve", "equations": "solve", "motion": "solve", "stance": "solve", "hop": "solve", "identify": "identify", "record":
     "identify", "control": "solve", "reach": "solve", "figures": "folders", "export": "folders", "selftest":
     "folders", "model check": "model", "model build": "model", "model list": "model", "model show": "model",
 }  # fmt: skip

@@ -99,9 +99,11 @@ class Draws(NamedTuple):
         if height is not None:
             own["v2"] = np.array([[touchdown_velocity(each, height)] for each in self.robots])
         if own["x2"] is not None:
-            rest = self.model.solver.package.formulas.compression_at_rest
-            length = columns["L0"] + columns["c"] - rest(type(self.model.parameters)(**columns))
-            own["x2"] = own["x2"] + length - (self.model.L0 + self.model.c - rest(self.model.parameters))
+            length = self.model.solver.package.formulas.body_height  # at x1 = y = 0
+            each, own_length = (
+                length(of, 0.0, 0.0) for of in (type(self.model.parameters)(**columns), self.model.parameters)
+            )
+            own["x2"] = own["x2"] + each - own_length
         batch = solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns)
         return bands_of(batch.apex.astype(np.float64) - datum)
 

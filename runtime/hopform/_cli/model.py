@@ -3,6 +3,7 @@
 A model file is a program, and reading it runs it. The derivation, and what compiles, is imported when it is asked for.
 """
 
+import ast
 import json as json_module
 import os
 import shutil
@@ -218,16 +219,29 @@ def summary(folder: Path, facts: Facts, known: bool) -> Iterator[RenderableType]
 
 
 def model_list(json: bool = False) -> None:
-    """List the solvers that there are: those that ship, and those in the cache that `model build` made."""
+    """List the solvers that there are: the one that ships, those in the cache that `model build` made, and the models
+    that ship, of which `model build NAME` makes one.
+    """
     found = [entry(DEFAULT.facts, DEFAULT.folder.library, None)]
     found += [entry(facts_in(at / FACTS), folder_at(at).library, at) for at, _ in built_solvers()]
+    there = {each["name"] for each in found}
+    for name, path in door.shipped().items():
+        title = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").partition("\n")[0]
+        if name not in there:
+            found.append({"name": name, "title": title, "can": [], "back_ends": [], "folder": None})
     if json:
         print(json_module.dumps(found, indent=2))
         return
-    rows = [(each["name"], ", ".join(each["can"]), ", ".join(each["back_ends"]), each["folder"] or "ships with hopform",
-             each["title"]) for each in found]  # fmt: skip
+    rows = [(each["name"], ", ".join(each["can"]), ", ".join(each["back_ends"]), where_of(each), each["title"])
+            for each in found]  # fmt: skip
     head = ("name", "can", "back ends", "where", "title")
     show([table("", head, [tuple(map(printable, row)) for row in rows], head)])
+
+
+def where_of(found: dict[str, Any]) -> str:
+    """Where a solver of the list is, or how it is made."""
+    made = "ships with hopform" if found["can"] else f"`hopform model build {found['name']}` makes it"
+    return found["folder"] or made
 
 
 def entry(facts: Facts, library: Path, folder: Path | None) -> dict[str, Any]:

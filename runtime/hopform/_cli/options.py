@@ -63,16 +63,20 @@ def number_from(least: int, most: float) -> Callable[[str], int]:
     return parse
 
 
-def steps_of_current(text: str) -> list[tuple[float, float]]:
-    """Steps of the current from "t:u,t:u,..."."""
-    second, ampere = number_in("s"), number_in("A")
-    steps: list[tuple[float, float]] = []
-    for pair in text.split(","):
-        t, colon, u = pair.partition(":")
-        if not colon:
-            raise typer.BadParameter(f"takes steps t:u in s and A, as in 0:0,0.05:2.0, got {shown(pair)}")
-        steps.append((second(t), ampere(u)))
-    return steps
+def steps_in(unit: str) -> Callable[[str], list[tuple[float, float]]]:
+    """The parser of steps "t:u,t:u,..." of an input in `unit`."""
+    second, ampere = number_in("s"), number_in(unit)
+
+    def parse(text: str) -> list[tuple[float, float]]:
+        steps: list[tuple[float, float]] = []
+        for pair in text.split(","):
+            t, colon, u = pair.partition(":")
+            if not colon:
+                raise typer.BadParameter(f"takes steps t:u in s and {unit}, as in 0:0,0.05:2.0, got {shown(pair)}")
+            steps.append((second(t), ampere(u)))
+        return steps
+
+    return parse
 
 
 def gains_of_return(text: str) -> tuple[float, float]:
@@ -125,6 +129,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "v1": quantity("m/s", "its velocity"),
         "x2": quantity("m", "height of the body; from zero contact force if left out"),
         "compression": quantity("m", "of the leg, in place of --x2: as a flight has left it"),
+        "start": option("a coordinate or velocity of the model at the start, 0 if left out; repeatable",
+                        metavar="NAME=VALUE"),
     },
     "Ground": {
         "terrain": option("flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE"),
@@ -134,7 +140,10 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "Current": {
         "controller": option("what chooses the current"),
         "u": quantity("A", "current, constant over each stance"),
-        "u_steps": option("[s:A] steps of the current", parser=steps_of_current, metavar="0:U,T:U,..."),
+        "u_steps": option("[s:A] steps of the current", parser=steps_in("A"), metavar="0:U,T:U,..."),
+        "motion.u": option("the input, in its unit, constant", parser=number_in("the input's unit"), metavar="U"),
+        "motion.u_steps": option("steps of the input, times in s", parser=steps_in("the input's unit"),
+                                 metavar="0:U,T:U,..."),
         "hop.h_des": quantity("m", "hop height wanted, over the terrain's zero"),
         "control.h_des": quantity("m", "desired hop height of the next apex"),
         "datum": quantity("m", "level that heights count from, less the ground under the foot"),
@@ -199,6 +208,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     },
     "Solver": {
         "horizon": quantity("s", "longest time of a stance"),
+        "motion.horizon": quantity("s", "longest time"),
         "max_phases": count(1, "longest chain of phases"),
         "backend": option("the fastest there is if left out"),
         "dtype": option("precision of the computation"),
@@ -263,6 +273,7 @@ def described(command: str, function: Callable[..., None]) -> Callable[..., None
 EXAMPLES = {
     "robots": ("robots", "robots hopper_c --toml"),
     "equations": ("equations 14", "equations 14 --as numpy"),
+    "motion": ("motion --start y=0.02", "motion --start x1=0.02 --start v2=-1.9 --u 3 --json"),
     "stance": ("stance --height 0.20 --u 3", "stance --v2 -1.9 --u-steps 0:0,0.05:2.0 --csv stance.csv"),
     "hop": ("hop --height 0.20 --u 3", "hop --height 0.20 --terrain uniform --controller exact --h-des 0.20"),
     "record": ("record drop --seed 1 --csv drop.csv", "record step --seed 1 --plan"),
@@ -301,5 +312,5 @@ class GroupedCommand(TyperCommand):
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """The examples, each on a line of its own."""
         with formatter.section("Examples"):
-            for line in EXAMPLES[self.words]:
+            for line in use.examples(self.words) or EXAMPLES[self.words]:
                 formatter.write(f"  hopform {line}\n")

@@ -1,4 +1,4 @@
-"""The commands that solve: robots, equations, stance, hop, control, reach. `tables` writes what they print, `plots`
+"""The commands that solve: robots, equations, motion, stance, hop, control, reach. `tables` writes what they print, `plots`
 draws.
 """
 
@@ -17,7 +17,7 @@ from hopform._cli.bands import robot_and_draws, shade
 from hopform._cli.model import derived, spelled
 from hopform._cli.options import BackendName, ControllerName, Form, Precision
 from hopform._cli.output import check_outputs, deliver, emit, picture, to_json
-from hopform._cli.use import file_of, in_use, robot_in_use
+from hopform._cli.use import file_of, in_use, robot_in_use, start_in_use
 from hopform._control import TRIED, check_map
 from hopform._export import struct_of
 from hopform._files import Named, name_of
@@ -82,6 +82,28 @@ def stance(
         lambda: tables.stance(solved, sensitivities, explain), solved.warnings,
         (csv, lambda _: tables.stance_csv(solved, samples)), (plot, lambda path: picture(path, solved)),
         ("-" if json else None, lambda _: tables.stance_json(solved, height)),
+    )  # fmt: skip
+
+
+def motion(
+    robot: str | None = None, values: list[str] | None = None, start: list[str] | None = None, u: float = 0.0, u_steps: Any = None,
+    horizon: float = 2.0, max_phases: int = 4096, backend: BackendName | None = None,
+    dtype: Precision = Precision.float64, samples: int = 500, sensitivities: bool = False, explain: bool = False,
+    json: bool = False, csv: str | None = None, plot: Path | None = None,
+) -> None:  # fmt: skip
+    """Solve a motion of any model: its phases, events, ending, forces and energy ledger."""
+    check_outputs(json, csv, plot, reads=[("--robot", file_of(robot))])
+    if u and u_steps:
+        raise hopform.HopformError("give either --u or --u-steps")
+    if json and explain:
+        raise hopform.HopformError("--json and --explain exclude each other")
+    machine = robot_in_use(robot, values)
+    how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "backend": backend, "dtype": dtype}
+    solved = hopform.solve_motion(machine, start=start_in_use(start), u=u_steps or u, **how)
+    emit(
+        lambda: tables.motion(solved, sensitivities, explain), solved.warnings,
+        (csv, lambda _: tables.motion_csv(solved, samples)), (plot, lambda path: picture(path, solved)),
+        ("-" if json else None, lambda _: tables.motion_json(solved)),
     )  # fmt: skip
 
 

@@ -9,16 +9,30 @@ from rich.console import RenderableType
 from rich.table import Column, Table
 from rich.text import Text
 
-from hopform import ROBOTS, Command, Equation, FixedPoint, Hop, PrintedCommand, Reachability, Robot, Run, Stance
+from hopform import (
+    ROBOTS,
+    Command,
+    Equation,
+    FixedPoint,
+    Hop,
+    Motion,
+    Phase,
+    PrintedCommand,
+    Reachability,
+    Robot,
+    Run,
+    Stance,
+)
 from hopform._cli.bands import Bands, Draws, text_of
 from hopform._cli.output import Record, number, record, spaced, table, to_json
 from hopform._errors import printable
 from hopform._files import csv_of
 from hopform._hopping.run import motion_of
+from hopform._motion import masses_of
 from hopform._show import name_of
 from hopform._solver.package import records
 from hopform._stance import aed_at
-from hopform._words import current, ending, mode_of_actuator, mode_of_body, unit_of_time
+from hopform._words import current, ending, input_of, modes_of, start_of, unit_of_time
 
 READABLE = 90
 """Columns of a paragraph, however wide the line may be."""
@@ -93,29 +107,83 @@ def stance(solved: Stance, with_sensitivities: bool = False, explained: bool = F
     return spaced(title, *parts, f"AED {solved.aed:+.6g} J; {most}; {by}", *how)
 
 
+def motion(solved: Motion, with_sensitivities: bool = False, explained: bool = False) -> Iterator[RenderableType]:
+    """A motion: its ending, phases with the events that begin them, states and forces, the ledger by element; where asked
+    for, derivatives and how it was solved.
+    """
+    about = ", ".join(each for each in (f"from {start_of(solved)}", input_of(solved)) if each)
+    title = Text(f"{name_of(solved.robot)}: {about}; {ending(solved)}", style="bold")
+    parts = [motion_phases(solved), motion_states(solved), motion_ledger(solved)]
+    parts += [sensitivities(solved)] if with_sensitivities else []
+    by = f"solved by the {solved.backend} back end in {solved.dtype}"
+    return spaced(title, *parts, by, *([solved.explain()] if explained else []))
+
+
+def motion_phases(solved: Motion) -> Table:
+    """The chain of phases of a motion; what begins each one is its event."""
+    scale, unit = unit_of_time(solved.duration)
+    masses, inputs = masses_of(solved.robot.solver), solved.inputs
+    words = ["begins with", *(mass.name for mass in masses)]
+    numbers = [f"{each['name']} [{each['unit']}]" for each in inputs]
+    numbers += [f"{mass.position} [{mass.unit}]" for mass in masses]
+    rows = list[tuple[str, ...]]()
+    for phase, event in zip(solved.phases, beginnings(solved, "start"), strict=True):
+        times = (f"{t * scale:.6g}" for t in (phase.start, phase.end))
+        state = [getattr(phase.state, mass.position) for mass in masses]
+        values = (f"{value:.4g}" for value in (*([phase.u] if inputs else []), *state))
+        rows.append((*times, event, *modes_of(phase, solved.robot), *values))
+    return table("Phases and events", (f"from [{unit}]", f"to [{unit}]", *words, *numbers), rows, words)
+
+
+def motion_states(solved: Motion) -> Table:
+    """First and last state of a motion, the forces there and the energy."""
+    rows, units = list[tuple[str, ...]](), force_units(solved)
+    for name, t in (("start", 0.0), (solved.status.replace("_", " "), solved.duration)):
+        numbers = (*solved.at(t), *solved.forces(t).values(), solved.total_energy(t))
+        rows.append((name, *(f"{round(float(each), 9) + 0.0:.5g}" for each in numbers)))
+    columns = [f"{name} [{unit}]" for name, unit in (solved.units | units).items()]
+    return table("State and forces", ("", *columns, "H [J]"), rows, ("",))
+
+
+def motion_ledger(solved: Motion) -> Table:
+    """The ledger at the ending, with its sum."""
+    words = solved.robot.solver.facts.ledger
+    work = {key: value for own in solved.ledger_by_element(solved.duration).values() for key, value in own.items()}
+    made = table("Energy ledger", ("", "J"), ((words[key], f"{each + 0.0:+.6f}") for key, each in work.items()), ("",))
+    made.add_section()
+    total = math.fsum(work.values())
+    change = float(solved.total_energy(solved.duration)) - float(solved.total_energy(0.0))
+    made.add_row("sum", f"{total:+.6f}")
+    made.add_row("change of energy H", f"{change:+.6f}")
+    made.add_row("difference", f"{total - change:.1e}")
+    return made
+
+
+def force_units(solved: Motion) -> dict[str, str]:
+    """The forces of a motion with their units."""
+    return {name: str(solved._unit(name) or "N") for name in solved.forces(0.0)}  # pyright: ignore[reportPrivateUsage]
+
+
 def phases(solved: Stance) -> Table:
     """The chain of phases; what begins each one is its event."""
     scale, unit = unit_of_time(solved.duration)
     columns = (f"from [{unit}]", f"to [{unit}]", "begins with", "actuator", "body", "u [A]", "x1 [cm]")
     rows = list[tuple[str, ...]]()
     for phase, event in zip(solved.phases, beginnings(solved), strict=True):
-        times, modes = (
-            (phase.start, phase.end),
-            (mode(phase, solved.robot) for mode in (mode_of_actuator, mode_of_body)),
-        )
+        times, modes = (phase.start, phase.end), modes_of(phase, solved.robot)
         ends = (f"{t * scale:.6g}" for t in times)
         rows.append((*ends, event, *modes, f"{phase.u:.4g}", f"{100.0 * float(phase.state.x1):.4g}"))
     return table("Phases and events", columns, rows, columns[2:5])
 
 
-def beginnings(solved: Stance) -> list[str]:
+def beginnings(solved: Motion, start: str = "touchdown") -> list[str]:
     """The beginning of each phase: touchdown, events, or a step of the current."""
     events: dict[float, list[str]] = {}
     words = solved.robot.solver.facts.events
     for event in solved.events:
         events.setdefault(event.time, []).append(words[event.kind])
     steps = {t for t, _ in solved.u[1:]}
-    found = ["touchdown"]
+    found = [start]
     for phase in solved.phases[1:]:
         waiting = events.get(phase.start, [])
         found.append(waiting.pop(0) if waiting else "current steps" if phase.start in steps else "")
@@ -152,12 +220,12 @@ def ledger(solved: Stance) -> Table:
     return made
 
 
-def sensitivities(solved: Stance) -> Table:
+def sensitivities(solved: Motion) -> Table:
     """Derivatives of the ending: a row per input, a column per result, "-" where there is no derivative."""
     by = solved.sensitivities
     heads = ("", *(f"{row} [{by.units[row]}]" for row in by.rows))
     rows = ((f"{name} [{by.units[name]}]", *(number(by[row, name] + 0.0) for row in by.rows)) for name in by.columns)
-    what = "take-off" if solved.takeoff else "ending"
+    what = "take-off" if solved.status == "takeoff" else "ending"
     return table(f"Sensitivities: change of the {what} per unit of", heads, rows, ("",))
 
 
@@ -267,6 +335,32 @@ def stance_json(solved: Stance, height: float | None) -> str:
                    sensitivities=solved.sensitivities.matrix)  # fmt: skip
 
 
+def motion_json(solved: Motion) -> str:
+    """A motion with the robot it was solved for."""
+    first, *_ = solved.phases
+    by = solved.sensitivities
+    found = {row: {column: by[row, column] for column in by.columns} for row in by.rows}
+    parts = [
+        record(
+            "part", phase, state=phase.state._asdict(), forces=solved.forces(min(phase.start, solved.duration)),
+            modes=dict(zip((mass.name for mass in masses_of(solved.robot.solver)), sides_of(solved, phase), strict=True)),
+        )
+        for phase in solved.phases
+    ]  # fmt: skip
+    return to_json(
+        "motion", solved, start=first.state._asdict(), end=solved.end._asdict(), phases=parts,
+        units=solved.units | force_units(solved), forces=solved.forces(solved.duration),
+        total_energy=[solved.total_energy(0.0), solved.total_energy(solved.duration)],
+        ledger=solved.ledger_by_element(solved.duration),
+        sensitivities=None if np.isnan(by.matrix[0]).any() else found,
+    )  # fmt: skip
+
+
+def sides_of(solved: Motion, phase: Phase) -> list[int]:
+    """The mode of each mass that may move, as a number."""
+    return [(phase.mode_1, phase.mode_2)[mass.number - 1] for mass in masses_of(solved.robot.solver)]
+
+
 def run_json(solved: Run, settings: Record, drawn: Draws | None, bands: Bands | None) -> str:
     """A run with the settings that it was asked with; each hop with the ending of its stance, and its band."""
     hops = [
@@ -308,6 +402,14 @@ def stance_csv(solved: Stance, samples: int) -> str:
     t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
     force, energy = solved.contact_force(t), solved.energy(t).body
     return csv_of({"t": t, **solved.at(t)._asdict(), "N": force, "E": energy, "AED": aed_at(solved, t)})
+
+
+def motion_csv(solved: Motion, samples: int) -> str:
+    """A motion over time: uniform times, and those of the events."""
+    t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
+    t = t[t <= solved.duration]
+    u = {each["name"]: solved.current(t) for each in solved.inputs}
+    return csv_of({"t": t, **solved.at(t)._asdict(), **u, **solved.forces(t), "H": solved.total_energy(t)})
 
 
 def run_csv(solved: Run, samples: int) -> str:

@@ -70,6 +70,23 @@ def with_values(robot: Robot, values: Sequence[str] | None) -> Robot:
     return replace(robot, **given)  # type: ignore[arg-type]
 
 
+def start_in_use(pairs: Sequence[str] | None) -> dict[str, float]:
+    """What --start NAME=VALUE has, by the names of the model; HopformError for what is no such pair, and for a name that
+    is given twice.
+    """
+    first = next(iter(core().facts.axes.values()))["name"]
+    given = dict[str, float]()
+    for pair in pairs or ():
+        name, equals, text = pair.partition("=")
+        value = number_of(text)
+        if not equals or value is None or math.isnan(value):
+            raise HopformError(f"--start takes NAME=VALUE in SI units, as in {first}=0.1, got {shown(pair)}")
+        if name in given:
+            raise HopformError(f"--start: {shown(name)} is given twice")
+        given[name] = value
+    return given
+
+
 def described() -> Iterator[tuple[str, list[tuple[str, str]]]]:
     """What --help says of the solver that --solver names: titles of lists, their entries and what these are."""
     if NAMED.get() is None:
@@ -80,6 +97,15 @@ def described() -> Iterator[tuple[str, list[tuple[str, str]]]]:
     yield "Inputs", [(_named(each), each["meaning"] + limits[each["name"]]) for each in facts.inputs]
     parameters = [*facts.parameters, *facts.limits]
     yield "Parameters, by --set NAME=VALUE", [(_named(each), _about(each)) for each in parameters]
+
+
+def examples(command: str) -> Sequence[str]:
+    """Two command lines of `hopform motion` under the names of the solver that --solver names, none of others."""
+    if NAMED.get() is None or command != "motion":
+        return ()
+    place, rate, *_ = (each["name"] for each in core().facts.axes.values())
+    start, u = f"--solver {NAMED.get()} motion --start {place}=0.1", " --u 1" if core().facts.inputs else ""
+    return (start, f"{start} --start {rate}=0.5{u} --json")
 
 
 def _named(quantity: Table) -> str:

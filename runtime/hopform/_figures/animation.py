@@ -70,7 +70,7 @@ def scene(axes: Axes, run: Run, wanted: float | None) -> Callable[[float], list[
     """The ground, the set point and the parts that move, with what places these at a time and moves the view along."""
     edges = STRIDE * (np.arange(len(run.terrain) + 1) - 0.5)
     edges[0], edges[-1] = -3 * STRIDE, edges[-1] + 3 * STRIDE
-    length = run.robot.L0 + run.robot.c - rest_of(run.robot)
+    length = run.robot.letters.L0 + run.robot.letters.c - rest_of(run.robot)
     tops = [0.0, wanted or 0.0, *(hop.height for hop in run.hops), *(hop.apex for hop in run.hops)]
     low, high = min(run.terrain) - 0.05, length + float(np.nanmax(tops)) + 0.15
     axes.stairs(run.terrain, edges, baseline=low, fill=True, facecolor="#DDDDDD", edgecolor=GREY)

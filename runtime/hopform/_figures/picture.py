@@ -97,7 +97,7 @@ def legend(axes: Axes, columns: int = 3, **how: Any) -> None:
 
 def unloaded(robot: Robot) -> float:
     """Length of the leg [m] that carries nothing, the actuator at 0."""
-    return robot.L0 + robot.c - rest_of(robot)
+    return robot.letters.L0 + robot.letters.c - rest_of(robot)
 
 
 def standing(robot: Robot) -> float:
@@ -118,12 +118,16 @@ def volts(robot: Robot) -> str:
 
 def scale(robot: Robot) -> float:
     """Heights of a robot over those of the shipped ones: they grow with the leg, of 0.4 m there."""
-    return robot.L0 / 0.4
+    return robot.letters.L0 / 0.4
 
 
 def movable(robot: Robot) -> Robot:
     """The robot; HopformError for one whose actuator cannot be driven."""
-    if not (0.0 < robot.u_max < np.inf and robot.gamma2 != 0.0 and robot.x1_min < robot.x1_max):
+    if not (
+        0.0 < robot.letters.u_max < np.inf
+        and robot.letters.gamma2 != 0.0
+        and robot.letters.x1_min < robot.letters.x1_max
+    ):
         raise HopformError(f"{name_of(robot)} has no actuator to drive: it needs a finite u_max, gamma2 and a stroke")
     return robot
 

@@ -31,9 +31,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from hopform import Batch, Command, Flight, Hop, HopformError, Phase, Reachability, Run, Sensitivities, Stance
+from hopform import Batch, Command, Flight, Hop, HopformError, Motion, Phase, Reachability, Run, Sensitivities, Stance
+from hopform._motion import Mass, force_unit, masses_of
 from hopform._stance import aed_at, rest_of
-from hopform._words import current, ending, mode_of_actuator, mode_of_body, name_of, unit_of_time
+from hopform._words import current, ending, input_of, modes_of, name_of, start_of, unit_of_time
 
 SUFFIXES = {
     ".svg": {"Date": None, "Creator": "hopform"},
@@ -160,8 +161,8 @@ def plot_stance(figure: Figure, stance: Stance) -> None:
         for draw, axes in zip(panels, rows, strict=True):
             draw(axes, stance, t, t * scale)
             mark_phases(axes, stance.phases, scale)
-        shade(rows[0], stance.phases, [mode_of_actuator(phase, stance.robot) for phase in stance.phases], scale)
-        shade(rows[1], stance.phases, [mode_of_body(phase, stance.robot) for phase in stance.phases], scale)
+        shade(rows[0], stance.phases, modes_over(stance, 0), scale)
+        shade(rows[1], stance.phases, modes_over(stance, 1), scale)
         name_events(rows[:3], stance, scale)
         rows[-1].set_xlabel(f"time since touchdown [{unit}]")
         figure.align_ylabels(rows)
@@ -173,11 +174,16 @@ def stance_panel(axes: Axes, stance: Stance) -> None:
     scale, unit = unit_of_time(stance.duration)
     t = stance_times(stance)
     draw_body(axes, stance, t, t * scale)
-    shade(axes, stance.phases, [mode_of_body(phase, stance.robot) for phase in stance.phases], scale)
+    shade(axes, stance.phases, modes_over(stance, 1), scale)
     axes.set_xlabel(f"time since touchdown [{unit}]")
 
 
-def stance_times(stance: Stance) -> Curve:
+def modes_over(motion: Motion, mass: int) -> list[str]:
+    """The modes of a mass in the phases, in words."""
+    return [modes_of(phase, motion.robot)[mass] for phase in motion.phases]
+
+
+def stance_times(stance: Motion) -> Curve:
     """Uniform times, and just before and at every event, where curves have their corners."""
     corners = np.array([phase.start for phase in stance.phases])
     t = np.union1d(np.linspace(0.0, stance.duration, SAMPLES), np.concatenate([corners, corners * (1.0 - 1e-6)]))
@@ -235,7 +241,9 @@ def draw_run_off(axes: Axes, run: Run | Hop, t: Curve) -> None:
 def energies_of_body(run: Run | Hop, t: Curve) -> tuple[Curve, Curve]:
     """Kinetic and gravitational energy [J] of the body, from level 0 on; an impact alone makes their sum jump."""
     state, robot = run.at(t), run.robot
-    return 0.5 * robot.m_s * np.asarray(state.v2) ** 2, robot.m_s * robot.g * np.asarray(state.x2)
+    return 0.5 * robot.letters.m_s * np.asarray(state.v2) ** 2, robot.letters.m_s * robot.letters.g * np.asarray(
+        state.x2
+    )
 
 
 def draw_current(axes: Axes, moved: Stance | Run | Hop | Flight, t: Curve, shown: Curve) -> None:
@@ -251,11 +259,14 @@ def name_axis(axes: Axes, label: str) -> None:
         axes.set_ylim((low + high - LEAST_SPAN) / 2.0, (low + high + LEAST_SPAN) / 2.0)
 
 
-def shade(axes: Axes, phases: Sequence[Phase], modes: Sequence[str], scale: float) -> None:
+def shade(
+    axes: Axes, phases: Sequence[Phase], modes: Sequence[str], scale: float,
+    looks: Mapping[str, Mapping[str, Any]] = SHADES,
+) -> None:  # fmt: skip
     """The mode of a mass behind its curve; neighbours of one mode are one shade."""
     for word, stretch in groupby(zip(phases, modes, strict=True), key=lambda pair: pair[1]):
         some = [phase for phase, _ in stretch]
-        axes.axvspan(some[0].start * scale, some[-1].end * scale, zorder=0, linewidth=0.0, **SHADES[word])
+        axes.axvspan(some[0].start * scale, some[-1].end * scale, zorder=0, linewidth=0.0, **looks[word])
 
 
 def mark_phases(axes: Axes, phases: Sequence[Phase], scale: float) -> None:
@@ -266,18 +277,17 @@ def mark_phases(axes: Axes, phases: Sequence[Phase], scale: float) -> None:
     )  # fmt: skip
 
 
-def name_events(rows: Sequence[Axes], stance: Stance, scale: float) -> None:
+def name_events(rows: Sequence[Axes], stance: Motion, scale: float) -> None:
     """The name of an event beside its line, in the panel of its mass; that of the take-off where the force ends. Of names
     that would overlap the first one stands.
     """
     least = stance.duration / 40.0
-    masses = (each for each in stance.robot.solver.facts.elements if each.get("events"))
-    for row, mass in zip(rows, masses, strict=False):
+    for row, mass in zip(rows, masses_of(stance.robot.solver), strict=False):
         free = -math.inf
         for event in stance.events:
-            if event.kind in mass["events"] and event.time >= free:
+            if event.kind in mass.events and event.time >= free:
                 near_end = event.time > 0.95 * stance.duration
-                words = mass["events"][event.kind].removeprefix(f"{mass['name']} ")
+                words = mass.events[event.kind].removeprefix(f"{mass.name} ")
                 label(row, event.time * scale, words, "right" if near_end else "left")
                 free = event.time + least
     if stance.status == "takeoff":
@@ -292,13 +302,14 @@ def label(axes: Axes, x: float, words: str, side: str) -> None:
     axes.annotate(words, (x, 1.0), (at, -2.0), where, ha=side, va="top", rotation=90, **NAME)
 
 
-def legend_of_modes(figure: Figure, stance: Stance) -> None:
-    """Legend of the shades behind x1 and x2 that occur."""
+def legend_of_modes(figure: Figure, stance: Motion) -> None:
+    """Legend of the shades behind the coordinates that occur."""
+    looks: dict[str, dict[str, Any]] = dict(SHADES)
+    for mass in masses_of(stance.robot.solver):
+        looks |= shades_of(mass)
     lasting = [phase for phase in stance.phases if phase.end > phase.start]
-    present = {
-        word for phase in lasting for word in (mode_of_actuator(phase, stance.robot), mode_of_body(phase, stance.robot))
-    }
-    patches = [Patch(label=word, linewidth=0.0, **look) for word, look in SHADES.items() if word in present]
+    present = {word for phase in lasting for word in modes_of(phase, stance.robot)}
+    patches = [Patch(label=word, linewidth=0.0, **look) for word, look in looks.items() if word in present]
     if patches:
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
 
@@ -321,6 +332,76 @@ def literal(text: str) -> str:
 def plain(text: str) -> str:
     """Text of hopform's own as matplotlib shows it, with true minus signs and squares."""
     return literal(re.sub(r"-(?=\d)", "\N{MINUS SIGN}", text).replace("^2", "\N{SUPERSCRIPT TWO}"))
+
+
+# ---- a motion ----
+
+
+def plot_motion(figure: Figure, motion: Motion) -> None:
+    """A motion over time, its events named: each coordinate, the velocities, what friction and stops carry, the energy of
+    the whole machine, and the input where it has steps.
+    """
+    scale, unit = unit_of_time(motion.duration)
+    t, masses, steps = stance_times(motion), masses_of(motion.robot.solver), int(len(motion.u) > 1)
+    count = len(masses) + 3 + steps
+    with framed(figure, 6.4, 1.45 * count + 1.1, title_of_motion(motion)):
+        rows: list[Axes] = list(figure.subplots(count, 1, sharex=True))
+        for n, mass in enumerate(masses):
+            draw_coordinate(rows[n], motion, mass, t, t * scale)
+            shade(rows[n], motion.phases, modes_over(motion, n), scale, shades_of(mass))
+        state, (velocities, forces, energy, *inputs) = motion.at(t), rows[len(masses) :]
+        for mass, colour in zip(masses, (BLUE, GREEN), strict=False):
+            words = literal(f"{mass.velocity} [{mass.unit}/s]")
+            velocities.plot(t * scale, getattr(state, mass.velocity), color=colour, label=words)
+        for (name, values), colour in zip(carried(motion, t), (BLUE, ORANGE, GREEN, SKY), strict=False):
+            forces.plot(t * scale, values, color=colour, label=literal(name))
+        energy.plot(t * scale, motion.total_energy(t), color=BLUE)
+        for axes in inputs:
+            axes.plot(t * scale, motion.current(t), color=CURRENT)
+            name_axis(axes, literal(" ".join(f"{each['name']} [{each['unit']}]" for each in motion.inputs)))
+        velocities.set_ylabel("velocity")
+        forces.set_ylabel("force")
+        energy.set_ylabel("energy H [J]")
+        for axes in rows:
+            mark_phases(axes, motion.phases, scale)
+        for axes in (velocities, forces):
+            axes.legend(loc="upper right")
+        name_events(rows, motion, scale)
+        rows[-1].set_xlabel(f"time [{unit}]")
+        figure.align_ylabels(rows)
+        legend_of_modes(figure, motion)
+
+
+def motion_panel(axes: Axes, motion: Motion) -> None:
+    """The first coordinate, with the modes of its mass behind it."""
+    scale, unit = unit_of_time(motion.duration)
+    t, mass = stance_times(motion), masses_of(motion.robot.solver)[0]
+    draw_coordinate(axes, motion, mass, t, t * scale)
+    shade(axes, motion.phases, modes_over(motion, 0), scale, shades_of(mass))
+    axes.set_xlabel(f"time [{unit}]")
+
+
+def draw_coordinate(axes: Axes, motion: Motion, mass: Mass, t: Curve, shown: Curve) -> None:
+    axes.plot(shown, getattr(motion.at(t), mass.position), color=BLUE)
+    axes.set_ylabel(literal(f"{mass.name}\n{mass.position} [{mass.unit}]"))
+
+
+def shades_of(mass: Mass) -> dict[str, dict[str, Any]]:
+    """The shades behind the coordinate of a mass, by the words for its modes."""
+    forwards, backwards = mass.directions
+    return SHADES | {forwards: SHADES["extends"], backwards: SHADES["retracts"]}
+
+
+def carried(motion: Motion, t: Curve) -> list[tuple[str, Curve]]:
+    """The forces of friction and stops, named with their units."""
+    found, masses = motion.forces(t), masses_of(motion.robot.solver)
+    names = [(mass, f"{what}_{mass.position}") for mass in masses for what in ("friction", "stop")]
+    return [(f"{name} [{force_unit(mass.unit)}]", found[name]) for mass, name in names if name in found]
+
+
+def title_of_motion(motion: Motion) -> str:
+    about = ", ".join(each for each in (f"from {start_of(motion)}", input_of(motion)) if each)
+    return literal(name_of(motion.robot)) + plain(f": {about}\n{ending(motion)}")
 
 
 # ---- a run ----
@@ -374,7 +455,7 @@ def title_of_run(run: Run | Hop) -> str:
     if isinstance(run, Hop):
         words = f", hop {run.index}: {current(run.stance.u)}, {ending(run.stance)}"
         return literal(name_of(run.robot)) + plain(words)
-    start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.L0 - run.robot.c + rest_of(run.robot)):.4g} cm"
+    start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.letters.L0 - run.robot.letters.c + rest_of(run.robot)):.4g} cm"
     currents = {hop.stance.u for hop in run.hops}
     words = current(currents.pop()) if len(currents) == 1 else f"{len(run.hops)} hops"
     return literal(name_of(run.robot)) + plain(f" {start}, {words}")
@@ -384,7 +465,7 @@ def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:
     """The body over the level at which the leg stands unloaded; of a run apexes, take-offs, ground and set points
     too.
     """
-    base = run.robot.L0 + run.robot.c - rest_of(run.robot)
+    base = run.robot.letters.L0 + run.robot.letters.c - rest_of(run.robot)
     axes.plot(t, 100.0 * (np.asarray(run.at(t).x2) - base), color=BLUE, linewidth=1.0, label="body")
     axes.set_ylabel("hop height [cm]")
     if isinstance(run, Hop):
@@ -412,7 +493,7 @@ def draw_wanted(axes: Axes, run: Run) -> None:
 def apexes(run: Run) -> tuple[Curve, Curve]:
     """Times [s] and heights [m] of a run's apexes, up to its end; hops without take-off are left out."""
     lifts = [hop for hop in run.hops if hop.stance.takeoff is not None]
-    found = [(hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / run.robot.g, hop.apex) for hop in lifts]
+    found = [(hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / run.robot.letters.g, hop.apex) for hop in lifts]
     times, heights = np.array(found).reshape(-1, 2).T
     return times[times <= run.duration], heights[times <= run.duration]
 

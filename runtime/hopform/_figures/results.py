@@ -145,6 +145,7 @@ def alone(panel: Panel, width: float, height: float, figure: Figure, result: Any
 
 
 PICTURES: dict[str, tuple[Whole, Panel]] = {
+    "Motion": (plots.plot_motion, plots.motion_panel),
     "Stance": (plots.plot_stance, plots.stance_panel),
     "Flight": (plots.plot_flight, plots.flight_panel),
     "Hop": (plots.plot_run, plots.run_panel),

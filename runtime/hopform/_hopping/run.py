@@ -112,7 +112,7 @@ class _Legs(OverTime):
         """
 
         def from_level(leg: _Leg, times: Array) -> tuple[Real, Real]:
-            energy, weight = leg.motion.energy(times), leg.motion.robot.m_s * leg.motion.robot.g
+            energy, weight = leg.motion.energy(times), leg.motion.robot.letters.m_s * leg.motion.robot.letters.g
             return energy.body + weight * leg.ground, energy.total + weight * leg.ground
 
         return records.Energy(*self._from_legs(t, from_level, 2))
@@ -197,7 +197,7 @@ class Hop(_Legs):
 
     def _chain(self) -> list[_Leg]:
         robot = self.robot
-        level = float(self.flight.energy(0.0).body) + robot.m_s * robot.g * self.ground
+        level = float(self.flight.energy(0.0).body) + robot.letters.m_s * robot.letters.g * self.ground
         after = level + _spring_energy(robot, self.touchdown, self.flight.end_compression) - self.energy_lost_at_impact
         return [_Leg(0.0, self.flight, self.ground, level), _Leg(self.flight.duration, self.stance, self.ground, after)]
 
@@ -232,12 +232,13 @@ class Hop(_Legs):
     @property
     def hits_stop(self) -> bool:
         """Whether the actuator met a stop in the stance or in the flight before."""
-        return any(event.kind == "x1_hits_stop" for event in (*self.stance.events, *self.flight.events))
+        return any(event.kind.endswith("_hits_stop") for event in (*self.stance.events, *self.flight.events))
 
     @property
     def bottoms_out(self) -> bool:
         """Whether the actuator met its upper stop in the stance."""
-        hits, top = {each.time for each in self.stance.events if each.kind == "x1_hits_stop"}, self.robot.x1_max
+        hits = {each.time for each in self.stance.events if each.kind.endswith("_hits_stop")}
+        top = self.robot.letters.x1_max
         return bool(hits) and any(phase.start in hits and phase.state.x1 == top for phase in self.stance.phases)
 
 
@@ -319,7 +320,7 @@ class Run(_Legs):
         and again.
         """
         robot, first, ground = self.robot, self._first_flight(), self.terrain[0]
-        level = float(first.energy(0.0).body) + robot.m_s * robot.g * ground
+        level = float(first.energy(0.0).body) + robot.letters.m_s * robot.letters.g * ground
         legs = [_Leg(0.0, first, ground, level)]
         flights = [*(hop.flight for hop in self.hops), self.last]
         for hop, after in zip(self.hops, flights[1:], strict=True):
@@ -346,7 +347,7 @@ class Run(_Legs):
 
 def _spring_energy(robot: Robot, at: State, compression: float) -> float:
     """What the energy (23) of the body in stance has beside that in flight [J]: k (x2 - L0 - c)^2/2."""
-    return float(robot.k * (float(at.x1) - compression - rest_of(robot)) ** 2 / 2.0)
+    return float(robot.letters.k * (float(at.x1) - compression - rest_of(robot)) ** 2 / 2.0)
 
 
 def _attrs(text: str) -> dict[str, str]:
@@ -390,13 +391,13 @@ def simulate(
     ('completed', [0.2233, 0.2356])
     """
     if not checked_robot(robot, "hop").g > 0.0:
-        raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.g!r}")
+        raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.letters.g!r}")
     key = (checks.whole("seed", seed, 0, math.inf), *_cell(cell))
     checks.function("progress", progress)
     checks.instance("errors", errors, Errors, "Errors")
     grounds = heights_of(terrain)
     longest = positive("horizon", horizon, "s")
-    plant = robot if errors.current_scale == 1.0 else replace(robot, gamma2=robot.gamma2 * errors.current_scale)
+    plant = robot if errors.current_scale == 1.0 else _scaled(robot, errors.current_scale)
     model = robot if errors.model is None else errors.model
     first = _start(robot, height, start)
     asked: Any = ConstantCurrent(finite("u", controller, "A")) if checks.is_scalar(controller) else controller
@@ -441,13 +442,23 @@ class _Task(NamedTuple):
         return None if self.errors is NONE else checks.stream(role, *self.key, index)
 
 
+def _scaled(robot: Robot, scale: float) -> Robot:
+    """The robot whose force per current is that of another, times a scale; HopformError if no parameter is that."""
+    name = str(robot.solver.facts.inputs[0]["per_unit"]).removeprefix("-") if robot.solver.facts.inputs else ""
+    if name not in robot.parameters._fields:
+        raise HopformError(
+            f"errors.current_scale must be 1: no parameter of {robot.solver.name} is its force per current"
+        )
+    return replace(robot, **{name: getattr(robot, name) * scale})
+
+
 def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> State:
     """The state in the air, x2 over level 0."""
     if (height is None) == (start is None):
         got = f"got height = {shown(height)}, start = {shown(start)}"
         raise HopformError(f"either height or start must be given, {got}")
     if start is None:
-        length = robot.L0 + robot.c - rest_of(robot)
+        length = robot.letters.L0 + robot.letters.c - rest_of(robot)
         return State(home_of(robot), 0.0, finite("height", height, "m") + length, 0.0)
     entries = checks.items("start", start, "a State of x1, v1, x2, v2", 4)
     if len(entries) != 4:
@@ -485,7 +496,7 @@ def _flight(task: _Task, start: State, leg: float, step: float | None) -> Flight
     x1, v1, x2, v2 = (float(value) for value in start)
     robot = task.plant
     below = x2 if step is None else x2 - step
-    fall = 2.0 * (abs(v2) + math.sqrt(v2 * v2 + 2.0 * robot.g * (1.0 + abs(below)))) / robot.g
+    fall = 2.0 * (abs(v2) + math.sqrt(v2 * v2 + 2.0 * robot.letters.g * (1.0 + abs(below)))) / robot.letters.g
     gains, height = _gains(task, x1, v2), None if step is None else below
     how: dict[str, Any] = task.how | {"compression": leg, "gains": gains, "horizon": 10.0 + fall}
     return solve_flight(robot, x1=x1, v1=v1, x2=height, v2=v2, **how)

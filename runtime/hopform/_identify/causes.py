@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform._identify import estimation
+from hopform._identify.alternatives import friction_at_rest
 from hopform._identify.estimation import Parameter, Solution
 from hopform._identify.motion import Array, Values
 from hopform._identify.nuisances import NUISANCES, extended, weights, with_nuisances
@@ -129,7 +130,7 @@ def _whitens(solution: Solution, residuals: Parts) -> bool:
 def _known(problem: Problem, solution: Solution) -> Iterator[Diagnosis]:
     """Known values that are off: where another one explains what is left."""
     for letter, value in problem.known.items():
-        if letter in _RELEASED and letter not in solution.values:
+        if (letter in _RELEASED or problem.kind == "model") and letter not in solution.values:
             wider = _released(problem, letter, value)
             if wider is not None:
                 yield from _fitted("known value", letter, wider, solution)
@@ -211,6 +212,7 @@ def _power(residual: Array) -> float:
 
 _OPTIONS = {each: f"fit it with --{each}" for each in NUISANCES} | {
     "known value": "leave it out of --known, or measure it again", "outliers": "fit with --loss huber",
+    "gravity": "hopform.fit takes it as sine=True",
 }  # fmt: skip
 
 
@@ -232,11 +234,6 @@ def _shapes() -> Mapping[str, Sequence[Force]]:
         "drift": [lambda at: at.force * at.t / max(float(at.t[-1]), 1e-9)],
         "gravity": [lambda at: at.sprung * (np.sin(at.x) - at.x)],
     }
-
-
-def friction_at_rest(share: float) -> Force:
-    """Coulomb friction that fades as e^(-(v/v_s)^2), v_s a share of the largest velocity."""
-    return lambda at: at.friction * np.sign(at.way) * np.exp(-((at.v / (share * at.fastest)) ** 2))
 
 
 def _forces(problem: Problem, solution: Solution) -> Iterator[Diagnosis]:

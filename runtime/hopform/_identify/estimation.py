@@ -172,6 +172,36 @@ class _Coordinates:
         return np.array([values[p.name] if p.kind == "positive" else p.scale for p in self.parameters])
 
 
+class Place:
+    """A parameter at a minimum: between its values and distances from there in the coordinate of the optimiser."""
+
+    def __init__(self, solution: "Solution", number: int) -> None:
+        self.of = solution.parameters[number]
+        self.value = solution.values[self.of.name]
+
+    def into(self, value: float) -> float:
+        """How far a value is off."""
+        if self.of.kind == "positive":
+            return math.log(max(value / self.value, 1e-300))
+        return (value - self.value) / self.of.scale
+
+    def by(self, change: float) -> float:
+        """A small change."""
+        return change / (self.value if self.of.kind == "positive" else self.of.scale)
+
+    def out(self, distance: float) -> float:
+        """The value so far off."""
+        if self.of.kind == "positive":
+            return self.value * math.exp(min(distance, 300.0))
+        low, high = _LIMITS.get(self.of.kind, (-math.inf, math.inf))
+        return min(max(self.value + distance * self.of.scale, low), high)
+
+
+def slopes(solution: "Solution") -> Array:
+    """Of each parameter d parameter / d coordinate at a minimum."""
+    return _Coordinates(solution.parameters).slopes(solution.values)
+
+
 Progress = Callable[[str], None]
 
 
@@ -578,7 +608,7 @@ class Tests(NamedTuple):
 
 _LAGS = 20
 """Samples over which residuals are tested for a memory; a fifth of them where they are few."""
-_CHANCE = 0.01
+_CHANCE = 0.005
 """Chance of white noise below which residuals are none."""
 
 

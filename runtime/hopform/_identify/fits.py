@@ -6,14 +6,14 @@ import math
 import time as clock
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import NamedTuple, TypedDict, Unpack
+from typing import Any, NamedTuple, TypedDict, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hopform._checks import flag, function, word
 from hopform._errors import HopformError
-from hopform._identify import causes, estimation, nuisances, repeats
+from hopform._identify import alternatives, causes, estimation, nuisances, repeats
 from hopform._identify.causes import Diagnosis, said
 from hopform._identify.estimation import Estimate, Progress, Solution, Tests
 from hopform._identify.kinds import Kind, Recordings, problem_of
@@ -21,12 +21,13 @@ from hopform._identify.motion import Array, Values
 from hopform._identify.recordings import HOPPER, Units, noise_of, quantum_of
 from hopform._identify.repeats import Repeat
 from hopform._identify.search import Problem, is_noise, least_squares, minimise, part_of, selected, settled
-from hopform._robots import Provenance, Robot, load_robot
+from hopform._robots import Provenance, load_robot
 from hopform._show import Array as Variable
 from hopform._show import Arrays, Card, Curve, Shown
 
 TITLES = {
     "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
+    "model": "a model",
 }  # fmt: skip
 """Headings by kind of answer."""
 OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
@@ -104,6 +105,8 @@ class Fit(Shown):
     """of the recordings; where positions are in rad, what is said to be in m is in rad, forces are torques"""
     scale: bool = True
     """whether something known fixes the scale of all forces"""
+    base: Any = None
+    """of a model's fit: its robot with what was fitted, and what was given"""
 
     def _card(self) -> Card:
         ends = [(each.name, f"{each.value:.4g} +- {0.5 * (each.high - each.low):.2g}")
@@ -158,13 +161,21 @@ class Fit(Shown):
         """The same with viscous friction alone [m]."""
         return _together([trace.old_rms for trace in self.traces], self.traces)
 
-    def robot(self, base: Robot) -> Robot:
+    def robot(self, base: Any = None) -> Any:
         """A robot with what was fitted, and the rest, as what is not identifiable, from `base`; friction of several
-        recordings as their mean. Its `fit` says where each number comes from. HopformError for a rotary fit."""
-        if self.units.position != "m":
+        recordings as their mean. base: if none, that of a model's fit. Its `fit` says where each number comes from.
+        HopformError for a rotary fit of no model, which is of no hopper, and without a base.
+        """
+        if self.base is None and self.units.position != "m":
             raise HopformError("a fit in rad is of no hopper: take it to a simulator by --export mjcf, urdf or isaac")
-        fields = {"length" if each.name == "L0" else each.name: each.name for each in Robot.fields()}
-        shifts = {"length": base.c}  # the fit has L0 + c
+        base = self.base if base is None else base
+        if base is None:
+            raise HopformError(
+                "base must be a robot, which has what was not fitted, as load_robot('hopper_c') gives it"
+            )
+        length = () if self.base is not None else ("L0",)
+        fields = {"length" if each.name in length else each.name: each.name for each in base.fields()}
+        shifts = {"length": base.c} if length else {}  # the fit has L0 + c
         means = {letter: mean_of(self.estimates, letter) for letter in fields}
         means = {letter: mean for letter, mean in means.items() if mean[0].any()}
         ends = np.array([ends - shifts.get(letter, 0.0) for letter, (_, ends) in means.items()]).reshape(-1, 3)
@@ -178,11 +189,13 @@ class Fit(Shown):
             all(trace.tests.white for trace in self.traces),
         )  # fmt: skip
         changed = given | dict(zip(fit.names, fit.values, strict=True))
-        return replace(base, **changed, fit=fit)  # type: ignore[arg-type]
+        return replace(base, **changed, fit=fit)
 
-    def sample(self, count: int, seed: int | None = None, base: Robot | None = None) -> tuple[Robot, ...]:
-        """Robots drawn from the joint distribution of what was fitted; the rest is that of `base`, hopper_c if none."""
-        return self.robot(base or load_robot("hopper_c")).sample(count, seed)
+    def sample(self, count: int, seed: int | None = None, base: Any = None) -> tuple[Any, ...]:
+        """Robots drawn from the joint distribution of what was fitted; the rest is that of `base`; if none, of a model's
+        fit what was given, else hopper_c.
+        """
+        return tuple(self.robot(base or self.base or load_robot("hopper_c")).sample(count, seed))
 
 
 def mean_of(estimates: Sequence[Estimate], letter: str) -> tuple[Array, Array]:
@@ -280,8 +293,13 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     """The recipe. given: recordings, or their files, by their kind. Raises HopformError where one cannot be of its
     kind, MissingExtra without scipy.
     """
-    began, asked = clock.perf_counter(), checked(options)
-    problem = problem_of(given, known, asked.backend, asked.loss)
+    asked = checked(options)
+    return solved(problem_of(given, known, asked.backend, asked.loss), asked)
+
+
+def solved(problem: Problem, asked: "Asked") -> Fit:
+    """The fit of a problem."""
+    began = clock.perf_counter()
     asked.stage("fit")
     problem, solution = _minimum(problem, asked.nuisances)
     tested = zip(problem.experiments, solution.tests, strict=True)
@@ -289,6 +307,7 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     asked.stage("diagnoses")
     diagnoses = causes.diagnose(problem, solution) if asked.diagnose else ()
     solution, estimates, spread = _intervals(problem, solution, explained=not diagnoses, stage=asked.stage)
+    estimates, spread, allowed, refuted = _allowing(solution, estimates, spread)
     asked.stage("the old model")
     old = _old(problem, solution) if asked.compare and usable and problem.coulomb else ()
     asked.stage("hold-out")
@@ -299,8 +318,8 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     odd = [*_outlying(traces, solution.inliers), *coloured(traces, solution.explained)]
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces,
-        statements=(*problem.statements, *blind(spread), *_boundary(estimates), *differing),
-        warnings=(*problem.warnings, *odd, *said(diagnoses, problem.units.shown("x1"))),
+        statements=(*problem.statements, *blind(spread), *_boundary(estimates), *allowed, *differing),
+        warnings=(*problem.warnings, *odd, *refuted, *said(diagnoses, problem.units.shown("x1"))),
         evaluations=solution.evaluations, seconds=clock.perf_counter() - began, solution=solution, diagnoses=diagnoses,
         covariance=spread.covariance, repeats=tuple(alone), units=problem.units, scale=problem.scale,
     )  # fmt: skip
@@ -334,7 +353,7 @@ def _traces(problem: Problem, solution: Solution, old: Sequence[Array], holdout:
     tests, inliers = solution.tests, solution.inliers
     found = list[Trace]()
     for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True)):
-        x, of = each.measured, each.of if each.kind == "free" else _QUANTITY[each.kind]
+        x, of = each.measured, each.quantity
         worse = x + old[n] if old else None
         rms = estimation.tests_of(old[n][inliers[n]]).rms if old else math.nan
         found.append(Trace(each.label, of, each.time + each.begin, x, x + residual, worse, tests[n], rms, holdout[n]))
@@ -371,6 +390,30 @@ def _intervals(
     return solution, *estimation.estimates(solution, explained=explained, profiles=False)
 
 
+NONE = "not explained"
+"""Of an estimate without an interval."""
+
+
+def _allowing(
+    solution: Solution, estimates: tuple[Estimate, ...], spread: estimation.Spread
+) -> tuple[tuple[Estimate, ...], estimation.Spread, list[str], list[str]]:
+    """The intervals of a minimum, if it has any, and what they allow for; none where the residuals show a cause, and
+    a warning.
+    """
+    if all(each.own or not math.isfinite(each.high - each.low) for each in estimates):
+        return estimates, spread, [], []
+    missed = alternatives.missed(solution)
+    words = dict.fromkeys(each.of.words for each in missed if each.refuted)
+    if not words:
+        return *alternatives.allowing(solution, estimates, spread, missed), []
+    bare = tuple(
+        each if each.method == "not identifiable" else each._replace(low=-math.inf, high=math.inf, method=NONE)
+        for each in estimates
+    )
+    why = f"not explained: the residuals show more of {' or of '.join(words)} than noise would, so there is no interval"
+    return bare, spread, [], [why]
+
+
 def _old(problem: Problem, solution: Solution) -> tuple[Array, ...]:
     """Residuals of the model without Coulomb friction, of each experiment.
 
@@ -378,15 +421,12 @@ def _old(problem: Problem, solution: Solution) -> tuple[Array, ...]:
     and more of the recordings as that is. It is the least squares of the samples that are no outliers of the new one.
     """
     inliers, shares = solution.inliers, (1.0, 1.6, 3.0)
-    viscous, at = [p for p in problem.parameters if p.name[:1] == "b"], solution.values
+    viscous, at = [p for p in problem.parameters if p.name in problem.viscous], solution.values
     starts = tuple(at | {p.name: more * at[p.name] + 0.02 * (more - 1.0) * p.scale for p in viscous} for more in shares)
     whole, fixed = problem.experiments, dict.fromkeys(problem.coulomb, 0.0)
     some = selected(whole, inliers)
     found = least_squares(replace(problem, experiments=some, starts=starts, parts=problem.parts[-2:]), fixed)
     return estimation.again(found, whole, fixed=fixed, most=1).residuals
-
-
-_QUANTITY = {"attached": "x2", "ground": "x2", "held": "x1", "air": "x1"}
 
 
 def _holdout(problem: Problem, solution: Solution) -> list[float]:

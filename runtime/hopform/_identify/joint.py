@@ -17,7 +17,7 @@ from typing import NamedTuple, Unpack
 
 import numpy as np
 
-from hopform._identify import estimation
+from hopform._identify import alternatives, estimation
 from hopform._identify.drop import ATTACHED, FREE, GROUND
 from hopform._identify.estimation import Estimate, Solution
 from hopform._identify.fits import Fit, Options, blind, fit
@@ -149,7 +149,10 @@ def expected(problem: Problem, at: Values, *, explained: bool) -> tuple[tuple[Es
     rest = tuple(np.full(each.time.size, size * share) for each, size in zip(problem.experiments, sigma, strict=True))
     cost = float(rows.shape[0])
     solution = Solution(problem.parameters, values, rest, tuple(sigma), rows, cost, 1, experiments=problem.experiments)
-    return estimation.estimates(solution, explained=explained, profiles=False)
+    found, spread = estimation.estimates(solution, explained=explained, profiles=False)
+    unseen = [each._replace(size=0.0) for each in alternatives.missed(solution)] if explained else []
+    found, spread, _ = alternatives.allowing(solution, found, spread, unseen)
+    return found, spread
 
 
 def noise_level(values: Array) -> float:

@@ -45,10 +45,9 @@ def with_nuisances(problem: Problem, wanted: Sequence[str]) -> Problem:
 def _name(experiment: Experiment, letter: str) -> str | None:
     """The parameter that a letter of the sensor is in a recording; None where it has none."""
     if letter == "delay":
-        driven = experiment.kind in ("held", "air", "free") and len({u for _, u in experiment.steps}) > 1
+        driven = experiment.driven and len({u for _, u in experiment.steps}) > 1
         return f"delay@{experiment.names['x'].partition('@')[2]}" if driven else None
-    x1 = experiment.kind in ("held", "air") or (experiment.kind == "free" and experiment.of == "x1")
-    return "clock" if letter == "clock" else f"{letter}{1 if x1 else 2}"
+    return "clock" if letter == "clock" else f"{letter}{experiment.quantity[1]}"
 
 
 _INDEPENDENT = 1e-3

@@ -47,14 +47,16 @@ SENSOR = {"delay": 0.0, "gain": 1.0, "clock": 1.0, "lag": 0.0}
 """The letters of a recording's sensor, clock and logger, delay and lag in s, with values that change nothing."""
 
 
-def in_recorded_time(at: Values, clock: float) -> dict[str, float]:
+def in_recorded_time(at: Values, clock: float, powers: Mapping[str, int] = _POWERS) -> dict[str, float]:
     """Letters of a rig in the time of the recording, of which true time is `clock` times as much."""
-    return {name: value * clock ** _POWERS.get(name, 0) for name, value in at.items()}
+    return {name: value * clock ** powers.get(name, 0) for name, value in at.items()}
 
 
-def by_clock(at: Values, by: Mapping[str, Array], clock: float) -> dict[str, Array]:
+def by_clock(
+    at: Values, by: Mapping[str, Array], clock: float, all_powers: Mapping[str, int] = _POWERS
+) -> dict[str, Array]:
     """Derivatives by the letters in true time, and by the clock, from those by letters in recorded time."""
-    powers = {name: power for name, power in _POWERS.items() if name in by and name in at}
+    powers = {name: power for name, power in all_powers.items() if name in by and name in at}
     found = {name: rows * clock ** powers.get(name, 0) for name, rows in by.items()}
     slopes = (power * at[name] * clock ** (power - 1) * by[name] for name, power in powers.items())
     found["clock"] = sum(slopes, np.zeros_like(next(iter(by.values()))))
@@ -103,9 +105,9 @@ class _Filter:
         return np.asarray(of_scipy("linalg").solve_banded((1, 0), bands, gain, check_finite=False))
 
 
-Kind = Literal["attached", "ground", "free", "held", "air"]
+Kind = Literal["attached", "ground", "free", "held", "air", "model"]
 
-LETTERS: dict[Kind, tuple[str, ...]] = {
+LETTERS: dict[str, tuple[str, ...]] = {
     "attached": ("m_s", "k", "b2", "f2", "g", "rest", "x", "v"),
     "ground": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "x", "v"),
     "free": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min",
@@ -133,7 +135,7 @@ _NOTHING = Robot(**dict.fromkeys(Robot._fields, 0.0))._replace(
 class Along(NamedTuple):
     """A motion along which a further force acts: times [s], place from the spring's rest [m], velocity [m/s], what has
     the sign of the slip or, at rest, of the pull; the largest velocity, Coulomb friction [m/s^2], the largest force of
-    drive or spring per mass [m/s^2], stiffness per mass [1/s^2].
+    drive or spring per mass [m/s^2], stiffness per mass [1/s^2], viscous friction per mass [1/s].
     """
 
     t: Array
@@ -144,6 +146,7 @@ class Along(NamedTuple):
     friction: Array
     force: float
     sprung: float
+    damping: float
 
 
 Force = Callable[[Along], Array]
@@ -184,10 +187,30 @@ class Experiment:
         sprung = speed / omega + 4.0 * force / omega**2 if omega > 0.0 else math.inf
         return 4.0 * (float(np.ptp(self.measured)) + abs(at["x"] - at.get("rest", 0.0)) + min(free, sprung) + 0.01)
 
+    @property
+    def quantity(self) -> Literal["x1", "x2"]:
+        """Which position is measured."""
+        return {"attached": "x2", "ground": "x2", "held": "x1", "air": "x1"}.get(self.kind, self.of)  # type: ignore[return-value]
+
+    @property
+    def driven(self) -> bool:
+        """Whether a current moves it."""
+        return self.kind in ("held", "air", "free")
+
+    @property
+    def powers(self) -> Mapping[str, int]:
+        """The powers of 1/s in which letters count."""
+        return _POWERS
+
+    @property
+    def own_letters(self) -> tuple[str, ...]:
+        """What the motion depends on."""
+        return LETTERS[self.kind]
+
     def letters(self, values: Values) -> dict[str, float]:
         """The letters of the rig, of its sensor, clock and logger under values of the parameters."""
         names, known = self.names, SENSOR | dict(self.constants)
-        letters = (*LETTERS[self.kind], *SENSOR)
+        letters = (*self.own_letters, *SENSOR)
         return {letter: values[names[letter]] if letter in names else known[letter] for letter in letters}
 
     def predict(self, values: Values, time: Array | None = None) -> tuple[Array, dict[str, Array]]:
@@ -202,12 +225,12 @@ class Experiment:
     def _predicted(self, values: Values, time: Array | None) -> tuple[Array, dict[str, Array]]:
         time, at = self.time if time is None else time, self.letters(values)
         clock, gain, lag = at["clock"], at["gain"], at["lag"]
-        moved, rate = _PREDICT[self.kind](self, in_recorded_time(at, clock), delayed(self.steps, at["delay"]), time)
+        moved, rate = self.moved(in_recorded_time(at, clock, self.powers), delayed(self.steps, at["delay"]), time)
         states, by = moved
         if "delay" in self.names:
             by["delay"] = _by_delay(states, by, rate, time)
         if "clock" in self.names or clock != 1.0:
-            by = by_clock(at, by, clock)
+            by = by_clock(at, by, clock, self.powers)
         if "lag" in self.names or lag != 0.0:
             before = rate.get("v1" if self.kind == "free" and self.of == "x1" else "v", 0.0)
             states, by = lagged(time, (states, by), lag, before)
@@ -217,12 +240,17 @@ class Experiment:
             found[name] = found.get(name, 0.0) + (1.0 if letter == "gain" else gain) * by[letter][:, 0]
         return gain * states[:, 0], found
 
+    def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, "Rates"]:
+        """The motion at times by letters in recorded time, under a current, with the rates of the letters of its start."""
+        return _PREDICT[self.kind](self, at, steps, time)
+
     def response_to(self, values: Values, force: "Force", size: float) -> Array:
         """The change of the prediction by a force against the motion, times a size, per this: on the actuator where both
         masses move. 0 where nothing moves. Of a body that is dropped it is that of a vanishing size.
         """
         letters = self.letters(values)
-        at, steps = in_recorded_time(letters, letters["clock"]), delayed(self.steps, letters["delay"])
+        at = in_recorded_time(letters, letters["clock"], self.powers)
+        steps = delayed(self.steps, letters["delay"])
         finer = max(min(4, records.MOST_STEPS // self.time.size), 1)
         places = np.arange(finer * (self.time.size - 1) + 1) / finer
         fine = np.interp(places, np.arange(self.time.size), self.time)
@@ -238,12 +266,13 @@ class Experiment:
         states, by = _PREDICT[self.kind](self, at, steps, fine)[0]
         (x, v), transition = states.T, np.stack([by["x"], by["v"]], axis=2)
         determinant = transition[:, 0, 0] * transition[:, 1, 1] - transition[:, 0, 1] * transition[:, 1, 0]
-        moves = int(np.argmax(np.append(np.abs(determinant) < _SINGULAR, True)))
+        moves = int(np.argmax(np.append(np.abs(determinant) < SINGULAR, True)))
         stance = x < at["length"]
         rows = np.stack([-transition[:moves, 0, 1], transition[:moves, 0, 0]], axis=1) / determinant[:moves, np.newaxis]
-        left, square = x - at["length"], at["k"] / (at["m_s"] + self.added_mass)
+        mass = at["m_s"] + self.added_mass
+        left, square, damping = x - at["length"], at["k"] / mass, at["b2"] / mass
         largest = square * float(np.abs(left * stance).max())
-        along = Along(fine, left, v, v, float(np.abs(v).max()), at["f2"] * stance, largest, square)
+        along = Along(fine, left, v, v, float(np.abs(v).max()), at["f2"] * stance, largest, square, damping)
         if along.fastest == 0.0 or moves == 0:
             return np.zeros(fine.size)
         inside = -rows * force(along)[:moves, np.newaxis]
@@ -275,7 +304,7 @@ class Experiment:
         way, friction = np.where(v != 0.0, v, pull), np.full(x.size, at["f1"])
         k = at.get("k", 0.0)
         largest = max(float(np.abs(drive).max()), k * float(np.abs(spring).max())) / mass
-        along = Along(fine, spring, v, way, fastest, friction, largest, k / mass)
+        along = Along(fine, spring, v, way, fastest, friction, largest, k / mass, at["b1"] / mass)
         if fastest == 0.0:
             return np.zeros(fine.size)
         return np.asarray((moved(drive + size * mass * force(along)) - states)[:, place] / size)
@@ -285,7 +314,7 @@ class Experiment:
         return replace(self, time=self.time[chosen], measured=self.measured[chosen])
 
 
-_SINGULAR = 1e-12
+SINGULAR = 1e-12
 """Determinant of the derivatives of a state by that at the start below which the body has come to rest."""
 
 Rates = dict[str, float]

@@ -6,7 +6,7 @@ there is no better one. What leaves more is compared with the rest of them, and 
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from itertools import product
@@ -40,11 +40,22 @@ class Problem:
     scale: bool = True
     """whether something known fixes the scale of all forces"""
     loss: str = "linear"
+    friction: Mapping[str, str] | None = None
+    """which kind of friction parameters are, viscous or coulomb; if not given by the first letter of their names"""
 
     @property
     def coulomb(self) -> list[str]:
-        """Names of the parameters that the old model lacks."""
-        return [p.name for p in self.parameters if p.name[:1] == "f"]
+        """Names of the parameters of Coulomb friction, which the old model lacks."""
+        return self._of("coulomb", "f")
+
+    @property
+    def viscous(self) -> list[str]:
+        """Names of the parameters of viscous friction."""
+        return self._of("viscous", "b")
+
+    def _of(self, kind: str, letter: str) -> list[str]:
+        given, names = self.friction, [p.name for p in self.parameters]
+        return [name for name in names if (name[:1] == letter if given is None else given.get(name) == kind)]
 
 
 def minimise(problem: Problem) -> Solution:
@@ -99,7 +110,8 @@ def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = No
     if not held and _level(problem, found) > 1.0:
         found = estimation.best([found, _from(problem, held, _further(problem.parameters, found.values), sigma)])
     found = _weighed(problem, found, held)
-    return found if held else _basin_hopping(problem, found)
+    impacts = any(each.kind in ("ground", "free") for each in problem.experiments)
+    return _basin_hopping(problem, found) if impacts and not held else found
 
 
 _ROUNDS, _THROWN, _FOLLOWED, _APART = 4, 10, 3, 0.2
@@ -285,8 +297,7 @@ def _traded(problem: Problem, found: Solution) -> Solution:
     A body sticks once, at its end, and its residuals are enough; an actuator sticks at every turn of its current.
     """
     white = all(each.white for each in found.tests)
-    viscous = [p.name for p in found.parameters if p.name[:1] == "b"]
-    coulomb = problem.coulomb
+    viscous, coulomb = problem.viscous, problem.coulomb
     if not coulomb or (white and "f1" not in coulomb):
         return found
     some = [_beginning(each, 1.0) for each in problem.experiments]

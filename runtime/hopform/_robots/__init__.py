@@ -13,7 +13,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, make_dataclass, replace
-from functools import cache, partial
+from functools import cache, cached_property, partial
 from importlib import resources
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, TypeVar, cast
@@ -179,7 +179,7 @@ def _text(key: str, text: object) -> str:
     return found
 
 
-def _checked(field: records.Field, value: object) -> float:
+def checked_value(field: records.Field, value: object) -> float:
     """The value of a parameter; HopformError for what is no number, or is out of its domain."""
     number = real(field.name, value, field.unit)
     if (reason := checked.refusal(field, number)) is not None:
@@ -206,7 +206,7 @@ class BaseRobot:
 
     def __init_subclass__(cls) -> None:
         cls.CHECKS = {
-            **{field.name: partial(_checked, field) for field in cls.all_fields()},
+            **{field.name: partial(checked_value, field) for field in cls.all_fields()},
             **{key: partial(_text, key) for key in ("name", "description")},
         }
 
@@ -222,6 +222,16 @@ class BaseRobot:
         values = {each.name: getattr(self, each.name) for each in fields(cast(Any, self))}
         return _robot_again, (self.solver.source, values)
 
+    @cached_property
+    def letters(self) -> "records.Letters":
+        """The letters of the derivation [SI, A] by this robot's parameters: the paper's, of every mechanism.
+
+        >>> load_robot("hopper_c").letters.gamma2
+        -65.0
+        """
+        found: records.Letters = self.solver.package.formulas.letters_of(cast(Any, self).parameters)
+        return found
+
     @classmethod
     def fields(cls) -> "tuple[records.Field, ...]":
         """The parameters of the equations: name, the paper's glyph, unit, domain, meaning, default."""
@@ -230,7 +240,7 @@ class BaseRobot:
     @classmethod
     def all_fields(cls) -> "tuple[records.Field, ...]":
         """The parameters, then what no equation knows."""
-        return (*cls.fields(), cls.solver.package.records.TRAVEL)
+        return (*cls.fields(), *([cls.solver.package.records.TRAVEL] if "stance" in cls.solver.can else []))
 
     def to_toml(self) -> str:
         """The robot as a TOML text that `load_robot` reads back to the same robot, with the origin of each number if it

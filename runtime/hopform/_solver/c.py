@@ -224,7 +224,8 @@ class Solved(_Motion):
         matrix = np.empty((len(ROWS), self._columns), dtype=self.types.dtype)
         if self.call("stance_sensitivities", pointer(matrix)) == NO_DERIVATIVE:
             matrix[:] = np.nan
-        if self.outcome()[0] != package.TAKEOFF or not self.types.Plan.from_buffer_copy(self.structs[0]).robot.g > 0.0:
+        fall = self.types.library.package.formulas.fall_of(self.types.Plan.from_buffer_copy(self.structs[0]).robot)
+        if self.outcome()[0] != package.TAKEOFF or not fall > 0.0:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 
@@ -381,7 +382,7 @@ class C:
         """
         types = self.library.types(dtype)
         search, command = types.Search(), types.Command()
-        begin, wanted = ctypes.byref(types.State(*start)), ctypes.byref(types.Target(*target))
+        begin, wanted = ctypes.byref(types.State(*start)), ctypes.byref(types.Target(*target, *package.WITHOUT_CAPS))
         asked = ctypes.byref(search), plan_of(types, parameters), begin, wanted
         with_room(types, "choose_current", types.Phase, max_phases, asked, ctypes.byref(command))
         return command.u, command.apex, command.status, search.trials

@@ -187,7 +187,8 @@ class Solved(NamedTuple):
         matrix = self.engine.array(numbers, len(ROWS), self._columns)
         if status == self.engine.module.NO_DERIVATIVE:
             matrix[:] = np.nan
-        if self.stance.ending != package.TAKEOFF or not self.plan.robot.g > 0.0:
+        fall = self.engine.package.formulas.fall_of(self.plan.robot)
+        if self.stance.ending != package.TAKEOFF or not fall > 0.0:
             matrix[ROWS.index("apex")] = np.nan
         return matrix
 
@@ -291,7 +292,7 @@ class Python:
         """
         engine = Engine(self.package, dtype)
         plan, search, command = _plan_of(engine, tuple(parameters)), engine.module.Search(), engine.module.Command()
-        asked = search, plan, engine.made("State", *start), engine.made("Target", *target)
+        asked = search, plan, engine.made("State", *start), engine.made("Target", *target, *package.WITHOUT_CAPS)
 
         def solve(phases: list[Any], capacity: int) -> int:
             return engine.call("choose_current", *asked, phases, capacity, command)

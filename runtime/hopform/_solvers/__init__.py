@@ -1,16 +1,20 @@
 """Solvers as people have them: `load_solver`, and what it gives. Their packages are modules of this one, by source."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import cache, cached_property, wraps
 from inspect import isfunction, signature
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
-from typing import Any
+from typing import Any, Unpack
 
 import hopform
 from hopform import ufuncs
 from hopform._checks import shown
 from hopform._errors import HopformError
+from hopform._identify.fits import Fit, Options
+from hopform._identify.kinds import Recordings
+from hopform._identify.models import Given, fit_model
+from hopform._identify.motion import Values
 from hopform._robots import BaseRobot, checked_robot, robot_class, robot_of, shipped
 from hopform._solver import choice
 from hopform._solver.choice import SOLVERS
@@ -73,6 +77,19 @@ class Solver:
         Raises HopformError for a file with `model = "NAME"` of another model, or with other parameters.
         """
         return robot_of(self.Robot, name_or_path)
+
+    def fit(
+        self,
+        recordings: Recordings,
+        *,
+        fitted: Sequence[str] | None = None,
+        known: Given = None,
+        start: Values | None = None,
+        sine: bool = False,
+        **options: Unpack[Options],
+    ) -> Fit:
+        """The parameters of the model from recordings of its motion; as `hopform.fit`."""
+        return fit_model(self._core, recordings, fitted, known, start, sine, options)
 
     def own(self, robot: object) -> "hopform.Robot":
         """The robot; HopformError for one of another solver."""
@@ -150,6 +167,33 @@ def load_solver(name_or_folder: str | Path) -> Solver:
     True
     """
     return _solver(loaded(name_or_folder))
+
+
+def fit(
+    solver: Solver | str | Path,
+    recordings: Recordings,
+    *,
+    fitted: Sequence[str] | None = None,
+    known: Given = None,
+    start: Values | None = None,
+    sine: bool = False,
+    **options: Unpack[Options],
+) -> Fit:
+    """The parameters of any solver's model, by least squares on its exact motions, with their 95 % intervals.
+
+    solver: or its name or folder. recordings: one, several, or their files, each with a column named as a coordinate of
+    the model with its unit, or `position` of a model with one, and one named as the input, if there is one; without it
+    the largest free decay is fitted. fitted: names of parameters; if not given all that are not known, but for stops,
+    limits and friction that is higher at rest. known: values of others, or the name of a fitted one that it is alike;
+    what is neither has its default. start: of fitted ones, where the search may begin. sine: the spring of an angle is
+    gravity's, K sin(z) about where it rests in place of K z. options: as of `fit_step_response`.
+
+    The fit's `robot()` has its numbers. Raises HopformError for recordings that are not of the model, and for names that
+    are none of its parameters, MissingExtra without scipy.
+    """
+    return (solver if isinstance(solver, Solver) else load_solver(solver)).fit(
+        recordings, fitted=fitted, known=known, start=start, sine=sine, **options
+    )
 
 
 @cache

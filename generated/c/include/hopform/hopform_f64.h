@@ -17,7 +17,7 @@ extern "C" {
 /** Currents that a search remembers: the ends of the intervals that wait. */
 enum { HOPFORM_SEARCH_CANDIDATES_f64 = 15 };
 
-/** What the hopper is made of. */
+/** What the mechanism is made of. */
 typedef struct {
     double m_eff;        /**< [kg] effective mass of the actuator */
     double m_s;          /**< [kg] sprung mass of the body */
@@ -115,6 +115,8 @@ typedef struct {
     double pole;         /**< [1/s] the real pole that is removed from a derivative: the fastest of three */
     double second;       /**< [1/s] of three real poles; 0 of a pair that rings */
     double third;        /**< [1/s] the slowest of three */
+    double modal;        /**< [s] from then on the modal form is evaluated; HOPFORM_NEVER where W does as well */
+    double omega;        /**< [1/s] frequency of the pair, where the modal form is evaluated */
     double t;            /**< [s] time since the phase began */
     double Wdd;          /**< [1] second derivative of W */
     double Wd;           /**< [s] derivative of W */
@@ -169,10 +171,12 @@ typedef struct {
 
 /** What the controller is asked for. */
 typedef struct {
-    double h_des;        /**< [m] hop height of the next apex */
-    double datum;        /**< [m] the level that h_des counts from, less that of the ground under the foot */
-    double stop_margin;  /**< [m] x_1 stays below x1_max by more than this */
-    double horizon;      /**< [s] longest time of a stance */
+    double h_des; /**< [m] hop height of the next apex */
+    double datum; /**< [m] the level that h_des counts from, less that of the ground under the foot */
+    double stop_margin; /**< [m] x_1 stays below x1_max by more than this */
+    double horizon; /**< [s] longest time of a stance */
+    int32_t max_evaluations; /**< of the motion in a candidate's stance; 0 for HOPFORM_CANDIDATE_EVALUATIONS */
+    int32_t max_candidates; /**< currents tried; 0 for HOPFORM_SEARCH_TRIALS */
 } hopform_target_f64;
 
 /** The answer of the controller. */
@@ -215,11 +219,14 @@ typedef struct {
     int32_t count; /**< of the candidates */
     int32_t sides; /**< of 0, yet to be opened */
     int32_t trials; /**< currents tried so far */
+    int32_t max_evaluations; /**< of a stance */
+    int32_t max_candidates;
     int32_t status; /**< HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
     bool held; /**< 0 leaves the actuator where it is */
     bool found; /**< one is admissible */
     bool reached;
-    bool partial; /**< a stance or the search outgrew the memory given */
+    bool partial; /**< a stance outgrew the memory given */
+    bool capped; /**< a stance took more evaluations */
 } hopform_search_f64;
 
 /** A phase of a flight: where and when it starts, and in which mode. */
@@ -386,8 +393,8 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
                                           hopform_command_f64 *command);
 
 /** Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the
- * best admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left
- * out. A refusal ends the search.
+ * best admissible one so far. In the end HOPFORM_CAPPED if a cap of the target was met, HOPFORM_PHASES_NOT_KEPT if a
+ * stance had more phases than fit: such stances are left out. A refusal ends the search.
  */
 int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity,
                                          hopform_command_f64 *command);

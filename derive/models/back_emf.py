@@ -8,9 +8,9 @@ k_t times that. With the current at standstill, u = U/R, as the input:
 The force acts on the actuator alone, in stance and in flight, where the law of the return sets the same u.
 """
 
-from hopform.model import Quantity, Term, v1
+from hopform.model import *
 
-damping = Quantity("k_emf", r"k_{emf}", "N s/m", "damping by the back-EMF, k_t^2/R", "nonnegative", 0.0)
+hopper = include("hopper")
+k_emf = parameter("k_emf", "N s/m", "damping by the back-EMF, k_t^2/R", "nonnegative", 0)
 
-terms = (Term("back-EMF", -damping.symbol * v1, 0),)
-parameters = (damping,)
+viscous(hopper.x1, k_emf, "back-EMF")

@@ -1,0 +1,453 @@
+"""What a model file calls: a parameter, a coordinate, a current, and the elements between them.
+
+A call puts what it says into the draft of the file that runs; `mechanism.py` makes the model of it. All symbols are
+sympy's, so that expressions are written as on paper. Each call refuses what it cannot mean, by the name of the element.
+"""
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from runpy import run_path
+from types import SimpleNamespace
+from typing import Any
+
+import sympy as sp
+
+from ..ir import DOMAINS, Parameter
+from .equations import ModelError
+from .names import why_not
+from .units import dimension, scaled
+
+__all__ = [
+    "contact", "coordinate", "current", "force", "friction", "gravity", "include", "law", "parameter", "spring", "stop", "torque",
+    "viscous",
+]  # fmt: skip
+
+MODELS = Path(__file__).parents[1] / "models"
+"""Where the models that ship have their files."""
+
+WHERE = ("both", "stance", "flight")
+
+
+class Coordinate(sp.Symbol):
+    """A coordinate of a mechanism."""
+
+
+class Current(sp.Symbol):
+    """The input of a mechanism."""
+
+
+Value = Any
+"""A number, or an expression of sympy."""
+
+
+@dataclass(frozen=True)
+class DeclaredCoordinate:
+    """A coordinate with its inertia and its words; one that is held stays at 0."""
+
+    symbol: Coordinate
+    unit: str
+    inertia: sp.Expr
+    thing: str
+    directions: tuple[str, str]
+    velocity: str
+    held: bool
+    meaning: str
+
+
+@dataclass(frozen=True)
+class DeclaredCurrent:
+    """The input, with the largest size that it may have, None for any."""
+
+    symbol: Current
+    unit: str
+    limit: sp.Expr | None
+    thing: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Element:
+    """An element: its kind, its name, what it acts on (a coordinate, or a stretch), its values, where it acts."""
+
+    kind: str
+    name: str
+    on: sp.Expr
+    values: dict[str, sp.Expr | None]
+    where: str = "both"
+
+    def __str__(self) -> str:
+        return f"{self.kind} '{self.name}'"
+
+
+@dataclass
+class Draft:
+    """What a file has declared so far."""
+
+    parameters: list[Parameter] = field(default_factory=list)
+    coordinates: list[DeclaredCoordinate] = field(default_factory=list)
+    currents: list[DeclaredCurrent] = field(default_factory=list)
+    elements: list[Element] = field(default_factory=list)
+
+    def names(self) -> Iterator[tuple[str, str]]:
+        """All names that are taken, with what each is."""
+        yield from ((each.name, "a parameter") for each in self.parameters)
+        for each in self.coordinates:
+            yield each.symbol.name, "a coordinate"
+            yield each.velocity, f"the velocity of {each.symbol}"
+        yield from ((each.symbol.name, "the current") for each in self.currents)
+
+
+_DRAFTS: list[Draft] = []
+
+
+@contextmanager
+def drafted() -> Iterator[Draft]:
+    """The draft of a file that runs."""
+    _DRAFTS.append(Draft())
+    try:
+        yield _DRAFTS[-1]
+    finally:
+        _DRAFTS.pop()
+
+
+def _draft() -> Draft:
+    """The draft of the file that runs; outside of one, say in a console, one that nothing reads."""
+    if not _DRAFTS:
+        _DRAFTS.append(Draft())
+    return _DRAFTS[-1]
+
+
+# ---- what an argument may be ----
+
+
+def shown(value: object, most: int = 80) -> str:
+    """A value in a line."""
+    line = " ".join((value if isinstance(value, str) else repr(value)).split())
+    return line if len(line) <= most else f"{line[: most - 3]}..."
+
+
+def _wrong(what: str, wanted: str, got: object) -> ModelError:
+    return ModelError(f"{what} must be {wanted}, got {shown(repr(got))}")
+
+
+def _text(value: object, what: str, *, backslash: bool = False) -> str:
+    """Texts stand in strings, docstrings, comments and tables."""
+    barred = ('"', "*/", "/*", "@header@", *(() if backslash else ("\\",)))
+    if not isinstance(value, str) or not value.isprintable() or any(part in value for part in barred):
+        raise _wrong(what, f"a printable line without {' '.join(barred)}", value)
+    return value
+
+
+def _label(value: object, kind: str) -> str:
+    """The name of an element: its entry in the ledger is made of it."""
+    if not isinstance(value, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9 _-]*", value):
+        raise _wrong(f"the name of a {kind}", "letters, digits, blanks, - and _, a letter first", value)
+    return value
+
+
+def _unit(value: object, what: str) -> str:
+    unit = _text(value, f"the unit of {what}")
+    if multiple := scaled(unit) if dimension(unit) is not None else "":
+        raise ModelError(f"the unit of {what} is {unit!r}: units are those of SI, {multiple} is none")
+    return unit
+
+
+def _name(value: object, what: str) -> str:
+    if (why := why_not(value)) is not None:
+        raise ModelError(f"the name of {what} is {shown(repr(value))}: {why}")
+    taken = dict(_draft().names())
+    name = str(value)
+    if name in taken:
+        raise ModelError(f"the name of {what} is {name!r}: it is {taken[name]} already")
+    return name
+
+
+def _where(value: object, element: str) -> str:
+    if value not in WHERE:
+        raise ModelError(f"{element} acts in {value!r}: it must be one of {', '.join(map(repr, WHERE))}")
+    return str(value)
+
+
+# ---- declarations ----
+
+
+def parameter(
+    name: str, unit: str, meaning: str, domain: str = "real", default: float | None = None, *, glyph: str | None = None
+) -> sp.Symbol:
+    """A number of the robot's, as a symbol.
+
+    unit: of SI, "1" for none. domain: "real", "positive", "nonnegative", "fraction"; "lower", "upper" for stops and
+    "bound" for the limit of the current, which may be infinite. Without a default every robot must give it. glyph: as
+    LaTeX writes it.
+    """
+    own = _name(name, "a parameter")
+    what = f"the parameter {own}"
+    made = Parameter(
+        own,
+        _text(glyph_of(own) if glyph is None else glyph, f"the glyph of {what}", backslash=True),
+        _unit(unit, what),
+        _text(meaning, f"the meaning of {what}"),
+        domain,
+        _default(what, domain, default),
+    )
+    _draft().parameters.append(made)
+    return made.symbol
+
+
+def _default(what: str, domain: object, default: Any) -> float | None:
+    if domain not in DOMAINS:
+        raise _wrong(f"the domain of {what}", f"one of {', '.join(map(repr, DOMAINS))}", domain)
+    if default is None:
+        return None
+    numeric = isinstance(default, (int, float, sp.Number)) or (
+        hasattr(default, "__float__") and not isinstance(default, (str, sp.Basic))
+    )
+    try:
+        number = float(sp.sympify(default)) if numeric and not isinstance(default, bool) else float("nan")
+    except (OverflowError, TypeError, ValueError):
+        number = float("nan")
+    if number not in DOMAINS[str(domain)]:
+        raise _wrong(f"the default of {what}", f"{DOMAINS[str(domain)].allowed} or None", default)
+    return number
+
+
+_GREEK = [
+    "alpha",
+    "beta",
+    "gamma",
+    "delta",
+    "epsilon",
+    "zeta",
+    "eta",
+    "theta",
+    "iota",
+    "kappa",
+    "lambda",
+    "mu",
+    "nu",
+    "xi",
+    "rho",
+    "sigma",
+    "tau",
+    "phi",
+    "chi",
+    "psi",
+    "omega",
+    "Gamma",
+    "Delta",
+    "Theta",
+    "Lambda",
+    "Xi",
+    "Pi",
+    "Sigma",
+    "Phi",
+    "Psi",
+    "Omega",
+]
+
+
+def glyph_of(name: str) -> str:
+    """A name as LaTeX writes it: what is behind the first _ or a first letter is its index."""
+    head, _, index = name.partition("_")
+    if not index and (found := re.fullmatch(r"([A-Za-z]+?)(\d+)", head)):
+        head, index = found[1], found[2]
+    letter = f"\\{head}" if head in _GREEK else head if len(head) == 1 else rf"\mathrm{{{head}}}"
+    index = index.replace("_", ",")
+    return f"{letter}_{index if len(index) == 1 else f'{{{index}}}'}" if index else letter
+
+
+def coordinate(
+    name: str,
+    unit: str,
+    inertia: Value,
+    thing: str | None = None,
+    *,
+    directions: tuple[str, str] = ("forward", "backward"),
+    velocity: str | None = None,
+    held: bool = False,
+    meaning: str = "",
+) -> sp.Symbol:
+    """A coordinate: how far something has moved, as a symbol.
+
+    unit: "m" with an inertia in kg, or "rad" with one in kg m^2. thing: what moves, in words. directions: words for a
+    positive and a negative velocity. velocity: its name, by default v1 of x1, q_dot of q. held: whether it is bolted,
+    at 0.
+    """
+    own = _name(name, "a coordinate")
+    what = f"the coordinate {own}"
+    if unit not in ("m", "rad"):
+        raise _wrong(f"the unit of {what}", "'m' or 'rad'", unit)
+    if not (
+        isinstance(directions, tuple | list)
+        and len(directions) == 2
+        and all(isinstance(each, str) and each.isprintable() for each in directions)
+    ):
+        raise _wrong(f"directions of {what}", "two words", directions)
+    if not isinstance(held, bool):
+        raise _wrong(f"held of {what}", "True or False", held)
+    rate = velocity_of(own) if velocity is None else velocity
+    if own == rate:
+        raise ModelError(f"the name of the velocity of {own} is {rate!r}: it must be another")
+    symbol = Coordinate(own, real=True)
+    words = tuple(_text(each, f"directions of {what}") for each in directions)
+    made = DeclaredCoordinate(
+        symbol, unit, _expression(inertia, f"the inertia of {what}"), _text(thing or own, f"the thing of {what}"), (words[0], words[1]),
+        _name(rate, f"the velocity of {own}"), held, _text(meaning, f"the meaning of {what}"),
+    )  # fmt: skip
+    _draft().coordinates.append(made)
+    return symbol
+
+
+def velocity_of(name: str) -> str:
+    """The usual name of a velocity."""
+    return f"v{name[1:]}" if re.fullmatch(r"x\d*", name) else f"{name}_dot"
+
+
+def current(
+    name: str, unit: str = "A", limit: Value = None, thing: str = "motor", *, meaning: str = "current"
+) -> sp.Symbol:
+    """The input: a current, a voltage, a pressure, constant or in steps, as a symbol that forces are linear in.
+
+    limit: the largest size that a controller may choose.
+    """
+    own = _name(name, "a current")
+    if _draft().currents:
+        raise ModelError(f"the current {own}: a model has one input, which is {_draft().currents[0].symbol}")
+    symbol = Current(own, real=True)
+    _draft().currents.append(
+        DeclaredCurrent(
+            symbol, _unit(unit, f"the current {own}"), None if limit is None else _expression(limit, f"the limit of the current {own}"),
+            _text(thing, f"the thing of the current {own}"), _text(meaning, f"the meaning of the current {own}"),
+        )
+    )  # fmt: skip
+    return symbol
+
+
+# ---- elements ----
+
+
+def _element(kind: str, name: object, on: Value, where: object = "both", **values: Value) -> Element:
+    own = _label(name, kind)
+    made = Element(kind, own, _expression(on, f"{kind} '{own}'"), {}, _where(where, f"{kind} '{own}'"))
+    for key, value in values.items():
+        made.values[key] = None if value is None else _expression(value, f"{key} of {made}")
+    if any(other.name == own and other.kind == kind and other.on == made.on for other in _draft().elements):
+        raise ModelError(f"{made} is declared twice: give the second one a name of its own")
+    _draft().elements.append(made)
+    return made
+
+
+def _expression(value: object, what: str) -> sp.Expr:
+    if isinstance(value, bool) or not (isinstance(value, sp.Expr) or hasattr(value, "__float__")):
+        raise _wrong(what, "a number or an expression of sympy", value)
+    return sp.sympify(value)
+
+
+@dataclass(frozen=True)
+class Spring:
+    """A spring that `contact` may take for the leg; `.damper` puts a damper beside it."""
+
+    element: Element
+
+    def damper(self, damping: Value, name: str = "damper") -> "Spring":
+        """A damper beside the spring: it acts against how fast the spring is compressed or stretched."""
+        on = self.element.on
+        rates = sum((on.diff(each) * each for each in on.free_symbols if isinstance(each, Coordinate)), sp.S.Zero)
+        _element("viscous", name, rates, damping=damping)
+        return self
+
+
+def spring(stretch: Value, stiffness: Value, name: str = "spring") -> Spring:
+    """A linear spring of potential energy stiffness*stretch^2/2; stretch is linear in the coordinates.
+
+    Of one coordinate it acts against the ground, of a difference of two between them.
+    """
+    return Spring(_element("spring", name, stretch, stiffness=stiffness))
+
+
+def viscous(on: Value, damping: Value, name: str = "viscous friction", *, where: str = "both") -> None:
+    """Viscous friction: -damping times the velocity of a coordinate, or between two of that of their difference."""
+    _element("viscous", name, on, where, damping=damping)
+
+
+def friction(
+    on: sp.Symbol,
+    level: Value = None,
+    *,
+    forward: Value = None,
+    backward: Value = None,
+    at_rest: Value | tuple[Value, Value] = None,
+    name: str = "Coulomb friction",
+    where: str = "both",
+) -> None:
+    """Coulomb friction [N or N m]: one level, or one for each direction of the motion.
+
+    at_rest: the level up to which it holds what is at rest, >= that of the motion, or a pair of such levels, against a
+    motion forward and backward; by default that of the motion.
+    """
+    made = f"friction '{name}'"
+    if (level is None) == (forward is None and backward is None):
+        raise ModelError(f"{made} has either one level, or forward= and backward=")
+    if level is None and (forward is None or backward is None):
+        raise ModelError(f"{made} has {'backward' if forward is None else 'forward'}= alone: give both, 0 for none")
+    forward, backward = (level, level) if level is not None else (forward, backward)
+    pair = at_rest if isinstance(at_rest, tuple | list) else (at_rest, at_rest)
+    if len(pair) != 2:
+        raise _wrong(f"at_rest of {made}", "a level, or a pair of levels", at_rest)
+    _element(
+        "friction", name, on, where, forward=forward, backward=backward,
+        forward_at_rest=forward if pair[0] is None else pair[0],
+        backward_at_rest=backward if pair[1] is None else pair[1],
+    )  # fmt: skip
+
+
+def force(on: sp.Symbol, value: Value, name: str = "force", *, where: str = "both") -> None:
+    """A force [N] along a coordinate in m: constant, or linear in the current."""
+    _element("force", name, on, where, value=value)
+
+
+def torque(on: sp.Symbol, value: Value, name: str = "torque", *, where: str = "both") -> None:
+    """A torque [N m] along a coordinate in rad: constant, or linear in the current."""
+    _element("torque", name, on, where, value=value)
+
+
+def gravity(on: sp.Symbol, acceleration: Value, name: str = "gravity") -> None:
+    """The weight of what moves along a coordinate in m that counts upwards: -inertia*acceleration."""
+    _element("gravity", name, on, acceleration=acceleration)
+
+
+def stop(on: sp.Symbol, low: Value = None, high: Value = None, name: str = "stop") -> None:
+    """Inelastic stops at the ends of a coordinate's range; None for an end without one."""
+    if low is None and high is None:
+        raise ModelError(f"stop '{name}' has neither a low end nor a high one")
+    _element("stop", name, on, low=low, high=high)
+
+
+def contact(leg: Spring, impact_loss: Value = 0, name: str = "contact") -> None:
+    """A leg that stands on the ground, which it pushes and cannot pull: it takes off where it carries nothing.
+
+    impact_loss: the fraction of the kinetic energy that the body loses at touchdown.
+    """
+    if not isinstance(leg, Spring):
+        raise _wrong(f"the leg of contact '{name}'", "what `spring` returns", leg)
+    if any(each.kind == "contact" for each in _draft().elements):
+        raise ModelError(f"contact '{name}': a model has one contact")
+    _element("contact", name, leg.element.on, impact_loss=impact_loss)
+
+
+def include(name: str) -> SimpleNamespace:
+    """All that the file of a model that ships declares, beside which more is declared: its symbols, by their names."""
+    path = MODELS / f"{name}.py"
+    known = sorted(each.stem for each in MODELS.glob("[!_]*.py"))
+    if name not in known:
+        raise ModelError(f"include({name!r}): models that ship are {', '.join(known)}")
+    defined = run_path(str(path))
+    return SimpleNamespace(**{key: value for key, value in defined.items() if isinstance(value, sp.Symbol | Spring)})
+
+
+def law(*_: object, **__: object) -> None:
+    """A law of the input is not yet carried: steps of it are."""
+    raise ModelError("law is not yet carried: the input is a constant, or steps of it")

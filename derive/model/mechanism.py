@@ -1,0 +1,720 @@
+"""From what a file declares to what the engine carries: two masses in series with one spring line, or one mass on a
+spring to the ground. Anything else is refused by name.
+
+Each held set must have at most one real pole, one pair and integrators. So a coordinate has an inertia, forces are
+linear, and of two coordinates that move, nothing but their difference is tied by a spring.
+"""
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from fractions import Fraction
+
+import sympy as sp
+
+from ..ir import DOMAINS, Own, Parameter
+from . import quantities as Q
+from . import units
+from .declare import Coordinate, Current, DeclaredCoordinate, Draft, Element
+from .equations import EXCESSES, Force, Input, Listed, Model, ModelError, Named
+
+SMALLEST, LARGEST = sp.Rational(1, 10**30), sp.Integer(10**30)
+"""Numbers in an expression, so that single precision holds what becomes of them; and a stop that there is none."""
+
+FINITE = ("real", "positive", "nonnegative", "fraction")
+"""Domains of parameters that may stand in an expression."""
+
+
+def model_of(draft: Draft, name: str, title: str, text: str = "") -> Model:
+    """The model of a draft; ModelError, which names the element, for one that is not carried."""
+    return _Mechanism(draft).model(name, title, text)
+
+
+@dataclass(frozen=True)
+class _Stretch:
+    """What a spring or damper acts on: y of x_1 - x_2 (or of x_1) times a factor, and an offset of that."""
+
+    factor: sp.Expr
+    offset: sp.Expr
+
+
+class _Mechanism:
+    def __init__(self, draft: Draft) -> None:
+        self.draft = draft
+        self.parameters = {each.symbol: each for each in draft.parameters}
+        self.input = draft.currents[0] if draft.currents else None
+        self.constants: dict[sp.Symbol, sp.Expr] = dict.fromkeys(Q.LETTERS, sp.S.Zero)
+        self.constants |= {Q.m_eff: sp.S.One, Q.m_s: sp.S.One, Q.x1_min: -LARGEST, Q.x1_max: LARGEST}
+        self.constants |= {Q.u_max: LARGEST}
+        self.sources: dict[sp.Symbol, str] = {}
+        self.further: list[Force] = []
+        self.by_sign = [False, False]
+        self.undone: Element | None = None
+        self.rest_may_lack = False
+
+    # ---- the whole ----
+
+    def model(self, name: str, title: str, text: str) -> Model:
+        if not self.draft.coordinates:
+            raise ModelError("the file declares no coordinate: `q = coordinate(NAME, UNIT, INERTIA)` makes one")
+        if not self.draft.elements:
+            raise ModelError("the file declares no element: a spring, a force, friction")
+        self._check_expressions()
+        self._check_units()
+        self.contact = self._the("contact")
+        self.first, self.second = self._masses()
+        self.alone = self.second is None
+        self._put_inertias()
+        self._put_springs()
+        self._put_forces()
+        self._put_friction()
+        self._put_stops()
+        self._put_contact()
+        parameters = self._parameters()
+        self._refuse_hidden(parameters)
+        return Model(
+            parameters, self.constants, (_named(self.first), _named(self.second)), self._input(),
+            tuple(self.further), self.contact is not None, self.alone, (self.by_sign[0], self.by_sign[1]),
+            self.rest_may_lack, self.sources, tuple(self._listed(parameters)), name, title, text,
+        )  # fmt: skip
+
+    def _the(self, kind: str) -> Element | None:
+        return next((each for each in self.draft.elements if each.kind == kind), None)
+
+    def _of(self, *kinds: str) -> Iterator[Element]:
+        """The elements of some kinds that act on what moves."""
+        for each in self.draft.elements:
+            if each.kind in kinds and (each.kind == "contact" or self._moving(each.on)):
+                yield each
+
+    def _declared(self, symbol: sp.Symbol) -> DeclaredCoordinate:
+        return next(each for each in self.draft.coordinates if each.symbol == symbol)
+
+    def _moving(self, on: sp.Expr) -> list[sp.Symbol]:
+        """The coordinates of an expression that are not held."""
+        return [c.symbol for c in self.draft.coordinates if c.symbol in on.free_symbols and not c.held]
+
+    # ---- expressions ----
+
+    def _expressions(self) -> Iterator[tuple[str, sp.Expr]]:
+        for each in self.draft.coordinates:
+            yield f"the inertia of {each.symbol}", each.inertia
+        if self.input is not None and self.input.limit is not None:
+            yield f"the limit of {self.input.symbol}", self.input.limit
+        for element in self.draft.elements:
+            yield f"{element}", element.on
+            yield from ((f"{element}: {key}", value) for key, value in element.values.items() if value is not None)
+
+    def _check_expressions(self) -> None:
+        known = {*self.parameters, *(each.symbol for each in self.draft.coordinates)}
+        known |= {each.symbol for each in self.draft.currents}
+        coordinates = {each.symbol for each in self.draft.coordinates}
+        for what, value in self._expressions():
+            if unknown := sorted(map(str, value.free_symbols - known)):
+                raise ModelError(
+                    f"{what} is {_short(value)}, and {', '.join(unknown)} is not declared: symbols are what "
+                    "`parameter`, `coordinate` and `current` return"
+                )
+            _exact(value, f"{what} is {_short(value)}")
+            for symbol in value.free_symbols & self.parameters.keys():
+                domain = self.parameters[symbol].domain
+                if domain not in FINITE and not (
+                    value == symbol and what.endswith((": low", ": high")) or "limit of" in what
+                ):
+                    raise ModelError(
+                        f"{what} reads {symbol}, which may be infinite: its domain {domain!r} is for an end of a stop, "
+                        "or the limit of the current"
+                    )
+        for element in self.draft.elements:
+            if not element.on.free_symbols & coordinates:
+                raise ModelError(f"{element} acts on {_short(element.on)}, which has no coordinate")
+            for key, value in element.values.items():
+                if value is None:
+                    continue
+                if moved := sorted(map(str, value.free_symbols & coordinates)):
+                    way = (
+                        "declare spring(stretch, stiffness)"
+                        if element.kind in ("force", "torque")
+                        else "it is constant"
+                    )
+                    raise ModelError(
+                        f"{element}: {key} is {_short(value)}, which is not linear, or changes with "
+                        f"{', '.join(moved)}: {way}; the Laplace transform (6), (7) needs a linear equation in each phase"
+                    )
+                if element.kind not in ("force", "torque") and self.input is not None:
+                    self._refuse_input(element, key, value)
+
+    def _refuse_input(self, element: Element, key: str, value: sp.Expr) -> None:
+        if self.input is not None and self.input.symbol in value.free_symbols:
+            raise ModelError(f"{element}: {key} is {_short(value)}: the current may stand in a force or torque alone")
+
+    def _check_units(self) -> None:
+        """Units that a file gives, where all of them are known."""
+        known = {symbol: units.dimension(each.unit) for symbol, each in self.parameters.items()}
+        known |= {each.symbol: units.dimension("m" if each.unit == "m" else "1") for each in self.draft.coordinates}
+        if self.input is not None:
+            known[self.input.symbol] = units.dimension(self.input.unit)
+        of: dict[str, str] = {}
+        for each in self.draft.coordinates:
+            _fits(each.inertia, "kg" if each.unit == "m" else "kg m^2", known, f"the inertia of {each.symbol}")
+            of[each.symbol.name] = each.unit
+        if self.input is not None and self.input.limit is not None:
+            _fits(self.input.limit, self.input.unit, known, f"the limit of {self.input.symbol}")
+        for element in self.draft.elements:
+            self._check_units_of(element, known, of)
+
+    def _check_units_of(
+        self, element: Element, known: dict[sp.Symbol, units.Dimension | None], of: dict[str, str]
+    ) -> None:
+        where = [of[str(symbol)] for symbol in element.on.free_symbols if str(symbol) in of]
+        turns = where == ["rad"]
+        effort = "N m" if turns else "N"
+        values = {key: value for key, value in element.values.items() if value is not None}
+        if element.kind in ("force", "torque"):
+            wanted = "rad" if element.kind == "torque" else "m"
+            if where and where[0] != wanted:
+                other = "torque" if element.kind == "force" else "force"
+                raise ModelError(
+                    f"{element} acts along {element.on}, which is in {where[0]}: declare it as {other}(...)"
+                )
+        if element.kind == "gravity" and turns:
+            raise ModelError(f"{element} acts along {element.on}, which is in rad: declare its torque, or spring(...)")
+        expected = {
+            "force": {"value": effort}, "torque": {"value": effort}, "gravity": {"acceleration": "m/s^2"},
+            "friction": dict.fromkeys(("forward", "backward", "forward_at_rest", "backward_at_rest"), effort),
+            "stop": dict.fromkeys(("low", "high"), "rad" if turns else "m"), "contact": {"impact_loss": "1"},
+        }  # fmt: skip
+        for key, unit in expected.get(element.kind, {}).items():
+            if key in values:
+                _fits(values[key], unit, known, f"{element}: {key}")
+        if element.kind not in ("spring", "viscous") or not where:
+            return
+        what = f"{element}: {element.on}"
+        try:
+            stretch = units.of_expression(sp.expand(element.on), known)
+        except units.UnitError as error:
+            raise ModelError(f"{what}: units do not fit: {error}") from None
+        (key, value), *_ = values.items()
+        found = _dimension_of(value, known, f"{element}: {key}")
+        if stretch is None or found is None or not value.free_symbols:
+            return
+        # the force along a coordinate is (d stretch/d q) times stiffness times stretch
+        power = [each + 2 * other for each, other in zip(found, stretch, strict=True)]
+        energy = units.dimension("J")
+        assert energy is not None
+        if element.kind == "viscous":
+            power[2] -= 1
+        if tuple(power) != energy:
+            unit = {"spring": "stiffness", "viscous": "damping"}[element.kind]
+            per = "rad" if units.spelled(stretch) == "1" else units.spelled(stretch)
+            rate = " s" if element.kind == "viscous" else ""
+            fits = "N m" if per == "rad" else "N"
+            raise ModelError(
+                f"{element}: {unit} {_short(value)} is in {units.spelled(found)}, and of a stretch in {per} it must be "
+                f"in {fits}{rate}/{per}"
+            )
+
+    # ---- which mass is which ----
+
+    def _masses(self) -> tuple[DeclaredCoordinate | None, DeclaredCoordinate | None]:
+        """The coordinates of masses 1 and 2: that of the current and of stops, and that which falls."""
+        moving = [each for each in self.draft.coordinates if not each.held]
+        if not moving:
+            raise ModelError("every coordinate is held: nothing moves")
+        if len(moving) > 2:
+            extra = ", ".join(str(each.symbol) for each in moving)
+            raise ModelError(
+                f"{len(moving)} coordinates move, {extra}: with nothing held the motion is of order {2 * len(moving)} "
+                "or more, and what is carried has at most order 3 and an integrator: hold one of them"
+            )
+        if len(moving) == 1:
+            if self.contact is None:
+                return moving[0], None
+            if any(self._moving(each.on) for each in self.draft.elements if each.kind == "stop") or self._driven():
+                raise ModelError(
+                    f"{self.contact}: of a leg with one coordinate that moves, {moving[0].symbol}, that is the body, "
+                    "which may have neither stops nor a current"
+                )
+            return None, moving[0]
+        driven, stopped = (
+            self._driven(),
+            {s for e in self.draft.elements if e.kind == "stop" for s in self._moving(e.on)},
+        )
+        falling = {s for e in self.draft.elements if e.kind == "gravity" for s in self._moving(e.on)}
+        for symbols, what in ((driven, "the current acts on"), (stopped, "there are stops on")):
+            if len(symbols) > 1:
+                raise ModelError(f"{what} {' and '.join(sorted(map(str, symbols)))}: it may be one coordinate alone")
+        if driven and stopped and driven != stopped:
+            raise ModelError(
+                f"the current acts on {next(iter(driven))}, and {next(iter(stopped))} has stops: of two coordinates "
+                "that move one alone may have both"
+            )
+        chosen = driven or stopped
+        if not chosen and len(falling) == 1:
+            chosen = {each.symbol for each in moving} - falling
+        one = next((each for each in moving if each.symbol in chosen), moving[0])
+        return one, next(each for each in moving if each is not one)
+
+    def _driven(self) -> set[sp.Symbol]:
+        if self.input is None:
+            return set()
+        return {
+            symbol
+            for each in self.draft.elements
+            if each.kind in ("force", "torque")
+            and self.input.symbol in (each.values["value"] or sp.S.Zero).free_symbols
+            for symbol in self._moving(each.on)
+        }
+
+    def _number(self, symbol: sp.Symbol) -> int:
+        """The mass of a coordinate that moves: 1 or 2."""
+        return 1 if self.first is not None and symbol == self.first.symbol else 2
+
+    def _one(self, element: Element) -> int:
+        """The mass that an element on one coordinate acts on."""
+        if not (element.on.is_Symbol and isinstance(element.on, Coordinate)):
+            raise ModelError(f"{element} acts on {_short(element.on)}: it must be a coordinate")
+        return self._number(element.on)
+
+    # ---- letters ----
+
+    def _put(self, letter: sp.Symbol, value: sp.Expr, source: str) -> None:
+        self.constants[letter] = _exact(value, source)
+        self.sources[letter] = source
+
+    def _put_inertias(self) -> None:
+        for letter, each in ((Q.m_eff, self.first), (Q.m_s, self.second)):
+            if each is not None:
+                self._refuse_sign(each.inertia, f"the inertia of {each.symbol}", positive=True)
+                self._put(letter, each.inertia, f"inertia of {each.symbol}")
+        if self.first is None:  # an actuator that never moves
+            self.constants |= {Q.x1_min: sp.S.Zero, Q.x1_max: sp.S.Zero}
+
+    def _stretch(self, element: Element) -> _Stretch:
+        """A stretch as a factor of y and an offset; of one mass y is its coordinate."""
+        on = sp.expand(element.on.subs({each.symbol: 0 for each in self.draft.coordinates if each.held}))
+        slopes = {symbol: sp.diff(on, symbol) for symbol in self._moving(element.on)}
+        for symbol, slope in slopes.items():
+            if slope.free_symbols & {*slopes, *({self.input.symbol} if self.input else ())}:
+                raise ModelError(
+                    f"{element} is not linear: {_short(element.on)} changes with {symbol} by {_short(slope)}; the "
+                    "Laplace transform (6), (7) needs a linear equation in each phase"
+                )
+        offset = sp.expand(on.subs(dict.fromkeys(slopes, 0)))
+        if self.input is not None and self.input.symbol in offset.free_symbols:
+            raise ModelError(f"{element}: {_short(element.on)} has the current in it, which may stand in a force alone")
+        if len(slopes) == 2:
+            assert self.first is not None and self.second is not None
+            one, other = slopes[self.first.symbol], slopes[self.second.symbol]
+            if sp.expand(one + other) != 0:
+                raise ModelError(
+                    f"{element} acts on {_short(element.on)}, which changes where {self.first.symbol} and "
+                    f"{self.second.symbol} move together: with nothing held the motion is of order 4, because of "
+                    f"'{element.name}'; between two coordinates it must act on their difference, so take the coordinate "
+                    "behind a gear, and the inertia as seen from there"
+                )
+            return _Stretch(one, offset)
+        (symbol,) = slopes
+        if not self.alone and self.first is not None:
+            if element.kind == "viscous":
+                return _Stretch(slopes[symbol], offset)
+            raise ModelError(
+                f"{element} ties {symbol} to the ground while {self._other(symbol)} moves, too: with nothing held the "
+                f"motion is of order 4, because of '{element.name}'; what is carried has order 3 and an integrator"
+            )
+        factor = slopes[symbol] if self.alone else -slopes[symbol]  # mass 2 is at the other end
+        return _Stretch(factor, offset)
+
+    def _other(self, symbol: sp.Symbol) -> sp.Symbol:
+        return next(c.symbol for c in self.draft.coordinates if not c.held and c.symbol != symbol)
+
+    def _put_springs(self) -> None:
+        springs = list(self._of("spring"))
+        for each in springs:
+            self._refuse_sign(each.values["stiffness"], f"{each}: stiffness", positive=False)
+        leg = self.contact.on if self.contact is not None else None
+        if leg is not None and not any(each.on == leg for each in springs):
+            raise ModelError(f"{self.contact}: the spring of its leg stretches nothing that moves")
+        solid = not self.alone  # what is divided by the stiffness
+        main = next((each for each in springs if each.on == leg), None)
+        main = main or next((each for each in springs if self._is_positive(each.values["stiffness"])), None)
+        main = main or next(iter(springs), None)
+        if main is None:
+            if solid:
+                raise ModelError(
+                    f"nothing ties {self.first and self.first.symbol} to {self.second and self.second.symbol} but for "
+                    "dampers: two coordinates that move need a spring between them, or are two models"
+                )
+            return
+        stretch, stiffness = self._stretch(main), main.values["stiffness"]
+        assert stiffness is not None
+        if solid:
+            self._refuse_sign(stiffness, f"{main}: stiffness", positive=True)
+        if stretch.factor == 0:
+            raise ModelError(f"{main} does not change with any coordinate")
+        self._put(Q.k, _cancelled(stiffness * stretch.factor**2), f"spring {main.name}")
+        offset = _cancelled(stretch.offset / stretch.factor)
+        pulled = self._offset_force(stiffness, offset)
+        self._put(Q.c, pulled, f"spring {main.name}")
+        self._put(Q.L0, sp.expand(offset - pulled), f"spring {main.name}")
+        for each in springs:
+            if each is main:
+                continue
+            own, k = self._stretch(each), each.values["stiffness"]
+            assert k is not None
+            positions = Q.x1 if self.alone else Q.x1 - Q.x2
+            push = -k * own.factor * (own.factor * positions + own.offset)
+            self._further(each, push, sp.S.Zero if self.alone else -push)
+
+    def _offset_force(self, stiffness: sp.Expr, offset: sp.Expr) -> sp.Expr:
+        """The share of a spring's offset that a constant force on mass 1 undoes there, as (3) has it; 0 without one."""
+        for each in self._of("force", "torque"):
+            share = _cancelled((each.values["value"] or sp.S.Zero) / stiffness)
+            if (
+                not self.alone and share.is_Symbol and self._number(each.on) == 1 and each.where == "both"
+                and share in sp.Add.make_args(offset)
+            ):  # fmt: skip
+                self.undone = each
+                return share
+        return sp.S.Zero
+
+    def _put_forces(self) -> None:
+        self._put_viscous()
+        gravities = list(self._of("gravity"))
+        for each in gravities:
+            value, number = each.values["acceleration"], self._one(each)
+            assert value is not None
+            if number == 2 and self.contact is not None:
+                self._refuse_sign(value, f"{each}: acceleration", positive=False)
+            if number == 2 and self.constants[Q.g] == 0 and self._never_negative(value):
+                self._put(Q.g, value, f"gravity {each.name}")
+            else:
+                weight = -self.constants[Q.m_eff if number == 1 else Q.m_s] * value
+                self._further(each, *((weight, sp.S.Zero) if number == 1 else (sp.S.Zero, weight)))
+        for each in self._of("force", "torque"):
+            value = each.values["value"]
+            assert value is not None
+            number = self._one(each)
+            if each is self.undone:
+                continue
+            constant, per_unit = self._split(each, value)
+            if per_unit != 0:
+                if number != 1:
+                    raise ModelError(f"{each}: the current may not act on {each.on}")
+                if each.where != "both":
+                    raise ModelError(f"{each} has the current in it: it acts in stance and in flight, where='both'")
+                self._put(Q.gamma2, self.constants[Q.gamma2] - per_unit, f"{each.kind} {each.name}")
+            if constant != 0:
+                self._further(each, *((constant, sp.S.Zero) if number == 1 else (sp.S.Zero, constant)))
+
+    def _split(self, element: Element, value: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+        """The constant part of a force, and that per unit of the input."""
+        value = sp.expand(value)
+        if self.input is None:
+            return value, sp.S.Zero
+        per_unit = sp.diff(value, self.input.symbol)
+        if self.input.symbol in per_unit.free_symbols:
+            raise ModelError(f"{element} is {_short(value)}: it must be linear in the current {self.input.symbol}")
+        return sp.expand(value - per_unit * self.input.symbol), per_unit
+
+    def _put_viscous(self) -> None:
+        for each in self._of("viscous"):
+            damping = each.values["damping"]
+            assert damping is not None
+            stretch = self._stretch(each)
+            if stretch.offset != 0:
+                raise ModelError(f"{each} acts on {_short(each.on)}: a velocity knows no {_short(stretch.offset)}")
+            symbols = self._moving(each.on)
+            damping = sp.expand(damping * stretch.factor**2)
+            if len(symbols) == 2:
+                self._refuse_where(each, "both", "between two coordinates")
+                self._refuse_sign(damping, f"{each}: damping", positive=False)
+                push = -damping * (Q.v1 - Q.v2)
+                self._further(each, push, -push)
+                continue
+            number = self._number(symbols[0])
+            letter, own = ((Q.b1, "both"), (Q.b2, "stance"))[number - 1]
+            if self.contact is None:
+                own = "both"
+            if each.where == own and self.constants[letter] == 0:
+                self._put(letter, damping, f"viscous {each.name}")
+            else:
+                push = -damping * (Q.v1, Q.v2)[number - 1]
+                self._further(each, *((push, sp.S.Zero) if number == 1 else (sp.S.Zero, push)))
+
+    def _refuse_where(self, element: Element, wanted: str, why: str) -> None:
+        if element.where != wanted:
+            raise ModelError(f"{element} acts in {element.where!r}: {why} it must act in {wanted!r}")
+
+    def _put_friction(self) -> None:
+        for each in self._of("friction"):
+            number = self._one(each)
+            wanted = "stance" if number == 2 and self.contact is not None else "both"
+            why = "the friction of a body that flies is" if wanted == "stance" else "friction is that"
+            if each.where != wanted:
+                raise ModelError(
+                    f"{each} of {each.on} acts in {each.where!r}: {why} carried in {wanted!r} alone, so declare it with "
+                    f"where={wanted!r}"
+                )
+            inertia = self.constants[(Q.m_eff, Q.m_s)[number - 1]]
+            letters = ((Q.f1, Q.f1_minus), (Q.f2, Q.f2_minus))[number - 1]
+            for letter, key in zip(letters, ("forward", "backward"), strict=True):
+                level = each.values[key]
+                assert level is not None
+                self._refuse_sign(level, f"{each}: {key}", positive=False)
+                self._put(letter, self.constants[letter] + _cancelled(level / inertia), f"friction {each.name}")
+            for letter, key in zip(EXCESSES[number - 1], ("forward", "backward"), strict=True):
+                in_motion, at_rest = each.values[key], each.values[f"{key}_at_rest"]
+                assert in_motion is not None and at_rest is not None
+                if not (more := sp.expand(at_rest - in_motion)).free_symbols and more < 0:
+                    raise ModelError(
+                        f"{each}: {key} at rest is {_short(at_rest)}, less than {_short(in_motion)} in motion"
+                    )
+                self._put(letter, self.constants[letter] + _cancelled(more / inertia), f"friction {each.name}")
+            self.by_sign[number - 1] |= each.values["forward"] != each.values["backward"]
+            self.by_sign[number - 1] |= each.values["forward_at_rest"] != each.values["backward_at_rest"]
+        self.rest_may_lack = not all(
+            self._never_negative(sp.expand(self.constants[letter] * self.constants[inertia]))
+            for pair, inertia in zip(EXCESSES, (Q.m_eff, Q.m_s), strict=True)
+            for letter in pair
+        )
+
+    def _put_stops(self) -> None:
+        seen = set[int]()
+        for each in self._of("stop"):
+            if (number := self._one(each)) != 1:
+                raise ModelError(f"{each} of {each.on}: stops belong to the coordinate of the current")
+            if number in seen:
+                raise ModelError(f"{each} of {each.on}: a coordinate has one `stop`, with both ends")
+            seen.add(number)
+            for letter, key in ((Q.x1_min, "low"), (Q.x1_max, "high")):
+                if (value := each.values[key]) is not None:
+                    self._put(letter, value, f"stop {each.name}")
+        if self.input is not None and self.input.limit is not None:
+            self._refuse_sign(self.input.limit, f"the limit of {self.input.symbol}", positive=False)
+            self._put(Q.u_max, self.input.limit, f"limit of {self.input.symbol}")
+        elif self.input is not None and self.contact is not None:
+            raise ModelError(
+                f"the current {self.input.symbol} has no limit, which a controller of hops needs: current(..., limit=)"
+            )
+
+    def _put_contact(self) -> None:
+        if self.contact is None:
+            for each in self.draft.elements:
+                if each.where != "both":
+                    raise ModelError(f"{each} acts in {each.where!r}, and the model has no contact that begins or ends")
+            return
+        if self.second is None:
+            raise ModelError(f"{self.contact}: the body on the leg is held")
+        loss = self.contact.values["impact_loss"]
+        assert loss is not None
+        if not (loss.is_Symbol and self.parameters[loss].domain == "fraction") and not (
+            loss.is_number and 0 <= loss < 1
+        ):
+            raise ModelError(f"{self.contact}: impact_loss must be a number >= 0 and < 1, or a parameter in 'fraction'")
+        self._put(Q.impact_loss, loss, "contact")
+        for force in self.further:
+            refuse_what_flight_cannot_carry(force)
+
+    def _further(self, element: Element, force_1: sp.Expr, force_2: sp.Expr) -> None:
+        what = str(element)
+        made = Force(
+            element.name, _exact(sp.sympify(force_1), what), _exact(sp.sympify(force_2), what), what, element.where
+        )
+        own = field_name(made.name)
+        if any(field_name(other.name) == own for other in self.further) or own in _TAKEN:
+            raise ModelError(
+                f"{element}: another entry of the ledger has its name, {own}, already: give the element another"
+            )
+        self.further.append(made)
+
+    # ---- signs ----
+
+    def _is_positive(self, value: sp.Expr | None) -> bool:
+        return (
+            value is not None
+            and self._never_negative(value)
+            and any(self._product_is_positive(term) for term in sp.Add.make_args(sp.expand(value)))
+        )
+
+    def _product_is_positive(self, term: sp.Expr) -> bool:
+        return all(
+            factor.is_positive or self._in(factor.as_base_exp()[0], "positive") for factor in sp.Mul.make_args(term)
+        )
+
+    def _in(self, symbol: sp.Expr, *domains: str) -> bool:
+        return symbol in self.parameters and self.parameters[symbol].domain in domains
+
+    def _never_negative(self, value: sp.Expr) -> bool:
+        known = ("positive", "nonnegative", "fraction", "bound", "length")
+        return all(
+            factor.is_nonnegative or self._in(factor.as_base_exp()[0], *known) or factor.as_base_exp()[1].is_even
+            for term in sp.Add.make_args(sp.expand(value))
+            for factor in sp.Mul.make_args(term)
+        )
+
+    def _refuse_sign(self, value: sp.Expr | None, what: str, *, positive: bool) -> None:
+        assert value is not None
+        if self._is_positive(value) if positive else self._never_negative(value):
+            return
+        names = sorted(
+            str(each) for each in value.free_symbols
+            if each in self.parameters and not self._in(each, *(("positive",) if positive else ("positive", "nonnegative", "fraction", "bound")))
+        )  # fmt: skip
+        wanted = "positive" if positive else "nonnegative"
+        way = f": declare {', '.join(names)} as {wanted!r}" if names else ""
+        sign = "0 or negative" if positive else "negative"
+        raise ModelError(f"{what} is {_short(value)}, which may be {sign} for some robot{way}")
+
+    # ---- what is left over ----
+
+    def _parameters(self) -> tuple[Parameter, ...]:
+        """The parameters that the motion reads; what has those of a coordinate that is held leaves them out."""
+        read = {s for value in self.constants.values() for s in value.free_symbols}
+        read |= {s for f in self.further for value in (f.force_1, f.force_2) for s in value.free_symbols}
+        named = {s for _, value in self._expressions() for s in value.free_symbols}
+        for symbol, each in self.parameters.items():
+            if symbol not in named:
+                raise ModelError(f"the parameter {each.name} is declared, and no element has it")
+        return tuple(each for symbol, each in self.parameters.items() if symbol in read)
+
+    def _refuse_hidden(self, parameters: tuple[Parameter, ...]) -> None:
+        """Names that the state of a model has, and no parameter may have."""
+        own = {"y", "u"} if self.second is not None and self.first is not None else {"u"}
+        for each in parameters:
+            if each.name in own:
+                raise ModelError(
+                    f"the name of the parameter {each.name} is that of the compression or of the current in a state: "
+                    "give it another"
+                )
+
+    def _input(self) -> Input | None:
+        if self.input is None or self.constants[Q.gamma2] == 0:
+            if self.input is not None:
+                raise ModelError(f"the current {self.input.symbol} is declared, and no force has it")
+            return None
+        each = self.input
+        return Input(each.symbol.name, each.unit, each.thing, each.meaning)
+
+    def _listed(self, parameters: tuple[Parameter, ...]) -> Iterator[Listed]:
+        """The elements with the parameters that each reads, the coordinates among them."""
+        own = {each.symbol for each in parameters}
+        for each in self.draft.coordinates:
+            if not each.held:
+                yield Listed("mass", each.thing, _names(each.inertia.free_symbols & own))
+        if self.input is not None and self.input.limit is not None:
+            yield Listed("motor", self.input.thing, _names(self.input.limit.free_symbols & own))
+        for element in self.draft.elements:
+            values = [element.on, *(value for value in element.values.values() if value is not None)]
+            read = {symbol for value in values for symbol in value.free_symbols} & own
+            yield Listed(element.kind, element.name, _names(read))
+
+
+_TAKEN = {entry.name.rpartition("_")[0] for entry in (*Q.LEDGER.quantities, Q.STOP_LOSS)}
+"""What names of entries of the ledger begin with."""
+
+
+def _names(symbols: Iterable[sp.Symbol]) -> frozenset[str]:
+    return frozenset(map(str, symbols))
+
+
+def _named(each: DeclaredCoordinate | None) -> Named | None:
+    if each is None:
+        return None
+    return Named(each.symbol.name, each.velocity, each.unit, each.thing, each.directions, each.meaning)
+
+
+def field_name(name: str) -> str:
+    """An element's name as part of the name of a field."""
+    return "".join(letter if letter.isalnum() else "_" for letter in name)
+
+
+def _short(value: object) -> str:
+    line = " ".join(str(value).split())
+    return line if len(line) <= 120 else f"{line[:117]}..."
+
+
+def _cancelled(value: sp.Expr) -> sp.Expr:
+    return sp.cancel(value) if value.free_symbols else value
+
+
+def _dimension_of(value: sp.Expr, known: dict[sp.Symbol, units.Dimension | None], what: str) -> units.Dimension | None:
+    try:
+        return units.of_expression(value, known)
+    except units.UnitError as error:
+        raise ModelError(f"{what} is {_short(value)}, whose units do not fit: {error}") from None
+
+
+def _fits(value: sp.Expr, unit: str, known: dict[sp.Symbol, units.Dimension | None], what: str) -> None:
+    found, wanted = _dimension_of(value, known, what), units.dimension(unit)
+    if found is not None and wanted is not None and value.free_symbols and found != wanted:
+        raise ModelError(f"{what} is {_short(value)} in {units.spelled(found)}: it must be in {unit}")
+
+
+# ---- numbers and functions ----
+
+
+def _check_size(number: sp.Expr, what: str) -> None:
+    if number and not SMALLEST <= abs(number) <= LARGEST:
+        raise ModelError(f"{what}: a number must be 0 or between 1e-30 and 1e30 in size")
+
+
+def _exact(value: sp.Expr, what: str) -> sp.Expr:
+    """The expression with each float as the decimal fraction that it is written as: 12.5 is 25/2, 0.1 is 1/10."""
+    made = _spelled(value, what)
+    for number in made.atoms(sp.Rational):
+        _check_size(number, what)
+    return made
+
+
+def _spelled(value: sp.Expr, what: str) -> sp.Expr:
+    if value.is_Float:
+        _check_size(value, what)
+        fraction = Fraction(repr(float(value)))
+        return sp.Rational(fraction.numerator, fraction.denominator)
+    if value.is_Rational or value.is_Symbol:
+        return value
+    if value.is_Add or value.is_Mul:
+        return value.func(*(_spelled(part, what) for part in value.args))
+    if value.is_Pow:
+        base, exponent = (_spelled(part, what) for part in value.args)
+        if exponent.is_Integer:
+            return sp.Pow(base, exponent)
+    raise ModelError(
+        f"{what}: {_short(value)} has no spelling in generated code; allowed are sums, products, quotients and whole "
+        f"powers of symbols and numbers{_way_out(value)}"
+    )
+
+
+def _way_out(value: sp.Expr) -> str:
+    """What to write in place of an expression without a spelling."""
+    if any(isinstance(symbol, Coordinate | Current) for symbol in value.free_symbols):
+        return ""
+    if value.free_symbols:
+        return f": declare {_short(value)} as a parameter of its own, whose value the robot gives"
+    return ": write the number" if value.is_finite and value.is_real else ""
+
+
+# ---- flight ----
+
+
+def refuse_what_flight_cannot_carry(force: Force) -> None:
+    """ModelError for a force that acts in flight by more than a constant, or a velocity of the actuator."""
+    if force.is_in_leg and force.acts == "flight":
+        where = "in the leg, which carries nothing in flight"
+        raise ModelError(f"{force.meaning} acts {where}: it must not be declared for flight alone")
+    force_1, force_2 = (sp.cancel(each) for each in force.force_in("flight"))
+    state = {Q.x1, Q.x2, Q.v1, Q.v2}
+    if force_2.free_symbols & state:
+        raise ModelError(
+            f"{force.meaning} on the body would act in flight, too, and depends on its velocity: there a force may be "
+            'constant alone; one that ends at take-off is declared with where="stance"'
+        )
+    if force_1.free_symbols & (state - {Q.v1}):
+        raise ModelError(
+            f"{force.meaning} on the actuator depends on more than its velocity: in flight, where the leg carries "
+            "nothing, it may be constant or linear in that alone; one that ends at take-off is declared with "
+            'where="stance"'
+        )
+
+
+__all__ = ["DOMAINS", "Own", "field_name", "model_of", "refuse_what_flight_cannot_carry"]

@@ -1,0 +1,69 @@
+"""Intervals allow for causes that a recording would not show, and for none that it would."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+import hopform
+from hopform._identify import alternatives, estimation
+from hopform._identify.fits import Fit
+from tests.conformance import faults
+from tests.conformance.faults import CELLS, FAULTS
+from tests.conformance.nuisances import quick_robot
+
+
+def drawn(kind: str, fault: str, number: int) -> tuple[hopform.Robot, Fit]:
+    """A robot of a cell of `tests.conformance.faults`, and the fit to its recording by the other simulator."""
+    rng = np.random.default_rng([faults.SEED, [*CELLS].index(kind), [*FAULTS].index(fault), number])
+    robot, rate, noise = quick_robot(rng), float(rng.integers(200, 1000)), 10.0 ** rng.uniform(-4.7, -3.7)
+    made = FAULTS[fault](rng)
+    recording = faults.recorded(kind, robot, made, rate, noise, rng)
+    return robot, faults.fitted(kind, robot, made, recording, diagnose=False)
+
+
+def test_an_interval_holds_the_truth_under_a_drag_that_nobody_sees():
+    """That of the model without drag does not, though its residuals are white."""
+    robot, fit = drawn("decay", "drag", 7)
+    plain = {each.name: each for each in estimation.estimates(fit.solution)[0]}
+    assert fit.traces[0].tests.white and not fit.warnings
+    assert plain["b2"].low > robot.b2 + 0.1
+    for name in ("k", "b2", "f2"):
+        assert fit[name].low <= getattr(robot, name) <= fit[name].high, name
+        assert fit[name].method == "profile, allowing for causes"
+    assert any("allow for a drag of the air" in each for each in fit.statements)
+    size = dict(zip((each.name for each in fit.estimates), np.sqrt(np.diag(fit.covariance)).tolist(), strict=True))
+    assert size["b2"] == fit["b2"].stderr > plain["b2"].stderr
+
+
+def test_an_interval_does_not_allow_for_what_the_recording_would_show():
+    """A sound step response shows a drag of a hundredth: what is left are the intervals of the model."""
+    robot, fit = drawn("step", "sound", 2)
+    assert fit.estimates == estimation.estimates(fit.solution)[0]
+    assert not any(each.hidden or each.refuted for each in alternatives.missed(fit.solution))
+
+
+def test_what_the_residuals_show_more_of_than_noise_leaves_no_interval():
+    """White over 20 samples, and yet a drag of 8 % of the friction."""
+    _, fit = drawn("decay", "drag", 4)
+    assert fit.traces[0].tests.white
+    assert all(math.isinf(each.high) for each in fit.estimates)
+    assert any("more of a drag of the air" in each for each in fit.warnings)
+
+
+def test_an_interval_that_allows_for_a_cause_is_that_of_least_squares_with_a_further_column():
+    """A lag of either sign, by its difference at 0.1 ms; its widest plausible size is 10 ms, so it bounds nothing."""
+    _, fit = drawn("step", "sound", 1)
+    found, (experiment,) = fit.solution, fit.solution.experiments
+    late = dataclasses.replace(experiment, constants={**experiment.constants, "lag": 1e-4})
+    column = (late.predict(found.values)[0] - experiment.predict(found.values)[0]) / 1e-4
+    rows = np.column_stack([found.jacobian, column])
+    size = np.abs(rows).max(axis=0)
+    step, (rest,), *_ = np.linalg.lstsq(rows / size, -found.residuals[0], rcond=None)
+    covariance = np.linalg.inv((rows / size).T @ (rows / size)) * rest / (found.count - size.size)
+    assert fit["k"].method == "profile, allowing for causes"
+    n = [each.name for each in fit.estimates].index("k")
+    middle, half = fit["k"].value + step[n] / size[n], 1.96 * math.sqrt(covariance[n, n]) / size[n]
+    ends = min(middle - half, fit["k"].value), max(middle + half, fit["k"].value)
+    assert (fit["k"].low, fit["k"].high) == pytest.approx(ends, abs=0.05 * half)

@@ -1,0 +1,183 @@
+"""Fits over any solver: the parameters of a joint, a pendulum and a leg are found by their names in the model's file.
+
+Recordings are made by time stepping that shares nothing with hopform.
+"""
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pytest
+
+import hopform
+from hopform._identify import models
+from hopform._identify.recordings import parse_recording
+from tests.derived import solver_of
+from tests.fits import ALONE
+from tests.oracle.recordings import Rig, simulate
+
+RATE = 400.0
+
+
+@pytest.fixture(scope="module")
+def joint(store) -> Any:
+    return solver_of(store, "joint")
+
+
+def table(head: str, *columns: np.ndarray, rate: float = RATE) -> Any:
+    rows = np.stack([np.arange(columns[0].size) / rate, *columns], axis=1).tolist()
+    return parse_recording("\n".join([head, *(",".join(map(repr, row)) for row in rows)]), "log.csv")
+
+
+def driven(seed: int) -> tuple[Rig, Any]:
+    """A joint of random numbers under a random current, of which the angle is recorded with noise of 0.3 mrad."""
+    rng = np.random.default_rng([31, seed])
+    J, omega, zeta = (float(rng.uniform(*ends)) for ends in ((0.01, 0.1), (8.0, 25.0), (0.05, 0.4)))
+    rig = Rig(J, J * omega**2, 2.0 * zeta * J * omega, float(rng.uniform(1.0, 8.0)), gamma=0.15 * J * omega**2)
+    levels = np.resize([3.0, -3.0, 1.5, -1.5, 0.0], 20)[rng.permutation(20)]
+    u = np.concatenate([np.zeros(40), np.repeat(levels, 40)])
+    phi = simulate(rig, u, RATE) + 3e-4 * rng.standard_normal(u.size)
+    return rig, table("time_s,phi_rad,i_A", phi, u)
+
+
+def holds(fit: Any, **truth: float) -> list[str]:
+    """What of the truth is not within 1.5 times the 95 % interval: three standard errors."""
+    off = {name: abs(0.5 * (fit[name].low + fit[name].high) - value) for name, value in truth.items()}
+    return [name for name, each in off.items() if not each <= 0.75 * (fit[name].high - fit[name].low)]
+
+
+def test_the_parameters_of_a_joint_are_found_by_their_names(joint):
+    """Of two joints that no start was given for: stiffness, friction either way and torque constant, J being known."""
+    for seed in range(2):
+        rig, recording = driven(seed)
+        fitted = ["k", "b", "F_plus", "F_minus", "k_t"]
+        fit = hopform.fit(joint, recording, fitted=fitted, known={"J": rig.mass}, **ALONE)
+        friction = rig.mass * rig.f
+        truth = {"k": rig.k, "b": rig.b, "F_plus": friction, "F_minus": friction, "k_t": rig.gamma}
+        assert holds(fit, **truth) == [], seed
+        assert not fit.warnings and fit.rms == pytest.approx(3e-4, rel=0.1)
+        assert {each.name for each in fit.estimates} >= {*fitted, "phi@0", "delay@0"}
+        robot = fit.robot()
+        assert isinstance(robot, joint.Robot) and robot.k == fit["k"].value and rig.mass == robot.J
+        assert robot.fit.known == ("J",)
+
+
+def test_a_parameter_may_be_as_another_one(joint):
+    rig, recording = driven(5)
+    known = {"J": rig.mass, "F_minus": "F_plus"}
+    fit = joint.fit(recording, fitted=["k", "b", "F_plus", "k_t"], known=known, **ALONE)
+    assert holds(fit, k=rig.k, F_plus=rig.mass * rig.f) == []
+    assert fit.base.F_minus == fit["F_plus"].value
+
+
+@dataclass(frozen=True)
+class Pendulum:
+    """J q'' = -K sin(q) - b q' - F sign(q'), let go at an angle."""
+
+    J: float = 0.0071
+    K: float = 0.4807
+    b: float = 0.002
+    F: float = 0.012
+
+    def swings(self, start: float, count: int) -> np.ndarray:
+        """The angle at samples, by 40 semi-implicit steps of time in each."""
+        q, v, h, found = start, 0.0, 1.0 / (40.0 * RATE), np.empty(count)
+        for n in range(count):
+            found[n] = q
+            for _ in range(40):
+                w = v - h * (self.K * math.sin(q + 0.5 * h * v) + self.b * v) / self.J
+                w = 0.0 if abs(w) <= h * self.F / self.J else w - math.copysign(h * self.F / self.J, w)
+                q, v = q + 0.5 * h * (v + w), w
+        return found
+
+
+def test_a_pendulum_that_swings_through_80_degrees_is_found_by_gravity_s_sine(joint):
+    """As a spring it is not explained, and gravity's sine is named."""
+    own = Pendulum()
+    phi = own.swings(1.4, 800) + 1e-3 * np.random.default_rng(4).standard_normal(800)
+    recording, known = table("time_s,phi_rad", phi), {"k": own.K, "k_t": 1.0, "F_minus": "F_plus"}
+    how = {"fitted": ["J", "b", "F_plus"], "known": known, "compare": False, "holdout": False}
+    fit = hopform.fit(joint, recording, sine=True, **how)
+    assert holds(fit, J=own.J, b=own.b, F_plus=own.F) == []
+    assert fit["J"].high / fit["J"].low < 1.002 and fit.rms == pytest.approx(1e-3, rel=0.1)
+    noise = 1e-3 * np.random.default_rng(5).standard_normal(800)
+    small = table("time_s,phi_rad", own.swings(0.4, 800) + noise)
+    plain = hopform.fit(joint, small, **how)
+    assert math.isinf(plain["J"].high) and plain["J"].value > 1.005 * own.J
+    assert any("gravity's sine" in each and "sine=True" in each for each in plain.warnings)
+
+
+def test_derivatives_under_gravity_s_sine_are_those_of_the_motion(joint):
+    """Against differences, while the pendulum swings."""
+    own = Pendulum(F=0.0)
+    recording = table("time_s,phi_rad", own.swings(1.0, 700))
+    fit = hopform.fit(joint, recording, fitted=["J", "b"], known={"k": own.K, "k_t": 1.0}, sine=True, **ALONE)
+    experiment, values = fit.solution.experiments[0], fit.solution.values
+    _, by = experiment.predict(values)
+    for name, rows in by.items():
+        step = 1e-4 * max(abs(values[name]), 1e-2)
+        ends = [experiment.predict({**values, name: values[name] + side * step})[0] for side in (1.0, -1.0)]
+        expected = (ends[0] - ends[1]) / (2.0 * step)
+        np.testing.assert_allclose(rows, expected, atol=2e-3 * np.abs(expected).max(), err_msg=name)
+
+
+def test_a_leg_of_two_masses_is_found_from_both_positions():
+    """The paper's hopper stands on its spring and shakes under a current; nothing takes off."""
+    robot = hopform.load_robot("hopper_c")
+    rng, rate, h = np.random.default_rng(6), 500.0, 1e-4
+    u = np.repeat(rng.choice([-0.3, 0.3, 1.0, 1.6], 12), 50)
+    x1 = v1 = v2 = 0.0
+    x2, rows = robot.L0 - 0.03, []
+    for current in u.tolist():
+        rows.append((x1, x2))
+        for _ in range(round(1.0 / (rate * h))):
+            force = robot.k * (x1 - x2 + robot.L0)
+            w1 = v1 - h * (force + robot.b1 * v1 + robot.gamma2 * current) / robot.m_eff
+            w2 = v2 + h * ((force - robot.b2 * v2) / robot.m_s - robot.g)
+            v1, v2 = (
+                0.0 if abs(w) <= h * f else w - math.copysign(h * f, w) for w, f in ((w1, robot.f1), (w2, robot.f2))
+            )
+            x1, x2 = x1 + h * v1, x2 + h * v2
+    noisy = np.array(rows).T + 1e-4 * rng.standard_normal((2, u.size))
+    recording = table("time_s,x1_m,x2_m,u_A", *noisy, u, rate=rate)
+    known = {"m_s": robot.m_s, "L0": robot.L0}
+    fit = hopform.fit(
+        "hopper", recording, fitted=["m_eff", "k", "b1", "b2", "f1", "f2", "gamma2"], known=known, **ALONE
+    )
+    truth = {name: getattr(robot, name) for name in ("m_eff", "k", "b1", "b2", "f1", "f2", "gamma2")}
+    assert holds(fit, **truth) == []
+    assert {trace.quantity for trace in fit.traces} == {"x1", "x2"}
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"known": {"mass": 1.0}}, "known: joint has no parameter 'mass'; it has J, k"),
+        ({"known": {"J": -1.0}}, "J must be > 0"),
+        ({"fitted": ["k", "spring"]}, "fitted: 'spring' is no parameter that is not known"),
+        ({"fitted": ["k"]}, "fitted: J must be fitted or known; they have no default"),
+        ({"known": {"J": 1.0, "F_minus": "F"}}, "known: F_minus is to be as 'F', which is none of k"),
+    ],
+)
+def test_what_is_no_parameter_is_refused_by_name(joint, given, said):
+    with pytest.raises(hopform.HopformError, match=said):
+        hopform.fit(joint, driven(1)[1], **given)
+
+
+def test_columns_that_are_not_the_model_s_are_refused(joint):
+    phi, zero = np.sin(np.arange(200) / 20.0), np.zeros(200)
+    for head, said in {
+        "time_s,phi_m,i_A": "must be in rad or a unit of it: the model's phi is",
+        "time_s,phi_rad,i_V": "must be in A: the model's i is",
+        "time_s,q_rad,i_A": "no column is a position x1",
+    }.items():
+        with pytest.raises(hopform.HopformError, match=said):
+            hopform.fit(joint, table(head, phi, zero), known={"J": 1.0})
+    with pytest.raises(hopform.HopformError, match="gravity's sine is a torque on one angle .* x1 .m., x2 .m."):
+        hopform.fit("hopper", table("time_s,x1_m,x2_m,u_A", phi, phi, zero), sine=True)
+
+
+def test_the_power_of_time_of_a_parameter_follows_from_its_unit():
+    units = {"kg m^2": 0, "N m/rad": 2, "N m s/rad": 1, "N m": 2, "N m/A": 2, "m/s^2": 2, "N s/m": 1, "rad": 0, "s": -1}
+    assert {unit: models.power_of(unit) for unit in units} == units
