@@ -22,7 +22,7 @@ from hopform._checks import flag, items, mapping, real, shown
 from hopform._errors import HopformError
 from hopform._identify.estimation import Parameter, Solution
 from hopform._identify.fits import Fit, Options, checked, solved
-from hopform._identify.kinds import MOST_KNOWN, Cut, Recordings, read_some
+from hopform._identify.kinds import MOST_KNOWN, Cut, Recordings, files_of, read_some
 from hopform._identify.motion import MAX_PHASES, Array, Values, delayed, of_scipy
 from hopform._identify.recordings import (
     DRIVES,
@@ -418,7 +418,7 @@ def fit_model(
     problem = Problem(
         "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
         tuple(first | each for each in tries), {n: values[n] for n in known or {} if n in values}, (), warnings, parts=(0.35, 1.0),
-        units=units, loss=asked.loss, friction=model.friction,
+        units=units, loss=asked.loss, friction=model.friction, files=files_of(several),
     )  # fmt: skip
     found = solved(problem, asked)
     driven = any(len(each.steps) > 1 for each in experiments)
