@@ -70,6 +70,8 @@ TARGET = Struct("Target", "What the controller is asked for.").of(
     Member("datum", "real", "the level that h_des counts from, less that of the ground under the foot", "m"),
     Member("stop_margin", "real", "x_1 stays below x1_max by more than this", "m"),
     Member("horizon", "real", "longest time of a stance", "s"),
+    Member("max_evaluations", "int32", "of the motion in a candidate's stance; 0 for HOPFORM_CANDIDATE_EVALUATIONS"),
+    Member("max_candidates", "int32", "currents tried; 0 for HOPFORM_SEARCH_TRIALS"),
 )
 COMMAND = Struct("Command", "The answer of the controller.").of(
     Member("u", "real", "", "A"),
@@ -108,11 +110,14 @@ SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
     Member("count", "int32", "of the candidates"),
     Member("sides", "int32", "of 0, yet to be opened"),
     Member("trials", "int32", "currents tried so far"),
+    Member("max_evaluations", "int32", "of a stance"),
+    Member("max_candidates", "int32"),
     Member("status", "int32", "HOPFORM_SEARCHING, HOPFORM_OK when done, or an error"),
     Member("held", "bool", "0 leaves the actuator where it is"),
     Member("found", "bool", "one is admissible"),
     Member("reached", "bool"),
-    Member("partial", "bool", "a stance or the search outgrew the memory given"),
+    Member("partial", "bool", "a stance outgrew the memory given"),
+    Member("capped", "bool", "a stance took more evaluations"),
 )
 FLIGHT_PHASE = Struct("FlightPhase", "A phase of a flight: where and when it starts, and in which mode.").of(
     Member("t", "real", "time since take-off", "s"),

@@ -198,7 +198,7 @@ PUBLIC int32_t play_run(double height, int32_t controlled, double value, int32_t
         const hopform_state_f64 touchdown = {flight->flight.end.x1, flight->flight.end.v1, flight->flight.v2_after,
                                              0.0};
         hopform_command_f64 command = {value, 0.0, 0};
-        const hopform_target_f64 target = {larger(value, ground), -ground, 0.0, LONGEST_STANCE};
+        const hopform_target_f64 target = {larger(value, ground), -ground, 0.0, LONGEST_STANCE, 0, 0};
         if (controlled)
             status = hopform_choose_current_f64(&search, &model, &touchdown, &target, work, PHASES, &command);
         if (status < 0) return status;
@@ -323,7 +323,7 @@ PUBLIC int32_t play_reach(int32_t height_count, int32_t current_count) {
         double *const bound[2] = {&play_lowest[row], &play_highest[row]};
         for (int32_t n = 0; n < 2 && status >= 0; n++) {
             hopform_command_f64 command;
-            const hopform_target_f64 target = {wanted[n], 0.0, 0.0, LONGEST_STANCE};
+            const hopform_target_f64 target = {wanted[n], 0.0, 0.0, LONGEST_STANCE, 0, 0};
             status = hopform_choose_current_f64(&search, &plan, &touchdown, &target, work, PHASES, &command);
             *bound[n] = command.status == HOPFORM_COMMAND_NO_TAKEOFF ? __builtin_nan("") : command.apex;
         }

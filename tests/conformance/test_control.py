@@ -14,7 +14,7 @@ import hopform
 from hopform._cli.tables import PRINTED
 from hopform._solver import c as native
 from hopform._solver.choice import DEFAULT
-from hopform_solver.records import COMMANDS, LegState
+from hopform_solver.records import COMMANDS, STATUSES, LegState
 from tests.conformance.currents import CurrentScan, Touchdown, compare, compare_single, draw_touchdowns
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -307,6 +307,50 @@ def test_a_stance_that_outgrows_the_memory_is_said_to_be_left_out():
     while search.step(capacity=3) == 3:
         pass
     assert search.status == native.PHASES_NOT_KEPT
+
+
+CAPPED = next(code for code, word in STATUSES.items() if word == "capped")
+
+
+def searched(target: tuple[float, ...], v2: float = -1.93) -> Resumable:
+    search = Resumable(HOPPER, LegState(0.0, 0.0, v2, 0.0), target)
+    while search.status == 3:
+        search.step()
+    return search
+
+
+def test_a_search_ends_with_the_best_current_of_the_candidates_that_it_may_try():
+    whole = searched((0.15, 0.0, 0.0, 2.0))
+    for most in range(1, whole.search.trials):
+        part = Resumable(HOPPER, LegState(0.0, 0.0, -1.93, 0.0), (0.15, 0.0, 0.0, 2.0))
+        for _ in range(most):
+            part.step()
+        capped = searched((0.15, 0.0, 0.0, 2.0, 0, most))
+        assert (capped.status, capped.search.trials) == (CAPPED, most)
+        assert bytes(capped.command) == bytes(part.command)
+    assert (whole.status, searched((0.15, 0.0, 0.0, 2.0, 0, whole.search.trials)).status) == (0, 0)
+
+
+def test_a_candidate_that_takes_more_evaluations_than_it_may_is_left_out():
+    """What is commanded is what its stance does; with enough evaluations every bit is that without a cap."""
+    target = (0.15, 0.0, 0.0, 2.0)
+    whole, statuses = searched(target), set[int]()
+    for most in range(1, 40):
+        capped = searched((*target, most, 0))
+        statuses.add(capped.status)
+        if COMMANDS[capped.command.status] == "no_takeoff":
+            assert (capped.status, capped.command.u) == (CAPPED, 0.0)
+        else:
+            stance = hopform.solve_stance(HOPPER, v2=-1.93, u=capped.command.u)
+            assert stance.apex == pytest.approx(capped.command.apex, abs=1e-12)
+        assert capped.status == CAPPED or bytes(capped.command) == bytes(whole.command)
+    assert statuses == {0, CAPPED}
+
+
+@pytest.mark.parametrize("cap", [(-1, 0), (0, -1)])
+def test_a_negative_cap_is_refused(cap):
+    with pytest.raises(hopform.HopformError):
+        Resumable(HOPPER, LegState(0.0, 0.0, -2.0, 0.0), (0.1, 0.0, 0.0, 2.0, *cap))
 
 
 @pytest.mark.parametrize("target", [(math.nan, 0.0, 0.0, 2.0), (-0.1, 0.0, 0.0, 2.0), (0.1, 0.0, -1.0, 2.0),

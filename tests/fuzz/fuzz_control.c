@@ -21,7 +21,8 @@ static void must_be_safe(const T(command) *command, int32_t status, const T(robo
         must(command->u == 0 && command->status == HOPFORM_COMMAND_NO_TAKEOFF);
         return;
     }
-    must(status == HOPFORM_SEARCHING || status == HOPFORM_OK || status == HOPFORM_PHASES_NOT_KEPT);
+    must(status == HOPFORM_SEARCHING || status == HOPFORM_OK || status == HOPFORM_PHASES_NOT_KEPT
+         || status == HOPFORM_CAPPED);
     must(fabs(command->u) <= robot->u_max);
     must(command->status == HOPFORM_COMMAND_REACHED || command->status == HOPFORM_COMMAND_NEAREST
          || (command->status == HOPFORM_COMMAND_NO_TAKEOFF && command->u == 0));

@@ -45,6 +45,7 @@ def test_the_examples_of_a_page_run(page):
         "how-to/use-another-robot.md",
         "reference/commands.md",
         "reference/solvers.md",
+        pytest.param("how-to/solve-a-motion.md", marks=pytest.mark.sliced),
         pytest.param("how-to/your-own-mechanism.md", marks=pytest.mark.sliced),
         pytest.param("tutorials/identification.md", marks=pytest.mark.sliced),
     ],

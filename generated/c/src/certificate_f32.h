@@ -24,8 +24,18 @@ typedef struct {
     float sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_f32;
 
+static inline deflated_f32 deflated_in_modes_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                                   const propagator_f32 *at) {
+    const modes_f32 modes = {g->start, g->H3, g->H2, g->H1};
+    const pair_numerator_f32 numerator = deflated_modes_f32(poles, at->omega, &modes);
+    const pair_core_f32 core = core_of_modes_f32(poles, at);
+    const deflated_f32 d = {numerator.A, numerator.B, core.R, core.Rd, poles->p, poles->q};
+    return d;
+}
+
 static inline deflated_f32 deflated_at_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
                                              const event_function_f32 *g, const propagator_f32 *at) {
+    if (is_modal_f32(at)) { return deflated_in_modes_f32(poles, g, at); }
     const bool rings = node->half_period < HOPFORM_NEVER_f32;
     const float sum = rings ? poles->p : node->second + node->third;
     const float product = rings ? poles->q : node->second * node->third;
@@ -35,15 +45,7 @@ static inline deflated_f32 deflated_at_f32(const hopform_poles_f32 *poles, const
                        at->rate.first + node->pole * at->value.first,
                        sum,
                        product};
-    if (is_modal_f32(at)) {
-        const modes_f32 modes = {g->start, g->H3, g->H2, g->H1};
-        const pair_numerator_f32 deflated = deflated_modes_f32(poles, at->omega, &modes);
-        const pair_core_f32 core = core_of_modes_f32(poles, at);
-        d.A = deflated.A;
-        d.B = deflated.B;
-        d.R = core.R;
-        d.Rd = core.Rd;
-    } else if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
+    if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
         const pair_f32 pair = pair_at_f32(poles, at->t);
         d.R = pair.R;
         d.Rd = pair.Rd;
@@ -192,7 +194,7 @@ static inline bool bends_f32(const event_function_f32 *g, const propagator_f32 *
  * that enclose the root. */
 static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                                    float omega, const jet_f32 *from, float low, const jet_f32 *to,
-                                                   float high) {
+                                                   float high, evaluations_f32 *evaluations) {
     const bool modal = omega > 0.0f;
     const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, modal, from)};
     const jet_f32 rate_to = {-to->rate, -to->curvature, -to->third, 0.0f};
@@ -201,7 +203,8 @@ static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles,
     float t = low + apart * refined_root_f32(&p, rough_root_f32(&rate_from, &rate_to, apart));
     float falls_by = -from->rate; /* at the lower time */
     propagator_f32 at = propagator_in_form_f32(poles, omega, t);
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_f32(evaluations);
         const jet_f32 jet = jet_at_f32(poles, g, &at);
         const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, g, modal, &jet)};
         const float step = step_to_root_f32(&falls);

@@ -24,8 +24,18 @@ typedef struct {
     double sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_f64;
 
+static inline deflated_f64 deflated_in_modes_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                                   const propagator_f64 *at) {
+    const modes_f64 modes = {g->start, g->H3, g->H2, g->H1};
+    const pair_numerator_f64 numerator = deflated_modes_f64(poles, at->omega, &modes);
+    const pair_core_f64 core = core_of_modes_f64(poles, at);
+    const deflated_f64 d = {numerator.A, numerator.B, core.R, core.Rd, poles->p, poles->q};
+    return d;
+}
+
 static inline deflated_f64 deflated_at_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
                                              const event_function_f64 *g, const propagator_f64 *at) {
+    if (is_modal_f64(at)) { return deflated_in_modes_f64(poles, g, at); }
     const bool rings = node->half_period < HOPFORM_NEVER_f64;
     const double sum = rings ? poles->p : node->second + node->third;
     const double product = rings ? poles->q : node->second * node->third;
@@ -35,15 +45,7 @@ static inline deflated_f64 deflated_at_f64(const hopform_poles_f64 *poles, const
                        at->rate.first + node->pole * at->value.first,
                        sum,
                        product};
-    if (is_modal_f64(at)) {
-        const modes_f64 modes = {g->start, g->H3, g->H2, g->H1};
-        const pair_numerator_f64 deflated = deflated_modes_f64(poles, at->omega, &modes);
-        const pair_core_f64 core = core_of_modes_f64(poles, at);
-        d.A = deflated.A;
-        d.B = deflated.B;
-        d.R = core.R;
-        d.Rd = core.Rd;
-    } else if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
+    if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
         const pair_f64 pair = pair_at_f64(poles, at->t);
         d.R = pair.R;
         d.Rd = pair.Rd;
@@ -192,7 +194,7 @@ static inline bool bends_f64(const event_function_f64 *g, const propagator_f64 *
  * that enclose the root. */
 static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                                    double omega, const jet_f64 *from, double low, const jet_f64 *to,
-                                                   double high) {
+                                                   double high, evaluations_f64 *evaluations) {
     const bool modal = omega > 0.0;
     const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, g, modal, from)};
     const jet_f64 rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
@@ -201,7 +203,8 @@ static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles,
     double t = low + apart * refined_root_f64(&p, rough_root_f64(&rate_from, &rate_to, apart));
     double falls_by = -from->rate; /* at the lower time */
     propagator_f64 at = propagator_in_form_f64(poles, omega, t);
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_f64(evaluations);
         const jet_f64 jet = jet_at_f64(poles, g, &at);
         const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, g, modal, &jet)};
         const double step = step_to_root_f64(&falls);

@@ -452,9 +452,10 @@ static void report_command_f32(const hopform_search_f32 *search, hopform_command
 
 /* ---- a current ---- */
 
-/* A candidate; HOPFORM_PHASES_NOT_KEPT where its stance outgrows the memory, or an error. */
+/* A candidate; HOPFORM_PHASES_NOT_KEPT where its stance outgrows the memory, HOPFORM_CAPPED where it takes more
+ * evaluations, or an error. */
 static int32_t evaluate_candidate_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start, float u,
-                                       float horizon, hopform_phase_f32 *phases, int32_t capacity,
+                                       float horizon, hopform_phase_f32 *phases, int32_t capacity, int32_t most,
                                        hopform_trial_f32 *trial) {
     const hopform_step_f32 step = {0.0f, u};
     const state_by_axis_f32 none = {{0.0f, 0.0f, 0.0f, 0.0f}};
@@ -464,12 +465,19 @@ static int32_t evaluate_candidate_f32(const hopform_plan_f32 *plan, const hopfor
     trial->largest_x1 = start->x1;
     trial->least_contact = HOPFORM_NEVER_f32;
     trial->smooth = true;
-    current_variation_f32 variation = {plan, trial, none, none, none, {0, 0}, false};
+    evaluations_f32 evaluations = {most};
+    current_variation_f32 variation = {plan, trial, &evaluations, none, none, none, {0, 0}, false};
     hopform_stance_f32 stance;
     const int32_t status = solve_observed_f32(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
-                                               carry_variation_f32, &variation);
+                                               &evaluations, carry_variation_f32, &variation);
     if (status < 0) { return status; }
     close_trial_f32(&variation, phases, &stance);
+    if (!(evaluations.left > 0)) {
+        trial->takes_off = false; /* what is not known of it is not admitted */
+        trial->apex = 0.0f;
+        trial->apex_u = 0.0f;
+        return HOPFORM_CAPPED;
+    }
     return stance.ending == HOPFORM_ENDING_TOO_MANY_PHASES ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 
@@ -518,7 +526,8 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     if (!hops_f32(plan) || !(current_limit_f32(robot) <= HOPFORM_NEVER_f32)) {
         search->status = HOPFORM_ERROR_ROBOT;
     } else if (!is_finite_f32(wanted.h_des) || !is_finite_f32(wanted.datum) || !(wanted.h_des + wanted.datum >= 0.0f)
-               || !(wanted.stop_margin >= 0.0f && wanted.stop_margin <= HOPFORM_NEVER_f32)) {
+               || !(wanted.stop_margin >= 0.0f && wanted.stop_margin <= HOPFORM_NEVER_f32) || wanted.max_evaluations < 0
+               || wanted.max_candidates < 0) {
         search->status = HOPFORM_ERROR_TARGET;
     } else if (!(wanted.horizon > 0.0f && wanted.horizon <= HOPFORM_NEVER_f32)) {
         search->status = HOPFORM_ERROR_HORIZON;
@@ -535,13 +544,17 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
     search->next = 0.0f;
     search->trials = 0;
     search->reached = false;
+    search->max_evaluations = wanted.max_evaluations > 0 ? wanted.max_evaluations : HOPFORM_CANDIDATE_EVALUATIONS;
+    const bool fewer = wanted.max_candidates > 0 && wanted.max_candidates < HOPFORM_SEARCH_TRIALS;
+    search->max_candidates = fewer ? wanted.max_candidates : HOPFORM_SEARCH_TRIALS;
     search->partial = false;
+    search->capped = false;
     return search->status;
 }
 
 /* Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the
- * best admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left
- * out. A refusal ends the search.
+ * best admissible one so far. In the end HOPFORM_CAPPED if a cap of the target was met, HOPFORM_PHASES_NOT_KEPT if a
+ * stance had more phases than fit: such stances are left out. A refusal ends the search.
  */
 int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity,
                                          hopform_command_f32 *command) {
@@ -563,14 +576,19 @@ int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phas
         return search->status;
     }
     hopform_trial_f32 trial;
-    const int32_t status =
-        evaluate_candidate_f32(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial);
+    const int32_t status = evaluate_candidate_f32(search->plan, &search->start, search->next, search->horizon, phases,
+                                                   capacity, search->max_evaluations, &trial);
     if (status < 0) {
         return end_search_f32(search, status, command); /* for good: what was found does not count after an error */
     }
-    search->partial = search->partial || status != HOPFORM_OK;
-    if (!add_candidate_f32(search, &trial)) {
-        search->status = search->partial ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
+    search->partial = search->partial || status == HOPFORM_PHASES_NOT_KEPT;
+    search->capped = search->capped || status == HOPFORM_CAPPED;
+    const bool goes_on = add_candidate_f32(search, &trial);
+    if (goes_on && search->trials >= search->max_candidates) {
+        search->status = HOPFORM_CAPPED;
+    } else if (!goes_on) {
+        const int32_t kept = search->partial ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
+        search->status = search->capped ? HOPFORM_CAPPED : kept;
     }
     report_command_f32(search, command);
     return search->status;
@@ -581,10 +599,10 @@ int32_t hopform_choose_current_f32(hopform_search_f32 *search, const hopform_pla
                                     const hopform_state_f32 *start, const hopform_target_f32 *target,
                                     hopform_phase_f32 *phases, int32_t capacity, hopform_command_f32 *command) {
     int32_t status = hopform_choose_current_begin_f32(search, plan, start, target, command);
-    for (int n = 0; n < HOPFORM_SEARCH_TRIALS && status == HOPFORM_SEARCHING; n++) {
+    while (status == HOPFORM_SEARCHING) { /* max_candidates times at most */
         status = hopform_choose_current_step_f32(search, phases, capacity, command);
     }
-    return status == HOPFORM_SEARCHING ? HOPFORM_PHASES_NOT_KEPT : status;
+    return status;
 }
 
 /* Try each of some currents from each of some states; trials, state by state, current by current. A stance with more
@@ -611,7 +629,7 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
     for (int32_t i = 0; i < start_count; i++) {
         for (int32_t j = 0; j < current_count; j++) {
             const int32_t status = evaluate_candidate_f32(plan, &starts[i], currents[j], horizon, phases, capacity,
-                                                           &trials[i * current_count + j]);
+                                                           UNBOUNDED_f32, &trials[i * current_count + j]);
             if (status < 0) { return refuse_f32(status, written, 1, read, 3); }
             kept = status != HOPFORM_OK ? status : kept;
         }
@@ -633,7 +651,8 @@ static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase
     const hopform_poles_f32 *poles = poles_of_f32(plan, side[0], side[1]);
     const hopform_node_f32 *node = node_of_f32(plan, side[0], side[1]);
     const propagator_f32 end = propagator_at_f32(poles, t);
-    const minima_f32 least = least_minimum_f32(poles, node, &extension, -first, &end, 65536.0f);
+    evaluations_f32 evaluations = {UNBOUNDED_f32};
+    const minima_f32 least = least_minimum_f32(poles, node, &extension, -first, &end, 65536.0f, &evaluations);
     return greater_f32(first, -least.value);
 }
 

@@ -13,8 +13,8 @@
 
 #include "phase_f32.h"
 
-/* Functions that a phase has at most. */
-enum { MOST_EVENT_FUNCTIONS_f32 = 4 };
+/* Functions that a phase has at most: what moves alone has its distance from a stop, and no other. */
+enum { MOST_EVENT_FUNCTIONS_f32 = 4 - 3 * HOPFORM_MOVES_ALONE };
 
 /* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
 enum { NO_OWNER_f32 = -1, CONTACT_f32 = 0, ELEMENT_f32 = 1, NO_ELEMENT_f32 = -1 };
@@ -325,14 +325,26 @@ static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, con
     return towards;
 }
 
+/* How often a motion may still be evaluated while a stance is solved: what its cost is in proportion to. */
+typedef struct {
+    int32_t left;
+} evaluations_f32;
+
+enum { UNBOUNDED_f32 = 2147483647 };
+
+static inline void use_evaluation_f32(evaluations_f32 *evaluations) {
+    evaluations->left -= evaluations->left > 0 ? 1 : 0;
+}
+
 /* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g > 0, or
- * g = 0 and rising, at the lower time, and g < 0 at the later one. */
+ * g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is none. */
 static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, float low,
-                                    propagator_f32 *at, float guess) {
+                                    propagator_f32 *at, float guess, evaluations_f32 *evaluations) {
     const float omega = at->omega;
     float high = at->t;
     float t = guess;
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_f32(evaluations);
         if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
             t = low + 0.5f * (high - low);
             if (!(t > low && t < high)) {

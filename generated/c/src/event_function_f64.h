@@ -13,8 +13,8 @@
 
 #include "phase_f64.h"
 
-/* Functions that a phase has at most. */
-enum { MOST_EVENT_FUNCTIONS_f64 = 4 };
+/* Functions that a phase has at most: what moves alone has its distance from a stop, and no other. */
+enum { MOST_EVENT_FUNCTIONS_f64 = 4 - 3 * HOPFORM_MOVES_ALONE };
 
 /* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
 enum { NO_OWNER_f64 = -1, CONTACT_f64 = 0, ELEMENT_f64 = 1, NO_ELEMENT_f64 = -1 };
@@ -325,14 +325,26 @@ static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, con
     return towards;
 }
 
+/* How often a motion may still be evaluated while a stance is solved: what its cost is in proportion to. */
+typedef struct {
+    int32_t left;
+} evaluations_f64;
+
+enum { UNBOUNDED_f64 = 2147483647 };
+
+static inline void use_evaluation_f64(evaluations_f64 *evaluations) {
+    evaluations->left -= evaluations->left > 0 ? 1 : 0;
+}
+
 /* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g > 0, or
- * g = 0 and rising, at the lower time, and g < 0 at the later one. */
+ * g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is none. */
 static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, double low,
-                                    propagator_f64 *at, double guess) {
+                                    propagator_f64 *at, double guess, evaluations_f64 *evaluations) {
     const double omega = at->omega;
     double high = at->t;
     double t = guess;
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_f64(evaluations);
         if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
             t = low + 0.5 * (high - low);
             if (!(t > low && t < high)) {

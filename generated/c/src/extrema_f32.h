@@ -17,9 +17,9 @@ typedef struct {
 
 /* The minimum between two times, between which the rate becomes positive. */
 static inline void find_minimum_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                     const jet_f32 *from, float low, const jet_f32 *to, float high,
-                                     minima_f32 *least) {
-    const propagator_f32 at = minimum_between_f32(poles, g, 0.0f, from, low, to, high);
+                                     const jet_f32 *from, float low, const jet_f32 *to, float high, minima_f32 *least,
+                                     evaluations_f32 *evaluations) {
+    const propagator_f32 at = minimum_between_f32(poles, g, 0.0f, from, low, to, high, evaluations);
     const float value = value_at_f32(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
@@ -55,8 +55,8 @@ static inline int most_turns_f32(const jet_f32 *from, float d, const jet_f32 *to
  * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
  * back. */
 static inline minima_f32 least_minimum_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
-                                             const numerator_f32 *h, float value, const propagator_f32 *end,
-                                             float most) {
+                                             const numerator_f32 *h, float value, const propagator_f32 *end, float most,
+                                             evaluations_f32 *evaluations) {
     const event_function_f32 function = event_function_of_f32(h, value);
     const event_function_f32 *g = &function;
     const jet_f32 from = jet_at_start_f32(poles, g);
@@ -68,7 +68,7 @@ static inline minima_f32 least_minimum_f32(const hopform_poles_f32 *poles, const
     const float d = deflated_rate_f32(poles, node, g, &start);
     if (end->t < 0.95f * node->half_period && is_decided_f32(g, end, &to)
         && most_turns_f32(&from, d, &to, deflated_rate_f32(poles, node, g, end)) <= 1 + odd) {
-        if (turns) { find_minimum_f32(poles, g, &from, 0.0f, &to, end->t, &least); }
+        if (turns) { find_minimum_f32(poles, g, &from, 0.0f, &to, end->t, &least, evaluations); }
         return least;
     }
     const float longest = greater_f32(end->t / most, 0.77f / sqrt_f32(poles->q));
@@ -79,12 +79,13 @@ static inline minima_f32 least_minimum_f32(const hopform_poles_f32 *poles, const
     jet_f32 last = from;
     bool ends = false;
     while (!ends) {
-        ends = !(t + 1.5f * apart < end->t);
+        use_evaluation_f32(evaluations);
+        ends = !(t + 1.5f * apart < end->t && evaluations->left > 0);
         const float next = ends ? end->t : t + apart;
         const propagator_f32 at = ends ? *end : propagator_at_f32(poles, next);
         const jet_f32 now = ends ? to : jet_at_f32(poles, g, &at);
         if (last.rate < 0.0f && now.rate >= 0.0f) {
-            find_minimum_f32(poles, g, &last, t, &now, next, &least);
+            find_minimum_f32(poles, g, &last, t, &now, next, &least, evaluations);
         } else if (t > 0.0f && last.rate < 0.0f && last.rate > before.rate && last.rate > now.rate) {
             const float rise = (last.rate - before.rate) / (t - earlier);
             const float bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
@@ -92,7 +93,7 @@ static inline minima_f32 least_minimum_f32(const hopform_poles_f32 *poles, const
             const float top = bend < 0.0f ? t - 0.5f * (rise + bend * (t - earlier)) / bend : t;
             const propagator_f32 at_top = propagator_at_f32(poles, top);
             const jet_f32 there = jet_at_f32(poles, g, &at_top);
-            if (there.rate > 0.0f) { find_minimum_f32(poles, g, &before, earlier, &there, top, &least); }
+            if (there.rate > 0.0f) { find_minimum_f32(poles, g, &before, earlier, &there, top, &least, evaluations); }
         }
         earlier = t;
         t = next;

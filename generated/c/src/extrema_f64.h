@@ -17,9 +17,9 @@ typedef struct {
 
 /* The minimum between two times, between which the rate becomes positive. */
 static inline void find_minimum_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                     const jet_f64 *from, double low, const jet_f64 *to, double high,
-                                     minima_f64 *least) {
-    const propagator_f64 at = minimum_between_f64(poles, g, 0.0, from, low, to, high);
+                                     const jet_f64 *from, double low, const jet_f64 *to, double high, minima_f64 *least,
+                                     evaluations_f64 *evaluations) {
+    const propagator_f64 at = minimum_between_f64(poles, g, 0.0, from, low, to, high, evaluations);
     const double value = value_at_f64(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
@@ -55,8 +55,8 @@ static inline int most_turns_f64(const jet_f64 *from, double d, const jet_f64 *t
  * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
  * back. */
 static inline minima_f64 least_minimum_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
-                                             const numerator_f64 *h, double value, const propagator_f64 *end,
-                                             double most) {
+                                             const numerator_f64 *h, double value, const propagator_f64 *end, double most,
+                                             evaluations_f64 *evaluations) {
     const event_function_f64 function = event_function_of_f64(h, value);
     const event_function_f64 *g = &function;
     const jet_f64 from = jet_at_start_f64(poles, g);
@@ -68,7 +68,7 @@ static inline minima_f64 least_minimum_f64(const hopform_poles_f64 *poles, const
     const double d = deflated_rate_f64(poles, node, g, &start);
     if (end->t < 0.95 * node->half_period && is_decided_f64(g, end, &to)
         && most_turns_f64(&from, d, &to, deflated_rate_f64(poles, node, g, end)) <= 1 + odd) {
-        if (turns) { find_minimum_f64(poles, g, &from, 0.0, &to, end->t, &least); }
+        if (turns) { find_minimum_f64(poles, g, &from, 0.0, &to, end->t, &least, evaluations); }
         return least;
     }
     const double longest = greater_f64(end->t / most, 0.77 / sqrt_f64(poles->q));
@@ -79,12 +79,13 @@ static inline minima_f64 least_minimum_f64(const hopform_poles_f64 *poles, const
     jet_f64 last = from;
     bool ends = false;
     while (!ends) {
-        ends = !(t + 1.5 * apart < end->t);
+        use_evaluation_f64(evaluations);
+        ends = !(t + 1.5 * apart < end->t && evaluations->left > 0);
         const double next = ends ? end->t : t + apart;
         const propagator_f64 at = ends ? *end : propagator_at_f64(poles, next);
         const jet_f64 now = ends ? to : jet_at_f64(poles, g, &at);
         if (last.rate < 0.0 && now.rate >= 0.0) {
-            find_minimum_f64(poles, g, &last, t, &now, next, &least);
+            find_minimum_f64(poles, g, &last, t, &now, next, &least, evaluations);
         } else if (t > 0.0 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
             const double rise = (last.rate - before.rate) / (t - earlier);
             const double bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
@@ -92,7 +93,7 @@ static inline minima_f64 least_minimum_f64(const hopform_poles_f64 *poles, const
             const double top = bend < 0.0 ? t - 0.5 * (rise + bend * (t - earlier)) / bend : t;
             const propagator_f64 at_top = propagator_at_f64(poles, top);
             const jet_f64 there = jet_at_f64(poles, g, &at_top);
-            if (there.rate > 0.0) { find_minimum_f64(poles, g, &before, earlier, &there, top, &least); }
+            if (there.rate > 0.0) { find_minimum_f64(poles, g, &before, earlier, &there, top, &least, evaluations); }
         }
         earlier = t;
         t = next;

@@ -28,11 +28,13 @@ typedef struct {
     propagator_f32 low, high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
+    evaluations_f32 *evaluations;
     jet_f32 from[MOST_EVENT_FUNCTIONS_f32];
     jet_f32 to; /* of the function that is looked at, or that has crossed zero first */
 } interval_f32;
 
 static inline void end_interval_at_f32(const event_set_f32 *set, interval_f32 *in, float t) {
+    use_evaluation_f32(in->evaluations);
     in->high = propagator_in_form_f32(set->poles, in->high.omega, t);
     in->found = -1;
 }
@@ -89,14 +91,16 @@ static inline void end_at_crossing_f32(const event_set_f32 *set, interval_f32 *i
     const event_function_f32 *g = &set->function[crossing->function];
     const float h = in->high.t - in->low.t;
     const interpolant_f32 p = interpolant_of_f32(&in->from[crossing->function], &in->to, h);
-    locate_root_f32(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_f32(&p, crossing->share));
+    locate_root_f32(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_f32(&p, crossing->share),
+                     in->evaluations);
     in->found = crossing->function;
 }
 
 /* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
 static inline void end_at_first_crossing_f32(const event_set_f32 *set, interval_f32 *in, bool distances) {
     crossing_f32 first;
-    for (int32_t n = 0; n < MOST_TRIES_f32 && first_crossing_f32(set, in, distances, &first); n++) {
+    for (int32_t n = 0;
+         n < MOST_TRIES_f32 && in->evaluations->left > 0 && first_crossing_f32(set, in, distances, &first); n++) {
         end_at_crossing_f32(set, in, &first);
     }
 }
@@ -174,7 +178,7 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
     if (from->rate < 0.0f && !(to->rate < 0.0f)) { /* g' has one root */
         in->to.third = third_of_f32(set->poles, g, &in->high);
         const propagator_f32 lowest =
-            minimum_between_f32(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t);
+            minimum_between_f32(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t, in->evaluations);
         const jet_f32 least = short_jet_at_f32(g, &lowest);
         if (!(least.value < -rounding_of_f32(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
@@ -191,7 +195,7 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
 static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (!g->needs_certificate) { continue; }
+        if (HOPFORM_MOVES_ALONE || !g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const float d = deflated_derivative_f32(set, g, &in->low, 1.0f);
         const bool no_root_by_signs = d < 0.0f ? falls_for_certain_f32(g, &in->high, rate_at_f32(g, &in->high))
@@ -200,19 +204,20 @@ static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in)
             return false;
         }
     }
-    if (in->found > 0) { settle_ties_f32(set, in); }
+    if (!HOPFORM_MOVES_ALONE && in->found > 0) { settle_ties_f32(set, in); }
     return true;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. Requires
- * in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
+ * Requires in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
 static inline bool find_first_root_f32(const event_set_f32 *set, interval_f32 *in) {
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
         end_at_first_crossing_f32(set, in, false);
+        if (!(in->evaluations->left > 0)) { return false; }
     } while (!are_certified_f32(set, in));
-    return true;
+    return in->evaluations->left > 0;
 }
 
 /* ---- the next interval ---- */
@@ -234,7 +239,7 @@ static inline float root_free_until_f32(const event_set_f32 *set, const interval
         const event_function_f32 *g = &set->function[n];
         const float parts = is_modal_f32(&in->low) ? fabs_f32(g->H3) + fabs_f32(g->H2) + fabs_f32(g->H1) : 0.0f;
         const float rounding = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(g->start) + g->cancels + parts);
-        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
+        if (!HOPFORM_MOVES_ALONE && !g->touch_is_no_event) { /* one that is monotone is looked at where it ends */
             quiet = lesser_f32(quiet_time_f32(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
@@ -274,7 +279,7 @@ static inline float first_end_f32(const event_set_f32 *set, float limit) {
 /* The first interval, by what is known at its end. */
 static inline void end_first_interval_f32(const event_set_f32 *set, interval_f32 *in, float limit) {
     const hopform_node_f32 *node = set->node;
-    if (node->modal < HOPFORM_NEVER_f32) {
+    if (!HOPFORM_MOVES_ALONE && node->modal < HOPFORM_NEVER_f32) {
         end_interval_at_f32(set, in, lesser_f32(node->modal, limit));
     } else if (node->t < limit) {
         const basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
@@ -334,7 +339,7 @@ static inline void search_nothing_f32(const hopform_poles_f32 *poles, stance_sea
 
 /* The contact force is the first event function, if it is one. */
 static inline bool is_takeoff_f32(const event_set_f32 *set, int32_t found) {
-    return found == 0 && set->function[0].owner == CONTACT_f32;
+    return HOPFORM_HAS_CONTACT && found == 0 && set->function[0].owner == CONTACT_f32;
 }
 
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
@@ -435,12 +440,15 @@ static inline void find_first_event_f32(const stance_chain_f32 *chain, stance_se
     while (open) {
         if (quiet) {
             end_at_first_crossing_f32(set, in, true);
+            certified = in->evaluations->left > 0;
         } else {
             certified = find_event_f32(chain, search, false);
         }
         open = certified && is_open_f32(search);
         if (open) {
-            if (in->high.t >= set->node->modal && !is_modal_f32(&in->high)) { enter_modes_f32(chain, search); }
+            if (!HOPFORM_MOVES_ALONE && in->high.t >= set->node->modal && !is_modal_f32(&in->high)) {
+                enter_modes_f32(chain, search);
+            }
             float end = search->limit;
             quiet = next_end_f32(set, in, search->limit, &end);
             end_interval_at_f32(set, in, end);

@@ -28,11 +28,13 @@ typedef struct {
     propagator_f64 low, high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
+    evaluations_f64 *evaluations;
     jet_f64 from[MOST_EVENT_FUNCTIONS_f64];
     jet_f64 to; /* of the function that is looked at, or that has crossed zero first */
 } interval_f64;
 
 static inline void end_interval_at_f64(const event_set_f64 *set, interval_f64 *in, double t) {
+    use_evaluation_f64(in->evaluations);
     in->high = propagator_in_form_f64(set->poles, in->high.omega, t);
     in->found = -1;
 }
@@ -89,14 +91,16 @@ static inline void end_at_crossing_f64(const event_set_f64 *set, interval_f64 *i
     const event_function_f64 *g = &set->function[crossing->function];
     const double h = in->high.t - in->low.t;
     const interpolant_f64 p = interpolant_of_f64(&in->from[crossing->function], &in->to, h);
-    locate_root_f64(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_f64(&p, crossing->share));
+    locate_root_f64(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_f64(&p, crossing->share),
+                     in->evaluations);
     in->found = crossing->function;
 }
 
 /* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
 static inline void end_at_first_crossing_f64(const event_set_f64 *set, interval_f64 *in, bool distances) {
     crossing_f64 first;
-    for (int32_t n = 0; n < MOST_TRIES_f64 && first_crossing_f64(set, in, distances, &first); n++) {
+    for (int32_t n = 0;
+         n < MOST_TRIES_f64 && in->evaluations->left > 0 && first_crossing_f64(set, in, distances, &first); n++) {
         end_at_crossing_f64(set, in, &first);
     }
 }
@@ -174,7 +178,7 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
     if (from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
         in->to.third = third_of_f64(set->poles, g, &in->high);
         const propagator_f64 lowest =
-            minimum_between_f64(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t);
+            minimum_between_f64(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t, in->evaluations);
         const jet_f64 least = short_jet_at_f64(g, &lowest);
         if (!(least.value < -rounding_of_f64(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
@@ -191,7 +195,7 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
 static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
-        if (!g->needs_certificate) { continue; }
+        if (HOPFORM_MOVES_ALONE || !g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const double d = deflated_derivative_f64(set, g, &in->low, 1.0);
         const bool no_root_by_signs = d < 0.0 ? falls_for_certain_f64(g, &in->high, rate_at_f64(g, &in->high))
@@ -200,19 +204,20 @@ static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in)
             return false;
         }
     }
-    if (in->found > 0) { settle_ties_f64(set, in); }
+    if (!HOPFORM_MOVES_ALONE && in->found > 0) { settle_ties_f64(set, in); }
     return true;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. Requires
- * in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
+ * Requires in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
 static inline bool find_first_root_f64(const event_set_f64 *set, interval_f64 *in) {
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
         end_at_first_crossing_f64(set, in, false);
+        if (!(in->evaluations->left > 0)) { return false; }
     } while (!are_certified_f64(set, in));
-    return true;
+    return in->evaluations->left > 0;
 }
 
 /* ---- the next interval ---- */
@@ -234,7 +239,7 @@ static inline double root_free_until_f64(const event_set_f64 *set, const interva
         const event_function_f64 *g = &set->function[n];
         const double parts = is_modal_f64(&in->low) ? fabs_f64(g->H3) + fabs_f64(g->H2) + fabs_f64(g->H1) : 0.0;
         const double rounding = 16.0 * HOPFORM_EPS_f64 * (fabs_f64(g->start) + g->cancels + parts);
-        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
+        if (!HOPFORM_MOVES_ALONE && !g->touch_is_no_event) { /* one that is monotone is looked at where it ends */
             quiet = lesser_f64(quiet_time_f64(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
@@ -274,7 +279,7 @@ static inline double first_end_f64(const event_set_f64 *set, double limit) {
 /* The first interval, by what is known at its end. */
 static inline void end_first_interval_f64(const event_set_f64 *set, interval_f64 *in, double limit) {
     const hopform_node_f64 *node = set->node;
-    if (node->modal < HOPFORM_NEVER_f64) {
+    if (!HOPFORM_MOVES_ALONE && node->modal < HOPFORM_NEVER_f64) {
         end_interval_at_f64(set, in, lesser_f64(node->modal, limit));
     } else if (node->t < limit) {
         const basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
@@ -334,7 +339,7 @@ static inline void search_nothing_f64(const hopform_poles_f64 *poles, stance_sea
 
 /* The contact force is the first event function, if it is one. */
 static inline bool is_takeoff_f64(const event_set_f64 *set, int32_t found) {
-    return found == 0 && set->function[0].owner == CONTACT_f64;
+    return HOPFORM_HAS_CONTACT && found == 0 && set->function[0].owner == CONTACT_f64;
 }
 
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
@@ -435,12 +440,15 @@ static inline void find_first_event_f64(const stance_chain_f64 *chain, stance_se
     while (open) {
         if (quiet) {
             end_at_first_crossing_f64(set, in, true);
+            certified = in->evaluations->left > 0;
         } else {
             certified = find_event_f64(chain, search, false);
         }
         open = certified && is_open_f64(search);
         if (open) {
-            if (in->high.t >= set->node->modal && !is_modal_f64(&in->high)) { enter_modes_f64(chain, search); }
+            if (!HOPFORM_MOVES_ALONE && in->high.t >= set->node->modal && !is_modal_f64(&in->high)) {
+                enter_modes_f64(chain, search);
+            }
             double end = search->limit;
             quiet = next_end_f64(set, in, search->limit, &end);
             end_interval_at_f64(set, in, end);

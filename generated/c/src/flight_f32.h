@@ -229,7 +229,9 @@ static bool is_certified_in_slip_f32(const event_set_f32 *set, interval_f32 *in)
 static bool has_root_in_flight_f32(flight_chain_f32 *chain, event_set_f32 *set, const fall_f32 *fall,
                                     const propagator_f32 *low, propagator_f32 *end) {
     event_function_f32 *g = &set->function[0];
+    evaluations_f32 evaluations = {UNBOUNDED_f32};
     interval_f32 in;
+    in.evaluations = &evaluations;
     in.low = *low;
     in.high = *end;
     in.found = -1;

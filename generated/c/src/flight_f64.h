@@ -229,7 +229,9 @@ static bool is_certified_in_slip_f64(const event_set_f64 *set, interval_f64 *in)
 static bool has_root_in_flight_f64(flight_chain_f64 *chain, event_set_f64 *set, const fall_f64 *fall,
                                     const propagator_f64 *low, propagator_f64 *end) {
     event_function_f64 *g = &set->function[0];
+    evaluations_f64 evaluations = {UNBOUNDED_f64};
     interval_f64 in;
+    in.evaluations = &evaluations;
     in.low = *low;
     in.high = *end;
     in.found = -1;

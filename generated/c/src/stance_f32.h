@@ -22,8 +22,9 @@ static bool steps_are_sound_f32(const hopform_step_f32 *steps, int32_t count) {
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_f32(const hopform_plan_f32 *plan) {
+    if (HOPFORM_MOVES_ALONE) { return false; }
     const float a = plan->node_both.pole;
-    return !HOPFORM_MOVES_ALONE && a * a * a > HOPFORM_STIFFEST_f32 * HOPFORM_STIFFEST_f32 * plan->rates.s_3;
+    return a * a * a > HOPFORM_STIFFEST_f32 * HOPFORM_STIFFEST_f32 * plan->rates.s_3;
 }
 
 /* Fill a plan from its robot. */
@@ -64,11 +65,13 @@ static int32_t call_status_f32(const hopform_plan_f32 *plan, const hopform_state
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
-/* hopform_solve_stance that shows every phase to `observer`; NULL for none. */
+/* hopform_solve_stance that shows every phase to `observer`; NULL for none. With the last of its evaluations it ends,
+ * uncertified. */
 static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                    const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
                                    hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance,
-                                   observer_f32 *observer, current_variation_f32 *variation) {
+                                   evaluations_f32 *evaluations, observer_f32 *observer,
+                                   current_variation_f32 *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
     const memory_f32 read[] = {
         array_f32(plan, 1, sizeof *plan),
@@ -88,7 +91,7 @@ static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_st
     }
     if (status < 0) { return refuse_f32(status, written, 1, read, 2); }
     stance_chain_f32 chain;
-    stance_start_f32(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
+    stance_start_f32(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity, evaluations);
     chain.observer = observer;
     chain.variation = variation;
     stance_search_f32 search;
@@ -112,8 +115,9 @@ static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_st
 int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                   const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
                                   hopform_phase_f32 *phases, int32_t capacity, hopform_stance_f32 *stance) {
-    return solve_observed_f32(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
-                               NULL);
+    evaluations_f32 evaluations = {UNBOUNDED_f32};
+    return solve_observed_f32(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
+                               &evaluations, NULL, NULL);
 }
 
 /* State at time t of a solved stance, 0 <= t <= duration (any t after rest). Here and in all that is read at a time,

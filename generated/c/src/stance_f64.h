@@ -22,8 +22,9 @@ static bool steps_are_sound_f64(const hopform_step_f64 *steps, int32_t count) {
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_f64(const hopform_plan_f64 *plan) {
+    if (HOPFORM_MOVES_ALONE) { return false; }
     const double a = plan->node_both.pole;
-    return !HOPFORM_MOVES_ALONE && a * a * a > HOPFORM_STIFFEST_f64 * HOPFORM_STIFFEST_f64 * plan->rates.s_3;
+    return a * a * a > HOPFORM_STIFFEST_f64 * HOPFORM_STIFFEST_f64 * plan->rates.s_3;
 }
 
 /* Fill a plan from its robot. */
@@ -64,11 +65,13 @@ static int32_t call_status_f64(const hopform_plan_f64 *plan, const hopform_state
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
-/* hopform_solve_stance that shows every phase to `observer`; NULL for none. */
+/* hopform_solve_stance that shows every phase to `observer`; NULL for none. With the last of its evaluations it ends,
+ * uncertified. */
 static int32_t solve_observed_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                    const hopform_step_f64 *steps, int32_t step_count, double horizon, int32_t max_phases,
                                    hopform_phase_f64 *phases, int32_t capacity, hopform_stance_f64 *stance,
-                                   observer_f64 *observer, current_variation_f64 *variation) {
+                                   evaluations_f64 *evaluations, observer_f64 *observer,
+                                   current_variation_f64 *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
     const memory_f64 read[] = {
         array_f64(plan, 1, sizeof *plan),
@@ -88,7 +91,7 @@ static int32_t solve_observed_f64(const hopform_plan_f64 *plan, const hopform_st
     }
     if (status < 0) { return refuse_f64(status, written, 1, read, 2); }
     stance_chain_f64 chain;
-    stance_start_f64(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
+    stance_start_f64(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity, evaluations);
     chain.observer = observer;
     chain.variation = variation;
     stance_search_f64 search;
@@ -112,8 +115,9 @@ static int32_t solve_observed_f64(const hopform_plan_f64 *plan, const hopform_st
 int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                   const hopform_step_f64 *steps, int32_t step_count, double horizon, int32_t max_phases,
                                   hopform_phase_f64 *phases, int32_t capacity, hopform_stance_f64 *stance) {
-    return solve_observed_f64(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
-                               NULL);
+    evaluations_f64 evaluations = {UNBOUNDED_f64};
+    return solve_observed_f64(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
+                               &evaluations, NULL, NULL);
 }
 
 /* State at time t of a solved stance, 0 <= t <= duration (any t after rest). Here and in all that is read at a time,

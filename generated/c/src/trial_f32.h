@@ -19,11 +19,12 @@
 struct current_variation_f32 {
     const hopform_plan_f32 *plan;
     hopform_trial_f32 *trial;
-    state_by_axis_f32 change;  /* of the state at a fixed time, per A */
-    state_by_axis_f32 arrived; /* at the end of the last phase, before its event */
-    state_by_axis_f32 speed;   /* z' there */
-    int side[HOPFORM_ELEMENTS]; /* in the last phase */
-    bool moves;                 /* the element that the current drives has */
+    evaluations_f32 *evaluations; /* of its stance */
+    state_by_axis_f32 change;     /* of the state at a fixed time, per A */
+    state_by_axis_f32 arrived;    /* at the end of the last phase, before its event */
+    state_by_axis_f32 speed;      /* z' there */
+    int side[HOPFORM_ELEMENTS];    /* in the last phase */
+    bool moves;                    /* the element that the current drives has */
 };
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
@@ -139,8 +140,9 @@ static inline void look_for_minimum_f32(current_variation_f32 *variation, const 
     const numerator_f32 h = contact_numerator_f32(robot, &phase->motion->named);
     const propagator_f32 end = propagator_of_f32(poles, phase->end->t, w);
     if (turns) {
-        const minima_f32 least = least_minimum_f32(poles, node_of_f32(variation->plan, side[0], side[1]), &h,
-                                                     contact_of_f32(robot, &phase->start->named), &end, 64.0f);
+        const minima_f32 least =
+            least_minimum_f32(poles, node_of_f32(variation->plan, side[0], side[1]), &h,
+                               contact_of_f32(robot, &phase->start->named), &end, 64.0f, variation->evaluations);
         if (least.count > 0) {
             const hopform_state_f32 there =
                 arrive_f32(&variation->change.named, by_u, &least.basis, side[0], side[1]);

@@ -19,11 +19,12 @@
 struct current_variation_f64 {
     const hopform_plan_f64 *plan;
     hopform_trial_f64 *trial;
-    state_by_axis_f64 change;  /* of the state at a fixed time, per A */
-    state_by_axis_f64 arrived; /* at the end of the last phase, before its event */
-    state_by_axis_f64 speed;   /* z' there */
-    int side[HOPFORM_ELEMENTS]; /* in the last phase */
-    bool moves;                 /* the element that the current drives has */
+    evaluations_f64 *evaluations; /* of its stance */
+    state_by_axis_f64 change;     /* of the state at a fixed time, per A */
+    state_by_axis_f64 arrived;    /* at the end of the last phase, before its event */
+    state_by_axis_f64 speed;      /* z' there */
+    int side[HOPFORM_ELEMENTS];    /* in the last phase */
+    bool moves;                    /* the element that the current drives has */
 };
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
@@ -139,8 +140,9 @@ static inline void look_for_minimum_f64(current_variation_f64 *variation, const 
     const numerator_f64 h = contact_numerator_f64(robot, &phase->motion->named);
     const propagator_f64 end = propagator_of_f64(poles, phase->end->t, w);
     if (turns) {
-        const minima_f64 least = least_minimum_f64(poles, node_of_f64(variation->plan, side[0], side[1]), &h,
-                                                     contact_of_f64(robot, &phase->start->named), &end, 64.0);
+        const minima_f64 least =
+            least_minimum_f64(poles, node_of_f64(variation->plan, side[0], side[1]), &h,
+                               contact_of_f64(robot, &phase->start->named), &end, 64.0, variation->evaluations);
         if (least.count > 0) {
             const hopform_state_f64 there =
                 arrive_f64(&variation->change.named, by_u, &least.basis, side[0], side[1]);

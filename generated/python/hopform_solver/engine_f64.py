@@ -17,6 +17,7 @@ PHASES_NOT_KEPT = 1  # the phase buffer was too small; everything else is exact
 NO_DERIVATIVE = 2  # no take-off, an event that grazes, or derivatives out of range
 SEARCHING = 3  # the search for a current goes on
 ILL_CONDITIONED = 4  # the actuator is too stiff for the precision: events of its creep may be wrong
+CAPPED = 5  # a cap on the search for a current was met: the best one within it
 ERROR_NULL = -1  # a pointer is NULL
 ERROR_ROBOT = -2  # a parameter of the robot is out of its domain, or the plan was not made
 ERROR_STATE = -3  # a state is not finite, x_1 is beyond its stroke, or what is fixed moves
@@ -25,7 +26,7 @@ ERROR_STEPS = -5  # the steps of the current are none or too many, do not start 
 ERROR_HORIZON = -6  # horizon or max_phases is not positive
 ERROR_TIME = -7  # a time is not finite or outside the stance
 ERROR_NUMBERS = -8  # out of the range of the precision: scale the robot or use double precision
-ERROR_TARGET = -9  # the desired apex is below the ground, not finite, or stop_margin is negative
+ERROR_TARGET = -9  # the desired apex is below the ground, not finite, or stop_margin or a cap is negative
 ERROR_GAINS = -10  # a gain is negative or not finite
 ERROR_DETECTOR = -11  # a sample or threshold is not finite, low > high, or count < 1
 ERROR_OVERLAP = -13  # an output overlaps an input other than a small one
@@ -47,6 +48,7 @@ CONTACT_TOUCHDOWN = 1  # the foot touches
 CONTACT_TAKEOFF = 2  # the foot has left the ground
 EVENT_NONE = 0  # what starts a phase: the start, or a step of the current
 SEARCH_TRIALS = 4096  # currents tried at most
+CANDIDATE_EVALUATIONS = 300  # of the motion in the stance of each of them
 MOST_STEPS = 65535  # steps of a current at most
 PLAN_MADE = 0x686f7066  # marks memory that is a plan
 SELFTEST_PHASES = 32  # phases that hopform_selftest works in
@@ -83,6 +85,7 @@ NO_OWNER = -1
 CONTACT = 0
 ELEMENT = 1
 NO_ELEMENT = -1
+UNBOUNDED = 2147483647
 CORE = 3
 ONE = 4
 POWERS = 3
@@ -91,8 +94,7 @@ FLIGHT_PULL = 1
 FLIGHT_TOUCHDOWN_HERE = 2
 FLIGHT_REST = 3
 FLIGHT_HORIZON_HERE = 4
-EXCESS = 15
-COLUMN_OF_EXCESS = 20
+FIRST_AT_REST = 18
 FLIGHT_PHASES = 16
 TIMES = 5
 GRID = 5
@@ -513,24 +515,29 @@ class Stance:
 
 class Target:
     """What the controller is asked for."""
-    __slots__ = ("h_des", "datum", "stop_margin", "horizon",)
-    SIZE = 32
+    __slots__ = ("h_des", "datum", "stop_margin", "horizon", "max_evaluations", "max_candidates",)
+    SIZE = 40
     PARTS: tuple[str, ...] = ()
 
-    def __init__(self, h_des: Real = 0.0, datum: Real = 0.0, stop_margin: Real = 0.0, horizon: Real = 0.0) -> None:
+    def __init__(self, h_des: Real = 0.0, datum: Real = 0.0, stop_margin: Real = 0.0, horizon: Real = 0.0,
+            max_evaluations: int = 0, max_candidates: int = 0) -> None:
         self.h_des = h_des  # [m] hop height of the next apex
         self.datum = datum  # [m] the level that h_des counts from, less that of the ground under the foot
         self.stop_margin = stop_margin  # [m] x_1 stays below x1_max by more than this
         self.horizon = horizon  # [s] longest time of a stance
+        self.max_evaluations = max_evaluations  # of the motion in a candidate's stance; 0 for CANDIDATE_EVALUATIONS
+        self.max_candidates = max_candidates  # currents tried; 0 for SEARCH_TRIALS
 
     def copy(self) -> "Target":
-        return Target(self.h_des, self.datum, self.stop_margin, self.horizon)
+        return Target(self.h_des, self.datum, self.stop_margin, self.horizon, self.max_evaluations, self.max_candidates)
 
     def put(self, other: "Target") -> None:
         self.h_des = other.h_des
         self.datum = other.datum
         self.stop_margin = other.stop_margin
         self.horizon = other.horizon
+        self.max_evaluations = other.max_evaluations
+        self.max_candidates = other.max_candidates
 
 
 class Command:
@@ -600,15 +607,16 @@ class Trial:
 class Search:
     """A search for a current; the caller's memory."""
     __slots__ = ("plan", "start", "apex", "limit", "horizon", "datum", "best_u", "best_apex", "next", "candidates",
-        "lower_bound", "slow", "count", "sides", "trials", "status", "held", "found", "reached", "partial",)
-    SIZE = 1216
+        "lower_bound", "slow", "count", "sides", "trials", "max_evaluations", "max_candidates", "status", "held",
+        "found", "reached", "partial", "capped",)
+    SIZE = 1224
     PARTS: tuple[str, ...] = ("start", "candidates", "lower_bound", "slow",)
 
     def __init__(self, plan: Any = None, start: "State | None" = None, apex: Real = 0.0, limit: Real = 0.0,
             horizon: Real = 0.0, datum: Real = 0.0, best_u: Real = 0.0, best_apex: Real = 0.0, next: Real = 0.0,
         candidates: Any = None, lower_bound: Any = None, slow: Any = None, count: int = 0, sides: int = 0,
-        trials: int = 0, status: int = 0, held: bool = False, found: bool = False, reached: bool = False,
-        partial: bool = False) -> None:
+        trials: int = 0, max_evaluations: int = 0, max_candidates: int = 0, status: int = 0, held: bool = False,
+        found: bool = False, reached: bool = False, partial: bool = False, capped: bool = False) -> None:
         self.plan = plan
         self.start = State() if start is None else start
         self.apex = apex  # [m] wanted, over the ground
@@ -626,16 +634,20 @@ class Search:
         self.count = count  # of the candidates
         self.sides = sides  # of 0, yet to be opened
         self.trials = trials  # currents tried so far
+        self.max_evaluations = max_evaluations  # of a stance
+        self.max_candidates = max_candidates
         self.status = status  # SEARCHING, OK when done, or an error
         self.held = held  # 0 leaves the actuator where it is
         self.found = found  # one is admissible
         self.reached = reached
-        self.partial = partial  # a stance or the search outgrew the memory given
+        self.partial = partial  # a stance outgrew the memory given
+        self.capped = capped  # a stance took more evaluations
 
     def copy(self) -> "Search":
         return Search(self.plan, self.start.copy(), self.apex, self.limit, self.horizon, self.datum, self.best_u,
             self.best_apex, self.next, [each.copy() for each in self.candidates], self.lower_bound[:], self.slow[:],
-            self.count, self.sides, self.trials, self.status, self.held, self.found, self.reached, self.partial)
+            self.count, self.sides, self.trials, self.max_evaluations, self.max_candidates, self.status, self.held,
+            self.found, self.reached, self.partial, self.capped)
 
     def put(self, other: "Search") -> None:
         self.plan = other.plan
@@ -654,11 +666,14 @@ class Search:
         self.count = other.count
         self.sides = other.sides
         self.trials = other.trials
+        self.max_evaluations = other.max_evaluations
+        self.max_candidates = other.max_candidates
         self.status = other.status
         self.held = other.held
         self.found = other.found
         self.reached = other.reached
         self.partial = other.partial
+        self.capped = other.capped
 
 
 class FlightPhase:
@@ -2467,9 +2482,10 @@ def objective(robot: Robot, state: State, aed: Real, x1_T: Real, h_des: Real, li
 
 
 def threshold_current(robot: Robot) -> Real:
-    """Current at which the unloaded actuator starts to move."""
+    """Current at which the unloaded actuator starts to move: its friction at rest."""
     m_eff, f1, gamma2 = robot.m_eff, robot.f1, robot.gamma2
-    u_threshold = div(f1*m_eff, abs(gamma2))  # (5) as a magnitude
+    f1_excess = robot.f1_excess
+    u_threshold = div(m_eff*(f1 + f1_excess), abs(gamma2))  # (5) as a magnitude
     return u_threshold
 
 
@@ -3711,7 +3727,7 @@ def propagator_at_start(poles: Poles) -> Propagator:
 
 
 def is_modal(at: Propagator) -> bool:
-    return at.omega > 0.0
+    return at.omega > 0.0  # one mass has no real pole beside its pair
 
 
 def turned_parts(mean: Real, omega: Real, first: Real, from_: Parts, last: Real) -> Parts:
@@ -4554,14 +4570,39 @@ def step_between(poles: Poles, at: Jet, fourth: Real, t: Real, low: Real, high: 
     return towards
 
 
-def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess: Real) -> None:
+class Evaluations:
+    """How often a motion may still be evaluated while a stance is solved: what its cost is in proportion to."""
+    __slots__ = ("left",)
+    SIZE = 4
+    PARTS: tuple[str, ...] = ()
+
+    def __init__(self, left: int = 0) -> None:
+        self.left = left
+
+    def copy(self) -> "Evaluations":
+        return Evaluations(self.left)
+
+    def put(self, other: "Evaluations") -> None:
+        self.left = other.left
+
+
+def use_evaluation(evaluations: Evaluations) -> None:
+    evaluations.left -= 1 if evaluations.left > 0 else 0
+
+
+def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess: Real,
+        evaluations: Evaluations) -> None:
     """Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g >
-    0, or g = 0 and rising, at the lower time, and g < 0 at the later one.
+    0, or g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is
+    none.
     """
     omega = at.omega
     high = at.t
     t = guess
     for n in range(100):
+        if not evaluations.left > 0:
+            break
+        use_evaluation(evaluations)
         if not (t > low and t < high) or n > 8 and n % 2 == 1:
             t = low + 0.5 * (high - low)
             if not (t > low and t < high):
@@ -4632,21 +4673,23 @@ class Deflated:
         self.product = other.product
 
 
+def deflated_in_modes(poles: Poles, g: EventFunction, at: Propagator) -> Deflated:
+    modes = Modes(g.start, g.H3, g.H2, g.H1)
+    numerator = deflated_modes(poles, at.omega, modes)
+    core = core_of_modes(poles, at)
+    d = Deflated(numerator.A, numerator.B, core.R, core.Rd, poles.p, poles.q)
+    return d
+
+
 def deflated_at(poles: Poles, node: Node, g: EventFunction, at: Propagator) -> Deflated:
+    if is_modal(at):
+        return deflated_in_modes(poles, g, at)
     rings = node.half_period < NEVER
     sum = poles.p if rings else node.second + node.third
     product = poles.q if rings else node.second * node.third
     d = Deflated(g.H2 - sum * g.H3, g.H1 - product * g.H3, at.value.first + node.pole * at.value.second, at.rate.first
         + node.pole * at.value.first, sum, product)
-    if is_modal(at):
-        modes = Modes(g.start, g.H3, g.H2, g.H1)
-        deflated = deflated_modes(poles, at.omega, modes)
-        core = core_of_modes(poles, at)
-        d.A = deflated.A
-        d.B = deflated.B
-        d.R = core.R
-        d.Rd = core.Rd
-    elif at.t > node.fades:
+    if at.t > node.fades:  # beside the real pole the pair has faded in W
         pair = pair_at(poles, at.t)
         d.R = pair.R
         d.Rd = pair.Rd
@@ -4791,8 +4834,8 @@ def bends(g: EventFunction, at: Propagator, curvature: Real) -> bool:
     return abs(curvature) > 64.0 * EPS * terms_of(g, at.curvature)
 
 
-def minimum_between(poles: Poles, g: EventFunction, omega: Real, from_: Jet, low: Real, to: Jet,
-        high: Real) -> Propagator:
+def minimum_between(poles: Poles, g: EventFunction, omega: Real, from_: Jet, low: Real, to: Jet, high: Real,
+        evaluations: Evaluations) -> Propagator:
     """Rule 4: the minimum of g between two times. Requires a rate < 0 at the first and >= 0 at the second; the minimum
     is a root of the rate, found by Householder's method, until a further step changes the value by less than
     rounding does. Where the curvature is rounding, a step says nothing: then until g cannot fall by more than that
@@ -4807,6 +4850,9 @@ def minimum_between(poles: Poles, g: EventFunction, omega: Real, from_: Jet, low
     falls_by = -from_.rate  # at the lower time
     at = propagator_in_form(poles, omega, t)
     for n in range(100):
+        if not evaluations.left > 0:
+            break
+        use_evaluation(evaluations)
         jet = jet_at(poles, g, at)
         falls = Jet(-jet.rate, -jet.curvature, -jet.third, fourth_of(poles, g, modal, jet))
         step = step_to_root(falls)
@@ -4933,9 +4979,10 @@ class Minima:
         self.count = other.count
 
 
-def find_minimum(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: Jet, high: Real, least: Minima) -> None:
+def find_minimum(poles: Poles, g: EventFunction, from_: Jet, low: Real, to: Jet, high: Real, least: Minima,
+        evaluations: Evaluations) -> None:
     """The minimum between two times, between which the rate becomes positive."""
-    at = minimum_between(poles, g, 0.0, from_, low, to, high)
+    at = minimum_between(poles, g, 0.0, from_, low, to, high, evaluations)
     value = value_at(g, at)
     if least.count == 0 or value < least.value:
         least.value = value
@@ -4965,7 +5012,8 @@ def most_turns(from_: Jet, d: Real, to: Jet, d_then: Real) -> int:
     return variations - variations_then + (1 if d * d_then < 0.0 else 0) if decided else 3
 
 
-def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Propagator, most: Real) -> Minima:
+def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Propagator, most: Real,
+        evaluations: Evaluations) -> Minima:
     """The minima inside a phase that ends at `end`, of a function of time by its numerator and its value at the start.
     Where more than one is possible its rate is evaluated at times that double until they are a quarter of half a
     period of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero
@@ -4983,7 +5031,7 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
     if end.t < 0.95 * node.half_period and is_decided(g, end, to) and most_turns(from_, d, to,
         deflated_rate(poles, node, g, end)) <= 1 + odd:
         if turns:
-            find_minimum(poles, g, from_, 0.0, to, end.t, least)
+            find_minimum(poles, g, from_, 0.0, to, end.t, least, evaluations)
         return least
     longest = greater(div(end.t, most), div(0.77, sqrt(poles.q)))
     apart = lesser(div(0.5, poles.s_1 + sqrt(poles.s_2)), longest)
@@ -4993,12 +5041,13 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
     last = from_.copy()
     ends = False
     while not ends:
-        ends = not t + 1.5 * apart < end.t
+        use_evaluation(evaluations)
+        ends = not (t + 1.5 * apart < end.t and evaluations.left > 0)
         next = end.t if ends else t + apart
         at = end.copy() if ends else propagator_at(poles, next)
         now = to.copy() if ends else jet_at(poles, g, at)
         if last.rate < 0.0 and now.rate >= 0.0:
-            find_minimum(poles, g, last, t, now, next, least)
+            find_minimum(poles, g, last, t, now, next, least, evaluations)
         elif t > 0.0 and last.rate < 0.0 and last.rate > before.rate and last.rate > now.rate:
             rise = div(last.rate - before.rate, t - earlier)
             bend = div(div(now.rate - last.rate, next - t) - rise, next - earlier)
@@ -5007,7 +5056,7 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
             at_top = propagator_at(poles, top)
             there = jet_at(poles, g, at_top)
             if there.rate > 0.0:
-                find_minimum(poles, g, before, earlier, there, top, least)
+                find_minimum(poles, g, before, earlier, there, top, least, evaluations)
         earlier = t
         t = next
         before = last.copy()
@@ -5018,15 +5067,16 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
 
 class CurrentVariation:
     """What is gathered along the phases of a stance."""
-    __slots__ = ("plan", "trial", "change", "arrived", "speed", "side", "moves",)
-    SIZE = 128
+    __slots__ = ("plan", "trial", "evaluations", "change", "arrived", "speed", "side", "moves",)
+    SIZE = 136
     PARTS: tuple[str, ...] = ("change", "arrived", "speed", "side",)
 
-    def __init__(self, plan: Any = None, trial: Any = None, change: "StateByAxis | None" = None,
-            arrived: "StateByAxis | None" = None, speed: "StateByAxis | None" = None, side: Any = None,
-        moves: bool = False) -> None:
+    def __init__(self, plan: Any = None, trial: Any = None, evaluations: Any = None,
+            change: "StateByAxis | None" = None, arrived: "StateByAxis | None" = None,
+        speed: "StateByAxis | None" = None, side: Any = None, moves: bool = False) -> None:
         self.plan = plan
         self.trial = trial
+        self.evaluations = evaluations  # of its stance
         self.change = StateByAxis() if change is None else change  # of the state at a fixed time, per A
         self.arrived = StateByAxis() if arrived is None else arrived  # at the end of the last phase, before its event
         self.speed = StateByAxis() if speed is None else speed  # z' there
@@ -5034,12 +5084,13 @@ class CurrentVariation:
         self.moves = moves  # the element that the current drives has
 
     def copy(self) -> "CurrentVariation":
-        return CurrentVariation(self.plan, self.trial, self.change.copy(), self.arrived.copy(), self.speed.copy(),
-            self.side[:], self.moves)
+        return CurrentVariation(self.plan, self.trial, self.evaluations, self.change.copy(), self.arrived.copy(),
+            self.speed.copy(), self.side[:], self.moves)
 
     def put(self, other: "CurrentVariation") -> None:
         self.plan = other.plan
         self.trial = other.trial
+        self.evaluations = other.evaluations
         self.change.put(other.change)
         self.arrived.put(other.arrived)
         self.speed.put(other.speed)
@@ -5152,7 +5203,7 @@ def look_for_minimum(variation: CurrentVariation, phase: SolvedPhase, by_u: Any,
     end = propagator_of(poles, phase.end.t, w)
     if turns:
         least = least_minimum(poles, node_of(variation.plan, side[0], side[1]), h, contact_of(robot, phase.start), end,
-            64.0)
+            64.0, variation.evaluations)
         if least.count > 0:
             there = arrive(variation.change, by_u, least.basis, side[0], side[1])
             note_minimum(variation.trial, least.value, contact_slope(robot, there), least.count)
@@ -5326,34 +5377,37 @@ def state_of_stance(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real
 
 class Interval:
     """An interval of the search: its ends, the jets there, and which function has its first root at the second one."""
-    __slots__ = ("low", "high", "found", "count", "from_", "to",)
-    SIZE = 408
+    __slots__ = ("low", "high", "found", "count", "evaluations", "from_", "to",)
+    SIZE = 416
     PARTS: tuple[str, ...] = ("low", "high", "from_", "to",)
 
     def __init__(self, low: "Propagator | None" = None, high: "Propagator | None" = None, found: int = 0,
-            count: int = 0, from_: Any = None, to: "Jet | None" = None) -> None:
+            count: int = 0, evaluations: Any = None, from_: Any = None, to: "Jet | None" = None) -> None:
         self.low = Propagator() if low is None else low
         self.high = Propagator() if high is None else high
         self.found = found  # -1: none
         self.count = count  # of the phase, so far
+        self.evaluations = evaluations
         self.from_: Any = [Jet() for _ in range(4)] if from_ is None else from_
         self.to = Jet() if to is None else to  # of the function that is looked at, or that has crossed zero first
 
     def copy(self) -> "Interval":
-        return Interval(self.low.copy(), self.high.copy(), self.found, self.count, [each.copy() for each in self.from_],
-            self.to.copy())
+        return Interval(self.low.copy(), self.high.copy(), self.found, self.count, self.evaluations,
+            [each.copy() for each in self.from_], self.to.copy())
 
     def put(self, other: "Interval") -> None:
         self.low.put(other.low)
         self.high.put(other.high)
         self.found = other.found
         self.count = other.count
+        self.evaluations = other.evaluations
         for mine, its in zip(self.from_, other.from_, strict=True):
             mine.put(its)
         self.to.put(other.to)
 
 
 def end_interval_at(set: EventSet, in_: Interval, t: Real) -> None:
+    use_evaluation(in_.evaluations)
     in_.high.put(propagator_in_form(set.poles, in_.high.omega, t))
     in_.found = -1
 
@@ -5417,7 +5471,7 @@ def end_at_crossing(set: EventSet, in_: Interval, crossing: Crossing) -> None:
     g = set.function[crossing.function]
     h = in_.high.t - in_.low.t
     p = interpolant_of(in_.from_[crossing.function], in_.to, h)
-    locate_root(set.poles, g, in_.low.t, in_.high, in_.low.t + h * refined_root(p, crossing.share))
+    locate_root(set.poles, g, in_.low.t, in_.high, in_.low.t + h * refined_root(p, crossing.share), in_.evaluations)
     in_.found = crossing.function
 
 
@@ -5426,6 +5480,8 @@ def end_at_first_crossing(set: EventSet, in_: Interval, distances: bool) -> None
     """
     first = Crossing()
     for _ in range(16):
+        if not in_.evaluations.left > 0:
+            break
         if not first_crossing(set, in_, distances, first):
             break
         end_at_crossing(set, in_, first)
@@ -5503,7 +5559,7 @@ def is_certified_inside(set: EventSet, in_: Interval, n: int, d: Real) -> bool:
     d_then = deflated_derivative(set, g, in_.high, -1.0)
     if from_.rate < 0.0 and not to.rate < 0.0:  # g' has one root
         in_.to.third = third_of(set.poles, g, in_.high)
-        lowest = minimum_between(set.poles, g, in_.high.omega, from_, in_.low.t, to, in_.high.t)
+        lowest = minimum_between(set.poles, g, in_.high.omega, from_, in_.low.t, to, in_.high.t, in_.evaluations)
         least = short_jet_at(g, lowest)
         if not least.value < -rounding_of(g, lowest, least.rate):
             return True
@@ -5536,7 +5592,7 @@ def are_certified(set: EventSet, in_: Interval) -> bool:
 
 
 def find_first_root(set: EventSet, in_: Interval) -> bool:
-    """Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound.
+    """Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
     Requires in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it.
     """
     while True:
@@ -5544,9 +5600,11 @@ def find_first_root(set: EventSet, in_: Interval) -> bool:
             return False
         in_.count += 1
         end_at_first_crossing(set, in_, False)
+        if not in_.evaluations.left > 0:
+            return False
         if are_certified(set, in_):
             break
-    return True
+    return in_.evaluations.left > 0
 
 
 def begin_interval(set: EventSet, in_: Interval) -> None:
@@ -5567,7 +5625,7 @@ def root_free_until(set: EventSet, in_: Interval) -> Real:
         g = set.function[n]
         parts = abs(g.H3) + abs(g.H2) + abs(g.H1) if is_modal(in_.low) else 0.0
         rounding = 16.0 * EPS * (abs(g.start) + g.cancels + parts)
-        if not set.function[n].touch_is_no_event:  # one that is monotone is looked at where the interval ends
+        if not g.touch_is_no_event:  # one that is monotone is looked at where it ends
             quiet = lesser(quiet_time(set, set.function[n], in_.low, in_.from_[n], rounding), quiet)
     return in_.low.t + quiet
 
@@ -5651,7 +5709,7 @@ class StanceSearch:
     interval.
     """
     __slots__ = ("events", "in_", "limit", "open", "certified", "stops", "owner", "side", "touches",)
-    SIZE = 928
+    SIZE = 936
     PARTS: tuple[str, ...] = ("events", "in_",)
 
     def __init__(self, events: "StanceEvents | None" = None, in_: "Interval | None" = None, limit: Real = 0.0,
@@ -5795,6 +5853,7 @@ def find_first_event(chain: "StanceChain", search: StanceSearch) -> None:
     while open:
         if quiet:
             end_at_first_crossing(set, in_, True)
+            certified = in_.evaluations.left > 0
         else:
             certified = find_event(chain, search, False)
         open = certified and is_open(search)
@@ -6090,8 +6149,8 @@ class StanceChain:
     """The chain while it grows."""
     __slots__ = ("plan", "steps", "step_count", "step", "horizon", "t", "at", "from_lower", "from_upper", "side",
         "just_switched", "came_to_rest", "carried_acceleration", "start_loss", "adds_up", "aed", "max_phases", "phases",
-        "capacity", "count", "event_count", "event", "drive", "motion", "observer", "variation",)
-    SIZE = 296
+        "capacity", "count", "event_count", "event", "drive", "motion", "evaluations", "observer", "variation",)
+    SIZE = 304
     PARTS: tuple[str, ...] = ("at", "side", "drive", "motion",)
 
     def __init__(self, plan: Any = None, steps: Any = None, step_count: int = 0, step: int = 0, horizon: Real = 0.0,
@@ -6099,7 +6158,8 @@ class StanceChain:
         side: Any = None, just_switched: int = 0, came_to_rest: int = 0, carried_acceleration: Real = 0.0,
         start_loss: Real = 0.0, adds_up: bool = False, aed: Real = 0.0, max_phases: int = 0, phases: Any = None,
         capacity: int = 0, count: int = 0, event_count: int = 0, event: int = 0, drive: "DriveByElement | None" = None,
-        motion: "Numerators | None" = None, observer: Any = None, variation: Any = None) -> None:
+        motion: "Numerators | None" = None, evaluations: Any = None, observer: Any = None,
+        variation: Any = None) -> None:
         self.plan = plan
         self.steps = steps
         self.step_count = step_count
@@ -6127,6 +6187,7 @@ class StanceChain:
         self.event = event  # with which the phase began
         self.drive = DriveByElement() if drive is None else drive  # of the phase, as its numerators
         self.motion = Numerators() if motion is None else motion
+        self.evaluations = evaluations
         self.observer = observer
         self.variation = variation
 
@@ -6135,7 +6196,7 @@ class StanceChain:
             self.from_lower, self.from_upper, self.side[:], self.just_switched, self.came_to_rest,
             self.carried_acceleration, self.start_loss, self.adds_up, self.aed, self.max_phases, self.phases,
             self.capacity, self.count, self.event_count, self.event, self.drive.copy(), self.motion.copy(),
-            self.observer, self.variation)
+            self.evaluations, self.observer, self.variation)
 
     def put(self, other: "StanceChain") -> None:
         self.plan = other.plan
@@ -6162,6 +6223,7 @@ class StanceChain:
         self.event = other.event
         self.drive.put(other.drive)
         self.motion.put(other.motion)
+        self.evaluations = other.evaluations
         self.observer = other.observer
         self.variation = other.variation
 
@@ -6175,8 +6237,21 @@ def free_numerator(rates: Rates, element: int, motion: Any) -> Numerator:
     return free_numerator_1(rates, motion) if element == 0 else free_numerator_2(rates, motion)
 
 
+def both_slip(side: Any) -> bool:
+    """What the elements do, by their sides; one that never moves rests."""
+    return side[0] != 0 and side[1] != 0
+
+
+def all_rest(side: Any) -> bool:
+    return side[0] == 0 and side[1] == 0
+
+
+def other_rests(side: Any, element: int) -> bool:
+    return side[1 - element] == 0
+
+
 def stance_blocked(chain: StanceChain, element: int, side: int) -> bool:
-    """Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side."""
+    """Whether a stop, or that it never moves, keeps an element at rest from going to a side."""
     robot = chain.plan.robot
     if element != 0:
         return False
@@ -6336,7 +6411,7 @@ def put_events(events: StanceEvents, chain: StanceChain) -> None:
     side = chain.side
     set = events.set
     poles = poles_of(chain.plan, side[0], side[1])
-    several = side[0] != 0 and side[1] != 0
+    several = both_slip(side)
     slips = 0 if side[0] != 0 else 1
     compression = at.y
     is_monotone = not several
@@ -6395,6 +6470,8 @@ def stance_begin_search(chain: StanceChain, search: StanceSearch) -> None:
     in_ = search.in_
     in_.count = 0
     in_.high.omega = 0.0  # W at first
+    in_.evaluations = chain.evaluations
+    use_evaluation(in_.evaluations)  # a phase costs as much
     in_.found = begin_at_start(set, in_)
     search.limit = lesser(search.events.rest_time, until)
     search.open = in_.found < 0 and search.limit > 0.0
@@ -6422,7 +6499,7 @@ def enter_modes(chain: StanceChain, search: StanceSearch) -> None:
 
 def stance_find_end(chain: StanceChain, search: StanceSearch) -> None:
     """The first event of the phase that starts at the chain's state."""
-    if chain.side[0] == 0 and chain.side[1] == 0:
+    if all_rest(chain.side):
         search.in_.high.put(propagator_at_start(chain.plan.both))
         search.in_.high.t = end_of_step(chain) - chain.t
         search.owner = NO_OWNER
@@ -6526,11 +6603,11 @@ def keep_free_acceleration(chain: StanceChain, end: StanceSearch) -> None:
     if element < 0 or chain.side[element] == 0:
         return
     basis = basis_of_propagator(end.events.set.poles, end.in_.high)
-    if chain.side[1 - element] == 0 and not end.stops:
+    if other_rests(chain.side, element) and not end.stops:
         chain.came_to_rest = element
         chain.carried_acceleration = free_after_motion(float(chain.side[element]), level_of(chain.plan.robot, element),
             chain.motion.velocity[element], basis)
-    elif element == 0 and chain.side[1 - element] != 0:
+    elif element == 0 and not other_rests(chain.side, element):
         keep_small_acceleration(chain, basis)
 
 
@@ -6559,7 +6636,7 @@ def start_on_threshold(chain: StanceChain) -> None:
     """
     element = chain.just_switched
     side = chain.side
-    if element < 0 or side[0] == 0 or side[1] == 0:
+    if element < 0 or not both_slip(side):
         return
     chain.drive[element] = 0.0
     others = Numerators()
@@ -6574,13 +6651,13 @@ def stance_begin_phase(chain: StanceChain) -> None:
     start_on_threshold(chain)
     chain.motion.put(motion_under(chain.plan.rates, chain.drive, chain.at, chain.side[0], chain.side[1]))
     starts = chain.just_switched
-    if starts >= 0 and chain.side[0] != 0 and chain.side[1] != 0:
+    if starts >= 0 and both_slip(chain.side):
         acceleration = acceleration_on_threshold(chain, starts)
         if abs(acceleration) > 0.0:
             set_acceleration_from_rest(chain.motion, starts, False, acceleration)
     if element >= 0 and chain.side[element] != 0:
         level = float(chain.side[element]) * level_of(chain.plan.robot, element)
-        set_acceleration_from_rest(chain.motion, element, chain.side[1 - element] == 0, chain.carried_acceleration
+        set_acceleration_from_rest(chain.motion, element, other_rests(chain.side, element), chain.carried_acceleration
             - level)
 
 
@@ -6639,7 +6716,7 @@ def ending_before_phase(chain: StanceChain) -> int:
     if chain.count > chain.max_phases:
         chain.count = chain.max_phases  # a step of the current may have begun two
         return ENDING_TOO_MANY_PHASES
-    if chain.side[0] == 0 and chain.side[1] == 0 and chain.step + 1 >= chain.step_count:
+    if all_rest(chain.side) and chain.step + 1 >= chain.step_count:
         notify_ending(chain)
         return ENDING_REST
     return 0
@@ -6647,6 +6724,7 @@ def ending_before_phase(chain: StanceChain) -> int:
 
 def stance_begin(chain: StanceChain) -> int:
     """What each element does at the start, no event; the ending if that is there already, 0 if not."""
+    chain.side[1] = 0  # of one that never moves
     for element in range(2):
         chain.side[element] = whole(goes(chain.at[element + 1], 0.0))
         if element == 0 and chain.side[element] != 0 and stance_blocked(chain, element, chain.side[element]):
@@ -6705,9 +6783,10 @@ def stance_status(robot: Robot, start: State, horizon: Real, max_phases: int) ->
 
 
 def stance_start(chain: StanceChain, plan: Plan, start: State, steps: Any, step_count: int, horizon: Real,
-        max_phases: int, phases: Any, capacity: int) -> None:
+        max_phases: int, phases: Any, capacity: int, evaluations: Evaluations) -> None:
     """Put the chain of a stance at its start. What each element does there is no event."""
     chain.plan = plan
+    chain.evaluations = evaluations
     chain.steps = steps
     chain.step_count = step_count
     chain.step = 0
@@ -6738,6 +6817,7 @@ def stance_report(chain: StanceChain, start: State, ending: int, stance: Stance)
     end = chain.at
     stance.duration = chain.t
     stance.end.put(end)
+    stance.aed = 0.0  # what moves alone has no body
     stance.aed = chain.aed if chain.adds_up else body_energy_gain(robot, start, chain.at)
     stance.start_loss = chain.start_loss
     stance.ending = ending
@@ -6876,8 +6956,10 @@ def call_status(plan: Any, start: State, steps: Any, step_count: int, horizon: R
 
 
 def solve_observed(plan: Plan, start: Any, steps: Any, step_count: int, horizon: Real, max_phases: int, phases: Any,
-        capacity: int, stance: Any, observer: Any, variation: Any) -> int:
-    """solve_stance that shows every phase to `observer`; None for none."""
+        capacity: int, stance: Any, evaluations: Evaluations, observer: Any, variation: Any) -> int:
+    """solve_stance that shows every phase to `observer`; None for none. With the last of its evaluations it ends,
+    uncertified.
+    """
     if stance is None:
         return ERROR_NULL
     read = [array(plan, 1, Plan.SIZE), array(steps, step_count if step_count <= MOST_STEPS else 0, Step.SIZE)]
@@ -6892,7 +6974,7 @@ def solve_observed(plan: Plan, start: Any, steps: Any, step_count: int, horizon:
     if status < 0:
         return refuse(status, written, 1, read, 2)
     chain = StanceChain()
-    stance_start(chain, plan, from_, steps, step_count, horizon, max_phases, phases, capacity)
+    stance_start(chain, plan, from_, steps, step_count, horizon, max_phases, phases, capacity, evaluations)
     chain.observer = observer
     chain.variation = variation
     search = StanceSearch()
@@ -6913,7 +6995,9 @@ def solve_stance(plan: Plan, start: State, steps: Any, step_count: int, horizon:
     increase. horizon [s]: longest time. max_phases: after so many phases the ending is too_many_phases; where no first
     event of a phase is certified within 10 000 intervals it is uncertified, and the stance is known up to its duration.
     """
-    return solve_observed(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, None, None)
+    evaluations = Evaluations(UNBOUNDED)
+    return solve_observed(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, evaluations,
+        None, None)
 
 
 def stance_at(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real, state: State) -> int:
@@ -7366,9 +7450,11 @@ def report_command(search: Search, command: Command) -> None:
     command.status = COMMAND_REACHED if reaches else COMMAND_NEAREST if search.found else COMMAND_NO_TAKEOFF
 
 
-def evaluate_candidate(plan: Plan, start: State, u: Real, horizon: Real, phases: Any, capacity: int,
+def evaluate_candidate(plan: Plan, start: State, u: Real, horizon: Real, phases: Any, capacity: int, most: int,
         trial: Trial) -> int:
-    """A candidate; PHASES_NOT_KEPT where its stance outgrows the memory, or an error."""
+    """A candidate; PHASES_NOT_KEPT where its stance outgrows the memory, CAPPED where it takes more evaluations, or an
+    error.
+    """
     step = Step(0.0, u)
     none = StateByAxis()
     nothing = Trial()
@@ -7377,13 +7463,19 @@ def evaluate_candidate(plan: Plan, start: State, u: Real, horizon: Real, phases:
     trial.largest_x1 = start.x1
     trial.least_contact = NEVER
     trial.smooth = True
-    variation = CurrentVariation(plan, trial, none.copy(), none.copy(), none.copy(), [0] * 2, False)
+    evaluations = Evaluations(most)
+    variation = CurrentVariation(plan, trial, evaluations, none.copy(), none.copy(), none.copy(), [0] * 2, False)
     stance = Stance()
-    status = solve_observed(plan, start, [step], 1, horizon, capacity, phases, capacity, stance, carry_variation,
-        variation)
+    status = solve_observed(plan, start, [step], 1, horizon, capacity, phases, capacity, stance, evaluations,
+        carry_variation, variation)
     if status < 0:
         return status
     close_trial(variation, phases, stance)
+    if not evaluations.left > 0:
+        trial.takes_off = False  # what is not known of it is not admitted
+        trial.apex = 0.0
+        trial.apex_u = 0.0
+        return CAPPED
     return PHASES_NOT_KEPT if stance.ending == ENDING_TOO_MANY_PHASES else OK
 
 NO_CURRENT = Command(0.0, 0.0, COMMAND_NO_TAKEOFF)
@@ -7424,7 +7516,7 @@ def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, comman
     robot = plan.robot
     if not hops(plan) or not current_limit(robot) <= NEVER:
         search.status = ERROR_ROBOT
-    elif not is_finite(wanted.h_des) or not is_finite(wanted.datum) or not wanted.h_des + wanted.datum >= 0.0 or not (wanted.stop_margin >= 0.0 and wanted.stop_margin <= NEVER):
+    elif not is_finite(wanted.h_des) or not is_finite(wanted.datum) or not wanted.h_des + wanted.datum >= 0.0 or not (wanted.stop_margin >= 0.0 and wanted.stop_margin <= NEVER) or wanted.max_evaluations < 0 or wanted.max_candidates < 0:
         search.status = ERROR_TARGET
     elif not (wanted.horizon > 0.0 and wanted.horizon <= NEVER):
         search.status = ERROR_HORIZON
@@ -7440,14 +7532,18 @@ def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, comman
     search.next = 0.0
     search.trials = 0
     search.reached = False
+    search.max_evaluations = wanted.max_evaluations if wanted.max_evaluations > 0 else CANDIDATE_EVALUATIONS
+    fewer = wanted.max_candidates > 0 and wanted.max_candidates < SEARCH_TRIALS
+    search.max_candidates = wanted.max_candidates if fewer else SEARCH_TRIALS
     search.partial = False
+    search.capped = False
     return search.status
 
 
 def choose_current_step(search: Any, phases: Any, capacity: int, command: Any) -> int:
     """Solve one stance more, in the caller's buffer of phases. SEARCHING while there is more to do; command is the best
-    admissible one so far. PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left out. A
-    refusal ends the search.
+    admissible one so far. In the end CAPPED if a cap of the target was met, PHASES_NOT_KEPT if a stance had more
+    phases than fit: such stances are left out. A refusal ends the search.
     """
     if search is None:
         return end_search(None, ERROR_NULL, command)
@@ -7461,12 +7557,18 @@ def choose_current_step(search: Any, phases: Any, capacity: int, command: Any) -
         report_command(search, command)
         return search.status
     trial = Trial()
-    status = evaluate_candidate(search.plan, search.start, search.next, search.horizon, phases, capacity, trial)
+    status = evaluate_candidate(search.plan, search.start, search.next, search.horizon, phases, capacity,
+        search.max_evaluations, trial)
     if status < 0:
         return end_search(search, status, command)  # for good: what was found does not count after an error
-    search.partial = search.partial or status != OK
-    if not add_candidate(search, trial):
-        search.status = PHASES_NOT_KEPT if search.partial else OK
+    search.partial = search.partial or status == PHASES_NOT_KEPT
+    search.capped = search.capped or status == CAPPED
+    goes_on = add_candidate(search, trial)
+    if goes_on and search.trials >= search.max_candidates:
+        search.status = CAPPED
+    elif not goes_on:
+        kept = PHASES_NOT_KEPT if search.partial else OK
+        search.status = CAPPED if search.capped else kept
     report_command(search, command)
     return search.status
 
@@ -7475,11 +7577,9 @@ def choose_current(search: Search, plan: Plan, start: State, target: Target, pha
         command: Command) -> int:
     """Both, up to the end."""
     status = choose_current_begin(search, plan, start, target, command)
-    for _ in range(SEARCH_TRIALS):
-        if status != SEARCHING:
-            break
+    while status == SEARCHING:  # max_candidates times at most
         status = choose_current_step(search, phases, capacity, command)
-    return PHASES_NOT_KEPT if status == SEARCHING else status
+    return status
 
 
 def try_currents(plan: Any, starts: Any, start_count: int, currents: Any, current_count: int, horizon: Real,
@@ -7500,7 +7600,7 @@ def try_currents(plan: Any, starts: Any, start_count: int, currents: Any, curren
     kept = OK
     for i in range(start_count):
         for j in range(current_count):
-            status = evaluate_candidate(plan, starts[i], currents[j], horizon, phases, capacity,
+            status = evaluate_candidate(plan, starts[i], currents[j], horizon, phases, capacity, UNBOUNDED,
                 trials[i * current_count + j])
             if status < 0:
                 return refuse(status, written, 1, read, 3)
@@ -7522,7 +7622,8 @@ def most_in_phase(plan: Plan, phase: Phase, u: Real, t: Real) -> Real:
     poles = poles_of(plan, side[0], side[1])
     node = node_of(plan, side[0], side[1])
     end = propagator_at(poles, t)
-    least = least_minimum(poles, node, extension, -first, end, 65536.0)
+    evaluations = Evaluations(UNBOUNDED)
+    least = least_minimum(poles, node, extension, -first, end, 65536.0, evaluations)
     return greater(first, -least.value)
 
 
@@ -7841,7 +7942,9 @@ def has_root_in_flight(chain: FlightChain, set: EventSet, fall: Any, low: Propag
     is that of a fall unless this is None. It ends without one where the phase has had as many intervals as it may.
     """
     g = set.function[0]
+    evaluations = Evaluations(UNBOUNDED)
     in_ = Interval()
+    in_.evaluations = evaluations
     in_.low = low.copy()
     in_.high.put(end)
     in_.found = -1
@@ -8429,7 +8532,9 @@ SELFTEST_ROBOTS = [Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65
     Robot(0.05, 3.0, 1200.0, 0.4, 0.0, 0.2, 0.1, 2.0, 0.2, -65.0, 9.81, -0.01, 0.02, 3.0, 0.05, 0.0, 0.0),
     Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 30.0, 25.0, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0),
     Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 400.0, 0.78, 0.0, -65.0, 9.81, 0.0, 0.0, 3.0, 0.05, 0.0, 0.0),
-    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.0, 0.0, -65.0, 9.81, -1e+30, 1e+30, 3.0, 0.05, 0.0, 0.0)]
+    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.0, 0.0, -65.0, 9.81, -1e+30, 1e+30, 3.0, 0.05, 0.0, 0.0),
+    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 10.0, 5.0, 2.0, 0.6, -65.0, 9.81, -0.05, 0.08, 3.0, 0.05, 0.4, 0.0),
+    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 10.0, 5.0, 2.0, 9.0, -65.0, 9.81, -1e+30, 1e+30, 3.0, 0.05, 0.5, 6.0)]
 
 SELFTEST_CASES = [SelftestCase(0, State(0.0, 0.0, -1.93, 0.0), [Step(0.0, 3.0), Step(0.05, 2.0)], 2.0),
     SelftestCase(0, State(0.0, 0.0, -0.6, 0.0), [Step(0.0, 1.0), Step(1.0, 0.0)], 2.0),
@@ -8448,7 +8553,11 @@ SELFTEST_CASES = [SelftestCase(0, State(0.0, 0.0, -1.93, 0.0), [Step(0.0, 3.0), 
     SelftestCase(0, State(0.02, 0.0, 0.5, 0.0), [Step(0.0, 1.0), Step(0.05, 2.0)], 2.0),
     SelftestCase(2, State(0.0, 0.0, -0.01, 0.0245), [Step(), Step(1.0, 0.0)], 10.0),
     SelftestCase(9, State(0.0, 0.0, -1.0, 0.0), [Step(), Step(1.0, 0.0)], 2.0),
-    SelftestCase(10, State(0.0, 1.0, 1.0, 0.0245), [Step(0.0, 3.0), Step(4.0, -1.0)], 8.0)]
+    SelftestCase(10, State(0.0, 1.0, 1.0, 0.0245), [Step(0.0, 3.0), Step(4.0, -1.0)], 8.0),
+    SelftestCase(11, State(0.0, 0.1, -1.93, 0.0), [Step(0.0, 1.0), Step(1.0, 0.0)], 2.0),
+    SelftestCase(11, State(0.0, 0.0, -0.7, 0.0), [Step(), Step(0.05, 3.0)], 2.0),
+    SelftestCase(12, State(0.03, 0.0, -0.4, 0.0), [Step(0.0, 3.0), Step(0.25, -30.0)], 2.0),
+    SelftestCase(12, State(0.03, 0.0, 0.0, 0.07), [Step(), Step(0.3, 0.2)], 2.0)]
 
 
 def mix_word(hash: Any, word: int) -> None:
@@ -8462,21 +8571,14 @@ def mix_int(hash: Any, value: int) -> None:
     mix_word(hash, value & 0xFFFFFFFF)
 
 
-def mix_rows(hash: Any, reals: Any, size: int, row: int, left_out: int) -> None:
-    """An array, or the leading members of a struct, that holds nothing but reals: in rows, without the two from
-    `left_out` on in each.
-    """
+def mix_reals(hash: Any, reals: Any, size: int) -> None:
+    """An array, or the leading members of a struct, that holds nothing but reals."""
     values = [0.0] * 154  # no array or struct is larger
     put_reals(values, reals, size)
     for n in range(size // REAL_SIZE):
-        if n % row != left_out and n % row != left_out + 1:
-            bits = bits_of_real(values[n])
-            mix_word(hash, bits & 0xFFFFFFFF)
-            mix_word(hash, bits >> 32 & 0xFFFFFFFF)
-
-
-def mix_reals(hash: Any, reals: Any, size: int) -> None:
-    mix_rows(hash, reals, size, size, size)
+        bits = bits_of_real(values[n])
+        mix_word(hash, bits & 0xFFFFFFFF)
+        mix_word(hash, bits >> 32 & 0xFFFFFFFF)
 
 
 def mix_result(hash: Any, stance: Stance, phases: Any) -> None:
@@ -8518,22 +8620,17 @@ def mix_motion(hash: Any, plan: Plan, steps: Any, phases: Any, stance: Stance) -
 
 
 def mix_derivatives(hash: Any, plan: Plan, steps: Any, phases: Any, stance: Stance) -> None:
-    """Derivatives at take-off, and the state in between with those there. Digests are as old as these, and older than
-    the derivatives at other endings: zeros stand in for them.
-    """
+    """Derivatives at the ending, and the state in between with those there."""
     matrix = [0.0] * 154
     tangents = [0.0] * 88
     state = State()
     again = [0.0] * 4
     columns: Any = [None] * 4
     half = 0.5 * stance.duration
-    status = NO_DERIVATIVE
-    if stance.ending == ENDING_TAKEOFF:
-        status = stance_sensitivities(plan, steps, phases, stance, matrix)
-    mix_int(hash, status)
-    mix_rows(hash, matrix, 154 * REAL_SIZE, 22, COLUMN_OF_EXCESS)
+    mix_int(hash, stance_sensitivities(plan, steps, phases, stance, matrix))
+    mix_reals(hash, matrix, 154 * REAL_SIZE)
     mix_int(hash, stance_tangents(plan, steps, phases, stance, [half], 1, [state], tangents))
-    mix_rows(hash, tangents, 88 * REAL_SIZE, 22, COLUMN_OF_EXCESS)
+    mix_reals(hash, tangents, 88 * REAL_SIZE)
     for i in range(4):
         columns[i] = Part(again, i)
     mix_int(hash, stance_states(plan, steps, phases, stance, [half], 1, columns))
@@ -8572,7 +8669,7 @@ def mix_case(hash: Any, one: SelftestCase, phases: Any) -> None:
     plan = Plan()
     stance = Stance()
     mix_int(hash, plan_init(plan, SELFTEST_ROBOTS[one.robot]))
-    mix_rows(hash, plan, 728, Plan.SIZE, EXCESS)
+    mix_reals(hash, plan, 728)
     status = solve_stance(plan, one.start, one.steps, 2, one.horizon, SELFTEST_PHASES, phases, SELFTEST_PHASES, stance)
     mix_int(hash, status)
     mix_result(hash, stance, phases)
@@ -8587,7 +8684,7 @@ def mix_search(hash: Any, one: SelftestCase, h_des: Real, search: Search, phases
     """The controller from the state of a case, for hop heights within and beyond what the robot can do."""
     plan = Plan()
     command = Command()
-    target = Target(h_des, 0.0, 0.001, 2.0)
+    target = Target(h_des, 0.0, 0.001, 2.0, 0, 0)
     mix_int(hash, plan_init(plan, SELFTEST_ROBOTS[one.robot]))
     mix_int(hash, choose_current(search, plan, one.start, target, phases, SELFTEST_PHASES, command))
     mix_reals(hash, command, 16)
@@ -8631,13 +8728,15 @@ def selftest(search: Any, phases: Any, capacity: int) -> int:
     if search is None or phases is None or capacity < SELFTEST_PHASES:
         return 0
     hash = [1]
-    for n in range(1440 // SelftestCase.SIZE):
+    for n in range(1760 // SelftestCase.SIZE):
         mix_case(hash, SELFTEST_CASES[n], phases)
     mix_search(hash, SELFTEST_CASES[0], 0.15, search, phases)
     mix_search(hash, SELFTEST_CASES[1], 0.02, search, phases)
     mix_search(hash, SELFTEST_CASES[3], 0.5, search, phases)
     mix_trials(hash, SELFTEST_CASES[0], phases)
     mix_trials(hash, SELFTEST_CASES[8], phases)
+    mix_search(hash, SELFTEST_CASES[FIRST_AT_REST], 0.1, search, phases)
+    mix_trials(hash, SELFTEST_CASES[FIRST_AT_REST], phases)
     mix_contact(hash)
     return 1 if hash[0] == 0 else hash[0]
 

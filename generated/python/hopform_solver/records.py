@@ -77,6 +77,7 @@ Status: TypeAlias = Literal[
     "no_derivative",
     "searching",
     "ill_conditioned",
+    "capped",
     "error_null",
     "error_robot",
     "error_state",
@@ -99,6 +100,7 @@ STATUSES: dict[int, Status] = {
     2: "no_derivative",  # no take-off, an event that grazes, or derivatives out of range
     3: "searching",  # the search for a current goes on
     4: "ill_conditioned",  # the actuator is too stiff for the precision: events of its creep may be wrong
+    5: "capped",  # a cap on the search for a current was met: the best one within it
     -1: "error_null",  # a pointer is NULL
     -2: "error_robot",  # a parameter of the robot is out of its domain, or the plan was not made
     -3: "error_state",  # a state is not finite, x_1 is beyond its stroke, or what is fixed moves
@@ -107,7 +109,7 @@ STATUSES: dict[int, Status] = {
     -6: "error_horizon",  # horizon or max_phases is not positive
     -7: "error_time",  # a time is not finite or outside the stance
     -8: "error_numbers",  # out of the range of the precision: scale the robot or use double precision
-    -9: "error_target",  # the desired apex is below the ground, not finite, or stop_margin is negative
+    -9: "error_target",  # the desired apex is below the ground, not finite, or stop_margin or a cap is negative
     -10: "error_gains",  # a gain is negative or not finite
     -11: "error_detector",  # a sample or threshold is not finite, low > high, or count < 1
     -12: "error_unstable",  # unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated
@@ -218,7 +220,7 @@ REFUSALS = {
     -6: "horizon or max_phases is not positive",
     -7: "a time is not finite or outside the stance",
     -8: "out of the range of the precision: scale the robot or use double precision",
-    -9: "the desired apex is below the ground, not finite, or stop_margin is negative",
+    -9: "the desired apex is below the ground, not finite, or stop_margin or a cap is negative",
     -10: "a gain is negative or not finite",
     -11: "a sample or threshold is not finite, low > high, or count < 1",
     -12: "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated",

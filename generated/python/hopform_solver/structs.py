@@ -137,6 +137,8 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("datum", "real", 1),
         ("stop_margin", "real", 1),
         ("horizon", "real", 1),
+        ("max_evaluations", "int32", 1),
+        ("max_candidates", "int32", 1),
     ),
     "Command": (
         ("u", "real", 1),
@@ -173,11 +175,14 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("count", "int32", 1),
         ("sides", "int32", 1),
         ("trials", "int32", 1),
+        ("max_evaluations", "int32", 1),
+        ("max_candidates", "int32", 1),
         ("status", "int32", 1),
         ("held", "bool", 1),
         ("found", "bool", 1),
         ("reached", "bool", 1),
         ("partial", "bool", 1),
+        ("capped", "bool", 1),
     ),
     "FlightPhase": (
         ("t", "real", 1),

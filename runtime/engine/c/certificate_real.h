@@ -24,8 +24,18 @@ typedef struct {
     real sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_real;
 
+static inline deflated_real deflated_in_modes_real(const hopform_poles_real *poles, const event_function_real *g,
+                                                   const propagator_real *at) {
+    const modes_real modes = {g->start, g->H3, g->H2, g->H1};
+    const pair_numerator_real numerator = deflated_modes_real(poles, at->omega, &modes);
+    const pair_core_real core = core_of_modes_real(poles, at);
+    const deflated_real d = {numerator.A, numerator.B, core.R, core.Rd, poles->p, poles->q};
+    return d;
+}
+
 static inline deflated_real deflated_at_real(const hopform_poles_real *poles, const hopform_node_real *node,
                                              const event_function_real *g, const propagator_real *at) {
+    if (is_modal_real(at)) { return deflated_in_modes_real(poles, g, at); }
     const bool rings = node->half_period < HOPFORM_NEVER_real;
     const real sum = rings ? poles->p : node->second + node->third;
     const real product = rings ? poles->q : node->second * node->third;
@@ -35,15 +45,7 @@ static inline deflated_real deflated_at_real(const hopform_poles_real *poles, co
                        at->rate.first + node->pole * at->value.first,
                        sum,
                        product};
-    if (is_modal_real(at)) {
-        const modes_real modes = {g->start, g->H3, g->H2, g->H1};
-        const pair_numerator_real deflated = deflated_modes_real(poles, at->omega, &modes);
-        const pair_core_real core = core_of_modes_real(poles, at);
-        d.A = deflated.A;
-        d.B = deflated.B;
-        d.R = core.R;
-        d.Rd = core.Rd;
-    } else if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
+    if (at->t > node->fades) { /* beside the real pole the pair has faded in W */
         const pair_real pair = pair_at_real(poles, at->t);
         d.R = pair.R;
         d.Rd = pair.Rd;
@@ -192,7 +194,7 @@ static inline bool bends_real(const event_function_real *g, const propagator_rea
  * that enclose the root. */
 static inline propagator_real minimum_between_real(const hopform_poles_real *poles, const event_function_real *g,
                                                    real omega, const jet_real *from, real low, const jet_real *to,
-                                                   real high) {
+                                                   real high, evaluations_real *evaluations) {
     const bool modal = omega > 0.0;
     const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, g, modal, from)};
     const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
@@ -201,7 +203,8 @@ static inline propagator_real minimum_between_real(const hopform_poles_real *pol
     real t = low + apart * refined_root_real(&p, rough_root_real(&rate_from, &rate_to, apart));
     real falls_by = -from->rate; /* at the lower time */
     propagator_real at = propagator_in_form_real(poles, omega, t);
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_real(evaluations);
         const jet_real jet = jet_at_real(poles, g, &at);
         const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, g, modal, &jet)};
         const real step = step_to_root_real(&falls);

@@ -452,9 +452,10 @@ static void report_command_real(const hopform_search_real *search, hopform_comma
 
 /* ---- a current ---- */
 
-/* A candidate; HOPFORM_PHASES_NOT_KEPT where its stance outgrows the memory, or an error. */
+/* A candidate; HOPFORM_PHASES_NOT_KEPT where its stance outgrows the memory, HOPFORM_CAPPED where it takes more
+ * evaluations, or an error. */
 static int32_t evaluate_candidate_real(const hopform_plan_real *plan, const hopform_state_real *start, real u,
-                                       real horizon, hopform_phase_real *phases, int32_t capacity,
+                                       real horizon, hopform_phase_real *phases, int32_t capacity, int32_t most,
                                        hopform_trial_real *trial) {
     const hopform_step_real step = {0.0, u};
     const state_by_axis_real none = {{0.0, 0.0, 0.0, 0.0}};
@@ -464,12 +465,19 @@ static int32_t evaluate_candidate_real(const hopform_plan_real *plan, const hopf
     trial->largest_x1 = start->x1;
     trial->least_contact = HOPFORM_NEVER_real;
     trial->smooth = true;
-    current_variation_real variation = {plan, trial, none, none, none, {0, 0}, false};
+    evaluations_real evaluations = {most};
+    current_variation_real variation = {plan, trial, &evaluations, none, none, none, {0, 0}, false};
     hopform_stance_real stance;
     const int32_t status = solve_observed_real(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
-                                               carry_variation_real, &variation);
+                                               &evaluations, carry_variation_real, &variation);
     if (status < 0) { return status; }
     close_trial_real(&variation, phases, &stance);
+    if (!(evaluations.left > 0)) {
+        trial->takes_off = false; /* what is not known of it is not admitted */
+        trial->apex = 0.0;
+        trial->apex_u = 0.0;
+        return HOPFORM_CAPPED;
+    }
     return stance.ending == HOPFORM_ENDING_TOO_MANY_PHASES ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
 }
 
@@ -518,7 +526,8 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
     if (!hops_real(plan) || !(current_limit_real(robot) <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_ROBOT;
     } else if (!is_finite_real(wanted.h_des) || !is_finite_real(wanted.datum) || !(wanted.h_des + wanted.datum >= 0.0)
-               || !(wanted.stop_margin >= 0.0 && wanted.stop_margin <= HOPFORM_NEVER_real)) {
+               || !(wanted.stop_margin >= 0.0 && wanted.stop_margin <= HOPFORM_NEVER_real) || wanted.max_evaluations < 0
+               || wanted.max_candidates < 0) {
         search->status = HOPFORM_ERROR_TARGET;
     } else if (!(wanted.horizon > 0.0 && wanted.horizon <= HOPFORM_NEVER_real)) {
         search->status = HOPFORM_ERROR_HORIZON;
@@ -535,13 +544,17 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
     search->next = 0.0;
     search->trials = 0;
     search->reached = false;
+    search->max_evaluations = wanted.max_evaluations > 0 ? wanted.max_evaluations : HOPFORM_CANDIDATE_EVALUATIONS;
+    const bool fewer = wanted.max_candidates > 0 && wanted.max_candidates < HOPFORM_SEARCH_TRIALS;
+    search->max_candidates = fewer ? wanted.max_candidates : HOPFORM_SEARCH_TRIALS;
     search->partial = false;
+    search->capped = false;
     return search->status;
 }
 
 /* Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the
- * best admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left
- * out. A refusal ends the search.
+ * best admissible one so far. In the end HOPFORM_CAPPED if a cap of the target was met, HOPFORM_PHASES_NOT_KEPT if a
+ * stance had more phases than fit: such stances are left out. A refusal ends the search.
  */
 int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_phase_real *phases, int32_t capacity,
                                          hopform_command_real *command) {
@@ -563,14 +576,19 @@ int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_ph
         return search->status;
     }
     hopform_trial_real trial;
-    const int32_t status =
-        evaluate_candidate_real(search->plan, &search->start, search->next, search->horizon, phases, capacity, &trial);
+    const int32_t status = evaluate_candidate_real(search->plan, &search->start, search->next, search->horizon, phases,
+                                                   capacity, search->max_evaluations, &trial);
     if (status < 0) {
         return end_search_real(search, status, command); /* for good: what was found does not count after an error */
     }
-    search->partial = search->partial || status != HOPFORM_OK;
-    if (!add_candidate_real(search, &trial)) {
-        search->status = search->partial ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
+    search->partial = search->partial || status == HOPFORM_PHASES_NOT_KEPT;
+    search->capped = search->capped || status == HOPFORM_CAPPED;
+    const bool goes_on = add_candidate_real(search, &trial);
+    if (goes_on && search->trials >= search->max_candidates) {
+        search->status = HOPFORM_CAPPED;
+    } else if (!goes_on) {
+        const int32_t kept = search->partial ? HOPFORM_PHASES_NOT_KEPT : HOPFORM_OK;
+        search->status = search->capped ? HOPFORM_CAPPED : kept;
     }
     report_command_real(search, command);
     return search->status;
@@ -581,10 +599,10 @@ int32_t hopform_choose_current_real(hopform_search_real *search, const hopform_p
                                     const hopform_state_real *start, const hopform_target_real *target,
                                     hopform_phase_real *phases, int32_t capacity, hopform_command_real *command) {
     int32_t status = hopform_choose_current_begin_real(search, plan, start, target, command);
-    for (int n = 0; n < HOPFORM_SEARCH_TRIALS && status == HOPFORM_SEARCHING; n++) {
+    while (status == HOPFORM_SEARCHING) { /* max_candidates times at most */
         status = hopform_choose_current_step_real(search, phases, capacity, command);
     }
-    return status == HOPFORM_SEARCHING ? HOPFORM_PHASES_NOT_KEPT : status;
+    return status;
 }
 
 /* Try each of some currents from each of some states; trials, state by state, current by current. A stance with more
@@ -611,7 +629,7 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
     for (int32_t i = 0; i < start_count; i++) {
         for (int32_t j = 0; j < current_count; j++) {
             const int32_t status = evaluate_candidate_real(plan, &starts[i], currents[j], horizon, phases, capacity,
-                                                           &trials[i * current_count + j]);
+                                                           UNBOUNDED_real, &trials[i * current_count + j]);
             if (status < 0) { return refuse_real(status, written, 1, read, 3); }
             kept = status != HOPFORM_OK ? status : kept;
         }
@@ -633,7 +651,8 @@ static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phas
     const hopform_poles_real *poles = poles_of_real(plan, side[0], side[1]);
     const hopform_node_real *node = node_of_real(plan, side[0], side[1]);
     const propagator_real end = propagator_at_real(poles, t);
-    const minima_real least = least_minimum_real(poles, node, &extension, -first, &end, 65536.0);
+    evaluations_real evaluations = {UNBOUNDED_real};
+    const minima_real least = least_minimum_real(poles, node, &extension, -first, &end, 65536.0, &evaluations);
     return greater_real(first, -least.value);
 }
 

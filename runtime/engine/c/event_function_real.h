@@ -13,8 +13,8 @@
 
 #include "phase_real.h"
 
-/* Functions that a phase has at most. */
-enum { MOST_EVENT_FUNCTIONS_real = 4 };
+/* Functions that a phase has at most: what moves alone has its distance from a stop, and no other. */
+enum { MOST_EVENT_FUNCTIONS_real = 4 - 3 * HOPFORM_MOVES_ALONE };
 
 /* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
 enum { NO_OWNER_real = -1, CONTACT_real = 0, ELEMENT_real = 1, NO_ELEMENT_real = -1 };
@@ -325,14 +325,26 @@ static inline root_step_real step_between_real(const hopform_poles_real *poles, 
     return towards;
 }
 
+/* How often a motion may still be evaluated while a stance is solved: what its cost is in proportion to. */
+typedef struct {
+    int32_t left;
+} evaluations_real;
+
+enum { UNBOUNDED_real = 2147483647 };
+
+static inline void use_evaluation_real(evaluations_real *evaluations) {
+    evaluations->left -= evaluations->left > 0 ? 1 : 0;
+}
+
 /* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g > 0, or
- * g = 0 and rising, at the lower time, and g < 0 at the later one. */
+ * g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is none. */
 static inline void locate_root_real(const hopform_poles_real *poles, const event_function_real *g, real low,
-                                    propagator_real *at, real guess) {
+                                    propagator_real *at, real guess, evaluations_real *evaluations) {
     const real omega = at->omega;
     real high = at->t;
     real t = guess;
-    for (int n = 0; n < 100; n++) {
+    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
+        use_evaluation_real(evaluations);
         if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
             t = low + 0.5 * (high - low);
             if (!(t > low && t < high)) {

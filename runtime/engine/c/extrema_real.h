@@ -17,9 +17,9 @@ typedef struct {
 
 /* The minimum between two times, between which the rate becomes positive. */
 static inline void find_minimum_real(const hopform_poles_real *poles, const event_function_real *g,
-                                     const jet_real *from, real low, const jet_real *to, real high,
-                                     minima_real *least) {
-    const propagator_real at = minimum_between_real(poles, g, 0.0, from, low, to, high);
+                                     const jet_real *from, real low, const jet_real *to, real high, minima_real *least,
+                                     evaluations_real *evaluations) {
+    const propagator_real at = minimum_between_real(poles, g, 0.0, from, low, to, high, evaluations);
     const real value = value_at_real(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
@@ -55,8 +55,8 @@ static inline int most_turns_real(const jet_real *from, real d, const jet_real *
  * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
  * back. */
 static inline minima_real least_minimum_real(const hopform_poles_real *poles, const hopform_node_real *node,
-                                             const numerator_real *h, real value, const propagator_real *end,
-                                             real most) {
+                                             const numerator_real *h, real value, const propagator_real *end, real most,
+                                             evaluations_real *evaluations) {
     const event_function_real function = event_function_of_real(h, value);
     const event_function_real *g = &function;
     const jet_real from = jet_at_start_real(poles, g);
@@ -68,7 +68,7 @@ static inline minima_real least_minimum_real(const hopform_poles_real *poles, co
     const real d = deflated_rate_real(poles, node, g, &start);
     if (end->t < 0.95 * node->half_period && is_decided_real(g, end, &to)
         && most_turns_real(&from, d, &to, deflated_rate_real(poles, node, g, end)) <= 1 + odd) {
-        if (turns) { find_minimum_real(poles, g, &from, 0.0, &to, end->t, &least); }
+        if (turns) { find_minimum_real(poles, g, &from, 0.0, &to, end->t, &least, evaluations); }
         return least;
     }
     const real longest = greater_real(end->t / most, 0.77 / sqrt_real(poles->q));
@@ -79,12 +79,13 @@ static inline minima_real least_minimum_real(const hopform_poles_real *poles, co
     jet_real last = from;
     bool ends = false;
     while (!ends) {
-        ends = !(t + 1.5 * apart < end->t);
+        use_evaluation_real(evaluations);
+        ends = !(t + 1.5 * apart < end->t && evaluations->left > 0);
         const real next = ends ? end->t : t + apart;
         const propagator_real at = ends ? *end : propagator_at_real(poles, next);
         const jet_real now = ends ? to : jet_at_real(poles, g, &at);
         if (last.rate < 0.0 && now.rate >= 0.0) {
-            find_minimum_real(poles, g, &last, t, &now, next, &least);
+            find_minimum_real(poles, g, &last, t, &now, next, &least, evaluations);
         } else if (t > 0.0 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {
             const real rise = (last.rate - before.rate) / (t - earlier);
             const real bend = ((now.rate - last.rate) / (next - t) - rise) / (next - earlier);
@@ -92,7 +93,7 @@ static inline minima_real least_minimum_real(const hopform_poles_real *poles, co
             const real top = bend < 0.0 ? t - 0.5 * (rise + bend * (t - earlier)) / bend : t;
             const propagator_real at_top = propagator_at_real(poles, top);
             const jet_real there = jet_at_real(poles, g, &at_top);
-            if (there.rate > 0.0) { find_minimum_real(poles, g, &before, earlier, &there, top, &least); }
+            if (there.rate > 0.0) { find_minimum_real(poles, g, &before, earlier, &there, top, &least, evaluations); }
         }
         earlier = t;
         t = next;

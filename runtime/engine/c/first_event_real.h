@@ -28,11 +28,13 @@ typedef struct {
     propagator_real low, high;
     int32_t found; /* -1: none */
     int32_t count; /* of the phase, so far */
+    evaluations_real *evaluations;
     jet_real from[MOST_EVENT_FUNCTIONS_real];
     jet_real to; /* of the function that is looked at, or that has crossed zero first */
 } interval_real;
 
 static inline void end_interval_at_real(const event_set_real *set, interval_real *in, real t) {
+    use_evaluation_real(in->evaluations);
     in->high = propagator_in_form_real(set->poles, in->high.omega, t);
     in->found = -1;
 }
@@ -89,14 +91,16 @@ static inline void end_at_crossing_real(const event_set_real *set, interval_real
     const event_function_real *g = &set->function[crossing->function];
     const real h = in->high.t - in->low.t;
     const interpolant_real p = interpolant_of_real(&in->from[crossing->function], &in->to, h);
-    locate_root_real(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_real(&p, crossing->share));
+    locate_root_real(set->poles, g, in->low.t, &in->high, in->low.t + h * refined_root_real(&p, crossing->share),
+                     in->evaluations);
     in->found = crossing->function;
 }
 
 /* Ends the interval at the earliest root of the functions, or distances alone, that have crossed zero by its end. */
 static inline void end_at_first_crossing_real(const event_set_real *set, interval_real *in, bool distances) {
     crossing_real first;
-    for (int32_t n = 0; n < MOST_TRIES_real && first_crossing_real(set, in, distances, &first); n++) {
+    for (int32_t n = 0;
+         n < MOST_TRIES_real && in->evaluations->left > 0 && first_crossing_real(set, in, distances, &first); n++) {
         end_at_crossing_real(set, in, &first);
     }
 }
@@ -174,7 +178,7 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
     if (from->rate < 0.0 && !(to->rate < 0.0)) { /* g' has one root */
         in->to.third = third_of_real(set->poles, g, &in->high);
         const propagator_real lowest =
-            minimum_between_real(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t);
+            minimum_between_real(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t, in->evaluations);
         const jet_real least = short_jet_at_real(g, &lowest);
         if (!(least.value < -rounding_of_real(g, &lowest, least.rate))) { return true; }
         in->high = lowest;
@@ -191,7 +195,7 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
 static inline bool are_certified_real(const event_set_real *set, interval_real *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (!g->needs_certificate) { continue; }
+        if (HOPFORM_MOVES_ALONE || !g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const real d = deflated_derivative_real(set, g, &in->low, 1.0);
         const bool no_root_by_signs = d < 0.0 ? falls_for_certain_real(g, &in->high, rate_at_real(g, &in->high))
@@ -200,19 +204,20 @@ static inline bool are_certified_real(const event_set_real *set, interval_real *
             return false;
         }
     }
-    if (in->found > 0) { settle_ties_real(set, in); }
+    if (!HOPFORM_MOVES_ALONE && in->found > 0) { settle_ties_real(set, in); }
     return true;
 }
 
-/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bound. Requires
- * in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
+/* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
+ * Requires in->from[n].value >= 0 of each function, as begin_interval and begin_at_start leave it. */
 static inline bool find_first_root_real(const event_set_real *set, interval_real *in) {
     do {
         if (in->count >= HOPFORM_MOST_INTERVALS) { return false; }
         in->count++;
         end_at_first_crossing_real(set, in, false);
+        if (!(in->evaluations->left > 0)) { return false; }
     } while (!are_certified_real(set, in));
-    return true;
+    return in->evaluations->left > 0;
 }
 
 /* ---- the next interval ---- */
@@ -234,7 +239,7 @@ static inline real root_free_until_real(const event_set_real *set, const interva
         const event_function_real *g = &set->function[n];
         const real parts = is_modal_real(&in->low) ? fabs_real(g->H3) + fabs_real(g->H2) + fabs_real(g->H1) : 0.0;
         const real rounding = 16.0 * HOPFORM_EPS_real * (fabs_real(g->start) + g->cancels + parts);
-        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
+        if (!HOPFORM_MOVES_ALONE && !g->touch_is_no_event) { /* one that is monotone is looked at where it ends */
             quiet = lesser_real(quiet_time_real(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
@@ -274,7 +279,7 @@ static inline real first_end_real(const event_set_real *set, real limit) {
 /* The first interval, by what is known at its end. */
 static inline void end_first_interval_real(const event_set_real *set, interval_real *in, real limit) {
     const hopform_node_real *node = set->node;
-    if (node->modal < HOPFORM_NEVER_real) {
+    if (!HOPFORM_MOVES_ALONE && node->modal < HOPFORM_NEVER_real) {
         end_interval_at_real(set, in, lesser_real(node->modal, limit));
     } else if (node->t < limit) {
         const basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
@@ -334,7 +339,7 @@ static inline void search_nothing_real(const hopform_poles_real *poles, stance_s
 
 /* The contact force is the first event function, if it is one. */
 static inline bool is_takeoff_real(const event_set_real *set, int32_t found) {
-    return found == 0 && set->function[0].owner == CONTACT_real;
+    return HOPFORM_HAS_CONTACT && found == 0 && set->function[0].owner == CONTACT_real;
 }
 
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
@@ -435,12 +440,15 @@ static inline void find_first_event_real(const stance_chain_real *chain, stance_
     while (open) {
         if (quiet) {
             end_at_first_crossing_real(set, in, true);
+            certified = in->evaluations->left > 0;
         } else {
             certified = find_event_real(chain, search, false);
         }
         open = certified && is_open_real(search);
         if (open) {
-            if (in->high.t >= set->node->modal && !is_modal_real(&in->high)) { enter_modes_real(chain, search); }
+            if (!HOPFORM_MOVES_ALONE && in->high.t >= set->node->modal && !is_modal_real(&in->high)) {
+                enter_modes_real(chain, search);
+            }
             real end = search->limit;
             quiet = next_end_real(set, in, search->limit, &end);
             end_interval_at_real(set, in, end);

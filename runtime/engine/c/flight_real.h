@@ -229,7 +229,9 @@ static bool is_certified_in_slip_real(const event_set_real *set, interval_real *
 static bool has_root_in_flight_real(flight_chain_real *chain, event_set_real *set, const fall_real *fall,
                                     const propagator_real *low, propagator_real *end) {
     event_function_real *g = &set->function[0];
+    evaluations_real evaluations = {UNBOUNDED_real};
     interval_real in;
+    in.evaluations = &evaluations;
     in.low = *low;
     in.high = *end;
     in.found = -1;

@@ -22,8 +22,9 @@ static bool steps_are_sound_real(const hopform_step_real *steps, int32_t count) 
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_real(const hopform_plan_real *plan) {
+    if (HOPFORM_MOVES_ALONE) { return false; }
     const real a = plan->node_both.pole;
-    return !HOPFORM_MOVES_ALONE && a * a * a > HOPFORM_STIFFEST_real * HOPFORM_STIFFEST_real * plan->rates.s_3;
+    return a * a * a > HOPFORM_STIFFEST_real * HOPFORM_STIFFEST_real * plan->rates.s_3;
 }
 
 /* Fill a plan from its robot. */
@@ -64,11 +65,13 @@ static int32_t call_status_real(const hopform_plan_real *plan, const hopform_sta
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
-/* hopform_solve_stance that shows every phase to `observer`; NULL for none. */
+/* hopform_solve_stance that shows every phase to `observer`; NULL for none. With the last of its evaluations it ends,
+ * uncertified. */
 static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_state_real *start,
                                    const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
                                    hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance,
-                                   observer_real *observer, current_variation_real *variation) {
+                                   evaluations_real *evaluations, observer_real *observer,
+                                   current_variation_real *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
     const memory_real read[] = {
         array_real(plan, 1, sizeof *plan),
@@ -88,7 +91,7 @@ static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_
     }
     if (status < 0) { return refuse_real(status, written, 1, read, 2); }
     stance_chain_real chain;
-    stance_start_real(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity);
+    stance_start_real(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity, evaluations);
     chain.observer = observer;
     chain.variation = variation;
     stance_search_real search;
@@ -112,8 +115,9 @@ static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_
 int32_t hopform_solve_stance_real(const hopform_plan_real *plan, const hopform_state_real *start,
                                   const hopform_step_real *steps, int32_t step_count, real horizon, int32_t max_phases,
                                   hopform_phase_real *phases, int32_t capacity, hopform_stance_real *stance) {
-    return solve_observed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance, NULL,
-                               NULL);
+    evaluations_real evaluations = {UNBOUNDED_real};
+    return solve_observed_real(plan, start, steps, step_count, horizon, max_phases, phases, capacity, stance,
+                               &evaluations, NULL, NULL);
 }
 
 /* State at time t of a solved stance, 0 <= t <= duration (any t after rest). Here and in all that is read at a time,

@@ -19,11 +19,12 @@
 struct current_variation_real {
     const hopform_plan_real *plan;
     hopform_trial_real *trial;
-    state_by_axis_real change;  /* of the state at a fixed time, per A */
-    state_by_axis_real arrived; /* at the end of the last phase, before its event */
-    state_by_axis_real speed;   /* z' there */
-    int side[HOPFORM_ELEMENTS]; /* in the last phase */
-    bool moves;                 /* the element that the current drives has */
+    evaluations_real *evaluations; /* of its stance */
+    state_by_axis_real change;     /* of the state at a fixed time, per A */
+    state_by_axis_real arrived;    /* at the end of the last phase, before its event */
+    state_by_axis_real speed;      /* z' there */
+    int side[HOPFORM_ELEMENTS];    /* in the last phase */
+    bool moves;                    /* the element that the current drives has */
 };
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
@@ -139,8 +140,9 @@ static inline void look_for_minimum_real(current_variation_real *variation, cons
     const numerator_real h = contact_numerator_real(robot, &phase->motion->named);
     const propagator_real end = propagator_of_real(poles, phase->end->t, w);
     if (turns) {
-        const minima_real least = least_minimum_real(poles, node_of_real(variation->plan, side[0], side[1]), &h,
-                                                     contact_of_real(robot, &phase->start->named), &end, 64.0);
+        const minima_real least =
+            least_minimum_real(poles, node_of_real(variation->plan, side[0], side[1]), &h,
+                               contact_of_real(robot, &phase->start->named), &end, 64.0, variation->evaluations);
         if (least.count > 0) {
             const hopform_state_real there =
                 arrive_real(&variation->change.named, by_u, &least.basis, side[0], side[1]);

@@ -313,5 +313,5 @@ class GroupedCommand(TyperCommand):
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """The examples, each on a line of its own."""
         with formatter.section("Examples"):
-            for line in EXAMPLES[self.words]:
+            for line in use.examples(self.words) or EXAMPLES[self.words]:
                 formatter.write(f"  hopform {line}\n")

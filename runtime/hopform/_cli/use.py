@@ -99,6 +99,15 @@ def described() -> Iterator[tuple[str, list[tuple[str, str]]]]:
     yield "Parameters, by --set NAME=VALUE", [(_named(each), _about(each)) for each in parameters]
 
 
+def examples(command: str) -> Sequence[str]:
+    """Two command lines of `hopform motion` under the names of the solver that --solver names, none of others."""
+    if NAMED.get() is None or command != "motion":
+        return ()
+    place, rate, *_ = (each["name"] for each in core().facts.axes.values())
+    start, u = f"--solver {NAMED.get()} motion --start {place}=0.1", " --u 1" if core().facts.inputs else ""
+    return (start, f"{start} --start {rate}=0.5{u} --json")
+
+
 def _named(quantity: Table) -> str:
     return f"{quantity['name']} [{quantity['unit']}]"
 

@@ -382,7 +382,7 @@ class C:
         """
         types = self.library.types(dtype)
         search, command = types.Search(), types.Command()
-        begin, wanted = ctypes.byref(types.State(*start)), ctypes.byref(types.Target(*target))
+        begin, wanted = ctypes.byref(types.State(*start)), ctypes.byref(types.Target(*target, *package.WITHOUT_CAPS))
         asked = ctypes.byref(search), plan_of(types, parameters), begin, wanted
         with_room(types, "choose_current", types.Phase, max_phases, asked, ctypes.byref(command))
         return command.u, command.apex, command.status, search.trials

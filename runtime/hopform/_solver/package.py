@@ -109,6 +109,8 @@ Steps = tuple[tuple[float, float], ...]
 """Steps of the current [s, A]."""
 Target = tuple[float, float, float, float]
 """h_des, datum, stop_margin [m], horizon [s]."""
+WITHOUT_CAPS = (2**31 - 1, 0)
+"""Caps of a search that has no deadline: evaluations of a candidate, candidates."""
 
 
 FlightRow = tuple[float, float, float, int, int, int]

@@ -292,7 +292,7 @@ class Python:
         """
         engine = Engine(self.package, dtype)
         plan, search, command = _plan_of(engine, tuple(parameters)), engine.module.Search(), engine.module.Command()
-        asked = search, plan, engine.made("State", *start), engine.made("Target", *target)
+        asked = search, plan, engine.made("State", *start), engine.made("Target", *target, *package.WITHOUT_CAPS)
 
         def solve(phases: list[Any], capacity: int) -> int:
             return engine.call("choose_current", *asked, phases, capacity, command)

@@ -75,6 +75,7 @@ static void measure(const cost_case *cases, int count, const char *set, int with
           at = {"stance_at", 0, 0, 0, 0.0f};
     tally energy = {"stance_energy", 0, 0, 0, 0.0f}, grid = {"stance_grid_64", 0, 0, 0, 0.0f};
     tally choose = {"choose_current", 0, 0, 0, 0.0f}, begin = {"choose_current_begin", 0, 0, 0, 0.0f};
+    tally reached = {"choose_current_reached", 0, 0, 0, 0.0f}, missed = {"choose_current_missed", 0, 0, 0, 0.0f};
     tally step_of = {"choose_current_step", 0, 0, 0, 0.0f}, flown = {"solve_flight", 0, 0, 0, 0.0f};
     for (int n = 0; n < count; n++) {
         const cost_case *c = &cases[n];
@@ -115,7 +116,7 @@ static void measure(const cost_case *cases, int count, const char *set, int with
             PAINTED(flown, OF(solve_flight)(&plan, &away, 0, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight));
         }
         for (int i = 0; with_controller && i < 3; i++) {
-            const OF(target) target = {0.05f + 0.05f * (float)i, 0.0f, 0.001f, 2.0f};
+            const OF(target) target = {0.05f + 0.05f * (float)i, 0.0f, 0.001f, 2.0f, 0, 0};
             OF(command) command;
             COUNTED(begin, OF(choose_current_begin)(&search, &plan, &start, &target, &command));
             PAINTED(begin, OF(choose_current_begin)(&search, &plan, &start, &target, &command));
@@ -129,11 +130,14 @@ static void measure(const cost_case *cases, int count, const char *set, int with
                 counts += took > overhead ? took - overhead : 0;
             }
             add(&choose, counts + overhead);
+            add(command.status == HOPFORM_COMMAND_REACHED ? &reached : &missed, counts + overhead);
             PAINTED(choose, OF(choose_current)(&search, &plan, &start, &target, phases, CAPACITY, &command));
         }
     }
     step_of.stack = choose.stack;
-    const tally *all[] = {&init, &solve, &at, &energy, &grid, &flown, &begin, &step_of, &choose};
+    reached.stack = choose.stack;
+    missed.stack = choose.stack;
+    const tally *all[] = {&init, &solve, &at, &energy, &grid, &flown, &begin, &step_of, &choose, &reached, &missed};
     for (int n = 0; n < (int)(sizeof all / sizeof all[0]); n++) {
         if (all[n]->calls > 0) {
             print_tally(all[n], set);

@@ -96,7 +96,7 @@ static void use(const OF(plan) *plan, const OF(state) *start, real u, real horiz
     must(is_finite(state.x1) && is_finite(state.v1) && is_finite(state.v2) && is_finite(state.y),
          "a state that is not finite");
 
-    const OF(target) target = {h_des, 0.0f, 0.0f, horizon};
+    const OF(target) target = {h_des, 0.0f, 0.0f, horizon, 0, 0};
     int32_t chosen = OF(choose_current_begin)(&search, plan, start, &target, &command);
     must(!(command.u > 0.0f) && !(command.u < 0.0f), "a search that begins with a current");
     for (int n = 0; n < 12 && chosen == HOPFORM_SEARCHING; n++) {
@@ -164,7 +164,7 @@ static void plans_that_were_not_made(void)
         OF(flight) flight;
         OF(gains) gains;
         const OF(step) step = {0.0f, 1.0f};
-        const OF(target) target = {0.1f, 0.0f, 0.0f, 2.0f};
+        const OF(target) target = {0.1f, 0.0f, 0.0f, 2.0f, 0, 0};
         must(OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, phases, CAPACITY, &stance)
                  == HOPFORM_ERROR_ROBOT,
              "no plan, a stance");
@@ -191,7 +191,7 @@ static void buffers(void)
     OF(command) command;
     const OF(state) start = {0.0f, 0.0f, -1.9f, 0.0f};
     const OF(step) step = {0.0f, 2.0f};
-    const OF(target) target = {0.1f, 0.0f, 0.0f, 2.0f};
+    const OF(target) target = {0.1f, 0.0f, 0.0f, 2.0f, 0, 0};
     must(OF(plan_init)(&plan, &sound) == HOPFORM_OK, "a sound robot is refused");
     must(OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, phases, CAPACITY, &with) == HOPFORM_OK,
          "a sound stance");

@@ -87,7 +87,7 @@ static void stance_of(int number, const golden *g)
     if (g->later < 100.0f || stance.ending != HOPFORM_ENDING_TAKEOFF || !(g->apex > 0.0f)) {
         return;
     }
-    const hopform_target_f32 target = {g->apex, 0.0f, 0.0f, g->horizon};
+    const hopform_target_f32 target = {g->apex, 0.0f, 0.0f, g->horizon, 0, 0};
     hopform_command_f32 command;
     must(number, hopform_choose_current_f32(&search, &plan, &start, &target, phases, CAPACITY, &command) == HOPFORM_OK,
          "no search");

@@ -82,7 +82,7 @@ static bool at_takeoff(controller *c, const plant *p, float h_des)
         return false;
     }
     const hopform_state_f32 touchdown = {c->flight.end.x1, c->flight.end.v1, c->flight.v2_after, 0.0f};
-    const hopform_target_f32 target = {h_des, 0.0f, 0.001f, 2.0f};
+    const hopform_target_f32 target = {h_des, 0.0f, 0.001f, 2.0f, 0, 0};
     c->ticks = 0;
     return hopform_choose_current_begin_f32(&c->search, &c->plan, &touchdown, &target, &c->command)
            == HOPFORM_SEARCHING;

@@ -338,7 +338,7 @@ static void is_safe(const OF(command) *command, int line)
 static void commands(void)
 {
     const real nan = not_a_number(), inf = infinity();
-    const OF(target) target = {0.1f, 0.0f, 0.0f, 2.0f};
+    const OF(target) target = {0.1f, 0.0f, 0.0f, 2.0f, 0, 0};
     const OF(command) junk = {2.0f, 3.0f, 7};
     OF(command) command = junk;
     OF(trial) trials[2];
@@ -377,6 +377,14 @@ static void commands(void)
         }
     }
     OF(target) to = target;
+    to.max_evaluations = -1;
+    IS(OF(choose_current)(&search, &plan, &start, &to, phases, CAPACITY, &command), HOPFORM_ERROR_TARGET);
+    to = target;
+    to.max_candidates = -1;
+    IS(OF(choose_current)(&search, &plan, &start, &to, phases, CAPACITY, &command), HOPFORM_ERROR_TARGET);
+    to.max_candidates = 1;
+    IS(OF(choose_current)(&search, &plan, &start, &to, phases, CAPACITY, &command), HOPFORM_CAPPED);
+    to = target;
     to.horizon = 0.0f;
     IS(OF(choose_current)(&search, &plan, &start, &to, phases, CAPACITY, &command), HOPFORM_ERROR_HORIZON);
     OF(state) moved = start;

@@ -42,6 +42,7 @@ extern "C" {
 #define HOPFORM_NO_DERIVATIVE 2      /**< no take-off, an event that grazes, or derivatives out of range */
 #define HOPFORM_SEARCHING 3          /**< the search for a current goes on */
 #define HOPFORM_ILL_CONDITIONED 4    /**< the actuator is too stiff for the precision: events of its creep may be wrong */
+#define HOPFORM_CAPPED 5             /**< a cap on the search for a current was met: the best one within it */
 #define HOPFORM_ERROR_NULL (-1)      /**< a pointer is NULL */
 #define HOPFORM_ERROR_ROBOT (-2)     /**< a parameter of the robot is out of its domain, or the plan was not made */
 #define HOPFORM_ERROR_STATE (-3)     /**< a state is not finite, x_1 is beyond its stroke, or what is fixed moves */
@@ -50,7 +51,7 @@ extern "C" {
 #define HOPFORM_ERROR_HORIZON (-6)   /**< horizon or max_phases is not positive */
 #define HOPFORM_ERROR_TIME (-7)      /**< a time is not finite or outside the stance */
 #define HOPFORM_ERROR_NUMBERS (-8)   /**< out of the range of the precision: scale the robot or use double precision */
-#define HOPFORM_ERROR_TARGET (-9)    /**< the desired apex is below the ground, not finite, or stop_margin is negative */
+#define HOPFORM_ERROR_TARGET (-9)    /**< the desired apex is below the ground, not finite, or stop_margin or a cap is negative */
 #define HOPFORM_ERROR_GAINS (-10)    /**< a gain is negative or not finite */
 #define HOPFORM_ERROR_DETECTOR (-11) /**< a sample or threshold is not finite, low > high, or count < 1 */
 #define HOPFORM_ERROR_UNSTABLE (-12) /**< unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated */
@@ -93,6 +94,7 @@ extern "C" {
 
 #define HOPFORM_EVENT_NONE 0         /**< what starts a phase: the start, or a step of the current */
 #define HOPFORM_SEARCH_TRIALS 4096   /**< currents tried at most */
+#define HOPFORM_CANDIDATE_EVALUATIONS 300 /**< of the motion in the stance of each of them */
 
 #define HOPFORM_MOST_STEPS 65535 /**< steps of a current at most */
 #define HOPFORM_PLAN_MADE 0x686f7066u /**< marks memory that is a plan */

@@ -171,10 +171,12 @@ typedef struct {
 
 /** What the controller is asked for. */
 typedef struct {
-    double h_des;        /**< [m] hop height of the next apex */
-    double datum;        /**< [m] the level that h_des counts from, less that of the ground under the foot */
-    double stop_margin;  /**< [m] x_1 stays below x1_max by more than this */
-    double horizon;      /**< [s] longest time of a stance */
+    double h_des; /**< [m] hop height of the next apex */
+    double datum; /**< [m] the level that h_des counts from, less that of the ground under the foot */
+    double stop_margin; /**< [m] x_1 stays below x1_max by more than this */
+    double horizon; /**< [s] longest time of a stance */
+    int32_t max_evaluations; /**< of the motion in a candidate's stance; 0 for HOPFORM_CANDIDATE_EVALUATIONS */
+    int32_t max_candidates; /**< currents tried; 0 for HOPFORM_SEARCH_TRIALS */
 } hopform_target_f64;
 
 /** The answer of the controller. */
@@ -217,11 +219,14 @@ typedef struct {
     int32_t count; /**< of the candidates */
     int32_t sides; /**< of 0, yet to be opened */
     int32_t trials; /**< currents tried so far */
+    int32_t max_evaluations; /**< of a stance */
+    int32_t max_candidates;
     int32_t status; /**< HOPFORM_SEARCHING, HOPFORM_OK when done, or an error */
     bool held; /**< 0 leaves the actuator where it is */
     bool found; /**< one is admissible */
     bool reached;
-    bool partial; /**< a stance or the search outgrew the memory given */
+    bool partial; /**< a stance outgrew the memory given */
+    bool capped; /**< a stance took more evaluations */
 } hopform_search_f64;
 
 /** A phase of a flight: where and when it starts, and in which mode. */
@@ -388,8 +393,8 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
                                           hopform_command_f64 *command);
 
 /** Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the
- * best admissible one so far. HOPFORM_PHASES_NOT_KEPT if, in the end, a stance had more phases than fit and was left
- * out. A refusal ends the search.
+ * best admissible one so far. In the end HOPFORM_CAPPED if a cap of the target was met, HOPFORM_PHASES_NOT_KEPT if a
+ * stance had more phases than fit: such stances are left out. A refusal ends the search.
  */
 int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity,
                                          hopform_command_f64 *command);

@@ -17,7 +17,9 @@ static hopform_command_f32 command; /* u = 0 until one is found */
 static hopform_contact_f32 contact;
 static bool searching;
 
-static const hopform_target_f32 target = {H_DES, 0.0f, 0.0f, 2.0f}; /* hop height, datum, stop margin, horizon */
+/* Hop height, datum, stop margin, horizon; evaluations of a candidate, which a tick must have time for, candidates. Where
+ * one of these caps is met the search ends as HOPFORM_CAPPED: the current is the best one that was found until then. */
+static const hopform_target_f32 target = {H_DES, 0.0f, 0.0f, 2.0f, 100, 24};
 static const hopform_detector_f32 detector = {0.0004f, 0.0002f, 1}; /* [m] high, low; samples in a row */
 
 /* (1) The library on this board computes the bits that it computes elsewhere. */
@@ -62,7 +64,8 @@ static float law_of_flight(const hardware_reading *now) {
     return u > most ? most : (u > -most ? u : -most);
 }
 
-/* A tick: detect touchdown and take-off, solve one stance more of the search, set the current. */
+/* A tick: detect touchdown and take-off, solve one stance more of the search, set the current: the best admissible one
+ * so far, 0 before there is one, whether the search has ended or not. */
 static bool tick(void) {
     hardware_reading now;
     if (!hardware_tick(&now)) { return false; }
