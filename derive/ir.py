@@ -5,7 +5,7 @@ The intermediate form knows sympy expressions and nothing about any target langu
 
 import inspect
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -230,7 +230,17 @@ class Function:
             none |= {step.symbol: value} if value == 0 and step.symbol not in below else {}
             kept = value != 0 or step.symbol in self.returns.symbols or step.symbol in below
             steps += [replace(step, value=value)] if kept else []
-        return replace(self, steps=tuple(steps))
+        return replace(self, steps=tuple(_read(steps, self.returns.symbols)))
+
+
+def _read(steps: Sequence[Step], wanted: Iterable[sp.Symbol]) -> list[Step]:
+    """The steps that the wanted symbols depend on."""
+    needed, kept = set(wanted), list[Step]()
+    for step in reversed(steps):
+        if step.symbol in needed:
+            kept.append(step)
+            needed |= step.value.free_symbols
+    return kept[::-1]
 
 
 @dataclass(frozen=True)

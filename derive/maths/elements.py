@@ -223,6 +223,7 @@ def modes_of(model: Model) -> Iterator[dict[str, object]]:
     return (mode for mode in modes() if not model.moves_alone or mode["name"] == ELEMENTS[0].name)
 
 
-def modes_of_one() -> list[tuple[object, ...]]:
+def modes_of_one(model: Model) -> list[tuple[object, ...]]:
     """Of each mode in which one element slips: its name, p and q."""
-    return [(element.name, *POLYNOMIALS[element.number,]) for element in ELEMENTS]
+    moving = (each for each, never in zip(ELEMENTS, never_moves(model), strict=True) if not never)
+    return [(element.name, *POLYNOMIALS[element.number,]) for element in moving]

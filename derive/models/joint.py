@@ -4,9 +4,9 @@ One inertia J turns by q; all torques are those at the joint:
 
     J q'' = k_t i - k (q - q_0) - b q' + load - F(q')
 
-F is Coulomb friction: F_p at q' > 0, -F_m at q' < 0; at rest the joint is held up to F_p + F_sp and F_m + F_sm. The
-motor's inertia and torque count behind its gear: J = J_joint + N^2 J_motor, k_t = N times the motor's constant. k = 0
-leaves the joint free.
+F is Coulomb friction: F_p at q' > 0, -F_m at q' < 0. At rest it takes up to F_p + F_sp and F_m + F_sm. The motor's
+inertia and torque count behind its gear: J = J_joint + N^2 J_motor, k_t = N times the motor's constant. k = 0 leaves
+the joint free.
 """
 
 from hopform.model import *

@@ -53,7 +53,20 @@ static inline numerator_f32 free_numerator_f32(const hopform_rates_f32 *rates, i
     return element == 0 ? free_numerator_1_f32(rates, motion) : free_numerator_2_f32(rates, motion);
 }
 
-/* Whether a stop, or the ground that it is bolted to, keeps an element at rest from going to a side. */
+/* What the elements do, by their sides; one that never moves rests. */
+static inline bool both_slip_f32(const int *side) {
+    return !HOPFORM_MOVES_ALONE && side[0] != 0 && side[1] != 0;
+}
+
+static inline bool all_rest_f32(const int *side) {
+    return side[0] == 0 && (HOPFORM_MOVES_ALONE || side[1] == 0);
+}
+
+static inline bool other_rests_f32(const int *side, int element) {
+    return HOPFORM_MOVES_ALONE || side[1 - element] == 0;
+}
+
+/* Whether a stop, or that it never moves, keeps an element at rest from going to a side. */
 static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int element, int side) {
     const hopform_robot_f32 *robot = &chain->plan->robot;
     if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_NEVER_MOVES(element); }
@@ -121,7 +134,7 @@ static inline direction_f32 direction_from_rest_f32(const stance_chain_f32 *chai
     const bool on_threshold = fabs_f32(fabs_f32(acceleration) - friction) <= rounding;
     float goes = goes_f32(acceleration, friction);
     if (on_threshold) {
-        const float drift = drift_of_free_f32(chain, element);
+        const float drift = HOPFORM_MOVES_ALONE ? 0.0f : drift_of_free_f32(chain, element);
         const bool has_none = level_at_rest_f32(robot, element, drift < 0.0f ? -1 : 1) <= rounding;
         goes = acceleration * drift > 0.0f || has_none ? goes_f32(drift, 0.0f) : 0.0f;
     }
@@ -132,9 +145,9 @@ static inline direction_f32 direction_from_rest_f32(const stance_chain_f32 *chai
 /* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
  * the others do. One that starts on its threshold has the acceleration of the excess there. */
 static inline void stance_settle_f32(stance_chain_f32 *chain, uint32_t resting) {
-    const bool several = (resting & (resting - 1u)) != 0;
+    const bool several = !HOPFORM_MOVES_ALONE && (resting & (resting - 1u)) != 0;
     for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
-        for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+        for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
             if ((resting & 1u << (uint32_t)element) != 0) {
                 const direction_f32 direction = direction_from_rest_f32(chain, element);
                 chain->side[element] = direction.side;
@@ -146,7 +159,7 @@ static inline void stance_settle_f32(stance_chain_f32 *chain, uint32_t resting) 
 
 static inline uint32_t held_elements_f32(const stance_chain_f32 *chain) {
     uint32_t held = 0;
-    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
         held |= chain->side[element] == 0 ? 1u << (uint32_t)element : 0u;
     }
     return held;
@@ -204,8 +217,8 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     const int *side = chain->side;
     event_set_f32 *set = &events->set;
     const hopform_poles_f32 *poles = poles_of_f32(chain->plan, side[0], side[1]);
-    const bool several = side[0] != 0 && side[1] != 0;
-    const int slips = side[0] != 0 ? 0 : 1;
+    const bool several = both_slip_f32(side);
+    const int slips = HOPFORM_MOVES_ALONE || side[0] != 0 ? 0 : 1;
     const float compression = at[HOPFORM_COMPRESSION_AXIS];
     const bool is_monotone = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED;
     set->poles = poles;
@@ -222,13 +235,13 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
                                       CONTACT_f32, !is_monotone);
     }
     add_stop_f32(chain, set);
-    for (int element = 0; element < HOPFORM_ELEMENTS && several; element++) {
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
         (void)add_event_function_f32(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
                                       (float)side[element], ELEMENT_f32 + element, true);
     }
     if (several) { return; }
     const float sign = (float)side[slips];
-    add_thresholds_f32(chain, 1 - slips, !is_monotone, set);
+    if (!HOPFORM_MOVES_ALONE) { add_thresholds_f32(chain, 1 - slips, !is_monotone, set); }
     events->rest_time =
         time_to_rest_f32(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)], sign * chain->motion.of.velocity[slips].H3);
     events->rests = ELEMENT_f32 + slips;
@@ -299,7 +312,7 @@ static inline void enter_modes_f32(const stance_chain_f32 *chain, stance_search_
 
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
-    if (chain->side[0] == 0 && chain->side[1] == 0) {
+    if (all_rest_f32(chain->side)) {
         search->in.high = propagator_at_start_f32(&chain->plan->both);
         search->in.high.t = end_of_step_f32(chain) - chain->t;
         search->owner = NO_OWNER_f32;
@@ -367,7 +380,7 @@ static inline void next_step_f32(stance_chain_f32 *chain) {
     const int32_t count = chain->count;
     chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
     stance_settle_f32(chain, held);
-    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
         if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {
             stance_record_f32(chain, HOPFORM_EVENT_SLIPS(element));
         }
@@ -404,12 +417,12 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
     chain->came_to_rest = NO_ELEMENT_f32;
     if (element < 0 || chain->side[element] == 0) { return; }
     const basis_f32 basis = basis_of_propagator_f32(end->events.set.poles, &end->in.high);
-    if (chain->side[1 - element] == 0 && !end->stops) {
+    if (other_rests_f32(chain->side, element) && !end->stops) {
         chain->came_to_rest = element;
         chain->carried_acceleration =
             free_after_motion_f32((float)chain->side[element], level_of_f32(&chain->plan->robot, element),
                                    &chain->motion.of.velocity[element], &basis);
-    } else if (element == HOPFORM_STOPPED_ELEMENT && chain->side[1 - element] != 0) {
+    } else if (element == HOPFORM_STOPPED_ELEMENT && !other_rests_f32(chain->side, element)) {
         keep_small_acceleration_f32(chain, &basis);
     }
 }
@@ -440,7 +453,7 @@ static inline float acceleration_on_threshold_f32(const stance_chain_f32 *chain,
 static inline void start_on_threshold_f32(stance_chain_f32 *chain) {
     const int element = chain->just_switched;
     const int *side = chain->side;
-    if (element < 0 || side[0] == 0 || side[1] == 0) { return; }
+    if (element < 0 || !both_slip_f32(side)) { return; }
     float *drive = &chain->drive.of[element];
     *drive = 0.0f;
     numerators_f32 others;
@@ -456,7 +469,7 @@ static inline void stance_begin_phase_f32(stance_chain_f32 *chain) {
     chain->motion.named =
         motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.named, chain->side[0], chain->side[1]);
     const int starts = chain->just_switched;
-    if (starts >= 0 && chain->side[0] != 0 && chain->side[1] != 0) {
+    if (starts >= 0 && both_slip_f32(chain->side)) {
         const float acceleration = acceleration_on_threshold_f32(chain, starts);
         if (fabs_f32(acceleration) > 0.0f) {
             set_acceleration_from_rest_f32(&chain->motion, starts, false, acceleration);
@@ -464,7 +477,7 @@ static inline void stance_begin_phase_f32(stance_chain_f32 *chain) {
     }
     if (element >= 0 && chain->side[element] != 0) {
         const float level = (float)chain->side[element] * level_of_f32(&chain->plan->robot, element);
-        set_acceleration_from_rest_f32(&chain->motion, element, chain->side[1 - element] == 0,
+        set_acceleration_from_rest_f32(&chain->motion, element, other_rests_f32(chain->side, element),
                                         chain->carried_acceleration - level);
     }
 }
@@ -495,8 +508,8 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
 /* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
-    const float contact = contact_of_f32(&chain->plan->robot, &chain->at.named);
     if (!HOPFORM_HAS_CONTACT) { return false; }
+    const float contact = contact_of_f32(&chain->plan->robot, &chain->at.named);
     const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_f32(&chain->at.named) > 0.0f;
     if (fabs_f32(contact) > 0.0f || rises) { return contact < 0.0f; }
     const numerators_f32 motion = numerators_of_chain_f32(chain, chain->side);
@@ -529,7 +542,7 @@ static inline int32_t ending_before_phase_f32(stance_chain_f32 *chain) {
         chain->count = chain->max_phases; /* a step of the current may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
-    if (chain->side[0] == 0 && chain->side[1] == 0 && chain->step + 1 >= chain->step_count) {
+    if (all_rest_f32(chain->side) && chain->step + 1 >= chain->step_count) {
         notify_ending_f32(chain);
         return HOPFORM_ENDING_REST;
     }
@@ -538,7 +551,8 @@ static inline int32_t ending_before_phase_f32(stance_chain_f32 *chain) {
 
 /* What each element does at the start, no event; the ending if that is there already, 0 if not. */
 static inline int32_t stance_begin_f32(stance_chain_f32 *chain) {
-    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
+    chain->side[HOPFORM_ELEMENTS - 1] = 0; /* of one that never moves */
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
         float *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
         chain->side[element] = (int)goes_f32(*velocity, 0.0f);
         if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
@@ -559,11 +573,11 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     const state_by_axis_f32 start = chain->at;
     const bool passes = end->owner == NO_OWNER_f32 && end->certified;
     const float length = end->in.high.t;
-    chain->aed += chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
+    chain->aed += !HOPFORM_MOVES_ALONE && chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
     stance_arrive_f32(chain, &end->events.modes, &end->in.high);
     notify_f32(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_f32);
     chain->t = passes ? until : lesser_f32(chain->t + length, until); /* not behind it by rounding */
-    if (end->owner == CONTACT_f32) {
+    if (HOPFORM_HAS_CONTACT && end->owner == CONTACT_f32) {
         float *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
         *compression = HOPFORM_CONTACT_IS_COMPRESSION || *compression < 0.0f ? 0.0f : *compression;
         return HOPFORM_ENDING_TAKEOFF;
@@ -629,7 +643,7 @@ static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_
     chain->came_to_rest = NO_ELEMENT_f32;
     chain->carried_acceleration = 0.0f;
     chain->start_loss = 0.0f;
-    chain->adds_up = stores_much_f32(&plan->robot, start);
+    chain->adds_up = !HOPFORM_MOVES_ALONE && stores_much_f32(&plan->robot, start);
     chain->aed = 0.0f;
     chain->max_phases = max_phases;
     chain->phases = phases;
@@ -648,14 +662,19 @@ static inline int32_t stance_report_f32(const stance_chain_f32 *chain, const hop
     const hopform_state_f32 *end = &chain->at.named;
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = chain->adds_up ? chain->aed : body_energy_gain_f32(robot, start, &chain->at.later);
+    stance->aed = 0.0f; /* what moves alone has no body */
+    if (!HOPFORM_MOVES_ALONE) {
+        stance->aed = chain->adds_up ? chain->aed : body_energy_gain_f32(robot, start, &chain->at.later);
+    }
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;
     stance->event_count = chain->event_count;
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
     stance->apex = 0.0f;
-    if (ending == HOPFORM_ENDING_TAKEOFF && fall_of_f32(robot) > 0.0f) { stance->apex = apex_after_f32(robot, end); }
+    if (HOPFORM_HAS_CONTACT && ending == HOPFORM_ENDING_TAKEOFF && fall_of_f32(robot) > 0.0f) {
+        stance->apex = apex_after_f32(robot, end);
+    }
     const float others = fabs_f32(stance->duration) + fabs_f32(stance->apex) + fabs_f32(stance->aed);
     if (!is_finite_state_f32(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f32)) {
         const memory_f32 written = array_f32(stance, 1, sizeof *stance);

@@ -13,8 +13,8 @@
 
 #include "phase_f32.h"
 
-/* Functions that a phase has at most. */
-enum { MOST_EVENT_FUNCTIONS_f32 = 4 };
+/* Functions that a phase has at most: what moves alone has its distance from a stop, and no other. */
+enum { MOST_EVENT_FUNCTIONS_f32 = 4 - 3 * HOPFORM_MOVES_ALONE };
 
 /* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
 enum { NO_OWNER_f32 = -1, CONTACT_f32 = 0, ELEMENT_f32 = 1, NO_ELEMENT_f32 = -1 };

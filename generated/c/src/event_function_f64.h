@@ -13,8 +13,8 @@
 
 #include "phase_f64.h"
 
-/* Functions that a phase has at most. */
-enum { MOST_EVENT_FUNCTIONS_f64 = 4 };
+/* Functions that a phase has at most: what moves alone has its distance from a stop, and no other. */
+enum { MOST_EVENT_FUNCTIONS_f64 = 4 - 3 * HOPFORM_MOVES_ALONE };
 
 /* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
 enum { NO_OWNER_f64 = -1, CONTACT_f64 = 0, ELEMENT_f64 = 1, NO_ELEMENT_f64 = -1 };

@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "13f8f7ae8e113564"
+#define HOPFORM_LAYOUT "8128dc1966977ea1"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -32,6 +32,7 @@
  * changes with the motion of one and whether it may fall while each keeps its side, whether the velocity of one acts on
  * another, whether one never moves, and what an event of one is. */
 #define HOPFORM_ELEMENTS 2
+#define HOPFORM_MOVING_ELEMENTS (HOPFORM_ELEMENTS - HOPFORM_MOVES_ALONE)
 #define HOPFORM_VELOCITY_AXIS(element) ((element) + 1)
 #define HOPFORM_COMPRESSION_FOLLOWS(element) (1 + -2 * (element))
 #define HOPFORM_COMPRESSION_MAY_FALL(side) ((side)[0] < 0 || (side)[1] > 0)

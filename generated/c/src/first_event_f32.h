@@ -195,7 +195,7 @@ static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f3
 static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (!g->needs_certificate) { continue; }
+        if (HOPFORM_MOVES_ALONE || !g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const float d = deflated_derivative_f32(set, g, &in->low, 1.0f);
         const bool no_root_by_signs = d < 0.0f ? falls_for_certain_f32(g, &in->high, rate_at_f32(g, &in->high))
@@ -204,7 +204,7 @@ static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in)
             return false;
         }
     }
-    if (in->found > 0) { settle_ties_f32(set, in); }
+    if (!HOPFORM_MOVES_ALONE && in->found > 0) { settle_ties_f32(set, in); }
     return true;
 }
 
@@ -239,7 +239,7 @@ static inline float root_free_until_f32(const event_set_f32 *set, const interval
         const event_function_f32 *g = &set->function[n];
         const float parts = is_modal_f32(&in->low) ? fabs_f32(g->H3) + fabs_f32(g->H2) + fabs_f32(g->H1) : 0.0f;
         const float rounding = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(g->start) + g->cancels + parts);
-        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
+        if (!HOPFORM_MOVES_ALONE && !g->touch_is_no_event) { /* one that is monotone is looked at where it ends */
             quiet = lesser_f32(quiet_time_f32(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
@@ -279,7 +279,7 @@ static inline float first_end_f32(const event_set_f32 *set, float limit) {
 /* The first interval, by what is known at its end. */
 static inline void end_first_interval_f32(const event_set_f32 *set, interval_f32 *in, float limit) {
     const hopform_node_f32 *node = set->node;
-    if (node->modal < HOPFORM_NEVER_f32) {
+    if (!HOPFORM_MOVES_ALONE && node->modal < HOPFORM_NEVER_f32) {
         end_interval_at_f32(set, in, lesser_f32(node->modal, limit));
     } else if (node->t < limit) {
         const basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
@@ -339,7 +339,7 @@ static inline void search_nothing_f32(const hopform_poles_f32 *poles, stance_sea
 
 /* The contact force is the first event function, if it is one. */
 static inline bool is_takeoff_f32(const event_set_f32 *set, int32_t found) {
-    return found == 0 && set->function[0].owner == CONTACT_f32;
+    return HOPFORM_HAS_CONTACT && found == 0 && set->function[0].owner == CONTACT_f32;
 }
 
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
@@ -446,7 +446,9 @@ static inline void find_first_event_f32(const stance_chain_f32 *chain, stance_se
         }
         open = certified && is_open_f32(search);
         if (open) {
-            if (in->high.t >= set->node->modal && !is_modal_f32(&in->high)) { enter_modes_f32(chain, search); }
+            if (!HOPFORM_MOVES_ALONE && in->high.t >= set->node->modal && !is_modal_f32(&in->high)) {
+                enter_modes_f32(chain, search);
+            }
             float end = search->limit;
             quiet = next_end_f32(set, in, search->limit, &end);
             end_interval_at_f32(set, in, end);

@@ -195,7 +195,7 @@ static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f6
 static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
-        if (!g->needs_certificate) { continue; }
+        if (HOPFORM_MOVES_ALONE || !g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const double d = deflated_derivative_f64(set, g, &in->low, 1.0);
         const bool no_root_by_signs = d < 0.0 ? falls_for_certain_f64(g, &in->high, rate_at_f64(g, &in->high))
@@ -204,7 +204,7 @@ static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in)
             return false;
         }
     }
-    if (in->found > 0) { settle_ties_f64(set, in); }
+    if (!HOPFORM_MOVES_ALONE && in->found > 0) { settle_ties_f64(set, in); }
     return true;
 }
 
@@ -239,7 +239,7 @@ static inline double root_free_until_f64(const event_set_f64 *set, const interva
         const event_function_f64 *g = &set->function[n];
         const double parts = is_modal_f64(&in->low) ? fabs_f64(g->H3) + fabs_f64(g->H2) + fabs_f64(g->H1) : 0.0;
         const double rounding = 16.0 * HOPFORM_EPS_f64 * (fabs_f64(g->start) + g->cancels + parts);
-        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
+        if (!HOPFORM_MOVES_ALONE && !g->touch_is_no_event) { /* one that is monotone is looked at where it ends */
             quiet = lesser_f64(quiet_time_f64(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
@@ -279,7 +279,7 @@ static inline double first_end_f64(const event_set_f64 *set, double limit) {
 /* The first interval, by what is known at its end. */
 static inline void end_first_interval_f64(const event_set_f64 *set, interval_f64 *in, double limit) {
     const hopform_node_f64 *node = set->node;
-    if (node->modal < HOPFORM_NEVER_f64) {
+    if (!HOPFORM_MOVES_ALONE && node->modal < HOPFORM_NEVER_f64) {
         end_interval_at_f64(set, in, lesser_f64(node->modal, limit));
     } else if (node->t < limit) {
         const basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
@@ -339,7 +339,7 @@ static inline void search_nothing_f64(const hopform_poles_f64 *poles, stance_sea
 
 /* The contact force is the first event function, if it is one. */
 static inline bool is_takeoff_f64(const event_set_f64 *set, int32_t found) {
-    return found == 0 && set->function[0].owner == CONTACT_f64;
+    return HOPFORM_HAS_CONTACT && found == 0 && set->function[0].owner == CONTACT_f64;
 }
 
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
@@ -446,7 +446,9 @@ static inline void find_first_event_f64(const stance_chain_f64 *chain, stance_se
         }
         open = certified && is_open_f64(search);
         if (open) {
-            if (in->high.t >= set->node->modal && !is_modal_f64(&in->high)) { enter_modes_f64(chain, search); }
+            if (!HOPFORM_MOVES_ALONE && in->high.t >= set->node->modal && !is_modal_f64(&in->high)) {
+                enter_modes_f64(chain, search);
+            }
             double end = search->limit;
             quiet = next_end_f64(set, in, search->limit, &end);
             end_interval_at_f64(set, in, end);

@@ -66,7 +66,7 @@ static inline propagator_f32 propagator_at_start_f32(const hopform_poles_f32 *po
 /* ---- the modes ---- */
 
 static inline bool is_modal_f32(const propagator_f32 *at) {
-    return at->omega > 0.0f;
+    return !HOPFORM_MOVES_ALONE && at->omega > 0.0f; /* one mass has no real pole beside its pair */
 }
 
 /* Derivatives of C and S from those before; that of E is given, and that of t. */

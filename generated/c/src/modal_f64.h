@@ -66,7 +66,7 @@ static inline propagator_f64 propagator_at_start_f64(const hopform_poles_f64 *po
 /* ---- the modes ---- */
 
 static inline bool is_modal_f64(const propagator_f64 *at) {
-    return at->omega > 0.0;
+    return !HOPFORM_MOVES_ALONE && at->omega > 0.0; /* one mass has no real pole beside its pair */
 }
 
 /* Derivatives of C and S from those before; that of E is given, and that of t. */

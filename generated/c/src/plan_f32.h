@@ -70,7 +70,7 @@ static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_po
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->both = *both;
-    plan->node_both = node_of_poles_f32(both, whole);
+    if (!HOPFORM_MOVES_ALONE) { plan->node_both = node_of_poles_f32(both, whole); }
 #define PUT_MODE(mode, p, q)                                                                                           \
     plan->mode = pair_alone_f32(rates->p, rates->q);                                                                  \
     plan->node_##mode = node_of_poles_f32(&plan->mode, whole);

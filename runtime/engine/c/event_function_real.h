@@ -13,8 +13,8 @@
 
 #include "phase_real.h"
 
-/* Functions that a phase has at most. */
-enum { MOST_EVENT_FUNCTIONS_real = 4 };
+/* Functions that a phase has at most: what moves alone has its distance from a stop, and no other. */
+enum { MOST_EVENT_FUNCTIONS_real = 4 - 3 * HOPFORM_MOVES_ALONE };
 
 /* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
 enum { NO_OWNER_real = -1, CONTACT_real = 0, ELEMENT_real = 1, NO_ELEMENT_real = -1 };

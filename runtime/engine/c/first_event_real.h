@@ -195,7 +195,7 @@ static inline bool is_certified_inside_real(const event_set_real *set, interval_
 static inline bool are_certified_real(const event_set_real *set, interval_real *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (!g->needs_certificate) { continue; }
+        if (HOPFORM_MOVES_ALONE || !g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const real d = deflated_derivative_real(set, g, &in->low, 1.0);
         const bool no_root_by_signs = d < 0.0 ? falls_for_certain_real(g, &in->high, rate_at_real(g, &in->high))
@@ -204,7 +204,7 @@ static inline bool are_certified_real(const event_set_real *set, interval_real *
             return false;
         }
     }
-    if (in->found > 0) { settle_ties_real(set, in); }
+    if (!HOPFORM_MOVES_ALONE && in->found > 0) { settle_ties_real(set, in); }
     return true;
 }
 
@@ -239,7 +239,7 @@ static inline real root_free_until_real(const event_set_real *set, const interva
         const event_function_real *g = &set->function[n];
         const real parts = is_modal_real(&in->low) ? fabs_real(g->H3) + fabs_real(g->H2) + fabs_real(g->H1) : 0.0;
         const real rounding = 16.0 * HOPFORM_EPS_real * (fabs_real(g->start) + g->cancels + parts);
-        if (!set->function[n].touch_is_no_event) { /* one that is monotone is looked at where the interval ends */
+        if (!HOPFORM_MOVES_ALONE && !g->touch_is_no_event) { /* one that is monotone is looked at where it ends */
             quiet = lesser_real(quiet_time_real(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }
@@ -279,7 +279,7 @@ static inline real first_end_real(const event_set_real *set, real limit) {
 /* The first interval, by what is known at its end. */
 static inline void end_first_interval_real(const event_set_real *set, interval_real *in, real limit) {
     const hopform_node_real *node = set->node;
-    if (node->modal < HOPFORM_NEVER_real) {
+    if (!HOPFORM_MOVES_ALONE && node->modal < HOPFORM_NEVER_real) {
         end_interval_at_real(set, in, lesser_real(node->modal, limit));
     } else if (node->t < limit) {
         const basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
@@ -339,7 +339,7 @@ static inline void search_nothing_real(const hopform_poles_real *poles, stance_s
 
 /* The contact force is the first event function, if it is one. */
 static inline bool is_takeoff_real(const event_set_real *set, int32_t found) {
-    return found == 0 && set->function[0].owner == CONTACT_real;
+    return HOPFORM_HAS_CONTACT && found == 0 && set->function[0].owner == CONTACT_real;
 }
 
 /* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
@@ -446,7 +446,9 @@ static inline void find_first_event_real(const stance_chain_real *chain, stance_
         }
         open = certified && is_open_real(search);
         if (open) {
-            if (in->high.t >= set->node->modal && !is_modal_real(&in->high)) { enter_modes_real(chain, search); }
+            if (!HOPFORM_MOVES_ALONE && in->high.t >= set->node->modal && !is_modal_real(&in->high)) {
+                enter_modes_real(chain, search);
+            }
             real end = search->limit;
             quiet = next_end_real(set, in, search->limit, &end);
             end_interval_at_real(set, in, end);

@@ -66,7 +66,7 @@ static inline propagator_real propagator_at_start_real(const hopform_poles_real 
 /* ---- the modes ---- */
 
 static inline bool is_modal_real(const propagator_real *at) {
-    return at->omega > 0.0;
+    return !HOPFORM_MOVES_ALONE && at->omega > 0.0; /* one mass has no real pole beside its pair */
 }
 
 /* Derivatives of C and S from those before; that of E is given, and that of t. */

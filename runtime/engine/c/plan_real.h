@@ -70,7 +70,7 @@ static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->both = *both;
-    plan->node_both = node_of_poles_real(both, whole);
+    if (!HOPFORM_MOVES_ALONE) { plan->node_both = node_of_poles_real(both, whole); }
 #define PUT_MODE(mode, p, q)                                                                                           \
     plan->mode = pair_alone_real(rates->p, rates->q);                                                                  \
     plan->node_##mode = node_of_poles_real(&plan->mode, whole);

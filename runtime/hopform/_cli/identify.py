@@ -3,6 +3,8 @@ files.
 """
 
 import math
+import shlex
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +17,7 @@ from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
 from hopform._cli.output import check_outputs, deliver, emit, picture, renderer, show
 from hopform._cli.use import file_of, robot_in_use
+from hopform._errors import printable
 from hopform._files import Named
 from hopform._identify import synthetic
 from hopform._identify.causes import said
@@ -165,6 +168,8 @@ def files_of(
 ) -> list[tuple[Path, bytes]]:
     """The files that were asked for: a robot's TOML, or its model for a simulator, a report, a picture."""
     files = list[tuple[Path, bytes]]()
+    if isinstance(answer, Fit):
+        answer = replace(answer, origin=(*answer.origin, *command()))
     if isinstance(answer, Check):
         if out or written or plot:
             raise HopformError("--out, --report and --plot need a fit: check says what one could tell")
@@ -179,6 +184,13 @@ def files_of(
     if plot:
         files.append((plot, picture(plot, answer)))
     return files
+
+
+def command() -> tuple[str, ...]:
+    """The command line of this process, if it is hopform's."""
+    program, *arguments = sys.argv
+    ours = Path(program).stem in ("hopform", "__main__")
+    return (printable(shlex.join(["hopform", *arguments])),) if ours else ()
 
 
 # ---- the commands ----
