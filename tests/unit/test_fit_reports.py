@@ -10,6 +10,7 @@ import pytest
 import hopform
 from hopform import _cli as cli
 from hopform._cli.report import quoted, rounded, verdict
+from hopform._identify import joint, synthetic
 from hopform._identify.drop import fit_drop_test
 from hopform._identify.estimation import Estimate
 from hopform._identify.synthetic import record, to_csv
@@ -75,3 +76,41 @@ def test_a_robot_s_file_says_what_it_was_made_of(tmp_path, monkeypatch):
     assert (version, file) == (f"hopform {hopform.__version__}", f"{path} sha256 {digest}")
     assert f"hopform identify step {path}" in rest[0] and rest[1].startswith("delay@0 ")
     assert robot_from_toml(robot.to_toml(), "again.toml").fit == robot.fit
+
+
+# ---- a plan from ranges ----
+
+
+@pytest.mark.sliced
+def test_a_plan_is_as_hard_as_every_robot_in_its_ranges_bears():
+    """A weaker return spring lets the actuator go further under the same current: the softest robot sets it. What the
+    plan promises of the hardest to tell holds for a robot in the middle.
+    """
+    plan = joint.plan(HOPPER, {"k": (600.0, 1800.0)}, seed=3)
+    assert [each.test for each in plan.steps] == ["decay", "drop", "air", "step"]
+    step = plan.steps[-1]
+    soft, hard = (dataclasses.replace(HOPPER, k=k) for k in (600.0, 1800.0))
+    assert step.setting == "current"
+    alone = [synthetic.hardest([each], "step", step.duration)[1] for each in (soft, hard)]
+    assert step.value <= min(alone) < max(alone)
+    record(soft, "step", current=step.value, duration=step.duration, seed=1)
+    with pytest.raises(hopform.HopformError, match="current must be <="):
+        record(soft, "step", current=1.1 * min(alone), duration=step.duration, seed=1)
+    made = record(HOPPER, "step", current=step.value, duration=step.duration, seed=4)
+    fit = hopform.fit_step_response(made, known={"m_eff": 25.0}, **ALONE)
+    for name, share in step.gives.items():
+        assert fit[name].high - fit[name].low <= 2.0 * 2.0 * share * abs(fit[name].value), name
+    assert any("three times" in each for each in plan.statements)
+
+
+def test_a_plan_is_printed_and_a_range_that_is_none_is_refused(capsys, monkeypatch):
+    monkeypatch.setattr(joint, "PLANNED", ("air",))
+    assert cli.main(["record", "all", "--plan", "--ranges", "b1=100:200"]) == 0
+    text = capsys.readouterr().out
+    assert "What to record" in text and "current" in text and "air" in text
+    for words, said in {
+        "record all": "are for a plan", "record step --plan --ranges k=1:2": "are for a plan",
+        "record all --plan --ranges k=2:1": "takes name=low:high", "record all --plan --ranges x=1:2": "must name parameters",
+    }.items():  # fmt: skip
+        assert cli.main(words.split()) == 2
+        assert said in capsys.readouterr().err

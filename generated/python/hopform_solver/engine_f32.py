@@ -6925,6 +6925,7 @@ def solve_observed(plan: Plan, start: Any, steps: Any, step_count: int, horizon:
         return refuse(status, written, 1, read, 2)
     chain = StanceChain()
     stance_start(chain, plan, from_, steps, step_count, horizon, max_phases, phases, capacity, evaluations)
+    chain.adds_up = chain.adds_up and observer is None  # who follows a candidate does not ask for the AED
     chain.observer = observer
     chain.variation = variation
     search = StanceSearch()

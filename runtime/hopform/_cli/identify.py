@@ -23,6 +23,7 @@ from hopform._identify import synthetic
 from hopform._identify.causes import said
 from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
 from hopform._identify.joint import KINDS, LETTERS, Check, check
+from hopform._identify.joint import plan as planned
 from hopform._identify.kinds import problem_of
 from hopform._identify.motion import Values
 from hopform._identify.recordings import Recording, flat_top
@@ -45,6 +46,18 @@ def known_values(pairs: Sequence[str]) -> dict[str, float]:
             raise HopformError(f"--known: there is no parameter {shown(name)}; there are {', '.join(LETTERS)}")
         values[name] = number
     return values
+
+
+def ranges_of(pairs: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Ranges of parameters from name=low:high."""
+    found = dict[str, tuple[float, float]]()
+    for pair in pairs:
+        name, equals, ends = pair.partition("=")
+        low, high = (number_of(each) for each in (ends.split(":") + [""])[:2])
+        if not equals or low is None or high is None or not -math.inf < low < high < math.inf:
+            raise HopformError(f"--ranges takes name=low:high in SI units, as in k=800:1600, got {shown(pair)}")
+        found[name] = low, high
+    return found
 
 
 def added_masses(text: str) -> tuple[float, ...]:
@@ -231,11 +244,17 @@ def record(
     noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float | None = None,
     current: float | None = None, hold: float | None = None, added_mass: float = 0.0, repeats: int = 1,
     free_stroke: bool = False, seed: int | None = None, plan: bool = False,
-    known: list[str] | None = None, csv: str | None = "-",
+    known: list[str] | None = None, ranges: list[str] | None = None, csv: str | None = "-",
 ) -> None:  # fmt: skip
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
     check_outputs(False, csv, reads=[("--robot", file_of(robot))])
     base = robot_in_use(robot, values, "identify")
+    every = str(test) == "all"
+    if (ranges and not every) or (every and not plan):
+        raise HopformError("record all, and ranges, are for a plan: `record all --plan --ranges NAME=LOW:HIGH`")
+    if every:
+        show(reports.plan_of(planned(base, ranges_of(ranges or []), known_values(known or []) or None, seed or 0)))
+        return
     made = synthetic.record(
         base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
         hold=hold, added_mass=added_mass, repeats=repeats, free_stroke=free_stroke, seed=seed,

@@ -16,7 +16,7 @@ from hopform._cli.output import ends, number, record, table, to_json
 from hopform._errors import HopformError, printable
 from hopform._identify.estimation import Estimate
 from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace, missed
-from hopform._identify.joint import Check
+from hopform._identify.joint import Check, Plan
 
 Answer = Fit | Check
 SUFFIXES = (".md", ".html")
@@ -144,6 +144,18 @@ def tables_of(answer: Answer) -> Iterator[RenderableType]:
     yield from (table(*section) for section in sections)
     yield from (strong_correlations(answer) if isinstance(answer, Fit) else words)
     yield from (f"note: {each}" for each in answer.statements)
+
+
+def plan_of(plan: Plan) -> Iterator[RenderableType]:
+    """A plan for a terminal: what to record, in its order."""
+    rows = [
+        (str(n), each.test, f"{each.setting} {each.value:.3g} {each.unit}", f"{each.duration:g}",
+         ", ".join(f"{name} {100.0 * share:.2g} %" for name, share in each.gives.items()) or "-")
+        for n, each in enumerate(plan.steps, 1)
+    ]  # fmt: skip
+    head = ("", "record", "how hard", "s", "gives, 95 % within")
+    yield table("What to record", head, rows, ("record", "how hard", "gives, 95 % within"))
+    yield from (f"note: {each}" for each in plan.statements)
 
 
 def fit_json(fit: Fit) -> str:
