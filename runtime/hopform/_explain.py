@@ -207,7 +207,9 @@ class Watched:
         if g.touch_is_no_event:
             return ("x1_max - x1" if side > 0 else "x1 - x1_min"), "m"
         if side == 0:
-            return f"f{number} {'-' if g.side > 0 else '+'} a{number}", "m/s^2"
+            excess = self.engine.excess_to_side(chain.plan.robot, element, g.side)
+            at_rest = f"f{number} + f{number}_excess" if excess > 0.0 else f"f{number}"
+            return f"{at_rest} {'-' if g.side > 0 else '+'} a{number}", "m/s^2"
         return f"{'' if side > 0 else '-'}v{number}", "m/s"
 
 
