@@ -202,9 +202,7 @@ def reach(
     limit = float(hopper.letters.u_max)
     if not math.isfinite(limit):
         raise hopform.HopformError(f"the controller needs a finite u_max, got {limit!r} A")
-    range_of_u = np.unique(
-        np.linspace(-limit, limit, currents if limit > 0.0 else 1)
-    )
+    range_of_u = np.unique(np.linspace(-limit, limit, currents if limit > 0.0 else 1))
     range_of_h = np.linspace(lowest, highest, heights)
     how: dict[str, Any] = {"stop_margin": stop_margin, "horizon": horizon, "backend": backend}
     with progress_bar(f"{heights} heights") as advance:

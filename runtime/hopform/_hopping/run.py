@@ -511,7 +511,11 @@ def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFl
         return gains
     if gains is None:
         formulas = model.solver.package.formulas
-        fall = float(formulas.time_of_fall(model.parameters, v2, x1)) if v2 * v2 + 2.0 * model.letters.g * x1 > 0.0 else 0.0
+        fall = (
+            float(formulas.time_of_fall(model.parameters, v2, x1))
+            if v2 * v2 + 2.0 * model.letters.g * x1 > 0.0
+            else 0.0
+        )
         gains = records.Gains(*map(float, formulas.critical_gains(model.parameters, max(fall - 0.05, 0.02))))
     ratio = plant.letters.gamma2 / model.letters.gamma2
     if ratio < 0.0:
