@@ -212,41 +212,43 @@ def encoded(texts: st.SearchStrategy[str]) -> st.SearchStrategy[bytes]:
     return st.tuples(texts, st.sampled_from(ways)).map(lambda parts: parts[1](parts[0]))
 
 
-SYMBOLS = (
-    "damping.symbol", "x1", "v1", "v2", "u", "side_1", "m_s", "k", "2", "0", "0.5", "1e400", "1e-40", "9" * 500, "None",
-    "'x'",
-)  # fmt: skip
+SYMBOLS = ("k_emf", "x", "m", "q", "i", "J", "2", "0", "0.5", "1e400", "1e-40", "9" * 500, "None", "'x'")
 FIELDS = (
     '"k_emf"', '"k"', '"while"', '"x\\ny"', '"*/"', '"2"', "3", "None", '"unit"', '"N s/m"', '"nonnegative"', "-1.0",
 )  # fmt: skip
-MODEL = """from hopform.model import Quantity, Term, k, m_s, side_1, u, v1, v2, x1
-damping = Quantity({0}, {1}, {2}, {3}, {4})
-parameters = {5}
-terms = (Term({6}, {7}, {8}),)
-{9}
+MODEL = """from hopform.model import *
+J = parameter("J", "kg m^2", "inertia", "positive")
+k_emf = parameter({0}, {1}, {2}, {3})
+q = coordinate({4}, "rad", {5}, "wheel")
+i = current("i", limit={6})
+viscous({7}, {8}, {9})
+spring(q, 2)
+torque(q, {10}, "motor")
+{11}
 """
 WRONG = (
-    "", "", "", "raise SystemExit(3)", "1/0", "import nowhere", "terms = 3", "del terms", "def", "\0", "exit()",
-    "raise KeyError", "terms = terms * 2", "parameters = [damping, damping]", "raise RecursionError", "\x1b[31m",
+    "", "", "", "raise SystemExit(3)", "1/0", "import nowhere", "spring = 3", "del J", "def", "\0", "exit()",
+    "raise KeyError", "viscous(q, k_emf)", "stop(q, 1, 0)", "contact(q)", "friction(q, J)", "raise RecursionError",
+    "\x1b[31m",
 )  # fmt: skip
 
 
 def model_files() -> st.SearchStrategy[bytes]:
-    """Model files: one parameter, one term, any of it replaced."""
-    force = st.recursive(
+    """Model files: a wheel with a motor, any of it replaced."""
+    value = st.recursive(
         st.sampled_from(SYMBOLS),
         lambda part: st.tuples(part, st.sampled_from([" * ", " + ", " / ", "**2 * ", " - "]), part).map("".join),
         max_leaves=4,
     )
-    right = ('"k_emf"', '"k_{emf}"', '"N s/m"', '"damping by the back-EMF"')
-    fields = (with_default(st.sampled_from(FIELDS), each) for each in right)
+    right = ('"k_emf"', '"N m s/rad"', '"damping by the back-EMF"', '"nonnegative"', '"q"')
     return st.tuples(
-        *fields,
-        with_default(st.sampled_from(FIELDS), '"nonnegative"'),
-        with_default(st.sampled_from(["()", "damping", "[damping]", "(damping, 3)", "None"]), "(damping,)"),
+        *(with_default(st.sampled_from(FIELDS), each) for each in right),
+        with_default(value, "J"),
+        with_default(value, "None"),
+        with_default(value, "q"),
+        with_default(value, "k_emf"),
         with_default(st.sampled_from(FIELDS), '"back-EMF"'),
-        with_default(force, "-damping.symbol * v1"),
-        with_default(force, "0"),
+        with_default(value, "3.5*i"),
         st.sampled_from(WRONG),
     ).map(lambda parts: MODEL.format(*parts).encode())
 

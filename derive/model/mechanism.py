@@ -489,6 +489,8 @@ class _Mechanism:
             for letter, key in ((Q.x1_min, "low"), (Q.x1_max, "high")):
                 if (value := each.values[key]) is not None:
                     self._put(letter, value, f"stop {each.name}")
+        if self.constants[Q.gamma2] == 0:  # no input, or it acts on what is held
+            return
         if self.input is not None and self.input.limit is not None:
             self._refuse_sign(self.input.limit, f"the limit of {self.input.symbol}", positive=False)
             self._put(Q.u_max, self.input.limit, f"limit of {self.input.symbol}")
@@ -588,11 +590,16 @@ class _Mechanism:
                 )
 
     def _input(self) -> Input | None:
-        if self.input is None or self.constants[Q.gamma2] == 0:
-            if self.input is not None:
-                raise ModelError(f"the current {self.input.symbol} is declared, and no force has it")
-            return None
         each = self.input
+        if each is not None and not any(
+            each.symbol in value.free_symbols
+            for element in self.draft.elements
+            for value in element.values.values()
+            if value is not None
+        ):
+            raise ModelError(f"the current {each.symbol} is declared, and no force has it")
+        if each is None or self.constants[Q.gamma2] == 0:
+            return None
         return Input(each.symbol.name, each.unit, each.thing, each.meaning)
 
     def _listed(self, parameters: tuple[Parameter, ...]) -> Iterator[Listed]:

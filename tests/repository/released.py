@@ -15,14 +15,15 @@ from types import ModuleType
 from typing import Any
 
 import hopform
-from hopform_solver import VERSION, LegState, Robot
+import hopform.model as elements
+from hopform_solver import VERSION
 from hopform_solver.structs import STRUCTS
 
 ROOT = Path(__file__).resolve().parents[2]
 RECORD = Path(__file__).with_suffix(".json")
 HEADERS = ROOT / "generated" / "c" / "include" / "hopform"
 MODULES = ("controllers", "model", "terrain", "ufuncs")
-OF_MODEL = ("Derivation", "Formula", "Quantity", "Term", "derive", *Robot._fields, *LegState._fields, "x2", "u")
+OF_MODEL = ("Derivation", "Formula", "HeldSet", "ModelError", "derive", *elements.__all__)
 """What `hopform.model` has of the derivation for a model file and its reader."""
 OURS = ("hopform", "hopform_solver", "derive")
 """Packages whose classes have public members; others are Python's or NumPy's."""

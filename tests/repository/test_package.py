@@ -204,7 +204,7 @@ def test_an_installed_wheel_builds_the_solver_of_another_model_without_a_compile
 
 
 def test_a_model_file_without_the_extra_says_which_one_it_needs(installed, tmp_path):
-    without = "import sys; sys.modules['sympy'] = None; from hopform.model import Term"
+    without = "import sys; sys.modules['sympy'] = None; from hopform.model import spring"
     code, output = run(sys.executable, "-c", without, cwd=tmp_path, PYTHONPATH=str(installed))
     assert code == 1
     assert output.splitlines()[-1].endswith(

@@ -276,7 +276,7 @@ def test_what_is_read_is_a_regular_file_of_a_limited_size(tmp_path):
 
 def test_a_model_file_with_a_long_number_is_refused_in_a_short_message(tmp_path):
     path = tmp_path / "model.py"
-    path.write_text(f"from hopform.model import Term\nterms = (Term('push', 0, {'9' * 500}),)\n")
+    path.write_text(f"from hopform.model import *\nforce(include('hopper').x2, {'9' * 500}, 'push')\n")
     with pytest.raises(ModelError, match="a number must be 0 or between") as caught:
         read_model(path)
     assert len(str(caught.value)) < 500

@@ -199,9 +199,10 @@ def reach(
     hopper, drawn = robot_and_draws("reach", robot, values, from_fit, draws, seed, heights * currents)
     if not lowest < highest:
         raise hopform.HopformError(f"--from must be below --to, got {lowest!r} and {highest!r} m")
-    if not math.isfinite(hopper.u_max):
-        raise hopform.HopformError(f"the controller needs a finite u_max, got {hopper.u_max!r} A")
-    range_of_u = np.unique(np.linspace(-hopper.u_max, hopper.u_max, currents if hopper.u_max > 0.0 else 1))
+    limit = float(hopper.letters.u_max)
+    if not math.isfinite(limit):
+        raise hopform.HopformError(f"the controller needs a finite u_max, got {limit!r} A")
+    range_of_u = np.unique(np.linspace(-limit, limit, currents if limit > 0.0 else 1))
     range_of_h = np.linspace(lowest, highest, heights)
     how: dict[str, Any] = {"stop_margin": stop_margin, "horizon": horizon, "backend": backend}
     with progress_bar(f"{heights} heights") as advance:

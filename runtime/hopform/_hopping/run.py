@@ -507,15 +507,19 @@ def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFl
     another.
     """
     plant, model, gains = task.plant, task.model, task.gains
-    if plant is model or (plant.gamma2 == 0.0 or model.gamma2 == 0.0):
+    if plant is model or (plant.letters.gamma2 == 0.0 or model.letters.gamma2 == 0.0):
         return gains
     if gains is None:
         formulas = model.solver.package.formulas
-        fall = float(formulas.time_of_fall(model.parameters, v2, x1)) if v2 * v2 + 2.0 * model.g * x1 > 0.0 else 0.0
+        fall = (
+            float(formulas.time_of_fall(model.parameters, v2, x1))
+            if v2 * v2 + 2.0 * model.letters.g * x1 > 0.0
+            else 0.0
+        )
         gains = records.Gains(*map(float, formulas.critical_gains(model.parameters, max(fall - 0.05, 0.02))))
-    ratio = plant.gamma2 / model.gamma2
+    ratio = plant.letters.gamma2 / model.letters.gamma2
     if ratio < 0.0:
-        raise HopformError(f"model.gamma2 must have the sign of the robot's, got {model.gamma2!r} N/A")
+        raise HopformError(f"model.gamma2 must have the sign of the robot's, got {model.letters.gamma2!r} N/A")
     return finite("Kp", gains[0], "N/m") * ratio, finite("Kd", gains[1], "N s/m") * ratio
 
 
@@ -531,7 +535,7 @@ def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -
     x1, v1, _, v2 = map(float, cast(State, flight.touchdown))
     sensors = task.sensors(Role.TOUCHDOWN_SENSORS, index)
     seen = _measured(task, sensors, x1=x1, v1=v1, v2=v2, ground=task.grounds[index], x2=height)
-    place, apex = min(max(seen.pop("x1"), task.model.x1_min), task.model.x1_max), seen.pop("x2")
+    place, apex = min(max(seen.pop("x1"), task.model.letters.x1_min), task.model.letters.x1_max), seen.pop("x2")
     return Touchdown(index, time, place, apex=apex, robot=task.model, compression=flight.end_compression, **seen)
 
 
