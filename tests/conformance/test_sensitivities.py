@@ -148,6 +148,9 @@ OTHER_ENDINGS: dict[str, tuple[hopform.Robot, dict[str, Any], set[str]]] = {
     ),
     "rest: at the lower stop": (own(f2=30.0), {"v2": -0.1, "v1": -0.9, "x1": 0.02, "x2": 0.38, "u": -1.0}, {"x1_hits_stop"}),
     "rest: on the stop of the start": (own(b2=60.0, f2=6.0), {"v2": -0.9}, {"x2_sticks"}),
+    "rest: before the last step of the current": (
+        own(b2=60.0, f2=6.0), {"v2": -0.9, "x1": 0.03, "u": [(0.0, 0.0), (0.9, 0.01)], "horizon": 3.0}, {"x2_sticks"},
+    ),
     "rest: locked": (own(x1_min=0.01, x1_max=0.01, b2=60.0, f2=6.0), {"v2": -0.9, "x1": 0.01}, {"x2_sticks"}),
 }  # fmt: skip
 

@@ -84,6 +84,22 @@ def test_a_spin_down_rests_where_and_when_the_closed_form_says(joint, backend):
     assert motion.sensitivities[V, "b"] == 0.0
 
 
+def test_a_rest_begins_when_the_last_mass_is_held_whatever_steps_move_nothing(joint, backend):
+    """A step to a current that friction holds changes nothing; one that it does not hold begins a phase."""
+    robot = joint_of(joint, m=0.5, F_plus=1.0, F_minus=1.0)
+    steps = [(0.0, 0.0), (2.0, 0.5), (3.0, -0.9)]
+    motion = joint.solve_motion(robot, start={V: 1.0}, u=steps, horizon=5.0, backend=backend)
+    assert (motion.status, motion.duration, motion.end) == ("rest", 0.5, (0.25, 0.0))
+    assert [(phase.start, phase.end) for phase in motion.phases] == [(0.0, 0.5), (0.5, 0.5)]
+    assert motion.at(4.0) == motion.end and motion.forces(0.5)[f"friction_{Q}"] == 0.0
+    assert motion.sensitivities["T", V] == pytest.approx(0.5)  # v0 m/F
+    again = joint.solve_motion(robot, start={V: 1.0}, u=[*steps, (4.0, 1.5)], horizon=4.5, backend=backend)
+    assert (again.status, [event.kind for event in again.events]) == ("horizon", [f"{Q}_sticks", f"{Q}_slips"])
+    assert [phase.start for phase in again.phases] == [0.0, 0.5, 2.0, 3.0, 4.0]
+    still = joint.solve_motion(robot, u=[(0.0, 0.0), (1.0, 0.5)], horizon=5.0, backend=backend)
+    assert (still.status, still.duration, len(still.phases)) == ("rest", 0.0, 1)
+
+
 # ---- derivatives against 60 digits ----
 
 SERVO = {"m": 2.0, "k": 50.0, "q_0": 0.125, "b": 1.0, "F_plus": 3.0, "F_minus": 1.0, "q_min": -0.0625, "q_max": 1.0}

@@ -6149,17 +6149,18 @@ class StanceChain:
     """The chain while it grows."""
     __slots__ = ("plan", "steps", "step_count", "step", "horizon", "t", "at", "from_lower", "from_upper", "side",
         "just_switched", "came_to_rest", "carried_acceleration", "start_loss", "adds_up", "aed", "max_phases", "phases",
-        "capacity", "count", "event_count", "event", "drive", "motion", "evaluations", "observer", "variation",)
-    SIZE = 304
+        "capacity", "count", "event_count", "held_from", "held_count", "event", "drive", "motion", "evaluations",
+        "observer", "variation",)
+    SIZE = 320
     PARTS: tuple[str, ...] = ("at", "side", "drive", "motion",)
 
     def __init__(self, plan: Any = None, steps: Any = None, step_count: int = 0, step: int = 0, horizon: Real = 0.0,
             t: Real = 0.0, at: "StateByAxis | None" = None, from_lower: Real = 0.0, from_upper: Real = 0.0,
         side: Any = None, just_switched: int = 0, came_to_rest: int = 0, carried_acceleration: Real = 0.0,
         start_loss: Real = 0.0, adds_up: bool = False, aed: Real = 0.0, max_phases: int = 0, phases: Any = None,
-        capacity: int = 0, count: int = 0, event_count: int = 0, event: int = 0, drive: "DriveByElement | None" = None,
-        motion: "Numerators | None" = None, evaluations: Any = None, observer: Any = None,
-        variation: Any = None) -> None:
+        capacity: int = 0, count: int = 0, event_count: int = 0, held_from: Real = 0.0, held_count: int = 0,
+        event: int = 0, drive: "DriveByElement | None" = None, motion: "Numerators | None" = None,
+        evaluations: Any = None, observer: Any = None, variation: Any = None) -> None:
         self.plan = plan
         self.steps = steps
         self.step_count = step_count
@@ -6184,6 +6185,9 @@ class StanceChain:
         self.capacity = capacity
         self.count = count
         self.event_count = event_count
+        # since when all are held, and how many phases there were then; 0 phases where one slips
+        self.held_from = held_from
+        self.held_count = held_count
         self.event = event  # with which the phase began
         self.drive = DriveByElement() if drive is None else drive  # of the phase, as its numerators
         self.motion = Numerators() if motion is None else motion
@@ -6195,8 +6199,8 @@ class StanceChain:
         return StanceChain(self.plan, self.steps, self.step_count, self.step, self.horizon, self.t, self.at.copy(),
             self.from_lower, self.from_upper, self.side[:], self.just_switched, self.came_to_rest,
             self.carried_acceleration, self.start_loss, self.adds_up, self.aed, self.max_phases, self.phases,
-            self.capacity, self.count, self.event_count, self.event, self.drive.copy(), self.motion.copy(),
-            self.evaluations, self.observer, self.variation)
+            self.capacity, self.count, self.event_count, self.held_from, self.held_count, self.event, self.drive.copy(),
+            self.motion.copy(), self.evaluations, self.observer, self.variation)
 
     def put(self, other: "StanceChain") -> None:
         self.plan = other.plan
@@ -6220,6 +6224,8 @@ class StanceChain:
         self.capacity = other.capacity
         self.count = other.count
         self.event_count = other.event_count
+        self.held_from = other.held_from
+        self.held_count = other.held_count
         self.event = other.event
         self.drive.put(other.drive)
         self.motion.put(other.motion)
@@ -6535,6 +6541,11 @@ def stance_record(chain: StanceChain, event: int) -> None:
         chain.event_count += 1
     chain.event = event
     chain.count += 1
+    if not all_rest(chain.side):
+        chain.held_count = 0
+    elif chain.held_count == 0:
+        chain.held_from = chain.t
+        chain.held_count = chain.count
 
 
 def end_of_velocity(chain: StanceChain, element: int, stops: bool, touches: bool) -> None:
@@ -6717,6 +6728,8 @@ def ending_before_phase(chain: StanceChain) -> int:
         chain.count = chain.max_phases  # a step of the current may have begun two
         return ENDING_TOO_MANY_PHASES
     if all_rest(chain.side) and chain.step + 1 >= chain.step_count:
+        chain.t = chain.held_from  # steps of the current since then have moved nothing
+        chain.count = chain.held_count
         notify_ending(chain)
         return ENDING_REST
     return 0
@@ -6806,6 +6819,8 @@ def stance_start(chain: StanceChain, plan: Plan, start: State, steps: Any, step_
     chain.capacity = capacity
     chain.count = 0
     chain.event_count = 0
+    chain.held_from = 0.0
+    chain.held_count = 0
     chain.event = EVENT_NONE
     chain.observer = None
     chain.variation = None

@@ -33,6 +33,8 @@ struct stance_chain_real {
     int32_t capacity;
     int32_t count;
     int32_t event_count;
+    real held_from; /* since when all are held, and how many phases there were then; 0 phases where one slips */
+    int32_t held_count;
     int event;                   /* with which the phase began */
     drive_by_element_real drive; /* of the phase, as its numerators */
     numerators_real motion;
@@ -349,6 +351,12 @@ static inline void stance_record_real(stance_chain_real *chain, int event) {
     }
     chain->event = event;
     chain->count++;
+    if (!all_rest_real(chain->side)) {
+        chain->held_count = 0;
+    } else if (chain->held_count == 0) {
+        chain->held_from = chain->t;
+        chain->held_count = chain->count;
+    }
 }
 
 /* An element has come to rest, or has met a stop. One that it touches where it turns is no event, but that is where
@@ -543,6 +551,8 @@ static inline int32_t ending_before_phase_real(stance_chain_real *chain) {
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
     if (all_rest_real(chain->side) && chain->step + 1 >= chain->step_count) {
+        chain->t = chain->held_from; /* steps of the current since then have moved nothing */
+        chain->count = chain->held_count;
         notify_ending_real(chain);
         return HOPFORM_ENDING_REST;
     }
@@ -650,6 +660,8 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->capacity = capacity;
     chain->count = 0;
     chain->event_count = 0;
+    chain->held_from = 0.0;
+    chain->held_count = 0;
     chain->event = HOPFORM_EVENT_NONE;
     chain->observer = NULL;
     chain->variation = NULL;
