@@ -90,7 +90,7 @@ ANSWERS = {
     "Sensitivities", "Solver", "Stance", "State", "Touchdown", "Tracking",
 }  # fmt: skip
 """Classes that hopform fills itself, and records that are checked where they are handed in."""
-OF_RECORDINGS = {"fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "read_recording"}
+OF_RECORDINGS = {"fit", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "read_recording"}
 """What takes numbers by name, in `known`, or beside a file."""
 INSIDE = {
     "check_map", "check_set_points", "check_touchdown", "crossing", "home_of", "measured", "target_of", "set_point",

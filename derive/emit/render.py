@@ -241,11 +241,12 @@ def _plant(model: Model) -> dict[str, str]:
     ]
     values = dict(zip(("stance_1", "stance_2", "flight_1", "flight_2"), smooth, strict=True))
     values |= {"length": model.length, "contact": model.contact, "fall": model.fall}
+    for n, (level, (up, down)) in enumerate(zip(model.levels, model.excesses, strict=True), 1):
+        values |= {f"level_{n}": level, f"up_{n}": level + up, f"down_{n}": level + down}
     values |= {
         "lowest": quantities.x1_min, "highest": quantities.x1_max, "impact_loss": quantities.impact_loss,
         "per_unit": quantities.gamma2, "limit": quantities.u_max,
     }  # fmt: skip
-    values |= {f"level_{n}": level for n, level in enumerate(model.levels, 1)}
     values["leg_time"] = contact.leg_time(model)[-1].value
     names = {quantity.symbol: f"robot.{quantity.name}" for quantity in model.parameters}
     state = {"v1": "velocity_1", "v2": "velocity_2", "y": "compression()"}

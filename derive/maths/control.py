@@ -88,5 +88,5 @@ def objective() -> Steps:
 
 @function(takes=(ROBOT,), returns=THRESHOLD)
 def threshold_current() -> Steps:
-    """Current at which the unloaded actuator starts to move."""
-    yield Step(u_threshold, m_eff * f1 / sp.Abs(gamma2), "(5) as a magnitude")
+    """Current at which the unloaded actuator starts to move: its friction at rest."""
+    yield Step(u_threshold, m_eff * (f1 + f1_excess) / sp.Abs(gamma2), "(5) as a magnitude")

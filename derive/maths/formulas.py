@@ -480,13 +480,13 @@ def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
         alone = model.accelerations[n - 1].subs({velocity: 0, (side_1, side_2)[n - 1]: 0})
         level, acceleration = modes.FRICTION.symbols[n - 1], FREE.symbols[n - 1]
         yield _event(n, "velocity", velocity, f"velocity of the {element.name}, which reverses or sticks where it is 0")
-        meaning = f"friction that holds the {element.name} at rest"
+        meaning = f"friction of the {element.name} in motion"
         at_rest = replace(_quantity(level), glyph=rf"f_{{{n},0}}", meaning=meaning)
         yield Formula(at_rest, model.levels[n - 1], group)
         yield _made(group, acceleration, sp.expand(alone))
-        for way, sign in (("up", -1), ("down", 1)):
+        for way, sign, excess in zip(("up", "down"), (-1, 1), model.excesses[n - 1], strict=True):
             meaning = f"friction left of the {element.name} at rest: it slips {way} where this falls to 0"
-            yield _event(n, f"holds_{way}", level + sign * acceleration, meaning, "m/s^2")
+            yield _event(n, f"holds_{way}", level + excess + sign * acceleration, meaning, "m/s^2")
         if element.position is not None:
             ends = ("lower", x1_min, x1 - x1_min), ("upper", x1_max, x1_max - x1)
             for which, distance in ((which, away) for which, end, away in ends if not model.constants[end].is_number):

@@ -26,6 +26,8 @@ ROBOTS: tuple[dict[str, float], ...] = (
     HOPPER_C | {"f1": 30.0, "f2": 25.0},  # stiff friction: sticks
     HOPPER_C | {"b2": 400.0, "f2": 0.0, "x1_max": 0.0},  # locked, two real poles
     HOPPER_C | {"f1": 0.0, "f2": 0.0} | FREE,  # drifts for many half periods
+    HOPPER_C | {"f1": 2.0, "b1": 10.0, "f1_excess": 0.4, "x1_min": -0.05},  # more friction at rest: of the actuator,
+    HOPPER_C | {"f1": 2.0, "b1": 10.0, "f2": 9.0, "f1_excess": 0.5, "f2_excess": 6.0} | FREE,  # of both
 )
 
 
@@ -63,3 +65,13 @@ CASES: tuple[Case, ...] = (
     Case(9, 0.0, 0.0, -1.0, 0.0, 0.0, 1.0, 0.0, 2.0),
     Case(10, 0.0, 1.0, 1.0, 0.0245, 3.0, 4.0, -1.0, 8.0),
 )
+
+AT_REST: tuple[Case, ...] = (
+    Case(11, 0.0, 0.1, -1.93, 0.0, 1.0, 1.0, 0.0, 2.0),
+    Case(11, 0.0, 0.0, -0.7, 0.0, 0.0, 0.05, 3.0, 2.0),
+    Case(12, 0.03, 0.0, -0.4, 0.0, 3.0, 0.25, -30.0, 2.0),
+    Case(12, 0.03, 0.0, 0.0, 0.07, 0.0, 0.3, 0.2, 2.0),
+)
+"""Stances with more friction at rest than in motion, which the digest has behind the others; costs are not counted of
+these.
+"""

@@ -19,6 +19,7 @@ from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
 from hopform._identify.drop import fit_drop_test
 from hopform._identify.joint import fit_robot
 from hopform._identify.recordings import read_recording
+from hopform._identify.simulators import simulator_file
 from hopform._identify.step import fit_force, fit_step_response
 from hopform._identify.synthetic import record
 from hopform._motion import Event, Motion, Phase, State
@@ -48,6 +49,6 @@ __all__ = [
     "Event", "fit", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "FixedPoint", "Flight", "FlightLedger",
     "FlightPhase", "Gains", "Hop", "HopformError", "Ledger", "library_message", "load_robot", "load_solver",
     "ManySensitivities", "MissingExtra", "Motion", "Motions", "next_apex", "Phase", "PrintedCommand", "Reachability", "reachability",
-    "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate", "solve_flight", "solve_motion", "solve_motions", "solve_stance",
+    "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate", "simulator_file", "solve_flight", "solve_motion", "solve_motions", "solve_stance",
     "solve_stances", "Solver", "Stance", "State", "sweep", "terrain", "touchdown_velocity", "TouchdownDetector", "ufuncs",
 ]  # fmt: skip

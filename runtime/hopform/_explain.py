@@ -7,7 +7,7 @@ again, and notes which functions it calls. docs/explanation/certificate.md has t
 
 import math
 import re
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache, partial
 from importlib.util import find_spec, module_from_spec
@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hopform._motion import masses_of
 from hopform._show import name_of
-from hopform._solver.package import EVENTS, LegState, Package, Precision
+from hopform._solver.package import LegState, Package, Precision
 from hopform._solver.printed import Engine, Python, Solved
 from hopform._words import ending, input_of, modes_of
 
@@ -207,7 +207,9 @@ class Watched:
         if g.touch_is_no_event:
             return ("x1_max - x1" if side > 0 else "x1 - x1_min"), "m"
         if side == 0:
-            return f"f{number} {'-' if g.side > 0 else '+'} a{number}", "m/s^2"
+            excess = self.engine.excess_to_side(chain.plan.robot, element, g.side)
+            at_rest = f"f{number} + f{number}_excess" if excess > 0.0 else f"f{number}"
+            return f"{at_rest} {'-' if g.side > 0 else '+'} a{number}", "m/s^2"
         return f"{'' if side > 0 else '-'}v{number}", "m/s"
 
 
@@ -244,19 +246,19 @@ def searches_of(stance: "Motion", asked: tuple[LegState, float, int]) -> tuple[S
 def text_of(stance: "Motion", asked: tuple[LegState, float, int]) -> str:
     """How the motion was solved, phase by phase."""
     solved, searches = searches_of(stance, asked)
-    rows = solved.phase_rows()
+    rows, words = solved.phase_rows(), stance.robot.solver.package.records.EVENTS
     about = ", ".join(each for each in (name_of(stance.robot), input_of(stance)) if each)
     lines = [f"{about}; {ending(stance)}"]
     for n, phase in enumerate(stance.phases):
-        kind = kind_of(rows[n], rows[n + 1]) if n + 1 < len(rows) else stance.status
+        kind = kind_of(rows[n], rows[n + 1], words) if n + 1 < len(rows) else stance.status
         lines += ["", *of_phase(n + 1, stance, phase, kind, searches.get(n))]
     return "\n".join([*lines, "", *NOTE])
 
 
-def kind_of(row: tuple[Any, ...], following: tuple[Any, ...]) -> str:
+def kind_of(row: tuple[Any, ...], following: tuple[Any, ...], words: Mapping[int, str]) -> str:
     """What ends a phase, by its row and the next one."""
     *_, event, step = following
-    return EVENTS.get(event, "a step of the current" if step != row[-1] else "a touch, which is no event")
+    return words.get(event, "a step of the current" if step != row[-1] else "a touch, which is no event")
 
 
 def of_phase(number: int, stance: "Motion", phase: "Phase", kind: str, search: Search | None) -> Iterator[str]:

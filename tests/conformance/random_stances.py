@@ -173,6 +173,13 @@ def solve_with_c(p: Any) -> tuple[Any, Any]:
     return answers, np.concatenate(phases)
 
 
+def excess_of(seed: int) -> dict[str, float]:
+    """More friction at rest than in motion, of a fifth of the random robots; by a stream of its own."""
+    draw = random.Random(f"{seed} at rest")
+    which = draw.randrange(1, 4) if draw.random() < AT_REST else 0
+    return {f"f{n}_excess": math.exp(draw.uniform(math.log(1e-2), math.log(10.0))) * bool(which & n) for n in (1, 2)}
+
+
 def random_robot(seed: int) -> tuple[hopform.Robot, dict[str, Any]]:
     """A robot and a start drawn over all orders of magnitude, degenerate ones among them."""
     draw = random.Random(seed)
@@ -203,6 +210,7 @@ def random_robot(seed: int) -> tuple[hopform.Robot, dict[str, Any]]:
         x1_min=low,
         x1_max=high,
         u_max=3.0,
+        **excess_of(seed),
     )
     v2 = -over(0.05, 5.0)
     v1 = some(draw.choice((-1.0, 1.0)) * over(0.01, 3.0), 0.5)

@@ -11,7 +11,7 @@ import hopform
 from hopform._solver.choice import DEFAULT
 from hopform_solver.records import LegState
 from tests.conformance.currents import Touchdown, compare, draw_robot
-from tests.derived import solver_of
+from tests.derived import SHIPPED, solver_of
 from tests.oracle.numeric import Mass, Mechanism, integrate
 
 MASS, STIFFNESS, SPEED, AT_REST, SLIDING = 8.0, 3200.0, 0.012, 27.468, 19.62
@@ -119,26 +119,25 @@ def test_slopes_of_a_tried_current_pass_a_slip(start, backend):
 
 # ---- friction by sign ----
 
-BY_SIGN = {"f1": 0.4, "f1_excess": 0.5, "f1_minus": 0.9, "f1_excess_minus": 0.2}
-"""[m/s^2] forward, more of it at rest; backward, more of it at rest."""
+BY_SIGN = {"F_p": 0.2, "F_sp": 0.25, "F_m": 0.45, "F_sm": 0.1}
+"""[N m] forward, more of it at rest; backward, more of it at rest."""
 
 
 @pytest.mark.parametrize(("q", "v"), [(0.3, 0.0), (0.0, -1.5), (0.012, 0.0), (-0.012, 0.0)])
 def test_friction_at_rest_differs_by_direction(store, backend, q, v):
-    """A joint that is pushed to and fro, against DOP853: it slips at 0.9 m/s^2 forward, at 1.1 m/s^2 backward."""
-    joint = solver_of(store, "joint")
+    """A joint that is pushed to and fro, against DOP853: it slips at 0.45 N m forward, at 0.55 N m backward."""
+    joint = solver_of(store, SHIPPED / "joint.py")
     inertia, k, b = 0.5, 20.0, 0.3
-    robot = joint.Robot(m_eff=inertia, m_s=1.0, k=k, L0=0.0, gamma2=-1.0, b1=b, x1_min=-0.4, x1_max=0.4, **BY_SIGN)
+    robot = joint.Robot(J=inertia, k=k, b=b, k_t=1.0, q_min=-0.4, q_max=0.4, **BY_SIGN)
     u = [(0.1 * n, 0.9 * np.sin(0.35 * n)) for n in range(30)]
-    motion = joint.solve_motion(robot, start={"x1": q, "v1": v}, u=u, horizon=3.0, backend=backend)
-    levels = [inertia * BY_SIGN[name] for name in ("f1", "f1_minus", "f1_excess", "f1_excess_minus")]
-    at_rest = levels[0] + levels[2], levels[1] + levels[3]
-    mass = Mass("x1", inertia, (levels[0], levels[1]), at_rest, -0.4, 0.4)
+    motion = joint.solve_motion(robot, start={"q": q, "q_dot": v}, u=u, horizon=3.0, backend=backend)
+    at_rest = BY_SIGN["F_p"] + BY_SIGN["F_sp"], BY_SIGN["F_m"] + BY_SIGN["F_sm"]
+    mass = Mass("q", inertia, (BY_SIGN["F_p"], BY_SIGN["F_m"]), at_rest, -0.4, 0.4)
     other = integrate(Mechanism((mass,), lambda q, v, u: u - k * q - b * v), [q], [v], u, 3.0, 0.02)
     kinds = [event.kind for event in motion.events]
-    assert kinds == other.kinds and {"x1_slips", "x1_sticks"} <= set(kinds)
+    assert kinds == other.kinds and {"q_slips", "q_sticks"} <= set(kinds)
     np.testing.assert_allclose([event.time for event in motion.events], [event.t for event in other.events], atol=1e-9)
-    assert motion.end[0] == pytest.approx(float(other.final[0][0]), abs=1e-10)
+    assert motion.end.q == pytest.approx(float(other.final[0][0]), abs=1e-10)
 
 
 # ---- the controller, where the apex jumps ----

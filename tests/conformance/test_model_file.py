@@ -537,7 +537,7 @@ BAD_FILES = {
     ),
     "friction with one level": ("friction(q, forward=r)", "has forward= alone"),
     "friction without a level": ("friction(q)", "has either one level, or forward= and backward="),
-    "friction at rest": ("friction(q, 1, at_rest=2)", "at_rest= is not yet carried"),
+    "friction at rest": ("viscous(q, r)\nfriction(q, 2, at_rest=1)", "at rest is 1, less than 2 in motion"),
     "a law": ("law(q)", "law is not yet carried"),
     "an inertia that may be 0": (
         'I = parameter("I", "kg m^2", "a", "nonnegative")\nviscous(coordinate("p", "rad", I), r)\nspring(q, 1)',

@@ -36,7 +36,8 @@ def expected(stance: hopform.Stance, start: dict[str, Any]) -> tuple[Any, Any]:
     """The matrix by differences, and the size of each column's input;
     NaN for a stop that the actuator rests on at first.
 
-    Such a stop and x1 are no inputs of their own: `moved` moves them together.
+    Such a stop and x1 are no inputs of their own: `moved` moves them together. NaN, too, for the velocity of a mass that
+    is held by more friction at rest than in motion: however slow, it feels less of it.
     """
     robot, values = rounded(stance.robot, stance.dtype.type), {"x1": 0.0, "v1": 0.0, **start}
     values["u"], first = max((u for _, u in stance.u), key=abs), stance.phases[0]
@@ -45,9 +46,13 @@ def expected(stance: hopform.Stance, start: dict[str, Any]) -> tuple[Any, Any]:
         value = robot.get(name, values.get(name, 0.0))
         size = size_of(name, value)
         sizes.append(size)
+        leaves = first.mode_1 and values["v1"] == first.state.v1
+        stays_at_stop = name in STOPS and value == values["x1"] and not leaves
+        is_held = (name, 0) in {("v1", first.mode_1), ("v2", first.mode_2)}
+        feels_less = is_held and robot.get(f"f{name[1]}_excess", 0.0) > 0.0
         if name in ("u_max", "impact_loss") or (name == "x2" and "x2" not in start) or not math.isfinite(value):
             columns.append([0.0] * 7)
-        elif name in STOPS and value == values["x1"] and (not first.mode_1 or values["v1"] != first.state.v1):
+        elif stays_at_stop or feels_less:
             columns.append([math.nan] * 7)
         else:
             columns.append(differences(robot, start, name, side_of(name, stance) * size))

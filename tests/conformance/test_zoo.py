@@ -15,9 +15,9 @@ from tests.oracle.numeric import Motion, integrate
 pytestmark = needs.library
 QUICK = ("hopper", "joint", "second_spring", "sea")
 CASES = [
-    pytest.param(name, count, marks=() if name in QUICK and count == 20 else pytest.mark.sliced)
+    pytest.param(name, count, stiffest, marks=() if name in QUICK and count == 20 else pytest.mark.sliced)
     for name in ZOO
-    for count in (20, 200)
+    for count, stiffest in ((20, 3e2), (200, 2e3), (10, 1e4))
 ]
 ULPS, TRIES = 32, 60
 
@@ -51,13 +51,13 @@ def kinds(motion: Any) -> list[str]:
     return [*(event.kind for event in motion.events), motion.status]
 
 
-@pytest.mark.parametrize(("name", "count"), CASES)
-def test_a_motion_is_that_of_the_integrator(store, name, count):
+@pytest.mark.parametrize(("name", "count", "stiffest"), CASES)
+def test_a_motion_is_that_of_the_integrator(store, name, count, stiffest):
     """Events, ending, times and states in double precision; both back ends to the same bits, and single precision."""
     solver = hopform.load_solver(name) if name == "hopper" else solver_of(store, SHIPPED / f"{name}.py")
     seen = set()
-    for n, case in enumerate(cases(name, 1, count)):
-        truth = integrate(case.mechanism, case.q, case.v, [(0.0, case.u)], case.horizon, 0.2 / case.fastest)
+    for n, case in enumerate(cases(name, 1, count, stiffest)):
+        truth = integrate(case.mechanism, case.q, case.v, [(0.0, case.u)], case.horizon, 0.5 / case.fastest)
         robot = solver.Robot(**case.robot)
         how = {"start": case.start, "u": case.u, "horizon": case.horizon}
         motion = solver.solve_motion(robot, **how)
@@ -74,7 +74,7 @@ def test_a_motion_is_that_of_the_integrator(store, name, count):
         by_python = solver.solve_motion(robot, **how, backend="python")
         assert by_python.end == motion.end and by_python.events == motion.events
         assert_single_precision(solver, robot, case, unit, allowed * 1e5)
-    assert len(seen) > 2
+    assert len(seen) > 2 or count < 20
 
 
 def assert_single_precision(solver: Any, robot: Any, case: Case, unit: dict[str, float], allowed: float) -> None:

@@ -307,11 +307,11 @@ ZOO: dict[str, Callable[[Draw], Case]] = {
 }
 
 
-def cases(name: str, seed: int, count: int) -> Iterator[Case]:
-    """Random cases of a model; stiff ones, which would take the integrator a million steps, are drawn anew."""
+def cases(name: str, seed: int, count: int, stiffest: float) -> Iterator[Case]:
+    """Random cases of a model; those whose fastest pole times the horizon is beyond `stiffest` are drawn anew."""
     draw = Draw(f"{name} {seed}")
     while count:
         case = ZOO[name](draw)
-        if case.fastest * case.horizon < 2e4:
+        if case.fastest * case.horizon < stiffest:
             count -= 1
             yield case

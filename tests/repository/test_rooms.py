@@ -30,7 +30,7 @@ LAYERS = (
     ("_identify.motion",), ("_identify.recordings",), ("_identify.segments",),
     ("_identify.rigs",), ("_identify.estimation",), ("_identify.search",), ("_identify.alternatives", "_identify.nuisances", "_identify.kinds", "_identify.repeats"), ("_identify.causes",),
     ("_identify.fits",), ("_identify.drop", "_identify.step", "_identify.synthetic"),
-    ("_identify.joint", "_identify.models", "_identify.simulators"), ("_identify",),
+    ("_identify.joint", "_identify.models"), ("_identify.simulators",), ("_identify",),
     ("_studies",), ("_solvers",), ("_all",),
     ("_export",),
     ("_words",), ("_explain",), ("_cli.use",), ("_cli.options", "_cli.output"),

@@ -146,6 +146,7 @@ typedef struct {
     OF(hopform_node) node;
     OF(event_set) set;
     OF(interval) in;
+    OF(evaluations) evaluations;
     exact g;
     real high;
 } asked;
@@ -172,6 +173,8 @@ static void take_interval(const drawn *it, asked *at)
     at->in.low = OF(propagator_in_form)(&at->poles, omega, (real)low);
     at->in.found = -1;
     at->in.count = 0;
+    at->evaluations.left = INT32_MAX;
+    at->in.evaluations = &at->evaluations;
     at->high = (real)(low + it->length * (far < half ? far : half));
     at->in.high = OF(propagator_in_form)(&at->poles, omega, at->high);
 }
@@ -308,7 +311,9 @@ static said minimum(const asked *at, const claim *is)
     const OF(event_function) *f = &at->set.function[0];
     said it = {from->rate < 0 && !(to->rate < 0), 0, 0};
     if (it.asked) {
-        const OF(propagator) least = OF(minimum_between)(&at->poles, f, at->in.high.omega, from, at->in.low.t, to, at->high);
+        OF(evaluations) evaluations = {INT32_MAX};
+        const OF(propagator) least = OF(minimum_between)(&at->poles, f, at->in.high.omega, from, at->in.low.t, to,
+                                                         at->high, &evaluations);
         const response w = response_at(&at->g, least.t);
         const quad floor = value_at(&at->g, &w) - is->rounding * EPS * size_at(&at->g, &w, least.t);
         it.says = 1;

@@ -8,6 +8,7 @@ import pytest
 
 import hopform
 from hopform._cli import main
+from hopform._identify import alternatives
 from hopform._identify.drop import fit_drop_test
 from hopform._identify.joint import check, fit_robot
 from hopform._identify.recordings import Column, Recording
@@ -28,18 +29,23 @@ def half(estimate):
 @pytest.mark.parametrize("seed", range(3))
 def test_expected_intervals_are_those_of_the_fit(seed, planned):
     """The noise is estimated from the samples, by its median to 4 %, or found by the fit; a profile of friction is
-    wider or narrower by its kinks.
+    wider or narrower by its kinks. What allows for a cause depends on the size of it that the noise happens to show.
     """
     drop, step = record(HOPPER, "drop", seed=seed), record(HOPPER, "step", seed=seed)
     found = check({"drop": [drop], "step": [step]}, {"m_s": 3.0}, TRUTH if planned else None)
     fit = fit_robot(drops=[drop], steps=[step], known={"m_s": 3.0}, compare=False, holdout=False, diagnose=False)
     for each in found.expected:
         if not each.own:
-            assert half(each) == pytest.approx(half(fit[each.name]), rel=0.35 if each.name[0] == "f" else 0.15), each
+            ratio, allows = half(each) / half(fit[each.name]), "allowing" in each.method + fit[each.name].method
+            most = (3.0 if planned else 2.0) if allows else 1.35 if each.name[0] == "f" else 1.15
+            assert 1.0 / most <= ratio <= most, each
     assert not found.warnings
 
 
-def test_twice_the_noise_doubles_the_intervals_and_four_recordings_halve_them():
+def test_twice_the_noise_doubles_the_intervals_and_four_recordings_halve_them(monkeypatch):
+    """Those by noise alone: what causes may hide does not grow in proportion."""
+    monkeypatch.setattr(alternatives, "missed", lambda _: [])
+
     def widths(noise, seeds):
         made = [record(HOPPER, "decay", height=0.04, noise=noise, quantum=0.0, seed=n) for n in seeds]
         found = check({"decay": made}, {"m_s": 3.0}, TRUTH).expected
@@ -88,7 +94,7 @@ def test_what_a_quick_fit_does_not_explain_has_no_interval_to_expect():
         return check({"step": [Recording("log.csv", np.arange(u.size) / 500.0, columns)]}, {"m_eff": 25.0})
 
     sound, play, stop = checked(), checked(play=3e-4), checked(stop=0.1)
-    assert not sound.warnings and sound.expected[0].method == "t"
+    assert not sound.warnings and sound.expected[0].method.startswith("t")
     for each in (play, stop):
         assert {one.method for one in each.expected} == {"not explained"}
         assert any("log.csv: a quick fit leaves rms" in one for one in each.warnings)

@@ -43,7 +43,7 @@ ROBOT = {
     "m_eff": 21, "m_s": 3.2, "k": 1250, "L0": 0.41, "c": 0.003, "b1": 33, "b2": 4, "f1": 0.7, "f2": 0.4, "gamma2": -60,
     "g": 9.81, "x1_min": -0.01, "x1_max": 0.08, "u_max": 5, "impact_loss": 0.05, "travel": 0.16, "b12": 11, "k_2": 300,
     "L_2": 0.37, "load": 5, "J": 21, "phi_0": -0.413, "b": 33, "F_plus": 14.7, "F_minus": 4.2, "k_t": 60,
-    "phi_min": -0.01, "phi_max": 0.08, "i_max": 5,
+    "phi_min": -0.01, "phi_max": 0.08, "i_max": 5, "f1_excess": 0.3, "f2_excess": 0.15,
 }  # fmt: skip
 AT = {
     "x1": 0.013, "v1": 0.21, "x2": 0.35, "v2": -1.1, "x1_0": 0.004, "v1_0": 0.3, "x2_0": 0.36, "v2_0": -1.9, "u": 2.5,
@@ -73,6 +73,11 @@ def friction(name, of, side_1, side_2):
     if name == "joint":
         return -of["F_minus" if side_1 < 0 else "F_plus"] * side_1, 0
     return -of["m_eff"] * of["f1"] * side_1, -of["m_s"] * of["f2"] * side_2
+
+
+def at_rest(name, of, n):
+    """How much more friction [N] holds a mass at rest than in motion."""
+    return 0 if name == "joint" else of[("m_eff", "m_s")[n - 1]] * of[f"f{n}_excess"]
 
 
 def accelerations(name, of, x1, v1, x2, v2):
@@ -253,7 +258,7 @@ def test_event_functions_are_those_of_the_force_balance(name):
         driven = forces(name, of, *still)[n - 1] + (motor if n == 1 else 0)
         mass = of["J"] if name == "joint" else of[("m_eff", "m_s")[n - 1]]
         for way, side in (("up", 1), ("down", -1)):
-            most = -friction(name, of, side, side)[n - 1] * side
+            most = -friction(name, of, side, side)[n - 1] * side + at_rest(name, of, n)
             wanted[f"{first if n == 1 else 'x2'}_holds_{way}"] = (most - side * driven) / mass
     known = {each for each in found.event_functions if not each.startswith(("level_", "free_"))}
     assert known == {*wanted}

@@ -139,10 +139,9 @@ def test_5_holds_for_magnitudes_and_an_unloaded_spring():
     positive = {symbol: sp.Symbol(symbol.name, positive=True) for symbol in printed(5).free_symbols}
     assert is_zero(sp.expand(unloaded - printed(5)).subs(positive))
     assert not is_zero(sp.expand(unloaded - printed(5)).subs(Q.gamma2, -1).subs(positive))
-    moves = unloaded.subs(algebra.u_star, control.threshold_current()[0].value).subs(
-        positive | {Q.f1: sp.Symbol("f1", positive=True)}
-    )
-    assert moves == sp.Symbol("f1", positive=True)
+    level = {symbol: sp.Symbol(symbol.name, positive=True) for symbol in (Q.f1, Q.f1_excess)}
+    moves = unloaded.subs(algebra.u_star, control.threshold_current()[0].value).subs(positive | level)
+    assert is_zero(moves - sum(level.values()))
 
 
 def test_7_is_right_with_m_s_for_m_2():
@@ -613,6 +612,16 @@ def test_5_a_standing_robot_moves_at_other_currents():
     standing = LegState(0.04, 0.0, 0.0, load / HOPPER_C.k)
     for u, direction in ((1.01 * up, 1), (0.99 * up, 0), (1.01 * down, 0), (0.99 * down, -1), (0.0, -1)):
         assert np.sign(float(np.ravel(solve(HOPPER_C, standing, u=u).end.x1)[0]) - 0.04) == direction, u
+
+
+def test_5_measures_the_friction_at_rest():
+    """By the solver: an unloaded actuator with more friction at rest moves from the current of (5) with both on."""
+    robot = HOPPER_C._replace(f1_excess=0.5, g=0.0, x1_min=-1.0)
+    measured = robot.m_eff * (robot.f1 + robot.f1_excess) / abs(robot.gamma2)
+    assert float(formulas.threshold_current(robot)) == pytest.approx(measured, rel=1e-15)
+    for u, moves in ((0.99 * measured, False), (1.01 * measured, True), (-0.99 * measured, False)):
+        x1 = float(np.ravel(solve(robot, LegState(0.04, 0.0, 0.0, 1e-9), u=u).end.x1)[0])
+        assert (abs(x1 - 0.04) > 1e-4) == moves, u
 
 
 def test_8_as_printed_misplaces_the_body():

@@ -158,6 +158,7 @@ ODD = (
 ROWS = {
     "names": '["k", "b1"]', "values": "[1200.0, 150.0]", "low": "[1.0, 1.0]", "high": "[2e3, inf]",
     "covariance": "[[1.0, 0.0], [0.0, 2.0]]", "known": '["m_eff"]', "base": '"hopper_c"', "white": "true",
+    "origin": "[]",
 }  # fmt: skip
 
 

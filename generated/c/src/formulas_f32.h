@@ -1119,11 +1119,12 @@ static inline float objective_f32(const hopform_robot_f32 *robot,
     return J;
 }
 
-/* Current at which the unloaded actuator starts to move. */
+/* Current at which the unloaded actuator starts to move: its friction at rest. */
 static inline float threshold_current_f32(const hopform_robot_f32 *robot)
 {
     const float m_eff = robot->m_eff, f1 = robot->f1, gamma2 = robot->gamma2;
-    const float u_threshold = f1*m_eff/fabs_f32(gamma2);  /* (5) as a magnitude */
+    const float f1_excess = robot->f1_excess;
+    const float u_threshold = m_eff*(f1 + f1_excess)/fabs_f32(gamma2);  /* (5) as a magnitude */
     return u_threshold;
 }
 

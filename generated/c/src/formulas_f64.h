@@ -1119,11 +1119,12 @@ static inline double objective_f64(const hopform_robot_f64 *robot,
     return J;
 }
 
-/* Current at which the unloaded actuator starts to move. */
+/* Current at which the unloaded actuator starts to move: its friction at rest. */
 static inline double threshold_current_f64(const hopform_robot_f64 *robot)
 {
     const double m_eff = robot->m_eff, f1 = robot->f1, gamma2 = robot->gamma2;
-    const double u_threshold = f1*m_eff/fabs_f64(gamma2);  /* (5) as a magnitude */
+    const double f1_excess = robot->f1_excess;
+    const double u_threshold = m_eff*(f1 + f1_excess)/fabs_f64(gamma2);  /* (5) as a magnitude */
     return u_threshold;
 }
 

@@ -14,8 +14,6 @@
 #include "model_f64.h"
 #include "selftest_cases_f64.h"
 
-/* The friction at rest, in a robot and among the columns of derivatives, which the digest does not have yet. */
-enum { EXCESS_f64 = 15, COLUMN_OF_EXCESS_f64 = HOPFORM_COLUMN_OF_ROBOT + EXCESS_f64 };
 enum { FLIGHT_PHASES_f64 = 16, TIMES_f64 = 5, GRID_f64 = 5, SAMPLES_f64 = 8, CURRENTS_f64 = 2 };
 
 /* ---- the hash ---- */
@@ -31,22 +29,15 @@ static void mix_int_f64(uint32_t *hash, int32_t value) {
     mix_word_f64(hash, (uint32_t)value);
 }
 
-/* An array, or the leading members of a struct, that holds nothing but reals: in rows, without the two from `left_out`
- * on in each. */
-static void mix_rows_f64(uint32_t *hash, const void *reals, size_t size, size_t row, size_t left_out) {
+/* An array, or the leading members of a struct, that holds nothing but reals. */
+static void mix_reals_f64(uint32_t *hash, const void *reals, size_t size) {
     double values[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS]; /* no array or struct is larger */
     (void)memcpy(values, reals, size);
     for (size_t n = 0; n < size / sizeof(double); n++) {
-        if (n % row != left_out && n % row != left_out + 1) {
-            const uint64_t bits = bits_of_real_f64(values[n]);
-            mix_word_f64(hash, (uint32_t)bits);
-            mix_word_f64(hash, (uint32_t)(bits >> 32));
-        }
+        const uint64_t bits = bits_of_real_f64(values[n]);
+        mix_word_f64(hash, (uint32_t)bits);
+        mix_word_f64(hash, (uint32_t)(bits >> 32));
     }
-}
-
-static void mix_reals_f64(uint32_t *hash, const void *reals, size_t size) {
-    mix_rows_f64(hash, reals, size, size, size);
 }
 
 /* ---- what is solved ---- */
@@ -96,24 +87,19 @@ static void mix_motion_f64(uint32_t *hash, const hopform_plan_f64 *plan, const h
     }
 }
 
-/* Derivatives at take-off, and the state in between with those there. Digests are as old as these, and older than the
- * derivatives at other endings: zeros stand in for them. */
+/* Derivatives at the ending, and the state in between with those there. */
 static void mix_derivatives_f64(uint32_t *hash, const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                  const hopform_phase_f64 *phases, const hopform_stance_f64 *stance) {
-    double matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS] = {0.0};
+    double matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
     double tangents[HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
     hopform_state_f64 state;
     double again[HOPFORM_AXES];
     double *columns[HOPFORM_AXES];
     const double half = 0.5 * stance->duration;
-    int32_t status = HOPFORM_NO_DERIVATIVE;
-    if (stance->ending == HOPFORM_ENDING_TAKEOFF) {
-        status = hopform_stance_sensitivities_f64(plan, steps, phases, stance, matrix);
-    }
-    mix_int_f64(hash, status);
-    mix_rows_f64(hash, matrix, sizeof matrix, HOPFORM_SENSITIVITY_COLUMNS, COLUMN_OF_EXCESS_f64);
+    mix_int_f64(hash, hopform_stance_sensitivities_f64(plan, steps, phases, stance, matrix));
+    mix_reals_f64(hash, matrix, sizeof matrix);
     mix_int_f64(hash, hopform_stance_tangents_f64(plan, steps, phases, stance, &half, 1, &state, tangents));
-    mix_rows_f64(hash, tangents, sizeof tangents, HOPFORM_SENSITIVITY_COLUMNS, COLUMN_OF_EXCESS_f64);
+    mix_reals_f64(hash, tangents, sizeof tangents);
     for (int i = 0; i < HOPFORM_AXES; i++) {
         columns[i] = again + i;
     }
@@ -155,7 +141,7 @@ static void mix_case_f64(uint32_t *hash, const selftest_case_f64 *one, hopform_p
     hopform_plan_f64 plan;
     hopform_stance_f64 stance;
     mix_int_f64(hash, hopform_plan_init_f64(&plan, &selftest_robots_f64[one->robot]));
-    mix_rows_f64(hash, &plan, offsetof(hopform_plan_f64, made), sizeof plan, EXCESS_f64);
+    mix_reals_f64(hash, &plan, offsetof(hopform_plan_f64, made));
     const int32_t status = hopform_solve_stance_f64(&plan, &one->start, one->steps, 2, one->horizon,
                                                      HOPFORM_SELFTEST_PHASES, phases, HOPFORM_SELFTEST_PHASES, &stance);
     mix_int_f64(hash, status);
@@ -225,6 +211,8 @@ uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *pha
     mix_search_f64(&hash, &selftest_cases_f64[3], 0.5, search, phases);
     mix_trials_f64(&hash, &selftest_cases_f64[0], phases);
     mix_trials_f64(&hash, &selftest_cases_f64[8], phases);
+    mix_search_f64(&hash, &selftest_cases_f64[FIRST_AT_REST_f64], 0.1, search, phases);
+    mix_trials_f64(&hash, &selftest_cases_f64[FIRST_AT_REST_f64], phases);
     mix_contact_f64(&hash);
     return hash == 0 ? 1 : hash;
 }

@@ -92,6 +92,7 @@ static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_st
     if (status < 0) { return refuse_f32(status, written, 1, read, 2); }
     stance_chain_f32 chain;
     stance_start_f32(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity, evaluations);
+    chain.adds_up = chain.adds_up && observer == NULL; /* who follows a candidate does not ask for the AED */
     chain.observer = observer;
     chain.variation = variation;
     stance_search_f32 search;

@@ -94,8 +94,7 @@ FLIGHT_PULL = 1
 FLIGHT_TOUCHDOWN_HERE = 2
 FLIGHT_REST = 3
 FLIGHT_HORIZON_HERE = 4
-EXCESS = 15
-COLUMN_OF_EXCESS = 20
+FIRST_AT_REST = 18
 FLIGHT_PHASES = 16
 TIMES = 5
 GRID = 5
@@ -2483,9 +2482,10 @@ def objective(robot: Robot, state: State, aed: Real, x1_T: Real, h_des: Real, li
 
 
 def threshold_current(robot: Robot) -> Real:
-    """Current at which the unloaded actuator starts to move."""
+    """Current at which the unloaded actuator starts to move: its friction at rest."""
     m_eff, f1, gamma2 = robot.m_eff, robot.f1, robot.gamma2
-    u_threshold = div(f1*m_eff, abs(gamma2))  # (5) as a magnitude
+    f1_excess = robot.f1_excess
+    u_threshold = div(m_eff*(f1 + f1_excess), abs(gamma2))  # (5) as a magnitude
     return u_threshold
 
 
@@ -6975,6 +6975,7 @@ def solve_observed(plan: Plan, start: Any, steps: Any, step_count: int, horizon:
         return refuse(status, written, 1, read, 2)
     chain = StanceChain()
     stance_start(chain, plan, from_, steps, step_count, horizon, max_phases, phases, capacity, evaluations)
+    chain.adds_up = chain.adds_up and observer is None  # who follows a candidate does not ask for the AED
     chain.observer = observer
     chain.variation = variation
     search = StanceSearch()
@@ -8532,7 +8533,9 @@ SELFTEST_ROBOTS = [Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65
     Robot(0.05, 3.0, 1200.0, 0.4, 0.0, 0.2, 0.1, 2.0, 0.2, -65.0, 9.81, -0.01, 0.02, 3.0, 0.05, 0.0, 0.0),
     Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 30.0, 25.0, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0),
     Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 400.0, 0.78, 0.0, -65.0, 9.81, 0.0, 0.0, 3.0, 0.05, 0.0, 0.0),
-    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.0, 0.0, -65.0, 9.81, -1e+30, 1e+30, 3.0, 0.05, 0.0, 0.0)]
+    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.0, 0.0, -65.0, 9.81, -1e+30, 1e+30, 3.0, 0.05, 0.0, 0.0),
+    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 10.0, 5.0, 2.0, 0.6, -65.0, 9.81, -0.05, 0.08, 3.0, 0.05, 0.4, 0.0),
+    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 10.0, 5.0, 2.0, 9.0, -65.0, 9.81, -1e+30, 1e+30, 3.0, 0.05, 0.5, 6.0)]
 
 SELFTEST_CASES = [SelftestCase(0, State(0.0, 0.0, -1.93, 0.0), [Step(0.0, 3.0), Step(0.05, 2.0)], 2.0),
     SelftestCase(0, State(0.0, 0.0, -0.6, 0.0), [Step(0.0, 1.0), Step(1.0, 0.0)], 2.0),
@@ -8551,7 +8554,11 @@ SELFTEST_CASES = [SelftestCase(0, State(0.0, 0.0, -1.93, 0.0), [Step(0.0, 3.0), 
     SelftestCase(0, State(0.02, 0.0, 0.5, 0.0), [Step(0.0, 1.0), Step(0.05, 2.0)], 2.0),
     SelftestCase(2, State(0.0, 0.0, -0.01, 0.0245), [Step(), Step(1.0, 0.0)], 10.0),
     SelftestCase(9, State(0.0, 0.0, -1.0, 0.0), [Step(), Step(1.0, 0.0)], 2.0),
-    SelftestCase(10, State(0.0, 1.0, 1.0, 0.0245), [Step(0.0, 3.0), Step(4.0, -1.0)], 8.0)]
+    SelftestCase(10, State(0.0, 1.0, 1.0, 0.0245), [Step(0.0, 3.0), Step(4.0, -1.0)], 8.0),
+    SelftestCase(11, State(0.0, 0.1, -1.93, 0.0), [Step(0.0, 1.0), Step(1.0, 0.0)], 2.0),
+    SelftestCase(11, State(0.0, 0.0, -0.7, 0.0), [Step(), Step(0.05, 3.0)], 2.0),
+    SelftestCase(12, State(0.03, 0.0, -0.4, 0.0), [Step(0.0, 3.0), Step(0.25, -30.0)], 2.0),
+    SelftestCase(12, State(0.03, 0.0, 0.0, 0.07), [Step(), Step(0.3, 0.2)], 2.0)]
 
 
 def mix_word(hash: Any, word: int) -> None:
@@ -8565,21 +8572,14 @@ def mix_int(hash: Any, value: int) -> None:
     mix_word(hash, value & 0xFFFFFFFF)
 
 
-def mix_rows(hash: Any, reals: Any, size: int, row: int, left_out: int) -> None:
-    """An array, or the leading members of a struct, that holds nothing but reals: in rows, without the two from
-    `left_out` on in each.
-    """
+def mix_reals(hash: Any, reals: Any, size: int) -> None:
+    """An array, or the leading members of a struct, that holds nothing but reals."""
     values = [0.0] * 154  # no array or struct is larger
     put_reals(values, reals, size)
     for n in range(size // REAL_SIZE):
-        if n % row != left_out and n % row != left_out + 1:
-            bits = bits_of_real(values[n])
-            mix_word(hash, bits & 0xFFFFFFFF)
-            mix_word(hash, bits >> 32 & 0xFFFFFFFF)
-
-
-def mix_reals(hash: Any, reals: Any, size: int) -> None:
-    mix_rows(hash, reals, size, size, size)
+        bits = bits_of_real(values[n])
+        mix_word(hash, bits & 0xFFFFFFFF)
+        mix_word(hash, bits >> 32 & 0xFFFFFFFF)
 
 
 def mix_result(hash: Any, stance: Stance, phases: Any) -> None:
@@ -8621,22 +8621,17 @@ def mix_motion(hash: Any, plan: Plan, steps: Any, phases: Any, stance: Stance) -
 
 
 def mix_derivatives(hash: Any, plan: Plan, steps: Any, phases: Any, stance: Stance) -> None:
-    """Derivatives at take-off, and the state in between with those there. Digests are as old as these, and older than
-    the derivatives at other endings: zeros stand in for them.
-    """
+    """Derivatives at the ending, and the state in between with those there."""
     matrix = [0.0] * 154
     tangents = [0.0] * 88
     state = State()
     again = [0.0] * 4
     columns: Any = [None] * 4
     half = 0.5 * stance.duration
-    status = NO_DERIVATIVE
-    if stance.ending == ENDING_TAKEOFF:
-        status = stance_sensitivities(plan, steps, phases, stance, matrix)
-    mix_int(hash, status)
-    mix_rows(hash, matrix, 154 * REAL_SIZE, 22, COLUMN_OF_EXCESS)
+    mix_int(hash, stance_sensitivities(plan, steps, phases, stance, matrix))
+    mix_reals(hash, matrix, 154 * REAL_SIZE)
     mix_int(hash, stance_tangents(plan, steps, phases, stance, [half], 1, [state], tangents))
-    mix_rows(hash, tangents, 88 * REAL_SIZE, 22, COLUMN_OF_EXCESS)
+    mix_reals(hash, tangents, 88 * REAL_SIZE)
     for i in range(4):
         columns[i] = Part(again, i)
     mix_int(hash, stance_states(plan, steps, phases, stance, [half], 1, columns))
@@ -8675,7 +8670,7 @@ def mix_case(hash: Any, one: SelftestCase, phases: Any) -> None:
     plan = Plan()
     stance = Stance()
     mix_int(hash, plan_init(plan, SELFTEST_ROBOTS[one.robot]))
-    mix_rows(hash, plan, 728, Plan.SIZE, EXCESS)
+    mix_reals(hash, plan, 728)
     status = solve_stance(plan, one.start, one.steps, 2, one.horizon, SELFTEST_PHASES, phases, SELFTEST_PHASES, stance)
     mix_int(hash, status)
     mix_result(hash, stance, phases)
@@ -8734,13 +8729,15 @@ def selftest(search: Any, phases: Any, capacity: int) -> int:
     if search is None or phases is None or capacity < SELFTEST_PHASES:
         return 0
     hash = [1]
-    for n in range(1440 // SelftestCase.SIZE):
+    for n in range(1760 // SelftestCase.SIZE):
         mix_case(hash, SELFTEST_CASES[n], phases)
     mix_search(hash, SELFTEST_CASES[0], 0.15, search, phases)
     mix_search(hash, SELFTEST_CASES[1], 0.02, search, phases)
     mix_search(hash, SELFTEST_CASES[3], 0.5, search, phases)
     mix_trials(hash, SELFTEST_CASES[0], phases)
     mix_trials(hash, SELFTEST_CASES[8], phases)
+    mix_search(hash, SELFTEST_CASES[FIRST_AT_REST], 0.1, search, phases)
+    mix_trials(hash, SELFTEST_CASES[FIRST_AT_REST], phases)
     mix_contact(hash)
     return 1 if hash[0] == 0 else hash[0]
 

@@ -65,11 +65,12 @@ EQUATIONS: tuple[Equation, ...] = (
     Equation(verdict='incomplete',
              title='Friction of the actuator from the current that moves it',
              printed='f_1 = u_* \\frac{\\gamma_2}{m_{eff}}',
-             derived='f_1 = \\frac{|k(x_2 - x_1 - L_0) - \\gamma_2 u_*|}{m_{eff}}',
-             reason='Holds for magnitudes (gamma_2 may be negative) and where the spring carries no load. A robot '
-                    'that stands on its leg starts to move upwards at 0.75 A, not at 0.30 A, and below 0.15 A it '
-                    'sinks, because its weight is more than the friction of its actuator; half the distance of the '
-                    'two thresholds is 0.30 A.',
+             derived='f_1 + f_{1,e} = \\frac{|k(x_2 - x_1 - L_0) - \\gamma_2 u_*|}{m_{eff}}',
+             reason='The current that moves an actuator measures its friction at rest; what that exceeds the '
+                    'friction in motion by, f_{1,e}, is nothing that (3) knows. (5) holds for magnitudes (gamma_2 '
+                    'may be negative) and where the spring carries no load. A robot that stands on its leg starts '
+                    'to move upwards at 0.75 A, not at 0.30 A, and below 0.15 A it sinks, because its weight is '
+                    'more than the friction of its actuator; half the distance of the two thresholds is 0.30 A.',
              computed_by=('threshold_current: u_threshold', 'free_accelerations: free_1'),
              number=5),
     Equation(verdict='agrees',

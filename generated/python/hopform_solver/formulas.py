@@ -825,12 +825,13 @@ def objective(robot: Robot, state: LegState, aed: Real, x1_T: Real, h_des: Real,
 
 
 def threshold_current(robot: Robot) -> Real:
-    """Current at which the unloaded actuator starts to move.
+    """Current at which the unloaded actuator starts to move: its friction at rest.
 
     Returns u_threshold [A], threshold of the current.
     """
     m_eff, f1, gamma2 = robot.m_eff, robot.f1, robot.gamma2
-    u_threshold = f1*m_eff/fabs(gamma2)  # (5) as a magnitude
+    f1_excess = robot.f1_excess
+    u_threshold = m_eff*(f1 + f1_excess)/fabs(gamma2)  # (5) as a magnitude
     return u_threshold
 
 

@@ -14,8 +14,6 @@
 #include "model_real.h"
 #include "selftest_cases_real.h"
 
-/* The friction at rest, in a robot and among the columns of derivatives, which the digest does not have yet. */
-enum { EXCESS_real = 15, COLUMN_OF_EXCESS_real = HOPFORM_COLUMN_OF_ROBOT + EXCESS_real };
 enum { FLIGHT_PHASES_real = 16, TIMES_real = 5, GRID_real = 5, SAMPLES_real = 8, CURRENTS_real = 2 };
 
 /* ---- the hash ---- */
@@ -31,22 +29,15 @@ static void mix_int_real(uint32_t *hash, int32_t value) {
     mix_word_real(hash, (uint32_t)value);
 }
 
-/* An array, or the leading members of a struct, that holds nothing but reals: in rows, without the two from `left_out`
- * on in each. */
-static void mix_rows_real(uint32_t *hash, const void *reals, size_t size, size_t row, size_t left_out) {
+/* An array, or the leading members of a struct, that holds nothing but reals. */
+static void mix_reals_real(uint32_t *hash, const void *reals, size_t size) {
     real values[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS]; /* no array or struct is larger */
     (void)memcpy(values, reals, size);
     for (size_t n = 0; n < size / sizeof(real); n++) {
-        if (n % row != left_out && n % row != left_out + 1) {
-            const uint64_t bits = bits_of_real_real(values[n]);
-            mix_word_real(hash, (uint32_t)bits);
-            mix_word_real(hash, (uint32_t)(bits >> 32));
-        }
+        const uint64_t bits = bits_of_real_real(values[n]);
+        mix_word_real(hash, (uint32_t)bits);
+        mix_word_real(hash, (uint32_t)(bits >> 32));
     }
-}
-
-static void mix_reals_real(uint32_t *hash, const void *reals, size_t size) {
-    mix_rows_real(hash, reals, size, size, size);
 }
 
 /* ---- what is solved ---- */
@@ -96,24 +87,19 @@ static void mix_motion_real(uint32_t *hash, const hopform_plan_real *plan, const
     }
 }
 
-/* Derivatives at take-off, and the state in between with those there. Digests are as old as these, and older than the
- * derivatives at other endings: zeros stand in for them. */
+/* Derivatives at the ending, and the state in between with those there. */
 static void mix_derivatives_real(uint32_t *hash, const hopform_plan_real *plan, const hopform_step_real *steps,
                                  const hopform_phase_real *phases, const hopform_stance_real *stance) {
-    real matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS] = {0.0};
+    real matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
     real tangents[HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
     hopform_state_real state;
     real again[HOPFORM_AXES];
     real *columns[HOPFORM_AXES];
     const real half = 0.5 * stance->duration;
-    int32_t status = HOPFORM_NO_DERIVATIVE;
-    if (stance->ending == HOPFORM_ENDING_TAKEOFF) {
-        status = hopform_stance_sensitivities_real(plan, steps, phases, stance, matrix);
-    }
-    mix_int_real(hash, status);
-    mix_rows_real(hash, matrix, sizeof matrix, HOPFORM_SENSITIVITY_COLUMNS, COLUMN_OF_EXCESS_real);
+    mix_int_real(hash, hopform_stance_sensitivities_real(plan, steps, phases, stance, matrix));
+    mix_reals_real(hash, matrix, sizeof matrix);
     mix_int_real(hash, hopform_stance_tangents_real(plan, steps, phases, stance, &half, 1, &state, tangents));
-    mix_rows_real(hash, tangents, sizeof tangents, HOPFORM_SENSITIVITY_COLUMNS, COLUMN_OF_EXCESS_real);
+    mix_reals_real(hash, tangents, sizeof tangents);
     for (int i = 0; i < HOPFORM_AXES; i++) {
         columns[i] = again + i;
     }
@@ -155,7 +141,7 @@ static void mix_case_real(uint32_t *hash, const selftest_case_real *one, hopform
     hopform_plan_real plan;
     hopform_stance_real stance;
     mix_int_real(hash, hopform_plan_init_real(&plan, &selftest_robots_real[one->robot]));
-    mix_rows_real(hash, &plan, offsetof(hopform_plan_real, made), sizeof plan, EXCESS_real);
+    mix_reals_real(hash, &plan, offsetof(hopform_plan_real, made));
     const int32_t status = hopform_solve_stance_real(&plan, &one->start, one->steps, 2, one->horizon,
                                                      HOPFORM_SELFTEST_PHASES, phases, HOPFORM_SELFTEST_PHASES, &stance);
     mix_int_real(hash, status);
@@ -225,6 +211,8 @@ uint32_t hopform_selftest_real(hopform_search_real *search, hopform_phase_real *
     mix_search_real(&hash, &selftest_cases_real[3], 0.5, search, phases);
     mix_trials_real(&hash, &selftest_cases_real[0], phases);
     mix_trials_real(&hash, &selftest_cases_real[8], phases);
+    mix_search_real(&hash, &selftest_cases_real[FIRST_AT_REST_real], 0.1, search, phases);
+    mix_trials_real(&hash, &selftest_cases_real[FIRST_AT_REST_real], phases);
     mix_contact_real(&hash);
     return hash == 0 ? 1 : hash;
 }

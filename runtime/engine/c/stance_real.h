@@ -92,6 +92,7 @@ static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_
     if (status < 0) { return refuse_real(status, written, 1, read, 2); }
     stance_chain_real chain;
     stance_start_real(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity, evaluations);
+    chain.adds_up = chain.adds_up && observer == NULL; /* who follows a candidate does not ask for the AED */
     chain.observer = observer;
     chain.variation = variation;
     stance_search_real search;

@@ -3,6 +3,8 @@ files.
 """
 
 import math
+import shlex
+import sys
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,11 +17,13 @@ from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
 from hopform._cli.output import check_outputs, deliver, emit, picture, renderer, show
 from hopform._cli.use import file_of, robot_in_use
+from hopform._errors import printable
 from hopform._files import Named
 from hopform._identify import synthetic
 from hopform._identify.causes import said
 from hopform._identify.fits import Fit, Options, Trace, fit, is_no_fit, missed
 from hopform._identify.joint import KINDS, LETTERS, Check, check
+from hopform._identify.joint import plan as planned
 from hopform._identify.kinds import problem_of
 from hopform._identify.motion import Values
 from hopform._identify.recordings import Recording, flat_top
@@ -42,6 +46,18 @@ def known_values(pairs: Sequence[str]) -> dict[str, float]:
             raise HopformError(f"--known: there is no parameter {shown(name)}; there are {', '.join(LETTERS)}")
         values[name] = number
     return values
+
+
+def ranges_of(pairs: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Ranges of parameters from name=low:high."""
+    found = dict[str, tuple[float, float]]()
+    for pair in pairs:
+        name, equals, ends = pair.partition("=")
+        low, high = (number_of(each) for each in (ends.split(":") + [""])[:2])
+        if not equals or low is None or high is None or not -math.inf < low < high < math.inf:
+            raise HopformError(f"--ranges takes name=low:high in SI units, as in k=800:1600, got {shown(pair)}")
+        found[name] = low, high
+    return found
 
 
 def added_masses(text: str) -> tuple[float, ...]:
@@ -165,6 +181,8 @@ def files_of(
 ) -> list[tuple[Path, bytes]]:
     """The files that were asked for: a robot's TOML, or its model for a simulator, a report, a picture."""
     files = list[tuple[Path, bytes]]()
+    if isinstance(answer, Fit):
+        answer = replace(answer, origin=(*answer.origin, *command()))
     if isinstance(answer, Check):
         if out or written or plot:
             raise HopformError("--out, --report and --plot need a fit: check says what one could tell")
@@ -179,6 +197,13 @@ def files_of(
     if plot:
         files.append((plot, picture(plot, answer)))
     return files
+
+
+def command() -> tuple[str, ...]:
+    """The command line of this process, if it is hopform's."""
+    program, *arguments = sys.argv
+    ours = Path(program).stem in ("hopform", "__main__")
+    return (printable(shlex.join(["hopform", *arguments])),) if ours else ()
 
 
 # ---- the commands ----
@@ -219,11 +244,17 @@ def record(
     noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float | None = None,
     current: float | None = None, hold: float | None = None, added_mass: float = 0.0, repeats: int = 1,
     free_stroke: bool = False, seed: int | None = None, plan: bool = False,
-    known: list[str] | None = None, csv: str | None = "-",
+    known: list[str] | None = None, ranges: list[str] | None = None, csv: str | None = "-",
 ) -> None:  # fmt: skip
     """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
     check_outputs(False, csv, reads=[("--robot", file_of(robot))])
     base = robot_in_use(robot, values, "identify")
+    every = str(test) == "all"
+    if (ranges and not every) or (every and not plan):
+        raise HopformError("record all, and ranges, are for a plan: `record all --plan --ranges NAME=LOW:HIGH`")
+    if every:
+        show(reports.plan_of(planned(base, ranges_of(ranges or []), known_values(known or []) or None, seed or 0)))
+        return
     made = synthetic.record(
         base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
         hold=hold, added_mass=added_mass, repeats=repeats, free_stroke=free_stroke, seed=seed,

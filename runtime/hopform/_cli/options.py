@@ -28,7 +28,7 @@ ControllerName = StrEnum(
 )
 Precision = StrEnum("Precision", ["float64", "float32"])
 SimulatorFormat = StrEnum("SimulatorFormat", ["mjcf", "urdf", "isaac"])
-Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air"])
+Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air", "all"])
 Form = StrEnum("Form", ["text", "latex", "sympy", "json", "numpy", "c", "notebook"])
 Identification = StrEnum("Identification", ["drop", "free", "decay", "step", "air", "all", "check"])
 
@@ -182,7 +182,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "repeats": count(1, "drops or decays in the recording"),
         "free_stroke": option("on a rig without stops, whose spring's travel has no limit"),
         "record.seed": count(0, "of the noise", math.inf),
-        "plan": option("show the intervals that a fit of it would give, instead of the recording"),
+        "plan": option("show the intervals that a fit of it would give, instead of the recording; of all: what to record"),
+        "ranges": option("what is known of a parameter for `record all --plan`; repeatable", metavar="NAME=LOW:HIGH"),
     },
     "Fit": {
         "known": option("a known parameter, in SI units; repeatable", metavar="NAME=VALUE"),

@@ -14,8 +14,9 @@ from rich.console import RenderableType
 
 from hopform._cli.output import ends, number, record, table, to_json
 from hopform._errors import HopformError, printable
-from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace
-from hopform._identify.joint import Check
+from hopform._identify.estimation import Estimate
+from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace, missed
+from hopform._identify.joint import Check, Plan
 
 Answer = Fit | Check
 SUFFIXES = (".md", ".html")
@@ -32,7 +33,7 @@ class Section(NamedTuple):
 
 def fit_sections(fit: Fit) -> list[Section]:
     """Parameters with what was known last; recordings; causes that would explain the residuals better; repeats."""
-    parameters = [(e.name, number(e.value, ".6g"), e.unit, ends(e.low, e.high, ".6g"), e.method) for e in fit.estimates]
+    parameters = [(e.name, *rounded(e)[:1], e.unit, " .. ".join(rounded(e)[1:]), e.method) for e in fit.estimates]
     parameters += [(name, number(value, ".6g"), "", "", "known") for name, value in fit.known.items()]
     recordings = list[Sequence[str]]()
     for trace in fit.traces:
@@ -61,6 +62,45 @@ def fit_sections(fit: Fit) -> list[Section]:
                 repeats, ("parameter", "unit", "quote")),
     ]  # fmt: skip
     return [section for section in found if section.rows]
+
+
+def rounded(each: Estimate) -> tuple[str, str, str]:
+    """A value and the ends of its interval, to two digits of its half width; to four digits without an interval."""
+    half = 0.5 * (each.high - each.low)
+    if not math.isfinite(half) or half <= 0.0:
+        return number(each.value, ".4g"), number(each.low, ".4g"), number(each.high, ".4g")
+    last = math.floor(math.log10(half)) - 1
+    size = max(abs(each.value), abs(each.low), abs(each.high))
+    digits = max(math.floor(math.log10(size)) - last + 1, 1) if size > 0.0 else 1
+    form = f".{digits}g" if not -4 <= last <= 0 and (size >= 1e6 or size < 1e-4) else f".{max(-last, 0)}f"
+    low, value, high = (format(round(number, -last), form) for number in (each.low, each.value, each.high))
+    return value, low, high
+
+
+def verdict(fit: Fit) -> str:
+    """What to make of a fit, in a sentence."""
+    shared = [each for each in fit.estimates if not each.own]
+    given = [each for each in shared if math.isfinite(each.high - each.low)]
+    if any(missed(trace) for trace in fit.traces):
+        return "It misses the motion: quote nothing of it."
+    if given and any(each.method.startswith("spread") for each in given):
+        return "The model does not explain the recordings; quote the intervals of their mean."
+    if not given and any(each.method == "too few samples" for each in shared):
+        return "Too few samples: there are no intervals to quote; record for longer."
+    if not given:
+        return "The model does not explain the recordings: there are no intervals to quote; record each motion three times."
+    return "The model explains the recordings to their noise: quote the intervals."
+
+
+def quoted(fit: Fit) -> list[str]:
+    """The numbers to quote, a line each."""
+    found = list[str]()
+    for each in fit.estimates:
+        if not each.own and each.method != "not identifiable":
+            value, low, high = rounded(each)
+            given = math.isfinite(each.high - each.low)
+            found.append(f"{each.name} = {value} {each.unit}".rstrip() + (f" ({low} .. {high})" if given else ""))
+    return found
 
 
 def check_sections(check: Check) -> list[Section]:
@@ -99,9 +139,23 @@ def parts_of(answer: Answer) -> tuple[list[Section], list[str]]:
 def tables_of(answer: Answer) -> Iterator[RenderableType]:
     """An answer for a terminal."""
     sections, words = parts_of(answer)
+    if isinstance(answer, Fit):
+        yield verdict(answer)
     yield from (table(*section) for section in sections)
     yield from (strong_correlations(answer) if isinstance(answer, Fit) else words)
     yield from (f"note: {each}" for each in answer.statements)
+
+
+def plan_of(plan: Plan) -> Iterator[RenderableType]:
+    """A plan for a terminal: what to record, in its order."""
+    rows = [
+        (str(n), each.test, f"{each.setting} {each.value:.3g} {each.unit}", f"{each.duration:g}",
+         ", ".join(f"{name} {100.0 * share:.2g} %" for name, share in each.gives.items()) or "-")
+        for n, each in enumerate(plan.steps, 1)
+    ]  # fmt: skip
+    head = ("", "record", "how hard", "s", "gives, 95 % within")
+    yield table("What to record", head, rows, ("record", "how hard", "gives, 95 % within"))
+    yield from (f"note: {each}" for each in plan.statements)
 
 
 def fit_json(fit: Fit) -> str:
@@ -145,17 +199,31 @@ def files_of(answer: Fit, path: Path) -> list[tuple[Path, bytes]]:
     check_suffix(path)
     picture = plots.render(results.figure_of(answer), ".svg")
     sections, statements = parts_of(answer)
-    if isinstance(answer, Fit):
-        if pairs := [(a, b, f"{r:+.3f}") for (a, b), r in answer.correlations.items()]:
-            sections.append(Section("Correlations", ("first", "second", "correlation"), pairs))
-        statements += [rms_of(answer, trace) for trace in answer.traces if not math.isnan(trace.old_rms)]
-    statements += [*answer.statements, *answer.warnings]
+    if pairs := [(a, b, f"{r:+.3f}") for (a, b), r in answer.correlations.items()]:
+        sections.append(Section("Correlations", ("first", "second", "correlation"), pairs))
+    statements += [rms_of(answer, trace) for trace in answer.traces if not math.isnan(trace.old_rms)]
+    statements += [*answer.statements, *answer.warnings, *answer.origin]
+    first = [section for section in sections if section.title == "Repeats"]
+    rest = [section for section in sections if section.title != "Repeats"]
     title = f"Identification: {TITLES[answer.kind]}"
     page_path, *beside = paths_of(path)
     shown = quote(os.fsencode(beside[0].name)) if beside else picture.decode()
-    text = (_markdown if beside else _html)(title, sections, statements, shown)
+    page = Page(title, verdict(answer), quoted(answer), first, shown, rest, statements)
+    text = (_markdown if beside else _html)(page)
     # what is not UTF-8 in the name of a file is shown as the bytes that it is
     return [(page_path, text.encode("utf-8", "backslashreplace")), *((each, picture) for each in beside)]
+
+
+class Page(NamedTuple):
+    """A report in the order in which it is read."""
+
+    title: str
+    verdict: str
+    quoted: Sequence[str]
+    first: Sequence[Section]
+    picture: str
+    rest: Sequence[Section]
+    statements: Sequence[str]
 
 
 def rms_of(fit: Fit, trace: Trace) -> str:
@@ -165,13 +233,17 @@ def rms_of(fit: Fit, trace: Trace) -> str:
     return f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}"
 
 
-def _markdown(title: str, sections: Sequence[Section], statements: Sequence[str], picture: str) -> str:
-    parts = [f"# {title}", ""]
-    for heading, head, rows, _ in sections:
-        parts += [f"## {heading}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
-        parts += ["| " + " | ".join(map(markdown, row)) + " |" for row in rows] + [""]
-    items = [f"- {markdown(each)}" for each in statements]
-    return "\n".join([*parts, "## What the data identify", "", *items, "", f"![the fit]({picture})", ""])
+def _markdown(page: Page) -> str:
+    def tables(sections: Sequence[Section]) -> Iterator[str]:
+        for heading, head, rows, _ in sections:
+            yield from (f"## {heading}", "", "| " + " | ".join(head) + " |", "|" + "---|" * len(head))
+            yield from ("| " + " | ".join(map(markdown, row)) + " |" for row in rows)
+            yield ""
+
+    parts = [f"# {page.title}", "", markdown(page.verdict), "", *(f"- {markdown(each)}" for each in page.quoted), ""]
+    parts += [*tables(page.first), f"![the fit]({page.picture})", "", *tables(page.rest)]
+    items = [f"- {markdown(each)}" for each in page.statements]
+    return "\n".join([*parts, "## What the data identify", "", *items, ""])
 
 
 _MARKUP = re.compile(r"[\\`*{}\[\]<>#|&$~]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])")
@@ -182,22 +254,33 @@ def markdown(text: str) -> str:
     return _MARKUP.sub(r"\\\g<0>", printable(" ".join(text.split())))
 
 
-def _html(title: str, sections: Sequence[Section], statements: Sequence[str], picture: str) -> str:
+def _html(page: Page) -> str:
+    """A page that a phone shows: a table that is wider than it scrolls by itself."""
+
+    def text(words: str) -> str:
+        return html.escape(printable(words))
+
     def row(cells: Sequence[str], tag: str) -> str:
-        return "<tr>" + "".join(f"<{tag}>{html.escape(printable(cell))}</{tag}>" for cell in cells) + "</tr>"
+        return "<tr>" + "".join(f"<{tag}>{text(cell)}</{tag}>" for cell in cells) + "</tr>"
+
+    def tables(sections: Sequence[Section]) -> Iterator[str]:
+        for heading, head, rows, _ in sections:
+            yield from (f"<h2>{heading}</h2>", '<div class="wide"><table>', row(head, "th"))
+            yield from (row(cells, "td") for cells in rows)
+            yield "</table></div>"
 
     style = (
-        "body{font:15px sans-serif;max-width:62em;margin:2em auto}"
-        "table{border-collapse:collapse}svg{max-width:100%;height:auto}"
+        "body{font:15px sans-serif;max-width:62em;margin:2em auto;padding:0 1em}.wide{overflow-x:auto}"
+        "table{border-collapse:collapse}svg{max-width:100%;height:auto}li{overflow-wrap:anywhere}"
         "td,th{padding:.2em .7em;text-align:left;border-bottom:1px solid #ddd;font-variant-numeric:tabular-nums}"
     )
-    name = html.escape(title)
+    name = html.escape(page.title)
+    viewport = '<meta name="viewport" content="width=device-width,initial-scale=1">'
     parts = [
-        "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8"><title>{name}</title>',
-        f"<style>{style}</style></head><body>", f"<h1>{name}</h1>",
+        "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8">{viewport}<title>{name}</title>',
+        f"<style>{style}</style></head><body>", f"<h1>{name}</h1>", f"<p>{text(page.verdict)}</p>",
+        "<ul>", *(f"<li>{text(each)}</li>" for each in page.quoted), "</ul>", *tables(page.first),
+        page.picture[page.picture.index("<svg") :], *tables(page.rest),
     ]  # fmt: skip
-    for heading, head, rows, _ in sections:
-        parts += [f"<h2>{heading}</h2>", "<table>", row(head, "th"), *(row(cells, "td") for cells in rows), "</table>"]
-    items = [f"<li>{html.escape(printable(each))}</li>" for each in statements]
-    parts += ["<h2>What the data identify</h2>", "<ul>", *items, "</ul>"]
-    return "\n".join([*parts, picture[picture.index("<svg") :], "</body></html>", ""])
+    items = [f"<li>{text(each)}</li>" for each in page.statements]
+    return "\n".join([*parts, "<h2>What the data identify</h2>", "<ul>", *items, "</ul>", "</body></html>", ""])

@@ -77,8 +77,9 @@ def compression_cycles(robot: Robot) -> Drawn:
 
 
 def friction_threshold(robot: Robot) -> Drawn:
-    """Fig. 9: the current rises slowly until the actuator moves; (5) then gives f1."""
-    seconds, onset_expected = 6.0, (robot.f1 * robot.m_eff + robot.m_s * robot.g) / abs(robot.gamma2)
+    """Fig. 9: the current rises slowly until the actuator moves; (5) then gives f1, which is that at rest."""
+    at_rest = robot.f1 + robot.f1_excess
+    seconds, onset_expected = 6.0, (at_rest * robot.m_eff + robot.m_s * robot.g) / abs(robot.gamma2)
     rate = round(1.6 * onset_expected / seconds, 3)
     # On a rig: level, so that nothing weighs on the spring, which is as good as unloaded; and standing, as built.
     steps = [(float(t), float(rate * t)) for t in np.linspace(0.0, seconds, 1201)[:-1]]
@@ -107,7 +108,7 @@ def friction_threshold(robot: Robot) -> Drawn:
     ours = (
         f"a ramp of {rate:g} {volts(robot)}/s in steps of 5 ms, noise of 0.02 mm on x1. With the spring unloaded x1 "
         f"moves from {onset['spring unloaded']:.3f} {volts(robot)} on, and (5), taken in magnitudes, gives f1 = "
-        f"{found:.3f} m/s^2; the robot has {robot.f1:g}. Standing it moves from {onset['standing']:.3f} "
+        f"{found:.3f} m/s^2; at rest the robot has {at_rest:g}. Standing it moves from {onset['standing']:.3f} "
         f"{volts(robot)} on, as the weight rests on the spring: read by (5), that would be f1 = "
         f"{onset['standing'] * abs(robot.gamma2) / robot.m_eff:.2f} m/s^2"
     )

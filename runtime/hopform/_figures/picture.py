@@ -97,7 +97,7 @@ def legend(axes: Axes, columns: int = 3, **how: Any) -> None:
 
 def unloaded(robot: Robot) -> float:
     """Length of the leg [m] that carries nothing, the actuator at 0."""
-    return float(robot.letters.L0 + robot.letters.c) - rest_of(robot)
+    return float(robot.letters.L0 + robot.letters.c - rest_of(robot))
 
 
 def standing(robot: Robot) -> float:
@@ -118,7 +118,7 @@ def volts(robot: Robot) -> str:
 
 def scale(robot: Robot) -> float:
     """Heights of a robot over those of the shipped ones: they grow with the leg, of 0.4 m there."""
-    return float(robot.letters.L0) / 0.4
+    return float(robot.letters.L0 / 0.4)
 
 
 def movable(robot: Robot) -> Robot:

@@ -251,7 +251,8 @@ def believing(robot: Robot, shares: Mapping[str, float]) -> Errors:
 def ideal_drop(robot: Robot) -> Drawn:
     """Fig. 12: without losses the energy stays; the robot without friction, its actuator locked."""
     height, kept = 0.2 * scale(robot), home_of(robot)
-    still = replace(robot, b1=0.0, b2=0.0, f1=0.0, f2=0.0, impact_loss=0.0, x1_min=kept, x1_max=kept)
+    none: dict[str, Any] = dict.fromkeys(("b1", "b2", "f1", "f2", "f1_excess", "f2_excess", "impact_loss"), 0.0)
+    still = replace(robot, **none, x1_min=kept, x1_max=kept)
     run = simulate(still, flat(5), 0.0, height=height)
     data, figure = energies(run)
     energy = data["energy"]

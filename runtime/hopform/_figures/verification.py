@@ -92,7 +92,7 @@ def tested(robot: Robot, share: float, seed: int) -> tuple[float, Recordings, Ro
     u = share * movable(robot).u_max
     draw, clean = stream(Role.FIGURE, seed), recordings(robot, u)
     measured = Recordings(*(each + NOISE * draw.standard_normal(each.size) for each in (clean.x2, clean.x1)))
-    smooth = replace(robot, f1=0.0, f2=0.0)
+    smooth = replace(robot, f1=0.0, f2=0.0, f1_excess=0.0, f2_excess=0.0)
     some = 1e-3 * np.sqrt(robot.k * robot.m_s)  # where there is hardly any to begin with
     b1, b2 = max(robot.b1, some), max(robot.b2, some)
     b2 = least(lambda b: misfit(measured.x2, drop(replace(smooth, b2=b))), b2, 8.0 * b2)

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple, TypedDict, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
+from hopform import __version__
 from hopform._checks import flag, function, word
 from hopform._errors import HopformError
 from hopform._identify import alternatives, causes, estimation, nuisances, repeats
@@ -105,6 +106,8 @@ class Fit(Shown):
     """of the recordings; where positions are in rad, what is said to be in m is in rad, forces are torques"""
     scale: bool = True
     """whether something known fixes the scale of all forces"""
+    origin: tuple[str, ...] = ()
+    """the version of hopform, the command if there was one, and the recordings with their SHA-256"""
     base: Any = None
     """of a model's fit: its robot with what was fitted, and what was given"""
 
@@ -187,6 +190,7 @@ class Fit(Shown):
             tuple(fields[letter] for letter in means), values, low, high,
             tuple(tuple(row) for row in covariance.tolist()), tuple(given), base.name or "another robot",
             all(trace.tests.white for trace in self.traces),
+            (*self.origin, *(f"{each.name} {each.value!r} s" for each in self.estimates if each.name[:6] == "delay@")),
         )  # fmt: skip
         changed = given | dict(zip(fit.names, fit.values, strict=True))
         return replace(base, **changed, fit=fit)
@@ -322,6 +326,7 @@ def solved(problem: Problem, asked: "Asked") -> Fit:
         warnings=(*problem.warnings, *odd, *refuted, *said(diagnoses, problem.units.shown("x1"))),
         evaluations=solution.evaluations, seconds=clock.perf_counter() - began, solution=solution, diagnoses=diagnoses,
         covariance=spread.covariance, repeats=tuple(alone), units=problem.units, scale=problem.scale,
+        origin=(f"hopform {__version__}", *problem.files),
     )  # fmt: skip
 
 

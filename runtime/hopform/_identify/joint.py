@@ -13,10 +13,12 @@ recordings.
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple, Unpack
+from dataclasses import replace
+from typing import Any, NamedTuple, Unpack, cast
 
 import numpy as np
 
+from hopform._errors import HopformError
 from hopform._identify import alternatives, estimation
 from hopform._identify.drop import ATTACHED, FREE, GROUND
 from hopform._identify.estimation import Estimate, Solution
@@ -27,6 +29,8 @@ from hopform._identify.nuisances import DELAY, with_nuisances
 from hopform._identify.recordings import HOPPER, Recording, Units, flat_top, gaps_of, noise_of, outliers, quantum_of
 from hopform._identify.search import Problem, minimise
 from hopform._identify.step import AIR, HELD
+from hopform._identify.synthetic import hardest, record
+from hopform._robots import Robot
 
 KINDS = {"drop": GROUND, "decay": ATTACHED, "step": HELD, "air": AIR, "free": FREE}
 """Of each role its kind; a free drop comes late, since it shows least about its starts."""
@@ -97,13 +101,98 @@ def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at
     problem = with_nuisances(problem_of({kind: of.get(role, ()) for role, kind in KINDS.items()}, known), DELAY)
     telemetry = tuple(_telemetry(each, role) for role, some in of.items() for each in some)
     quick = None if at is not None else minimise(problem)
-    found, spread = expected(problem, quick.values if quick else at or {}, explained=not quick or all(quick.explained))
+    found, spread = expected(problem, quick or at or {}, explained=not quick or all(quick.explained))
     letters = (name.partition("@")[0] for name in spread.weak)
     helps = dict.fromkeys(_HELPS[letter] for letter in letters if letter in _HELPS)
     driven = [each for role in ("step", "air") for each in of.get(role, ())]
     odd = [each for one in telemetry for each in _odd(one)]
     warnings = (*problem.warnings, *odd, *map(_stopped, filter(flat_top, driven)), *_unexplained(quick, problem.units))
     return Check(telemetry, found, (*problem.statements, *blind(spread), *helps), warnings, problem.units)
+
+
+# ---- a plan, before anything is recorded ----
+
+
+class Step(NamedTuple):
+    """A recording to be made: its test, its setting with value and unit, how long [s], and the parameters that are to be
+    known within a tenth from it, each with the half width of its interval as a share, for the worst of the robots.
+    """
+
+    test: str
+    setting: str
+    value: float
+    unit: str
+    duration: float
+    gives: Mapping[str, float]
+
+
+class Plan(NamedTuple):
+    """Recordings in the order in which they are made, and notes."""
+
+    steps: tuple[Step, ...]
+    statements: tuple[str, ...]
+
+
+PLANNED = ("decay", "drop", "air", "step")
+"""Tests in the order of a plan: first those that no drive can spoil."""
+_DURATIONS = (1.0, 2.0, 4.0, 8.0)
+_DRAWN, _FINE, _WORTH = 3, 0.01, 0.7
+"""Robots that are drawn in the ranges beside both ends; shares: half width that is fine enough; of that of the shorter
+recording below which a longer one is worth its time."""
+
+
+def plan(robot: Robot, ranges: Mapping[str, tuple[float, float]], known: Values | None = None, seed: int = 0) -> Plan:
+    """What to record of a robot of which some parameters are known as ranges only: in which order, how hard within
+    stroke, travel and u_max for all robots in the ranges, and for how long.
+
+    known: names and values of what is weighed; m_s and m_eff of the robot if none. HopformError for a range that is none.
+    """
+    rng, names = np.random.default_rng(seed), {each.name for each in robot.fields()}
+    for name, pair in ranges.items():
+        if name not in names or not pair[0] < pair[1]:
+            raise HopformError(
+                f"ranges must name parameters, each with LOW < HIGH, got {name} = {pair[0]!r} .. {pair[1]!r}"
+            )
+    ends = [{name: pair[end] for name, pair in ranges.items()} for end in (0, 1)] if ranges else [dict[str, float]()]
+    drawn = [{name: float(rng.uniform(*pair)) for name, pair in ranges.items()} for _ in range(_DRAWN if ranges else 0)]
+    robots = [replace(robot, **cast(Any, each)) for each in ends + drawn]
+    given = dict(known or {"m_s": robot.m_s, "m_eff": robot.m_eff})
+    steps, notes = list[Step](), list[str]()
+    for test in PLANNED:
+        try:
+            steps.append(_step_of(robots, test, given, seed))
+        except HopformError as error:
+            notes.append(f"{test}: cannot be planned: {error}")
+    notes.append("record each three times: on a real rig their spread is the interval")
+    return Plan(tuple(steps), tuple(notes))
+
+
+def _step_of(robots: Sequence[Robot], test: str, given: Values, seed: int) -> Step:
+    """The shortest recording of a test after which a longer one brings little."""
+    best: Step | None = None
+    for duration in _DURATIONS:
+        name, value, unit = hardest(robots, test, duration)
+        shares = [_shares(each, test, given, {name: value}, duration, seed) for each in robots]
+        worst = {letter: max(one.get(letter, math.inf) for one in shares) for letter in shares[0]}
+        made = Step(test, name, value, unit, duration, {n: each for n, each in worst.items() if each < 0.1})
+        if best is not None and not any(made.gives[n] < _WORTH * best.gives.get(n, math.inf) and
+                                        best.gives.get(n, math.inf) > _FINE for n in made.gives):  # fmt: skip
+            break
+        best = made
+    assert best is not None
+    return best
+
+
+def _shares(
+    robot: Robot, test: str, given: Values, setting: Mapping[str, float], duration: float, seed: int
+) -> dict[str, float]:
+    """Of each parameter the half width of the interval to expect, as a share of it."""
+    made = record(robot, test, duration=duration, seed=seed, **cast(Any, setting))
+    letters = {field.name: getattr(robot, field.name) for field in robot.fields()} | {"length": robot.L0 + robot.c}
+    mine = {name: letters[name] for name in given if name in KINDS[test].letters}
+    found = check({test: [made]}, mine, letters).expected
+    return {each.name: 0.5 * (each.high - each.low) / abs(each.value) if each.value else math.inf
+            for each in found if not each.own and each.name != "offset"}  # fmt: skip
 
 
 def _stopped(recording: Recording) -> str:
@@ -139,9 +228,16 @@ _HELPS = {
 """The recording that tells a parameter."""
 
 
-def expected(problem: Problem, at: Values, *, explained: bool) -> tuple[tuple[Estimate, ...], estimation.Spread]:
-    """The intervals that a problem's recordings would give, with the noise that their samples show."""
-    values = {p.name: at.get(p.name, p.start) for p in problem.parameters}
+def expected(
+    problem: Problem, at: Solution | Values, *, explained: bool
+) -> tuple[tuple[Estimate, ...], estimation.Spread]:
+    """The intervals that a problem's recordings would give, with the noise that their samples show; at: a fit, or values.
+
+    They allow for causes that stay hidden, of the size that the fit shows, of none without one.
+    """
+    quick = at if isinstance(at, Solution) else None
+    some = quick.values if quick else cast(Values, at)
+    values = {p.name: some.get(p.name, p.start) for p in problem.parameters}
     sigma = [noise_level(each.measured) for each in problem.experiments]
     _, rows = estimation.residuals(problem.experiments, problem.parameters, values)
     # Residuals of one standard deviation, so that the covariance is that of the noise.
@@ -150,7 +246,10 @@ def expected(problem: Problem, at: Values, *, explained: bool) -> tuple[tuple[Es
     cost = float(rows.shape[0])
     solution = Solution(problem.parameters, values, rest, tuple(sigma), rows, cost, 1, experiments=problem.experiments)
     found, spread = estimation.estimates(solution, explained=explained, profiles=False)
-    unseen = [each._replace(size=0.0) for each in alternatives.missed(solution)] if explained else []
+    unseen = list[alternatives.Missed]()
+    if explained:
+        unseen = alternatives.missed(quick or solution)
+        unseen = unseen if quick else [each._replace(size=0.0) for each in unseen]
     found, spread, _ = alternatives.allowing(solution, found, spread, unseen)
     return found, spread
 

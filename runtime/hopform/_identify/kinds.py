@@ -156,8 +156,13 @@ class Kind:
             {name: value for name, value in group.known.items() if math.isfinite(value)},
             (*group.statements, *(note for cut in group.cuts for note in cut.rests())),
             tuple(f"{each.source}: {note}" for each in group.recordings for note in each.notes),
-            parts=self.parts, units=group.units, scale=group.scale, loss=group.loss,
+            parts=self.parts, units=group.units, scale=group.scale, loss=group.loss, files=files_of(group.recordings),
         )  # fmt: skip
+
+
+def files_of(recordings: Sequence[Recording]) -> tuple[str, ...]:
+    """Recordings as a robot's file names them."""
+    return tuple(f"{each.source} sha256 {each.digest}" if each.digest else each.source for each in recordings)
 
 
 Given = Mapping[Kind, Recordings]
@@ -282,6 +287,7 @@ def _merged(problems: Sequence[Problem]) -> Problem:
         parts=max((p.parts for p in problems), key=len),
         units=next((each.units for each in problems if each.quantity == "x1"), problems[0].units),
         scale=all(p.scale for p in problems), loss=problems[0].loss,
+        files=tuple(dict.fromkeys(each for p in problems for each in p.files)),
     )  # fmt: skip
 
 

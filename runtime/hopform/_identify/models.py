@@ -20,9 +20,9 @@ import numpy as np
 
 from hopform._checks import flag, items, mapping, real, shown
 from hopform._errors import HopformError
-from hopform._identify.estimation import Parameter
+from hopform._identify.estimation import Parameter, Solution
 from hopform._identify.fits import Fit, Options, checked, solved
-from hopform._identify.kinds import MOST_KNOWN, Cut, Recordings, read_some
+from hopform._identify.kinds import MOST_KNOWN, Cut, Recordings, files_of, read_some
 from hopform._identify.motion import MAX_PHASES, Array, Values, delayed, of_scipy
 from hopform._identify.recordings import (
     DRIVES,
@@ -224,6 +224,21 @@ class Modelled(Experiment):
         rest = middle / stiffness if stiffness > 0.0 else 0.0
         return Linear(stiffness, up - a(v=1.0), a(u=1.0) - up, rest, 0.5 * (down - up), middle)
 
+    def words(self, at: Values) -> dict[str, float]:
+        """What a simulator calls the numbers of a joint: the inertia from the kinetic energy, all else times it."""
+        robot, formulas = self.model.robot(at), self.model.formulas
+        length = float(formulas.body_height(robot, 0.0, 0.0))
+        still, moving = (self.model.records.LegState(0.0, v, 0.0, length) for v in (0.0, 1.0))
+        inertia = 2.0 * float(formulas.energies(robot, moving).total - formulas.energies(robot, still).total)
+        of = self._linear(robot)
+        found = {"inertia": inertia, "damping": of.damping * inertia, "frictionloss": of.friction * inertia}
+        if of.stiffness > 0.0:
+            found |= {"stiffness": of.stiffness * inertia, "springref": of.rest}
+        if self.model.input is not None and of.gain != 0.0:
+            found |= {"gear": of.gain * inertia}
+            found |= {} if of.stiffness > 0.0 else {"bias": of.middle / of.gain}
+        return found
+
     def _with_sine(self, at: Values, robot: Any, steps: Steps) -> "tuple[Steps, FedBack]":
         """The drive with what gravity's sine is less than its spring, of the angle that it leads to, and by how much more
         this changes the derivatives. First by Newton's steps, then, where these lead nowhere, by those of Picard.
@@ -389,7 +404,7 @@ def fit_model(
     view = [_view(model, each) for each in several]
     motions = [cut for n, each in enumerate(view) for cut in _motions(model, each, n)]
     free = {name: _start(model, name, start) for name in names}
-    tries = _starts(model, view, values, free, tied, sine)
+    tries, left = _starts(model, view, values, free, tied, sine)
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
     for n, cut in enumerate(motions):
         made, own = _posed(model, cut, n, values, {name: name for name in names} | tied, asked.backend, sine)
@@ -403,12 +418,28 @@ def fit_model(
     problem = Problem(
         "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
         tuple(first | each for each in tries), {n: values[n] for n in known or {} if n in values}, (), warnings, parts=(0.35, 1.0),
-        units=units, loss=asked.loss, friction=model.friction,
+        units=units, loss=asked.loss, friction=model.friction, files=files_of(several),
     )  # fmt: skip
     found = solved(problem, asked)
+    driven = any(len(each.steps) > 1 for each in experiments)
+    if driven and left > _UNDRIVEN and not all(cast(Solution, found.solution).explained):
+        found = replace(found, statements=(*found.statements, _undriven(model, left)))
     ours = {name: found.values[name] for name in names}
     every = values | ours | {name: ours[other] for name, other in tied.items()}
     return replace(found, base=cast(Any, robot_class(core))(**every, name=core.name))
+
+
+_UNDRIVEN = 0.2
+"""Share of the accelerations that drive and model leave, from where it is said."""
+
+
+def _undriven(model: Model, left: float) -> str:
+    """What is said of a drive that is not the one which moved the mass."""
+    name = cast("dict[str, Any]", model.input)["name"]
+    return (
+        f"{name} and the model leave {100.0 * left:.0f} % of the accelerations: is {name} what was commanded, is it late, "
+        "or is a term missing? inertia and stiffness are no better than that; a free decay does not need it"
+    )
 
 
 def _refuse(model: Model, sine: bool) -> None:
@@ -575,15 +606,16 @@ _SPREAD = (1.0, 0.05, 20.0)
 
 def _starts(
     model: Model, recordings: Sequence[Recording], values: Values, free: Values, tied: Mapping[str, str], sine: bool
-) -> list[dict[str, float]]:
+) -> tuple[list[dict[str, float]], float]:
     """Where the fit begins: the least squares of the accelerations through each filter; of several coordinates that were
-    not all recorded what is given.
+    not all recorded what is given. And the least share of the accelerations that is left.
     """
     if len(model.masses) > 1 and any(len([t for t in each.columns if t != "current"]) < 2 for each in recordings):
-        return [dict(free)]
+        return [dict(free)], 0.0
     rows = [[_filtered(model, each, cutoff) for each in recordings] for cutoff in CUTOFFS]
     tries = [found for some in rows for found in [_regressed(model, some, values, free, tied, sine)]]
-    return [found for _, found in sorted(tries, key=lambda each: each[0])] or [dict(free)]
+    tries.sort(key=lambda each: each[0])
+    return [found for _, found in tries], tries[0][0]
 
 
 class Rows(NamedTuple):
@@ -645,4 +677,5 @@ def _regressed(
             optimize.least_squares(off, np.maximum(z, low + 1e-6), bounds=(low, np.inf), loss="soft_l1", max_nfev=200)
         )
     best = min(found, key=lambda each: float(each.cost))
-    return float(best.cost) / max(best.fun.size, 1), out(best.x)
+    off_by = np.asarray(best.fun, dtype=np.float64)
+    return float(np.mean(off_by**2)), out(np.asarray(best.x))

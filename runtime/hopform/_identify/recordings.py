@@ -9,6 +9,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from hashlib import sha256
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -134,6 +135,8 @@ class Recording(Shown):
     notes: tuple[str, ...] = field(default=(), compare=False)
     remarks: tuple[str, ...] = ()
     head: int = 1
+    digest: str = field(default="", compare=False)
+    """SHA-256 of the text that it was read from"""
 
     def _card(self) -> Card:
         rate = (self.time.size - 1) / float(np.ptp(self.time)) if self.time.size > 1 else 0.0
@@ -305,7 +308,8 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
     left_out = [f"without a unit that is known, so left out: {', '.join(map(shown, unused))}"] if unused else []
     left_out += [f"line {cut} is cut short, so left out"] if cut else []
     notes = (*remarks, *_notes(time, rest), *left_out)
-    return Recording(source, time - time[0], rest, first, mass, notes, tuple(remarks), head_line)
+    return Recording(source, time - time[0], rest, first, mass, notes, tuple(remarks), head_line,
+                     sha256(text.encode("utf-8", "surrogatepass")).hexdigest())  # fmt: skip
 
 
 _BRACKETS = re.compile(r"(.*?)\s*[(\[]\s*([^()\[\]]*?)\s*[)\]]")

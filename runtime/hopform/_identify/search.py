@@ -40,6 +40,8 @@ class Problem:
     scale: bool = True
     """whether something known fixes the scale of all forces"""
     loss: str = "linear"
+    files: tuple[str, ...] = ()
+    """the recordings, each with the SHA-256 of its text"""
     friction: Mapping[str, str] | None = None
     """which kind of friction parameters are, viscous or coulomb; if not given by the first letter of their names"""
 

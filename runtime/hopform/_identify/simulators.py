@@ -22,12 +22,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hopform._checks import word
 from hopform._errors import HopformError, printable
 from hopform._identify.fits import Fit, mean_of
-from hopform._identify.motion import Array
+from hopform._identify.models import Modelled
+from hopform._identify.motion import Array, Values
 from hopform._identify.rigs import UNITS
 
 NAME = "identified"
+_G = 9.81
+"""[m/s^2] gravity in the file of a pendulum, whose weight follows from its m g l."""
 _TINY = 1e-9
 """[kg, kg m^2] what a link has that must have some: a mass on its axis if it turns, an inertia if it slides."""
 _STEP = 1e-4
@@ -50,6 +54,16 @@ class Quantity(NamedTuple):
         return f"[{self.unit or '1'}] {f'95 % {self.low:.6g} .. {self.high:.6g}' if given else 'no interval'}"
 
 
+def simulator_file(fit: Fit, form: str) -> str:
+    """The file of a simulator for a fit of one mass: a joint, an actuator, a body on its spring; its comments have the
+    intervals.
+
+    form: mjcf (MuJoCo), urdf, isaac (Isaac Lab). A model's fit with gravity's sine becomes a link with its weight, in
+    mjcf alone. Raises HopformError for a fit that does not fix its forces or that misses what a simulator needs.
+    """
+    return exported(fit, word("form", form, tuple(_FORMATS)))
+
+
 def exported(fit: Fit, form: str) -> str:
     """A text in one of `_FORMATS`; HopformError for a fit that is of no actuator, or that misses what a simulator
     needs.
@@ -62,6 +76,8 @@ def exported(fit: Fit, form: str) -> str:
 
 def quantities(fit: Fit) -> dict[str, Quantity]:
     """What of `exported`'s words a fit has."""
+    if fit.kind == "model":
+        return _of_model(fit)
     values = {name.partition("@")[0] for name in fit.values}
     actuator = {"m_eff", "b1", "f1"} <= values
     if not actuator and (not {"m_s", "b2", "f2"} <= values or "length" in values):
@@ -86,9 +102,47 @@ def quantities(fit: Fit) -> dict[str, Quantity]:
     return found
 
 
+def _modelled(fit: Fit) -> Modelled:
+    """The recording of a model's fit; HopformError for a model of several masses."""
+    of = fit.solution.experiments[0] if fit.solution else None
+    if not isinstance(of, Modelled) or len(of.model.masses) > 1:
+        raise HopformError("a simulator's file takes the fit of one mass, an actuator or a joint")
+    return of
+
+
+def _of_model(fit: Fit) -> dict[str, Quantity]:
+    """The words of a model's fit, from its energy and its accelerations; intervals to first order."""
+    of, units = _modelled(fit), fit.units
+    blind = [each.name for each in fit.estimates if each.method == "not identifiable"]
+    if blind:
+        raise HopformError(f"--export needs {blind[0]}, which these recordings do not identify: see the notes")
+
+    def words(values: Values) -> dict[str, float]:
+        return of.words(of.letters(values))
+
+    values = {each.name: each.value for each in fit.estimates}
+    slopes: dict[str, list[float]] = {name: [] for name in words(values)}
+    for each in fit.estimates:
+        step = 1e-6 * max(abs(each.value), 1e-3)
+        ends = [words({**values, each.name: each.value + side * step}) for side in (1.0, -1.0)]
+        for name, rows in slopes.items():
+            rows.append((ends[0][name] - ends[1][name]) / (2.0 * step))
+    unit = {
+        "inertia": "kg", "damping": "N s/m", "frictionloss": "N", "gear": "N/A", "bias": "A", "stiffness": "N/m",
+        "springref": "m",
+    }  # fmt: skip
+    return {name: _spread(fit, value, np.array(slopes[name]), units.of(unit[name]))
+            for name, value in words(values).items()}  # fmt: skip
+
+
+def _swings(fit: Fit) -> bool:
+    """Whether gravity's sine is the spring."""
+    return fit.kind == "model" and _modelled(fit).grid is not None
+
+
 def notes(fit: Fit) -> list[str]:
     """What a file cannot say in its words: whether the stiffness of what turns is a spring's or gravity's."""
-    if fit.units.position != "rad" or "stiffness" not in quantities(fit):
+    if fit.units.position != "rad" or "stiffness" not in quantities(fit) or _swings(fit):
         return []
     gravity = "for a pendulum, whose m g l it is, leave it out and give the link its mass m at the lever l"
     return [f"stiffness is exported as a torsion spring; {gravity}"]
@@ -136,7 +190,8 @@ def _head(fit: Fit, found: Mapping[str, Quantity]) -> list[str]:
     lines = [f"identified by hopform from {sources}; residuals {'' if white else 'NOT '}white"]
     lines += [f"{word} {each.value:.9g} {each.said()}" for word, each in found.items()]
     lines += ["inertia is all that moved: give it to the link or to the joint's armature, once"]
-    lines += ["gravity acts on nothing here: springref and bias hold the load of the recording"]
+    if not _swings(fit):
+        lines += ["gravity acts on nothing here: springref and bias hold the load of the recording"]
     return lines + notes(fit)
 
 
@@ -154,16 +209,24 @@ def _inertial(fit: Fit, found: Mapping[str, Quantity]) -> tuple[str, str]:
 def _mjcf(fit: Fit, found: Mapping[str, Quantity]) -> str:
     """A link on its joint. `angle` is set, since springref would be in degrees without; the bias acts through gear."""
     kind = "slide" if fit.units.position == "m" else "hinge"
-    attributes = [word for word in ("damping", "frictionloss", "stiffness", "springref") if word in found]
+    spring = () if _swings(fit) else ("stiffness", "springref")
+    attributes = [word for word in ("damping", "frictionloss", *spring) if word in found]
     words = "".join(f' {word}="{found[word].value!r}"' for word in attributes)
     mass, inertia = _inertial(fit, found)
+    place, pull, turned = "0 0 0", "0 0 0", ""
+    if _swings(fit):  # a point mass at half of the radius of gyration's lever, so that both m l^2 and the rest are > 0
+        lever = 0.5 * _G * found["inertia"].value / found["stiffness"].value
+        weight = found["stiffness"].value / (_G * lever)
+        place, pull, mass = f"0 {-lever!r} 0", f"0 {-_G!r} 0", repr(weight)
+        inertia = repr(found["inertia"].value - weight * lever**2)
+        turned = f' euler="0 0 {-found["springref"].value!r}"'
     more = ["solreffriction is two time steps; MuJoCo raises it to two of a longer step, with which friction creeps"]
     lines = [
         f'<mujoco model="{NAME}">', *_xml([*_head(fit, found), *more]), '  <compiler angle="radian"/>',
-        f'  <option timestep="{_STEP}" integrator="RK4" gravity="0 0 0"/>', "  <worldbody>",
-        f'    <body name="{NAME}">',
+        f'  <option timestep="{_STEP}" integrator="RK4" gravity="{pull}"/>', "  <worldbody>",
+        f'    <body name="{NAME}"{turned}>',
         f'      <joint name="{NAME}" type="{kind}" axis="0 0 1"{words} solreffriction="{2.0 * _STEP} 1"/>',
-        f'      <inertial pos="0 0 0" mass="{mass}" diaginertia="{inertia} {inertia} {inertia}"/>', "    </body>",
+        f'      <inertial pos="{place}" mass="{mass}" diaginertia="{inertia} {inertia} {inertia}"/>', "    </body>",
         "  </worldbody>",
     ]  # fmt: skip
     if "gear" in found:
@@ -175,6 +238,7 @@ def _mjcf(fit: Fit, found: Mapping[str, Quantity]) -> str:
 
 def _urdf(fit: Fit, found: Mapping[str, Quantity]) -> str:
     """A link on its joint. URDF has no gear, stiffness, springref and bias."""
+    _refuse_pendulum(fit)
     rotary, (mass, inertia) = fit.units.position == "rad", _inertial(fit, found)
     places = np.concatenate([trace.measured for trace in fit.traces])
     limit = f'    <limit lower="{places.min():.6g}" upper="{places.max():.6g}" effort="1e9" velocity="1e9"/>'
@@ -193,8 +257,16 @@ def _urdf(fit: Fit, found: Mapping[str, Quantity]) -> str:
     return "\n".join(lines)
 
 
+def _refuse_pendulum(fit: Fit) -> None:
+    if _swings(fit):
+        raise HopformError(
+            "a pendulum's gravity is the weight of a link: mjcf writes it, the other forms have a joint alone"
+        )
+
+
 def _isaac(fit: Fit, found: Mapping[str, Quantity]) -> str:
     """An actuator of Isaac Lab (from 2.3 on), whose friction is an effort, and whose units are those of the fit."""
+    _refuse_pendulum(fit)
     friction, loose = found["frictionloss"], Quantity(0.0, math.nan, math.nan, "none")
     numbers = {"stiffness": found.get("stiffness", loose), "armature": found["inertia"]}
     numbers |= {"friction": friction, "dynamic_friction": friction, "viscous_friction": found["damping"]}

@@ -107,6 +107,16 @@ def record(
     return Recording(name, time, columns, 2 + len(remarks), bench.mass, remarks, remarks)
 
 
+def hardest(robots: Sequence[Robot], test: str, duration: float) -> tuple[str, float, str]:
+    """The setting of a test that none of some robots is harmed by, its value and unit: the smallest of those that fit
+    each. HopformError where a robot has none.
+    """
+    name, unit = ("current", "A") if test in DRIVEN else ("height", "m")
+    time = np.arange(round(500.0 * duration) + 1) / 500.0
+    values = [_given(_Bench(each, test, time, 0.2, 0.0), None, None)[name] for each in robots]
+    return name, min(values), unit
+
+
 def to_csv(recording: Recording) -> str:
     """A recording as the CSV text that `read_recording` reads."""
     columns = sorted(recording.columns.values(), key=lambda column: column.place)

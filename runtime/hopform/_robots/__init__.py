@@ -43,7 +43,8 @@ from hopform._solver.package import CheckedRobot, checked, not_loaded, records
 
 class Provenance(NamedTuple):
     """Fitted fields with values, ends of their 95 % intervals and covariance, all in SI units; which fields were known;
-    the robot that gave the rest; whether the residuals were white.
+    the robot that gave the rest; whether the residuals were white; what it was made of: the version of hopform, the
+    command, each file with its SHA-256, the delays that were fitted.
     """
 
     names: tuple[str, ...]
@@ -54,6 +55,7 @@ class Provenance(NamedTuple):
     known: tuple[str, ...]
     base: str
     white: bool
+    origin: tuple[str, ...] = ()
 
     def of(self, name: str, value: float) -> str:
         """Where the value of a field comes from; a fitted one only as long as it is that of the fit."""
@@ -128,7 +130,12 @@ def provenance_from(value: object, fields: "tuple[records.Field, ...]" = records
         low, high = (_array(name, table[name], (count,), finite=False) for name in ("low", "high"))
         base, white = _text("base", table["base"]), flag("white", table["white"])
         numbers, lows, highs = (tuple(each.tolist()) for each in (values, low, high))
-        return Provenance(names, numbers, lows, highs, tuple(map(tuple, rows.tolist())), known, base, white)
+        origin = tuple(_text("origin", each) for each in items("origin", table["origin"], "texts", MOST_ORIGINS))
+        return Provenance(names, numbers, lows, highs, tuple(map(tuple, rows.tolist())), known, base, white, origin)
+
+
+MOST_ORIGINS = 20_000
+"""Texts that say what a fit was made of, at most: two of each recording."""
 
 
 def _fields_in(name: str, value: object, known: set[str]) -> tuple[str, ...]:

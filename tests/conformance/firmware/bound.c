@@ -5,13 +5,14 @@
  * many commands met a cap.
  */
 #include <math.h>
+#include <stdbool.h>
 
 #include "board.h"
 #include "hopform/hopform.h"
 
 #define OF(name) hopform_##name##_f32
 
-enum { CAPACITY = 32, GENES = 18, ROUNDS = 300 };
+enum { CAPACITY = 32, GENES = 18, ROUNDS = 500 };
 
 static OF(phase) phases[CAPACITY];
 static OF(search) search;
@@ -88,16 +89,18 @@ static int32_t instructions(uint32_t counts)
     return (int32_t)((double)counts * 1000.0 / (double)counts_of_1000);
 }
 
+static float worst[2][GENES]; /* the dearest candidate's, and the dearest command's: the next attack begins with them */
+
 static void attack(int32_t evaluations, int32_t candidates)
 {
-    float worst[2][GENES]; /* the dearest candidate's, and the dearest command's */
     uint32_t most[2] = {0, 0};
     int32_t capped = 0;
     for (int n = 0; n < ROUNDS; n++) {
         float gene[GENES];
-        const int climbs = n % 4 != 0 && most[0] > 0 ? 1 : 0; /* three of four change the worst so far */
+        const bool known = n < 2, climbs = n % 4 != 0; /* three of four change the worst so far */
         for (int i = 0; i < GENES; i++) {
-            const float moved = climbs ? worst[n % 2][i] + (uniform() < 0.3f ? 0.2f * (uniform() - 0.5f) : 0.0f) : uniform();
+            const float change = !known && uniform() < 0.3f ? 0.2f * (uniform() - 0.5f) : 0.0f;
+            const float moved = known || climbs ? worst[n % 2][i] + change : uniform();
             gene[i] = moved < 0.0f ? 0.0f : (moved < 1.0f ? moved : 0.999f);
         }
         int32_t status = 0;
@@ -123,10 +126,9 @@ static void attack(int32_t evaluations, int32_t candidates)
 int main(void)
 {
     counts_of_1000 = board_counts_of_1000();
-    attack(20, 16);
-    attack(100, 16);
-    attack(300, 16);
-    attack(300, 4096);
+    attack(20, 24);
+    attack(100, 24);
+    attack(300, 24);
     board_exit(0);
     return 0;
 }

@@ -79,7 +79,7 @@ def bounds(figures: dict[str, Any]) -> list[tuple[int, int, int, int, int, int]]
     A candidate costs in proportion to its evaluations. What one of 20 costs at most is the most that an evaluation does,
     with all that follows from it, and the start of the search beside it.
     """
-    of_20 = figures["caps 20 16 step"]
+    of_20 = figures["caps 20 24 step"]
     found = []
     for name, step in figures.items():
         if name.startswith("caps ") and name.endswith(" step"):

@@ -101,8 +101,8 @@ static T(hopform_robot) T(robot)(T(digest) *w)
     r.u_max = (kind & 0x600000u) == 0u ? T(over)(w, -4, 2) : (REAL)3;
     r.u_max = (kind & 0x7800000u) == 0u ? (REAL)INFINITY : r.u_max;
     r.impact_loss = (kind & 8u) != 0u ? (REAL)0 : (REAL)0.0625;
-    r.f1_excess = (REAL)0;
-    r.f2_excess = (REAL)0;
+    r.f1_excess = (kind & 0x40u) == 0u ? T(positive_over)(w, -5, 4, 5) : (REAL)0;
+    r.f2_excess = (kind & 0x80u) == 0u ? T(positive_over)(w, -5, 4, 5) : (REAL)0;
     return r;
 }
 

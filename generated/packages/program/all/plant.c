@@ -19,13 +19,14 @@ static float sign_of(float value) {
     return value > 0.0f ? 1.0f : (value < 0.0f ? -1.0f : 0.0f);
 }
 
-/* A velocity after a step, under a free acceleration and Coulomb friction, which stops a mass, never pulls it back. */
-static float velocity_after(float v, float acceleration, float friction) {
+/* A velocity after a step, under a free acceleration and Coulomb friction, which stops a mass, never pulls it back. At
+ * rest it holds the mass up to `up` and `down`. */
+static float velocity_after(float v, float acceleration, float friction, float up, float down) {
     if (v > 0.0f || v < 0.0f) {
         const float next = v + STEP * (acceleration - friction * sign_of(v));
         return next * v < 0.0f ? 0.0f : next;
     }
-    return fabsf(acceleration) > friction ? STEP * (acceleration - friction * sign_of(acceleration)) : 0.0f;
+    return acceleration > up || acceleration < -down ? STEP * (acceleration - friction * sign_of(acceleration)) : 0.0f;
 }
 
 static float compression(void) {
@@ -45,8 +46,10 @@ static void move(void) {
         ? compression()*robot.k/robot.m_s - robot.g - robot.b2*velocity_2/robot.m_s
         : -robot.g;
     const float before_1 = velocity_1, before_2 = velocity_2, leg_time = 0.0f;
-    velocity_1 = velocity_after(velocity_1, acceleration_1, robot.f1);
-    velocity_2 = velocity_after(velocity_2, acceleration_2, stance ? robot.f2 : 0.0f);
+    velocity_1 = velocity_after(velocity_1, acceleration_1, robot.f1, robot.f1 + robot.f1_excess, robot.f1 + robot.f1_excess);
+    velocity_2 = stance
+        ? velocity_after(velocity_2, acceleration_2, robot.f2, robot.f2 + robot.f2_excess, robot.f2 + robot.f2_excess)
+        : velocity_after(velocity_2, acceleration_2, 0.0f, 0.0f, 0.0f);
     position_1 += 0.5f * STEP * (before_1 + velocity_1);
     position_2 += 0.5f * STEP * (before_2 + velocity_2);
     const float lowest = robot.x1_min, highest = robot.x1_max;
