@@ -181,7 +181,9 @@ class Watched:
             monotone = (Interval(0.0, float(end.t), MONOTONE),)
             shown = certified if g.needs_certificate else monotone
             ends = (g.owner, n) == (search.owner, search.in_.found)
-            yield EventFunction(*self._named(g, chain), float(g.start), self._value(g, end), shown, math.nan, ends)
+            # in the modal form `start` is the final value, and at the start exp(-a t) = cos = 1
+            start = float(g.start + g.H3 + g.H2 if self.engine.is_modal(end) else g.start)
+            yield EventFunction(*self._named(g, chain), start, self._value(g, end), shown, math.nan, ends)
         if events.rests >= engine.CONTACT:
             element, contact = events.rests - engine.ELEMENT, events.rests == engine.CONTACT
             h = chain.motion.compression if contact else chain.motion.velocity[element]

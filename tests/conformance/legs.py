@@ -73,7 +73,7 @@ class Legs:
 
 
 def drawn(name: str, seed: int, count: int) -> Iterator[tuple[tuple[float, ...], dict[str, Any], dict[str, Any]]]:
-    """Parameters, start and problem of random robots, degenerate ones among them."""
+    """Parameters, start and problem of random robots, degenerate ones among them; the oracle has one level of friction."""
     choose = random.Random(seed)
     for row in draw_stances(seed, count):
         robot = {key: float(row[key]) for key in PARAMETERS}
@@ -91,9 +91,8 @@ def drawn(name: str, seed: int, count: int) -> Iterator[tuple[tuple[float, ...],
         else:
             further = (robot["m_s"] * robot["g"] * choose.uniform(-0.5, 0.9),)
             problem = builders.pushed_body(robot, further[0], **start, u=u, max_phases=MOST)
-        known = set(row.dtype.names)
         yield (
-            (*(float(row[key]) if key in known else 0.0 for key in Robot._fields), *further),
+            (*(robot.get(key, 0.0) for key in Robot._fields), *further),
             start | {"u": u},
             problem,
         )
