@@ -80,7 +80,7 @@ def motion(stance, phase, name, t):
 
 def test_event_functions_are_those_of_the_motion_and_positive_until_the_phase_ends():
     names = set()
-    for stance in stances(60):
+    for stance in stances(120):
         _, searches = explained(stance)
         for n, phase in enumerate(stance.phases):
             search = searches.get(n)
