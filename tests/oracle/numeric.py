@@ -248,7 +248,8 @@ def _first(mode: Mode, functions, z: Array, length: float, longest: float):
         event.terminal, event.direction = True, -1.0
         return event
 
-    scale = np.maximum(np.abs(z), 1e-6)
+    size = np.abs(z).reshape(2, -1).max(axis=1)  # of positions, and of velocities
+    scale = np.repeat(np.maximum(size, [1e-3, 1e-2]), mode.number)
     done = solve_ivp(
         mode.slope, (0.0, length), z, events=[terminal(function) for _, _, function in functions],
         max_step=longest, first_step=min(1e-3 * longest, length), **{**TOLERANCES, "atol": 1e-15 * scale},
