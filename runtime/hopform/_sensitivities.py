@@ -192,5 +192,11 @@ def lengths_of(of: Package, parameters: Any) -> dict[int, NDArray[Any]]:
     """How the length of the leg without load changes with the parameters that it depends on, by their columns."""
     robots = type(parameters)(*(np.asarray(value, float)[..., np.newaxis] for value in parameters))
     still, each = of.records.StateChange(*np.zeros(len(of.records.StateChange._fields))), np.eye(len(robots))
-    changes = np.moveaxis(of.formulas.height_change(robots, of.records.RobotChange(*each), still), -1, 0)
-    return {len(STARTS) + n: change[..., np.newaxis] for n, change in enumerate(changes) if np.any(change)}
+    changes = np.asarray(of.formulas.height_change(robots, of.records.RobotChange(*each), still))
+    if changes.ndim == 0:  # a length that no parameter changes
+        return {}
+    return {
+        len(STARTS) + n: change[..., np.newaxis]
+        for n, change in enumerate(np.moveaxis(changes, -1, 0))
+        if np.any(change)
+    }

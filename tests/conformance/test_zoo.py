@@ -19,7 +19,7 @@ CASES = [
     for name in ZOO
     for count, stiffest in ((20, 3e2), (200, 2e3), (10, 1e4))
 ]
-ULPS, TRIES = 32, 60
+ULPS, TRIES, FADED = 32, 60, 1e-6
 
 
 def test_every_model_that_ships_is_in_the_zoo():
@@ -47,6 +47,18 @@ def condition(motion: Any, case: Case, unit: dict[str, float]) -> float:
     return worst
 
 
+def resolved(truth: Motion) -> int:
+    """How many events the integrator knows: it loses what has faded to a millionth of the largest velocity."""
+    ends = [event.t for event in truth.events] + [truth.duration]
+    n = len(truth.final[1])
+    sizes = [
+        max(float(np.abs(truth.at(t)[n:]).max()) for t in np.linspace(begin, end, 9))
+        for begin, end in zip([0.0, *ends], ends, strict=False)
+    ]
+    faded = [index for index, size in enumerate(sizes[:-1]) if size < FADED * max(sizes)]
+    return faded[0] if faded else len(ends)
+
+
 def kinds(motion: Any) -> list[str]:
     return [*(event.kind for event in motion.events), motion.status]
 
@@ -61,12 +73,12 @@ def test_a_motion_is_that_of_the_integrator(store, name, count, stiffest):
         robot = solver.Robot(**case.robot)
         how = {"start": case.start, "u": case.u, "horizon": case.horizon}
         motion = solver.solve_motion(robot, **how)
-        assert kinds(motion) == [*truth.kinds, truth.status], (n, case)
-        unit = units(case, truth)
+        unit, known = units(case, truth), resolved(truth)
         allowed = 1e-10 * condition(motion, case, unit)
-        assert abs(motion.duration - truth.duration) <= allowed * unit["T"], (n, case)
-        for event, exact in zip(motion.events, truth.events, strict=True):
+        assert kinds(motion)[:known] == [*truth.kinds, truth.status][:known], (n, case)
+        for event, exact in zip(motion.events[:known], truth.events[:known], strict=True):
             assert abs(event.time - exact.t) <= allowed * unit["T"], (n, case)
+        assert abs(motion.duration - truth.duration) <= allowed * unit["T"], (n, case)
         final = dict(zip(case.start, np.concatenate(truth.final), strict=True))
         for key, value in final.items():
             assert abs(getattr(motion.end, key) - value) <= allowed * unit[key], (n, key, case)

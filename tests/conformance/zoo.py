@@ -58,7 +58,7 @@ def one(
     def force(q: Array, v: Array, u: float) -> Array:
         return -stiffness * (q - slack) - damping * v + constant + per_current * u
 
-    fastest = rate((inertia, stiffness, damping))
+    fastest = rate((inertia, stiffness, damping)) + 1.0
     low, high = max(friction.low, slack - 1.0), min(friction.high, slack + 1.0)
     q = draw.uniform(low, high) if draw.random() < 0.8 else draw.choice([low, high])
     v = draw.either(0.01, 3.0) if draw.random() < 0.85 else 0.0
