@@ -69,6 +69,8 @@ class Motion:
 
     def at(self, t: float) -> Array:
         """q, then v."""
+        if not self.pieces:
+            return np.concatenate(self.final)
         return next(states(t - begin) for begin, end, states in reversed(self.pieces) if begin <= t)
 
 
