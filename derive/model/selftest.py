@@ -75,3 +75,5 @@ AT_REST: tuple[Case, ...] = (
 """Stances with more friction at rest than in motion, which the digest has behind the others; costs are not counted of
 these.
 """
+
+EVERY_CASE = CASES + AT_REST

@@ -19,7 +19,10 @@ SEED = 20240607
 COUNT = 200
 HORIZON = 2.0
 MAX_PHASES = 64
-ROBOT = tuple(field.name for field in hopform.Robot.fields())
+EXCESS = ("f1_excess", "f2_excess")
+"""What friction at rest has more than in motion: nothing in these stances, as no peer knows it."""
+
+ROBOT = tuple(field.name for field in hopform.Robot.fields() if field.name not in EXCESS)
 START = ("x1", "v1", "v2", "u")
 
 

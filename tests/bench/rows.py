@@ -14,7 +14,7 @@ import hopform
 import hopform_solver
 from hopform_solver.records import ENDINGS, EVENTS
 from tests.bench import casadi_peer, diffrax_peer, native, numba_peer, scipy_peers
-from tests.bench.jobs import HORIZON, MAX_PHASES, ROBOT, Jobs, answers, write
+from tests.bench.jobs import EXCESS, HORIZON, MAX_PHASES, ROBOT, Jobs, answers, write
 
 TOLERANCES = (1e-6, 1e-8, 1e-10)
 BATCH = 10_000
@@ -106,7 +106,8 @@ def _numpy(dtype: Any, jobs: Jobs) -> Ready:
     """One call on arrays of `BATCH` stances: the jobs over and over."""
     table = np.resize(jobs.table, (max(len(jobs), BATCH), jobs.table.shape[1])).astype(dtype)
     columns = [np.ascontiguousarray(column) for column in table.T]
-    robot = hopform_solver.Robot(*columns[: len(ROBOT)])
+    none = dict.fromkeys(EXCESS, np.zeros_like(columns[0]))
+    robot = hopform_solver.Robot(*columns[: len(ROBOT)], **none)
     x1, v1, v2, u = columns[len(ROBOT) :]
     start = hopform_solver.LegState(x1, v1, v2, np.zeros_like(x1))
 

@@ -251,7 +251,8 @@ def test_a_flight_does_not_depend_on_the_units():
         other = hopform.Robot(
             m_eff=robot.m_eff * kilograms, m_s=robot.m_s * kilograms, k=robot.k * newtons / metres,
             L0=robot.L0 * metres, c=robot.c * metres, b1=robot.b1 * newtons / metres * seconds,
-            f1=robot.f1 * metres / seconds**2, gamma2=robot.gamma2 * newtons, g=robot.g * metres / seconds**2,
+            f1=robot.f1 * metres / seconds**2, f1_excess=robot.f1_excess * metres / seconds**2,
+            gamma2=robot.gamma2 * newtons, g=robot.g * metres / seconds**2,
             x1_min=robot.x1_min * metres, x1_max=robot.x1_max * metres, u_max=robot.u_max,
             impact_loss=robot.impact_loss,
         )  # fmt: skip

@@ -34,6 +34,8 @@ class Line:
     label: str = "line"
     begin: float = 0.0
     added_mass: float = 0.0
+    driven: bool = True
+    quantity: str = "x1"
     names: dict[str, str] = field(default_factory=lambda: {"x": "x@0"})
 
     @property

@@ -17,7 +17,7 @@ import sympy as sp
 
 from derive.emit.program import program
 from derive.ir import Function, Quantity, Record
-from derive.maths import time_domain
+from derive.maths import elements, partial_fractions, time_domain
 from derive.model import quantities as Q
 from hopform_solver import formulas, records
 from hopform_solver.kernels import basis_at, decay_at, factor_cubic
@@ -40,7 +40,22 @@ NONE: Unit = (sp.S.Zero,) * 4
 GENERIC = {
     Q.H3: "A/s", Q.H2: "A/s^2", Q.H1: "A/s^3", Q.A: "A/s^2", Q.B: "A/s^3",
     Q.residual_0: "A", time_domain.residual: "A",
+} | {
+    symbol: each
+    for record, units in (
+        (partial_fractions.MODES, ("A",) * 4),
+        (partial_fractions.INTEGRATED, ("A s",) * 4),
+        (partial_fractions.WHOLE, ("A", "A/s", "A/s^2", "A/s^3")),
+    )
+    for symbol, each in zip(record.symbols, units, strict=True)
 }  # fmt: skip
+
+# What a letter is, a model says; the hopper says it in parameters of the same names, and friction has a unit either way.
+PARAMETERS = next(record.quantities for record in PROGRAM.records if record.name == Q.ROBOT.name)
+LETTERS = {
+    letter: next(q.unit for q in PARAMETERS if q.name == letter.name.removesuffix("_minus"))
+    for letter in elements.BY_LETTER.symbols
+}
 
 
 def unit_of(text: str) -> Unit:
@@ -77,7 +92,7 @@ def declared(things: tuple[Record | Quantity, ...], function: Function) -> dict[
         {H: f"{unit}/s^{n + i}" for i, H in enumerate((Q.H3, Q.H2, Q.H1))} for unit, n in (("m", 3), ("m", 1), ("N", 1))
     )
     known = {"free_numerator_1": of_free, "free_numerator_2": of_free, "contact_numerator": of_way}
-    known |= {"displacement_numerator": of_way, "pull_numerator": of_pull}
+    known |= {"displacement_numerator": of_way, "pull_numerator": of_pull, "letters_of": LETTERS}
     units = {quantity.symbol: quantity.unit for thing in things for quantity in thing.quantities}
     return {symbol: unit_of(known.get(function.name, GENERIC).get(symbol, text)) for symbol, text in units.items()}
 

@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "facts.h"
 #include "formulas_f32.h"
 #include "series_f32.h"
 
