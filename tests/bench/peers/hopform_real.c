@@ -12,7 +12,7 @@ static OF(hopform_stance) stances[MOST];
 
 static OF(hopform_robot) robot_of(const double *job)
 {
-    OF(hopform_robot) robot;
+    OF(hopform_robot) robot = {0}; /* no more friction at rest than in motion */
     REAL *field = &robot.m_eff;
     for (int n = 0; n < 15; n++) {
         field[n] = (REAL)job[n];
