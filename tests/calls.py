@@ -26,9 +26,7 @@ def prepared(controller):
 
 DECAY = hopform.record(HOPPER, "decay", height=0.04, duration=0.5, seed=1)
 STEP = hopform.record(HOPPER, "step", duration=0.5, rate=200.0, seed=1)
-FIT = hopform.fit_drop_test(
-    DECAY, attached=True, known={"m_s": 3.0}, compare=False, holdout=False, diagnose=False
-)
+FIT = hopform.fit_drop_test(DECAY, attached=True, known={"m_s": 3.0}, compare=False, holdout=False, diagnose=False)
 START = {"robot": HOPPER, "v2": -1.9}
 FLOOR = {"hops": 3, "size": 0.02}
 TOUCHDOWN = hopform.controllers.Touchdown(0, 0.2, 0.0, 0.0, -1.9, 0.0, 0.2, HOPPER)

@@ -11,7 +11,6 @@ import math
 import re
 import subprocess
 from functools import cache
-from pathlib import Path
 
 import mpmath
 import numpy as np
