@@ -26,6 +26,7 @@ def prepared(controller):
 
 DECAY = hopform.record(HOPPER, "decay", height=0.04, duration=0.5, seed=1)
 STEP = hopform.record(HOPPER, "step", duration=0.5, rate=200.0, seed=1)
+FIT = hopform.fit_drop_test(DECAY, attached=True, known={"m_s": 3.0}, compare=False, holdout=False, diagnose=False)
 START = {"robot": HOPPER, "v2": -1.9}
 FLOOR = {"hops": 3, "size": 0.02}
 TOUCHDOWN = hopform.controllers.Touchdown(0, 0.2, 0.0, 0.0, -1.9, 0.0, 0.2, HOPPER)
@@ -68,10 +69,12 @@ OTHERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "load_robot": (hopform.load_robot, {"name_or_path": "hopper_c"}),
     "read": (hopform.terrain.read, {"path": "nowhere.csv"}),
     "read_recording": (hopform.read_recording, {"path": "nowhere.csv"}),
+    "fit": (hopform.fit, {"solver": "hopper", "recordings": DECAY, "known": {"q": 1.0}}),
     "fit_drop_test": (hopform.fit_drop_test, {"recordings": DECAY, "attached": True, "known": {"q": 1.0}}),
     "fit_step_response": (hopform.fit_step_response, {"recordings": STEP, "known": {"q": 1.0}}),
     "fit_force": (hopform.fit_force, {"recordings": STEP, "known": {"q": 1.0}}),
     "fit_robot": (hopform.fit_robot, {"decays": [DECAY], "known": {"q": 1.0}}),
+    "simulator_file": (hopform.simulator_file, {"fit": FIT, "form": "mjcf"}),
     "heights_of": (hopform.terrain.heights_of, {"terrain": [0.0]}),
     "prepare exact": (hopform.controllers.FeedForward(0.2).prepare, {"robot": HOPPER, "terrain": [0.0]}),
     "prepare printed": (hopform.controllers.AsPrinted(0.2).prepare, {"robot": HOPPER, "terrain": [0.0]}),

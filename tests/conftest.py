@@ -8,7 +8,10 @@ import pytest
 import hopform
 from tests.seeds import SEED
 
-collect_ignore = ["repository/manifests.py"]  # `make test-manifests`, in an environment of its own
+collect_ignore = [
+    "repository/manifests.py",  # `make test-manifests`, in an environment of its own
+    "models",  # files of elements: one declares a model where `read_model` runs it, and is no module to import
+]
 
 
 LONG = (

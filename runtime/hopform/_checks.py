@@ -138,6 +138,7 @@ class Role(IntEnum):
     ROBOTS = 4
     DETECTOR_DELAYS = 5
     FIGURE = 6
+    PLANS = 7
 
 
 def stream(role: Role, seed: object, *places: int) -> "np.random.Generator":

@@ -11,7 +11,6 @@ import math
 import re
 import subprocess
 from functools import cache
-from pathlib import Path
 
 import mpmath
 import numpy as np
@@ -23,10 +22,11 @@ from derive import derivation as module
 from derive.maths.formulas import GROUPS
 from hopform import _cli as cli
 from hopform.model import Derivation, ModelError, derive
+from tests.derived import MODELS, SHIPPED, model_file
 
-MODELS = Path(__file__).resolve().parents[1] / "models"
 NAMES = ("hopper", "damper", "second_spring", "joint")
 EACH = pytest.mark.parametrize("name", NAMES)
+THAT_SHIP = ", ".join(sorted(path.stem for path in SHIPPED.glob("[!_]*.py")))
 DIGITS = 40
 mp = mpmath.mp.clone()
 mp.dps = DIGITS + 20
@@ -34,7 +34,7 @@ mp.dps = DIGITS + 20
 
 @cache
 def derivation_of(name: str) -> Derivation:
-    return derive(name if name == "hopper" else MODELS / f"{name}.py")
+    return derive(name if name == "hopper" else model_file(name))
 
 
 # ---- the mechanisms, by hand ----
@@ -457,7 +457,7 @@ def test_every_documented_example_of_the_derivation_runs():
 
 
 def test_the_door_says_what_is_wrong(tmp_path):
-    with pytest.raises(ModelError, match="there is no model file .*nothing; models that ship: hopper"):
+    with pytest.raises(ModelError, match=f"there is no model file .*nothing; models that ship: {THAT_SHIP}$"):
         derive(tmp_path / "nothing")
     with pytest.raises(ModelError, match=r"hopper has no formula 'H22': did you mean H2_2\?"):
         derivation_of("hopper").show("H22")
@@ -471,7 +471,7 @@ def test_the_door_says_what_is_wrong(tmp_path):
     ("arguments_of", "said"),
     [
         (["model", "show", "hopper", "H22"], "did you mean H2_2?"),
-        (["model", "show", "nothing"], "whose name ends in .py, or one of hopper, got 'nothing'"),
+        (["model", "show", "nothing"], f"whose name ends in .py, or one of {THAT_SHIP}, got 'nothing'"),
         (["model", "show", "nothing.py"], "nothing.py cannot be read: No such file"),
         (["model", "show", str(MODELS / "undeclared.py")], "damping is k_emf, and k_emf is not declared"),
         (["model", "show", "hopper", "--as", "numpy", "--f32"], "--f32 is for --as c"),

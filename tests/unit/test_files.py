@@ -31,6 +31,7 @@ class Files(NamedTuple):
 COMMANDS = {
     "robots": Files((), ("name",), {}),
     "stance": Files(("--height", "0.2"), ("--robot",), {"--csv": ".svg", "--plot": ".svg"}),
+    "motion": Files((), ("--robot",), {"--csv": ".svg", "--plot": ".svg"}),
     "control": Files(("--height", "0.2", "--h-des", "0.2"), ("--robot", "--from-fit"), {"--plot": ".svg"}),
     "reach": Files(("--heights", "2", "--currents", "2"), ("--robot", "--from-fit"), {"--plot": ".svg"}),
     "hop": Files(
@@ -99,7 +100,7 @@ def refused(tmp_path, monkeypatch, capsys):
 
     def call(*arguments):
         monkeypatch.chdir(tmp_path)
-        for name in ("load_robot", "solve_stance", "simulate", "choose_current", "reachability"):
+        for name in ("load_robot", "solve_stance", "solve_motion", "simulate", "choose_current", "reachability"):
             monkeypatch.setattr(hopform, name, no_work)
         monkeypatch.setattr("hopform._cli.identify.read_recording", no_work)
         before = content(tmp_path)

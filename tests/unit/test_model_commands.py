@@ -21,7 +21,7 @@ from hopform import _cli as cli
 from hopform._cli import model as commands
 from hopform._solver import build
 from hopform.model import derive
-from tests.derived import MODELS, built, loaded
+from tests.derived import MODELS, SHIPPED, built, loaded
 
 DAMPER = MODELS / "damper.py"
 
@@ -189,7 +189,7 @@ def test_the_name_means_what_was_built_last(run, cache, quick, tmp_path):
             os.utime(folder / "solver.toml", (n + 1, n + 1))
     newest = max(cache.iterdir(), key=lambda each: os.path.getmtime(each / "solver.toml"))
     listed = json.loads(run("model", "list", "--json"))
-    assert [each["folder"] for each in listed][-1] == str(newest)
+    assert [each["folder"] for each in listed if each["folder"]][-1] == str(newest)
     assert (newest / "model.py").read_text("utf-8") == DAMPER.read_text("utf-8")
 
 
@@ -242,9 +242,13 @@ def test_zig_compiles_where_nothing_else_does(monkeypatch):
 
 def test_the_list_has_the_hopper_and_needs_no_derivation(run, monkeypatch):
     monkeypatch.setattr(commands.door, "part", None)
-    (hopper,) = json.loads(run("model", "list", "--json"))
+    hopper, *models = json.loads(run("model", "list", "--json"))
     assert (hopper["name"], hopper["folder"]) == ("hopper", None) and "hop" in hopper["can"]
-    assert "ships with hopform" in run("model", "list")
+    assert {each["name"] for each in models} == {path.stem for path in SHIPPED.glob("[!_]*.py")} - {"hopper"}
+    assert all(each["title"] and each["folder"] is None and not each["can"] for each in models)
+    said = run("model", "list")
+    assert said.count("ships with hopform") == 1
+    assert all(f"`hopform model build {each['name']}` makes it" in said for each in models)
 
 
 def test_help_says_that_a_model_file_is_run(run):

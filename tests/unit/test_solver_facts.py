@@ -15,7 +15,7 @@ from derive.model.equations import Model
 from derive.model_file import read_model
 from derive.shipped import HOPPER
 from hopform_solver import LAYOUT, VERSION, elements, records
-from tests.derived import MODELS, built, model_of, solver_of
+from tests.derived import built, model_file, model_of, solver_of
 
 ROOT = Path(__file__).resolve().parents[2]
 SOUND = ("back_emf", "damper", "held_body", "joint", "rig", "second_spring")
@@ -23,7 +23,7 @@ SOUND = ("back_emf", "damper", "held_body", "joint", "rig", "second_spring")
 
 @cache
 def model(name: str) -> Model:
-    return HOPPER if name == "hopper" else read_model(MODELS / f"{name}.py")
+    return HOPPER if name == "hopper" else read_model(model_file(name))
 
 
 def of_package(known, package_records, package_elements) -> None:
@@ -105,7 +105,7 @@ contact(spring(L - h, k))
 """A body on a leg, whose foot carries nothing but the spring."""
 
 
-@pytest.mark.parametrize("name", SOUND)
+@pytest.mark.parametrize("name", sorted({*SOUND} - {"rig"}))  # all parameters of a rig are the hopper's
 def test_the_selftest_of_a_model_has_its_further_parameters_act(name):
     """With all of them 0 the digest said nothing of a term, and a robot whose L_2 must be > 0 was refused in each case."""
     robot = model(name).robot

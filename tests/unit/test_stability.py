@@ -29,7 +29,7 @@ from hopform._solver import c as native
 from hopform._solver.c import C
 from hopform._solver.package import Package
 from hopform._solver.printed import Python
-from tests.derived import MODELS, Derived, derived, hopper_with
+from tests.derived import Derived, derived, hopper_with, model_file
 
 UNSTABLE = next(word.number for word in kinds.STATUSES.words if word.text == "error_unstable")
 D = Parameter("d", "d", "N s/m", "damping of either sign")
@@ -49,8 +49,8 @@ LINKED = dataclasses.replace(
     ("model", "names"),
     [
         (HOPPER, ()),
-        (read_model(MODELS / "back_emf.py"), ()),
-        (read_model(MODELS / "bearing.py"), ()),
+        (read_model(model_file("back_emf")), ()),
+        (read_model(model_file("bearing")), ()),
         (FED, ("p_1",)),
         (LINKED, ("p_1", "p_2", "s_2", "s_1 s_2 - s_3")),
     ],

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, Unpack, cast
 
 import numpy as np
 
+from hopform._checks import Role, stream
 from hopform._errors import HopformError
 from hopform._identify import alternatives, estimation
 from hopform._identify.drop import ATTACHED, FREE, GROUND
@@ -147,7 +148,7 @@ def plan(robot: Robot, ranges: Mapping[str, tuple[float, float]], known: Values 
 
     known: names and values of what is weighed; m_s and m_eff of the robot if none. HopformError for a range that is none.
     """
-    rng, names = np.random.default_rng(seed), {each.name for each in robot.fields()}
+    rng, names = stream(Role.PLANS, seed), {each.name for each in robot.fields()}
     for name, pair in ranges.items():
         if name not in names or not pair[0] < pair[1]:
             raise HopformError(

@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hopform._checks import word
+from hopform._checks import instance, word
 from hopform._errors import HopformError, printable
 from hopform._identify.fits import Fit, mean_of
 from hopform._identify.models import Modelled
@@ -61,7 +61,7 @@ def simulator_file(fit: Fit, form: str) -> str:
     form: mjcf (MuJoCo), urdf, isaac (Isaac Lab). A model's fit with gravity's sine becomes a link with its weight, in
     mjcf alone. Raises HopformError for a fit that does not fix its forces or that misses what a simulator needs.
     """
-    return exported(fit, word("form", form, tuple(_FORMATS)))
+    return exported(instance("fit", fit, Fit, "a fit of recordings"), word("form", form, tuple(_FORMATS)))
 
 
 def exported(fit: Fit, form: str) -> str:
