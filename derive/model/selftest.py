@@ -75,3 +75,6 @@ AT_REST: tuple[Case, ...] = (
 """Stances with more friction at rest than in motion, which the digest has behind the others; costs are not counted of
 these.
 """
+
+SOLVED = (*CASES, *AT_REST)
+"""Every stance of the digest, in its order."""
