@@ -215,8 +215,13 @@ def _of_library(sources: Iterable[str], options: Options) -> list[str]:
 
 
 def example_value(quantity: Quantity) -> float:
-    """A parameter's value to start from: that of the selftest's first robot, its default, or 1; 0 for what may be 0."""
-    known = selftest.ROBOTS[0].get(quantity.name, quantity.default)
+    """A parameter's value to start from: where it is the hopper's that of the selftest's first robot; else its default,
+    or 1; 0 for what may be 0.
+    """
+    is_hopper_s = any(
+        each.name == quantity.name and each.meaning == quantity.meaning for each in HOPPER.robot.quantities
+    )
+    known = selftest.ROBOTS[0].get(quantity.name) if is_hopper_s else quantity.default
     return known if known is not None else 0.0 if 0.0 in quantity.interval else 1.0
 
 
