@@ -57,7 +57,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     start.v1 = next_real(&from, sensible, 0);
     start.v2 = next_real(&from, sensible, 0);
     start.y = kind & 4 ? 0 : next_real(&from, sensible, 1);
-    T(target) target;
+    T(target) target = {0};
     target.h_des = next_real(&from, sensible, 1);
     target.datum = kind & 8 ? 0 : next_real(&from, sensible, 0);
     target.stop_margin = kind & 16 ? 0 : next_real(&from, sensible, 1);

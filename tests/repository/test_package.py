@@ -191,7 +191,7 @@ def test_an_installed_wheel_derives_the_hopper_to_the_same_bytes(installed, tmp_
 
 
 def test_an_installed_wheel_builds_the_solver_of_another_model_without_a_compiler(installed, tmp_path):
-    model = ROOT / "tests" / "models" / "back_emf.py"
+    model = ROOT / "derive" / "models" / "back_emf.py"
     build = (sys.executable, "-m", "hopform", "model", "build", model, "--out", "driven")
     code, output = run(*build, cwd=tmp_path, PYTHONPATH=str(installed), CC="/no/compiler")
     assert code == 0 and "The solver is built in driven." in output, output
@@ -281,7 +281,7 @@ def test_a_wheel_gives_the_first_number_within_20_s_of_a_processor_and_the_diges
 
 
 def test_a_stranger_derives_a_model_and_solves_it_without_a_compiler(stranger):
-    shutil.copy(ROOT / "tests" / "models" / "back_emf.py", stranger.folder)
+    shutil.copy(ROOT / "derive" / "models" / "back_emf.py", stranger.folder)
     assert "driven" in stranger("model", "build", "back_emf.py", "--out", "driven")
     stance = ("stance", "--robot", "driven/robot.toml", "--height", "0.20", "--json")
     assert json.loads(stranger("--solver", "driven", *stance))["status"] == "takeoff"

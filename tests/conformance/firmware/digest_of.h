@@ -259,7 +259,7 @@ static void T(with_command)(T(digest) *w, const T(hopform_plan) *plan, const T(h
     static T(hopform_phase) phases[DIGEST_PHASES];
     static T(hopform_search) search;
     T(hopform_command) command;
-    T(hopform_target) target;
+    T(hopform_target) target = {0};
     target.h_des = T(over)(w, -6, -1);
     target.datum = T(signed_over)(w, -8, -5, 2);
     target.stop_margin = T(positive_over)(w, -10, -8, 2);
