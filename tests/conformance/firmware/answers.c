@@ -452,7 +452,8 @@ static void derivatives(const problem *p, const T(stance) * stance)
                 const double curve =
                     fabs(high[r] + low[r] - 2.0 * whole[r]) / step; /* not straight: differences say less */
                 near(matrix[r * COLUMNS + column], slope,
-                     1e-4 * (fabs(slope) + 0.02) + 2.0 * curve + 1e-8 / step * 1e-3, "a sensitivity");
+                     1e-4 * (fabs(slope) + 0.02) + 2.0 * curve + (1e-11 + 8.9e-16 * fabs(whole[r])) / step,
+                     "a sensitivity"); /* rounding of the answers, over the step */
             }
         }
         if (has == HOPFORM_OK && stance->event_count == 0) {
