@@ -160,7 +160,7 @@ def test_a_run_has_the_bits_of_python(page, robot, state):
 def test_samples_of_a_run_are_those_of_python(page, hopper_c):
     terrain = [0.0, 0.02, -0.01]
     numbers = page().execute_async_script(
-        MODULE + "view('robot', 15).set(arguments[0]); view('terrain', 3).set(arguments[1]);"
+        MODULE + "view('robot', arguments[0].length).set(arguments[0]); view('terrain', 3).set(arguments[1]);"
         "c.play_run(0.2, 1, 0.2, 3, 0); const end = view('duration', 1)[0];"
         "c.play_sample(0, end, 501); done([String(end), all('samples', 501 * 15)]); });",
         [getattr(hopper_c, field.name) for field in hopform.Robot.fields()], terrain,
@@ -193,7 +193,7 @@ def test_samples_of_a_run_are_those_of_python(page, hopper_c):
 def test_the_map_is_the_reachability_of_python(page, hopper_c):
     heights, currents = np.linspace(0.01, 0.3, 12), np.array([0.0, 1.0, 2.0, 3.0])
     apex, admissible, lowest, highest = page().execute_async_script(
-        MODULE + "view('robot', 15).set(arguments[0]); view('heights', 12).set(arguments[1]);"
+        MODULE + "view('robot', arguments[0].length).set(arguments[0]); view('heights', 12).set(arguments[1]);"
         "view('currents', 4).set(arguments[2]); c.play_reach(12, 4);"
         "done([all('apex', 48), all('admissible', 48), all('lowest', 12), all('highest', 12)]); });",
         [getattr(hopper_c, field.name) for field in hopform.Robot.fields()], heights.tolist(), currents.tolist(),
