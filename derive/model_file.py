@@ -6,9 +6,15 @@ could not stand there is refused in one line: the file, the element, the value a
 
 import re
 import runpy
+import sys
 import traceback
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
 from pathlib import Path
+from types import ModuleType
 
+from . import model
 from .model.declare import Draft, drafted, shown
 from .model.equations import Model, ModelError
 from .model.mechanism import model_of
@@ -29,13 +35,32 @@ def read_model(path: Path) -> Model:
 def _run(path: Path) -> str | None:
     """Run a file, which fills the draft, and return its docstring; an exception becomes one line with the place."""
     try:
-        return runpy.run_path(str(path)).get("__doc__")
+        with _door():
+            return runpy.run_path(str(path)).get("__doc__")
     except (Exception, SystemExit) as error:
         line = _line_in(path, error)
         text = error.msg if isinstance(error, SyntaxError) else str(error)
         kind = "" if isinstance(error, ModelError) else type(error).__name__
         message = ": ".join(part for part in (kind, shown(text, 400)) if part)
         raise ModelError(f"{f'line {line}: ' if line else ''}{message}") from None
+
+
+@contextmanager
+def _door() -> Iterator[None]:
+    """While a file runs, `hopform.model` is this derivation's own, whether or not hopform is installed beside it."""
+    standing = {"hopform.model": model}
+    if "hopform" not in sys.modules and find_spec("hopform") is None:
+        standing["hopform"] = ModuleType("hopform")
+    before = {name: sys.modules.get(name) for name in standing}
+    sys.modules.update(standing)
+    try:
+        yield
+    finally:
+        for name, module in before.items():
+            if module is None:
+                del sys.modules[name]
+            else:
+                sys.modules[name] = module
 
 
 def _line_in(path: Path, error: BaseException) -> int | None:
