@@ -715,7 +715,7 @@ def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package,
     """The hopper with the same b1 and c, to rounding;
     the library compiles without a warning and agrees with the package.
     """
-    further = {name: 0.01 * n for n, name in enumerate(odd_package.Robot._fields[15:], 1)}
+    further = {name: 0.01 * n for n, name in enumerate(odd_package.Robot._fields[len(hopper_c.parameters) :], 1)}
     further |= {"r_a": 0.5, "r_s": 0.25}
     tau, h, *others = list(further.values())[:-2]
     robot = odd_package.Robot(*hopper_c.parameters, *further.values())
