@@ -50,7 +50,10 @@ def _of_name(name: str) -> Solver:
     if name in known:
         return _of_folder(known[name])
     names = ", ".join([DEFAULT.name, *sorted(known.keys() - {DEFAULT.name})])
-    raise HopformError(f"there is no solver {shown(name)}; known: {names}, or a folder that `hopform model build` made")
+    raise HopformError(
+        f"there is no solver {shown(name)}; known: {names}, or a folder that `hopform model build` made; models that it "
+        "can make are in `hopform model list`"
+    )
 
 
 def built_solvers() -> Iterator[tuple[Path, str]]:
