@@ -3,8 +3,7 @@
  * What a motion is made of at a time since its phase began, in one of two forms:
  *
  *     h(t) = h(0) + H3 W' + H2 W + H1 W1                   W the response of the poles: any poles, any time
- *     h(t) = final + fading E + cosine C + sine S          modal: E = exp(-a t); C, S = exp(-p t/2) times those of
- * omega t
+ *     h(t) = final + fading E + cosine C + sine S          modal: E = exp(-a t); C, S = exp(-p t/2) cos, sin omega t
  *
  * Where the real pole is much faster than the pair the first is a small difference of large numbers once E has gone. In
  * the second each part has digits of its own.
