@@ -15,6 +15,7 @@ from ..maths import elements, energy
 from ..model import quantities as Q
 from ..model.declare import glyph_of
 from ..model.equations import EXCESSES, MASSES, Model
+from ..model.mechanism import LARGEST
 
 FORMAT = 1
 """Of solver.toml: a reader refuses another."""
@@ -88,12 +89,15 @@ def _lacks(model: Model) -> Iterator[tuple[str, str]]:
 
 def is_the_papers(model: Model) -> bool:
     """Whether every letter is a parameter of its own name, and no force is further."""
-    letters = {letter for letter in Q.LETTERS if letter not in Q.LETTERS[17:]}
     return (
         not model.further
         and not any(model.by_sign)
         and model.has_contact
-        and all(isinstance(value := model.constants[letter], Own) and value.name == letter.name for letter in letters)
+        and all(
+            isinstance(value := model.constants[letter], Own) and value.name == letter.name
+            for letter in Q.LETTERS
+            if letter not in Q.BY_SIGN
+        )
     )
 
 
@@ -188,7 +192,7 @@ def _masses(model: Model) -> Iterator[dict[str, Any]]:
             "directions": list(own.directions),
             "friction": [str(model.constants[level]) for level in levels if model.constants[level] != 0],
             "excess": [str(model.constants[level]) for level in excess if model.constants[level] != 0],
-            "stops": [str(model.constants[stop]) for stop in stops if abs(model.constants[stop]) != NO_STOP],
+            "stops": [str(model.constants[stop]) for stop in stops if abs(model.constants[stop]) != LARGEST],
             "events": dict(_events(model, each)),
             "ledger": {
                 str(entry): f"{own.thing}, {LABELS[entry]}"
@@ -196,9 +200,6 @@ def _masses(model: Model) -> Iterator[dict[str, Any]]:
                 if mass == each.number - 1 and (entry in energy.powers(model) or entry == Q.STOP_LOSS.symbol)
             },
         }
-
-
-NO_STOP = 10**30
 
 
 def _events(model: Model, element: elements.Element) -> Iterator[tuple[str, str]]:

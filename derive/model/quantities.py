@@ -19,13 +19,16 @@ LETTERS = sp.symbols(
     m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess,
     f1_minus, f2_minus, f1_excess_minus, f2_excess_minus,
 ) = LETTERS  # fmt: skip
-"""The letters of the derivation, those of the paper's parameters: what each is, a model says in its own parameters.
+"""The letters of the derivation, the paper's parameters and those of friction by sign: a model says what each is.
 
 m_eff, m_s: inertias of the two masses. k, L0, c: the spring, of compression x_1 - x_2 + L0 + c, and the offset force
 k c. b1, b2: viscous friction. f_i, f_i_minus: Coulomb friction over the inertia where v_i > 0 and where v_i < 0;
-f_i_excess, f_i_excess_minus: what friction at rest has more, to either side. gamma2: force per current, against x_1. g: gravity. x1_min, x1_max: stops. u_max: limit of the current. impact_loss:
-fraction of the body's kinetic energy lost at touchdown.
+f_i_excess, f_i_excess_minus: what friction at rest has more, to either side. gamma2: force per current, against x_1.
+g: gravity. x1_min, x1_max: stops. u_max: limit of the current. impact_loss: fraction of the body's kinetic energy lost
+at touchdown.
 """
+BY_SIGN = (f1_minus, f2_minus, f1_excess_minus, f2_excess_minus)
+"""The letters that no parameter of the paper's hopper has: friction backward, where it is another."""
 TRAVEL = Quantity("travel", r"y_{max}", "m", "travel of the spring: compression at coil bind", "length", float("inf"))
 """A limit of the robot that no equation knows: compressions are compared with it."""
 
