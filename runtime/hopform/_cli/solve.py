@@ -60,6 +60,17 @@ def equations(number: str | None = None, json: bool = False, form: Form | None =
     deliver((), (), text, lambda: tables.equations(found) if number is None else tables.equation(found[0]))
 
 
+def refuse_contradictions(
+    robot: str | None, u: float, u_steps: Any, explain: bool, outputs: tuple[bool, str | None, Path | None]
+) -> None:
+    """HopformError for options of a stance or a motion that exclude each other, before anything is solved."""
+    check_outputs(*outputs, reads=[("--robot", file_of(robot))])
+    if u and u_steps:
+        raise hopform.HopformError("give either --u or --u-steps")
+    if outputs[0] and explain:
+        raise hopform.HopformError("--json and --explain exclude each other")
+
+
 def stance(
     robot: str | None = None, values: list[str] | None = None, height: float | None = None, v2: float | None = None, x1: float = 0.0, v1: float = 0.0,
     x2: float | None = None, compression: float | None = None, u: float = 0.0, u_steps: Any = None,
@@ -68,11 +79,7 @@ def stance(
     json: bool = False, csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Solve one stance: its phases, events, ending, apex and energy ledger."""
-    check_outputs(json, csv, plot, reads=[("--robot", file_of(robot))])
-    if u and u_steps:
-        raise hopform.HopformError("give either --u or --u-steps")
-    if json and explain:
-        raise hopform.HopformError("--json and --explain exclude each other")
+    refuse_contradictions(robot, u, u_steps, explain, (json, csv, plot))
     hopper = robot_in_use(robot, values, "stance")
     how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "backend": backend, "dtype": dtype}
     velocity = velocity_after_impact(hopper, height, v2)
@@ -92,11 +99,7 @@ def motion(
     json: bool = False, csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Solve a motion of any model: its phases, events, ending, forces and energy ledger."""
-    check_outputs(json, csv, plot, reads=[("--robot", file_of(robot))])
-    if u and u_steps:
-        raise hopform.HopformError("give either --u or --u-steps")
-    if json and explain:
-        raise hopform.HopformError("--json and --explain exclude each other")
+    refuse_contradictions(robot, u, u_steps, explain, (json, csv, plot))
     machine = robot_in_use(robot, values)
     how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "backend": backend, "dtype": dtype}
     solved = hopform.solve_motion(machine, start=start_in_use(start), u=u_steps or u, **how)
