@@ -280,8 +280,9 @@ static void readings(void)
             derived = OF(stance_sensitivities)(&plan, &step, phases, &stance, matrix);
             must(OF(stance_compression)(&plan, &step, phases, &stance, &compression) == HOPFORM_OK, "compression", i);
         }
+        const int flies = solved >= 0 && stance.ending == HOPFORM_ENDING_TAKEOFF && read_from[i][10] > 0;
         for (int n = 0; n < MATRIX; n++) {
-            const int none = derived != HOPFORM_OK || (n / COLUMNS == APEX && !(read_from[i][10] > 0));
+            const int none = derived != HOPFORM_OK || (n / COLUMNS == APEX && !flies);
             matrix[n] = none ? (real)NAN : matrix[n];
         }
         short_of = few ? HOPFORM_PHASES_NOT_KEPT : short_of;
