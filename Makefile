@@ -54,13 +54,13 @@ test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them by SEED,
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.exhaustive --seed $(SEED) --count 20000 --reference 500 --cases out/cases.json
 
-nightly: ## the long stages of .ci/run, longer and by the day's seed: coverage, determinism, mutants, exhaustive, fuzzing
+nightly: ## the slices and long stages of .ci/run, all of them, longer and by the day's seed
 	@set -e; seed=$$(date +%Y%m%d); export HOPFORM_SEED=$$seed FUZZ_SEED=$$seed; \
-	    $(MAKE) coverage-c test-determinism mutants-all test-exhaustive-slice fuzz SEED=$$seed
+	    $(MAKE) test-slices coverage-c test-determinism mutants-all test-exhaustive-slice fuzz SEED=$$seed
 
 test-slices: compiler venv-dev ## the slower tests, with some robots of each count of test-exhaustive-identification
 	$(PY) tools/build_library.py
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile \
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile --no-loadscope-reorder \
 	    tests/conformance tests/oracle tests/unit tests/repository --ignore tests/repository/test_package.py
 
 docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors

@@ -6486,8 +6486,8 @@ def stance_begin_search(chain: StanceChain, search: StanceSearch) -> None:
 
 
 def enter_modes(chain: StanceChain, search: StanceSearch) -> None:
-    """Go on in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is
-    a small difference of large terms of W. A distance to a stop counts from where the phase begins.
+    """Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient
+    is a small difference of large terms of W. A distance to a stop counts from where the phase begins.
     """
     set = search.events.set
     modes = search.events.modes
