@@ -101,11 +101,19 @@ class Flight(OverTime):
         state = with_height(self.robot, self.dtype, self._solved.state_at(self._times(t)))
         return State(*(shaped(value, t) for value in state))
 
-    def foot(self, t: ArrayLike) -> Real:
+    @overload
+    def foot(self, t: Number) -> float: ...
+    @overload
+    def foot(self, t: Times) -> NDArray[np.floating]: ...
+    def foot(self, t: Number | Times) -> Real:
         """Height of the foot over the ground ahead [m] at times t [s], in t's shape."""
         return self.compression(t) - shaped(self._solved.state_at(self._times(t)).y, t)
 
-    def compression(self, t: ArrayLike) -> Real:
+    @overload
+    def compression(self, t: Number) -> float: ...
+    @overload
+    def compression(self, t: Times) -> NDArray[np.floating]: ...
+    def compression(self, t: Number | Times) -> Real:
         """Compression of the leg [m] at times t [s], in t's shape: it carries nothing, so a damper in it relaxes."""
         times, time = self._times(t), self.robot.solver.package.formulas.leg_time(self.robot.parameters)
         return shaped(self._compression * np.exp(-times / time) if time > 0.0 else times * 0.0, t)
@@ -116,7 +124,11 @@ class Flight(OverTime):
         touches = self.touchdown is not None
         return float(self._solved.flight.end.y if touches else self.compression(self.duration))
 
-    def current(self, t: ArrayLike) -> Real:
+    @overload
+    def current(self, t: Number) -> float: ...
+    @overload
+    def current(self, t: Times) -> NDArray[np.floating]: ...
+    def current(self, t: Number | Times) -> Real:
         """The current [A] of the law at times t [s], in t's shape; 0 where the motor has no force."""
         state = self._solved.state_at(self._times(t))
         gamma2, u_max = self.robot.letters.gamma2, self.robot.letters.u_max
@@ -124,11 +136,19 @@ class Flight(OverTime):
             return shaped(np.zeros_like(state.x1), t)
         return shaped(np.clip((self.gains.Kp * state.x1 + self.gains.Kd * state.v1) / gamma2, -u_max, u_max), t)
 
-    def energy(self, t: ArrayLike) -> Energy:
+    @overload
+    def energy(self, t: Number) -> Energy[float]: ...
+    @overload
+    def energy(self, t: Times) -> Energy[NDArray[np.floating]]: ...
+    def energy(self, t: Number | Times) -> Energy[Any]:
         """Energies [J] of the body and of the robot at times t [s], in t's shape; the leg carries nothing."""
         return Energy(*in_order(t, self._times(t), lambda times: self._solved.energy_at(times)[0]))
 
-    def ledger(self, t: ArrayLike) -> FlightLedger:
+    @overload
+    def ledger(self, t: Number) -> FlightLedger[float]: ...
+    @overload
+    def ledger(self, t: Times) -> FlightLedger[NDArray[np.floating]]: ...
+    def ledger(self, t: Number | Times) -> FlightLedger[Any]:
         """The ledger [J] from take-off to times t [s], in t's shape; each entry from its own closed form."""
         return FlightLedger(*in_order(t, self._times(t), lambda times: self._solved.energy_at(times)[1]))
 
@@ -140,7 +160,7 @@ class Flight(OverTime):
         found = [("apex", self.apex), ("apex_time", self.apex_time), *after, ("events", len(self.events))]
         return Card(f"Flight of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s", given, found)
 
-    def _over(self, t: NDArray[np.float64]) -> dict[str, ArrayLike]:
+    def _over(self, t: NDArray[np.float64]) -> dict[str, Any]:
         energy = self.energy(t)
         motion = {**self.at(t)._asdict(), "foot": self.foot(t), "u": self.current(t)}
         return motion | {"body_energy": energy.body, "total_energy": energy.total}

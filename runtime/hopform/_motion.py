@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from importlib import import_module
-from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, SupportsFloat, TypeAlias, cast
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, SupportsFloat, TypeAlias, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -304,23 +304,35 @@ class Motion(OverTime):
             column[...] = whole[axis]  # itself where it is in one piece
         return t, layout.state(*into)
 
-    def current(self, t: ArrayLike) -> Real:
+    @overload
+    def current(self, t: Number) -> float: ...
+    @overload
+    def current(self, t: Times) -> NDArray[np.floating]: ...
+    def current(self, t: Number | Times) -> Real:
         """The current [A] at times t [s], in t's shape; from the time of a step on that of the step."""
         starts, currents = np.array(self.u).T
         return shaped(currents[np.searchsorted(starts, self._times(t), side="right") - 1], t)
 
-    def total_energy(self, t: ArrayLike) -> Real:
+    @overload
+    def total_energy(self, t: Number) -> float: ...
+    @overload
+    def total_energy(self, t: Times) -> NDArray[np.floating]: ...
+    def total_energy(self, t: Number | Times) -> Real:
         """Kinetic and potential energy H [J] of the whole machine at times t [s], in t's shape."""
         return shaped(self._solved.energy_at(self._times(t)).total, t)
 
-    def ledger(self, t: ArrayLike) -> records.Ledger:
+    @overload
+    def ledger(self, t: Number) -> records.Ledger[float]: ...
+    @overload
+    def ledger(self, t: Times) -> records.Ledger[NDArray[np.floating]]: ...
+    def ledger(self, t: Number | Times) -> records.Ledger[Any]:
         """The ledger [J] from the start to times t [s], in t's shape; each entry from its own closed form, t as for
         `at`.
         """
         entries = in_order(t, self._times(t), self._solved.ledger_at)
         return cast("records.Ledger", self.robot.solver.package.records.Ledger(*entries))
 
-    def ledger_by_element(self, t: ArrayLike) -> dict[str, dict[str, Real]]:
+    def ledger_by_element(self, t: Number | Times) -> dict[str, dict[str, Real]]:
         """The same by elements of the model, then by entries: what each has brought into the energy H.
 
         Elements without work are left out, and so is what one mass does to another through a spring.
@@ -332,7 +344,7 @@ class Motion(OverTime):
         found = {name: {key: entries[key] for key in own if key in whole} for name, own in elements.items()}
         return {name: own for name, own in found.items() if own}
 
-    def forces(self, t: ArrayLike) -> dict[str, Real]:
+    def forces(self, t: Number | Times) -> dict[str, Real]:
         """Forces [N, N m on what turns] at times t [s], in t's shape, along the coordinate that each acts on.
 
         friction_NAME: of friction on the mass with the coordinate NAME; held, as much as it takes to hold it, up to its

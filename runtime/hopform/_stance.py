@@ -9,7 +9,7 @@ from inspect import getattr_static
 from typing import TYPE_CHECKING, Any, ClassVar, SupportsFloat, overload
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 import hopform._checks as checks
 from hopform._checks import finite, items, pair, positive, shaped, shown, whole
@@ -140,13 +140,21 @@ class Stance(Motion):
         leg = self.end_compression
         return solve(self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, compression=leg, **how)
 
-    def compression(self, t: ArrayLike) -> Real:
+    @overload
+    def compression(self, t: Number) -> float: ...
+    @overload
+    def compression(self, t: Times) -> NDArray[np.floating]: ...
+    def compression(self, t: Number | Times) -> Real:
         """Compression of the leg [m] at times t [s], from where it carries nothing, to its own last digit:
         x1 - x2 + L0 + c where the spring alone is in it.
         """
         return shaped(self._solver_state(t).y, t)
 
-    def contact_force(self, t: ArrayLike) -> Real:
+    @overload
+    def contact_force(self, t: Number) -> float: ...
+    @overload
+    def contact_force(self, t: Times) -> NDArray[np.floating]: ...
+    def contact_force(self, t: Number | Times) -> Real:
         """Contact force N [N] at times t [s], in t's shape: what the leg carries, k times the compression of a spring.
 
         >>> from hopform import load_robot
@@ -157,13 +165,17 @@ class Stance(Motion):
         force = self.robot.solver.package.formulas.contact_force(self.robot.parameters, self._solver_state(t))
         return shaped(force, t)
 
-    def energy(self, t: ArrayLike) -> records.Energy:
+    @overload
+    def energy(self, t: Number) -> records.Energy[float]: ...
+    @overload
+    def energy(self, t: Times) -> records.Energy[NDArray[np.floating]]: ...
+    def energy(self, t: Number | Times) -> records.Energy[Any]:
         """Energies [J] of the body, with the spring as in (23), and of the robot at times t [s], in t's shape; t as for
         `at`.
         """
         return records.Energy(*(shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
-    def forces(self, t: ArrayLike) -> dict[str, Real]:
+    def forces(self, t: Number | Times) -> dict[str, Real]:
         """Those of a motion, and the contact force."""
         return super().forces(t) | {"contact": self.contact_force(t)}
 
@@ -295,7 +307,7 @@ def _solve(
     return _stance(robot, steps, back_end.name, precision, solved, x2_is_given, (start, longest, most))
 
 
-def aed_at(stance: Stance, t: ArrayLike) -> NDArray[np.floating]:
+def aed_at(stance: Stance, t: Number | Times) -> NDArray[np.floating]:
     """The AED (24) [J], the change of the body's energy since touchdown, at times t [s], by its ledger's entries."""
     entries = stance.ledger(t)
     return np.asarray(sum(getattr(entries, name) for name in stance.robot.solver.package.records.LEDGER_OF_BODY))

@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hopform
-from hopform import State, controllers
+from hopform import Energy, Ledger, State, controllers
 
 robot = hopform.load_robot("hopper_c")
 stance = hopform.solve_stance(robot, v2=-1.93, u=2.0)
@@ -19,10 +19,16 @@ assert_type(stance.grid(3)[1].x2, NDArray[np.floating])
 assert_type(stance.end, State[float])
 assert_type(stance.phases[0].state.x1, float)
 assert_type(stance.takeoff, State[float] | None)
+assert_type(stance.contact_force(0.05), float)
+assert_type(stance.energy(0.05).body, float)
+assert_type(stance.energy([0.0, 0.05]), Energy[NDArray[np.floating]])
+assert_type(stance.ledger(0.05), Ledger[float])
+assert_type(stance.ledger(np.linspace(0.0, 0.05, 3)).motor_work, NDArray[np.floating])
 
 flight = stance.fly()
 assert_type(flight.at(0.1).x1, float)
 assert_type(flight.at(np.array([0.1])).x1, NDArray[np.floating])
+assert_type(flight.ledger(0.1).motor_work, float)
 
 
 def law(t: float, state: State) -> float:

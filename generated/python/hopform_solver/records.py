@@ -2,7 +2,16 @@
 # SPDX-License-Identifier: MIT-0
 """The quantities of the model as records of floats or of arrays that broadcast, and the words for what happens."""
 
-from typing import Any, Literal, NamedTuple, TypeAlias
+from typing import TYPE_CHECKING, Any, Generic, Literal, NamedTuple, TypeAlias
+
+if TYPE_CHECKING:
+    from typing_extensions import TypeVar
+
+    Value = TypeVar("Value", default=Any)
+else:
+    from typing import TypeVar
+
+    Value = TypeVar("Value")
 
 Real: TypeAlias = Any
 """A float, or an array that broadcasts: what NumPy's operators take and give has no narrower common type."""
@@ -488,12 +497,12 @@ class PairNumerator(NamedTuple):
     """[1/s^3] constant terms"""
 
 
-class Energy(NamedTuple):
+class Energy(NamedTuple, Generic[Value]):
     """The energy of the body with its spring, (22), (23), and of the whole robot."""
 
-    body: Real
+    body: Value
     """[J] kinetic + gravitational + k (x_2 - L_0 - c)^2/2; in flight without the latter"""
-    total: Real
+    total: Value
     """[J] kinetic and potential energy of the whole robot"""
 
 
@@ -999,44 +1008,44 @@ class FlightIntegrals(NamedTuple):
     """[m] of the body"""
 
 
-class Ledger(NamedTuple):
+class Ledger(NamedTuple, Generic[Value]):
     """Where energy came from and went to since touchdown, signed as it enters, [J].
 
     All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
     Further terms of a model of one's own have their entries behind these.
     """
 
-    motor_work: Real
+    motor_work: Value
     """[J] work of the motor"""
-    offset_work: Real
+    offset_work: Value
     """[J] work of the offset force k c"""
-    viscous_1: Real
+    viscous_1: Value
     """[J] viscous loss of the actuator"""
-    viscous_2: Real
+    viscous_2: Value
     """[J] viscous loss of the body"""
-    coulomb_1: Real
+    coulomb_1: Value
     """[J] Coulomb loss of the actuator"""
-    coulomb_2: Real
+    coulomb_2: Value
     """[J] Coulomb loss of the body"""
-    stop_loss: Real
+    stop_loss: Value
     """[J] what the actuator lost at stops"""
-    spring_work: Real
+    spring_work: Value
     """[J] what the actuator's displacement does to the body through the spring"""
 
 
-class FlightLedger(NamedTuple):
+class FlightLedger(NamedTuple, Generic[Value]):
     """Where the actuator's energy came from and went to since take-off, signed as it enters, [J].
 
     The sum is the change of H.
     """
 
-    motor_work: Real
+    motor_work: Value
     """[J] work of the motor"""
-    offset_work: Real
+    offset_work: Value
     """[J] work of the offset force k c"""
-    viscous_1: Real
+    viscous_1: Value
     """[J] viscous loss of the actuator"""
-    coulomb_1: Real
+    coulomb_1: Value
     """[J] Coulomb loss of the actuator"""
-    stop_loss: Real
+    stop_loss: Value
     """[J] what the actuator lost at stops"""

@@ -105,7 +105,11 @@ class _Legs(OverTime):
         state = State(*self._from_legs(t, lambda leg, times: leg.motion.at(times), 4))
         return state._replace(x2=state.x2 + self._ground(t))
 
-    def energy(self, t: ArrayLike) -> records.Energy:
+    @overload
+    def energy(self, t: Number) -> records.Energy[float]: ...
+    @overload
+    def energy(self, t: Times) -> records.Energy[NDArray[np.floating]]: ...
+    def energy(self, t: Number | Times) -> records.Energy[Any]:
         """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on. That of the body is E of
         (23): in stance it holds k (x2 - L0 - c)^2/2 of the spring, in flight nothing, so it jumps by k x1^2/2 at
         take-off and touchdown.
@@ -139,11 +143,15 @@ class _Legs(OverTime):
 
         return self._from_legs(t, height)[0]
 
-    def current(self, t: ArrayLike) -> Real:
+    @overload
+    def current(self, t: Number) -> float: ...
+    @overload
+    def current(self, t: Times) -> NDArray[np.floating]: ...
+    def current(self, t: Number | Times) -> Real:
         """Current [A] that is asked for at times t [s], in t's shape; in flight that of the return's law."""
         return self._from_legs(t, lambda leg, times: leg.motion.current(times))[0]
 
-    def _over(self, t: Array) -> dict[str, ArrayLike]:
+    def _over(self, t: Array) -> dict[str, Any]:
         motion = {**self.at(t)._asdict(), "ground": self._ground(t), "foot": self.foot(t), "u": self.current(t)}
         body, total = self.energy(t)
         return motion | {"body_energy": body, "total_energy": total, "predicted_energy": self.aed(t)}
