@@ -100,6 +100,7 @@ def over_an_actuator(level: float) -> Recording:
     return Recording("leg.csv", np.arange(u.size) / 400.0, {**columns, "current": Column("current_A", "current", 4, u)})
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("level", [0.0, 0.5])
 def test_a_free_actuator_whose_friction_is_higher_at_rest_is_not_explained(level):
     """Its x1 shows where the fit starts though it hits its stops; without that, it ends at three times the masses."""

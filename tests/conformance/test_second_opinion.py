@@ -125,6 +125,7 @@ def assert_works(leg: Leg, solved: Any, verdict: Any, n: int) -> None:
         assert abs(ledger[entry] - float(work)) <= LIMITS[53] * condition * unit, (n, entry)
 
 
+@pytest.mark.sliced
 def test_a_leg_of_two_springs_of_unlike_lengths_begins_where_it_carries_nothing(legs: Legs) -> None:
     leg, takeoffs = legs["second_spring"], 0
     for n, (parameters, start, horizon, problem) in enumerate(islice(of_unlike_springs(), COUNT)):

@@ -267,6 +267,7 @@ def test_another_hash_seed_gives_the_same_bytes_and_out_writes_a_whole_tree(fres
     assert made == ours
 
 
+@pytest.mark.sliced
 def test_an_output_folder_loses_what_an_earlier_run_made_and_keeps_what_is_not_of_the_generator(run, tmp_path):
     out = tmp_path / "out"
     assert run("--out", out).code == 0
@@ -460,7 +461,10 @@ def test_a_manifest_that_is_none_is_made_anew_in_generated(run, tree, fresh):
 # ---- one precision ----
 
 
-@pytest.mark.parametrize(("option", "kept", "left_out"), [("--float32", "f32", "f64"), ("--float64", "f64", "f32")])
+@pytest.mark.parametrize(
+    ("option", "kept", "left_out"),
+    [("--float32", "f32", "f64"), pytest.param("--float64", "f64", "f32", marks=pytest.mark.sliced)],
+)
 def test_one_precision_leaves_the_other_out(run, fresh, tmp_path, option, kept, left_out):
     out = tmp_path / "out"
     assert run("--out", out, option) == (0, "", "")

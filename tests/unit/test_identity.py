@@ -93,6 +93,7 @@ def test_the_stranger_draws_and_exports_the_same_bytes(store, tmp_path, capsys, 
     compare(MANY, built(store, "stranger"), tmp_path, capsys, monkeypatch)
 
 
+@pytest.mark.sliced
 def test_it_is_the_strangers_solver_that_answers(store, tmp_path, capsys):
     """What the comparison would not see if --solver were passed over: a refusal names the model."""
     mine = tmp_path / "mine.toml"

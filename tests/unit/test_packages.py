@@ -186,6 +186,7 @@ def test_a_package_that_is_built_with_its_own_flags_has_the_digests(tmp_path, sy
     assert run(BUILDS[system](package), cwd=tmp_path).split() == digests(precisions)
 
 
+@pytest.mark.sliced
 def test_here_contraction_would_be_noticed(tmp_path):
     package = Package(tmp_path, "plain", ("f32",))
     contracted = package.compiled(["-ffp-contract=fast"], sources_in(package.root / "src"), package.root / "include")

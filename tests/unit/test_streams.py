@@ -80,6 +80,7 @@ def drawn() -> Streams:
     return found
 
 
+@pytest.mark.sliced
 def test_streams_that_are_not_meant_to_be_one_are_not_correlated():
     streams = drawn()
     assert len(streams) > 200 and {each.shape for each in streams.values()} == {(SIZE,)}

@@ -40,6 +40,7 @@ def fitted(of: Recording) -> Fit:
 PLAIN = simulate(RIG, CURRENT, RATE)
 
 
+@pytest.mark.sliced
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(st.booleans(), st.floats(-3.0, 3.0))
 def test_mirror_and_shift_of_a_recording_change_no_parameter(mirrored, shift):
