@@ -227,7 +227,8 @@ def _integrate(model: Model, power: sp.Expr) -> sp.Expr:
     """The power with every product replaced by its integral."""
     in_phase = sp.expand(power.subs(x2, x1 - y + model.length).subs(x1, x1_0 + displacement))
     polynomial = sp.Poly(in_phase, displacement, y, v1, v2)
-    integrals = {sp.Poly(product, displacement, y, v1, v2).monoms()[0]: name for name, product in PRODUCTS.items()}
+    products = PRODUCTS | {int_v1**2 / 2: displacement * v1}
+    integrals = {sp.Poly(product, displacement, y, v1, v2).monoms()[0]: value for value, product in products.items()}
     return sum(
         (coefficient * integrals[monomial] for monomial, coefficient in polynomial.terms() if coefficient != 0),
         sp.S.Zero,

@@ -229,9 +229,11 @@ class Model:
 
     @cached_property
     def in_flight(self) -> tuple[sp.Expr, sp.Expr]:
-        """The accelerations in flight, where the leg carries nothing, in v1 and u; that of the body is constant."""
+        """The accelerations in flight, where the leg carries nothing, in v1 and u; that of the body is constant. Without
+        a contact nothing flies.
+        """
         actuator, body = self._forces_in("flight")
-        return sp.expand(actuator / m_eff), sp.expand(body / m_s - g)
+        return sp.expand(actuator / m_eff), sp.expand((body if self.has_contact else 0) / m_s - g)
 
     @property
     def fall(self) -> sp.Expr:
