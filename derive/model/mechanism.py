@@ -514,6 +514,12 @@ class _Mechanism:
         ):
             raise ModelError(f"{self.contact}: impact_loss must be a number >= 0 and < 1, or a parameter in 'fraction'")
         self._put(Q.impact_loss, loss, "contact")
+        for each, others in ((self.first, ("x2", "v2")), (self.second, ("x1", "v1"))):
+            if each is not None and {each.symbol.name, each.velocity} & {*others}:
+                raise ModelError(
+                    f"{self.contact}: {each.symbol} with the velocity {each.velocity} is mass {3 - int(others[0][1])} of "
+                    f"the leg, and {others[0]}, {others[1]} are the other one in a stance: give it another name"
+                )
         for force in self.further:
             refuse_what_flight_cannot_carry(force)
 

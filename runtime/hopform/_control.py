@@ -23,7 +23,7 @@ from hopform._batch import Progress, solve_stances
 from hopform._checks import MEMORY, Array, finite, flag, function, nonnegative, numbers, positive, shaped, shown, whole
 from hopform._errors import HopformError
 from hopform._motion import precision_of
-from hopform._robots import Robot, checked_robot
+from hopform._robots import Robot, checked_robot, falling_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
 from hopform._solver.package import COMMANDS, MAX_PHASES, Target, records
 from hopform._stance import solve_stance, start_of
@@ -140,8 +140,7 @@ def limit_of(robot: Robot, margin: float) -> float:
 
 def checked_target(robot: Robot, h_des: object, datum: object, stop_margin: object, horizon: object) -> Target:
     """h_des, datum, stop_margin, horizon, checked, and that the robot can be controlled at all."""
-    if not checked_robot(robot, "command").g > 0.0:
-        raise HopformError(f"an apex needs g > 0 m/s^2, got {robot.letters.g!r}")
+    falling_robot(robot, "command", "an apex")
     if not math.isfinite(limit := robot.letters.u_max):
         of = robot.solver.facts.inputs[0]
         raise HopformError(f"the controller needs a finite {of['limit']}, got {limit!r} {of['unit']}")
@@ -391,7 +390,7 @@ def _hop(robot: Robot, limit: float, how: dict[str, Any], u: float, height: floa
     stance = solve_stance(robot, x1=x1, v2=v2, u=u, **how)
     if stance.takeoff is None:
         return math.nan, []
-    slope = float(stance.sensitivities["apex", "v2"]) * robot.letters.g * (1.0 - robot.letters.impact_loss) / v2
+    slope = float(stance.sensitivities["apex", "v2"]) * robot.fall * (1.0 - robot.letters.impact_loss) / v2
     peak = max(stance.end.x1, *(phase.state.x1 for phase in stance.phases))
     return stance.apex - height, [FixedPoint(u, height, slope, bool(peak < limit))]
 

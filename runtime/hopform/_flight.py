@@ -19,7 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._checks import finite, nonnegative, pair, positive, shaped, times_within, whole
 from hopform._errors import HopformError
 from hopform._motion import DOUBLE, Event, Number, Real, State, Times, in_order, precision_of
-from hopform._robots import Robot, checked_robot
+from hopform._robots import Robot, checked_robot, falling_robot
 from hopform._show import Arrays, Card, OverTime, events_of, name_of
 from hopform._solver.choice import SolvedFlight
 from hopform._solver.library import Backend
@@ -99,7 +99,7 @@ class Flight(OverTime):
         0.6338 0.010312
         """
         state = with_height(self.robot, self.dtype, self._solved.state_at(self._times(t)))
-        return State(*(shaped(value, t) for value in state))
+        return type(state)(*(shaped(value, t) for value in state))
 
     @overload
     def foot(self, t: Number) -> float: ...
@@ -204,8 +204,7 @@ def solve_flight(
     ('touchdown', 0.4109, ['x1_reverses', 'u_desaturates'])
     """
     precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
-    if not checked_robot(robot, "flight").g > 0.0:
-        raise HopformError(f"a flight needs g > 0 m/s^2, got {robot.letters.g!r}")
+    falling_robot(robot, "flight", "a flight")
     start, ground = _start(robot, x1, v1, x2, v2, compression)
     law = None if gains is None else _gains(gains)
     longest = positive("horizon", horizon, "s")
@@ -214,8 +213,9 @@ def solve_flight(
     solved = back_end.solve_flight(robot.parameters, start, ground, law, longest, most, precision)
     flight = solved.flight
     status = FLIGHT_ENDINGS[flight.ending]
-    end = State(*map(float, with_height(robot, precision, flight.end)))
-    after = State(end.x1, end.v1, end.x2, float(flight.v2_after)) if status == "touchdown" else None
+    reached_at = with_height(robot, precision, flight.end)
+    end = type(reached_at)(*map(float, reached_at))
+    after = end._replace(v2=float(flight.v2_after)) if status == "touchdown" else None
     duration, followed = float(flight.duration), Gains(float(flight.gains.Kp), float(flight.gains.Kd))
     apex, losses = (float(flight.apex), float(flight.apex_time)), (float(flight.impact_loss), float(flight.leg_loss))
     reached = status, duration, end, after, followed, *apex, *losses, start.y

@@ -1,7 +1,7 @@
 """Derivatives of the ending of a stance by its inputs: those of the back ends, in the coordinates that people give."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -36,6 +36,8 @@ class _Derivatives(Shown):
     matrix: NDArray[np.floating]
     units: Mapping[str, str]
     """of rows and columns, by name"""
+    aliases: Mapping[str, str] = field(default_factory=dict)
+    """the names in a leg's file of what its stance calls x1, v1, x2, v2"""
 
     def _card(self) -> Card:
         count = int(np.prod(self.matrix.shape[:-2], dtype=int))
@@ -50,7 +52,7 @@ class _Derivatives(Shown):
         return ("ending" if "T" in self.rows else "state") + ("" if count == 1 else "s")
 
     def __getitem__(self, names: tuple[str, str]) -> Any:
-        return self.matrix[(..., *_place(names, self.rows, self.columns))]
+        return self.matrix[(..., *_place(names, self.rows, self.columns, self.aliases))]
 
     def _arrays(self) -> Arrays:
         return self.arrays(tuple(f"dim_{n}" for n in range(self.matrix.ndim - 2)))
@@ -97,8 +99,13 @@ class ManySensitivities(_Derivatives):
         return np.asarray(super().__getitem__(names))
 
 
-def _place(names: tuple[str, str], rows: tuple[str, ...], columns: tuple[str, ...]) -> tuple[int, int]:
-    row, column = pair("a sensitivity", names, "(row, column) of names")
+def _place(
+    names: tuple[str, str], rows: tuple[str, ...], columns: tuple[str, ...], aliases: Mapping[str, str]
+) -> tuple[int, int]:
+    row, column = (
+        aliases.get(name, name) if isinstance(name, str) else name
+        for name in pair("a sensitivity", names, "(row, column) of names")
+    )
     for name, known in ((row, rows), (column, columns)):
         if not isinstance(name, str) or name not in known:
             both = f"{shown(row)}, {shown(column)}"
@@ -130,7 +137,13 @@ def of_matrix(
     matrix = in_height(solved, x2_is_given, lengthens)
     matrix.setflags(write=False)
     fields: tuple[str, ...] = parameters._fields
-    return kind(ROWS, (*STARTS, *fields), matrix, solver.facts.units)
+    return kind(ROWS, (*STARTS, *fields), matrix, solver.facts.units, aliases_of(solver))
+
+
+def aliases_of(solver: Solver) -> dict[str, str]:
+    """The axes of a solver by the names of its file, where those are others."""
+    axes = {str(table["name"]): axis for axis, table in solver.facts.axes.items() if axis in AXES}
+    return {name: axis for name, axis in axes.items() if name != axis}
 
 
 def of_ending(solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any) -> Sensitivities:

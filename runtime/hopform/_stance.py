@@ -3,9 +3,10 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from importlib import import_module
 from inspect import getattr_static
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, SupportsFloat, overload
 
 import numpy as np
@@ -32,10 +33,10 @@ from hopform._motion import (
     shown_of,
 )
 from hopform._robots import Robot, checked_robot
-from hopform._sensitivities import Sensitivities, of_matrix
+from hopform._sensitivities import Sensitivities, aliases_of, of_matrix
 from hopform._show import Arrays, Card, Curve, OverTime, name_of
 from hopform._solver.c import tuple_of
-from hopform._solver.choice import SolvedStance
+from hopform._solver.choice import SolvedStance, Solver
 from hopform._solver.library import Backend
 from hopform._solver.package import ENDINGS, TAKEOFF, Precision, Steps, records
 from hopform._warnings import WARNINGS, Warning
@@ -48,6 +49,28 @@ Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
 TOUCHING_ULP = 4.0
 LAYOUT = Layout(State, State._fields, State._fields, ("m", "m/s", "m", "m/s"))
 """How the states of a stance are shown."""
+
+
+@lru_cache(maxsize=64)
+def state_of_leg(solver: Solver) -> type[State]:
+    """The state of a model's stances, which has the names of its file beside x1, v1, x2, v2."""
+    return _leg_state(tuple(aliases_of(solver).items()))
+
+
+@lru_cache(maxsize=64)
+def _leg_state(aliases: tuple[tuple[str, str], ...]) -> type[State]:
+    if not aliases:
+        return State
+
+    def reduced(self: Any) -> Any:
+        return _state_again, (aliases, tuple(self))
+
+    own = {name: property(attrgetter(axis), doc=axis) for name, axis in aliases}
+    return type("State", (State,), {"__slots__": (), "__reduce__": reduced, "__doc__": State.__doc__, **own})
+
+
+def _state_again(aliases: tuple[tuple[str, str], ...], values: tuple[Any, ...]) -> State[Any]:
+    return _leg_state(aliases)(*values)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -67,7 +90,7 @@ class Stance(Motion):
 
     @property
     def _layout(self) -> Layout:
-        return LAYOUT
+        return LAYOUT._replace(state=state_of_leg(self.robot.solver))
 
     @cached_property
     def compression_max(self) -> float:
@@ -111,7 +134,8 @@ class Stance(Motion):
         """
         if type(t) is float and self.dtype is DOUBLE and 0.0 <= t <= self.duration:
             return with_height(self.robot, self.dtype, self._solved.state(t))
-        return State(*(shaped(value, t) for value in with_height(self.robot, self.dtype, self._solver_state(t))))
+        state = state_of_leg(self.robot.solver)
+        return state(*(shaped(value, t) for value in with_height(self.robot, self.dtype, self._solver_state(t))))
 
     def grid(
         self, count: int | None = None, *, dt: SupportsFloat | None = None, out: Sequence[Any] | None = None
@@ -339,8 +363,8 @@ def _stance(
     }  # fmt: skip
     if stands:
         height: Any = solver.package.formulas.body_height if dtype is DOUBLE else partial(_height, robot, dtype)
-        end = tuple_of(State, (x1, v1, float(height(robot.parameters, x1, y)), v2))
-        apex = apex if lifts and robot.letters.g > 0.0 else math.nan
+        end = tuple_of(state_of_leg(solver), (x1, v1, float(height(robot.parameters, x1, y)), v2))
+        apex = apex if lifts and robot.fall > 0.0 else math.nan
         held |= {"end": end, "takeoff": end if lifts else None, "apex": apex, "aed": aed}
     object.__setattr__(made, "__dict__", held)
     if not stands:
@@ -355,7 +379,7 @@ def _height(robot: Robot, dtype: Precision, parameters: Any, x1: float, y: float
 
 def with_height(robot: Robot, dtype: np.dtype[Any], state: Any) -> State[Any]:
     """A state x1, v1, v2, y, or states, with the height of the body in place of the compression."""
-    return State(state.x1, state.v1, body_height(robot, dtype, state.x1, state.y), state.v2)
+    return state_of_leg(robot.solver)(state.x1, state.v1, body_height(robot, dtype, state.x1, state.y), state.v2)
 
 
 def rest_of(robot: Robot) -> float:

@@ -44,6 +44,8 @@ class Drawn:
     sliding: dict[int, tuple[float, float]] = field(default_factory=dict)
     at_rest: dict[int, tuple[float, float]] = field(default_factory=dict)
     ends: dict[int, tuple[float, float]] = field(default_factory=dict)
+    stands: bool = False
+    """Whether the springs between the two masses are a leg on the ground."""
 
     # ---- numbers, some of them written as expressions of parameters ----
 
@@ -90,25 +92,30 @@ class Drawn:
         self.held.append(held)
         self.lines.append(f'{name} = coordinate("{name}", "{self.metre}", {written}{", held=True" if held else ""})')
 
+    def where(self, by: tuple[float, ...], anywhere: bool = False) -> str:
+        """Where an element acts: what acts on the body of a leg acts in stance, but for a constant force."""
+        on_body = self.stands and by == (0.0, 1.0)
+        return ', where="stance"' if on_body and not (anywhere and self.draw.random() < 0.5) else ""
+
     def stretch(self, line: Line) -> str:
         """The stretch or its opposite: the sign does not matter."""
         return f"-({line.text})" if self.draw.random() < 0.3 else line.text
 
-    def spring(self, line: Line, stiffness: float, damping: float = 0.0) -> None:
+    def spring(self, line: Line, stiffness: float, damping: float = 0.0, *, leg: bool = False) -> None:
         damper = ""
         if damping:
-            damper = (
-                f".damper({self.value(damping, f'{self.newton} s/{self.metre}', 'nonnegative')}, 'damper {self.count}')"
-            )
+            written = self.value(damping, f"{self.newton} s/{self.metre}", "nonnegative")
+            damper = f".damper({written}, 'damper {self.count}')"
             self.dampers.append((damping, line))
         written = self.value(stiffness, f"{self.newton}/{self.metre}", "positive")
         self.springs.append((stiffness, line))
-        self.lines.append(f"spring({self.stretch(line)}, {written}, 'spring {self.count}'){damper}")
+        text = f"spring({self.stretch(line)}, {written}, 'spring {self.count}'){damper}"
+        self.lines.append(f"contact({text}, {self.draw.choice(['0', '0.05'])})" if leg else text)
 
     def viscous(self, line: Line, damping: float) -> None:
         self.dampers.append((damping, line))
         written = self.value(damping, f"{self.newton} s/{self.metre}", "nonnegative")
-        self.lines.append(f"viscous({line.text}, {written}, 'viscous {self.count}')")
+        self.lines.append(f"viscous({line.text}, {written}, 'viscous {self.count}'{self.where(line.by)})")
 
     def push(self, mass: int, force: float, per_current: float = 0.0) -> None:
         self.constants.append((mass, force, per_current))
@@ -118,7 +125,8 @@ class Drawn:
             parts.append(self.value(force, self.newton))
         if per_current:
             parts.append(f"{self.value(per_current, f'{self.newton}/A')}*i")
-        self.lines.append(f"{kind}({self.names[mass]}, {' + '.join(parts) or '0'}, '{kind} {self.count}')")
+        where = "" if per_current else self.where(tuple(float(n == mass) for n in range(len(self.masses))), True)
+        self.lines.append(f"{kind}({self.names[mass]}, {' + '.join(parts) or '0'}, '{kind} {self.count}'{where})")
 
     def gravity(self, mass: int, acceleration: float) -> None:
         self.constants.append((mass, -self.masses[mass] * acceleration, 0.0))
@@ -140,7 +148,8 @@ class Drawn:
             else:
                 text += f", at_rest=({write(rest[0])}, {write(rest[1])})"
             self.at_rest[mass] = rest
-        self.lines.append(f"{text})")
+        where = self.where(tuple(float(n == mass) for n in range(len(self.masses))))
+        self.lines.append(f"{text}{where})")
 
     def stop(self, mass: int, low: float, high: float) -> None:
         ends = []
@@ -166,7 +175,11 @@ class Drawn:
         rest = [line for line in self.lines if " = coordinate(" not in line]
         self.draw.shuffle(rest)
         used = [line for line in self.parameters if any(_has(other, line.split()[0]) for other in [*head, *rest])]
-        current = ['i = current("i", "A")'] if any("*i" in line for line in rest) else []
+        current = (
+            [f'i = current("i", "A"{", limit=10" if self.stands else ""})']
+            if any("*i" in line for line in rest)
+            else []
+        )
         body = "\n".join([*used, *head, *current, *rest])
         self.robot = {line.split()[0]: self.robot[line.split()[0]] for line in used}
         return f'"""A mechanism of random elements."""\n\nfrom hopform.model import *\n\n{body}\n'
@@ -197,6 +210,16 @@ class Drawn:
             whole[:, moving] = q, v
             return self.force(*whole, u)[moving]
 
+        def contact(q: Array, v: Array) -> float:
+            """What the leg carries: its springs and dampers."""
+            between = [(k, line) for k, line in self.springs if len(line.by) == 2 and all(line.by)]
+            dampers = [(d, line) for d, line in self.dampers if len(line.by) == 2 and all(line.by)]
+            along = np.array([1.0, -1.0])
+            return float(
+                sum(k * (np.array(line.by) @ q + line.offset) * line.by[0] for k, line in between)
+                + sum(d * (along @ v) for d, _ in dampers)
+            )
+
         return Mechanism(
             tuple(
                 Mass(
@@ -206,6 +229,7 @@ class Drawn:
                 for n in moving
             ),
             force,
+            contact if self.stands else None,
         )  # fmt: skip
 
 
@@ -221,7 +245,9 @@ def lines_of(made: Drawn, two: bool) -> tuple[Line, Line]:
     if two:
         a, b = names if draw.random() < 0.5 else names[::-1]
         by = tuple(1.0 if name == a else -1.0 for name in names)
-        offset = draw.choice([0.0, draw.uniform(-0.3, 0.3)])
+        offset = 0.3 if made.stands else draw.choice([0.0, draw.uniform(-0.3, 0.3)])
+        a, b = names if made.stands else (a, b)
+        by = (1.0, -1.0) if made.stands else by
         along = Line(f"{a} - {b}" + (f" + {made.value(offset, made.metre)}" if offset else ""), by, offset)
         between = Line(f"{a} - {b}", by)
     else:
@@ -245,11 +271,13 @@ def drawn(seed: int) -> tuple[Drawn, float]:
     light = min(made.masses)
     k = light * draw.over(3.0, 30.0) ** 2
     size = 0.2 * k
-    n = draw.choice([0, 1]) if two else 0  # the driven one, which has the stops
+    made.stands = two and bolted < 0 and not made.angular and draw.random() < 0.4
+    n = draw.choice([0, 1]) if two and not made.stands else 0  # the driven one, which has the stops
     n = 1 - bolted if bolted >= 0 else n
     along, between = lines_of(made, two)
     if two or draw.random() < 0.8:
-        made.spring(along, k, draw.choice([0.0, draw.over(1e-3, 0.3) * math.sqrt(k * light)]))
+        damping = draw.choice([0.0, draw.over(1e-3, 0.3) * math.sqrt(k * light)])
+        made.spring(along, k, damping, leg=made.stands)
         if draw.random() < 0.4:
             made.spring(between, k * draw.over(0.01, 1.0))
     if draw.random() < 0.3:
@@ -263,7 +291,9 @@ def drawn(seed: int) -> tuple[Drawn, float]:
             made.friction(mass, forward, backward, draw.choice([1.0, draw.uniform(1.0, 2.0)]))
         if draw.random() < 0.5:
             made.push(mass, draw.uniform(-0.3, 0.3) * size)
-    if not made.angular and draw.random() < 0.4:
+    if made.stands:
+        made.gravity(1, draw.choice([9.81, 1.62]))
+    elif not made.angular and draw.random() < 0.4:
         made.gravity(draw.randrange(1 + two), draw.choice([9.81, 1.62]))
     if draw.random() < 0.8:
         made.push(n, draw.choice([0.0, draw.uniform(-0.2, 0.2) * size]), draw.either(0.1, 1.0) * size)
@@ -281,6 +311,11 @@ def case(made: Drawn, k: float, seed: int) -> Case:
         low, high = made.ends.get(n, (-math.inf, math.inf))
         q[place] = draw.uniform(max(low, -0.5), min(high, 0.5)) if draw.random() < 0.9 else max(low, -0.5)
         v[place] = draw.either(0.01, 3.0) if draw.random() < 0.8 else 0.0
+    contact = made.mechanism().contact
+    if contact is not None:  # pressed, whatever a damper in the leg says
+        v[1], q[1] = -draw.over(0.1, 2.0), q[0]
+        softens = contact(q, 0.0 * v) - contact(q + np.array([0.0, 1.0]), 0.0 * v)
+        q[1] += min(contact(q, v), contact(q, 0.0 * v)) / softens - draw.over(1e-3, 0.1)
     velocities = [f"v{name[1:]}" if name.startswith("x") else f"{name}_dot" for name in names]
     start = dict(zip([*names, *velocities], [*map(float, q), *map(float, v)], strict=True))
     has_current = any(per_current for _, _, per_current in made.constants)

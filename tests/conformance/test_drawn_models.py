@@ -3,18 +3,30 @@ as physics.
 """
 
 import hashlib
+import math
+import pickle
 from pathlib import Path
 
 import pytest
 
 import hopform
 from derive.__main__ import main
+from derive.model.equations import ModelError
 from tests.conformance.drawn_models import case, drawn
 from tests.conformance.test_zoo import condition, kinds, resolved, units
+from tests.derived import model_of
 from tests.objects import once
 from tests.oracle.numeric import integrate
 
 STARTS = 6
+LEGS = 19, 24, 35
+"""Seeds whose files have a contact."""
+BODY = """
+m, k, L = (parameter(name, unit, name, "positive") for name, unit in (("m", "kg"), ("k", "N/m"), ("L", "m")))
+h = coordinate("h", "m", m, "body")
+gravity(h, 9.81)
+contact(spring(L - h, k))
+"""
 
 
 def built(store: Path, text: str) -> Path:
@@ -31,7 +43,7 @@ def built(store: Path, text: str) -> Path:
 
 @pytest.mark.filterwarnings("ignore:hopform uses its Python back end")
 @pytest.mark.parametrize(
-    "seed", [pytest.param(seed, marks=() if seed in (0, 1) else pytest.mark.sliced) for seed in range(12)]
+    "seed", [pytest.param(seed, marks=() if seed == 1 else pytest.mark.sliced) for seed in (*range(10), *LEGS)]
 )
 def test_a_file_of_random_elements_moves_as_newton_s_law_says(store, seed):
     made, stiffness = drawn(seed)
@@ -48,3 +60,25 @@ def test_a_file_of_random_elements_moves_as_newton_s_law_says(store, seed):
             assert abs(event.time - exact.t) <= allowed * unit["T"], (n, made.text, each)
         for key, value in zip(each.start, [*truth.final[0], *truth.final[1]], strict=True):
             assert abs(getattr(motion.end, key) - value) <= allowed * unit[key], (n, key, made.text, each)
+
+
+@pytest.mark.filterwarnings("ignore:hopform uses its Python back end")
+def test_a_leg_of_other_names_answers_to_them_and_to_those_of_a_stance(store):
+    """A body on a leg alone, which is a mass on a spring until it takes off."""
+    text = BODY.replace('"h", "m", m, "body"', '"h", "m", m, "body", velocity="rise"')
+    solver = hopform.load_solver(built(store, f'"""A body on a leg."""\n\nfrom hopform.model import *\n{text}'))
+    robot = solver.Robot(m=2.0, k=1500.0, L=0.3)
+    stance = solver.solve_motion(robot, start={"h": 0.3, "rise": -1.5})
+    assert stance.end.h == stance.end.x2 == stance.takeoff.h and stance.at(0.01).rise == stance.at(0.01).v2
+    assert pickle.loads(pickle.dumps(stance.end)).h == stance.end.h  # noqa: S301
+    rate, sinks = math.sqrt(1500.0 / 2.0), 2.0 * 9.81 / 1500.0
+    lasts = (math.pi + 2.0 * math.atan2(rate * sinks, 1.5)) / rate
+    assert stance.duration == pytest.approx(lasts, rel=1e-13)
+    assert stance.sensitivities["rise", "k"] == stance.sensitivities["v2", "k"]
+    assert stance.sensitivities["rise", "rise"] == pytest.approx(-1.0, rel=1e-12)
+    assert stance.fly().at(0.01).h == stance.fly().at(0.01).x2
+
+
+def test_the_body_of_a_leg_must_not_be_called_as_its_actuator():
+    with pytest.raises(ModelError, match=r"x1 with the velocity v1 is mass 2 of the leg, and x1, v1 are the other one"):
+        model_of(BODY.replace('h = coordinate("h"', 'h = coordinate("x1"'))

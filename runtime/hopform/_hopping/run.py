@@ -25,7 +25,7 @@ from hopform._errors import HopformError, noted
 from hopform._files import csv_of, path_of, write
 from hopform._flight import Flight, solve_flight
 from hopform._motion import DOUBLE, Number, Real, State, Times
-from hopform._robots import BaseRobot, Robot, checked_robot
+from hopform._robots import BaseRobot, Robot, falling_robot
 from hopform._show import Arrays, Card, OverTime, duration_of, name_of, span
 from hopform._solver.package import OURS, records
 from hopform._stance import Stance, aed_at, rest_of, solve_stance, steps_of
@@ -398,8 +398,7 @@ def simulate(
     >>> run.status, [round(hop.apex, 4) for hop in run.hops]
     ('completed', [0.2233, 0.2356])
     """
-    if not checked_robot(robot, "hop").g > 0.0:
-        raise HopformError(f"hopping needs g > 0 m/s^2, got {robot.letters.g!r}")
+    falling_robot(robot, "hop", "hopping")
     key = (checks.whole("seed", seed, 0, math.inf), *_cell(cell))
     checks.function("progress", progress)
     checks.instance("errors", errors, Errors, "Errors")

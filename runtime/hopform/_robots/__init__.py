@@ -239,6 +239,15 @@ class BaseRobot:
         found: records.Letters = self.solver.package.formulas.letters_of(cast(Any, self).parameters)
         return found
 
+    @cached_property
+    def fall(self) -> float:
+        """Acceleration [m/s^2] with which the body falls in flight: g, less what constant forces pull at it.
+
+        >>> load_robot("hopper_c").fall
+        9.81
+        """
+        return float(self.solver.package.formulas.fall_of(cast(Any, self).parameters))
+
     @classmethod
     def fields(cls) -> "tuple[records.Field, ...]":
         """The parameters of the equations: name, the paper's glyph, unit, domain, meaning, default."""
@@ -325,6 +334,14 @@ def checked_robot(robot: object, act: str = "motion") -> Robot:
     if act not in robot.solver.can:
         raise robot.solver.cannot(act)
     return cast(Robot, robot)
+
+
+def falling_robot(robot: object, act: str, what: str) -> Robot:
+    """The same of a robot whose body comes down again, which an act needs."""
+    known = checked_robot(robot, act)
+    if not known.fall > 0.0:
+        raise HopformError(f"{what} needs g > 0 m/s^2, got {known.fall!r}")
+    return known
 
 
 def load_robot(name_or_path: str | Path) -> Robot:
