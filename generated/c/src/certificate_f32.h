@@ -24,8 +24,8 @@ typedef struct {
     float sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_f32;
 
-static inline deflated_f32 deflated_in_modes_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                   const propagator_f32 *at) {
+SELDOM_f32 deflated_f32 deflated_in_modes_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                                 const propagator_f32 *at) {
     const modes_f32 modes = {g->start, g->H3, g->H2, g->H1};
     const pair_numerator_f32 numerator = deflated_modes_f32(poles, at->omega, &modes);
     const pair_core_f32 core = core_of_modes_f32(poles, at);

@@ -24,8 +24,8 @@ typedef struct {
     double sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_f64;
 
-static inline deflated_f64 deflated_in_modes_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                   const propagator_f64 *at) {
+SELDOM_f64 deflated_f64 deflated_in_modes_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                                 const propagator_f64 *at) {
     const modes_f64 modes = {g->start, g->H3, g->H2, g->H1};
     const pair_numerator_f64 numerator = deflated_modes_f64(poles, at->omega, &modes);
     const pair_core_f64 core = core_of_modes_f64(poles, at);

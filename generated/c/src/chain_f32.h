@@ -292,7 +292,7 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
 
 /* Go on in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is a
  * small difference of large terms of W. A distance to a stop counts from where the phase begins. */
-static inline void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
+SELDOM_f32 void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
     event_set_f32 *set = &search->events.set;
     motion_modes_f32 *modes = &search->events.modes;
     *modes = modes_of_motion_f32(set->poles, set->node->omega, &chain->at.named, &chain->motion.named);

@@ -357,7 +357,7 @@ static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float
 typedef struct stance_chain_f32 stance_chain_f32;
 
 /* From the end of this interval on the modal form holds: the functions take it. */
-static inline void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search);
+SELDOM_f32 void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search);
 
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */

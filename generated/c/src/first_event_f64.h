@@ -357,7 +357,7 @@ static inline void cross_at_the_limit_f64(const stance_events_f64 *events, doubl
 typedef struct stance_chain_f64 stance_chain_f64;
 
 /* From the end of this interval on the modal form holds: the functions take it. */
-static inline void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *search);
+SELDOM_f64 void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *search);
 
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */

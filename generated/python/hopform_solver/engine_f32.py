@@ -3629,29 +3629,27 @@ class Parts:
 
 class Propagator:
     """A time since the start of a phase, and those functions there; their first two derivatives."""
-    __slots__ = ("t", "omega", "mean", "value", "rate", "curvature",)
-    SIZE = 60
+    __slots__ = ("t", "value", "rate", "curvature", "omega",)
+    SIZE = 56
     PARTS: tuple[str, ...] = ("value", "rate", "curvature",)
 
-    def __init__(self, t: Real = ZERO, omega: Real = ZERO, mean: Real = ZERO, value: "Parts | None" = None,
-            rate: "Parts | None" = None, curvature: "Parts | None" = None) -> None:
+    def __init__(self, t: Real = ZERO, value: "Parts | None" = None, rate: "Parts | None" = None,
+            curvature: "Parts | None" = None, omega: Real = ZERO) -> None:
         self.t = t
-        self.omega = omega  # frequency and decay of the pair in the modal form; 0 of W
-        self.mean = mean  # frequency and decay of the pair in the modal form; 0 of W
         self.value = Parts() if value is None else value
         self.rate = Parts() if rate is None else rate
         self.curvature = Parts() if curvature is None else curvature
+        self.omega = omega  # frequency of the pair in the modal form; 0 of W
 
     def copy(self) -> "Propagator":
-        return Propagator(self.t, self.omega, self.mean, self.value.copy(), self.rate.copy(), self.curvature.copy())
+        return Propagator(self.t, self.value.copy(), self.rate.copy(), self.curvature.copy(), self.omega)
 
     def put(self, other: "Propagator") -> None:
         self.t = other.t
-        self.omega = other.omega
-        self.mean = other.mean
         self.value.put(other.value)
         self.rate.put(other.rate)
         self.curvature.put(other.curvature)
+        self.omega = other.omega
 
 
 class MotionModes:
@@ -3680,8 +3678,8 @@ def third_of_basis(poles: Poles, basis: Basis) -> Real:
 
 
 def propagator_of(poles: Poles, t: Real, w: Basis) -> Propagator:
-    at = Propagator(t, ZERO, ZERO, Parts(w.Wd, w.W, w.W1, w.W2), Parts(w.Wdd, w.Wd, w.W, w.W1),
-        Parts(third_of_basis(poles, w), w.Wdd, w.Wd, w.W))
+    at = Propagator(t, Parts(w.Wd, w.W, w.W1, w.W2), Parts(w.Wdd, w.Wd, w.W, w.W1),
+        Parts(third_of_basis(poles, w), w.Wdd, w.Wd, w.W), ZERO)
     return at
 
 
@@ -3692,8 +3690,7 @@ def propagator_at(poles: Poles, t: Real) -> Propagator:
 
 def propagator_at_start(poles: Poles) -> Propagator:
     """That of any poles at the start of a phase."""
-    at = Propagator(ZERO, ZERO, ZERO, Parts(), Parts(real(1.0), ZERO, ZERO, ZERO),
-        Parts(-poles.s_1, real(1.0), ZERO, ZERO))
+    at = Propagator(ZERO, Parts(), Parts(real(1.0), ZERO, ZERO, ZERO), Parts(-poles.s_1, real(1.0), ZERO, ZERO), ZERO)
     return at
 
 
@@ -3701,21 +3698,21 @@ def is_modal(at: Propagator) -> bool:
     return at.omega > 0.0  # one mass has no real pole beside its pair
 
 
-def turned_parts(mean: Real, omega: Real, first: Real, from_: Parts, last: Real) -> Parts:
-    """Derivatives of C and S from those before; that of E is given, and that of t."""
-    next = Parts(first, -(mean * from_.second) - omega * from_.third, omega * from_.second - mean * from_.third, last)
+def turned_parts(poles: Poles, omega: Real, from_: Parts, last: Real) -> Parts:
+    """Derivatives of E, C and S from those before, and that of t."""
+    mean = 0.5 * poles.p
+    next = Parts(-poles.a * from_.first, -(mean * from_.second) - omega * from_.third, omega * from_.second
+        - mean * from_.third, last)
     return next
 
 
 def propagator_of_modes(poles: Poles, omega: Real, value: Parts) -> Propagator:
-    rate = -poles.a * value.first
     at = Propagator()
     at.t = value.last
-    at.omega = omega
-    at.mean = 0.5 * poles.p
     at.value = value.copy()
-    at.rate = turned_parts(at.mean, omega, rate, value, real(1.0))
-    at.curvature.put(turned_parts(at.mean, omega, -poles.a * rate, at.rate, ZERO))
+    at.rate = turned_parts(poles, omega, value, real(1.0))
+    at.curvature.put(turned_parts(poles, omega, at.rate, ZERO))
+    at.omega = omega
     return at
 
 
@@ -3731,15 +3728,6 @@ def propagator_in_form(poles: Poles, omega: Real, t: Real) -> Propagator:
     return modes_at(poles, omega, t) if omega > 0.0 else propagator_at(poles, t)
 
 
-def third_parts(poles: Poles, at: Propagator) -> Parts:
-    w = at.curvature
-    if is_modal(at):
-        return turned_parts(at.mean, at.omega, -poles.a * w.first, w, ZERO)
-    fourth = -(poles.s_1 * w.first + poles.s_2 * w.second + poles.s_3 * w.third)
-    third = Parts(fourth, w.first, w.second, w.third)
-    return third
-
-
 def core_of_modes(poles: Poles, at: Propagator) -> PairCore:
     """The pair's impulse response R and its derivative, from the modes."""
     R = at.value.third / at.omega
@@ -3748,15 +3736,17 @@ def core_of_modes(poles: Poles, at: Propagator) -> PairCore:
     return core
 
 
-def basis_of_propagator(poles: Poles, at: Propagator) -> Basis:
-    """W of a propagator of either form."""
-    known = Basis(at.rate.first, at.value.first, at.value.second, at.value.third, at.value.last)
-    if not is_modal(at):
-        return known
+def basis_of_modes(poles: Poles, at: Propagator) -> Basis:
     core = core_of_modes(poles, at)
     pair = pair_of_core(poles, at.t, core)
     decay = decay_of_exp(poles.a, at.t, at.value.first)
     return basis_of_split(poles, residue(poles), at.t, decay, pair)
+
+
+def basis_of_propagator(poles: Poles, at: Propagator) -> Basis:
+    """W of a propagator of either form."""
+    known = Basis(at.rate.first, at.value.first, at.value.second, at.value.third, at.value.last)
+    return basis_of_modes(poles, at) if is_modal(at) else known.copy()
 
 
 def modes_of_motion(poles: Poles, omega: Real, state: State, motion: Any) -> MotionModes:
@@ -4206,8 +4196,17 @@ def rate_at(g: EventFunction, at: Propagator) -> Real:
     return with_decay(g, at.t, 1, sum_of(g, at.rate))
 
 
+def third_by_modes(poles: Poles, g: EventFunction, at: Propagator) -> Real:
+    third = turned_parts(poles, at.omega, at.curvature, ZERO)
+    return sum_of(g, third)
+
+
 def third_of(poles: Poles, g: EventFunction, at: Propagator) -> Real:
-    third = third_parts(poles, at)
+    if is_modal(at):
+        return third_by_modes(poles, g, at)
+    w = at.curvature
+    fourth = -(poles.s_1 * w.first + poles.s_2 * w.second + poles.s_3 * w.third)
+    third = Parts(fourth, w.first, w.second, w.third)
     return with_decay(g, at.t, 3, sum_of(g, third))
 
 
@@ -4548,6 +4547,7 @@ def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess
     none.
     """
     omega = at.omega
+    modal = is_modal(at)
     high = at.t
     t = guess
     for n in range(100):
@@ -4563,10 +4563,10 @@ def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess
         jet = jet_at(poles, g, at)
         if abs(jet.value) <= EPS * t * abs(jet.rate):
             return
-        step = step_between(poles, jet, fourth_of(poles, g, is_modal(at), jet), t, low, high)
+        step = step_between(poles, jet, fourth_of(poles, g, modal, jet), t, low, high)
         # The rate of the further term is none of the poles: no step is known to land.
         if step.lands and not has_decay(g):
-            at.put(carried_modes(poles, at, step.next - t, step.next) if is_modal(at)
+            at.put(carried_modes(poles, at, step.next - t, step.next) if modal
                 else carried_response(poles, at, step.next - t, step.next))
             return
         low = step.low
@@ -5330,7 +5330,7 @@ def state_of_stance(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real
 class Interval:
     """An interval of the search: its ends, the jets there, and which function has its first root at the second one."""
     __slots__ = ("low", "high", "found", "count", "evaluations", "from_", "to",)
-    SIZE = 216
+    SIZE = 208
     PARTS: tuple[str, ...] = ("low", "high", "from_", "to",)
 
     def __init__(self, low: "Propagator | None" = None, high: "Propagator | None" = None, found: int = 0,
@@ -5661,7 +5661,7 @@ class StanceSearch:
     interval.
     """
     __slots__ = ("events", "in_", "limit", "open", "certified", "stops", "owner", "side", "touches",)
-    SIZE = 520
+    SIZE = 512
     PARTS: tuple[str, ...] = ("events", "in_",)
 
     def __init__(self, events: "StanceEvents | None" = None, in_: "Interval | None" = None, limit: Real = ZERO,

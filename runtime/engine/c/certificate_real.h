@@ -24,8 +24,8 @@ typedef struct {
     real sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_real;
 
-static inline deflated_real deflated_in_modes_real(const hopform_poles_real *poles, const event_function_real *g,
-                                                   const propagator_real *at) {
+SELDOM_real deflated_real deflated_in_modes_real(const hopform_poles_real *poles, const event_function_real *g,
+                                                 const propagator_real *at) {
     const modes_real modes = {g->start, g->H3, g->H2, g->H1};
     const pair_numerator_real numerator = deflated_modes_real(poles, at->omega, &modes);
     const pair_core_real core = core_of_modes_real(poles, at);

@@ -292,7 +292,7 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
 
 /* Go on in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is a
  * small difference of large terms of W. A distance to a stop counts from where the phase begins. */
-static inline void enter_modes_real(const stance_chain_real *chain, stance_search_real *search) {
+SELDOM_real void enter_modes_real(const stance_chain_real *chain, stance_search_real *search) {
     event_set_real *set = &search->events.set;
     motion_modes_real *modes = &search->events.modes;
     *modes = modes_of_motion_real(set->poles, set->node->omega, &chain->at.named, &chain->motion.named);

@@ -357,7 +357,7 @@ static inline void cross_at_the_limit_real(const stance_events_real *events, rea
 typedef struct stance_chain_real stance_chain_real;
 
 /* From the end of this interval on the modal form holds: the functions take it. */
-static inline void enter_modes_real(const stance_chain_real *chain, stance_search_real *search);
+SELDOM_real void enter_modes_real(const stance_chain_real *chain, stance_search_real *search);
 
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
