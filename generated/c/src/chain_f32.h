@@ -290,8 +290,8 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
     if (!search->open) { in->high = propagator_at_start_f32(set->poles); }
 }
 
-/* Go on in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is a
- * small difference of large terms of W. A distance to a stop counts from where the phase begins. */
+/* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is
+ * a small difference of large terms of W. A distance to a stop counts from where the phase begins. */
 SELDOM_f32 void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
     event_set_f32 *set = &search->events.set;
     motion_modes_f32 *modes = &search->events.modes;

@@ -89,6 +89,9 @@ UNBOUNDED = 2147483647
 CORE = 3
 ONE = 4
 POWERS = 3
+LOWER_SIDE = -1
+UPPER_SIDE = 1
+BOTH_SIDES = 2
 FLIGHT_STOP = 0
 FLIGHT_PULL = 1
 FLIGHT_TOUCHDOWN_HERE = 2
@@ -632,7 +635,7 @@ class Search:
         self.lower_bound: Any = [0.0] * 15 if lower_bound is None else lower_bound
         self.slow: Any = [0] * 15 if slow is None else slow  # candidates in a row that left most of the interval
         self.count = count  # of the candidates
-        self.sides = sides  # of 0, yet to be opened
+        self.sides = sides  # of 0, yet to be opened: both 2, the upper one 1, the lower one -1
         self.trials = trials  # currents tried so far
         self.max_evaluations = max_evaluations  # of a stance
         self.max_candidates = max_candidates
@@ -6487,8 +6490,8 @@ def stance_begin_search(chain: StanceChain, search: StanceSearch) -> None:
 
 
 def enter_modes(chain: StanceChain, search: StanceSearch) -> None:
-    """Go on in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is
-    a small difference of large terms of W. A distance to a stop counts from where the phase begins.
+    """Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient
+    is a small difference of large terms of W. A distance to a stop counts from where the phase begins.
     """
     set = search.events.set
     modes = search.events.modes
@@ -7363,18 +7366,48 @@ def make_room(search: Search) -> None:
     forget(search, worst)
 
 
+def has_begun_near(search: Search) -> bool:
+    """Whether a current has been tried beside 0 before a side was opened. It is the outermost candidate of that side.
+    """
+    return search.sides == BOTH_SIDES and search.count > 1
+
+
+def share_to_apex(search: Search, trial: Trial) -> Real:
+    """Where the wanted apex is from a candidate on, by its derivative, as a share of its current: beyond it if
+    positive.
+    """
+    from_ = sqrt(greater(trial.apex, 0.0))
+    rise = trial.apex_u * trial.u
+    return div(2.0 * from_ * (sqrt(search.apex) - from_), rise) if abs(rise) > 0.0 else NEVER
+
+
+def goes_beyond(search: Search) -> bool:
+    """Behind the current with which the search began and 0 comes where the slope there puts the wanted apex, and as
+    much farther that the interval that is left beside the root is not lost in rounding.
+    """
+    if search.trials != 2 or search.reached or not has_begun_near(search):
+        return False
+    begun = search.candidates[0 if search.candidates[0].u < 0.0 else 1]
+    share = share_to_apex(search, begun)
+    further = 4.0 * ROOT_EPS
+    search.next = begun.u * (1.0 + (share - further if share < 0.0 else share + further))
+    return abs(search.next) < current_limit(search.plan.robot)
+
+
 def open_side(search: Search) -> bool:
     """The next side of 0, of which the limit is tried first; false if there is none. A current that pushes the driven
     element harder onto the stop on which 0 leaves it holds it there as well: that side is not tried.
     """
     robot = search.plan.robot
     position = search.start.x1
-    while search.sides > 0:
-        sign = 1.0 if search.sides == 2 else -1.0
+    while search.sides != 0:
+        near = has_begun_near(search)
+        up = not search.candidates[0].u < 0.0 if near else search.sides > 0
+        sign = 1.0 if up else -1.0
         push = search.plan.rates.a1_u * sign
         has_room = push > 0.0 and position < upper_stop(robot) or push < 0.0 and position > lower_stop(robot)
-        search.sides -= 1
-        if not search.held or has_room:
+        search.sides = 0 if search.sides != BOTH_SIDES else LOWER_SIDE if up else UPPER_SIDE
+        if (not search.held or has_room) and not (near and search.reached):  # beyond it no current is less
             search.next = sign * (abs(search.best_u) if search.reached else current_limit(robot))
             return True
     return False
@@ -7406,7 +7439,9 @@ def branch(search: Search) -> bool:
             first = n if first < 0 or comes_first(search, n, first) else first
         else:
             search.lower_bound[n] = NEVER
-        if improves or open or search.sides > 0 and not abs(search.candidates[n].u) > 0.0:
+        is_zero = not abs(search.candidates[n].u) > 0.0
+        is_last = has_begun_near(search) and (n == 0 or n + 1 == search.count)
+        if improves or open or search.sides != 0 and is_zero or is_last:
             open = improves
             n += 1
         else:
@@ -7425,15 +7460,24 @@ def branch(search: Search) -> bool:
     return True
 
 
+def has_choice(search: Search) -> bool:
+    """Whether another current than 0 may do anything, and be admissible."""
+    robot = search.plan.robot
+    return current_limit(robot) > 0.0 and lower_stop(robot) < upper_stop(robot) and search.start.x1 < search.limit
+
+
 def add_candidate(search: Search, trial: Trial) -> bool:
     """Add an evaluated candidate, which splits its interval, and choose the next one."""
-    robot = search.plan.robot
     update_incumbent(search, trial)
     if search.trials < SEARCH_TRIALS:
         search.trials += 1
-    if search.trials == 1:
-        chooses = current_limit(robot) > 0.0 and lower_stop(robot) < upper_stop(robot)
-        if search.reached or not (chooses and search.start.x1 < search.limit):
+    is_zero = not abs(trial.u) > 0.0
+    if search.trials == 1 and not is_zero:
+        search.next = 0.0
+        if not (trial.takes_off and abs(share_to_apex(search, trial)) < 0.25):
+            return True
+    if is_zero:
+        if search.reached and not abs(search.best_u) > 0.0 or not has_choice(search):
             return False
         search.held = trial.held
     if search.count < 0 or search.count > SEARCH_CANDIDATES:
@@ -7460,7 +7504,7 @@ def add_candidate(search: Search, trial: Trial) -> bool:
         c = interval_of(search, i)
         search.lower_bound[i] = lower_bound_of(search, c)
         search.slow[i] = slow[0 if i < n else 1]
-    return branch(search)
+    return search.trials == 1 and not is_zero or goes_beyond(search) or branch(search)
 
 
 def report_command(search: Search, command: Command) -> None:
@@ -7548,7 +7592,7 @@ def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, comman
     search.limit = NEVER if locked else upper_stop(robot) - wanted.stop_margin - 16.0 * EPS
     search.horizon = wanted.horizon
     search.count = 0
-    search.sides = 2
+    search.sides = BOTH_SIDES
     search.next = 0.0
     search.trials = 0
     search.reached = False
@@ -7557,6 +7601,19 @@ def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, comman
     search.max_candidates = wanted.max_candidates if fewer else SEARCH_TRIALS
     search.partial = False
     search.capped = False
+    return search.status
+
+
+def choose_current_near(search: Any, u: Real) -> int:
+    """Of a search that has begun: try this current before any other. Where it was the last command, which reached its
+    wish, and state and wish have changed little since, the search takes fewer stances. The command does not depend
+    on it, but within what counts as reached, or as nearest. One that is not within u_max, and any after a step,
+    changes nothing.
+    """
+    if search is None:
+        return ERROR_NULL
+    if search.status == SEARCHING and search.plan is not None and search.trials == 0 and has_choice(search) and abs(u) < current_limit(search.plan.robot):
+        search.next = u
     return search.status
 
 

@@ -290,8 +290,8 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
     if (!search->open) { in->high = propagator_at_start_real(set->poles); }
 }
 
-/* Go on in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is a
- * small difference of large terms of W. A distance to a stop counts from where the phase begins. */
+/* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is
+ * a small difference of large terms of W. A distance to a stop counts from where the phase begins. */
 SELDOM_real void enter_modes_real(const stance_chain_real *chain, stance_search_real *search) {
     event_set_real *set = &search->events.set;
     motion_modes_real *modes = &search->events.modes;
