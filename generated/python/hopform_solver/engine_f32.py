@@ -4636,11 +4636,16 @@ def deflated_in_modes(poles: Poles, g: EventFunction, at: Propagator) -> Deflate
     return d
 
 
+def sum_of_left(poles: Poles, node: Node) -> Real:
+    """The sum of the poles that are left."""
+    return poles.p if node.half_period < NEVER else node.second + node.third
+
+
 def deflated_at(poles: Poles, node: Node, g: EventFunction, at: Propagator) -> Deflated:
     if is_modal(at):
         return deflated_in_modes(poles, g, at)
     rings = node.half_period < NEVER
-    sum = poles.p if rings else node.second + node.third
+    sum = sum_of_left(poles, node)
     product = poles.q if rings else node.second * node.third
     d = Deflated(g.H2 - sum * g.H3, g.H1 - product * g.H3, at.value.first + node.pole * at.value.second, at.rate.first
         + node.pole * at.value.first, sum, product)
@@ -4660,6 +4665,10 @@ def deflated_derivative(set: EventSet, g: EventFunction, at: Propagator, side: R
     """The deflated derivative at an end of an interval. Where it is rounding, its sign inside is that of its derivative
     at the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too.
     """
+    if not at.t > 0.0:  # there R' = 1 and R = 0
+        A = g.H2 - sum_of_left(set.poles, set.node) * g.H3
+        if abs(A) > 0.0:
+            return A
     d = deflated_at(set.poles, set.node, g, at)
     of_A = d.A * d.Rd
     of_B = d.B * d.R
