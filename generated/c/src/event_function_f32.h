@@ -142,8 +142,8 @@ static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propag
     return jet;
 }
 
-static inline jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                   const propagator_f32 *at) {
+ALWAYS_f32 jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                 const propagator_f32 *at) {
     jet_f32 jet = short_jet_at_f32(g, at);
     jet.third = third_of_f32(poles, g, at);
     return jet;

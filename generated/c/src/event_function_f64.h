@@ -142,8 +142,8 @@ static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propag
     return jet;
 }
 
-static inline jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                   const propagator_f64 *at) {
+ALWAYS_f64 jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                 const propagator_f64 *at) {
     jet_f64 jet = short_jet_at_f64(g, at);
     jet.third = third_of_f64(poles, g, at);
     return jet;

@@ -169,7 +169,7 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
 
 /* The same by rule 4, a look inside the interval. If there is a root, or still no certificate, the interval ends there,
  * unless it is so short that a cut at 1/64 of it is no other number than its start. */
-static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f32 *in, int32_t n, float d) {
+SELDOM_f32 bool is_certified_inside_f32(const event_set_f32 *set, interval_f32 *in, int32_t n, float d) {
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
     const jet_f32 *to = &in->to;
@@ -361,8 +361,8 @@ SELDOM_f32 void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32
 
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
-static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
-                                      const event_function_f32 *contact, const basis_f32 *basis, float t);
+SELDOM_f32 float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
+                                    const event_function_f32 *contact, const basis_f32 *basis, float t);
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
  * first. */

@@ -15,13 +15,6 @@
 #include "kernels_f32.h"
 #include "model_f32.h"
 
-/* Of a function that few phases enter: it stays out of those that all enter. */
-#if defined(__GNUC__)
-#define SELDOM_f32 static __attribute__((noinline, cold, unused))
-#else
-#define SELDOM_f32 static inline
-#endif
-
 /* The functions that a motion is a sum of: W', W, W1 and W2, or E, C, S and t; or a derivative of each. */
 typedef struct {
     float first, second, third, last;

@@ -142,8 +142,8 @@ static inline jet_real short_jet_at_real(const event_function_real *g, const pro
     return jet;
 }
 
-static inline jet_real jet_at_real(const hopform_poles_real *poles, const event_function_real *g,
-                                   const propagator_real *at) {
+ALWAYS_real jet_real jet_at_real(const hopform_poles_real *poles, const event_function_real *g,
+                                 const propagator_real *at) {
     jet_real jet = short_jet_at_real(g, at);
     jet.third = third_of_real(poles, g, at);
     return jet;
