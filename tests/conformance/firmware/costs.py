@@ -235,11 +235,11 @@ it knows that none is nearer. A command takes {stances:.1f} stances on average.
 
 {table(["memory", ""], memory)}
 A stance after a drop has 2.9 phases on average. Where a candidate's instructions go, traced one by one with the
-function of each (QEMU), when it took 11 788: which event function crosses zero first, and the way to its root, 3 300;
-the propagator, evaluated 3.8 times, 1 400; the rest of the stance, with its certificate and what follows an event,
-3 400; the derivative by the current and the minima 1 600; the search between candidates 1 200; the rest is checks and
-report. By kind: 3 900 were floating-point arithmetic, 2 500 loaded, stored or moved its numbers, 880 compared them, the
-other 4 500 were addresses, integers and branches. It takes about one evaluation an event, which is the least.
+function of each (QEMU), when it took 12 960: which event function crosses zero first, and the way to its root, 3 500;
+the propagator 1 200; the certificate 900; the rest of the stance, with its event functions and what follows an event,
+3 900; the derivative by the current and the minima 1 700; the search between candidates 1 600; the rest is checks and
+report. By kind: 4 050 were floating-point arithmetic, 2 900 loaded, stored or moved its numbers, 1 060 compared them,
+the other 5 000 were addresses, integers and branches. It takes about one evaluation an event, which is the least.
 
 ## A bound for a task with a deadline
 
