@@ -108,7 +108,7 @@ SEARCH = Struct("Search", "A search for a current; the caller's memory.").of(
     ),
     Member("slow", "int8", "candidates in a row that left most of the interval", count=SEARCH_CANDIDATES),
     Member("count", "int32", "of the candidates"),
-    Member("sides", "int32", "of 0, yet to be opened"),
+    Member("sides", "int32", "of 0, yet to be opened: both 2, the upper one 1, the lower one -1"),
     Member("trials", "int32", "currents tried so far"),
     Member("max_evaluations", "int32", "of a stance"),
     Member("max_candidates", "int32"),

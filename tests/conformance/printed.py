@@ -131,11 +131,14 @@ class Both:
         energies = self.many("Energy", 3), self.many("FlightLedger", 3), self.reals(count=3)
         self.call("flight_energy", self.plan, phases, flight, times, 3, *energies)
 
-    def choose(self, start: Sequence[float], target: Sequence[float], capacity: int, steps: int = 4096) -> None:
+    def choose(
+        self, start: Sequence[float], target: Sequence[float], capacity: int, steps: int = 4096, near: float = 0.0
+    ) -> None:
         """A command, one candidate after the other; then some trials."""
         search, phases, command = self.made("Search"), self.many("Phase", CAPACITY), self.made("Command")
         begin = self.plan, self.made("State", *start), self.made("Target", *target)
         status = self.call("choose_current_begin", search, *begin, command)
+        self.call("choose_current_near", search, near)
         for _ in range(steps):
             if status != self.engine.SEARCHING:
                 break
@@ -195,7 +198,8 @@ def drawn(draw: random.Random, suffix: str) -> Both:
         gains = draw.choice([None, (spread(draw, 10.0, 1e4), spread(draw, 1.0, 1e3))])
         both.fly(end, draw.uniform(-0.05, 0.05), gains, draw.choice([2.0, 0.2]), 64, CAPACITY)
         if draw.random() < 0.2:
-            both.choose((x1, v1, -abs(v2), 0.0), (spread(draw, 1e-3, 0.5), 0.0, draw.choice([0.0, 1e-3]), 2.0), 64)
+            both.choose((x1, v1, -abs(v2), 0.0), (spread(draw, 1e-3, 0.5), 0.0, draw.choice([0.0, 1e-3]), 2.0), 64,
+                        near=draw.uniform(-4.0, 4.0))  # fmt: skip
     return both
 
 

@@ -24,8 +24,8 @@ typedef struct {
     float sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_f32;
 
-static inline deflated_f32 deflated_in_modes_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                   const propagator_f32 *at) {
+SELDOM_f32 deflated_f32 deflated_in_modes_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                                 const propagator_f32 *at) {
     const modes_f32 modes = {g->start, g->H3, g->H2, g->H1};
     const pair_numerator_f32 numerator = deflated_modes_f32(poles, at->omega, &modes);
     const pair_core_f32 core = core_of_modes_f32(poles, at);
@@ -33,11 +33,16 @@ static inline deflated_f32 deflated_in_modes_f32(const hopform_poles_f32 *poles,
     return d;
 }
 
+/* The sum of the poles that are left. */
+static inline float sum_of_left_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node) {
+    return node->half_period < HOPFORM_NEVER_f32 ? poles->p : node->second + node->third;
+}
+
 static inline deflated_f32 deflated_at_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
                                              const event_function_f32 *g, const propagator_f32 *at) {
     if (is_modal_f32(at)) { return deflated_in_modes_f32(poles, g, at); }
     const bool rings = node->half_period < HOPFORM_NEVER_f32;
-    const float sum = rings ? poles->p : node->second + node->third;
+    const float sum = sum_of_left_f32(poles, node);
     const float product = rings ? poles->q : node->second * node->third;
     deflated_f32 d = {g->H2 - sum * g->H3,
                        g->H1 - product * g->H3,
@@ -62,6 +67,10 @@ static inline float decided_f32(float value, float terms) {
  * the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too. */
 static inline float deflated_derivative_f32(const event_set_f32 *set, const event_function_f32 *g,
                                             const propagator_f32 *at, float side) {
+    if (!(at->t > 0.0f)) { /* there R' = 1 and R = 0 */
+        const float A = g->H2 - sum_of_left_f32(set->poles, set->node) * g->H3;
+        if (fabs_f32(A) > 0.0f) { return A; }
+    }
     const deflated_f32 d = deflated_at_f32(set->poles, set->node, g, at);
     const float of_A = d.A * d.Rd, of_B = d.B * d.R;
     const float value = decided_f32(of_A + of_B, fabs_f32(of_A) + fabs_f32(of_B));

@@ -24,8 +24,8 @@ typedef struct {
     double sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_f64;
 
-static inline deflated_f64 deflated_in_modes_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                   const propagator_f64 *at) {
+SELDOM_f64 deflated_f64 deflated_in_modes_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                                 const propagator_f64 *at) {
     const modes_f64 modes = {g->start, g->H3, g->H2, g->H1};
     const pair_numerator_f64 numerator = deflated_modes_f64(poles, at->omega, &modes);
     const pair_core_f64 core = core_of_modes_f64(poles, at);
@@ -33,11 +33,16 @@ static inline deflated_f64 deflated_in_modes_f64(const hopform_poles_f64 *poles,
     return d;
 }
 
+/* The sum of the poles that are left. */
+static inline double sum_of_left_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node) {
+    return node->half_period < HOPFORM_NEVER_f64 ? poles->p : node->second + node->third;
+}
+
 static inline deflated_f64 deflated_at_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
                                              const event_function_f64 *g, const propagator_f64 *at) {
     if (is_modal_f64(at)) { return deflated_in_modes_f64(poles, g, at); }
     const bool rings = node->half_period < HOPFORM_NEVER_f64;
-    const double sum = rings ? poles->p : node->second + node->third;
+    const double sum = sum_of_left_f64(poles, node);
     const double product = rings ? poles->q : node->second * node->third;
     deflated_f64 d = {g->H2 - sum * g->H3,
                        g->H1 - product * g->H3,
@@ -62,6 +67,10 @@ static inline double decided_f64(double value, double terms) {
  * the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too. */
 static inline double deflated_derivative_f64(const event_set_f64 *set, const event_function_f64 *g,
                                             const propagator_f64 *at, double side) {
+    if (!(at->t > 0.0)) { /* there R' = 1 and R = 0 */
+        const double A = g->H2 - sum_of_left_f64(set->poles, set->node) * g->H3;
+        if (fabs_f64(A) > 0.0) { return A; }
+    }
     const deflated_f64 d = deflated_at_f64(set->poles, set->node, g, at);
     const double of_A = d.A * d.Rd, of_B = d.B * d.R;
     const double value = decided_f64(of_A + of_B, fabs_f64(of_A) + fabs_f64(of_B));

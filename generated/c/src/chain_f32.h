@@ -262,8 +262,8 @@ static inline bool is_late_f32(const basis_f32 *basis) {
 
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
-static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
-                                      const event_function_f32 *contact, const basis_f32 *basis, float t) {
+SELDOM_f32 float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
+                                    const event_function_f32 *contact, const basis_f32 *basis, float t) {
     if (!is_late_f32(basis)) { return 0.0f; }
     state_by_axis_f32 steady = {{0.0f, 0.0f, 0.0f, 0.0f}};
     numerators_f32 from_slack;
@@ -290,9 +290,9 @@ static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance
     if (!search->open) { in->high = propagator_at_start_f32(set->poles); }
 }
 
-/* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is a
- * small difference of large terms of W. A distance to a stop counts from where the phase begins. */
-static inline void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
+/* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is
+ * a small difference of large terms of W. A distance to a stop counts from where the phase begins. */
+SELDOM_f32 void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
     event_set_f32 *set = &search->events.set;
     motion_modes_f32 *modes = &search->events.modes;
     *modes = modes_of_motion_f32(set->poles, set->node->omega, &chain->at.named, &chain->motion.named);
@@ -400,7 +400,7 @@ static inline void next_step_f32(stance_chain_f32 *chain) {
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
-static inline void keep_small_acceleration_f32(stance_chain_f32 *chain, const basis_f32 *basis) {
+SELDOM_f32 void keep_small_acceleration_f32(stance_chain_f32 *chain, const basis_f32 *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f32 *rates = &chain->plan->rates;
     const hopform_robot_f32 *robot = &chain->plan->robot;
@@ -493,7 +493,7 @@ static inline void stance_begin_phase_f32(stance_chain_f32 *chain) {
 }
 
 /* The AED of a phase that lasts for t. */
-static inline float aed_in_phase_f32(const stance_chain_f32 *chain, float t) {
+SELDOM_f32 float aed_in_phase_f32(const stance_chain_f32 *chain, float t) {
     const hopform_phase_f32 phase = phase_of_chain_f32(chain, HOPFORM_EVENT_NONE);
     const hopform_ledger_f32 ledger = ledger_in_phase_f32(chain->plan, &phase, current_of_chain_f32(chain), t);
     return aed_of_ledger_f32(&ledger);

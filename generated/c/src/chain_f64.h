@@ -262,8 +262,8 @@ static inline bool is_late_f64(const basis_f64 *basis) {
 
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
-static inline double later_takeoff_f64(const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
-                                      const event_function_f64 *contact, const basis_f64 *basis, double t) {
+SELDOM_f64 double later_takeoff_f64(const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
+                                    const event_function_f64 *contact, const basis_f64 *basis, double t) {
     if (!is_late_f64(basis)) { return 0.0; }
     state_by_axis_f64 steady = {{0.0, 0.0, 0.0, 0.0}};
     numerators_f64 from_slack;
@@ -290,9 +290,9 @@ static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance
     if (!search->open) { in->high = propagator_at_start_f64(set->poles); }
 }
 
-/* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is a
- * small difference of large terms of W. A distance to a stop counts from where the phase begins. */
-static inline void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
+/* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is
+ * a small difference of large terms of W. A distance to a stop counts from where the phase begins. */
+SELDOM_f64 void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
     event_set_f64 *set = &search->events.set;
     motion_modes_f64 *modes = &search->events.modes;
     *modes = modes_of_motion_f64(set->poles, set->node->omega, &chain->at.named, &chain->motion.named);
@@ -400,7 +400,7 @@ static inline void next_step_f64(stance_chain_f64 *chain) {
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
-static inline void keep_small_acceleration_f64(stance_chain_f64 *chain, const basis_f64 *basis) {
+SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const basis_f64 *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f64 *rates = &chain->plan->rates;
     const hopform_robot_f64 *robot = &chain->plan->robot;
@@ -493,7 +493,7 @@ static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
 }
 
 /* The AED of a phase that lasts for t. */
-static inline double aed_in_phase_f64(const stance_chain_f64 *chain, double t) {
+SELDOM_f64 double aed_in_phase_f64(const stance_chain_f64 *chain, double t) {
     const hopform_phase_f64 phase = phase_of_chain_f64(chain, HOPFORM_EVENT_NONE);
     const hopform_ledger_f64 ledger = ledger_in_phase_f64(chain->plan, &phase, current_of_chain_f64(chain), t);
     return aed_of_ledger_f64(&ledger);

@@ -34,6 +34,9 @@
 /* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow. */
 #define NARROW_JUMP_f64 0.00390625
 
+/* A current with which a search begins divides a side of 0 where the wanted apex is within this share of it. */
+#define NEAR_SHARE_f64 0.25
+
 /* A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether it is
  * smooth in between. */
 typedef struct {
@@ -284,6 +287,9 @@ static double share_to_try_f64(const hopform_search_f64 *search, const control_i
 
 /* ---- the search ---- */
 
+/* Sides of 0 that are yet to be opened. */
+enum { LOWER_SIDE_f64 = -1, UPPER_SIDE_f64 = 1, BOTH_SIDES_f64 = 2 };
+
 /* A better candidate has a gap that is smaller than this. */
 static double gap_of_best_f64(const hopform_search_f64 *search) {
     return search->found ? fabs_f64(search->best_apex - search->apex) : HOPFORM_NEVER_f64;
@@ -342,18 +348,43 @@ static void make_room_f64(hopform_search_f64 *search) {
     forget_f64(search, worst);
 }
 
+/* Whether a current has been tried beside 0 before a side was opened. It is the outermost candidate of that side. */
+static bool has_begun_near_f64(const hopform_search_f64 *search) {
+    return search->sides == BOTH_SIDES_f64 && search->count > 1;
+}
+
+/* Where the wanted apex is from a candidate on, by its derivative, as a share of its current: beyond it if positive. */
+static double share_to_apex_f64(const hopform_search_f64 *search, const hopform_trial_f64 *trial) {
+    const double from = sqrt_f64(greater_f64(trial->apex, 0.0));
+    const double rise = trial->apex_u * trial->u;
+    return fabs_f64(rise) > 0.0 ? 2.0 * from * (sqrt_f64(search->apex) - from) / rise : HOPFORM_NEVER_f64;
+}
+
+/* Behind the current with which the search began and 0 comes where the slope there puts the wanted apex, and as much
+ * farther that the interval that is left beside the root is not lost in rounding. */
+static bool goes_beyond_f64(hopform_search_f64 *search) {
+    if (search->trials != 2 || search->reached || !has_begun_near_f64(search)) { return false; }
+    const hopform_trial_f64 *begun = &search->candidates[search->candidates[0].u < 0.0 ? 0 : 1];
+    const double share = share_to_apex_f64(search, begun);
+    const double further = 4.0 * HOPFORM_ROOT_EPS_f64;
+    search->next = begun->u * (1.0 + (share < 0.0 ? share - further : share + further));
+    return fabs_f64(search->next) < current_limit_f64(&search->plan->robot);
+}
+
 /* The next side of 0, of which the limit is tried first; false if there is none. A current that pushes the driven
  * element harder onto the stop on which 0 leaves it holds it there as well: that side is not tried. */
 static bool open_side_f64(hopform_search_f64 *search) {
     const hopform_robot_f64 *robot = &search->plan->robot;
     const double position = search->start.x1;
-    while (search->sides > 0) {
-        const double sign = search->sides == 2 ? 1.0 : -1.0;
+    while (search->sides != 0) {
+        const bool near = has_begun_near_f64(search);
+        const bool up = near ? !(search->candidates[0].u < 0.0) : search->sides > 0;
+        const double sign = up ? 1.0 : -1.0;
         const double push = search->plan->rates.a1_u * sign;
         const bool has_room =
             (push > 0.0 && position < upper_stop_f64(robot)) || (push < 0.0 && position > lower_stop_f64(robot));
-        search->sides--;
-        if (!search->held || has_room) {
+        search->sides = search->sides != BOTH_SIDES_f64 ? 0 : (up ? LOWER_SIDE_f64 : UPPER_SIDE_f64);
+        if ((!search->held || has_room) && !(near && search->reached)) { /* beyond it no current is less */
             search->next = sign * (search->reached ? fabs_f64(search->best_u) : current_limit_f64(robot));
             return true;
         }
@@ -385,7 +416,9 @@ static bool branch_f64(hopform_search_f64 *search) {
         } else {
             search->lower_bound[n] = HOPFORM_NEVER_f64;
         }
-        if (improves || open || (search->sides > 0 && !(fabs_f64(search->candidates[n].u) > 0.0))) {
+        const bool is_zero = !(fabs_f64(search->candidates[n].u) > 0.0);
+        const bool is_last = has_begun_near_f64(search) && (n == 0 || n + 1 == search->count);
+        if (improves || open || (search->sides != 0 && is_zero) || is_last) {
             open = improves;
             n++;
         } else {
@@ -406,14 +439,24 @@ static bool branch_f64(hopform_search_f64 *search) {
     return true;
 }
 
+/* Whether another current than 0 may do anything, and be admissible. */
+static bool has_choice_f64(const hopform_search_f64 *search) {
+    const hopform_robot_f64 *robot = &search->plan->robot;
+    return current_limit_f64(robot) > 0.0 && lower_stop_f64(robot) < upper_stop_f64(robot)
+           && search->start.x1 < search->limit;
+}
+
 /* Add an evaluated candidate, which splits its interval, and choose the next one. */
 static bool add_candidate_f64(hopform_search_f64 *search, const hopform_trial_f64 *trial) {
-    const hopform_robot_f64 *robot = &search->plan->robot;
     update_incumbent_f64(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) { search->trials++; }
-    if (search->trials == 1) {
-        const bool chooses = current_limit_f64(robot) > 0.0 && lower_stop_f64(robot) < upper_stop_f64(robot);
-        if (search->reached || !(chooses && search->start.x1 < search->limit)) { return false; }
+    const bool is_zero = !(fabs_f64(trial->u) > 0.0);
+    if (search->trials == 1 && !is_zero) {
+        search->next = 0.0;
+        if (!(trial->takes_off && fabs_f64(share_to_apex_f64(search, trial)) < NEAR_SHARE_f64)) { return true; }
+    }
+    if (is_zero) {
+        if ((search->reached && !(fabs_f64(search->best_u) > 0.0)) || !has_choice_f64(search)) { return false; }
         search->held = trial->held;
     }
     if (search->count < 0 || search->count > HOPFORM_SEARCH_CANDIDATES_f64) {
@@ -439,7 +482,7 @@ static bool add_candidate_f64(hopform_search_f64 *search, const hopform_trial_f6
         search->lower_bound[i] = lower_bound_of_f64(search, &c);
         search->slow[i] = slow[i < n ? 0 : 1];
     }
-    return branch_f64(search);
+    return (search->trials == 1 && !is_zero) || goes_beyond_f64(search) || branch_f64(search);
 }
 
 static void report_command_f64(const hopform_search_f64 *search, hopform_command_f64 *command) {
@@ -540,7 +583,7 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     search->limit = locked ? HOPFORM_NEVER_f64 : upper_stop_f64(robot) - wanted.stop_margin - 16.0 * HOPFORM_EPS_f64;
     search->horizon = wanted.horizon;
     search->count = 0;
-    search->sides = 2;
+    search->sides = BOTH_SIDES_f64;
     search->next = 0.0;
     search->trials = 0;
     search->reached = false;
@@ -549,6 +592,19 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
     search->max_candidates = fewer ? wanted.max_candidates : HOPFORM_SEARCH_TRIALS;
     search->partial = false;
     search->capped = false;
+    return search->status;
+}
+
+/* Of a search that has begun: try this current before any other. Where it was the last command, which reached its wish,
+ * and state and wish have changed little since, the search takes fewer stances. The command does not depend on it, but
+ * within what counts as reached, or as nearest. One that is not within u_max, and any after a step, changes nothing.
+ */
+int32_t hopform_choose_current_near_f64(hopform_search_f64 *search, double u) {
+    if (search == NULL) { return HOPFORM_ERROR_NULL; }
+    if (search->status == HOPFORM_SEARCHING && search->plan != NULL && search->trials == 0 && has_choice_f64(search)
+        && fabs_f64(u) < current_limit_f64(&search->plan->robot)) {
+        search->next = u;
+    }
     return search->status;
 }
 

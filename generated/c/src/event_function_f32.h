@@ -111,9 +111,18 @@ static inline float rate_at_f32(const event_function_f32 *g, const propagator_f3
     return with_decay_f32(g, at->t, 1, sum_of_f32(g, &at->rate));
 }
 
+SELDOM_f32 float third_by_modes_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                     const propagator_f32 *at) {
+    const parts_f32 third = turned_parts_f32(poles, at->omega, &at->curvature, 0.0f);
+    return sum_of_f32(g, &third);
+}
+
 static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                  const propagator_f32 *at) {
-    const parts_f32 third = third_parts_f32(poles, at);
+    if (is_modal_f32(at)) { return third_by_modes_f32(poles, g, at); }
+    const parts_f32 *w = &at->curvature;
+    const float fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
+    const parts_f32 third = {fourth, w->first, w->second, w->third};
     return with_decay_f32(g, at->t, 3, sum_of_f32(g, &third));
 }
 
@@ -133,8 +142,8 @@ static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propag
     return jet;
 }
 
-static inline jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                   const propagator_f32 *at) {
+ALWAYS_f32 jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
+                                 const propagator_f32 *at) {
     jet_f32 jet = short_jet_at_f32(g, at);
     jet.third = third_of_f32(poles, g, at);
     return jet;
@@ -278,8 +287,8 @@ static inline propagator_f32 carried_response_f32(const hopform_poles_f32 *poles
     return propagator_of_f32(poles, t, &basis);
 }
 
-static inline propagator_f32 carried_modes_f32(const hopform_poles_f32 *poles, const propagator_f32 *at, float d,
-                                                 float t) {
+SELDOM_f32 propagator_f32 carried_modes_f32(const hopform_poles_f32 *poles, const propagator_f32 *at, float d,
+                                               float t) {
     const float fades = -0.5f * poles->p * d;
     const float turns = at->omega * d;
     parts_f32 term = {at->value.first, at->value.second, at->value.third, 0.0f};
@@ -341,6 +350,7 @@ static inline void use_evaluation_f32(evaluations_f32 *evaluations) {
 static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, float low,
                                     propagator_f32 *at, float guess, evaluations_f32 *evaluations) {
     const float omega = at->omega;
+    const bool modal = is_modal_f32(at);
     float high = at->t;
     float t = guess;
     for (int n = 0; n < 100 && evaluations->left > 0; n++) {
@@ -355,12 +365,11 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
         *at = propagator_in_form_f32(poles, omega, t);
         const jet_f32 jet = jet_at_f32(poles, g, at);
         if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) { return; }
-        const root_step_f32 step =
-            step_between_f32(poles, &jet, fourth_of_f32(poles, g, is_modal_f32(at), &jet), t, low, high);
+        const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, modal, &jet), t, low, high);
         /* The rate of the further term is none of the poles: no step is known to land. */
         if (step.lands && !has_decay_f32(g)) {
-            *at = is_modal_f32(at) ? carried_modes_f32(poles, at, step.next - t, step.next)
-                                    : carried_response_f32(poles, at, step.next - t, step.next);
+            *at = modal ? carried_modes_f32(poles, at, step.next - t, step.next)
+                        : carried_response_f32(poles, at, step.next - t, step.next);
             return;
         }
         low = step.low;

@@ -111,9 +111,18 @@ static inline double rate_at_f64(const event_function_f64 *g, const propagator_f
     return with_decay_f64(g, at->t, 1, sum_of_f64(g, &at->rate));
 }
 
+SELDOM_f64 double third_by_modes_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                     const propagator_f64 *at) {
+    const parts_f64 third = turned_parts_f64(poles, at->omega, &at->curvature, 0.0);
+    return sum_of_f64(g, &third);
+}
+
 static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                  const propagator_f64 *at) {
-    const parts_f64 third = third_parts_f64(poles, at);
+    if (is_modal_f64(at)) { return third_by_modes_f64(poles, g, at); }
+    const parts_f64 *w = &at->curvature;
+    const double fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
+    const parts_f64 third = {fourth, w->first, w->second, w->third};
     return with_decay_f64(g, at->t, 3, sum_of_f64(g, &third));
 }
 
@@ -133,8 +142,8 @@ static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propag
     return jet;
 }
 
-static inline jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                   const propagator_f64 *at) {
+ALWAYS_f64 jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
+                                 const propagator_f64 *at) {
     jet_f64 jet = short_jet_at_f64(g, at);
     jet.third = third_of_f64(poles, g, at);
     return jet;
@@ -278,8 +287,8 @@ static inline propagator_f64 carried_response_f64(const hopform_poles_f64 *poles
     return propagator_of_f64(poles, t, &basis);
 }
 
-static inline propagator_f64 carried_modes_f64(const hopform_poles_f64 *poles, const propagator_f64 *at, double d,
-                                                 double t) {
+SELDOM_f64 propagator_f64 carried_modes_f64(const hopform_poles_f64 *poles, const propagator_f64 *at, double d,
+                                               double t) {
     const double fades = -0.5 * poles->p * d;
     const double turns = at->omega * d;
     parts_f64 term = {at->value.first, at->value.second, at->value.third, 0.0};
@@ -341,6 +350,7 @@ static inline void use_evaluation_f64(evaluations_f64 *evaluations) {
 static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, double low,
                                     propagator_f64 *at, double guess, evaluations_f64 *evaluations) {
     const double omega = at->omega;
+    const bool modal = is_modal_f64(at);
     double high = at->t;
     double t = guess;
     for (int n = 0; n < 100 && evaluations->left > 0; n++) {
@@ -355,12 +365,11 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
         *at = propagator_in_form_f64(poles, omega, t);
         const jet_f64 jet = jet_at_f64(poles, g, at);
         if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) { return; }
-        const root_step_f64 step =
-            step_between_f64(poles, &jet, fourth_of_f64(poles, g, is_modal_f64(at), &jet), t, low, high);
+        const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, modal, &jet), t, low, high);
         /* The rate of the further term is none of the poles: no step is known to land. */
         if (step.lands && !has_decay_f64(g)) {
-            *at = is_modal_f64(at) ? carried_modes_f64(poles, at, step.next - t, step.next)
-                                    : carried_response_f64(poles, at, step.next - t, step.next);
+            *at = modal ? carried_modes_f64(poles, at, step.next - t, step.next)
+                        : carried_response_f64(poles, at, step.next - t, step.next);
             return;
         }
         low = step.low;

@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "8128dc1966977ea1"
+#define HOPFORM_LAYOUT "3b0c9e47eb9fed6f"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */

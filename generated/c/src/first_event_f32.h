@@ -169,7 +169,7 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
 
 /* The same by rule 4, a look inside the interval. If there is a root, or still no certificate, the interval ends there,
  * unless it is so short that a cut at 1/64 of it is no other number than its start. */
-static inline bool is_certified_inside_f32(const event_set_f32 *set, interval_f32 *in, int32_t n, float d) {
+SELDOM_f32 bool is_certified_inside_f32(const event_set_f32 *set, interval_f32 *in, int32_t n, float d) {
     const event_function_f32 *g = &set->function[n];
     const jet_f32 *from = &in->from[n];
     const jet_f32 *to = &in->to;
@@ -357,12 +357,12 @@ static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float
 typedef struct stance_chain_f32 stance_chain_f32;
 
 /* From the end of this interval on the modal form holds: the functions take it. */
-static inline void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search);
+SELDOM_f32 void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search);
 
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
-static inline float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
-                                      const event_function_f32 *contact, const basis_f32 *basis, float t);
+SELDOM_f32 float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
+                                    const event_function_f32 *contact, const basis_f32 *basis, float t);
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
  * first. */

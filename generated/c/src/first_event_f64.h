@@ -169,7 +169,7 @@ static inline bool is_certified_f64(const event_set_f64 *set, interval_f64 *in, 
 
 /* The same by rule 4, a look inside the interval. If there is a root, or still no certificate, the interval ends there,
  * unless it is so short that a cut at 1/64 of it is no other number than its start. */
-static inline bool is_certified_inside_f64(const event_set_f64 *set, interval_f64 *in, int32_t n, double d) {
+SELDOM_f64 bool is_certified_inside_f64(const event_set_f64 *set, interval_f64 *in, int32_t n, double d) {
     const event_function_f64 *g = &set->function[n];
     const jet_f64 *from = &in->from[n];
     const jet_f64 *to = &in->to;
@@ -357,12 +357,12 @@ static inline void cross_at_the_limit_f64(const stance_events_f64 *events, doubl
 typedef struct stance_chain_f64 stance_chain_f64;
 
 /* From the end of this interval on the modal form holds: the functions take it. */
-static inline void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *search);
+SELDOM_f64 void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *search);
 
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
-static inline double later_takeoff_f64(const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
-                                      const event_function_f64 *contact, const basis_f64 *basis, double t);
+SELDOM_f64 double later_takeoff_f64(const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
+                                    const event_function_f64 *contact, const basis_f64 *basis, double t);
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
  * first. */

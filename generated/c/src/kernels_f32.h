@@ -14,6 +14,16 @@
 #include "formulas_f32.h"
 #include "series_f32.h"
 
+/* Of a function that few phases enter: it stays out of those that all enter, and takes less flash and stack. Of one
+ * whose result is better left in registers: it is inlined wherever it is called. */
+#if defined(__GNUC__)
+#define SELDOM_f32 static __attribute__((noinline, cold, unused))
+#define ALWAYS_f32 static inline __attribute__((always_inline))
+#else
+#define SELDOM_f32 static inline
+#define ALWAYS_f32 static inline
+#endif
+
 static inline float lesser_f32(float a, float b) {
     return a < b ? a : b;
 }
@@ -379,7 +389,7 @@ static inline basis_f32 short_basis_f32(const hopform_poles_f32 *poles, float t)
 }
 
 /* W of three poles that lie within 1/t of each other and are not slow: a series around their mean. */
-static inline basis_f32 close_basis_f32(const hopform_poles_f32 *poles, float t) {
+SELDOM_f32 basis_f32 close_basis_f32(const hopform_poles_f32 *poles, float t) {
     const shifted_f32 shifted = shift_f32(poles);
     const hopform_poles_f32 around = {0.0f, 0.0f, 0.0f, 0.0f, shifted.Q_s, shifted.T_s};
     const basis_f32 near = short_basis_f32(&around, t);

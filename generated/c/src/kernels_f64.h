@@ -14,6 +14,16 @@
 #include "formulas_f64.h"
 #include "series_f64.h"
 
+/* Of a function that few phases enter: it stays out of those that all enter, and takes less flash and stack. Of one
+ * whose result is better left in registers: it is inlined wherever it is called. */
+#if defined(__GNUC__)
+#define SELDOM_f64 static __attribute__((noinline, cold, unused))
+#define ALWAYS_f64 static inline __attribute__((always_inline))
+#else
+#define SELDOM_f64 static inline
+#define ALWAYS_f64 static inline
+#endif
+
 static inline double lesser_f64(double a, double b) {
     return a < b ? a : b;
 }
@@ -379,7 +389,7 @@ static inline basis_f64 short_basis_f64(const hopform_poles_f64 *poles, double t
 }
 
 /* W of three poles that lie within 1/t of each other and are not slow: a series around their mean. */
-static inline basis_f64 close_basis_f64(const hopform_poles_f64 *poles, double t) {
+SELDOM_f64 basis_f64 close_basis_f64(const hopform_poles_f64 *poles, double t) {
     const shifted_f64 shifted = shift_f64(poles);
     const hopform_poles_f64 around = {0.0, 0.0, 0.0, 0.0, shifted.Q_s, shifted.T_s};
     const basis_f64 near = short_basis_f64(&around, t);

@@ -23,8 +23,8 @@ typedef struct {
 /* A time since the start of a phase, and those functions there; their first two derivatives. */
 typedef struct {
     float t;
-    float omega, mean; /* frequency and decay of the pair in the modal form; 0 of W */
     parts_f32 value, rate, curvature;
+    float omega; /* frequency of the pair in the modal form; 0 of W */
 } propagator_f32;
 
 /* The modal form of a motion. */
@@ -42,11 +42,10 @@ static inline float third_of_basis_f32(const hopform_poles_f32 *poles, const bas
 
 static inline propagator_f32 propagator_of_f32(const hopform_poles_f32 *poles, float t, const basis_f32 *w) {
     const propagator_f32 at = {t,
-                                0.0f,
-                                0.0f,
                                 {w->Wd, w->W, w->W1, w->W2},
                                 {w->Wdd, w->Wd, w->W, w->W1},
-                                {third_of_basis_f32(poles, w), w->Wdd, w->Wd, w->W}};
+                                {third_of_basis_f32(poles, w), w->Wdd, w->Wd, w->W},
+                                0.0f};
     return at;
 }
 
@@ -57,8 +56,7 @@ static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, f
 
 /* That of any poles at the start of a phase. */
 static inline propagator_f32 propagator_at_start_f32(const hopform_poles_f32 *poles) {
-    const propagator_f32 at = {
-        0.0f, 0.0f, 0.0f, {0.0f, 0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f, 0.0f}, {-poles->s_1, 1.0f, 0.0f, 0.0f}};
+    const propagator_f32 at = {0.0f, {0.0f, 0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f, 0.0f}, {-poles->s_1, 1.0f, 0.0f, 0.0f}, 0.0f};
     return at;
 }
 
@@ -68,27 +66,27 @@ static inline bool is_modal_f32(const propagator_f32 *at) {
     return !HOPFORM_MOVES_ALONE && at->omega > 0.0f; /* one mass has no real pole beside its pair */
 }
 
-/* Derivatives of C and S from those before; that of E is given, and that of t. */
-static inline parts_f32 turned_parts_f32(float mean, float omega, float first, const parts_f32 *from, float last) {
-    const parts_f32 next = {first, -(mean * from->second) - omega * from->third,
+/* Derivatives of E, C and S from those before, and that of t. */
+static inline parts_f32 turned_parts_f32(const hopform_poles_f32 *poles, float omega, const parts_f32 *from,
+                                           float last) {
+    const float mean = 0.5f * poles->p;
+    const parts_f32 next = {-poles->a * from->first, -(mean * from->second) - omega * from->third,
                              omega * from->second - mean * from->third, last};
     return next;
 }
 
 static inline propagator_f32 propagator_of_modes_f32(const hopform_poles_f32 *poles, float omega,
                                                        const parts_f32 *value) {
-    const float rate = -poles->a * value->first;
     propagator_f32 at;
     at.t = value->last;
-    at.omega = omega;
-    at.mean = 0.5f * poles->p;
     at.value = *value;
-    at.rate = turned_parts_f32(at.mean, omega, rate, value, 1.0f);
-    at.curvature = turned_parts_f32(at.mean, omega, -poles->a * rate, &at.rate, 0.0f);
+    at.rate = turned_parts_f32(poles, omega, value, 1.0f);
+    at.curvature = turned_parts_f32(poles, omega, &at.rate, 0.0f);
+    at.omega = omega;
     return at;
 }
 
-static inline propagator_f32 modes_at_f32(const hopform_poles_f32 *poles, float omega, float t) {
+SELDOM_f32 propagator_f32 modes_at_f32(const hopform_poles_f32 *poles, float omega, float t) {
     const float envelope = exponential_f32(-0.5f * poles->p * t);
     const turn_f32 turn = turn_by_f32(omega * t);
     const parts_f32 value = {exponential_f32(-poles->a * t), envelope * turn.cosine, envelope * turn.sine, t};
@@ -97,17 +95,7 @@ static inline propagator_f32 modes_at_f32(const hopform_poles_f32 *poles, float 
 
 /* A propagator in the form of another one, of which omega is known. */
 static inline propagator_f32 propagator_in_form_f32(const hopform_poles_f32 *poles, float omega, float t) {
-    return omega > 0.0f ? modes_at_f32(poles, omega, t) : propagator_at_f32(poles, t);
-}
-
-/* ---- derivatives ---- */
-
-static inline parts_f32 third_parts_f32(const hopform_poles_f32 *poles, const propagator_f32 *at) {
-    const parts_f32 *w = &at->curvature;
-    if (is_modal_f32(at)) { return turned_parts_f32(at->mean, at->omega, -poles->a * w->first, w, 0.0f); }
-    const float fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
-    const parts_f32 third = {fourth, w->first, w->second, w->third};
-    return third;
+    return !HOPFORM_MOVES_ALONE && omega > 0.0f ? modes_at_f32(poles, omega, t) : propagator_at_f32(poles, t);
 }
 
 /* ---- from one form to the other ---- */
@@ -120,22 +108,25 @@ static inline pair_core_f32 core_of_modes_f32(const hopform_poles_f32 *poles, co
     return core;
 }
 
-/* W of a propagator of either form. */
-static inline basis_f32 basis_of_propagator_f32(const hopform_poles_f32 *poles, const propagator_f32 *at) {
-    const basis_f32 known = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-    if (!is_modal_f32(at)) { return known; }
+SELDOM_f32 basis_f32 basis_of_modes_f32(const hopform_poles_f32 *poles, const propagator_f32 *at) {
     const pair_core_f32 core = core_of_modes_f32(poles, at);
     const pair_f32 pair = pair_of_core_f32(poles, at->t, &core);
     const decay_f32 decay = decay_of_exp_f32(poles->a, at->t, at->value.first);
     return basis_of_split_f32(poles, residue_f32(poles), at->t, &decay, &pair);
 }
 
+/* W of a propagator of either form. */
+static inline basis_f32 basis_of_propagator_f32(const hopform_poles_f32 *poles, const propagator_f32 *at) {
+    const basis_f32 known = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
+    return is_modal_f32(at) ? basis_of_modes_f32(poles, at) : known;
+}
+
 /* ---- of a motion ---- */
 
 /* The modal form of a motion from a state on. Of the velocity that has a position the whole numerator is known, in
  * which nothing cancels. */
-static inline motion_modes_f32 modes_of_motion_f32(const hopform_poles_f32 *poles, float omega,
-                                                     const hopform_state_f32 *state, const motion_f32 *motion) {
+SELDOM_f32 motion_modes_f32 modes_of_motion_f32(const hopform_poles_f32 *poles, float omega,
+                                                   const hopform_state_f32 *state, const motion_f32 *motion) {
     const float chi = residue_f32(poles);
     motion_modes_f32 made;
     numerators_f32 h;
@@ -168,8 +159,8 @@ static inline float sum_of_parts_f32(const numerator_f32 *by, const parts_f32 *p
 }
 
 /* The state of a phase by its modal form. */
-static inline hopform_state_f32 state_by_modes_f32(const hopform_state_f32 *start, const motion_modes_f32 *modes,
-                                                     const propagator_f32 *at) {
+SELDOM_f32 hopform_state_f32 state_by_modes_f32(const hopform_state_f32 *start, const motion_modes_f32 *modes,
+                                                   const propagator_f32 *at) {
     state_by_axis_f32 state = modes->final;
     for (int i = 0; i < HOPFORM_CORE; i++) {
         state.of[i + 1] += sum_of_parts_f32(&modes->by.core[i], &at->value);

@@ -23,8 +23,8 @@ typedef struct {
 /* A time since the start of a phase, and those functions there; their first two derivatives. */
 typedef struct {
     double t;
-    double omega, mean; /* frequency and decay of the pair in the modal form; 0 of W */
     parts_f64 value, rate, curvature;
+    double omega; /* frequency of the pair in the modal form; 0 of W */
 } propagator_f64;
 
 /* The modal form of a motion. */
@@ -42,11 +42,10 @@ static inline double third_of_basis_f64(const hopform_poles_f64 *poles, const ba
 
 static inline propagator_f64 propagator_of_f64(const hopform_poles_f64 *poles, double t, const basis_f64 *w) {
     const propagator_f64 at = {t,
-                                0.0,
-                                0.0,
                                 {w->Wd, w->W, w->W1, w->W2},
                                 {w->Wdd, w->Wd, w->W, w->W1},
-                                {third_of_basis_f64(poles, w), w->Wdd, w->Wd, w->W}};
+                                {third_of_basis_f64(poles, w), w->Wdd, w->Wd, w->W},
+                                0.0};
     return at;
 }
 
@@ -57,8 +56,7 @@ static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, d
 
 /* That of any poles at the start of a phase. */
 static inline propagator_f64 propagator_at_start_f64(const hopform_poles_f64 *poles) {
-    const propagator_f64 at = {
-        0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, {-poles->s_1, 1.0, 0.0, 0.0}};
+    const propagator_f64 at = {0.0, {0.0, 0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, {-poles->s_1, 1.0, 0.0, 0.0}, 0.0};
     return at;
 }
 
@@ -68,27 +66,27 @@ static inline bool is_modal_f64(const propagator_f64 *at) {
     return !HOPFORM_MOVES_ALONE && at->omega > 0.0; /* one mass has no real pole beside its pair */
 }
 
-/* Derivatives of C and S from those before; that of E is given, and that of t. */
-static inline parts_f64 turned_parts_f64(double mean, double omega, double first, const parts_f64 *from, double last) {
-    const parts_f64 next = {first, -(mean * from->second) - omega * from->third,
+/* Derivatives of E, C and S from those before, and that of t. */
+static inline parts_f64 turned_parts_f64(const hopform_poles_f64 *poles, double omega, const parts_f64 *from,
+                                           double last) {
+    const double mean = 0.5 * poles->p;
+    const parts_f64 next = {-poles->a * from->first, -(mean * from->second) - omega * from->third,
                              omega * from->second - mean * from->third, last};
     return next;
 }
 
 static inline propagator_f64 propagator_of_modes_f64(const hopform_poles_f64 *poles, double omega,
                                                        const parts_f64 *value) {
-    const double rate = -poles->a * value->first;
     propagator_f64 at;
     at.t = value->last;
-    at.omega = omega;
-    at.mean = 0.5 * poles->p;
     at.value = *value;
-    at.rate = turned_parts_f64(at.mean, omega, rate, value, 1.0);
-    at.curvature = turned_parts_f64(at.mean, omega, -poles->a * rate, &at.rate, 0.0);
+    at.rate = turned_parts_f64(poles, omega, value, 1.0);
+    at.curvature = turned_parts_f64(poles, omega, &at.rate, 0.0);
+    at.omega = omega;
     return at;
 }
 
-static inline propagator_f64 modes_at_f64(const hopform_poles_f64 *poles, double omega, double t) {
+SELDOM_f64 propagator_f64 modes_at_f64(const hopform_poles_f64 *poles, double omega, double t) {
     const double envelope = exponential_f64(-0.5 * poles->p * t);
     const turn_f64 turn = turn_by_f64(omega * t);
     const parts_f64 value = {exponential_f64(-poles->a * t), envelope * turn.cosine, envelope * turn.sine, t};
@@ -97,17 +95,7 @@ static inline propagator_f64 modes_at_f64(const hopform_poles_f64 *poles, double
 
 /* A propagator in the form of another one, of which omega is known. */
 static inline propagator_f64 propagator_in_form_f64(const hopform_poles_f64 *poles, double omega, double t) {
-    return omega > 0.0 ? modes_at_f64(poles, omega, t) : propagator_at_f64(poles, t);
-}
-
-/* ---- derivatives ---- */
-
-static inline parts_f64 third_parts_f64(const hopform_poles_f64 *poles, const propagator_f64 *at) {
-    const parts_f64 *w = &at->curvature;
-    if (is_modal_f64(at)) { return turned_parts_f64(at->mean, at->omega, -poles->a * w->first, w, 0.0); }
-    const double fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
-    const parts_f64 third = {fourth, w->first, w->second, w->third};
-    return third;
+    return !HOPFORM_MOVES_ALONE && omega > 0.0 ? modes_at_f64(poles, omega, t) : propagator_at_f64(poles, t);
 }
 
 /* ---- from one form to the other ---- */
@@ -120,22 +108,25 @@ static inline pair_core_f64 core_of_modes_f64(const hopform_poles_f64 *poles, co
     return core;
 }
 
-/* W of a propagator of either form. */
-static inline basis_f64 basis_of_propagator_f64(const hopform_poles_f64 *poles, const propagator_f64 *at) {
-    const basis_f64 known = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-    if (!is_modal_f64(at)) { return known; }
+SELDOM_f64 basis_f64 basis_of_modes_f64(const hopform_poles_f64 *poles, const propagator_f64 *at) {
     const pair_core_f64 core = core_of_modes_f64(poles, at);
     const pair_f64 pair = pair_of_core_f64(poles, at->t, &core);
     const decay_f64 decay = decay_of_exp_f64(poles->a, at->t, at->value.first);
     return basis_of_split_f64(poles, residue_f64(poles), at->t, &decay, &pair);
 }
 
+/* W of a propagator of either form. */
+static inline basis_f64 basis_of_propagator_f64(const hopform_poles_f64 *poles, const propagator_f64 *at) {
+    const basis_f64 known = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
+    return is_modal_f64(at) ? basis_of_modes_f64(poles, at) : known;
+}
+
 /* ---- of a motion ---- */
 
 /* The modal form of a motion from a state on. Of the velocity that has a position the whole numerator is known, in
  * which nothing cancels. */
-static inline motion_modes_f64 modes_of_motion_f64(const hopform_poles_f64 *poles, double omega,
-                                                     const hopform_state_f64 *state, const motion_f64 *motion) {
+SELDOM_f64 motion_modes_f64 modes_of_motion_f64(const hopform_poles_f64 *poles, double omega,
+                                                   const hopform_state_f64 *state, const motion_f64 *motion) {
     const double chi = residue_f64(poles);
     motion_modes_f64 made;
     numerators_f64 h;
@@ -168,8 +159,8 @@ static inline double sum_of_parts_f64(const numerator_f64 *by, const parts_f64 *
 }
 
 /* The state of a phase by its modal form. */
-static inline hopform_state_f64 state_by_modes_f64(const hopform_state_f64 *start, const motion_modes_f64 *modes,
-                                                     const propagator_f64 *at) {
+SELDOM_f64 hopform_state_f64 state_by_modes_f64(const hopform_state_f64 *start, const motion_modes_f64 *modes,
+                                                   const propagator_f64 *at) {
     state_by_axis_f64 state = modes->final;
     for (int i = 0; i < HOPFORM_CORE; i++) {
         state.of[i + 1] += sum_of_parts_f64(&modes->by.core[i], &at->value);

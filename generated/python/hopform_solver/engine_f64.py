@@ -89,6 +89,9 @@ UNBOUNDED = 2147483647
 CORE = 3
 ONE = 4
 POWERS = 3
+LOWER_SIDE = -1
+UPPER_SIDE = 1
+BOTH_SIDES = 2
 FLIGHT_STOP = 0
 FLIGHT_PULL = 1
 FLIGHT_TOUCHDOWN_HERE = 2
@@ -632,7 +635,7 @@ class Search:
         self.lower_bound: Any = [0.0] * 15 if lower_bound is None else lower_bound
         self.slow: Any = [0] * 15 if slow is None else slow  # candidates in a row that left most of the interval
         self.count = count  # of the candidates
-        self.sides = sides  # of 0, yet to be opened
+        self.sides = sides  # of 0, yet to be opened: both 2, the upper one 1, the lower one -1
         self.trials = trials  # currents tried so far
         self.max_evaluations = max_evaluations  # of a stance
         self.max_candidates = max_candidates
@@ -3659,29 +3662,27 @@ class Parts:
 
 class Propagator:
     """A time since the start of a phase, and those functions there; their first two derivatives."""
-    __slots__ = ("t", "omega", "mean", "value", "rate", "curvature",)
-    SIZE = 120
+    __slots__ = ("t", "value", "rate", "curvature", "omega",)
+    SIZE = 112
     PARTS: tuple[str, ...] = ("value", "rate", "curvature",)
 
-    def __init__(self, t: Real = 0.0, omega: Real = 0.0, mean: Real = 0.0, value: "Parts | None" = None,
-            rate: "Parts | None" = None, curvature: "Parts | None" = None) -> None:
+    def __init__(self, t: Real = 0.0, value: "Parts | None" = None, rate: "Parts | None" = None,
+            curvature: "Parts | None" = None, omega: Real = 0.0) -> None:
         self.t = t
-        self.omega = omega  # frequency and decay of the pair in the modal form; 0 of W
-        self.mean = mean  # frequency and decay of the pair in the modal form; 0 of W
         self.value = Parts() if value is None else value
         self.rate = Parts() if rate is None else rate
         self.curvature = Parts() if curvature is None else curvature
+        self.omega = omega  # frequency of the pair in the modal form; 0 of W
 
     def copy(self) -> "Propagator":
-        return Propagator(self.t, self.omega, self.mean, self.value.copy(), self.rate.copy(), self.curvature.copy())
+        return Propagator(self.t, self.value.copy(), self.rate.copy(), self.curvature.copy(), self.omega)
 
     def put(self, other: "Propagator") -> None:
         self.t = other.t
-        self.omega = other.omega
-        self.mean = other.mean
         self.value.put(other.value)
         self.rate.put(other.rate)
         self.curvature.put(other.curvature)
+        self.omega = other.omega
 
 
 class MotionModes:
@@ -3710,8 +3711,8 @@ def third_of_basis(poles: Poles, basis: Basis) -> Real:
 
 
 def propagator_of(poles: Poles, t: Real, w: Basis) -> Propagator:
-    at = Propagator(t, 0.0, 0.0, Parts(w.Wd, w.W, w.W1, w.W2), Parts(w.Wdd, w.Wd, w.W, w.W1),
-        Parts(third_of_basis(poles, w), w.Wdd, w.Wd, w.W))
+    at = Propagator(t, Parts(w.Wd, w.W, w.W1, w.W2), Parts(w.Wdd, w.Wd, w.W, w.W1),
+        Parts(third_of_basis(poles, w), w.Wdd, w.Wd, w.W), 0.0)
     return at
 
 
@@ -3722,7 +3723,7 @@ def propagator_at(poles: Poles, t: Real) -> Propagator:
 
 def propagator_at_start(poles: Poles) -> Propagator:
     """That of any poles at the start of a phase."""
-    at = Propagator(0.0, 0.0, 0.0, Parts(), Parts(1.0, 0.0, 0.0, 0.0), Parts(-poles.s_1, 1.0, 0.0, 0.0))
+    at = Propagator(0.0, Parts(), Parts(1.0, 0.0, 0.0, 0.0), Parts(-poles.s_1, 1.0, 0.0, 0.0), 0.0)
     return at
 
 
@@ -3730,21 +3731,21 @@ def is_modal(at: Propagator) -> bool:
     return at.omega > 0.0  # one mass has no real pole beside its pair
 
 
-def turned_parts(mean: Real, omega: Real, first: Real, from_: Parts, last: Real) -> Parts:
-    """Derivatives of C and S from those before; that of E is given, and that of t."""
-    next = Parts(first, -(mean * from_.second) - omega * from_.third, omega * from_.second - mean * from_.third, last)
+def turned_parts(poles: Poles, omega: Real, from_: Parts, last: Real) -> Parts:
+    """Derivatives of E, C and S from those before, and that of t."""
+    mean = 0.5 * poles.p
+    next = Parts(-poles.a * from_.first, -(mean * from_.second) - omega * from_.third, omega * from_.second
+        - mean * from_.third, last)
     return next
 
 
 def propagator_of_modes(poles: Poles, omega: Real, value: Parts) -> Propagator:
-    rate = -poles.a * value.first
     at = Propagator()
     at.t = value.last
-    at.omega = omega
-    at.mean = 0.5 * poles.p
     at.value = value.copy()
-    at.rate = turned_parts(at.mean, omega, rate, value, 1.0)
-    at.curvature.put(turned_parts(at.mean, omega, -poles.a * rate, at.rate, 0.0))
+    at.rate = turned_parts(poles, omega, value, 1.0)
+    at.curvature.put(turned_parts(poles, omega, at.rate, 0.0))
+    at.omega = omega
     return at
 
 
@@ -3760,15 +3761,6 @@ def propagator_in_form(poles: Poles, omega: Real, t: Real) -> Propagator:
     return modes_at(poles, omega, t) if omega > 0.0 else propagator_at(poles, t)
 
 
-def third_parts(poles: Poles, at: Propagator) -> Parts:
-    w = at.curvature
-    if is_modal(at):
-        return turned_parts(at.mean, at.omega, -poles.a * w.first, w, 0.0)
-    fourth = -(poles.s_1 * w.first + poles.s_2 * w.second + poles.s_3 * w.third)
-    third = Parts(fourth, w.first, w.second, w.third)
-    return third
-
-
 def core_of_modes(poles: Poles, at: Propagator) -> PairCore:
     """The pair's impulse response R and its derivative, from the modes."""
     R = div(at.value.third, at.omega)
@@ -3777,15 +3769,17 @@ def core_of_modes(poles: Poles, at: Propagator) -> PairCore:
     return core
 
 
-def basis_of_propagator(poles: Poles, at: Propagator) -> Basis:
-    """W of a propagator of either form."""
-    known = Basis(at.rate.first, at.value.first, at.value.second, at.value.third, at.value.last)
-    if not is_modal(at):
-        return known
+def basis_of_modes(poles: Poles, at: Propagator) -> Basis:
     core = core_of_modes(poles, at)
     pair = pair_of_core(poles, at.t, core)
     decay = decay_of_exp(poles.a, at.t, at.value.first)
     return basis_of_split(poles, residue(poles), at.t, decay, pair)
+
+
+def basis_of_propagator(poles: Poles, at: Propagator) -> Basis:
+    """W of a propagator of either form."""
+    known = Basis(at.rate.first, at.value.first, at.value.second, at.value.third, at.value.last)
+    return basis_of_modes(poles, at) if is_modal(at) else known.copy()
 
 
 def modes_of_motion(poles: Poles, omega: Real, state: State, motion: Any) -> MotionModes:
@@ -4235,8 +4229,17 @@ def rate_at(g: EventFunction, at: Propagator) -> Real:
     return with_decay(g, at.t, 1, sum_of(g, at.rate))
 
 
+def third_by_modes(poles: Poles, g: EventFunction, at: Propagator) -> Real:
+    third = turned_parts(poles, at.omega, at.curvature, 0.0)
+    return sum_of(g, third)
+
+
 def third_of(poles: Poles, g: EventFunction, at: Propagator) -> Real:
-    third = third_parts(poles, at)
+    if is_modal(at):
+        return third_by_modes(poles, g, at)
+    w = at.curvature
+    fourth = -(poles.s_1 * w.first + poles.s_2 * w.second + poles.s_3 * w.third)
+    third = Parts(fourth, w.first, w.second, w.third)
     return with_decay(g, at.t, 3, sum_of(g, third))
 
 
@@ -4597,6 +4600,7 @@ def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess
     none.
     """
     omega = at.omega
+    modal = is_modal(at)
     high = at.t
     t = guess
     for n in range(100):
@@ -4612,10 +4616,10 @@ def locate_root(poles: Poles, g: EventFunction, low: Real, at: Propagator, guess
         jet = jet_at(poles, g, at)
         if abs(jet.value) <= EPS * t * abs(jet.rate):
             return
-        step = step_between(poles, jet, fourth_of(poles, g, is_modal(at), jet), t, low, high)
+        step = step_between(poles, jet, fourth_of(poles, g, modal, jet), t, low, high)
         # The rate of the further term is none of the poles: no step is known to land.
         if step.lands and not has_decay(g):
-            at.put(carried_modes(poles, at, step.next - t, step.next) if is_modal(at)
+            at.put(carried_modes(poles, at, step.next - t, step.next) if modal
                 else carried_response(poles, at, step.next - t, step.next))
             return
         low = step.low
@@ -4681,11 +4685,16 @@ def deflated_in_modes(poles: Poles, g: EventFunction, at: Propagator) -> Deflate
     return d
 
 
+def sum_of_left(poles: Poles, node: Node) -> Real:
+    """The sum of the poles that are left."""
+    return poles.p if node.half_period < NEVER else node.second + node.third
+
+
 def deflated_at(poles: Poles, node: Node, g: EventFunction, at: Propagator) -> Deflated:
     if is_modal(at):
         return deflated_in_modes(poles, g, at)
     rings = node.half_period < NEVER
-    sum = poles.p if rings else node.second + node.third
+    sum = sum_of_left(poles, node)
     product = poles.q if rings else node.second * node.third
     d = Deflated(g.H2 - sum * g.H3, g.H1 - product * g.H3, at.value.first + node.pole * at.value.second, at.rate.first
         + node.pole * at.value.first, sum, product)
@@ -4705,6 +4714,10 @@ def deflated_derivative(set: EventSet, g: EventFunction, at: Propagator, side: R
     """The deflated derivative at an end of an interval. Where it is rounding, its sign inside is that of its derivative
     at the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too.
     """
+    if not at.t > 0.0:  # there R' = 1 and R = 0
+        A = g.H2 - sum_of_left(set.poles, set.node) * g.H3
+        if abs(A) > 0.0:
+            return A
     d = deflated_at(set.poles, set.node, g, at)
     of_A = d.A * d.Rd
     of_B = d.B * d.R
@@ -5378,7 +5391,7 @@ def state_of_stance(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real
 class Interval:
     """An interval of the search: its ends, the jets there, and which function has its first root at the second one."""
     __slots__ = ("low", "high", "found", "count", "evaluations", "from_", "to",)
-    SIZE = 416
+    SIZE = 400
     PARTS: tuple[str, ...] = ("low", "high", "from_", "to",)
 
     def __init__(self, low: "Propagator | None" = None, high: "Propagator | None" = None, found: int = 0,
@@ -5709,7 +5722,7 @@ class StanceSearch:
     interval.
     """
     __slots__ = ("events", "in_", "limit", "open", "certified", "stops", "owner", "side", "touches",)
-    SIZE = 936
+    SIZE = 920
     PARTS: tuple[str, ...] = ("events", "in_",)
 
     def __init__(self, events: "StanceEvents | None" = None, in_: "Interval | None" = None, limit: Real = 0.0,
@@ -7362,18 +7375,48 @@ def make_room(search: Search) -> None:
     forget(search, worst)
 
 
+def has_begun_near(search: Search) -> bool:
+    """Whether a current has been tried beside 0 before a side was opened. It is the outermost candidate of that side.
+    """
+    return search.sides == BOTH_SIDES and search.count > 1
+
+
+def share_to_apex(search: Search, trial: Trial) -> Real:
+    """Where the wanted apex is from a candidate on, by its derivative, as a share of its current: beyond it if
+    positive.
+    """
+    from_ = sqrt(greater(trial.apex, 0.0))
+    rise = trial.apex_u * trial.u
+    return div(2.0 * from_ * (sqrt(search.apex) - from_), rise) if abs(rise) > 0.0 else NEVER
+
+
+def goes_beyond(search: Search) -> bool:
+    """Behind the current with which the search began and 0 comes where the slope there puts the wanted apex, and as
+    much farther that the interval that is left beside the root is not lost in rounding.
+    """
+    if search.trials != 2 or search.reached or not has_begun_near(search):
+        return False
+    begun = search.candidates[0 if search.candidates[0].u < 0.0 else 1]
+    share = share_to_apex(search, begun)
+    further = 4.0 * ROOT_EPS
+    search.next = begun.u * (1.0 + (share - further if share < 0.0 else share + further))
+    return abs(search.next) < current_limit(search.plan.robot)
+
+
 def open_side(search: Search) -> bool:
     """The next side of 0, of which the limit is tried first; false if there is none. A current that pushes the driven
     element harder onto the stop on which 0 leaves it holds it there as well: that side is not tried.
     """
     robot = search.plan.robot
     position = search.start.x1
-    while search.sides > 0:
-        sign = 1.0 if search.sides == 2 else -1.0
+    while search.sides != 0:
+        near = has_begun_near(search)
+        up = not search.candidates[0].u < 0.0 if near else search.sides > 0
+        sign = 1.0 if up else -1.0
         push = search.plan.rates.a1_u * sign
         has_room = push > 0.0 and position < upper_stop(robot) or push < 0.0 and position > lower_stop(robot)
-        search.sides -= 1
-        if not search.held or has_room:
+        search.sides = 0 if search.sides != BOTH_SIDES else LOWER_SIDE if up else UPPER_SIDE
+        if (not search.held or has_room) and not (near and search.reached):  # beyond it no current is less
             search.next = sign * (abs(search.best_u) if search.reached else current_limit(robot))
             return True
     return False
@@ -7405,7 +7448,9 @@ def branch(search: Search) -> bool:
             first = n if first < 0 or comes_first(search, n, first) else first
         else:
             search.lower_bound[n] = NEVER
-        if improves or open or search.sides > 0 and not abs(search.candidates[n].u) > 0.0:
+        is_zero = not abs(search.candidates[n].u) > 0.0
+        is_last = has_begun_near(search) and (n == 0 or n + 1 == search.count)
+        if improves or open or search.sides != 0 and is_zero or is_last:
             open = improves
             n += 1
         else:
@@ -7424,15 +7469,24 @@ def branch(search: Search) -> bool:
     return True
 
 
+def has_choice(search: Search) -> bool:
+    """Whether another current than 0 may do anything, and be admissible."""
+    robot = search.plan.robot
+    return current_limit(robot) > 0.0 and lower_stop(robot) < upper_stop(robot) and search.start.x1 < search.limit
+
+
 def add_candidate(search: Search, trial: Trial) -> bool:
     """Add an evaluated candidate, which splits its interval, and choose the next one."""
-    robot = search.plan.robot
     update_incumbent(search, trial)
     if search.trials < SEARCH_TRIALS:
         search.trials += 1
-    if search.trials == 1:
-        chooses = current_limit(robot) > 0.0 and lower_stop(robot) < upper_stop(robot)
-        if search.reached or not (chooses and search.start.x1 < search.limit):
+    is_zero = not abs(trial.u) > 0.0
+    if search.trials == 1 and not is_zero:
+        search.next = 0.0
+        if not (trial.takes_off and abs(share_to_apex(search, trial)) < 0.25):
+            return True
+    if is_zero:
+        if search.reached and not abs(search.best_u) > 0.0 or not has_choice(search):
             return False
         search.held = trial.held
     if search.count < 0 or search.count > SEARCH_CANDIDATES:
@@ -7459,7 +7513,7 @@ def add_candidate(search: Search, trial: Trial) -> bool:
         c = interval_of(search, i)
         search.lower_bound[i] = lower_bound_of(search, c)
         search.slow[i] = slow[0 if i < n else 1]
-    return branch(search)
+    return search.trials == 1 and not is_zero or goes_beyond(search) or branch(search)
 
 
 def report_command(search: Search, command: Command) -> None:
@@ -7547,7 +7601,7 @@ def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, comman
     search.limit = NEVER if locked else upper_stop(robot) - wanted.stop_margin - 16.0 * EPS
     search.horizon = wanted.horizon
     search.count = 0
-    search.sides = 2
+    search.sides = BOTH_SIDES
     search.next = 0.0
     search.trials = 0
     search.reached = False
@@ -7556,6 +7610,19 @@ def choose_current_begin(search: Any, plan: Any, start: Any, target: Any, comman
     search.max_candidates = wanted.max_candidates if fewer else SEARCH_TRIALS
     search.partial = False
     search.capped = False
+    return search.status
+
+
+def choose_current_near(search: Any, u: Real) -> int:
+    """Of a search that has begun: try this current before any other. Where it was the last command, which reached its
+    wish, and state and wish have changed little since, the search takes fewer stances. The command does not depend
+    on it, but within what counts as reached, or as nearest. One that is not within u_max, and any after a step,
+    changes nothing.
+    """
+    if search is None:
+        return ERROR_NULL
+    if search.status == SEARCHING and search.plan is not None and search.trials == 0 and has_choice(search) and abs(u) < current_limit(search.plan.robot):
+        search.next = u
     return search.status
 
 
@@ -7741,7 +7808,7 @@ class FlightChain:
     __slots__ = ("robot", "gains", "rates", "largest", "fall", "horizon", "start", "leg", "relaxes", "now", "poles",
         "height", "last", "airborne", "highest", "at_highest", "max_phases", "capacity", "intervals", "phases",
         "flight",)
-    SIZE = 632
+    SIZE = 624
     PARTS: tuple[str, ...] = ("gains", "rates", "start", "now", "poles", "height", "last", "at_highest",)
 
     def __init__(self, robot: Any = None, gains: "Gains | None" = None, rates: "FlightRates | None" = None,

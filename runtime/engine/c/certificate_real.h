@@ -24,8 +24,8 @@ typedef struct {
     real sum, product; /* of the poles that are left: R'' = -(sum R' + product R) */
 } deflated_real;
 
-static inline deflated_real deflated_in_modes_real(const hopform_poles_real *poles, const event_function_real *g,
-                                                   const propagator_real *at) {
+SELDOM_real deflated_real deflated_in_modes_real(const hopform_poles_real *poles, const event_function_real *g,
+                                                 const propagator_real *at) {
     const modes_real modes = {g->start, g->H3, g->H2, g->H1};
     const pair_numerator_real numerator = deflated_modes_real(poles, at->omega, &modes);
     const pair_core_real core = core_of_modes_real(poles, at);
@@ -33,11 +33,16 @@ static inline deflated_real deflated_in_modes_real(const hopform_poles_real *pol
     return d;
 }
 
+/* The sum of the poles that are left. */
+static inline real sum_of_left_real(const hopform_poles_real *poles, const hopform_node_real *node) {
+    return node->half_period < HOPFORM_NEVER_real ? poles->p : node->second + node->third;
+}
+
 static inline deflated_real deflated_at_real(const hopform_poles_real *poles, const hopform_node_real *node,
                                              const event_function_real *g, const propagator_real *at) {
     if (is_modal_real(at)) { return deflated_in_modes_real(poles, g, at); }
     const bool rings = node->half_period < HOPFORM_NEVER_real;
-    const real sum = rings ? poles->p : node->second + node->third;
+    const real sum = sum_of_left_real(poles, node);
     const real product = rings ? poles->q : node->second * node->third;
     deflated_real d = {g->H2 - sum * g->H3,
                        g->H1 - product * g->H3,
@@ -62,6 +67,10 @@ static inline real decided_real(real value, real terms) {
  * the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too. */
 static inline real deflated_derivative_real(const event_set_real *set, const event_function_real *g,
                                             const propagator_real *at, real side) {
+    if (!(at->t > 0.0)) { /* there R' = 1 and R = 0 */
+        const real A = g->H2 - sum_of_left_real(set->poles, set->node) * g->H3;
+        if (fabs_real(A) > 0.0) { return A; }
+    }
     const deflated_real d = deflated_at_real(set->poles, set->node, g, at);
     const real of_A = d.A * d.Rd, of_B = d.B * d.R;
     const real value = decided_real(of_A + of_B, fabs_real(of_A) + fabs_real(of_B));

@@ -262,8 +262,8 @@ static inline bool is_late_real(const basis_real *basis) {
 
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
-static inline real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
-                                      const event_function_real *contact, const basis_real *basis, real t) {
+SELDOM_real real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
+                                    const event_function_real *contact, const basis_real *basis, real t) {
     if (!is_late_real(basis)) { return 0.0; }
     state_by_axis_real steady = {{0.0, 0.0, 0.0, 0.0}};
     numerators_real from_slack;
@@ -290,9 +290,9 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
     if (!search->open) { in->high = propagator_at_start_real(set->poles); }
 }
 
-/* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is a
- * small difference of large terms of W. A distance to a stop counts from where the phase begins. */
-static inline void enter_modes_real(const stance_chain_real *chain, stance_search_real *search) {
+/* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is
+ * a small difference of large terms of W. A distance to a stop counts from where the phase begins. */
+SELDOM_real void enter_modes_real(const stance_chain_real *chain, stance_search_real *search) {
     event_set_real *set = &search->events.set;
     motion_modes_real *modes = &search->events.modes;
     *modes = modes_of_motion_real(set->poles, set->node->omega, &chain->at.named, &chain->motion.named);
@@ -400,7 +400,7 @@ static inline void next_step_real(stance_chain_real *chain) {
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
-static inline void keep_small_acceleration_real(stance_chain_real *chain, const basis_real *basis) {
+SELDOM_real void keep_small_acceleration_real(stance_chain_real *chain, const basis_real *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_real *rates = &chain->plan->rates;
     const hopform_robot_real *robot = &chain->plan->robot;
@@ -493,7 +493,7 @@ static inline void stance_begin_phase_real(stance_chain_real *chain) {
 }
 
 /* The AED of a phase that lasts for t. */
-static inline real aed_in_phase_real(const stance_chain_real *chain, real t) {
+SELDOM_real real aed_in_phase_real(const stance_chain_real *chain, real t) {
     const hopform_phase_real phase = phase_of_chain_real(chain, HOPFORM_EVENT_NONE);
     const hopform_ledger_real ledger = ledger_in_phase_real(chain->plan, &phase, current_of_chain_real(chain), t);
     return aed_of_ledger_real(&ledger);

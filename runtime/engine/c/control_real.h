@@ -34,6 +34,9 @@
 /* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow. */
 #define NARROW_JUMP_real 0.00390625
 
+/* A current with which a search begins divides a side of 0 where the wanted apex is within this share of it. */
+#define NEAR_SHARE_real 0.25
+
 /* A function of u on an interval: values at both ends, slopes times the interval's width, outward from 0; whether it is
  * smooth in between. */
 typedef struct {
@@ -284,6 +287,9 @@ static real share_to_try_real(const hopform_search_real *search, const control_i
 
 /* ---- the search ---- */
 
+/* Sides of 0 that are yet to be opened. */
+enum { LOWER_SIDE_real = -1, UPPER_SIDE_real = 1, BOTH_SIDES_real = 2 };
+
 /* A better candidate has a gap that is smaller than this. */
 static real gap_of_best_real(const hopform_search_real *search) {
     return search->found ? fabs_real(search->best_apex - search->apex) : HOPFORM_NEVER_real;
@@ -342,18 +348,43 @@ static void make_room_real(hopform_search_real *search) {
     forget_real(search, worst);
 }
 
+/* Whether a current has been tried beside 0 before a side was opened. It is the outermost candidate of that side. */
+static bool has_begun_near_real(const hopform_search_real *search) {
+    return search->sides == BOTH_SIDES_real && search->count > 1;
+}
+
+/* Where the wanted apex is from a candidate on, by its derivative, as a share of its current: beyond it if positive. */
+static real share_to_apex_real(const hopform_search_real *search, const hopform_trial_real *trial) {
+    const real from = sqrt_real(greater_real(trial->apex, 0.0));
+    const real rise = trial->apex_u * trial->u;
+    return fabs_real(rise) > 0.0 ? 2.0 * from * (sqrt_real(search->apex) - from) / rise : HOPFORM_NEVER_real;
+}
+
+/* Behind the current with which the search began and 0 comes where the slope there puts the wanted apex, and as much
+ * farther that the interval that is left beside the root is not lost in rounding. */
+static bool goes_beyond_real(hopform_search_real *search) {
+    if (search->trials != 2 || search->reached || !has_begun_near_real(search)) { return false; }
+    const hopform_trial_real *begun = &search->candidates[search->candidates[0].u < 0.0 ? 0 : 1];
+    const real share = share_to_apex_real(search, begun);
+    const real further = 4.0 * HOPFORM_ROOT_EPS_real;
+    search->next = begun->u * (1.0 + (share < 0.0 ? share - further : share + further));
+    return fabs_real(search->next) < current_limit_real(&search->plan->robot);
+}
+
 /* The next side of 0, of which the limit is tried first; false if there is none. A current that pushes the driven
  * element harder onto the stop on which 0 leaves it holds it there as well: that side is not tried. */
 static bool open_side_real(hopform_search_real *search) {
     const hopform_robot_real *robot = &search->plan->robot;
     const real position = search->start.x1;
-    while (search->sides > 0) {
-        const real sign = search->sides == 2 ? 1.0 : -1.0;
+    while (search->sides != 0) {
+        const bool near = has_begun_near_real(search);
+        const bool up = near ? !(search->candidates[0].u < 0.0) : search->sides > 0;
+        const real sign = up ? 1.0 : -1.0;
         const real push = search->plan->rates.a1_u * sign;
         const bool has_room =
             (push > 0.0 && position < upper_stop_real(robot)) || (push < 0.0 && position > lower_stop_real(robot));
-        search->sides--;
-        if (!search->held || has_room) {
+        search->sides = search->sides != BOTH_SIDES_real ? 0 : (up ? LOWER_SIDE_real : UPPER_SIDE_real);
+        if ((!search->held || has_room) && !(near && search->reached)) { /* beyond it no current is less */
             search->next = sign * (search->reached ? fabs_real(search->best_u) : current_limit_real(robot));
             return true;
         }
@@ -385,7 +416,9 @@ static bool branch_real(hopform_search_real *search) {
         } else {
             search->lower_bound[n] = HOPFORM_NEVER_real;
         }
-        if (improves || open || (search->sides > 0 && !(fabs_real(search->candidates[n].u) > 0.0))) {
+        const bool is_zero = !(fabs_real(search->candidates[n].u) > 0.0);
+        const bool is_last = has_begun_near_real(search) && (n == 0 || n + 1 == search->count);
+        if (improves || open || (search->sides != 0 && is_zero) || is_last) {
             open = improves;
             n++;
         } else {
@@ -406,14 +439,24 @@ static bool branch_real(hopform_search_real *search) {
     return true;
 }
 
+/* Whether another current than 0 may do anything, and be admissible. */
+static bool has_choice_real(const hopform_search_real *search) {
+    const hopform_robot_real *robot = &search->plan->robot;
+    return current_limit_real(robot) > 0.0 && lower_stop_real(robot) < upper_stop_real(robot)
+           && search->start.x1 < search->limit;
+}
+
 /* Add an evaluated candidate, which splits its interval, and choose the next one. */
 static bool add_candidate_real(hopform_search_real *search, const hopform_trial_real *trial) {
-    const hopform_robot_real *robot = &search->plan->robot;
     update_incumbent_real(search, trial);
     if (search->trials < HOPFORM_SEARCH_TRIALS) { search->trials++; }
-    if (search->trials == 1) {
-        const bool chooses = current_limit_real(robot) > 0.0 && lower_stop_real(robot) < upper_stop_real(robot);
-        if (search->reached || !(chooses && search->start.x1 < search->limit)) { return false; }
+    const bool is_zero = !(fabs_real(trial->u) > 0.0);
+    if (search->trials == 1 && !is_zero) {
+        search->next = 0.0;
+        if (!(trial->takes_off && fabs_real(share_to_apex_real(search, trial)) < NEAR_SHARE_real)) { return true; }
+    }
+    if (is_zero) {
+        if ((search->reached && !(fabs_real(search->best_u) > 0.0)) || !has_choice_real(search)) { return false; }
         search->held = trial->held;
     }
     if (search->count < 0 || search->count > HOPFORM_SEARCH_CANDIDATES_real) {
@@ -439,7 +482,7 @@ static bool add_candidate_real(hopform_search_real *search, const hopform_trial_
         search->lower_bound[i] = lower_bound_of_real(search, &c);
         search->slow[i] = slow[i < n ? 0 : 1];
     }
-    return branch_real(search);
+    return (search->trials == 1 && !is_zero) || goes_beyond_real(search) || branch_real(search);
 }
 
 static void report_command_real(const hopform_search_real *search, hopform_command_real *command) {
@@ -540,7 +583,7 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
     search->limit = locked ? HOPFORM_NEVER_real : upper_stop_real(robot) - wanted.stop_margin - 16.0 * HOPFORM_EPS_real;
     search->horizon = wanted.horizon;
     search->count = 0;
-    search->sides = 2;
+    search->sides = BOTH_SIDES_real;
     search->next = 0.0;
     search->trials = 0;
     search->reached = false;
@@ -549,6 +592,19 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
     search->max_candidates = fewer ? wanted.max_candidates : HOPFORM_SEARCH_TRIALS;
     search->partial = false;
     search->capped = false;
+    return search->status;
+}
+
+/* Of a search that has begun: try this current before any other. Where it was the last command, which reached its wish,
+ * and state and wish have changed little since, the search takes fewer stances. The command does not depend on it, but
+ * within what counts as reached, or as nearest. One that is not within u_max, and any after a step, changes nothing.
+ */
+int32_t hopform_choose_current_near_real(hopform_search_real *search, real u) {
+    if (search == NULL) { return HOPFORM_ERROR_NULL; }
+    if (search->status == HOPFORM_SEARCHING && search->plan != NULL && search->trials == 0 && has_choice_real(search)
+        && fabs_real(u) < current_limit_real(&search->plan->robot)) {
+        search->next = u;
+    }
     return search->status;
 }
 

@@ -111,9 +111,18 @@ static inline real rate_at_real(const event_function_real *g, const propagator_r
     return with_decay_real(g, at->t, 1, sum_of_real(g, &at->rate));
 }
 
+SELDOM_real real third_by_modes_real(const hopform_poles_real *poles, const event_function_real *g,
+                                     const propagator_real *at) {
+    const parts_real third = turned_parts_real(poles, at->omega, &at->curvature, 0.0);
+    return sum_of_real(g, &third);
+}
+
 static inline real third_of_real(const hopform_poles_real *poles, const event_function_real *g,
                                  const propagator_real *at) {
-    const parts_real third = third_parts_real(poles, at);
+    if (is_modal_real(at)) { return third_by_modes_real(poles, g, at); }
+    const parts_real *w = &at->curvature;
+    const real fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
+    const parts_real third = {fourth, w->first, w->second, w->third};
     return with_decay_real(g, at->t, 3, sum_of_real(g, &third));
 }
 
@@ -133,8 +142,8 @@ static inline jet_real short_jet_at_real(const event_function_real *g, const pro
     return jet;
 }
 
-static inline jet_real jet_at_real(const hopform_poles_real *poles, const event_function_real *g,
-                                   const propagator_real *at) {
+ALWAYS_real jet_real jet_at_real(const hopform_poles_real *poles, const event_function_real *g,
+                                 const propagator_real *at) {
     jet_real jet = short_jet_at_real(g, at);
     jet.third = third_of_real(poles, g, at);
     return jet;
@@ -278,8 +287,8 @@ static inline propagator_real carried_response_real(const hopform_poles_real *po
     return propagator_of_real(poles, t, &basis);
 }
 
-static inline propagator_real carried_modes_real(const hopform_poles_real *poles, const propagator_real *at, real d,
-                                                 real t) {
+SELDOM_real propagator_real carried_modes_real(const hopform_poles_real *poles, const propagator_real *at, real d,
+                                               real t) {
     const real fades = -0.5 * poles->p * d;
     const real turns = at->omega * d;
     parts_real term = {at->value.first, at->value.second, at->value.third, 0.0};
@@ -341,6 +350,7 @@ static inline void use_evaluation_real(evaluations_real *evaluations) {
 static inline void locate_root_real(const hopform_poles_real *poles, const event_function_real *g, real low,
                                     propagator_real *at, real guess, evaluations_real *evaluations) {
     const real omega = at->omega;
+    const bool modal = is_modal_real(at);
     real high = at->t;
     real t = guess;
     for (int n = 0; n < 100 && evaluations->left > 0; n++) {
@@ -355,12 +365,11 @@ static inline void locate_root_real(const hopform_poles_real *poles, const event
         *at = propagator_in_form_real(poles, omega, t);
         const jet_real jet = jet_at_real(poles, g, at);
         if (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate)) { return; }
-        const root_step_real step =
-            step_between_real(poles, &jet, fourth_of_real(poles, g, is_modal_real(at), &jet), t, low, high);
+        const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, modal, &jet), t, low, high);
         /* The rate of the further term is none of the poles: no step is known to land. */
         if (step.lands && !has_decay_real(g)) {
-            *at = is_modal_real(at) ? carried_modes_real(poles, at, step.next - t, step.next)
-                                    : carried_response_real(poles, at, step.next - t, step.next);
+            *at = modal ? carried_modes_real(poles, at, step.next - t, step.next)
+                        : carried_response_real(poles, at, step.next - t, step.next);
             return;
         }
         low = step.low;

@@ -169,7 +169,7 @@ static inline bool is_certified_real(const event_set_real *set, interval_real *i
 
 /* The same by rule 4, a look inside the interval. If there is a root, or still no certificate, the interval ends there,
  * unless it is so short that a cut at 1/64 of it is no other number than its start. */
-static inline bool is_certified_inside_real(const event_set_real *set, interval_real *in, int32_t n, real d) {
+SELDOM_real bool is_certified_inside_real(const event_set_real *set, interval_real *in, int32_t n, real d) {
     const event_function_real *g = &set->function[n];
     const jet_real *from = &in->from[n];
     const jet_real *to = &in->to;
@@ -357,12 +357,12 @@ static inline void cross_at_the_limit_real(const stance_events_real *events, rea
 typedef struct stance_chain_real stance_chain_real;
 
 /* From the end of this interval on the modal form holds: the functions take it. */
-static inline void enter_modes_real(const stance_chain_real *chain, stance_search_real *search);
+SELDOM_real void enter_modes_real(const stance_chain_real *chain, stance_search_real *search);
 
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
-static inline real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
-                                      const event_function_real *contact, const basis_real *basis, real t);
+SELDOM_real real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
+                                    const event_function_real *contact, const basis_real *basis, real t);
 
 /* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
  * first. */

@@ -14,6 +14,16 @@
 #include "formulas_real.h"
 #include "series_real.h"
 
+/* Of a function that few phases enter: it stays out of those that all enter, and takes less flash and stack. Of one
+ * whose result is better left in registers: it is inlined wherever it is called. */
+#if defined(__GNUC__)
+#define SELDOM_real static __attribute__((noinline, cold, unused))
+#define ALWAYS_real static inline __attribute__((always_inline))
+#else
+#define SELDOM_real static inline
+#define ALWAYS_real static inline
+#endif
+
 static inline real lesser_real(real a, real b) {
     return a < b ? a : b;
 }
@@ -379,7 +389,7 @@ static inline basis_real short_basis_real(const hopform_poles_real *poles, real 
 }
 
 /* W of three poles that lie within 1/t of each other and are not slow: a series around their mean. */
-static inline basis_real close_basis_real(const hopform_poles_real *poles, real t) {
+SELDOM_real basis_real close_basis_real(const hopform_poles_real *poles, real t) {
     const shifted_real shifted = shift_real(poles);
     const hopform_poles_real around = {0.0, 0.0, 0.0, 0.0, shifted.Q_s, shifted.T_s};
     const basis_real near = short_basis_real(&around, t);

@@ -23,8 +23,8 @@ typedef struct {
 /* A time since the start of a phase, and those functions there; their first two derivatives. */
 typedef struct {
     real t;
-    real omega, mean; /* frequency and decay of the pair in the modal form; 0 of W */
     parts_real value, rate, curvature;
+    real omega; /* frequency of the pair in the modal form; 0 of W */
 } propagator_real;
 
 /* The modal form of a motion. */
@@ -42,11 +42,10 @@ static inline real third_of_basis_real(const hopform_poles_real *poles, const ba
 
 static inline propagator_real propagator_of_real(const hopform_poles_real *poles, real t, const basis_real *w) {
     const propagator_real at = {t,
-                                0.0,
-                                0.0,
                                 {w->Wd, w->W, w->W1, w->W2},
                                 {w->Wdd, w->Wd, w->W, w->W1},
-                                {third_of_basis_real(poles, w), w->Wdd, w->Wd, w->W}};
+                                {third_of_basis_real(poles, w), w->Wdd, w->Wd, w->W},
+                                0.0};
     return at;
 }
 
@@ -57,8 +56,7 @@ static inline propagator_real propagator_at_real(const hopform_poles_real *poles
 
 /* That of any poles at the start of a phase. */
 static inline propagator_real propagator_at_start_real(const hopform_poles_real *poles) {
-    const propagator_real at = {
-        0.0, 0.0, 0.0, {0.0, 0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, {-poles->s_1, 1.0, 0.0, 0.0}};
+    const propagator_real at = {0.0, {0.0, 0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, {-poles->s_1, 1.0, 0.0, 0.0}, 0.0};
     return at;
 }
 
@@ -68,27 +66,27 @@ static inline bool is_modal_real(const propagator_real *at) {
     return !HOPFORM_MOVES_ALONE && at->omega > 0.0; /* one mass has no real pole beside its pair */
 }
 
-/* Derivatives of C and S from those before; that of E is given, and that of t. */
-static inline parts_real turned_parts_real(real mean, real omega, real first, const parts_real *from, real last) {
-    const parts_real next = {first, -(mean * from->second) - omega * from->third,
+/* Derivatives of E, C and S from those before, and that of t. */
+static inline parts_real turned_parts_real(const hopform_poles_real *poles, real omega, const parts_real *from,
+                                           real last) {
+    const real mean = 0.5 * poles->p;
+    const parts_real next = {-poles->a * from->first, -(mean * from->second) - omega * from->third,
                              omega * from->second - mean * from->third, last};
     return next;
 }
 
 static inline propagator_real propagator_of_modes_real(const hopform_poles_real *poles, real omega,
                                                        const parts_real *value) {
-    const real rate = -poles->a * value->first;
     propagator_real at;
     at.t = value->last;
-    at.omega = omega;
-    at.mean = 0.5 * poles->p;
     at.value = *value;
-    at.rate = turned_parts_real(at.mean, omega, rate, value, 1.0);
-    at.curvature = turned_parts_real(at.mean, omega, -poles->a * rate, &at.rate, 0.0);
+    at.rate = turned_parts_real(poles, omega, value, 1.0);
+    at.curvature = turned_parts_real(poles, omega, &at.rate, 0.0);
+    at.omega = omega;
     return at;
 }
 
-static inline propagator_real modes_at_real(const hopform_poles_real *poles, real omega, real t) {
+SELDOM_real propagator_real modes_at_real(const hopform_poles_real *poles, real omega, real t) {
     const real envelope = exponential_real(-0.5 * poles->p * t);
     const turn_real turn = turn_by_real(omega * t);
     const parts_real value = {exponential_real(-poles->a * t), envelope * turn.cosine, envelope * turn.sine, t};
@@ -97,17 +95,7 @@ static inline propagator_real modes_at_real(const hopform_poles_real *poles, rea
 
 /* A propagator in the form of another one, of which omega is known. */
 static inline propagator_real propagator_in_form_real(const hopform_poles_real *poles, real omega, real t) {
-    return omega > 0.0 ? modes_at_real(poles, omega, t) : propagator_at_real(poles, t);
-}
-
-/* ---- derivatives ---- */
-
-static inline parts_real third_parts_real(const hopform_poles_real *poles, const propagator_real *at) {
-    const parts_real *w = &at->curvature;
-    if (is_modal_real(at)) { return turned_parts_real(at->mean, at->omega, -poles->a * w->first, w, 0.0); }
-    const real fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
-    const parts_real third = {fourth, w->first, w->second, w->third};
-    return third;
+    return !HOPFORM_MOVES_ALONE && omega > 0.0 ? modes_at_real(poles, omega, t) : propagator_at_real(poles, t);
 }
 
 /* ---- from one form to the other ---- */
@@ -120,22 +108,25 @@ static inline pair_core_real core_of_modes_real(const hopform_poles_real *poles,
     return core;
 }
 
-/* W of a propagator of either form. */
-static inline basis_real basis_of_propagator_real(const hopform_poles_real *poles, const propagator_real *at) {
-    const basis_real known = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-    if (!is_modal_real(at)) { return known; }
+SELDOM_real basis_real basis_of_modes_real(const hopform_poles_real *poles, const propagator_real *at) {
     const pair_core_real core = core_of_modes_real(poles, at);
     const pair_real pair = pair_of_core_real(poles, at->t, &core);
     const decay_real decay = decay_of_exp_real(poles->a, at->t, at->value.first);
     return basis_of_split_real(poles, residue_real(poles), at->t, &decay, &pair);
 }
 
+/* W of a propagator of either form. */
+static inline basis_real basis_of_propagator_real(const hopform_poles_real *poles, const propagator_real *at) {
+    const basis_real known = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
+    return is_modal_real(at) ? basis_of_modes_real(poles, at) : known;
+}
+
 /* ---- of a motion ---- */
 
 /* The modal form of a motion from a state on. Of the velocity that has a position the whole numerator is known, in
  * which nothing cancels. */
-static inline motion_modes_real modes_of_motion_real(const hopform_poles_real *poles, real omega,
-                                                     const hopform_state_real *state, const motion_real *motion) {
+SELDOM_real motion_modes_real modes_of_motion_real(const hopform_poles_real *poles, real omega,
+                                                   const hopform_state_real *state, const motion_real *motion) {
     const real chi = residue_real(poles);
     motion_modes_real made;
     numerators_real h;
@@ -168,8 +159,8 @@ static inline real sum_of_parts_real(const numerator_real *by, const parts_real 
 }
 
 /* The state of a phase by its modal form. */
-static inline hopform_state_real state_by_modes_real(const hopform_state_real *start, const motion_modes_real *modes,
-                                                     const propagator_real *at) {
+SELDOM_real hopform_state_real state_by_modes_real(const hopform_state_real *start, const motion_modes_real *modes,
+                                                   const propagator_real *at) {
     state_by_axis_real state = modes->final;
     for (int i = 0; i < HOPFORM_CORE; i++) {
         state.of[i + 1] += sum_of_parts_real(&modes->by.core[i], &at->value);

@@ -160,6 +160,11 @@ static int32_t stance_grid(void *const *at)
                            (real *const[]){(real *)at[4], (real *)at[5], (real *)at[6], (real *)at[7]});
 }
 
+static int32_t choose_current_near(void *const *at)
+{
+    return OF(choose_current_near)((OF(search) *)at[0], 1.0f);
+}
+
 static int32_t try_currents(void *const *at)
 {
     return OF(try_currents)((const OF(plan) *)at[0], (const OF(state) *)at[1], 1, (const real *)at[2], 1, 2.0f,
@@ -283,6 +288,8 @@ static void each(void (*check)(const entry *))
         {.name = "choose_current_begin", .call = choose_current_begin, .count = 5,
          .fine = HOPFORM_SEARCHING, .arguments =
           {BEGUN, PLAN, START, {SMALL, &target, WHOLE(OF(target), 1)}, CHOSEN}},
+        {.name = "choose_current_near", .call = choose_current_near, .count = 1,
+         .fine = HOPFORM_SEARCHING, .arguments = {{STEPPED, &begun, ENDING_WITH(OF(search), partial, 1, 1)}}},
         {.name = "choose_current_step", .call = choose_current_step, .count = 3,
          .fine = HOPFORM_SEARCHING, .arguments =
           {{STEPPED, &begun, ENDING_WITH(OF(search), partial, 1, 1)}, WORK(0), CHOSEN}},

@@ -98,6 +98,10 @@ int main(void)
         current = any();
         fill((float *)&target, 4);
         (void)hopform_choose_current_f32(&search, &plan, &start, &target, phases, CAPACITY, &command);
+        if (hopform_choose_current_begin_f32(&search, &plan, &start, &target, &command) == HOPFORM_SEARCHING) {
+            (void)hopform_choose_current_near_f32(&search, current);
+            (void)hopform_choose_current_step_f32(&search, phases, CAPACITY, &command);
+        }
         (void)hopform_try_currents_f32(&plan, &start, 1, &current, 1, any(), phases, CAPACITY, trials);
         if (hopform_solve_stance_f32(&plan, &start, steps, 2, any(), CAPACITY, phases, CAPACITY, &stance) >= 0) {
             (void)hopform_stance_compression_f32(&plan, steps, phases, &stance, &current);

@@ -408,6 +408,15 @@ static void commands(void)
     IS(OF(choose_current_step)(&search, phases, CAPACITY, &command), HOPFORM_ERROR_HORIZON); /* and it stays so */
     is_safe(&command, __LINE__);
 
+    IS(OF(choose_current_near)(&search, 1.0f), HOPFORM_ERROR_HORIZON);
+    IS(OF(choose_current_near)(NULL, 1.0f), HOPFORM_ERROR_NULL);
+    const real none_near[] = {nan, inf, -inf, 100.0f}; /* of which a search begins with 0 */
+    for (int n = 0; n < 4; n++) {
+        IS(OF(choose_current_begin)(&search, &plan, &start, &target, &command), HOPFORM_SEARCHING);
+        IS(OF(choose_current_near)(&search, none_near[n]), HOPFORM_SEARCHING);
+        IS(search.next > 0.0f || search.next < 0.0f, false);
+    }
+
     const int32_t no_count[] = {-1, 1000}; /* a search that was written over ends */
     for (int n = 0; n < 2; n++) {
         IS(OF(choose_current_begin)(&search, &plan, &start, &target, &command), HOPFORM_SEARCHING);

@@ -17,6 +17,7 @@ int main(void)
 #if USES >= 2
     keep = (function)hopform_choose_current_f32;
     keep = (function)hopform_choose_current_begin_f32;
+    keep = (function)hopform_choose_current_near_f32;
     keep = (function)hopform_choose_current_step_f32;
 #endif
 #if USES >= 3

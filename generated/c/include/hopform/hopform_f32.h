@@ -217,7 +217,7 @@ typedef struct {
     float lower_bound[15]; /**< [m] of the gap to the next one; below 0 with a root in it */
     int8_t slow[15]; /**< candidates in a row that left most of the interval */
     int32_t count; /**< of the candidates */
-    int32_t sides; /**< of 0, yet to be opened */
+    int32_t sides; /**< of 0, yet to be opened: both 2, the upper one 1, the lower one -1 */
     int32_t trials; /**< currents tried so far */
     int32_t max_evaluations; /**< of a stance */
     int32_t max_candidates;
@@ -391,6 +391,12 @@ int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_
 int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopform_plan_f32 *plan,
                                           const hopform_state_f32 *start, const hopform_target_f32 *target,
                                           hopform_command_f32 *command);
+
+/** Of a search that has begun: try this current before any other. Where it was the last command, which reached its wish,
+ * and state and wish have changed little since, the search takes fewer stances. The command does not depend on it, but
+ * within what counts as reached, or as nearest. One that is not within u_max, and any after a step, changes nothing.
+ */
+int32_t hopform_choose_current_near_f32(hopform_search_f32 *search, float u);
 
 /** Solve one stance more, in the caller's buffer of phases. HOPFORM_SEARCHING while there is more to do; command is the
  * best admissible one so far. In the end HOPFORM_CAPPED if a cap of the target was met, HOPFORM_PHASES_NOT_KEPT if a
