@@ -40,13 +40,14 @@ class Facts:
     limits: tuple[Table, ...]
     elements: tuple[Table, ...]
     inputs: tuple[Table, ...]
+    currents: tuple[Table, ...]
     outputs: tuple[Table, ...]
     energies: tuple[Table, ...]
 
     @cached_property
     def units(self) -> dict[str, str]:
-        """Units of coordinates, parameters, inputs and outputs by name."""
-        tables = (self.coordinates, self.parameters, self.limits, self.inputs, self.outputs)
+        """Units of coordinates, parameters, inputs, currents that a law sets, and outputs by name."""
+        tables = (self.coordinates, self.parameters, self.limits, self.inputs, self.currents, self.outputs)
         return {each["name"]: each["unit"] for table in tables for each in table}
 
     @cached_property
