@@ -182,27 +182,6 @@ static inline void stance_settle_limit_f64(stance_chain_f64 *chain) {
     chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0 ? (int)goes_f64(pull, 0.0) : 0;
 }
 
-/* Where a phase under the law begins at its limit, the acceleration is that of the limit: through the law it would have
- * the rounding of the position times K_p. */
-static inline void begin_at_limit_f64(stance_chain_f64 *chain) {
-    const hopform_plan_f64 *plan = chain->plan;
-    const double largest = largest_pull_f64(&plan->robot);
-    const double pull = pull_of_chain_f64(chain);
-    const double beyond = fabs_f64(pull) - largest;
-    if (limit_of_chain_f64(chain) != 0 || all_rest_f64(chain->side) || !is_finite_f64(largest)
-        || !(fabs_f64(beyond) <= 16.0 * HOPFORM_EPS_f64 * terms_of_room_f64(chain, largest))) {
-        return;
-    }
-    const int limit = (int)goes_f64(pull, 0.0);
-    const int side = chain->side[0];
-    const double at_limit = input_of_mode_f64(plan, limit, 0.0);
-    const motion_f64 known = motion_of_f64(plan, &chain->at.named, at_limit, side, limit);
-    const double moves = known.H3_1 + poles_of_f64(plan, side, 0)->s_1 * chain->at.named.v1;
-    chain->motion.of.velocity[0].H3 = known.H3_1;
-    chain->motion.of.position.H3 = moves; /* the first terms of its displacement behind those in v_1 */
-    chain->motion.of.compression.H2 = moves;
-}
-
 /* The room of the pull to its limits, or at a limit what it is beyond that. At a limit that it has just reached or left
  * the room is 0, and grows. */
 static inline void add_limits_f64(const stance_chain_f64 *chain, event_set_f64 *set) {
@@ -564,7 +543,6 @@ static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     start_on_threshold_f64(chain);
     chain->motion.named = motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named,
                                             chain->side[0], chain->side[1]);
-    if (HOPFORM_HAS_LAW) { begin_at_limit_f64(chain); }
     const int starts = chain->just_switched;
     if (starts >= 0 && both_slip_f64(chain->side)) {
         const double acceleration = acceleration_on_threshold_f64(chain, starts);

@@ -6498,26 +6498,6 @@ def stance_settle_limit(chain: StanceChain) -> None:
     chain.side[1] = whole(goes(pull, 0.0)) if leaves > 0.0 else 0
 
 
-def begin_at_limit(chain: StanceChain) -> None:
-    """Where a phase under the law begins at its limit, the acceleration is that of the limit: through the law it would
-    have the rounding of the position times K_p.
-    """
-    plan = chain.plan
-    largest = largest_pull(plan.robot)
-    pull = pull_of_chain(chain)
-    beyond = abs(pull) - largest
-    if limit_of_chain(chain) != 0 or all_rest(chain.side) or not is_finite(largest) or not abs(beyond) <= 16.0 * EPS * terms_of_room(chain, largest):
-        return
-    limit = whole(goes(pull, 0.0))
-    side = chain.side[0]
-    at_limit = input_of_mode(plan, limit, 0.0)
-    known = motion_of(plan, chain.at, at_limit, side, limit)
-    moves = known.H3_1 + poles_of(plan, side, 0).s_1 * chain.at.v1
-    chain.motion.velocity[0].H3 = known.H3_1
-    chain.motion.position.H3 = moves  # the first terms of its displacement behind those in v_1
-    chain.motion.compression.H2 = moves
-
-
 def add_limits(chain: StanceChain, set: EventSet) -> None:
     """The room of the pull to its limits, or at a limit what it is beyond that. At a limit that it has just reached or
     left the room is 0, and grows.

@@ -182,27 +182,6 @@ static inline void stance_settle_limit_real(stance_chain_real *chain) {
     chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0 ? (int)goes_real(pull, 0.0) : 0;
 }
 
-/* Where a phase under the law begins at its limit, the acceleration is that of the limit: through the law it would have
- * the rounding of the position times K_p. */
-static inline void begin_at_limit_real(stance_chain_real *chain) {
-    const hopform_plan_real *plan = chain->plan;
-    const real largest = largest_pull_real(&plan->robot);
-    const real pull = pull_of_chain_real(chain);
-    const real beyond = fabs_real(pull) - largest;
-    if (limit_of_chain_real(chain) != 0 || all_rest_real(chain->side) || !is_finite_real(largest)
-        || !(fabs_real(beyond) <= 16.0 * HOPFORM_EPS_real * terms_of_room_real(chain, largest))) {
-        return;
-    }
-    const int limit = (int)goes_real(pull, 0.0);
-    const int side = chain->side[0];
-    const real at_limit = input_of_mode_real(plan, limit, 0.0);
-    const motion_real known = motion_of_real(plan, &chain->at.named, at_limit, side, limit);
-    const real moves = known.H3_1 + poles_of_real(plan, side, 0)->s_1 * chain->at.named.v1;
-    chain->motion.of.velocity[0].H3 = known.H3_1;
-    chain->motion.of.position.H3 = moves; /* the first terms of its displacement behind those in v_1 */
-    chain->motion.of.compression.H2 = moves;
-}
-
 /* The room of the pull to its limits, or at a limit what it is beyond that. At a limit that it has just reached or left
  * the room is 0, and grows. */
 static inline void add_limits_real(const stance_chain_real *chain, event_set_real *set) {
@@ -564,7 +543,6 @@ static inline void stance_begin_phase_real(stance_chain_real *chain) {
     start_on_threshold_real(chain);
     chain->motion.named = motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named,
                                             chain->side[0], chain->side[1]);
-    if (HOPFORM_HAS_LAW) { begin_at_limit_real(chain); }
     const int starts = chain->just_switched;
     if (starts >= 0 && both_slip_real(chain->side)) {
         const real acceleration = acceleration_on_threshold_real(chain, starts);
