@@ -65,7 +65,7 @@ def facts(model: Model, layout: str, sources: Iterable[str]) -> dict[str, Any]:
         "limits": [{**_quantity(Q.TRAVEL), "element": "spring"}] if model.has_contact else [],
         "elements": [*_masses(model), *_others(model), *_further(model)],
         "inputs": list(_inputs(model)),
-        "currents": list(_currents(model)),
+        **({} if model.law is None else {"currents": list(_currents(model))}),
         **({"contact": _contact(model)} if model.has_contact else {}),
         **({"flight": _flight(model)} if model.has_contact else {}),
         "outputs": [

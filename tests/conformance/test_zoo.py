@@ -104,7 +104,7 @@ def assert_single_precision(solver: Any, robot: Any, case: Case, unit: dict[str,
             return value * factors.setdefault(abs(value), 1.0 + choose.uniform(-1.0, 1.0) * ULPS * eps)
 
         start = {key: moved(value) for key, value in case.start.items()}
-        steps = [(moved(t), moved(u)) for t, u in case.steps]
+        steps = [(float(np.float32(t)), moved(u)) for t, u in case.steps]  # a condition counts no times
         try:
             other = solver.Robot(**{key: moved(value) for key, value in case.robot.items()})
             near = solver.solve_motion(other, start=start, **how | {"u": steps})

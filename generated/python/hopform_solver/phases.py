@@ -97,7 +97,8 @@ def motion_under(rates: Rates, drive: Drive, state: LegState, side: Array) -> Mo
 
 def drive_of(phase: Phase) -> Drive:
     """The constant accelerations of phases."""
-    return formulas.drive_of(phase.plan.robot, phase.plan.rates, phase.u, *phase.side)
+    drive = formulas.drive_of(phase.plan.robot, phase.plan.rates, phase.u, *phase.side)
+    return Drive(*(np.zeros_like(phase.u) + value for value in drive))
 
 
 def motion_of(phase: Phase) -> Motion:
