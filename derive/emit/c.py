@@ -140,6 +140,7 @@ def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
     spelled = ""
     for mode in (first, *others):
         held = " && ".join(f"({side}) == 0" for side in mode["held"])
+        held = "(side_2) == 0 * (side_1)" if mode["name"] == "law" else held  # as above
         spelled = f"{held} ? X({mode['name']}) : {spelled}" if held else f"X({mode['name']})"
     return f"({spelled})"
 

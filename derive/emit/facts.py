@@ -14,7 +14,7 @@ from ..ir import Own, Quantity
 from ..maths import elements, energy
 from ..model import quantities as Q
 from ..model.declare import glyph_of
-from ..model.equations import EXCESSES, MASSES, Model
+from ..model.equations import EXCESSES, MASSES, Input, Model
 from ..model.mechanism import LARGEST
 
 FORMAT = 1
@@ -65,6 +65,7 @@ def facts(model: Model, layout: str, sources: Iterable[str]) -> dict[str, Any]:
         "limits": [{**_quantity(Q.TRAVEL), "element": "spring"}] if model.has_contact else [],
         "elements": [*_masses(model), *_others(model), *_further(model)],
         "inputs": list(_inputs(model)),
+        **({} if model.law is None else {"currents": list(_currents(model))}),
         **({"contact": _contact(model)} if model.has_contact else {}),
         **({"flight": _flight(model)} if model.has_contact else {}),
         "outputs": [
@@ -96,7 +97,7 @@ def is_the_papers(model: Model) -> bool:
         and all(
             isinstance(value := model.constants[letter], Own) and value.name == letter.name
             for letter in Q.LETTERS
-            if letter not in Q.BY_SIGN
+            if letter not in (*Q.BY_SIGN, *Q.OF_LAW)
         )
     )
 
@@ -118,7 +119,7 @@ def _letters_of(model: Model) -> Iterator[tuple[sp.Symbol, str]]:
     first, second = (each.thing if each else "" for each in model.names)
     motor = model.input.thing if model.input else ""
     of = {
-        first: (Q.m_eff, Q.b1, Q.f1, Q.f1_minus, *EXCESSES[0], Q.x1_min, Q.x1_max), motor: (Q.gamma2, Q.u_max),
+        first: (Q.m_eff, Q.b1, Q.f1, Q.f1_minus, *EXCESSES[0], Q.x1_min, Q.x1_max), motor: (Q.gamma2, Q.u_max, *Q.OF_LAW),
         second: (Q.m_s, Q.b2, Q.f2, Q.f2_minus, *EXCESSES[1]), "spring": (Q.k, Q.L0, Q.c), "gravity": (Q.g,),
         "contact": (Q.impact_loss,),
     }  # fmt: skip
@@ -167,12 +168,25 @@ def _coordinates(model: Model) -> Iterator[dict[str, Any]]:
 
 
 def _inputs(model: Model) -> Iterator[dict[str, Any]]:
-    """The input, with its limit and the force per unit of it."""
+    """The input; of a current its limit and the force per unit of it."""
     if (own := model.input) is not None:
-        limit, per_unit = (str(model.constants[letter]) for letter in (Q.u_max, Q.gamma2))
-        glyph = Q.CURRENT.glyph if own.name == "u" else glyph_of(own.name)
-        said = {"name": own.name, "glyph": glyph, "unit": own.unit, "meaning": own.meaning}
-        yield {**said, "limit": limit, "per_unit": per_unit, "element": own.thing}
+        yield _of_input(own) | (_per_unit(model) if model.law is None else {}) | {"element": own.thing}
+
+
+def _currents(model: Model) -> Iterator[dict[str, Any]]:
+    """The current that a law sets, with its limit and the force per unit of it."""
+    if (law := model.law) is not None:
+        yield {**_of_input(law.current), **_per_unit(model), "element": law.current.thing}
+
+
+def _of_input(own: Input) -> dict[str, Any]:
+    glyph = Q.CURRENT.glyph if own.name == "u" else glyph_of(own.name)
+    return {"name": own.name, "glyph": glyph, "unit": own.unit, "meaning": own.meaning}
+
+
+def _per_unit(model: Model) -> dict[str, Any]:
+    """The limit of a current and the force per unit of it, against x_1."""
+    return {key: str(model.constants[letter]) for key, letter in (("limit", Q.u_max), ("per_unit", Q.gamma2))}
 
 
 def _masses(model: Model) -> Iterator[dict[str, Any]]:

@@ -14,6 +14,7 @@ from ..maths import (
     energy,
     flight,
     laplace,
+    law,
     linear,
     modes,
     partial_fractions,
@@ -26,6 +27,7 @@ from ..shipped import HOPPER
 
 MODULES = (
     laplace,
+    law,
     linear,
     elements,
     modes,
@@ -52,6 +54,9 @@ def program(model: Model = HOPPER) -> Program:
     }
     defined = [value for module in MODULES for value in vars(module).values()]
     zeros = [step.symbol for step in model.in_parameters(laplace.rates_of(model)) if step.value == 0]
+    if model.law is not None:
+        under_law = {step.symbol for step in model.in_parameters(laplace.rates_under_law(model)) if step.value == 0}
+        zeros = [symbol for symbol in zeros if symbol in under_law]
     named = {value.name: value for value in (*vars(quantities).values(), *defined) if isinstance(value, Record)}
     of_model = {name: _in_units(model, record) for name, record in (named | of_model).items()}
     return Program(

@@ -173,6 +173,11 @@ def columns(model: Model) -> tuple[str, ...]:
     return (*(name_of(model, symbol) for symbol in INPUTS), *(each.name for each in model.parameters))
 
 
+def rates_of_mode(model: Model) -> str:
+    """The rates in a plan of a mode: its second side is the limit of a law."""
+    return "&(plan)->rates" if model.law is None else "(side_2) == 0 ? &(plan)->rates_law : &(plan)->rates"
+
+
 def rows(model: Model) -> tuple[str, ...]:
     """What is differentiated."""
     return tuple(name_of(model, sp.Symbol(each, real=True)) for each in OUTPUTS)
@@ -218,12 +223,17 @@ def modes() -> Iterator[dict[str, object]]:
         yield {"name": name, "held": [SIDES[each] for each in held], "numbers": (slips, polynomial)}
 
 
-def modes_of(model: Model) -> Iterator[dict[str, object]]:
-    """The modes that a model is ever in."""
-    return (mode for mode in modes() if not model.moves_alone or mode["name"] == ELEMENTS[0].name)
+def modes_of(model: Model) -> list[dict[str, object]]:
+    """The modes that a model is ever in; with a law the second side is its limit, 0 under it."""
+    found = [mode for mode in modes() if not model.moves_alone or mode["name"] == ELEMENTS[0].name]
+    if model.law is None:
+        return found
+    (alone,) = found
+    return [alone | {"held": []}, alone | {"name": "law", "held": [SIDES[1]]}]
 
 
 def modes_of_one(model: Model) -> list[tuple[object, ...]]:
-    """Of each mode in which one element slips: its name, p and q."""
+    """Of each mode in which one element slips: its name, its rates in the plan, p and q."""
     moving = (each for each, never in zip(ELEMENTS, never_moves(model), strict=True) if not never)
-    return [(element.name, *POLYNOMIALS[element.number,]) for element in moving]
+    found: list[tuple[object, ...]] = [(element.name, "rates", *POLYNOMIALS[element.number,]) for element in moving]
+    return found if model.law is None else [*found, ("law", "rates_law", *POLYNOMIALS[1,])]

@@ -110,6 +110,12 @@ _OWN = _STARTS | _named(
     ("E_dist", "E_{dist}", "J", "energy of a step in the ground"),
     ("E_spring", "E_{spring}", "J", "energy of height and spring that (27) leaves out as printed"),
     ("contact_force", "N", "N", "contact force of the leg: the foot takes off where it falls to 0"),
+    ("target", "q_{target}", "m", "target of the law"),
+    ("asked", "u_{law}", "A", "current that the law asks for, and sets within its limit"),
+    ("p_law", "p_K", "1/s", "under the law: sum of the rates of the poles"),
+    ("q_law", "q_K", "1/s^2", "under the law: product of the rates of the poles"),
+    ("room_up", r"g_{u,\text{up}}", "A", "room of the law below its upper limit, which it leaves where this is 0"),
+    ("room_down", r"g_{u,\text{down}}", "A", "room of the law above its lower limit, which it leaves where this is 0"),
 )  # fmt: skip
 for _n, _unit in ((4, "m/s"), (3, "m/s^2"), (2, "m/s^3"), (1, "m/s^4")):
     for _hat, _of in (("", "the body"), ("_hat", "the actuator")):
@@ -171,6 +177,7 @@ def inputs(model: Model) -> dict[str, Quantity]:
     asked = (control.AED, control.H_DES, control.STEP, control.X1_T, HEIGHT)
     known = (*STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, *asked)
     own = {parameter.name for parameter in model.parameters}
+    known += () if model.law is None else (_OWN["target"],)
     others = (_final(quantity, own, model) for quantity in (*_STARTS.values(), *known))
     parameters = (
         Quantity(each.name, each.glyph, each.unit, each.meaning, each.domain, each.default) for each in model.parameters
@@ -196,6 +203,7 @@ def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
         *_energies(model, free),
         *_control(model),
         *_event_functions(model, free),
+        *_law(model),
     )
     shown = [replace(each, value=_shown(model, each.value)) for each in made]
     own, order = {parameter.name for parameter in model.parameters}, list(GROUPS)
@@ -234,15 +242,23 @@ def _final(quantity: Quantity, own: set[str], model: Model) -> Quantity:
     """
     name = quantity.name.removesuffix(_MARK)
     letter, _, index = name.partition("_")
-    if letter in ("x1", "v1", "x2", "v2", "u") and (index in ("", "0", "t") or letter[0] == "x"):
-        called = elements.name_of(model, sp.Symbol(letter, real=True))
+    if name == "target" and model.input is not None:
+        name = model.input.name
+        taken = own
+    elif letter in ("x1", "v1", "x2", "v2", "u") and (index in ("", "0", "t") or letter[0] == "x"):
+        called = _called(model, sp.Symbol(letter, real=True))
         name = f"{called}_{index}" if index else called
         taken = own
     else:
-        taken = own | {elements.name_of(model, symbol) for symbol in (x1, v1, x2, v2, u)}
+        taken = own | {_called(model, symbol) for symbol in (x1, v1, x2, v2, u)}
     while name in taken:
         name += "_"
     return replace(quantity, name=name, unit=model.unit(quantity.unit), meaning=model.words(quantity.meaning))
+
+
+def _called(model: Model, symbol: sp.Symbol) -> str:
+    """What a model calls a member of a state, or the current, which a law may set."""
+    return model.law.current.name if symbol == u and model.law is not None else elements.name_of(model, symbol)
 
 
 def _finished(made: Sequence[Formula], own: set[str], model: Model) -> Iterator[Formula]:
@@ -492,6 +508,19 @@ def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
             for which, distance in ((which, away) for which, end, away in ends if not model.constants[end].is_number):
                 meaning = f"distance of the {element.name} from its {which} stop, which it meets where this is 0"
                 yield _event(n, f"{which}_stop", distance, meaning, "m")
+
+
+def _law(model: Model) -> Iterator[Formula]:
+    """The current that a law asks for, the poles under it, and its room to the limits of the current."""
+    if model.law is None:
+        return
+    asked = _symbol("asked")
+    yield _made("equations_of_motion", "asked", -model.pull.subs(u, _symbol("target")) / gamma2)
+    poles = {step.symbol: step.value for step in laplace.rates_under_law(model)}
+    for name, symbol in (("p_law", p_1), ("q_law", q_1)):
+        yield _made("poles", name, poles[symbol].subs({a1_y: poles[a1_y], a1_v1: poles[a1_v1]}))
+    yield _made("event_functions", "room_up", u_max - asked)
+    yield _made("event_functions", "room_down", u_max + asked)
 
 
 def _event(n: int, name: str, value: sp.Expr, meaning: str, unit: str = "m/s") -> Formula:

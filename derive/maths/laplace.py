@@ -34,7 +34,27 @@ def rest_of_spring(model: Model) -> tuple[Steps, sp.Expr]:
 @function(takes=(ROBOT,), returns=RATES)
 def rates_of(model: Model) -> Steps:
     """Coefficients of the equations of motion and of their characteristic polynomials."""
-    smooth = [acc.subs({side_1: 0, side_2: 0}) for acc in model.in_compression]
+    return _rates(model.in_compression)
+
+
+@function(takes=(ROBOT,), returns=RATES)
+def rates_under_law(model: Model) -> Steps:
+    """The same where a law sets the current, and u is its target.
+
+    The mass is one on a spring K_p further, with a damper K_d, that K_p u drives.
+    """
+    if model.law is None:
+        return tuple(Step(symbol, sp.S.Zero, "no law") for symbol in RATES.symbols)
+    return _rates(model.following(sp.S.One))
+
+
+def rates_by_limit(model: Model) -> Steps:
+    """Those of both by the second sign of a mode, which of one mass under a law is that of the limit."""
+    return rates_of(model) if model.law is None else _rates(model.following(1 - side_2**2), sides=(side_1,))
+
+
+def _rates(accelerations: tuple[sp.Expr, sp.Expr], sides: tuple[sp.Symbol, ...] = (side_1, side_2)) -> Steps:
+    smooth = [acc.subs(dict.fromkeys(sides, 0)) for acc in accelerations]
     constant = [acc.subs({y: 0, v1: 0, v2: 0, u: 0}) for acc in smooth]
     steps = [
         Step(MATRIX[row, column], smooth[row - 1].diff(v), f"({row + 2}) per {v}")
@@ -116,6 +136,12 @@ def motion_of_both() -> Steps:
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
 def motion_of_actuator() -> Steps:
     """Numerators of the motion with actuator slipping."""
+    return numerators((1,))
+
+
+@function(takes=(RATES, DRIVE, STATE), returns=MOTION)
+def motion_of_law() -> Steps:
+    """Numerators of the motion with the actuator slipping under the law, by the rates of that."""
     return numerators((1,))
 
 

@@ -63,7 +63,7 @@ def changed_steps(steps: Sequence[Step], inputs: Sequence[sp.Symbol], wanted: Se
 @function(takes=(ROBOT, CURRENT, SIDE_1, SIDE_2, ROBOT_CHANGE, CURRENT_CHANGE), returns=SLOPES)
 def slopes_of(model: Model) -> Steps:
     """Change of the right sides of (3), (4) with the robot and the current."""
-    rates = [step for step in laplace.rates_of(model) if step.symbol in RATES.symbols[:9]]
+    rates = [step for step in laplace.rates_by_limit(model) if step.symbol in RATES.symbols[:9]]
     steps = model.in_parameters((*rates, *laplace.drive_of(model)))
     return changed_steps(steps, (*model.robot.symbols, u), SLOPES.symbols)
 
@@ -83,6 +83,16 @@ def upper_stop_change(model: Model) -> Steps:
     """Change of the upper end of the stroke with the robot."""
     steps = model.in_parameters(elements.upper_stop())
     return changed_steps(steps, model.robot.symbols, HIGHEST_CHANGE.symbols)
+
+
+LIMIT_CHANGE = _changed(elements.LIMIT)
+
+
+@function(takes=(ROBOT, ROBOT_CHANGE), returns=LIMIT_CHANGE)
+def current_limit_change(model: Model) -> Steps:
+    """Change of the limit of the current with the robot."""
+    steps = model.in_parameters(elements.current_limit())
+    return changed_steps(steps, model.robot.symbols, LIMIT_CHANGE.symbols)
 
 
 @function(takes=(RATES, STATE_CHANGE), returns=FREE)

@@ -69,6 +69,15 @@ class DeclaredCurrent:
 
 
 @dataclass(frozen=True)
+class DeclaredLaw:
+    """What a law calls the target that is the input in place of the current, and which current it sets."""
+
+    current: Current
+    target: str
+    meaning: str
+
+
+@dataclass(frozen=True)
 class Element:
     """An element: its kind, its name, what it acts on (a coordinate, or a stretch), its values, where it acts."""
 
@@ -89,6 +98,7 @@ class Draft:
     parameters: list[Parameter] = field(default_factory=list)
     coordinates: list[DeclaredCoordinate] = field(default_factory=list)
     currents: list[DeclaredCurrent] = field(default_factory=list)
+    laws: list[DeclaredLaw] = field(default_factory=list)
     elements: list[Element] = field(default_factory=list)
 
     def names(self) -> Iterator[tuple[str, str]]:
@@ -98,6 +108,7 @@ class Draft:
             yield each.symbol.name, "a coordinate"
             yield each.velocity, f"the velocity of {each.symbol}"
         yield from ((each.symbol.name, "the current") for each in self.currents)
+        yield from ((each.target, "the target of the law") for each in self.laws)
 
 
 _DRAFTS: list[Draft] = []
@@ -448,6 +459,29 @@ def include(name: str) -> SimpleNamespace:
     return SimpleNamespace(**{key: value for key, value in defined.items() if isinstance(value, sp.Symbol | Spring)})
 
 
-def law(*_: object, **__: object) -> None:
-    """A law of the input is not yet carried: steps of it are."""
-    raise ModelError("law is not yet carried: the input is a constant, or steps of it")
+def law(
+    of: sp.Symbol,
+    on: sp.Symbol,
+    *,
+    proportional: Value,
+    derivative: Value = 0,
+    target: str = "target",
+    name: str = "law",
+    meaning: str = "",
+) -> None:
+    """A law that sets the current: i = sat((proportional (target - q) - derivative q')/k_t), within the current's limit.
+
+    of: what `current` returns. on: the coordinate q that it drives, the only one that moves. proportional [N/m, N m/rad],
+    derivative [N s/m, N m s/rad]: >= 0, what the motor pulls with; k_t is its force per current. target: the name of
+    the input, which is in place of the current, constant or in steps. meaning: of the target.
+    """
+    own = _label(name, "law")
+    if not isinstance(of, Current):
+        raise _wrong(f"what law '{own}' sets", "what `current` returns", of)
+    if not isinstance(on, Coordinate):
+        raise _wrong(f"what law '{own}' acts on", "what `coordinate` returns", on)
+    if _draft().laws:
+        raise ModelError(f"law '{own}': a model has one law, which sets {_draft().laws[0].current}")
+    called = _name(target, f"the target of law '{own}'")
+    _draft().laws.append(DeclaredLaw(of, called, _text(meaning, f"the meaning of law '{own}'")))
+    _element("law", own, on, proportional=proportional, derivative=derivative)

@@ -78,6 +78,17 @@ class Input:
 
 
 @dataclass(frozen=True)
+class Law:
+    """What a law sets: the current under its name, and whether a positive one pulls along x_1, 1, or against it, -1.
+
+    The input of the model is the law's target, in the place of this current.
+    """
+
+    current: Input
+    along: int
+
+
+@dataclass(frozen=True)
 class Listed:
     """An element as a file declares it: kind, name, the parameters that it reads, entries of the ledger by label."""
 
@@ -96,7 +107,8 @@ class Model:
     which it pushes and cannot pull. moves_alone: whether mass 1 alone moves, so that x_2 = 0 for ever. by_sign:
     whether the Coulomb friction of each mass differs by the sign of its velocity. It is the mean of its two levels with
     that sign, and half their difference as a constant force. Friction at rest differs by sign, too. rest_may_lack:
-    whether a robot may give friction at rest a level below that in motion.
+    whether a robot may give friction at rest a level below that in motion. law: what sets the current, if `input` is a
+    target. The letter u is the input of a mode: under the law the target, at a limit of the current this limit.
 
     names: of both masses, None for one that is none of the file's. name, title: what its solver is called, and is in a
     line. text: the file.
@@ -111,6 +123,7 @@ class Model:
     moves_alone: bool = False
     by_sign: tuple[bool, bool] = (False, False)
     rest_may_lack: bool = False
+    law: Law | None = None
     sources: Mapping[sp.Symbol, str] = field(default_factory=dict, hash=False)
     listed: tuple[Listed, ...] = ()
     name: str = "hopper"
@@ -251,7 +264,20 @@ class Model:
     @cached_property
     def in_compression(self) -> tuple[sp.Expr, sp.Expr]:
         """The accelerations in y, v1, v2: translation invariance leaves no other coordinate. What does not move has none."""
-        first, second = (self._by_compression(acc) for acc in self.accelerations)
+        return self.following(sp.S.Zero)
+
+    @property
+    def pull(self) -> sp.Expr:
+        """The force of the motor under the law, whose target is u, [N]."""
+        return K_p * (u - x1) - K_d * v1
+
+    def following(self, share: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
+        """`in_compression` with a share of the force that the law asks for, and the rest under a current u."""
+        accelerations = self.accelerations
+        if share != 0:
+            asked = (1 - share) * u - share * self.pull / gamma2
+            accelerations = tuple(sp.expand(acc.subs(u, asked)) for acc in accelerations)
+        first, second = map(self._by_compression, accelerations)
         return first, sp.S.Zero if self.moves_alone else second
 
     def _by_compression(self, value: sp.Expr) -> sp.Expr:

@@ -15,7 +15,7 @@ from ..ir import DOMAINS, Own, Parameter
 from . import quantities as Q
 from . import units
 from .declare import Coordinate, Current, DeclaredCoordinate, Draft, Element
-from .equations import EXCESSES, Force, Input, Listed, Model, ModelError, Named
+from .equations import EXCESSES, Force, Input, Law, Listed, Model, ModelError, Named
 
 SMALLEST, LARGEST = sp.Rational(1, 10**30), sp.Integer(10**30)
 """Numbers in an expression, so that single precision holds what becomes of them; and a stop that there is none."""
@@ -69,12 +69,13 @@ class _Mechanism:
         self._put_friction()
         self._put_stops()
         self._put_contact()
+        law = self._law()
         parameters = self._parameters()
         self._refuse_hidden(parameters)
         return Model(
-            parameters, self.constants, (_named(self.first), _named(self.second)), self._input(),
+            parameters, self.constants, (_named(self.first), _named(self.second)), self._input(law),
             tuple(self.further), self.contact is not None, self.alone, (self.by_sign[0], self.by_sign[1]),
-            self.rest_may_lack, self.sources, tuple(self._listed(parameters)), name, title, text,
+            self.rest_may_lack, law, self.sources, tuple(self._listed(parameters)), name, title, text,
         )  # fmt: skip
 
     def _the(self, kind: str) -> Element | None:
@@ -182,6 +183,8 @@ class _Mechanism:
             "force": {"value": effort}, "torque": {"value": effort}, "gravity": {"acceleration": "m/s^2"},
             "friction": dict.fromkeys(("forward", "backward", "forward_at_rest", "backward_at_rest"), effort),
             "stop": dict.fromkeys(("low", "high"), "rad" if turns else "m"), "contact": {"impact_loss": "1"},
+            "law": {"proportional": f"{effort}/{'rad' if turns else 'm'}",
+                    "derivative": f"{effort} s/{'rad' if turns else 'm'}"},
         }  # fmt: skip
         for key, unit in expected.get(element.kind, {}).items():
             if key in values:
@@ -514,14 +517,42 @@ class _Mechanism:
         ):
             raise ModelError(f"{self.contact}: impact_loss must be a number >= 0 and < 1, or a parameter in 'fraction'")
         self._put(Q.impact_loss, loss, "contact")
-        for each, others in ((self.first, ("x2", "v2")), (self.second, ("x1", "v1"))):
-            if each is not None and {each.symbol.name, each.velocity} & {*others}:
+        for mass, others in ((self.first, ("x2", "v2")), (self.second, ("x1", "v1"))):
+            if mass is not None and {mass.symbol.name, mass.velocity} & {*others}:
                 raise ModelError(
-                    f"{self.contact}: {each.symbol} with the velocity {each.velocity} is mass {3 - int(others[0][1])} of "
+                    f"{self.contact}: {mass.symbol} with the velocity {mass.velocity} is mass {3 - int(others[0][1])} of "
                     f"the leg, and {others[0]}, {others[1]} are the other one in a stance: give it another name"
                 )
         for force in self.further:
             refuse_what_flight_cannot_carry(force)
+
+    def _law(self) -> Law | None:
+        """The law, whose gains take the letters that are theirs."""
+        each = next((element for element in self.draft.elements if element.kind == "law"), None)
+        if each is None:
+            return None
+        assert self.input is not None
+        if self.contact is not None:
+            raise ModelError(f"{each}: a law is carried without a contact: a flight has the gains of its own law")
+        if self.second is not None:
+            moving = f"{self.first and self.first.symbol} and {self.second.symbol}"
+            raise ModelError(f"{each}: a law is carried on one mass, and {moving} move")
+        assert self.first is not None
+        if each.on != self.first.symbol:
+            raise ModelError(f"{each} acts on {each.on}, which is held")
+        per_unit = -self.constants[Q.gamma2]
+        along = 1 if self._is_positive(per_unit) else -1
+        if not self._is_positive(along * per_unit):
+            raise ModelError(
+                f"{each}: the force per {self.input.symbol} is {_short(per_unit)}, which may be 0 or of either sign for "
+                "some robot, and the law divides by it: declare its parameters as 'positive'"
+            )
+        for letter, key in ((Q.K_p, "proportional"), (Q.K_d, "derivative")):
+            value = each.values[key]
+            assert value is not None
+            self._refuse_sign(value, f"{each}: {key}", positive=False)
+            self._put(letter, value, f"law {each.name}")
+        return Law(Input(self.input.symbol.name, self.input.unit, self.input.thing, self.input.meaning), along)
 
     def _further(self, element: Element, force_1: sp.Expr, force_2: sp.Expr) -> None:
         what = str(element)
@@ -595,7 +626,13 @@ class _Mechanism:
                     "give it another"
                 )
 
-    def _input(self) -> Input | None:
+    def _input(self, law: Law | None) -> Input | None:
+        """The input: a current, or the target of the law that sets it."""
+        if law is not None:
+            (declared,) = self.draft.laws
+            assert self.first is not None
+            meaning = declared.meaning or f"target of the {self.first.thing}, to which the {law.current.thing} pulls it"
+            return Input(declared.target, self.first.unit, law.current.thing, meaning)
         each = self.input
         if each is not None and not any(
             each.symbol in value.free_symbols

@@ -12,12 +12,12 @@ ROBOT = Record("Robot", "What the mechanism is made of.")
 
 LETTERS = sp.symbols(
     "m_eff m_s k L0 c b1 b2 f1 f2 gamma2 g x1_min x1_max u_max impact_loss f1_excess f2_excess "
-    "f1_minus f2_minus f1_excess_minus f2_excess_minus",
+    "f1_minus f2_minus f1_excess_minus f2_excess_minus K_p K_d",
     real=True,
 )
 (
     m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess,
-    f1_minus, f2_minus, f1_excess_minus, f2_excess_minus,
+    f1_minus, f2_minus, f1_excess_minus, f2_excess_minus, K_p, K_d,
 ) = LETTERS  # fmt: skip
 """The letters of the derivation, the paper's parameters and those of friction by sign: a model says what each is.
 
@@ -25,10 +25,12 @@ m_eff, m_s: inertias of the two masses. k, L0, c: the spring, of compression x_1
 k c. b1, b2: viscous friction. f_i, f_i_minus: Coulomb friction over the inertia where v_i > 0 and where v_i < 0;
 f_i_excess, f_i_excess_minus: what friction at rest has more, to either side. gamma2: force per current, against x_1.
 g: gravity. x1_min, x1_max: stops. u_max: limit of the current. impact_loss: fraction of the body's kinetic energy lost
-at touchdown.
+at touchdown. K_p, K_d: gains of a law that sets the current, force per displacement and per velocity.
 """
 BY_SIGN = (f1_minus, f2_minus, f1_excess_minus, f2_excess_minus)
 """The letters that no parameter of the paper's hopper has: friction backward, where it is another."""
+OF_LAW = (K_p, K_d)
+"""Further ones: the gains of a law."""
 TRAVEL = Quantity("travel", r"y_{max}", "m", "travel of the spring: compression at coil bind", "length", float("inf"))
 """A limit of the robot that no equation knows: compressions are compared with it."""
 

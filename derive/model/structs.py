@@ -44,13 +44,21 @@ PLAN = Struct("Plan", "What is computed once per robot: coefficients of (3), (4)
     Member("node_body", "Node"),
     Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
 )
+OF_LAW = (
+    Member("rates_law", "Rates", "under the law; `rates` are those at a limit of its current"),
+    Member("law", "Poles", "under the law"),
+    Member("node_law", "Node"),
+)
+"""What the plan of a model with a law has before its mark."""
 STEP = Struct("Step", "A step of the current: u from time t on.").of(
     Member("t", "real", "", "s"), Member("u", "real", "", "A")
 )
 PHASE = Struct("Phase", "A phase: where and when it starts, and in which mode.").of(
     Member("t", "real", "time since touchdown", "s"),
     *of_quantities(STATE.quantities),
-    Member("mode", "int8", "3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held"),
+    Member(
+        "mode", "int8", "3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held; with a law side_2 is its limit"
+    ),
     Member("event", "int8", "HOPFORM_EVENT_..., what started it"),
     Member("step", "uint16", "index of the step of the current"),
 )
@@ -190,6 +198,9 @@ STANCES_OUT = Struct("StancesOut", "Where results and states at the ending go; N
 )
 
 
-def structs(robot: Record = ROBOT) -> tuple[Struct, ...]:
+def structs(robot: Record = ROBOT, *, has_law: bool = False) -> tuple[Struct, ...]:
     """The structs of the interface that are no records, each behind those that it holds."""
-    return (*(value for value in globals().values() if isinstance(value, Struct)), stances_in(robot))
+    *members, made = PLAN.members
+    plan = PLAN.of(*members, *OF_LAW, made) if has_law else PLAN
+    known = (value for value in globals().values() if isinstance(value, Struct))
+    return (*(plan if each is PLAN else each for each in known), stances_in(robot))

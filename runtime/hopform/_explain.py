@@ -14,11 +14,11 @@ from importlib.util import find_spec, module_from_spec
 from threading import Lock
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from hopform._motion import masses_of
+from hopform._motion import force_unit, masses_of
 from hopform._show import name_of
 from hopform._solver.package import LegState, Package, Precision
 from hopform._solver.printed import Engine, Python, Solved
-from hopform._words import ending, input_of, modes_of
+from hopform._words import ending, input_of, limit_in, modes_of
 
 if TYPE_CHECKING:
     from hopform import Motion, Phase
@@ -164,9 +164,9 @@ class Watched:
 
     def _find_end(self, chain: Any, search: Any, _: None) -> None:
         """The end of a phase is found."""
-        moves = any(chain.side[n] for n in range(2))
+        moves = not self.engine.all_rest(chain.side)
         found = tuple(self._functions(chain, search)) if moves else ()
-        poles, half_period = poles_of(search.events.set, all(chain.side[n] for n in range(2))) if moves else ((), 0.0)
+        poles, half_period = poles_of(search.events.set, self.engine.both_slip(chain.side)) if moves else ((), 0.0)
         length = float(search.in_.high.t)
         self.notes.searches[chain.count - 1] = Search(length, poles, half_period, found, self.notes.cuts)
         self.notes.intervals, self.notes.cuts = {}, 0
@@ -204,6 +204,9 @@ class Watched:
         """Name and unit of an event function."""
         if g.owner == self.engine.CONTACT:
             return "N/k", "m"
+        if g.owner == self.engine.LIMIT:
+            under_law = self.engine.limit_of_chain(chain) == 0
+            return ("room of the law" if under_law else "law beyond its limit"), "N"
         element = g.owner - self.engine.ELEMENT
         number, side = element + 1, chain.side[element]
         if g.touch_is_no_event:
@@ -252,14 +255,18 @@ def text_of(stance: "Motion", asked: tuple[LegState, float, int]) -> str:
     about = ", ".join(each for each in (name_of(stance.robot), input_of(stance)) if each)
     lines = [f"{about}; {ending(stance)}"]
     for n, phase in enumerate(stance.phases):
-        kind = kind_of(rows[n], rows[n + 1], words) if n + 1 < len(rows) else stance.status
+        kind = kind_of(rows[n], rows[n + 1], words, stance) if n + 1 < len(rows) else stance.status
         lines += ["", *of_phase(n + 1, stance, phase, kind, searches.get(n))]
     return "\n".join([*lines, "", *NOTE])
 
 
-def kind_of(row: tuple[Any, ...], following: tuple[Any, ...], words: Mapping[int, str]) -> str:
+def kind_of(row: tuple[Any, ...], following: tuple[Any, ...], words: Mapping[int, str], motion: "Motion") -> str:
     """What ends a phase, by its row and the next one."""
-    *_, event, step = following
+    *_, mode, event, step = following
+    if motion.robot.solver.facts.currents:
+        reached = row[2] % 3 != mode % 3
+        return words.get(event, "a step of the target" if step != row[-1] else "a limit of the current" if reached
+                         else "a touch, which is no event")  # fmt: skip
     return words.get(event, "a step of the current" if step != row[-1] else "a touch, which is no event")
 
 
@@ -268,9 +275,10 @@ def of_phase(number: int, stance: "Motion", phase: "Phase", kind: str, search: S
     solver = stance.robot.solver
     named = zip(masses_of(solver), modes_of(phase, stance.robot), strict=True)
     modes = ", ".join(f"{mass.name} {mode}" for mass, mode in named)
+    modes += "".join(f", {each['name']} {limit_in(phase)}" for each in solver.facts.currents)
     yield f"Phase {number}, {phase.start:.5g} to {phase.end:.5g} s: {modes}; then {kind}"
     if search is None or not search.functions:
-        moves = phase.mode_1 != 0 or phase.mode_2 != 0
+        moves = any((phase.mode_1, phase.mode_2)[mass.number - 1] for mass in masses_of(solver))
         yield "  two events at the same time" if moves else "  nothing moves, so that nothing is searched"
         return
     half = f"half a period is {search.half_period:.4g} s" if search.half_period < math.inf else "all real"
@@ -292,10 +300,12 @@ def in_names(function: EventFunction, motion: "Motion") -> EventFunction:
         names |= {f"x{n}": mass.position, f"v{n}": mass.velocity}
         names |= dict(zip((f"x{n}_min", f"x{n}_max"), mass.stops, strict=False))
         units |= {each: mass.unit for each in (f"x{n}", f"v{n}", f"a{n}")}
+    length_of_first = masses_of(motion.robot.solver)[0].unit
     tokens = re.findall(r"[a-z]+[12](?:_max|_min)?|N/k", function.name)
     length = next((units[each] for each in tokens if each in units), "m")
     name = re.sub(r"[xv][12](?:_max|_min)?", lambda found: names.get(found[0], found[0]), function.name)
-    return function._replace(name=name, unit=function.unit.replace("m", length, 1))
+    unit = force_unit(length_of_first) if function.unit == "N" else function.unit.replace("m", length, 1)
+    return function._replace(name=name, unit=unit)
 
 
 def poles_in_words(poles: Sequence[complex]) -> Iterator[str]:

@@ -81,7 +81,8 @@ class Phase(NamedTuple):
     """A part of a motion in which the mode stays: of each mass +1 where it moves forwards, -1 backwards, 0 held.
 
     mode_1 is +1 where the hopper's actuator extends, -1 where it retracts, mode_2 +1 where its body slips up, -1 where
-    it slips down. A mass that the model does not have is held.
+    it slips down. A mass that the model does not have is held; where a law sets the current mode_2 is +1 or -1 at the
+    limit of the current to that side, 0 in between, and u the target.
     """
 
     start: float
@@ -175,8 +176,9 @@ def stroke_of(robot: Robot) -> tuple[float, float]:
 
 
 def limit_of(robot: Robot) -> float:
-    """The largest size of the input; without one there is no limit."""
-    return float(robot.letters.u_max) if robot.solver.facts.inputs else math.inf
+    """The largest size of the input; without one there is no limit, and none of a target."""
+    facts = robot.solver.facts
+    return float(robot.letters.u_max) if facts.inputs and not facts.currents else math.inf
 
 
 # ---- a motion ----
@@ -309,9 +311,47 @@ class Motion(OverTime):
     @overload
     def current(self, t: Times) -> NDArray[np.floating]: ...
     def current(self, t: Number | Times) -> Real:
-        """The current [A] at times t [s], in t's shape; from the time of a step on that of the step."""
-        starts, currents = np.array(self.u).T
-        return shaped(currents[np.searchsorted(starts, self._times(t), side="right") - 1], t)
+        """The current [A] at times t [s], in t's shape; from the time of a step on that of the step.
+
+        Where a law sets the current, that which it sets: at its limit exactly the limit.
+        """
+        times = self._times(t)
+        return shaped(self._driven(times)[1] if self.robot.solver.facts.currents else self._steps(times), t)
+
+    @overload
+    def target(self, t: Number) -> float: ...
+    @overload
+    def target(self, t: Times) -> NDArray[np.floating]: ...
+    def target(self, t: Number | Times) -> Real:
+        """The target of the law at times t [s], in t's shape, in its unit; HopformError for a model without a law."""
+        if not self.robot.solver.facts.currents:
+            raise HopformError(f"the model {self.robot.solver.name} has no law, and so no target")
+        return shaped(self._steps(self._times(t)), t)
+
+    def driven(self, t: Number | Times) -> dict[str, Real]:
+        """The input, and the current that a law sets, at times t [s], in t's shape, by their names in the model."""
+        facts = self.robot.solver.facts
+        found = {str(each["name"]): shaped(self._steps(self._times(t)), t) for each in facts.inputs}
+        return found | {str(each["name"]): self.current(t) for each in facts.currents}
+
+    def _steps(self, times: NDArray[Any]) -> NDArray[Any]:
+        """The input at times."""
+        starts, inputs = np.array(self.u).T
+        return np.asarray(inputs[np.searchsorted(starts, times, side="right") - 1])
+
+    def _driven(self, times: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], records.LegState]:
+        """The modes at times, the current, the input of each mode (a current, or the target of a law), and the states."""
+        rows, formulas = self._solved.phase_rows(), self.robot.solver.package.formulas
+        number = np.searchsorted(np.array([row[0] for row in rows], self.dtype), times, side="right") - 1
+        modes, steps = (np.array([row[n] for row in rows])[number] for n in (2, 4))
+        u, state = np.array([u for _, u in self.u])[steps], self._solved.state_at(times)
+        if not self.robot.solver.facts.currents:
+            return modes, u, u, state
+        limit, parameters = modes % 3 - 1, self.robot.parameters
+        with np.errstate(invalid="ignore"):
+            at_limit = limit * np.asarray(formulas.current_limit(parameters))
+        asked = formulas.current_of_law(parameters, state, u)
+        return modes, np.where(limit == 0, asked, at_limit), np.where(limit == 0, u, at_limit), state
 
     @overload
     def total_energy(self, t: Number) -> float: ...
@@ -355,14 +395,14 @@ class Motion(OverTime):
         return {name: shaped(values, t) for name, values in self._forces(times)}
 
     def _forces(self, times: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:
-        robot, rows = self.robot, self._solved.phase_rows()
+        robot, (modes, current, u, state) = self.robot, self._driven(times)
         formulas, of, parameters = robot.solver.package.formulas, robot.solver.package.records, robot.parameters
-        number = np.searchsorted(np.array([row[0] for row in rows], self.dtype), times, side="right") - 1
-        modes, steps = (np.array([row[n] for row in rows])[number] for n in (2, 4))
-        u, state = np.array([u for _, u in self.u])[steps], self._solved.state_at(times)
-        rates = formulas.rates_of(parameters)
-        free = of.Free(*(np.broadcast_to(each, times.shape) for each in formulas.free_accelerations(rates, state, u)))
         sides = (modes // 3 - 1, modes % 3 - 1)
+        rates = formulas.rates_of(parameters)
+        if robot.solver.facts.currents:
+            under_law = formulas.rates_under_law(parameters)
+            rates = of.Rates(*(np.where(sides[1] == 0, *both) for both in zip(under_law, rates, strict=True)))
+        free = of.Free(*(np.broadcast_to(each, times.shape) for each in formulas.free_accelerations(rates, state, u)))
         levels, excess = formulas.friction_of(parameters), formulas.excess_of(parameters)
         at_rest = (
             (-level - down, level + up) for level, up, down in zip(levels, excess[::2], excess[1::2], strict=True)
@@ -381,7 +421,7 @@ class Motion(OverTime):
             if mass.stops:
                 yield f"stop_{mass.position}", np.where(rests_on_stop, stop, 0.0).astype(self.dtype)
         if robot.solver.facts.inputs:
-            yield "input", np.asarray(input_force(robot, u), self.dtype)
+            yield "input", np.asarray(input_force(robot, current), self.dtype)
 
     def _unit(self, name: str) -> str | None:
         layout, facts = self._layout, self.robot.solver.facts
@@ -393,7 +433,8 @@ class Motion(OverTime):
             return force_unit(coordinates[coordinate])
         if name == "input":
             return force_unit(layout.units[0])
-        return facts.inputs[0]["unit"] if facts.inputs and name == facts.inputs[0]["name"] else UNITS.get(name)
+        drives = {each["name"]: each["unit"] for each in (*facts.inputs, *facts.currents)}
+        return drives.get(name) or UNITS.get(name)
 
     @property
     def sensitivities(self) -> Sensitivities:
@@ -445,8 +486,8 @@ class Motion(OverTime):
         return Card(title, [*first, *steps], found)
 
     def _over(self, t: NDArray[np.float64]) -> dict[str, Any]:
-        u = {each["name"]: self.current(t) for each in self.robot.solver.facts.inputs}
-        return {**self.at(t)._asdict(), **u, **self.forces(t), "total_energy": self.total_energy(t)}
+        driven, forces = self.driven(t), self.forces(t)
+        return {**self.at(t)._asdict(), **driven, **forces, "total_energy": self.total_energy(t)}
 
     def _curve(self) -> Curve:
         """The first coordinate over time."""
@@ -488,7 +529,7 @@ def events_in_short(events: Sequence[Event]) -> str:
 
 
 def input_force(robot: Robot, u: Any) -> Any:
-    """The force of the input on the first mass, along its coordinate."""
+    """The force of the current on the first mass, along its coordinate."""
     return -robot.letters.gamma2 * u
 
 

@@ -52,13 +52,13 @@ LAYOUT = Layout(State, State._fields, State._fields, ("m", "m/s", "m", "m/s"))
 
 
 @lru_cache(maxsize=64)
-def state_of_leg(solver: Solver) -> type[State]:
+def state_of_leg(solver: Solver) -> type[State[Any]]:
     """The state of a model's stances, which has the names of its file beside x1, v1, x2, v2."""
     return _leg_state(tuple(aliases_of(solver).items()))
 
 
 @lru_cache(maxsize=64)
-def _leg_state(aliases: tuple[tuple[str, str], ...]) -> type[State]:
+def _leg_state(aliases: tuple[tuple[str, str], ...]) -> type[State[Any]]:
     if not aliases:
         return State
 

@@ -37,6 +37,11 @@ def mode_of(phase: Phase, robot: Robot, mass: Mass) -> str:
     return {1: forward, 0: "held", -1: backward}[mode]
 
 
+def limit_in(phase: Phase) -> str:
+    """Where the current that a law sets is in a phase, in words."""
+    return {1: "at its limit", 0: "by the law", -1: "at its lower limit"}[phase.mode_2]
+
+
 def current(steps: Sequence[tuple[float, float]], name: str = "u", unit: str = "A") -> str:
     """The current of a motion in words."""
     if len(steps) == 1:

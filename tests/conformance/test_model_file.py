@@ -467,6 +467,13 @@ def damping(value: str) -> str:
     return f"viscous(q, {value})"
 
 
+def with_law(
+    motor: str = "torque(q, 0.5*i)", of: str = "i, q", gains: str = "proportional=2", more: str = "name='law'"
+) -> str:
+    """A motor, and a law that sets its current."""
+    return f'i = current("i", limit=3)\n{motor}\nviscous(q, r)\nlaw({of}, {gains}, {more})'
+
+
 BAD_FILES = {
     "no element": ("", "the file declares no element"),
     "a name that is not there": ("springs(q, r)", "line 7: NameError: name 'springs' is not defined"),
@@ -538,7 +545,43 @@ BAD_FILES = {
     "friction with one level": ("friction(q, forward=r)", "has forward= alone"),
     "friction without a level": ("friction(q)", "has either one level, or forward= and backward="),
     "friction at rest": ("viscous(q, r)\nfriction(q, 2, at_rest=1)", "at rest is 1, less than 2 in motion"),
-    "a law": ("law(q)", "law is not yet carried"),
+    "a law of a coordinate": (with_law("", "q, q"), "what law 'law' sets must be what `current` returns, got q"),
+    "a law on a current": (with_law("", "i, i"), "what law 'law' acts on must be what `coordinate` returns, got i"),
+    "a law without a motor": (
+        'i = current("i")\nviscous(q, r)\nlaw(i, q, proportional=2)',
+        "law 'law': the force per i is 0, which may be 0 or of either sign for some robot, and the law divides by it",
+    ),
+    "a law behind a motor of either sign": (
+        'k_t = parameter("k_t", "N m/A", "constant")\n' + with_law("torque(q, k_t*i)"),
+        "the force per i is k_t, which may be 0 or of either sign",
+    ),
+    "a law with a gain of either sign": (
+        'K = parameter("K", "N m/rad", "gain")\n' + with_law(gains="proportional=K"),
+        "law 'law': proportional is K, which may be negative for some robot: declare K as 'nonnegative'",
+    ),
+    "a law that drives": (with_law(gains="proportional=1, derivative=-2"), "derivative is -2, which may be negative"),
+    "a law in other units": (
+        'K = parameter("K", "N/m", "gain", "positive")\n' + with_law(gains="proportional=K"),
+        "law 'law': proportional is K in kg/s^2: it must be in N m/rad",
+    ),
+    "a law of a rate in other units": (with_law(gains="proportional=1, derivative=J"), "it must be in N m s/rad"),
+    "a law by the current": (with_law(gains="proportional=2*i"), "the current may stand in a force or torque alone"),
+    "a law by a coordinate": (with_law(gains="proportional=2*q"), "proportional is 2*q, which is not linear, or changes"),
+    "two laws": (with_law() + "\nlaw(i, q, proportional=1, name='other')", "law 'other': a model has one law, which sets i"),
+    "a law whose target has a name that is taken": (
+        with_law(more="target='r'"), "the name of the target of law 'law' is 'r': it is a parameter already",
+    ),
+    "a law with a name for no target": (with_law(more="target=3"), "the name of the target of law 'law' is 3"),
+    "a law on one of two": (
+        'p = coordinate("p", "rad", J)\nspring(q - p, 1)\n' + with_law(), "a law is carried on one mass, and q and p move",
+    ),
+    "a law on what is held": (
+        'p = coordinate("p", "rad", J, held=True)\n' + with_law(of="i, p"), "law 'law' acts on p, which is held",
+    ),
+    "a law on a leg": (
+        "a = spring(coordinate('p', 'rad', J) - q, 1)\ncontact(a)\n" + with_law(),
+        "law 'law': a law is carried without a contact: a flight has the gains of its own law",
+    ),
     "an inertia that may be 0": (
         'I = parameter("I", "kg m^2", "a", "nonnegative")\nviscous(coordinate("p", "rad", I), r)\nspring(q, 1)',
         "the inertia of p is I, which may be 0 or negative for some robot: declare I as 'positive'",

@@ -18,17 +18,25 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Case:
-    """Parameters of the model, the start by names (positions, then velocities), and the same for the integrator."""
+    """Parameters of the model, the start by names (positions, then velocities), and the same for the integrator.
+
+    u: the input, a number or steps (t, u).
+    """
 
     robot: dict[str, float]
     start: dict[str, float]
-    u: float
+    u: float | tuple[tuple[float, float], ...]
     horizon: float
     mechanism: Mechanism
     q: tuple[float, ...]
     v: tuple[float, ...]
     fastest: float
     """The largest rate of a pole, [1/s]."""
+
+    @property
+    def steps(self) -> tuple[tuple[float, float], ...]:
+        """The input as steps."""
+        return self.u if isinstance(self.u, tuple) else ((0.0, self.u),)
 
 
 class Draw(random.Random):
@@ -197,6 +205,41 @@ def draw_joint(draw: Draw) -> Case:
     }  # fmt: skip
     mass = Mass("q", J, (F_p, F_m), (rest_p, rest_m), low, high)
     return one(draw, "q", J, k, q_0, b, load, k_t, mass, robot, i, "q_dot")
+
+
+def draw_servo(draw: Draw) -> Case:
+    J, ring = draw.over(1e-3, 1.0), draw.over(5.0, 200.0)
+    K_p, damped = J * ring**2, draw.over(0.02, 4.0)
+    K_d = draw.choice([0.0, 2.0 * damped * J * ring]) if draw.random() < 0.1 else 2.0 * damped * J * ring
+    b, k_t = draw.over(1e-3, 0.5, zero=0.3) * J * ring, draw.over(0.01, 1.0)
+    most = K_p * draw.over(1e-2, 1.0) if draw.random() < 0.85 else math.inf
+    size = min(most, 0.3 * K_p)
+    load = draw.choice([0.0, draw.uniform(-0.5, 0.5) * size])
+    F_p, F_m, rest_p, rest_m = levels(draw, 0.5 * size, rest=True)
+    low, high = stops(draw, 0.0)
+    robot = {
+        "J": J, "b": b, "F_p": F_p, "F_m": F_m, "F_sp": rest_p - F_p, "F_sm": rest_m - F_m, "k_t": k_t, "K_p": K_p,
+        "K_d": K_d, "load": load, "q_min": low, "q_max": high, "i_max": most / k_t,
+    }  # fmt: skip
+    horizon = min((6.0 + 12.0 * draw.random()) / ring + 3.0 * math.sqrt(J / size), 4.0)
+    count = draw.choice([1, 1, draw.randint(2, 12)])
+    targets = [draw.choice([draw.uniform(-1.0, 1.0), draw.uniform(-0.05, 0.05), 0.25]) for _ in range(count)]
+    times = [0.0, *sorted(draw.uniform(0.02, 0.95) * horizon for _ in range(count - 1))]
+
+    def asked(q: Array, v: Array, target: float) -> float:
+        return float(K_p * (target - q[0]) - K_d * v[0])
+
+    def force(q: Array, v: Array, target: float) -> Array:
+        return np.array([np.clip(asked(q, v, target), -most, most) - b * v[0] + load])
+
+    kinks = [lambda q, v, u, side=side: asked(q, v, u) - side * most for side in (-1.0, 1.0)] if most < math.inf else []
+    mass = Mass("q", J, (F_p, F_m), (rest_p, rest_m), low, high)
+    ends = max(low, -1.0), min(high, 1.0)
+    q = draw.uniform(*ends) if draw.random() < 0.8 else draw.choice(ends)
+    v = draw.either(0.01, 3.0) if draw.random() < 0.5 else 0.0
+    u = targets[0] if count == 1 else tuple(zip(times, targets, strict=True))
+    mechanism, fastest = Mechanism((mass,), force, None, tuple(kinks)), rate((J, K_p, b + K_d)) + 1.0
+    return Case(robot, {"q": q, "q_dot": v}, u, horizon, mechanism, (q,), (v,), fastest)
 
 
 def draw_pendulum(draw: Draw) -> Case:

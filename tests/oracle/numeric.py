@@ -41,11 +41,16 @@ class Mass:
 
 @dataclass(frozen=True)
 class Mechanism:
-    """force(q, v, u): on each mass, without dry friction and stops, affine in q and v; contact(q, v): N, or None."""
+    """force(q, v, u): on each mass, without dry friction and stops, affine in q and v; contact(q, v): N, or None.
+
+    kinks(q, v, u): where one of these is 0 a force may bend, as one that is limited does; the integrator starts anew
+    there, and nothing happens. It is affine on either side.
+    """
 
     masses: tuple[Mass, ...]
     force: Force
     contact: Callable[[Array, Array], float] | None = None
+    kinks: tuple[Callable[[Array, Array, float], float], ...] = ()
 
 
 class Event(NamedTuple):
@@ -86,6 +91,16 @@ class Mode:
         for n in range(self.number):
             if v[n] == 0.0:
                 self.sides[n] = self.direction_from_rest(n, q, v)
+        self.branches = [1.0] * len(mechanism.kinks)
+        self.choose_branches(q, v)
+
+    def choose_branches(self, q: Array, v: Array) -> None:
+        """On which side of each kink the state is, on one that to which the motion goes."""
+        for n, kink in enumerate(self.mechanism.kinks):
+            z = np.concatenate([q, v])
+            ahead = z + 1e-9 * self.slope(0.0, z)
+            value = kink(q, v, self.u) or kink(ahead[: self.number], ahead[self.number :], self.u)
+            self.branches[n] = 1.0 if value >= 0.0 else -1.0
 
     def free(self, q: Array, v: Array) -> Array:
         return self.mechanism.force(q, v, self.u)
@@ -157,6 +172,10 @@ class Mode:
                 found.append(("slips", n, lambda z, free=free, level=forward: level - free(z)))
             if q[n] > mass.low:
                 found.append(("slips", n, lambda z, free=free, level=backward: level + free(z)))
+        for n, (kink, branch) in enumerate(zip(self.mechanism.kinks, self.branches, strict=True)):
+            moves = any(self.sides)
+            if moves:
+                found.append(("kink", n, lambda z, kink=kink, side=branch: side * kink(z[:number], z[number:], self.u)))
         return found
 
 
@@ -171,17 +190,21 @@ def integrate(
         if (at[n] >= mass.high and going[n] > 0.0) or (at[n] <= mass.low and going[n] < 0.0):
             going[n] = 0.0
     sides: list[int] = []
+    held: float | None = None  # since when nothing moves
     for n, (_, u) in enumerate(steps):
         end = min(steps[n + 1][0] if n + 1 < len(steps) else math.inf, horizon)
         mode = Mode(mechanism, u, at, going)
         for mass, before, side in zip(mechanism.masses, sides, mode.sides, strict=False):
             if before == 0 and side != 0:
                 motion.events.append(Event(t, f"{mass.name}_slips"))
+        held = None if any(mode.sides) else t if held is None else held
         t, done = _until(motion, mode, at, going, t, end, longest, last=n + 1 == len(steps))
         sides = mode.sides
+        if held is None and not any(sides):
+            held = motion.events[-1].t
         if done:
             break
-    motion.duration, motion.final = t, (at, going)
+    motion.duration, motion.final = held if motion.status == "rest" and held is not None else t, (at, going)
     return motion
 
 
@@ -213,6 +236,9 @@ def _until(
         if what == "takeoff":
             motion.status = "takeoff"
             return t, True
+        if what == "kink":
+            mode.branches[n] *= -1.0
+            continue
         for event in _passed(mode, what, n, at, going):
             motion.events.append(Event(t, event))
     return t, False
@@ -234,6 +260,8 @@ def _passed(mode: Mode, what: str, n: int, at: Array, going: Array) -> Iterator[
         {"slips": "slips", "stop": "hits_stop"}.get(what) or ("reverses" if mode.sides[n] else "sticks")
     )
     for other, neighbour in enumerate(mode.mechanism.masses):  # a force that jumps with a velocity
+        if what == "stop":
+            mode.choose_branches(at, going)
         if what == "stop" and other != n and mode.sides[other] == 0:
             mode.sides[other] = mode.direction_from_rest(other, at, going)
             if mode.sides[other]:

@@ -26,7 +26,7 @@ LAYERS = (
     ("maths.laplace", "maths.kernels"),
     ("maths.partial_fractions", "maths.stability", "maths.modes", "maths.elements"),
     ("maths.time_domain",),
-    ("maths.energy", "maths.flight"),
+    ("maths.energy", "maths.flight", "maths.law"),
     ("maths.control",),
     ("maths.sensitivity",),
     ("maths.contact",),

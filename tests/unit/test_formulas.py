@@ -55,7 +55,8 @@ PARAMETERS = next(record.quantities for record in PROGRAM.records if record.name
 LETTERS = {
     letter: next(q.unit for q in PARAMETERS if q.name == letter.name.removesuffix("_minus"))
     for letter in elements.BY_LETTER.symbols
-}
+    if letter not in Q.OF_LAW
+} | dict(zip(Q.OF_LAW, ("N/m", "N s/m"), strict=True))
 
 
 def unit_of(text: str) -> Unit:

@@ -21,7 +21,7 @@ struct stance_chain_f32 {
     state_by_axis_f32 at;
     float from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     float from_upper;
-    int side[HOPFORM_ELEMENTS];
+    int side[HOPFORM_ELEMENTS]; /* with a law the second one is its limit */
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     float carried_acceleration; /* this acceleration, from before the state lost its digits */
@@ -43,8 +43,17 @@ struct stance_chain_f32 {
     current_variation_f32 *variation;
 };
 
+/* The limit that the current of a law is at, 0 under it: the second side. */
+static inline int limit_of_chain_f32(const stance_chain_f32 *chain) {
+    return HOPFORM_HAS_LAW ? chain->side[HOPFORM_ELEMENTS - 1] : 0;
+}
+
 static inline float current_of_chain_f32(const stance_chain_f32 *chain) {
-    return chain->steps[chain->step].u;
+    return input_of_mode_f32(chain->plan, limit_of_chain_f32(chain), chain->steps[chain->step].u);
+}
+
+static inline const hopform_rates_f32 *rates_of_chain_f32(const stance_chain_f32 *chain) {
+    return rates_of_mode_f32(chain->plan, limit_of_chain_f32(chain));
 }
 
 /* ---- the hold rule ---- */
@@ -79,15 +88,15 @@ static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int element
 /* The constant accelerations, and the numerators from the chain's state, with given sides. */
 static inline drive_by_element_f32 drive_of_chain_f32(const stance_chain_f32 *chain, const int *side) {
     drive_by_element_f32 drive;
-    drive.named = drive_of_f32(&chain->plan->robot, &chain->plan->rates, current_of_chain_f32(chain), (float)side[0],
-                                (float)side[1]);
+    drive.named = drive_of_f32(&chain->plan->robot, rates_of_chain_f32(chain), current_of_chain_f32(chain),
+                                (float)side[0], (float)side[1]);
     return drive;
 }
 
 static inline numerators_f32 numerators_of_chain_f32(const stance_chain_f32 *chain, const int *side) {
     const drive_by_element_f32 drive = drive_of_chain_f32(chain, side);
     numerators_f32 made;
-    made.named = motion_under_f32(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
+    made.named = motion_under_f32(rates_of_chain_f32(chain), &drive.named, &chain->at.named, side[0], side[1]);
     return made;
 }
 
@@ -101,20 +110,20 @@ static inline float first_derivative_f32(const numerator_f32 *h) {
 static inline float drift_of_free_f32(const stance_chain_f32 *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
     const numerators_f32 motion = numerators_of_chain_f32(chain, side);
-    const numerator_f32 free = free_numerator_f32(&chain->plan->rates, element, &motion.named);
+    const numerator_f32 free = free_numerator_f32(rates_of_chain_f32(chain), element, &motion.named);
     return first_derivative_f32(&free);
 }
 
 static inline free_by_element_f32 free_of_f32(const stance_chain_f32 *chain, const hopform_state_f32 *state) {
     free_by_element_f32 free;
-    free.named = free_accelerations_f32(&chain->plan->rates, state, current_of_chain_f32(chain));
+    free.named = free_accelerations_f32(rates_of_chain_f32(chain), state, current_of_chain_f32(chain));
     return free;
 }
 
 /* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
 static inline float terms_of_free_f32(const stance_chain_f32 *chain, int element, float friction) {
     free_by_element_f32 terms;
-    terms.named = free_terms_f32(&chain->plan->rates, &chain->at.named, current_of_chain_f32(chain));
+    terms.named = free_terms_f32(rates_of_chain_f32(chain), &chain->at.named, current_of_chain_f32(chain));
     return terms.of[element] + friction;
 }
 
@@ -142,6 +151,56 @@ static inline direction_f32 direction_from_rest_f32(const stance_chain_f32 *chai
     }
     const direction_f32 direction = {stance_blocked_f32(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
     return direction;
+}
+
+/* ---- the limit of a law ---- */
+
+/* The magnitudes that the room of the pull is a difference of: they are large where the law is stiff. */
+static inline float terms_of_room_f32(const stance_chain_f32 *chain, float largest) {
+    return terms_of_pull_f32(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u) + largest;
+}
+
+static inline float pull_of_chain_f32(const stance_chain_f32 *chain) {
+    return pull_of_law_f32(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
+}
+
+/* The limit that the current is at; on the limit 0. */
+static inline void stance_choose_limit_f32(stance_chain_f32 *chain) {
+    if (!HOPFORM_HAS_LAW) { return; }
+    const float largest = largest_pull_f32(&chain->plan->robot);
+    chain->side[HOPFORM_ELEMENTS - 1] = (int)goes_f32(pull_of_chain_f32(chain), largest);
+}
+
+/* Where the pull is exactly at the limit its first non-zero derivative decides; the sides of the elements are known. */
+static inline void stance_settle_limit_f32(stance_chain_f32 *chain) {
+    if (!HOPFORM_HAS_LAW || limit_of_chain_f32(chain) != 0 || all_rest_f32(chain->side)) { return; }
+    const float pull = pull_of_chain_f32(chain);
+    if (fabs_f32(pull) < largest_pull_f32(&chain->plan->robot)) { return; }
+    const numerators_f32 motion = numerators_of_chain_f32(chain, chain->side);
+    const numerator_f32 h = law_numerator_f32(&chain->plan->robot, &chain->at.named, &motion.named);
+    const float leaves = goes_f32(pull, 0.0f) * first_derivative_f32(&h);
+    chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0f ? (int)goes_f32(pull, 0.0f) : 0;
+}
+
+/* The room of the pull to its limits, or at a limit what it is beyond that. At a limit that it has just reached or left
+ * the room is 0, and grows. */
+static inline void add_limits_f32(const stance_chain_f32 *chain, event_set_f32 *set) {
+    const float largest = largest_pull_f32(&chain->plan->robot);
+    if (!is_finite_f32(largest)) { return; }
+    const int limit = limit_of_chain_f32(chain);
+    const hopform_robot_f32 *robot = &chain->plan->robot;
+    const float terms = terms_of_room_f32(chain, largest);
+    const float rounding = 16.0f * HOPFORM_EPS_f32 * terms;
+    const float pull = pull_of_chain_f32(chain);
+    const numerator_f32 h = law_numerator_f32(robot, &chain->at.named, &chain->motion.named);
+    for (int side = -1; side <= 1; side += 2) {
+        if (limit != 0 && side != limit) { continue; }
+        event_function_f32 *room = add_event_function_f32(set, &h, pull - (float)side * largest,
+                                                            (float)(limit == 0 ? -side : side), LIMIT_f32, true);
+        room->start = room->H3 > 0.0f && fabs_f32(room->start) <= rounding ? 0.0f : room->start;
+        room->cancels = 0.25f * terms; /* each term is rounded four times at most */
+        room->side = limit == 0 ? side : 0;
+    }
 }
 
 /* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
@@ -183,7 +242,7 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element
                                        event_set_f32 *set) {
     const bool open[] = {!stance_blocked_f32(chain, element, -1), !stance_blocked_f32(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
-    const numerator_f32 h = free_numerator_f32(&chain->plan->rates, element, &chain->motion.named);
+    const numerator_f32 h = free_numerator_f32(rates_of_chain_f32(chain), element, &chain->motion.named);
     const float drift = fabs_f32(h.H3) > 0.0f ? h.H3 : h.H2;
     const free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
@@ -237,6 +296,7 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
                                       CONTACT_f32, !is_monotone);
     }
     add_stop_f32(chain, set);
+    if (HOPFORM_HAS_LAW) { add_limits_f32(chain, set); }
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
         (void)add_event_function_f32(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
                                       (float)side[element], ELEMENT_f32 + element, true);
@@ -374,7 +434,9 @@ static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, boo
         chain->from_lower = stop - lower;
         chain->from_upper = stop - upper;
     }
+    stance_choose_limit_f32(chain);
     stance_settle_f32(chain, 1u << (uint32_t)element);
+    stance_settle_limit_f32(chain);
     const int after = chain->side[element];
     const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
     if ((stops && after != before) || (touches && after == 0)) {
@@ -389,7 +451,9 @@ static inline void next_step_f32(stance_chain_f32 *chain) {
     const uint32_t held = held_elements_f32(chain);
     const int32_t count = chain->count;
     chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
+    stance_choose_limit_f32(chain);
     stance_settle_f32(chain, held);
+    stance_settle_limit_f32(chain);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
         if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {
             stance_record_f32(chain, HOPFORM_EVENT_SLIPS(element));
@@ -402,7 +466,7 @@ static inline void next_step_f32(stance_chain_f32 *chain) {
  * left of them is its acceleration before, known from the motion where that has faded. */
 SELDOM_f32 void keep_small_acceleration_f32(stance_chain_f32 *chain, const basis_f32 *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
-    const hopform_rates_f32 *rates = &chain->plan->rates;
+    const hopform_rates_f32 *rates = rates_of_chain_f32(chain);
     const hopform_robot_f32 *robot = &chain->plan->robot;
     const float friction = level_at_rest_f32(robot, element, 1) + level_at_rest_f32(robot, element, -1);
     if (friction > 0.0f || fabs_f32(rates->a1_v1) > 0.0f) { return; }
@@ -425,7 +489,7 @@ SELDOM_f32 void keep_small_acceleration_f32(stance_chain_f32 *chain, const basis
 static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const stance_search_f32 *end) {
     const int element = end->owner - ELEMENT_f32;
     chain->came_to_rest = NO_ELEMENT_f32;
-    if (element < 0 || chain->side[element] == 0) { return; }
+    if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_f32) || chain->side[element] == 0) { return; }
     const basis_f32 basis = basis_of_propagator_f32(end->events.set.poles, &end->in.high);
     if (other_rests_f32(chain->side, element) && !end->stops) {
         chain->came_to_rest = element;
@@ -467,7 +531,8 @@ static inline void start_on_threshold_f32(stance_chain_f32 *chain) {
     float *drive = &chain->drive.of[element];
     *drive = 0.0f;
     numerators_f32 others;
-    others.named = motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
+    others.named =
+        motion_under_f32(rates_of_chain_f32(chain), &chain->drive.named, &chain->at.named, side[0], side[1]);
     *drive = acceleration_on_threshold_f32(chain, element) - others.of.velocity[element].H3;
 }
 
@@ -476,8 +541,8 @@ static inline void stance_begin_phase_f32(stance_chain_f32 *chain) {
     const int element = chain->came_to_rest;
     chain->drive = drive_of_chain_f32(chain, chain->side);
     start_on_threshold_f32(chain);
-    chain->motion.named =
-        motion_under_f32(&chain->plan->rates, &chain->drive.named, &chain->at.named, chain->side[0], chain->side[1]);
+    chain->motion.named = motion_under_f32(rates_of_chain_f32(chain), &chain->drive.named, &chain->at.named,
+                                            chain->side[0], chain->side[1]);
     const int starts = chain->just_switched;
     if (starts >= 0 && both_slip_f32(chain->side)) {
         const float acceleration = acceleration_on_threshold_f32(chain, starts);
@@ -506,6 +571,9 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
     chain->just_switched = NO_ELEMENT_f32;
     if (end->owner == NO_OWNER_f32) {
         next_step_f32(chain);
+    } else if (HOPFORM_HAS_LAW && end->owner == LIMIT_f32) {
+        chain->side[HOPFORM_ELEMENTS - 1] = end->side;
+        stance_record_f32(chain, HOPFORM_EVENT_NONE);
     } else if (chain->side[element] != 0) {
         end_of_velocity_f32(chain, element, end->stops, end->touches);
     } else {
@@ -574,7 +642,9 @@ static inline int32_t stance_begin_f32(stance_chain_f32 *chain) {
             chain->side[element] = 0;
         }
     }
+    stance_choose_limit_f32(chain);
     stance_settle_f32(chain, held_elements_f32(chain));
+    stance_settle_limit_f32(chain);
     stance_record_f32(chain, HOPFORM_EVENT_NONE);
     return leaves_at_once_f32(chain) ? HOPFORM_ENDING_TAKEOFF : ending_before_phase_f32(chain);
 }

@@ -21,7 +21,7 @@ struct stance_chain_f64 {
     state_by_axis_f64 at;
     double from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     double from_upper;
-    int side[HOPFORM_ELEMENTS];
+    int side[HOPFORM_ELEMENTS]; /* with a law the second one is its limit */
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     double carried_acceleration; /* this acceleration, from before the state lost its digits */
@@ -43,8 +43,17 @@ struct stance_chain_f64 {
     current_variation_f64 *variation;
 };
 
+/* The limit that the current of a law is at, 0 under it: the second side. */
+static inline int limit_of_chain_f64(const stance_chain_f64 *chain) {
+    return HOPFORM_HAS_LAW ? chain->side[HOPFORM_ELEMENTS - 1] : 0;
+}
+
 static inline double current_of_chain_f64(const stance_chain_f64 *chain) {
-    return chain->steps[chain->step].u;
+    return input_of_mode_f64(chain->plan, limit_of_chain_f64(chain), chain->steps[chain->step].u);
+}
+
+static inline const hopform_rates_f64 *rates_of_chain_f64(const stance_chain_f64 *chain) {
+    return rates_of_mode_f64(chain->plan, limit_of_chain_f64(chain));
 }
 
 /* ---- the hold rule ---- */
@@ -79,15 +88,15 @@ static inline bool stance_blocked_f64(const stance_chain_f64 *chain, int element
 /* The constant accelerations, and the numerators from the chain's state, with given sides. */
 static inline drive_by_element_f64 drive_of_chain_f64(const stance_chain_f64 *chain, const int *side) {
     drive_by_element_f64 drive;
-    drive.named = drive_of_f64(&chain->plan->robot, &chain->plan->rates, current_of_chain_f64(chain), (double)side[0],
-                                (double)side[1]);
+    drive.named = drive_of_f64(&chain->plan->robot, rates_of_chain_f64(chain), current_of_chain_f64(chain),
+                                (double)side[0], (double)side[1]);
     return drive;
 }
 
 static inline numerators_f64 numerators_of_chain_f64(const stance_chain_f64 *chain, const int *side) {
     const drive_by_element_f64 drive = drive_of_chain_f64(chain, side);
     numerators_f64 made;
-    made.named = motion_under_f64(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
+    made.named = motion_under_f64(rates_of_chain_f64(chain), &drive.named, &chain->at.named, side[0], side[1]);
     return made;
 }
 
@@ -101,20 +110,20 @@ static inline double first_derivative_f64(const numerator_f64 *h) {
 static inline double drift_of_free_f64(const stance_chain_f64 *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
     const numerators_f64 motion = numerators_of_chain_f64(chain, side);
-    const numerator_f64 free = free_numerator_f64(&chain->plan->rates, element, &motion.named);
+    const numerator_f64 free = free_numerator_f64(rates_of_chain_f64(chain), element, &motion.named);
     return first_derivative_f64(&free);
 }
 
 static inline free_by_element_f64 free_of_f64(const stance_chain_f64 *chain, const hopform_state_f64 *state) {
     free_by_element_f64 free;
-    free.named = free_accelerations_f64(&chain->plan->rates, state, current_of_chain_f64(chain));
+    free.named = free_accelerations_f64(rates_of_chain_f64(chain), state, current_of_chain_f64(chain));
     return free;
 }
 
 /* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
 static inline double terms_of_free_f64(const stance_chain_f64 *chain, int element, double friction) {
     free_by_element_f64 terms;
-    terms.named = free_terms_f64(&chain->plan->rates, &chain->at.named, current_of_chain_f64(chain));
+    terms.named = free_terms_f64(rates_of_chain_f64(chain), &chain->at.named, current_of_chain_f64(chain));
     return terms.of[element] + friction;
 }
 
@@ -142,6 +151,56 @@ static inline direction_f64 direction_from_rest_f64(const stance_chain_f64 *chai
     }
     const direction_f64 direction = {stance_blocked_f64(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
     return direction;
+}
+
+/* ---- the limit of a law ---- */
+
+/* The magnitudes that the room of the pull is a difference of: they are large where the law is stiff. */
+static inline double terms_of_room_f64(const stance_chain_f64 *chain, double largest) {
+    return terms_of_pull_f64(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u) + largest;
+}
+
+static inline double pull_of_chain_f64(const stance_chain_f64 *chain) {
+    return pull_of_law_f64(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
+}
+
+/* The limit that the current is at; on the limit 0. */
+static inline void stance_choose_limit_f64(stance_chain_f64 *chain) {
+    if (!HOPFORM_HAS_LAW) { return; }
+    const double largest = largest_pull_f64(&chain->plan->robot);
+    chain->side[HOPFORM_ELEMENTS - 1] = (int)goes_f64(pull_of_chain_f64(chain), largest);
+}
+
+/* Where the pull is exactly at the limit its first non-zero derivative decides; the sides of the elements are known. */
+static inline void stance_settle_limit_f64(stance_chain_f64 *chain) {
+    if (!HOPFORM_HAS_LAW || limit_of_chain_f64(chain) != 0 || all_rest_f64(chain->side)) { return; }
+    const double pull = pull_of_chain_f64(chain);
+    if (fabs_f64(pull) < largest_pull_f64(&chain->plan->robot)) { return; }
+    const numerators_f64 motion = numerators_of_chain_f64(chain, chain->side);
+    const numerator_f64 h = law_numerator_f64(&chain->plan->robot, &chain->at.named, &motion.named);
+    const double leaves = goes_f64(pull, 0.0) * first_derivative_f64(&h);
+    chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0 ? (int)goes_f64(pull, 0.0) : 0;
+}
+
+/* The room of the pull to its limits, or at a limit what it is beyond that. At a limit that it has just reached or left
+ * the room is 0, and grows. */
+static inline void add_limits_f64(const stance_chain_f64 *chain, event_set_f64 *set) {
+    const double largest = largest_pull_f64(&chain->plan->robot);
+    if (!is_finite_f64(largest)) { return; }
+    const int limit = limit_of_chain_f64(chain);
+    const hopform_robot_f64 *robot = &chain->plan->robot;
+    const double terms = terms_of_room_f64(chain, largest);
+    const double rounding = 16.0 * HOPFORM_EPS_f64 * terms;
+    const double pull = pull_of_chain_f64(chain);
+    const numerator_f64 h = law_numerator_f64(robot, &chain->at.named, &chain->motion.named);
+    for (int side = -1; side <= 1; side += 2) {
+        if (limit != 0 && side != limit) { continue; }
+        event_function_f64 *room = add_event_function_f64(set, &h, pull - (double)side * largest,
+                                                            (double)(limit == 0 ? -side : side), LIMIT_f64, true);
+        room->start = room->H3 > 0.0 && fabs_f64(room->start) <= rounding ? 0.0 : room->start;
+        room->cancels = 0.25 * terms; /* each term is rounded four times at most */
+        room->side = limit == 0 ? side : 0;
+    }
 }
 
 /* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
@@ -183,7 +242,7 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element
                                        event_set_f64 *set) {
     const bool open[] = {!stance_blocked_f64(chain, element, -1), !stance_blocked_f64(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
-    const numerator_f64 h = free_numerator_f64(&chain->plan->rates, element, &chain->motion.named);
+    const numerator_f64 h = free_numerator_f64(rates_of_chain_f64(chain), element, &chain->motion.named);
     const double drift = fabs_f64(h.H3) > 0.0 ? h.H3 : h.H2;
     const free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
@@ -237,6 +296,7 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
                                       CONTACT_f64, !is_monotone);
     }
     add_stop_f64(chain, set);
+    if (HOPFORM_HAS_LAW) { add_limits_f64(chain, set); }
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
         (void)add_event_function_f64(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
                                       (double)side[element], ELEMENT_f64 + element, true);
@@ -374,7 +434,9 @@ static inline void end_of_velocity_f64(stance_chain_f64 *chain, int element, boo
         chain->from_lower = stop - lower;
         chain->from_upper = stop - upper;
     }
+    stance_choose_limit_f64(chain);
     stance_settle_f64(chain, 1u << (uint32_t)element);
+    stance_settle_limit_f64(chain);
     const int after = chain->side[element];
     const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
     if ((stops && after != before) || (touches && after == 0)) {
@@ -389,7 +451,9 @@ static inline void next_step_f64(stance_chain_f64 *chain) {
     const uint32_t held = held_elements_f64(chain);
     const int32_t count = chain->count;
     chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
+    stance_choose_limit_f64(chain);
     stance_settle_f64(chain, held);
+    stance_settle_limit_f64(chain);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
         if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {
             stance_record_f64(chain, HOPFORM_EVENT_SLIPS(element));
@@ -402,7 +466,7 @@ static inline void next_step_f64(stance_chain_f64 *chain) {
  * left of them is its acceleration before, known from the motion where that has faded. */
 SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const basis_f64 *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
-    const hopform_rates_f64 *rates = &chain->plan->rates;
+    const hopform_rates_f64 *rates = rates_of_chain_f64(chain);
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const double friction = level_at_rest_f64(robot, element, 1) + level_at_rest_f64(robot, element, -1);
     if (friction > 0.0 || fabs_f64(rates->a1_v1) > 0.0) { return; }
@@ -425,7 +489,7 @@ SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const basis
 static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const stance_search_f64 *end) {
     const int element = end->owner - ELEMENT_f64;
     chain->came_to_rest = NO_ELEMENT_f64;
-    if (element < 0 || chain->side[element] == 0) { return; }
+    if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_f64) || chain->side[element] == 0) { return; }
     const basis_f64 basis = basis_of_propagator_f64(end->events.set.poles, &end->in.high);
     if (other_rests_f64(chain->side, element) && !end->stops) {
         chain->came_to_rest = element;
@@ -467,7 +531,8 @@ static inline void start_on_threshold_f64(stance_chain_f64 *chain) {
     double *drive = &chain->drive.of[element];
     *drive = 0.0;
     numerators_f64 others;
-    others.named = motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
+    others.named =
+        motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named, side[0], side[1]);
     *drive = acceleration_on_threshold_f64(chain, element) - others.of.velocity[element].H3;
 }
 
@@ -476,8 +541,8 @@ static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     const int element = chain->came_to_rest;
     chain->drive = drive_of_chain_f64(chain, chain->side);
     start_on_threshold_f64(chain);
-    chain->motion.named =
-        motion_under_f64(&chain->plan->rates, &chain->drive.named, &chain->at.named, chain->side[0], chain->side[1]);
+    chain->motion.named = motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named,
+                                            chain->side[0], chain->side[1]);
     const int starts = chain->just_switched;
     if (starts >= 0 && both_slip_f64(chain->side)) {
         const double acceleration = acceleration_on_threshold_f64(chain, starts);
@@ -506,6 +571,9 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
     chain->just_switched = NO_ELEMENT_f64;
     if (end->owner == NO_OWNER_f64) {
         next_step_f64(chain);
+    } else if (HOPFORM_HAS_LAW && end->owner == LIMIT_f64) {
+        chain->side[HOPFORM_ELEMENTS - 1] = end->side;
+        stance_record_f64(chain, HOPFORM_EVENT_NONE);
     } else if (chain->side[element] != 0) {
         end_of_velocity_f64(chain, element, end->stops, end->touches);
     } else {
@@ -574,7 +642,9 @@ static inline int32_t stance_begin_f64(stance_chain_f64 *chain) {
             chain->side[element] = 0;
         }
     }
+    stance_choose_limit_f64(chain);
     stance_settle_f64(chain, held_elements_f64(chain));
+    stance_settle_limit_f64(chain);
     stance_record_f64(chain, HOPFORM_EVENT_NONE);
     return leaves_at_once_f64(chain) ? HOPFORM_ENDING_TAKEOFF : ending_before_phase_f64(chain);
 }

@@ -722,7 +722,7 @@ int32_t hopform_stance_compression_f32(const hopform_plan_f32 *plan, const hopfo
     float most = stance->end.y;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         const float until = n + 1 < stance->phases_kept ? phases[n + 1].t : stance->duration;
-        const float u = steps[phases[n].step].u;
+        const float u = input_of_phase_f32(plan, steps, &phases[n]);
         most = greater_f32(most, most_in_phase_f32(plan, &phases[n], u, until - phases[n].t));
     }
     *compression_max = most;

@@ -722,7 +722,7 @@ int32_t hopform_stance_compression_f64(const hopform_plan_f64 *plan, const hopfo
     double most = stance->end.y;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         const double until = n + 1 < stance->phases_kept ? phases[n + 1].t : stance->duration;
-        const double u = steps[phases[n].step].u;
+        const double u = input_of_phase_f64(plan, steps, &phases[n]);
         most = greater_f64(most, most_in_phase_f64(plan, &phases[n], u, until - phases[n].t));
     }
     *compression_max = most;

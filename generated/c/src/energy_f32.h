@@ -44,7 +44,7 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
         const float t = lesser_f32(times[i], stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= t; n++) {
             const float length = phases[n + 1].t - phases[n].t;
-            const float u = steps[phases[n].step].u;
+            const float u = input_of_phase_f32(plan, steps, &phases[n]);
             energy_add_f32(&sum, plan, &phases[n], u, length);
             if (axis_of_event_f32(phases[n + 1].event) == HOPFORM_POSITION_AXIS) {
                 const hopform_state_f32 before = state_in_phase_f32(plan, &phases[n], u, length);
@@ -54,7 +54,8 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
         ledgers[i] = sum;
         stop_losses[i] = loss;
         if (t > phases[n].t) {
-            energy_add_f32(&ledgers[i], plan, &phases[n], steps[phases[n].step].u, t - phases[n].t);
+            energy_add_f32(&ledgers[i], plan, &phases[n], input_of_phase_f32(plan, steps, &phases[n]),
+                            t - phases[n].t);
         }
     }
     return HOPFORM_OK;

@@ -44,7 +44,7 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
         const double t = lesser_f64(times[i], stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= t; n++) {
             const double length = phases[n + 1].t - phases[n].t;
-            const double u = steps[phases[n].step].u;
+            const double u = input_of_phase_f64(plan, steps, &phases[n]);
             energy_add_f64(&sum, plan, &phases[n], u, length);
             if (axis_of_event_f64(phases[n + 1].event) == HOPFORM_POSITION_AXIS) {
                 const hopform_state_f64 before = state_in_phase_f64(plan, &phases[n], u, length);
@@ -54,7 +54,8 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
         ledgers[i] = sum;
         stop_losses[i] = loss;
         if (t > phases[n].t) {
-            energy_add_f64(&ledgers[i], plan, &phases[n], steps[phases[n].step].u, t - phases[n].t);
+            energy_add_f64(&ledgers[i], plan, &phases[n], input_of_phase_f64(plan, steps, &phases[n]),
+                            t - phases[n].t);
         }
     }
     return HOPFORM_OK;

@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "3b0c9e47eb9fed6f"
+#define HOPFORM_LAYOUT "96c69900318d9944"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -19,6 +19,12 @@
 /* Whether a leg stands on the ground, which it pushes and cannot pull; whether the first element alone ever moves. */
 #define HOPFORM_HAS_CONTACT 1
 #define HOPFORM_MOVES_ALONE 0
+/* Whether a law sets the current of the one mass: the second side of a mode is then the limit that the current is at, 0
+ * under the law; the rates of a mode in a plan. */
+#define HOPFORM_HAS_LAW 0
+#define HOPFORM_RATES_OF_MODE(plan, side_2) (&(plan)->rates)
+/* X(argument) in the plan of a model with a law. */
+#define HOPFORM_IF_LAW(X, argument) (void)(argument)
 /* Whether parameters may say that friction at rest is less than that in motion, which is refused. */
 #define HOPFORM_REST_MAY_LACK 0
 
@@ -47,8 +53,8 @@
 #define HOPFORM_EVENT_HITS_STOP 4
 /* X(mode) of the mode in which the elements have these sides, 0 if held; of the last one where all are. */
 #define HOPFORM_OF_MODE(X, side_1, side_2) ((side_1) == 0 ? X(body) : (side_2) == 0 ? X(actuator) : X(both))
-/* X(mode, p, q) of each mode in which one element slips alone, its denominator being s^2 + p s + q. */
-#define HOPFORM_MODES_OF_ONE(X) X(actuator, p_1, q_1) X(body, p_2, q_2)
+/* X(mode, rates, p, q) of each mode in which one element slips alone, its denominator being s^2 + p s + q. */
+#define HOPFORM_MODES_OF_ONE(X) X(actuator, rates, p_1, q_1) X(body, rates, p_2, q_2)
 /* By the number of an event, the axis that is at a value then; -1 where nothing jumps. */
 #define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1}
 /* Columns of derivatives: those of the axes, of the current, of the robot's first parameter. */

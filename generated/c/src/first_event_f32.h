@@ -195,7 +195,7 @@ SELDOM_f32 bool is_certified_inside_f32(const event_set_f32 *set, interval_f32 *
 static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f32 *g = &set->function[n];
-        if (HOPFORM_MOVES_ALONE || !g->needs_certificate) { continue; }
+        if (!HOPFORM_CERTIFIES_f32 || !g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const float d = deflated_derivative_f32(set, g, &in->low, 1.0f);
         const bool no_root_by_signs = d < 0.0f ? falls_for_certain_f32(g, &in->high, rate_at_f32(g, &in->high))
@@ -204,7 +204,7 @@ static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in)
             return false;
         }
     }
-    if (!HOPFORM_MOVES_ALONE && in->found > 0) { settle_ties_f32(set, in); }
+    if (HOPFORM_CERTIFIES_f32 && in->found > 0) { settle_ties_f32(set, in); }
     return true;
 }
 
@@ -239,7 +239,7 @@ static inline float root_free_until_f32(const event_set_f32 *set, const interval
         const event_function_f32 *g = &set->function[n];
         const float parts = is_modal_f32(&in->low) ? fabs_f32(g->H3) + fabs_f32(g->H2) + fabs_f32(g->H1) : 0.0f;
         const float rounding = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(g->start) + g->cancels + parts);
-        if (!HOPFORM_MOVES_ALONE && !g->touch_is_no_event) { /* one that is monotone is looked at where it ends */
+        if (HOPFORM_CERTIFIES_f32 && !g->touch_is_no_event) { /* one that is monotone is looked at where it ends */
             quiet = lesser_f32(quiet_time_f32(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }

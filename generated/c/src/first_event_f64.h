@@ -195,7 +195,7 @@ SELDOM_f64 bool is_certified_inside_f64(const event_set_f64 *set, interval_f64 *
 static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
-        if (HOPFORM_MOVES_ALONE || !g->needs_certificate) { continue; }
+        if (!HOPFORM_CERTIFIES_f64 || !g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const double d = deflated_derivative_f64(set, g, &in->low, 1.0);
         const bool no_root_by_signs = d < 0.0 ? falls_for_certain_f64(g, &in->high, rate_at_f64(g, &in->high))
@@ -204,7 +204,7 @@ static inline bool are_certified_f64(const event_set_f64 *set, interval_f64 *in)
             return false;
         }
     }
-    if (!HOPFORM_MOVES_ALONE && in->found > 0) { settle_ties_f64(set, in); }
+    if (HOPFORM_CERTIFIES_f64 && in->found > 0) { settle_ties_f64(set, in); }
     return true;
 }
 
@@ -239,7 +239,7 @@ static inline double root_free_until_f64(const event_set_f64 *set, const interva
         const event_function_f64 *g = &set->function[n];
         const double parts = is_modal_f64(&in->low) ? fabs_f64(g->H3) + fabs_f64(g->H2) + fabs_f64(g->H1) : 0.0;
         const double rounding = 16.0 * HOPFORM_EPS_f64 * (fabs_f64(g->start) + g->cancels + parts);
-        if (!HOPFORM_MOVES_ALONE && !g->touch_is_no_event) { /* one that is monotone is looked at where it ends */
+        if (HOPFORM_CERTIFIES_f64 && !g->touch_is_no_event) { /* one that is monotone is looked at where it ends */
             quiet = lesser_f64(quiet_time_f64(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }

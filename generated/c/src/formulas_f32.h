@@ -169,6 +169,8 @@ typedef struct {
     float f2_minus;         /* [SI] f2_minus of the equations of motion */
     float f1_excess_minus;  /* [SI] f1_excess_minus of the equations of motion */
     float f2_excess_minus;  /* [SI] f2_excess_minus of the equations of motion */
+    float K_p;              /* [SI] K_p of the equations of motion */
+    float K_d;              /* [SI] K_d of the equations of motion */
 } letters_f32;
 
 /* Coulomb friction of a mass that slips. */
@@ -386,6 +388,31 @@ static inline hopform_rates_f32 rates_of_f32(const hopform_robot_f32 *robot)
     return result;
 }
 
+/* The same where a law sets the current, and u is its target. */
+static inline hopform_rates_f32 rates_under_law_f32(const hopform_robot_f32 *robot)
+{
+    (void)robot;
+    const float a1_y = 0.0f;     /* no law */
+    const float a1_v1 = 0.0f;    /* no law */
+    const float a1_v2 = 0.0f;    /* no law */
+    const float a1_u = 0.0f;     /* no law */
+    const float a1_0 = 0.0f;     /* no law */
+    const float a2_y = 0.0f;     /* no law */
+    const float a2_v1 = 0.0f;    /* no law */
+    const float a2_v2 = 0.0f;    /* no law */
+    const float a2_0 = 0.0f;     /* no law */
+    const float s_1 = 0.0f;      /* no law */
+    const float s_2 = 0.0f;      /* no law */
+    const float s_3 = 0.0f;      /* no law */
+    const float p_1 = 0.0f;      /* no law */
+    const float q_1 = 0.0f;      /* no law */
+    const float p_2 = 0.0f;      /* no law */
+    const float q_2 = 0.0f;      /* no law */
+    const float damping = 0.0f;  /* no law */
+    const hopform_rates_f32 result = {a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping};
+    return result;
+}
+
 /* Constant accelerations of a phase. */
 static inline drive_f32 drive_of_f32(const hopform_robot_f32 *robot,
     const hopform_rates_f32 *rates,
@@ -450,6 +477,30 @@ static inline motion_f32 motion_of_actuator_f32(const hopform_rates_f32 *rates,
     return result;
 }
 
+/* Numerators of the motion with the actuator slipping under the law, by the rates of that. */
+static inline motion_f32 motion_of_law_f32(const hopform_rates_f32 *rates,
+    const drive_f32 *drive,
+    const hopform_state_f32 *state)
+{
+    const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, q_1 = rates->q_1;
+    const float C_1 = drive->C_1;
+    const float v1 = state->v1, y = state->y;
+    const float H3_y = v1;                       /* (6) of y, the other mass held */
+    const float H3_1 = C_1 + a1_v1*v1 + a1_y*y;  /* (6) with x_2 held */
+    const float H2_y = C_1 - q_1*y;              /* (6) of y, the other mass held */
+    const float H2_1 = -q_1*v1;                  /* (6) with x_2 held */
+    const float N2_1 = C_1 + a1_y*y;             /* (6) with x_2 held */
+    const float N1_1 = 0.0f;                      /* (6) with x_2 held */
+    const float H1_1 = 0.0f;                      /* held */
+    const float H3_2 = 0.0f;                      /* held */
+    const float H2_2 = 0.0f;                      /* held */
+    const float H1_2 = 0.0f;                      /* held */
+    const float H1_y = 0.0f;                      /* held */
+    const float N0_1 = 0.0f;                      /* held */
+    const motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
+    return result;
+}
+
 /* Numerators of the motion with body slipping. */
 static inline motion_f32 motion_of_body_f32(const hopform_rates_f32 *rates,
     const drive_f32 *drive,
@@ -472,6 +523,59 @@ static inline motion_f32 motion_of_body_f32(const hopform_rates_f32 *rates,
     const float N0_1 = 0.0f;                      /* held */
     const motion_f32 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
+}
+
+/* What the law asks of the motor at a state, to the side of a positive current. */
+static inline float pull_of_law_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
+{
+    (void)robot;
+    (void)state;
+    (void)u;
+    const float pull = 0.0f;  /* the law */
+    return pull;
+}
+
+/* Sum of the magnitudes of its terms: what it is rounded by is in proportion to them. */
+static inline float terms_of_pull_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
+{
+    (void)robot;
+    (void)state;
+    (void)u;
+    const float pull = 0.0f;  /* the law, by magnitude */
+    return pull;
+}
+
+/* What the motor pulls with at the limit of the current. */
+static inline float largest_pull_f32(const hopform_robot_f32 *robot)
+{
+    (void)robot;
+    const float largest = 0.0f;  /* the limit */
+    return largest;
+}
+
+/* Numerator of the pull of the law. */
+static inline numerator_f32 law_numerator_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
+    const motion_f32 *motion)
+{
+    (void)robot;
+    (void)state;
+    (void)motion;
+    const float H3 = 0.0f;  /* its rate is a motion of the pair */
+    const float H2 = 0.0f;  /* its rate is a motion of the pair */
+    const float H1 = 0.0f;  /* its rate is a motion of the pair */
+    const numerator_f32 result = {H3, H2, H1};
+    return result;
+}
+
+/* The current that the law asks for at a state, where it is within the limit. */
+static inline float current_of_law_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
+{
+    (void)robot;
+    (void)state;
+    (void)u;
+    const float asked = 0.0f;  /* the law */
+    return asked;
 }
 
 /* The transfer functions of a mode over P(s): of the core's initial values, and of the constant accelerations. */
@@ -570,7 +674,9 @@ static inline letters_f32 letters_of_f32(const hopform_robot_f32 *robot)
     const float f2_minus = f2;                /* friction Coulomb friction */
     const float f1_excess_minus = f1_excess;  /* friction Coulomb friction */
     const float f2_excess_minus = f2_excess;  /* friction Coulomb friction */
-    const letters_f32 result = {m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus};
+    const float K_p = 0.0f;                    /* none */
+    const float K_d = 0.0f;                    /* none */
+    const letters_f32 result = {m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus, K_p, K_d};
     return result;
 }
 
@@ -1175,6 +1281,16 @@ static inline float upper_stop_change_f32(const hopform_robot_f32 *robot, const 
     const float d_x1_max = robot_change->d_x1_max;
     const float d_highest = d_x1_max;  /* change of stop */
     return d_highest;
+}
+
+/* Change of the limit of the current with the robot. */
+static inline float current_limit_change_f32(const hopform_robot_f32 *robot,
+    const robot_change_f32 *robot_change)
+{
+    (void)robot;
+    const float d_u_max = robot_change->d_u_max;
+    const float d_u_most = d_u_max;  /* change of limit of the current */
+    return d_u_most;
 }
 
 /* Change of the free accelerations with the state. */

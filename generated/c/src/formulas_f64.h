@@ -169,6 +169,8 @@ typedef struct {
     double f2_minus;         /* [SI] f2_minus of the equations of motion */
     double f1_excess_minus;  /* [SI] f1_excess_minus of the equations of motion */
     double f2_excess_minus;  /* [SI] f2_excess_minus of the equations of motion */
+    double K_p;              /* [SI] K_p of the equations of motion */
+    double K_d;              /* [SI] K_d of the equations of motion */
 } letters_f64;
 
 /* Coulomb friction of a mass that slips. */
@@ -386,6 +388,31 @@ static inline hopform_rates_f64 rates_of_f64(const hopform_robot_f64 *robot)
     return result;
 }
 
+/* The same where a law sets the current, and u is its target. */
+static inline hopform_rates_f64 rates_under_law_f64(const hopform_robot_f64 *robot)
+{
+    (void)robot;
+    const double a1_y = 0.0;     /* no law */
+    const double a1_v1 = 0.0;    /* no law */
+    const double a1_v2 = 0.0;    /* no law */
+    const double a1_u = 0.0;     /* no law */
+    const double a1_0 = 0.0;     /* no law */
+    const double a2_y = 0.0;     /* no law */
+    const double a2_v1 = 0.0;    /* no law */
+    const double a2_v2 = 0.0;    /* no law */
+    const double a2_0 = 0.0;     /* no law */
+    const double s_1 = 0.0;      /* no law */
+    const double s_2 = 0.0;      /* no law */
+    const double s_3 = 0.0;      /* no law */
+    const double p_1 = 0.0;      /* no law */
+    const double q_1 = 0.0;      /* no law */
+    const double p_2 = 0.0;      /* no law */
+    const double q_2 = 0.0;      /* no law */
+    const double damping = 0.0;  /* no law */
+    const hopform_rates_f64 result = {a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping};
+    return result;
+}
+
 /* Constant accelerations of a phase. */
 static inline drive_f64 drive_of_f64(const hopform_robot_f64 *robot,
     const hopform_rates_f64 *rates,
@@ -450,6 +477,30 @@ static inline motion_f64 motion_of_actuator_f64(const hopform_rates_f64 *rates,
     return result;
 }
 
+/* Numerators of the motion with the actuator slipping under the law, by the rates of that. */
+static inline motion_f64 motion_of_law_f64(const hopform_rates_f64 *rates,
+    const drive_f64 *drive,
+    const hopform_state_f64 *state)
+{
+    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, q_1 = rates->q_1;
+    const double C_1 = drive->C_1;
+    const double v1 = state->v1, y = state->y;
+    const double H3_y = v1;                       /* (6) of y, the other mass held */
+    const double H3_1 = C_1 + a1_v1*v1 + a1_y*y;  /* (6) with x_2 held */
+    const double H2_y = C_1 - q_1*y;              /* (6) of y, the other mass held */
+    const double H2_1 = -q_1*v1;                  /* (6) with x_2 held */
+    const double N2_1 = C_1 + a1_y*y;             /* (6) with x_2 held */
+    const double N1_1 = 0.0;                      /* (6) with x_2 held */
+    const double H1_1 = 0.0;                      /* held */
+    const double H3_2 = 0.0;                      /* held */
+    const double H2_2 = 0.0;                      /* held */
+    const double H1_2 = 0.0;                      /* held */
+    const double H1_y = 0.0;                      /* held */
+    const double N0_1 = 0.0;                      /* held */
+    const motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
+    return result;
+}
+
 /* Numerators of the motion with body slipping. */
 static inline motion_f64 motion_of_body_f64(const hopform_rates_f64 *rates,
     const drive_f64 *drive,
@@ -472,6 +523,59 @@ static inline motion_f64 motion_of_body_f64(const hopform_rates_f64 *rates,
     const double N0_1 = 0.0;                      /* held */
     const motion_f64 result = {H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1};
     return result;
+}
+
+/* What the law asks of the motor at a state, to the side of a positive current. */
+static inline double pull_of_law_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
+{
+    (void)robot;
+    (void)state;
+    (void)u;
+    const double pull = 0.0;  /* the law */
+    return pull;
+}
+
+/* Sum of the magnitudes of its terms: what it is rounded by is in proportion to them. */
+static inline double terms_of_pull_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
+{
+    (void)robot;
+    (void)state;
+    (void)u;
+    const double pull = 0.0;  /* the law, by magnitude */
+    return pull;
+}
+
+/* What the motor pulls with at the limit of the current. */
+static inline double largest_pull_f64(const hopform_robot_f64 *robot)
+{
+    (void)robot;
+    const double largest = 0.0;  /* the limit */
+    return largest;
+}
+
+/* Numerator of the pull of the law. */
+static inline numerator_f64 law_numerator_f64(const hopform_robot_f64 *robot,
+    const hopform_state_f64 *state,
+    const motion_f64 *motion)
+{
+    (void)robot;
+    (void)state;
+    (void)motion;
+    const double H3 = 0.0;  /* its rate is a motion of the pair */
+    const double H2 = 0.0;  /* its rate is a motion of the pair */
+    const double H1 = 0.0;  /* its rate is a motion of the pair */
+    const numerator_f64 result = {H3, H2, H1};
+    return result;
+}
+
+/* The current that the law asks for at a state, where it is within the limit. */
+static inline double current_of_law_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
+{
+    (void)robot;
+    (void)state;
+    (void)u;
+    const double asked = 0.0;  /* the law */
+    return asked;
 }
 
 /* The transfer functions of a mode over P(s): of the core's initial values, and of the constant accelerations. */
@@ -570,7 +674,9 @@ static inline letters_f64 letters_of_f64(const hopform_robot_f64 *robot)
     const double f2_minus = f2;                /* friction Coulomb friction */
     const double f1_excess_minus = f1_excess;  /* friction Coulomb friction */
     const double f2_excess_minus = f2_excess;  /* friction Coulomb friction */
-    const letters_f64 result = {m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus};
+    const double K_p = 0.0;                    /* none */
+    const double K_d = 0.0;                    /* none */
+    const letters_f64 result = {m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus, K_p, K_d};
     return result;
 }
 
@@ -1175,6 +1281,16 @@ static inline double upper_stop_change_f64(const hopform_robot_f64 *robot, const
     const double d_x1_max = robot_change->d_x1_max;
     const double d_highest = d_x1_max;  /* change of stop */
     return d_highest;
+}
+
+/* Change of the limit of the current with the robot. */
+static inline double current_limit_change_f64(const hopform_robot_f64 *robot,
+    const robot_change_f64 *robot_change)
+{
+    (void)robot;
+    const double d_u_max = robot_change->d_u_max;
+    const double d_u_most = d_u_max;  /* change of limit of the current */
+    return d_u_most;
 }
 
 /* Change of the free accelerations with the state. */

@@ -35,13 +35,14 @@ static inline mode_f32 mode_of_f32(const hopform_plan_f32 *plan, const hopform_p
     const float first = (float)mode.side[0];
     const float second = (float)mode.side[1];
     mode.poles = poles_of_f32(plan, mode.side[0], mode.side[1]);
-    mode.drive = drive_of_f32(&plan->robot, &plan->rates, u, first, second);
-    mode.transfer.of = transfer_of_f32(&plan->rates, &mode.drive, first, second);
+    const hopform_rates_f32 *rates = rates_of_mode_f32(plan, mode.side[1]);
+    mode.drive = drive_of_f32(&plan->robot, rates, u, first, second);
+    mode.transfer.of = transfer_of_f32(rates, &mode.drive, first, second);
     return mode;
 }
 
 static inline bool rests_f32(const mode_f32 *mode) {
-    return mode->side[0] == 0 && mode->side[1] == 0;
+    return all_held_f32(mode->side[0], mode->side[1]);
 }
 
 /* z' of a state. */
@@ -50,7 +51,7 @@ static inline state_by_axis_f32 speeds_in_mode_f32(const hopform_plan_f32 *plan,
     state_by_axis_f32 speeds;
     const float first = (float)mode->side[0];
     const float second = (float)mode->side[1];
-    speeds.rates = speeds_of_f32(&plan->rates, &mode->drive, first, second, state);
+    speeds.rates = speeds_of_f32(rates_of_mode_f32(plan, mode->side[1]), &mode->drive, first, second, state);
     return speeds;
 }
 

@@ -12,7 +12,8 @@ static inline bool stores_much_f32(const hopform_robot_f32 *robot, const hopform
     return !(stored_energy_f32(robot, start) <= 64.0f * moving_energy_f32(robot, start, 1.0f));
 }
 
-/* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. */
+/* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. With a law, which
+ * sets the current of the one mass, side_2 is the limit that the current is at, 0 under the law. */
 static inline const hopform_poles_f32 *poles_of_f32(const hopform_plan_f32 *plan, int side_1, int side_2) {
 #define POLES_OF(mode) &plan->mode
     return HOPFORM_OF_MODE(POLES_OF, side_1, side_2);
@@ -25,21 +26,33 @@ static inline const hopform_node_f32 *node_of_f32(const hopform_plan_f32 *plan, 
 #undef NODE_OF
 }
 
+/* The rates of a mode. */
+static inline const hopform_rates_f32 *rates_of_mode_f32(const hopform_plan_f32 *plan, int side_2) {
+    (void)side_2;
+    return HOPFORM_RATES_OF_MODE(plan, side_2);
+}
+
+/* Whether all that may move is held. */
+static inline bool all_held_f32(int side_1, int side_2) {
+    return side_1 == 0 && (HOPFORM_MOVES_ALONE || side_2 == 0);
+}
+
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
 static inline motion_f32 motion_under_f32(const hopform_rates_f32 *rates, const drive_f32 *drive,
                                             const hopform_state_f32 *state, int side_1, int side_2) {
 #define MOTION_OF(mode) motion_of_##mode##_f32(rates, drive, state)
-    if (side_1 != 0 || side_2 != 0) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
+    if (!all_held_f32(side_1, side_2)) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
 #undef MOTION_OF
     const motion_f32 rest = {0};
     return rest;
 }
 
-/* The same under a current. */
+/* The same under an input. */
 static inline motion_f32 motion_of_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *state, float u,
                                          int side_1, int side_2) {
-    const drive_f32 drive = drive_of_f32(&plan->robot, &plan->rates, u, (float)side_1, (float)side_2);
-    return motion_under_f32(&plan->rates, &drive, state, side_1, side_2);
+    const hopform_rates_f32 *rates = rates_of_mode_f32(plan, side_2);
+    const drive_f32 drive = drive_of_f32(&plan->robot, rates, u, (float)side_1, (float)side_2);
+    return motion_under_f32(rates, &drive, state, side_1, side_2);
 }
 
 /* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
@@ -166,6 +179,16 @@ static inline int side_2_f32(const hopform_phase_f32 *phase) {
     return phase->mode % 3 - 1;
 }
 
+/* The input of a mode during a step: at a limit of a law the current there, in place of the target. */
+static inline float input_of_mode_f32(const hopform_plan_f32 *plan, int side_2, float u) {
+    return HOPFORM_HAS_LAW && side_2 != 0 ? (float)side_2 * current_limit_f32(&plan->robot) : u;
+}
+
+static inline float input_of_phase_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                       const hopform_phase_f32 *phase) {
+    return input_of_mode_f32(plan, side_2_f32(phase), steps[phase->step].u);
+}
+
 static inline hopform_state_f32 start_of_phase_f32(const hopform_phase_f32 *phase) {
 #define TAKE_MEMBER(name, domain) phase->name,
     const hopform_state_f32 start = {HOPFORM_STATE_MEMBERS(TAKE_MEMBER)};
@@ -185,7 +208,7 @@ static inline hopform_state_f32 state_by_motion_f32(const hopform_plan_f32 *plan
     const int side_1 = side_1_f32(phase);
     const int side_2 = side_2_f32(phase);
     const hopform_state_f32 start = start_of_phase_f32(phase);
-    if (side_1 == 0 && side_2 == 0) { return start; }
+    if (all_held_f32(side_1, side_2)) { return start; }
     const hopform_poles_f32 *poles = poles_of_f32(plan, side_1, side_2);
     const hopform_node_f32 *node = node_of_f32(plan, side_1, side_2);
     if (t < node->modal) {

@@ -12,7 +12,8 @@ static inline bool stores_much_f64(const hopform_robot_f64 *robot, const hopform
     return !(stored_energy_f64(robot, start) <= 64.0 * moving_energy_f64(robot, start, 1.0));
 }
 
-/* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. */
+/* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. With a law, which
+ * sets the current of the one mass, side_2 is the limit that the current is at, 0 under the law. */
 static inline const hopform_poles_f64 *poles_of_f64(const hopform_plan_f64 *plan, int side_1, int side_2) {
 #define POLES_OF(mode) &plan->mode
     return HOPFORM_OF_MODE(POLES_OF, side_1, side_2);
@@ -25,21 +26,33 @@ static inline const hopform_node_f64 *node_of_f64(const hopform_plan_f64 *plan, 
 #undef NODE_OF
 }
 
+/* The rates of a mode. */
+static inline const hopform_rates_f64 *rates_of_mode_f64(const hopform_plan_f64 *plan, int side_2) {
+    (void)side_2;
+    return HOPFORM_RATES_OF_MODE(plan, side_2);
+}
+
+/* Whether all that may move is held. */
+static inline bool all_held_f64(int side_1, int side_2) {
+    return side_1 == 0 && (HOPFORM_MOVES_ALONE || side_2 == 0);
+}
+
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
 static inline motion_f64 motion_under_f64(const hopform_rates_f64 *rates, const drive_f64 *drive,
                                             const hopform_state_f64 *state, int side_1, int side_2) {
 #define MOTION_OF(mode) motion_of_##mode##_f64(rates, drive, state)
-    if (side_1 != 0 || side_2 != 0) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
+    if (!all_held_f64(side_1, side_2)) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
 #undef MOTION_OF
     const motion_f64 rest = {0};
     return rest;
 }
 
-/* The same under a current. */
+/* The same under an input. */
 static inline motion_f64 motion_of_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *state, double u,
                                          int side_1, int side_2) {
-    const drive_f64 drive = drive_of_f64(&plan->robot, &plan->rates, u, (double)side_1, (double)side_2);
-    return motion_under_f64(&plan->rates, &drive, state, side_1, side_2);
+    const hopform_rates_f64 *rates = rates_of_mode_f64(plan, side_2);
+    const drive_f64 drive = drive_of_f64(&plan->robot, rates, u, (double)side_1, (double)side_2);
+    return motion_under_f64(rates, &drive, state, side_1, side_2);
 }
 
 /* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
@@ -166,6 +179,16 @@ static inline int side_2_f64(const hopform_phase_f64 *phase) {
     return phase->mode % 3 - 1;
 }
 
+/* The input of a mode during a step: at a limit of a law the current there, in place of the target. */
+static inline double input_of_mode_f64(const hopform_plan_f64 *plan, int side_2, double u) {
+    return HOPFORM_HAS_LAW && side_2 != 0 ? (double)side_2 * current_limit_f64(&plan->robot) : u;
+}
+
+static inline double input_of_phase_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                       const hopform_phase_f64 *phase) {
+    return input_of_mode_f64(plan, side_2_f64(phase), steps[phase->step].u);
+}
+
 static inline hopform_state_f64 start_of_phase_f64(const hopform_phase_f64 *phase) {
 #define TAKE_MEMBER(name, domain) phase->name,
     const hopform_state_f64 start = {HOPFORM_STATE_MEMBERS(TAKE_MEMBER)};
@@ -185,7 +208,7 @@ static inline hopform_state_f64 state_by_motion_f64(const hopform_plan_f64 *plan
     const int side_1 = side_1_f64(phase);
     const int side_2 = side_2_f64(phase);
     const hopform_state_f64 start = start_of_phase_f64(phase);
-    if (side_1 == 0 && side_2 == 0) { return start; }
+    if (all_held_f64(side_1, side_2)) { return start; }
     const hopform_poles_f64 *poles = poles_of_f64(plan, side_1, side_2);
     const hopform_node_f64 *node = node_of_f64(plan, side_1, side_2);
     if (t < node->modal) {

@@ -56,23 +56,29 @@ static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan) {
     HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
 #undef REFUSE_IF_NEGATIVE
     plan->rates = rates;
+#define PUT_LAW(plan) (plan)->rates_law = rates_under_law_f32(robot)
+    HOPFORM_IF_LAW(PUT_LAW, plan);
+#undef PUT_LAW
     return HOPFORM_OK;
+}
+
+static inline bool are_finite_f32(const hopform_rates_f32 *rates) {
+    return is_finite_f32(rates->s_1 * rates->s_1) /* discriminants square it */
+           && is_finite_f32(rates->s_2) && is_finite_f32(rates->s_3) && is_finite_f32(rates->a1_0)
+           && is_finite_f32(rates->a1_u);
 }
 
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
 static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_poles_f32 *both, bool whole) {
-    const hopform_rates_f32 *rates = &plan->rates;
-    if (!is_finite_f32(rates->s_1 * rates->s_1) /* discriminants square it */
-        || !is_finite_f32(rates->s_2) || !is_finite_f32(rates->s_3)
-        || !(both->q <= HOPFORM_NEVER_f32)        /* a and p are within s_1, and NaN only if q is */
-        || !(both->q > 0.0f || HOPFORM_MOVES_ALONE) /* both never move then */
-        || !is_finite_f32(rates->a1_0) || !is_finite_f32(rates->a1_u)) {
+    if (!are_finite_f32(&plan->rates) || (HOPFORM_HAS_LAW && !are_finite_f32(rates_of_mode_f32(plan, 0)))
+        || !(both->q <= HOPFORM_NEVER_f32)           /* a and p are within s_1, and NaN only if q is */
+        || !(both->q > 0.0f || HOPFORM_MOVES_ALONE)) { /* both never move then */
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->both = *both;
     if (!HOPFORM_MOVES_ALONE) { plan->node_both = node_of_poles_f32(both, whole); }
-#define PUT_MODE(mode, p, q)                                                                                           \
-    plan->mode = pair_alone_f32(rates->p, rates->q);                                                                  \
+#define PUT_MODE(mode, rates, p, q)                                                                                    \
+    plan->mode = pair_alone_f32(plan->rates.p, plan->rates.q);                                                        \
     plan->node_##mode = node_of_poles_f32(&plan->mode, whole);
     HOPFORM_MODES_OF_ONE(PUT_MODE)
 #undef PUT_MODE

@@ -69,7 +69,7 @@ static inline hopform_state_f32 state_of_stance_f32(const hopform_plan_f32 *plan
                                                       const hopform_stance_f32 *stance, float t) {
     const float within = lesser_f32(t, stance->duration);
     const hopform_phase_f32 *phase = &phases[phase_index_f32(phases, stance->phases_kept, within)];
-    return state_in_phase_f32(plan, phase, steps[phase->step].u, within - phase->t);
+    return state_in_phase_f32(plan, phase, input_of_phase_f32(plan, steps, phase), within - phase->t);
 }
 
 #endif

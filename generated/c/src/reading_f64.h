@@ -69,7 +69,7 @@ static inline hopform_state_f64 state_of_stance_f64(const hopform_plan_f64 *plan
                                                       const hopform_stance_f64 *stance, double t) {
     const double within = lesser_f64(t, stance->duration);
     const hopform_phase_f64 *phase = &phases[phase_index_f64(phases, stance->phases_kept, within)];
-    return state_in_phase_f64(plan, phase, steps[phase->step].u, within - phase->t);
+    return state_in_phase_f64(plan, phase, input_of_phase_f64(plan, steps, phase), within - phase->t);
 }
 
 #endif

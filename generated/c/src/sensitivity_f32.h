@@ -43,7 +43,7 @@ typedef struct {
 } variation_f32;
 
 static float current_f32(const variation_f32 *variation, const hopform_phase_f32 *phase) {
-    return variation->steps[phase->step].u;
+    return input_of_phase_f32(variation->plan, variation->steps, phase);
 }
 
 /* ---- W * W: its derivatives from the fourth down, itself, and two integrals ---- */
@@ -145,10 +145,14 @@ static float stop_change_f32(const hopform_plan_f32 *plan, int column, bool uppe
 static slopes_by_share_f32 slopes_of_column_f32(const variation_f32 *variation, const mode_f32 *mode, int column) {
     const hopform_phase_f32 *phase = &variation->phases[variation->index];
     const robot_change_f32 robot = robot_change_of_column_f32(column);
-    const float current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0f : 0.0f;
+    const int limit = side_2_f32(phase);
+    float input = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0f : 0.0f;
+    if (HOPFORM_HAS_LAW && limit != 0) {
+        input = (float)limit * current_limit_change_f32(&variation->plan->robot, &robot);
+    }
     slopes_by_share_f32 slopes;
     slopes.named = slopes_of_f32(&variation->plan->robot, current_f32(variation, phase), (float)mode->side[0],
-                                  (float)mode->side[1], &robot, current);
+                                  (float)mode->side[1], &robot, input);
     return slopes;
 }
 
@@ -213,14 +217,15 @@ static void cross_slip_f32(variation_f32 *variation, int element, const mode_f32
     const float acceleration = (float)side * excess_to_side_f32(&plan->robot, element, side);
     const bool at_step = now->step > 0 && !(now->t > variation->steps[now->step].t);
     if (at_step || !(fabs_f32(acceleration) > 0.0f)) { return; }
-    const float rate = free_slope_f32(&plan->rates, element, before);
+    const hopform_rates_f32 *rates = rates_of_mode_f32(plan, side_2_f32(now));
+    const float rate = free_slope_f32(rates, element, before);
     variation->exists = variation->exists && fabs_f32(rate) > 0.0f;
     for (int column = 0; column < COLUMNS_f32 && variation->exists; column++) {
         const robot_change_f32 robot = robot_change_of_column_f32(column);
         excess_by_side_f32 excess;
         excess.named = excess_change_f32(&plan->robot, &robot);
         const float at_rest = (float)side * excess.of[side_index_f32(element, side)];
-        const float early = free_slope_f32(&plan->rates, element, &variation->change[column])
+        const float early = free_slope_f32(rates, element, &variation->change[column])
                            + direct_slope_f32(variation, entered, element, column) - at_rest;
         const float late = -early / rate;
         pass_slip_f32(variation->change[column].of, element, acceleration, late);
@@ -278,7 +283,8 @@ static variation_f32 variation_of_f32(const hopform_plan_f32 *plan, const hopfor
     }
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         const int axis = HOPFORM_VELOCITY_AXIS(element);
-        if (mode.side[element] == 0 || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0f)) {
+        if (mode.side[element] == 0 || HOPFORM_NEVER_MOVES(element)
+            || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0f)) {
             variation.change[column_of_axis_f32[axis]].of[axis] = 0.0f;
         }
     }
@@ -301,7 +307,8 @@ static bool stays_held_f32(const variation_f32 *variation, int element) {
     const hopform_phase_f32 *phase = &variation->phases[variation->index];
     const state_by_axis_f32 *at = &variation->at;
     free_by_element_f32 free;
-    free.named = free_accelerations_f32(&variation->plan->rates, &at->named, current_f32(variation, phase));
+    const hopform_rates_f32 *rates = rates_of_mode_f32(variation->plan, side_2_f32(phase));
+    free.named = free_accelerations_f32(rates, &at->named, current_f32(variation, phase));
     const float downwards = -level_at_rest_f32(robot, element, -1);
     const float upwards = level_at_rest_f32(robot, element, 1);
     const bool never_moves = HOPFORM_NEVER_MOVES(element);

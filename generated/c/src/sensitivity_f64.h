@@ -43,7 +43,7 @@ typedef struct {
 } variation_f64;
 
 static double current_f64(const variation_f64 *variation, const hopform_phase_f64 *phase) {
-    return variation->steps[phase->step].u;
+    return input_of_phase_f64(variation->plan, variation->steps, phase);
 }
 
 /* ---- W * W: its derivatives from the fourth down, itself, and two integrals ---- */
@@ -145,10 +145,14 @@ static double stop_change_f64(const hopform_plan_f64 *plan, int column, bool upp
 static slopes_by_share_f64 slopes_of_column_f64(const variation_f64 *variation, const mode_f64 *mode, int column) {
     const hopform_phase_f64 *phase = &variation->phases[variation->index];
     const robot_change_f64 robot = robot_change_of_column_f64(column);
-    const double current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
+    const int limit = side_2_f64(phase);
+    double input = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
+    if (HOPFORM_HAS_LAW && limit != 0) {
+        input = (double)limit * current_limit_change_f64(&variation->plan->robot, &robot);
+    }
     slopes_by_share_f64 slopes;
     slopes.named = slopes_of_f64(&variation->plan->robot, current_f64(variation, phase), (double)mode->side[0],
-                                  (double)mode->side[1], &robot, current);
+                                  (double)mode->side[1], &robot, input);
     return slopes;
 }
 
@@ -213,14 +217,15 @@ static void cross_slip_f64(variation_f64 *variation, int element, const mode_f64
     const double acceleration = (double)side * excess_to_side_f64(&plan->robot, element, side);
     const bool at_step = now->step > 0 && !(now->t > variation->steps[now->step].t);
     if (at_step || !(fabs_f64(acceleration) > 0.0)) { return; }
-    const double rate = free_slope_f64(&plan->rates, element, before);
+    const hopform_rates_f64 *rates = rates_of_mode_f64(plan, side_2_f64(now));
+    const double rate = free_slope_f64(rates, element, before);
     variation->exists = variation->exists && fabs_f64(rate) > 0.0;
     for (int column = 0; column < COLUMNS_f64 && variation->exists; column++) {
         const robot_change_f64 robot = robot_change_of_column_f64(column);
         excess_by_side_f64 excess;
         excess.named = excess_change_f64(&plan->robot, &robot);
         const double at_rest = (double)side * excess.of[side_index_f64(element, side)];
-        const double early = free_slope_f64(&plan->rates, element, &variation->change[column])
+        const double early = free_slope_f64(rates, element, &variation->change[column])
                            + direct_slope_f64(variation, entered, element, column) - at_rest;
         const double late = -early / rate;
         pass_slip_f64(variation->change[column].of, element, acceleration, late);
@@ -278,7 +283,8 @@ static variation_f64 variation_of_f64(const hopform_plan_f64 *plan, const hopfor
     }
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         const int axis = HOPFORM_VELOCITY_AXIS(element);
-        if (mode.side[element] == 0 || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0)) {
+        if (mode.side[element] == 0 || HOPFORM_NEVER_MOVES(element)
+            || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0)) {
             variation.change[column_of_axis_f64[axis]].of[axis] = 0.0;
         }
     }
@@ -301,7 +307,8 @@ static bool stays_held_f64(const variation_f64 *variation, int element) {
     const hopform_phase_f64 *phase = &variation->phases[variation->index];
     const state_by_axis_f64 *at = &variation->at;
     free_by_element_f64 free;
-    free.named = free_accelerations_f64(&variation->plan->rates, &at->named, current_f64(variation, phase));
+    const hopform_rates_f64 *rates = rates_of_mode_f64(variation->plan, side_2_f64(phase));
+    free.named = free_accelerations_f64(rates, &at->named, current_f64(variation, phase));
     const double downwards = -level_at_rest_f64(robot, element, -1);
     const double upwards = level_at_rest_f64(robot, element, 1);
     const bool never_moves = HOPFORM_NEVER_MOVES(element);

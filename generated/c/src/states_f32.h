@@ -147,7 +147,8 @@ int32_t hopform_stance_grid_f32(const hopform_plan_f32 *plan, const hopform_step
     for (int32_t n = phase_index_f32(phases, stance->phases_kept, t0); first < count; n++) {
         const bool is_last = n + 1 >= stance->phases_kept;
         const int32_t end = is_last ? count : sample_behind_f32(phases[n + 1].t, t0, dt, first, count);
-        if (end > first) { samples_of_phase_f32(plan, &phases[n], steps[phases[n].step].u, &grid, first, end); }
+        const float u = input_of_phase_f32(plan, steps, &phases[n]);
+        if (end > first) { samples_of_phase_f32(plan, &phases[n], u, &grid, first, end); }
         first = end;
     }
     return HOPFORM_OK;
@@ -168,13 +169,13 @@ int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_st
     float *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
     int32_t prepared = 0; /* the phase whose motion is made: once for times that follow each other in it */
-    motion_f32 motion = motion_in_phase_f32(plan, phases, steps[phases->step].u);
+    motion_f32 motion = motion_in_phase_f32(plan, phases, input_of_phase_f32(plan, steps, phases));
     for (int32_t i = 0; i < count; i++) {
         const float within = lesser_f32(times[i], stance->duration);
         const int32_t n = phase_index_f32(phases, stance->phases_kept, within);
         const hopform_phase_f32 *phase = &phases[n];
         if (n != prepared) {
-            motion = motion_in_phase_f32(plan, phase, steps[phase->step].u);
+            motion = motion_in_phase_f32(plan, phase, input_of_phase_f32(plan, steps, phase));
             prepared = n;
         }
         state_by_axis_f32 state;

@@ -147,7 +147,8 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
     for (int32_t n = phase_index_f64(phases, stance->phases_kept, t0); first < count; n++) {
         const bool is_last = n + 1 >= stance->phases_kept;
         const int32_t end = is_last ? count : sample_behind_f64(phases[n + 1].t, t0, dt, first, count);
-        if (end > first) { samples_of_phase_f64(plan, &phases[n], steps[phases[n].step].u, &grid, first, end); }
+        const double u = input_of_phase_f64(plan, steps, &phases[n]);
+        if (end > first) { samples_of_phase_f64(plan, &phases[n], u, &grid, first, end); }
         first = end;
     }
     return HOPFORM_OK;
@@ -168,13 +169,13 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
     double *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
     int32_t prepared = 0; /* the phase whose motion is made: once for times that follow each other in it */
-    motion_f64 motion = motion_in_phase_f64(plan, phases, steps[phases->step].u);
+    motion_f64 motion = motion_in_phase_f64(plan, phases, input_of_phase_f64(plan, steps, phases));
     for (int32_t i = 0; i < count; i++) {
         const double within = lesser_f64(times[i], stance->duration);
         const int32_t n = phase_index_f64(phases, stance->phases_kept, within);
         const hopform_phase_f64 *phase = &phases[n];
         if (n != prepared) {
-            motion = motion_in_phase_f64(plan, phase, steps[phase->step].u);
+            motion = motion_in_phase_f64(plan, phase, input_of_phase_f64(plan, steps, phase));
             prepared = n;
         }
         state_by_axis_f64 state;

@@ -40,6 +40,7 @@ ANSWERS = {
         "phases": "list of part",
         "total_energy": "list of number",
         "ledger": "map of map of number",
+        "driven": "map of number",
         "forces": "map of number",
         "sensitivities": "map of map of number or null",
         "warnings": "list of string",
@@ -50,6 +51,7 @@ ANSWERS = {
         "modes": "map of integer",
         "u": "number",
         "state": "map of number",
+        "driven": "map of number",
         "forces": "map of number",
     },
     "hopform hop": {

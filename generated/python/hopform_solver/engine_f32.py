@@ -84,6 +84,7 @@ SEARCH_CANDIDATES = 15
 NO_OWNER = -1
 CONTACT = 0
 ELEMENT = 1
+LIMIT = 3
 NO_ELEMENT = -1
 UNBOUNDED = 2147483647
 CORE = 3
@@ -463,7 +464,8 @@ class Phase:
         self.v1 = v1  # [m/s] velocity of the actuator
         self.v2 = v2  # [m/s] velocity of the body
         self.y = y  # [m] compression of the leg, from where it carries nothing
-        self.mode = mode  # 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held
+        # 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held; with a law side_2 is its limit
+        self.mode = mode
         self.event = event  # EVENT_..., what started it
         self.step = step  # index of the step of the current
 
@@ -1294,15 +1296,16 @@ class Speeds:
 class Letters:
     """The letters of the derivation, by the parameters of a robot."""
     __slots__ = ("m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max", "u_max",
-        "impact_loss", "f1_excess", "f2_excess", "f1_minus", "f2_minus", "f1_excess_minus", "f2_excess_minus",)
-    SIZE = 84
+        "impact_loss", "f1_excess", "f2_excess", "f1_minus", "f2_minus", "f1_excess_minus", "f2_excess_minus", "K_p",
+        "K_d",)
+    SIZE = 92
     PARTS: tuple[str, ...] = ()
 
     def __init__(self, m_eff: Real = ZERO, m_s: Real = ZERO, k: Real = ZERO, L0: Real = ZERO, c: Real = ZERO,
             b1: Real = ZERO, b2: Real = ZERO, f1: Real = ZERO, f2: Real = ZERO, gamma2: Real = ZERO, g: Real = ZERO,
         x1_min: Real = ZERO, x1_max: Real = ZERO, u_max: Real = ZERO, impact_loss: Real = ZERO, f1_excess: Real = ZERO,
         f2_excess: Real = ZERO, f1_minus: Real = ZERO, f2_minus: Real = ZERO, f1_excess_minus: Real = ZERO,
-        f2_excess_minus: Real = ZERO) -> None:
+        f2_excess_minus: Real = ZERO, K_p: Real = ZERO, K_d: Real = ZERO) -> None:
         self.m_eff = m_eff  # [SI] m_eff of the equations of motion
         self.m_s = m_s  # [SI] m_s of the equations of motion
         self.k = k  # [SI] k of the equations of motion
@@ -1324,11 +1327,13 @@ class Letters:
         self.f2_minus = f2_minus  # [SI] f2_minus of the equations of motion
         self.f1_excess_minus = f1_excess_minus  # [SI] f1_excess_minus of the equations of motion
         self.f2_excess_minus = f2_excess_minus  # [SI] f2_excess_minus of the equations of motion
+        self.K_p = K_p  # [SI] K_p of the equations of motion
+        self.K_d = K_d  # [SI] K_d of the equations of motion
 
     def copy(self) -> "Letters":
         return Letters(self.m_eff, self.m_s, self.k, self.L0, self.c, self.b1, self.b2, self.f1, self.f2, self.gamma2,
             self.g, self.x1_min, self.x1_max, self.u_max, self.impact_loss, self.f1_excess, self.f2_excess,
-            self.f1_minus, self.f2_minus, self.f1_excess_minus, self.f2_excess_minus)
+            self.f1_minus, self.f2_minus, self.f1_excess_minus, self.f2_excess_minus, self.K_p, self.K_d)
 
     def put(self, other: "Letters") -> None:
         self.m_eff = other.m_eff
@@ -1352,6 +1357,8 @@ class Letters:
         self.f2_minus = other.f2_minus
         self.f1_excess_minus = other.f1_excess_minus
         self.f2_excess_minus = other.f2_excess_minus
+        self.K_p = other.K_p
+        self.K_d = other.K_d
 
 
 class Friction:
@@ -1904,6 +1911,28 @@ def rates_of(robot: Robot) -> Rates:
     return Rates(a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping)
 
 
+def rates_under_law(robot: Robot) -> Rates:
+    """The same where a law sets the current, and u is its target."""
+    a1_y = ZERO  # no law
+    a1_v1 = ZERO  # no law
+    a1_v2 = ZERO  # no law
+    a1_u = ZERO  # no law
+    a1_0 = ZERO  # no law
+    a2_y = ZERO  # no law
+    a2_v1 = ZERO  # no law
+    a2_v2 = ZERO  # no law
+    a2_0 = ZERO  # no law
+    s_1 = ZERO  # no law
+    s_2 = ZERO  # no law
+    s_3 = ZERO  # no law
+    p_1 = ZERO  # no law
+    q_1 = ZERO  # no law
+    p_2 = ZERO  # no law
+    q_2 = ZERO  # no law
+    damping = ZERO  # no law
+    return Rates(a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping)
+
+
 def drive_of(robot: Robot, rates: Rates, u: Real, side_1: Real, side_2: Real) -> Drive:
     """Constant accelerations of a phase."""
     f1, f2 = robot.f1, robot.f2
@@ -1953,6 +1982,26 @@ def motion_of_actuator(rates: Rates, drive: Drive, state: State) -> Motion:
     return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
+def motion_of_law(rates: Rates, drive: Drive, state: State) -> Motion:
+    """Numerators of the motion with the actuator slipping under the law, by the rates of that."""
+    a1_y, a1_v1, q_1 = rates.a1_y, rates.a1_v1, rates.q_1
+    C_1 = drive.C_1
+    v1, y = state.v1, state.y
+    H3_y = v1  # (6) of y, the other mass held
+    H3_1 = C_1 + a1_v1*v1 + a1_y*y  # (6) with x_2 held
+    H2_y = C_1 - q_1*y  # (6) of y, the other mass held
+    H2_1 = -q_1*v1  # (6) with x_2 held
+    N2_1 = C_1 + a1_y*y  # (6) with x_2 held
+    N1_1 = ZERO  # (6) with x_2 held
+    H1_1 = ZERO  # held
+    H3_2 = ZERO  # held
+    H2_2 = ZERO  # held
+    H1_2 = ZERO  # held
+    H1_y = ZERO  # held
+    N0_1 = ZERO  # held
+    return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
+
+
 def motion_of_body(rates: Rates, drive: Drive, state: State) -> Motion:
     """Numerators of the motion with body slipping."""
     a2_y, a2_v2, q_2 = rates.a2_y, rates.a2_v2, rates.q_2
@@ -1971,6 +2020,38 @@ def motion_of_body(rates: Rates, drive: Drive, state: State) -> Motion:
     N1_1 = ZERO  # held
     N0_1 = ZERO  # held
     return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
+
+
+def pull_of_law(robot: Robot, state: State, u: Real) -> Real:
+    """What the law asks of the motor at a state, to the side of a positive current."""
+    pull = ZERO  # the law
+    return pull
+
+
+def terms_of_pull(robot: Robot, state: State, u: Real) -> Real:
+    """Sum of the magnitudes of its terms: what it is rounded by is in proportion to them."""
+    pull = ZERO  # the law, by magnitude
+    return pull
+
+
+def largest_pull(robot: Robot) -> Real:
+    """What the motor pulls with at the limit of the current."""
+    largest = ZERO  # the limit
+    return largest
+
+
+def law_numerator(robot: Robot, state: State, motion: Any) -> Numerator:
+    """Numerator of the pull of the law."""
+    H3 = ZERO  # its rate is a motion of the pair
+    H2 = ZERO  # its rate is a motion of the pair
+    H1 = ZERO  # its rate is a motion of the pair
+    return Numerator(H3, H2, H1)
+
+
+def current_of_law(robot: Robot, state: State, u: Real) -> Real:
+    """The current that the law asks for at a state, where it is within the limit."""
+    asked = ZERO  # the law
+    return asked
 
 
 def transfer_of(rates: Rates, drive: Drive, side_1: Real, side_2: Real) -> Transfer:
@@ -2056,8 +2137,10 @@ def letters_of(robot: Robot) -> Letters:
     f2_minus = f2  # friction Coulomb friction
     f1_excess_minus = f1_excess  # friction Coulomb friction
     f2_excess_minus = f2_excess  # friction Coulomb friction
+    K_p = ZERO  # none
+    K_d = ZERO  # none
     return Letters(m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess,
-        f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus)
+        f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus, K_p, K_d)
 
 
 def lower_stop(robot: Robot) -> Real:
@@ -2528,6 +2611,13 @@ def upper_stop_change(robot: Robot, robot_change: RobotChange) -> Real:
     d_x1_max = robot_change.d_x1_max
     d_highest = d_x1_max  # change of stop
     return d_highest
+
+
+def current_limit_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the limit of the current with the robot."""
+    d_u_max = robot_change.d_u_max
+    d_u_most = d_u_max  # change of limit of the current
+    return d_u_most
 
 
 def free_slopes(rates: Rates, state_change: Any) -> Free:
@@ -3800,7 +3890,9 @@ def stores_much(robot: Robot, start: State) -> bool:
 
 
 def poles_of(plan: Plan, side_1: int, side_2: int) -> Poles:
-    """The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held."""
+    """The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. With a law,
+    which sets the current of the one mass, side_2 is the limit that the current is at, 0 under the law.
+    """
     return plan.body if side_1 == 0 else plan.actuator if side_2 == 0 else plan.both
 
 
@@ -3808,9 +3900,19 @@ def node_of(plan: Plan, side_1: int, side_2: int) -> Node:
     return plan.node_body if side_1 == 0 else plan.node_actuator if side_2 == 0 else plan.node_both
 
 
+def rates_of_mode(plan: Plan, side_2: int) -> Rates:
+    """The rates of a mode."""
+    return plan.rates
+
+
+def all_held(side_1: int, side_2: int) -> bool:
+    """Whether all that may move is held."""
+    return side_1 == 0 and side_2 == 0
+
+
 def motion_under(rates: Rates, drive: Drive, state: State, side_1: int, side_2: int) -> Motion:
     """The numerators of a mode from the state in which the phase starts, under constant accelerations."""
-    if side_1 != 0 or side_2 != 0:
+    if not all_held(side_1, side_2):
         return motion_of_body(rates, drive, state) if side_1 == 0 else motion_of_actuator(rates, drive,
             state) if side_2 == 0 else motion_of_both(rates, drive, state)
     rest = Motion()
@@ -3818,9 +3920,10 @@ def motion_under(rates: Rates, drive: Drive, state: State, side_1: int, side_2: 
 
 
 def motion_of(plan: Plan, state: State, u: Real, side_1: int, side_2: int) -> Motion:
-    """The same under a current."""
-    drive = drive_of(plan.robot, plan.rates, u, real(side_1), real(side_2))
-    return motion_under(plan.rates, drive, state, side_1, side_2)
+    """The same under an input."""
+    rates = rates_of_mode(plan, side_2)
+    drive = drive_of(plan.robot, rates, u, real(side_1), real(side_2))
+    return motion_under(rates, drive, state, side_1, side_2)
 
 
 def settled(poles: Poles, h: Numerator) -> Real:
@@ -3940,6 +4043,15 @@ def side_2(phase: Phase) -> int:
     return phase.mode % 3 - 1
 
 
+def input_of_mode(plan: Plan, side_2: int, u: Real) -> Real:
+    """The input of a mode during a step: at a limit of a law the current there, in place of the target."""
+    return u
+
+
+def input_of_phase(plan: Plan, steps: Any, phase: Phase) -> Real:
+    return input_of_mode(plan, side_2(phase), steps[phase.step].u)
+
+
 def start_of_phase(phase: Phase) -> State:
     start = State(phase.x1, phase.v1, phase.v2, phase.y)
     return start
@@ -3956,7 +4068,7 @@ def state_by_motion(plan: Plan, phase: Phase, motion: Any, t: Real) -> State:
     side_1_ = side_1(phase)
     side_2_ = side_2(phase)
     start = start_of_phase(phase)
-    if side_1_ == 0 and side_2_ == 0:
+    if all_held(side_1_, side_2_):
         return start
     poles = poles_of(plan, side_1_, side_2_)
     node = node_of(plan, side_1_, side_2_)
@@ -5336,7 +5448,7 @@ def state_of_stance(plan: Plan, steps: Any, phases: Any, stance: Stance, t: Real
     """The state at a time of a solved stance, which has it."""
     within = lesser(t, stance.duration)
     phase = phases[phase_index(phases, stance.phases_kept, within)]
-    return state_in_phase(plan, phase, steps[phase.step].u, within - phase.t)
+    return state_in_phase(plan, phase, input_of_phase(plan, steps, phase), within - phase.t)
 
 
 class Interval:
@@ -5968,13 +6080,14 @@ def mode_of(plan: Plan, phase: Phase, u: Real) -> Mode:
     first = real(mode.side[0])
     second = real(mode.side[1])
     mode.poles = poles_of(plan, mode.side[0], mode.side[1])
-    mode.drive = drive_of(plan.robot, plan.rates, u, first, second)
-    mode.transfer.put(transfer_of(plan.rates, mode.drive, first, second))
+    rates = rates_of_mode(plan, mode.side[1])
+    mode.drive = drive_of(plan.robot, rates, u, first, second)
+    mode.transfer.put(transfer_of(rates, mode.drive, first, second))
     return mode
 
 
 def rests(mode: Mode) -> bool:
-    return mode.side[0] == 0 and mode.side[1] == 0
+    return all_held(mode.side[0], mode.side[1])
 
 
 def speeds_in_mode(plan: Plan, mode: Mode, state: State) -> StateByAxis:
@@ -5982,7 +6095,7 @@ def speeds_in_mode(plan: Plan, mode: Mode, state: State) -> StateByAxis:
     speeds = StateByAxis()
     first = real(mode.side[0])
     second = real(mode.side[1])
-    speeds.put_rates(speeds_of(plan.rates, mode.drive, first, second, state))
+    speeds.put_rates(speeds_of(rates_of_mode(plan, mode.side[1]), mode.drive, first, second, state))
     return speeds
 
 
@@ -6133,7 +6246,7 @@ class StanceChain:
         # the position less its stops: the position itself has no digits for what is this close
         self.from_lower = from_lower
         self.from_upper = from_upper
-        self.side: Any = [0] * 2 if side is None else side
+        self.side: Any = [0] * 2 if side is None else side  # with a law the second one is its limit
         # the element that has just crossed its friction threshold: its acceleration is exactly zero
         self.just_switched = just_switched
         # the element that has just come to rest, and whose free acceleration is known from the motion
@@ -6196,8 +6309,17 @@ class StanceChain:
         self.variation = other.variation
 
 
+def limit_of_chain(chain: StanceChain) -> int:
+    """The limit that the current of a law is at, 0 under it: the second side."""
+    return 0
+
+
 def current_of_chain(chain: StanceChain) -> Real:
-    return chain.steps[chain.step].u
+    return input_of_mode(chain.plan, limit_of_chain(chain), chain.steps[chain.step].u)
+
+
+def rates_of_chain(chain: StanceChain) -> Rates:
+    return rates_of_mode(chain.plan, limit_of_chain(chain))
 
 
 def free_numerator(rates: Rates, element: int, motion: Any) -> Numerator:
@@ -6230,14 +6352,14 @@ def stance_blocked(chain: StanceChain, element: int, side: int) -> bool:
 def drive_of_chain(chain: StanceChain, side: Any) -> DriveByElement:
     """The constant accelerations, and the numerators from the chain's state, with given sides."""
     drive = DriveByElement()
-    drive.put(drive_of(chain.plan.robot, chain.plan.rates, current_of_chain(chain), real(side[0]), real(side[1])))
+    drive.put(drive_of(chain.plan.robot, rates_of_chain(chain), current_of_chain(chain), real(side[0]), real(side[1])))
     return drive
 
 
 def numerators_of_chain(chain: StanceChain, side: Any) -> Numerators:
     drive = drive_of_chain(chain, side)
     made = Numerators()
-    made.put(motion_under(chain.plan.rates, drive, chain.at, side[0], side[1]))
+    made.put(motion_under(rates_of_chain(chain), drive, chain.at, side[0], side[1]))
     return made
 
 
@@ -6251,20 +6373,20 @@ def drift_of_free(chain: StanceChain, element: int) -> Real:
     """First non-zero derivative of the free acceleration of an element that is held."""
     side = (0 if element == 0 else chain.side[0], 0 if element == 1 else chain.side[1])
     motion = numerators_of_chain(chain, side)
-    free = free_numerator(chain.plan.rates, element, motion)
+    free = free_numerator(rates_of_chain(chain), element, motion)
     return first_derivative(free)
 
 
 def free_of(chain: StanceChain, state: State) -> FreeByElement:
     free = FreeByElement()
-    free.put(free_accelerations(chain.plan.rates, state, current_of_chain(chain)))
+    free.put(free_accelerations(rates_of_chain(chain), state, current_of_chain(chain)))
     return free
 
 
 def terms_of_free(chain: StanceChain, element: int, friction: Real) -> Real:
     """The magnitudes that the free acceleration of an element, less its friction, is a sum of."""
     terms = FreeByElement()
-    terms.put(free_terms(chain.plan.rates, chain.at, current_of_chain(chain)))
+    terms.put(free_terms(rates_of_chain(chain), chain.at, current_of_chain(chain)))
     return terms[element] + friction
 
 
@@ -6306,6 +6428,61 @@ def direction_from_rest(chain: StanceChain, element: int) -> Direction:
     return direction
 
 
+def terms_of_room(chain: StanceChain, largest: Real) -> Real:
+    """The magnitudes that the room of the pull is a difference of: they are large where the law is stiff."""
+    return terms_of_pull(chain.plan.robot, chain.at, chain.steps[chain.step].u) + largest
+
+
+def pull_of_chain(chain: StanceChain) -> Real:
+    return pull_of_law(chain.plan.robot, chain.at, chain.steps[chain.step].u)
+
+
+def stance_choose_limit(chain: StanceChain) -> None:
+    """The limit that the current is at; on the limit 0."""
+    return
+    largest = largest_pull(chain.plan.robot)
+    chain.side[1] = whole(goes(pull_of_chain(chain), largest))
+
+
+def stance_settle_limit(chain: StanceChain) -> None:
+    """Where the pull is exactly at the limit its first non-zero derivative decides; the sides of the elements are
+    known.
+    """
+    return
+    pull = pull_of_chain(chain)
+    if abs(pull) < largest_pull(chain.plan.robot):
+        return
+    motion = numerators_of_chain(chain, chain.side)
+    h = law_numerator(chain.plan.robot, chain.at, motion)
+    leaves = goes(pull, ZERO) * first_derivative(h)
+    chain.side[1] = whole(goes(pull, ZERO)) if leaves > 0.0 else 0
+
+
+def add_limits(chain: StanceChain, set: EventSet) -> None:
+    """The room of the pull to its limits, or at a limit what it is beyond that. At a limit that it has just reached or
+    left the room is 0, and grows.
+    """
+    largest = largest_pull(chain.plan.robot)
+    if not is_finite(largest):
+        return
+    limit = limit_of_chain(chain)
+    robot = chain.plan.robot
+    terms = terms_of_room(chain, largest)
+    rounding = 16.0 * EPS * terms
+    pull = pull_of_chain(chain)
+    h = law_numerator(robot, chain.at, chain.motion)
+    side = -1
+    while side <= 1:
+        if limit != 0 and side != limit:
+            side += 2
+            continue
+        room = add_event_function(set, h, pull - real(side) * largest, real(-side if limit == 0 else side), LIMIT, True)
+        room.start = ZERO if room.H3 > 0.0 and abs(room.start) <= rounding else room.start
+        room.cancels = 0.25 * terms  # each term is rounded four times at most
+        room.side = side if limit == 0 else 0
+        side += 2
+
+
 def stance_settle(chain: StanceChain, resting: int) -> None:
     """Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on
     what the others do. One that starts on its threshold has the acceleration of the excess there.
@@ -6342,7 +6519,7 @@ def add_thresholds(chain: StanceChain, element: int, needs_certificate: bool, se
     open = (not stance_blocked(chain, element, -1), not stance_blocked(chain, element, 1))
     if not open[0] and not open[1]:
         return
-    h = free_numerator(chain.plan.rates, element, chain.motion)
+    h = free_numerator(rates_of_chain(chain), element, chain.motion)
     drift = h.H3 if abs(h.H3) > 0.0 else h.H2
     free = free_of(chain, chain.at)
     side = -1
@@ -6526,7 +6703,9 @@ def end_of_velocity(chain: StanceChain, element: int, stops: bool, touches: bool
         chain.at.x1 = stop
         chain.from_lower = stop - lower
         chain.from_upper = stop - upper
+    stance_choose_limit(chain)
     stance_settle(chain, (1 << (element & 0xFFFFFFFF)) & 0xFFFFFFFF)
+    stance_settle_limit(chain)
     after = chain.side[element]
     event = 2 + 4 * element if after == 0 else 1 + 4 * element
     if stops and after != before or touches and after == 0:
@@ -6540,7 +6719,9 @@ def next_step(chain: StanceChain) -> None:
     held = held_elements(chain)
     count = chain.count
     chain.step = chain.step + 1 if chain.step + 1 < chain.step_count else chain.step
+    stance_choose_limit(chain)
     stance_settle(chain, held)
+    stance_settle_limit(chain)
     for element in range(2):
         if held & ((1 << (element & 0xFFFFFFFF)) & 0xFFFFFFFF) != 0 and chain.side[element] != 0:
             stance_record(chain, 3 + 4 * element)
@@ -6553,7 +6734,7 @@ def keep_small_acceleration(chain: StanceChain, basis: Basis) -> None:
     what is left of them is its acceleration before, known from the motion where that has faded.
     """
     element = 0
-    rates = chain.plan.rates
+    rates = rates_of_chain(chain)
     robot = chain.plan.robot
     friction = level_at_rest(robot, element, 1) + level_at_rest(robot, element, -1)
     if friction > 0.0 or abs(rates.a1_v1) > 0.0:
@@ -6616,7 +6797,7 @@ def start_on_threshold(chain: StanceChain) -> None:
         return
     chain.drive[element] = ZERO
     others = Numerators()
-    others.put(motion_under(chain.plan.rates, chain.drive, chain.at, side[0], side[1]))
+    others.put(motion_under(rates_of_chain(chain), chain.drive, chain.at, side[0], side[1]))
     chain.drive[element] = acceleration_on_threshold(chain, element) - others.velocity[element].H3
 
 
@@ -6625,7 +6806,7 @@ def stance_begin_phase(chain: StanceChain) -> None:
     element = chain.came_to_rest
     chain.drive = drive_of_chain(chain, chain.side)
     start_on_threshold(chain)
-    chain.motion.put(motion_under(chain.plan.rates, chain.drive, chain.at, chain.side[0], chain.side[1]))
+    chain.motion.put(motion_under(rates_of_chain(chain), chain.drive, chain.at, chain.side[0], chain.side[1]))
     starts = chain.just_switched
     if starts >= 0 and both_slip(chain.side):
         acceleration = acceleration_on_threshold(chain, starts)
@@ -6651,12 +6832,13 @@ def stance_pass(chain: StanceChain, end: StanceSearch) -> None:
     chain.just_switched = NO_ELEMENT
     if end.owner == NO_OWNER:
         next_step(chain)
-    elif chain.side[element] != 0:
-        end_of_velocity(chain, element, end.stops, end.touches)
     else:
-        chain.side[element] = end.side
-        chain.just_switched = element
-        stance_record(chain, 3 + 4 * element)
+        if chain.side[element] != 0:
+            end_of_velocity(chain, element, end.stops, end.touches)
+        else:
+            chain.side[element] = end.side
+            chain.just_switched = element
+            stance_record(chain, 3 + 4 * element)
 
 
 def leaves_at_once(chain: StanceChain) -> bool:
@@ -6709,7 +6891,9 @@ def stance_begin(chain: StanceChain) -> int:
             chain.start_loss = loss_at_stop(chain.plan.robot, chain.at)
             chain.at[element + 1] = ZERO
             chain.side[element] = 0
+    stance_choose_limit(chain)
     stance_settle(chain, held_elements(chain))
+    stance_settle_limit(chain)
     stance_record(chain, EVENT_NONE)
     return ENDING_TAKEOFF if leaves_at_once(chain) else ending_before_phase(chain)
 
@@ -6857,17 +7041,21 @@ def rates_of_plan(plan: Plan) -> int:
     return OK
 
 
+def are_finite(rates: Rates) -> bool:
+    # discriminants square it
+    return (is_finite(rates.s_1 * rates.s_1) and is_finite(rates.s_2) and is_finite(rates.s_3)
+        and is_finite(rates.a1_0) and is_finite(rates.a1_u))
+
+
 def poles_of_plan(plan: Plan, both: Poles, whole_: bool) -> int:
     """The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole."""
-    rates = plan.rates
-    # discriminants square it
-    if not is_finite(rates.s_1 * rates.s_1) or not is_finite(rates.s_2) or not is_finite(rates.s_3) or not both.q <= NEVER or not both.q > 0.0 or not is_finite(rates.a1_0) or not is_finite(rates.a1_u):
+    if not are_finite(plan.rates) or not both.q <= NEVER or not both.q > 0.0:
         return ERROR_NUMBERS
     plan.both = both.copy()
     plan.node_both = node_of_poles(both, whole_)
-    plan.actuator = pair_alone(rates.p_1, rates.q_1)
+    plan.actuator = pair_alone(plan.rates.p_1, plan.rates.q_1)
     plan.node_actuator = node_of_poles(plan.actuator, whole_)
-    plan.body = pair_alone(rates.p_2, rates.q_2)
+    plan.body = pair_alone(plan.rates.p_2, plan.rates.q_2)
     plan.node_body = node_of_poles(plan.body, whole_)
     plan.made = PLAN_MADE if whole_ else 0
     return OK
@@ -7671,7 +7859,7 @@ def stance_compression(plan: Plan, steps: Any, phases: Any, stance: Stance, comp
     most = stance.end.y
     for n in range(stance.phases_kept):
         until = phases[n + 1].t if n + 1 < stance.phases_kept else stance.duration
-        u = steps[phases[n].step].u
+        u = input_of_phase(plan, steps, phases[n])
         most = greater(most, most_in_phase(plan, phases[n], u, until - phases[n].t))
     compression_max[0] = most
     return OK
@@ -7712,7 +7900,7 @@ def stance_energy(plan: Plan, steps: Any, phases: Any, stance: Stance, times: An
         t = lesser(times[i], stance.duration)
         while n < stance.phases_kept - 1 and phases[n + 1].t <= t:
             length = phases[n + 1].t - phases[n].t
-            u = steps[phases[n].step].u
+            u = input_of_phase(plan, steps, phases[n])
             energy_add(sum, plan, phases[n], u, length)
             if axis_of_event(phases[n + 1].event) == 0:
                 before = state_in_phase(plan, phases[n], u, length)
@@ -7721,7 +7909,7 @@ def stance_energy(plan: Plan, steps: Any, phases: Any, stance: Stance, times: An
         ledgers[i].put(sum)
         stop_losses[i] = loss
         if t > phases[n].t:
-            energy_add(ledgers[i], plan, phases[n], steps[phases[n].step].u, t - phases[n].t)
+            energy_add(ledgers[i], plan, phases[n], input_of_phase(plan, steps, phases[n]), t - phases[n].t)
     return OK
 
 
@@ -8839,7 +9027,7 @@ class Variation:
 
 
 def current(variation: Variation, phase: Phase) -> Real:
-    return variation.steps[phase.step].u
+    return input_of_phase(variation.plan, variation.steps, phase)
 
 
 def short_self_convolution(poles: Poles, h: Real, self_convolution: Any) -> None:
@@ -8923,10 +9111,11 @@ def slopes_of_column(variation: Variation, mode: Mode, column: int) -> SlopesByS
     """How the accelerations of a mode change with the inputs of a column, by what their shares go with."""
     phase = variation.phases[variation.index]
     robot = robot_change_of_column(column)
-    current_ = real(1.0 if column == 4 else 0.0)
+    limit = side_2(phase)
+    input = real(1.0 if column == 4 else 0.0)
     slopes = SlopesByShare()
     slopes.put(slopes_of(variation.plan.robot, current(variation, phase), real(mode.side[0]), real(mode.side[1]), robot,
-        current_))
+        input))
     return slopes
 
 
@@ -8985,7 +9174,8 @@ def cross_slip(variation: Variation, element: int, entered: Mode, before: StateB
     at_step = now.step > 0 and not now.t > variation.steps[now.step].t
     if at_step or not abs(acceleration) > 0.0:
         return
-    rate = free_slope(plan.rates, element, before)
+    rates = rates_of_mode(plan, side_2(now))
+    rate = free_slope(rates, element, before)
     variation.exists = variation.exists and abs(rate) > 0.0
     for column in range(22):
         if not variation.exists:
@@ -8994,7 +9184,7 @@ def cross_slip(variation: Variation, element: int, entered: Mode, before: StateB
         excess = ExcessBySide()
         excess.put(excess_change(plan.robot, robot))
         at_rest = real(side) * excess[side_index(element, side)]
-        early = free_slope(plan.rates, element, variation.change[column]) + direct_slope(variation, entered, element,
+        early = free_slope(rates, element, variation.change[column]) + direct_slope(variation, entered, element,
             column) - at_rest
         late = -early / rate
         pass_slip(variation.change[column], element, acceleration, late)
@@ -9073,7 +9263,8 @@ def stays_held(variation: Variation, element: int) -> bool:
     phase = variation.phases[variation.index]
     at = variation.at
     free = FreeByElement()
-    free.put(free_accelerations(variation.plan.rates, at, current(variation, phase)))
+    rates = rates_of_mode(variation.plan, side_2(phase))
+    free.put(free_accelerations(rates, at, current(variation, phase)))
     downwards = -level_at_rest(robot, element, -1)
     upwards = level_at_rest(robot, element, 1)
     never_moves = False
@@ -9296,8 +9487,9 @@ def stance_grid(plan: Plan, steps: Any, phases: Any, stance: Stance, t0: Real, d
     while first < count:
         is_last = n + 1 >= stance.phases_kept
         end = count if is_last else sample_behind(phases[n + 1].t, t0, dt, first, count)
+        u = input_of_phase(plan, steps, phases[n])
         if end > first:
-            samples_of_phase(plan, phases[n], steps[phases[n].step].u, grid, first, end)
+            samples_of_phase(plan, phases[n], u, grid, first, end)
         first = end
         n += 1
     return OK
@@ -9316,13 +9508,13 @@ def stance_states(plan: Plan, steps: Any, phases: Any, stance: Stance, times: An
     column: Any = [None] * 4  # where they point to may be written
     column[:] = columns[:4]
     prepared = 0  # the phase whose motion is made: once for times that follow each other in it
-    motion = motion_in_phase(plan, phases[0], steps[phases[0].step].u)
+    motion = motion_in_phase(plan, phases[0], input_of_phase(plan, steps, phases[0]))
     for i in range(count):
         within = lesser(times[i], stance.duration)
         n = phase_index(phases, stance.phases_kept, within)
         phase = phases[n]
         if n != prepared:
-            motion = motion_in_phase(plan, phase, steps[phase.step].u)
+            motion = motion_in_phase(plan, phase, input_of_phase(plan, steps, phase))
             prepared = n
         state = StateByAxis()
         state.put(state_by_motion(plan, phase, motion, within - phase.t))

@@ -82,6 +82,30 @@ def rates_of(robot: Robot) -> Rates:
     return Rates(a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping)
 
 
+def rates_under_law(robot: Robot) -> Rates:
+    """The same where a law sets the current, and u is its target.
+
+    """
+    a1_y = 0.0     # no law
+    a1_v1 = 0.0    # no law
+    a1_v2 = 0.0    # no law
+    a1_u = 0.0     # no law
+    a1_0 = 0.0     # no law
+    a2_y = 0.0     # no law
+    a2_v1 = 0.0    # no law
+    a2_v2 = 0.0    # no law
+    a2_0 = 0.0     # no law
+    s_1 = 0.0      # no law
+    s_2 = 0.0      # no law
+    s_3 = 0.0      # no law
+    p_1 = 0.0      # no law
+    q_1 = 0.0      # no law
+    p_2 = 0.0      # no law
+    q_2 = 0.0      # no law
+    damping = 0.0  # no law
+    return Rates(a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping)
+
+
 def drive_of(robot: Robot, rates: Rates, u: Real, side_1: Real, side_2: Real) -> Drive:
     """Constant accelerations of a phase.
 
@@ -140,6 +164,28 @@ def motion_of_actuator(rates: Rates, drive: Drive, state: LegState) -> Motion:
     return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
+def motion_of_law(rates: Rates, drive: Drive, state: LegState) -> Motion:
+    """Numerators of the motion with the actuator slipping under the law, by the rates of that.
+
+    """
+    a1_y, a1_v1, q_1 = rates.a1_y, rates.a1_v1, rates.q_1
+    C_1 = drive.C_1
+    v1, y = state.v1, state.y
+    H3_y = v1                       # (6) of y, the other mass held
+    H3_1 = C_1 + a1_v1*v1 + a1_y*y  # (6) with x_2 held
+    H2_y = C_1 - q_1*y              # (6) of y, the other mass held
+    H2_1 = -q_1*v1                  # (6) with x_2 held
+    N2_1 = C_1 + a1_y*y             # (6) with x_2 held
+    N1_1 = 0.0                      # (6) with x_2 held
+    H1_1 = 0.0                      # held
+    H3_2 = 0.0                      # held
+    H2_2 = 0.0                      # held
+    H1_2 = 0.0                      # held
+    H1_y = 0.0                      # held
+    N0_1 = 0.0                      # held
+    return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
+
+
 def motion_of_body(rates: Rates, drive: Drive, state: LegState) -> Motion:
     """Numerators of the motion with body slipping.
 
@@ -160,6 +206,55 @@ def motion_of_body(rates: Rates, drive: Drive, state: LegState) -> Motion:
     N1_1 = 0.0                      # held
     N0_1 = 0.0                      # held
     return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
+
+
+def pull_of_law(robot: Robot, state: LegState, u: Real) -> Real:
+    """What the law asks of the motor at a state, to the side of a positive current.
+
+    u [A] current.
+    Returns pull [N], what the law asks of the motor, to the side of a positive current.
+    """
+    pull = 0.0  # the law
+    return pull
+
+
+def terms_of_pull(robot: Robot, state: LegState, u: Real) -> Real:
+    """Sum of the magnitudes of its terms: what it is rounded by is in proportion to them.
+
+    u [A] current.
+    Returns pull [N], what the law asks of the motor, to the side of a positive current.
+    """
+    pull = 0.0  # the law, by magnitude
+    return pull
+
+
+def largest_pull(robot: Robot) -> Real:
+    """What the motor pulls with at the limit of the current.
+
+    Returns largest [N], what the motor pulls with at the limit of the current.
+    """
+    largest = 0.0  # the limit
+    return largest
+
+
+def law_numerator(robot: Robot, state: LegState, motion: Motion) -> Numerator:
+    """Numerator of the pull of the law.
+
+    """
+    H3 = 0.0  # its rate is a motion of the pair
+    H2 = 0.0  # its rate is a motion of the pair
+    H1 = 0.0  # its rate is a motion of the pair
+    return Numerator(H3, H2, H1)
+
+
+def current_of_law(robot: Robot, state: LegState, u: Real) -> Real:
+    """The current that the law asks for at a state, where it is within the limit.
+
+    u [A] current.
+    Returns asked [A], the current that the law asks for.
+    """
+    asked = 0.0  # the law
+    return asked
 
 
 def transfer_of(rates: Rates, drive: Drive, side_1: Real, side_2: Real) -> Transfer:
@@ -253,7 +348,9 @@ def letters_of(robot: Robot) -> Letters:
     f2_minus = f2                # friction Coulomb friction
     f1_excess_minus = f1_excess  # friction Coulomb friction
     f2_excess_minus = f2_excess  # friction Coulomb friction
-    return Letters(m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus)
+    K_p = 0.0                    # none
+    K_d = 0.0                    # none
+    return Letters(m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess, f1_minus, f2_minus, f1_excess_minus, f2_excess_minus, K_p, K_d)
 
 
 def lower_stop(robot: Robot) -> Real:
@@ -882,6 +979,16 @@ def upper_stop_change(robot: Robot, robot_change: RobotChange) -> Real:
     d_x1_max = robot_change.d_x1_max
     d_highest = d_x1_max  # change of stop
     return d_highest
+
+
+def current_limit_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the limit of the current with the robot.
+
+    Returns d_u_most [A], change of the largest size of the current.
+    """
+    d_u_max = robot_change.d_u_max
+    d_u_most = d_u_max  # change of limit of the current
+    return d_u_most
 
 
 def free_slopes(rates: Rates, state_change: StateChange) -> Free:

@@ -675,6 +675,10 @@ class Letters(NamedTuple):
     """[SI] f1_excess_minus of the equations of motion"""
     f2_excess_minus: Real
     """[SI] f2_excess_minus of the equations of motion"""
+    K_p: Real
+    """[SI] K_p of the equations of motion"""
+    K_d: Real
+    """[SI] K_d of the equations of motion"""
 
 
 class Friction(NamedTuple):

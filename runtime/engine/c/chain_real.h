@@ -21,7 +21,7 @@ struct stance_chain_real {
     state_by_axis_real at;
     real from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     real from_upper;
-    int side[HOPFORM_ELEMENTS];
+    int side[HOPFORM_ELEMENTS]; /* with a law the second one is its limit */
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     real carried_acceleration; /* this acceleration, from before the state lost its digits */
@@ -43,8 +43,17 @@ struct stance_chain_real {
     current_variation_real *variation;
 };
 
+/* The limit that the current of a law is at, 0 under it: the second side. */
+static inline int limit_of_chain_real(const stance_chain_real *chain) {
+    return HOPFORM_HAS_LAW ? chain->side[HOPFORM_ELEMENTS - 1] : 0;
+}
+
 static inline real current_of_chain_real(const stance_chain_real *chain) {
-    return chain->steps[chain->step].u;
+    return input_of_mode_real(chain->plan, limit_of_chain_real(chain), chain->steps[chain->step].u);
+}
+
+static inline const hopform_rates_real *rates_of_chain_real(const stance_chain_real *chain) {
+    return rates_of_mode_real(chain->plan, limit_of_chain_real(chain));
 }
 
 /* ---- the hold rule ---- */
@@ -79,15 +88,15 @@ static inline bool stance_blocked_real(const stance_chain_real *chain, int eleme
 /* The constant accelerations, and the numerators from the chain's state, with given sides. */
 static inline drive_by_element_real drive_of_chain_real(const stance_chain_real *chain, const int *side) {
     drive_by_element_real drive;
-    drive.named = drive_of_real(&chain->plan->robot, &chain->plan->rates, current_of_chain_real(chain), (real)side[0],
-                                (real)side[1]);
+    drive.named = drive_of_real(&chain->plan->robot, rates_of_chain_real(chain), current_of_chain_real(chain),
+                                (real)side[0], (real)side[1]);
     return drive;
 }
 
 static inline numerators_real numerators_of_chain_real(const stance_chain_real *chain, const int *side) {
     const drive_by_element_real drive = drive_of_chain_real(chain, side);
     numerators_real made;
-    made.named = motion_under_real(&chain->plan->rates, &drive.named, &chain->at.named, side[0], side[1]);
+    made.named = motion_under_real(rates_of_chain_real(chain), &drive.named, &chain->at.named, side[0], side[1]);
     return made;
 }
 
@@ -101,20 +110,20 @@ static inline real first_derivative_real(const numerator_real *h) {
 static inline real drift_of_free_real(const stance_chain_real *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
     const numerators_real motion = numerators_of_chain_real(chain, side);
-    const numerator_real free = free_numerator_real(&chain->plan->rates, element, &motion.named);
+    const numerator_real free = free_numerator_real(rates_of_chain_real(chain), element, &motion.named);
     return first_derivative_real(&free);
 }
 
 static inline free_by_element_real free_of_real(const stance_chain_real *chain, const hopform_state_real *state) {
     free_by_element_real free;
-    free.named = free_accelerations_real(&chain->plan->rates, state, current_of_chain_real(chain));
+    free.named = free_accelerations_real(rates_of_chain_real(chain), state, current_of_chain_real(chain));
     return free;
 }
 
 /* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
 static inline real terms_of_free_real(const stance_chain_real *chain, int element, real friction) {
     free_by_element_real terms;
-    terms.named = free_terms_real(&chain->plan->rates, &chain->at.named, current_of_chain_real(chain));
+    terms.named = free_terms_real(rates_of_chain_real(chain), &chain->at.named, current_of_chain_real(chain));
     return terms.of[element] + friction;
 }
 
@@ -142,6 +151,56 @@ static inline direction_real direction_from_rest_real(const stance_chain_real *c
     }
     const direction_real direction = {stance_blocked_real(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
     return direction;
+}
+
+/* ---- the limit of a law ---- */
+
+/* The magnitudes that the room of the pull is a difference of: they are large where the law is stiff. */
+static inline real terms_of_room_real(const stance_chain_real *chain, real largest) {
+    return terms_of_pull_real(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u) + largest;
+}
+
+static inline real pull_of_chain_real(const stance_chain_real *chain) {
+    return pull_of_law_real(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
+}
+
+/* The limit that the current is at; on the limit 0. */
+static inline void stance_choose_limit_real(stance_chain_real *chain) {
+    if (!HOPFORM_HAS_LAW) { return; }
+    const real largest = largest_pull_real(&chain->plan->robot);
+    chain->side[HOPFORM_ELEMENTS - 1] = (int)goes_real(pull_of_chain_real(chain), largest);
+}
+
+/* Where the pull is exactly at the limit its first non-zero derivative decides; the sides of the elements are known. */
+static inline void stance_settle_limit_real(stance_chain_real *chain) {
+    if (!HOPFORM_HAS_LAW || limit_of_chain_real(chain) != 0 || all_rest_real(chain->side)) { return; }
+    const real pull = pull_of_chain_real(chain);
+    if (fabs_real(pull) < largest_pull_real(&chain->plan->robot)) { return; }
+    const numerators_real motion = numerators_of_chain_real(chain, chain->side);
+    const numerator_real h = law_numerator_real(&chain->plan->robot, &chain->at.named, &motion.named);
+    const real leaves = goes_real(pull, 0.0) * first_derivative_real(&h);
+    chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0 ? (int)goes_real(pull, 0.0) : 0;
+}
+
+/* The room of the pull to its limits, or at a limit what it is beyond that. At a limit that it has just reached or left
+ * the room is 0, and grows. */
+static inline void add_limits_real(const stance_chain_real *chain, event_set_real *set) {
+    const real largest = largest_pull_real(&chain->plan->robot);
+    if (!is_finite_real(largest)) { return; }
+    const int limit = limit_of_chain_real(chain);
+    const hopform_robot_real *robot = &chain->plan->robot;
+    const real terms = terms_of_room_real(chain, largest);
+    const real rounding = 16.0 * HOPFORM_EPS_real * terms;
+    const real pull = pull_of_chain_real(chain);
+    const numerator_real h = law_numerator_real(robot, &chain->at.named, &chain->motion.named);
+    for (int side = -1; side <= 1; side += 2) {
+        if (limit != 0 && side != limit) { continue; }
+        event_function_real *room = add_event_function_real(set, &h, pull - (real)side * largest,
+                                                            (real)(limit == 0 ? -side : side), LIMIT_real, true);
+        room->start = room->H3 > 0.0 && fabs_real(room->start) <= rounding ? 0.0 : room->start;
+        room->cancels = 0.25 * terms; /* each term is rounded four times at most */
+        room->side = limit == 0 ? side : 0;
+    }
 }
 
 /* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
@@ -183,7 +242,7 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
                                        event_set_real *set) {
     const bool open[] = {!stance_blocked_real(chain, element, -1), !stance_blocked_real(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
-    const numerator_real h = free_numerator_real(&chain->plan->rates, element, &chain->motion.named);
+    const numerator_real h = free_numerator_real(rates_of_chain_real(chain), element, &chain->motion.named);
     const real drift = fabs_real(h.H3) > 0.0 ? h.H3 : h.H2;
     const free_by_element_real free = free_of_real(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
@@ -237,6 +296,7 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
                                       CONTACT_real, !is_monotone);
     }
     add_stop_real(chain, set);
+    if (HOPFORM_HAS_LAW) { add_limits_real(chain, set); }
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
         (void)add_event_function_real(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
                                       (real)side[element], ELEMENT_real + element, true);
@@ -374,7 +434,9 @@ static inline void end_of_velocity_real(stance_chain_real *chain, int element, b
         chain->from_lower = stop - lower;
         chain->from_upper = stop - upper;
     }
+    stance_choose_limit_real(chain);
     stance_settle_real(chain, 1u << (uint32_t)element);
+    stance_settle_limit_real(chain);
     const int after = chain->side[element];
     const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
     if ((stops && after != before) || (touches && after == 0)) {
@@ -389,7 +451,9 @@ static inline void next_step_real(stance_chain_real *chain) {
     const uint32_t held = held_elements_real(chain);
     const int32_t count = chain->count;
     chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
+    stance_choose_limit_real(chain);
     stance_settle_real(chain, held);
+    stance_settle_limit_real(chain);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
         if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {
             stance_record_real(chain, HOPFORM_EVENT_SLIPS(element));
@@ -402,7 +466,7 @@ static inline void next_step_real(stance_chain_real *chain) {
  * left of them is its acceleration before, known from the motion where that has faded. */
 SELDOM_real void keep_small_acceleration_real(stance_chain_real *chain, const basis_real *basis) {
     const int element = HOPFORM_STOPPED_ELEMENT;
-    const hopform_rates_real *rates = &chain->plan->rates;
+    const hopform_rates_real *rates = rates_of_chain_real(chain);
     const hopform_robot_real *robot = &chain->plan->robot;
     const real friction = level_at_rest_real(robot, element, 1) + level_at_rest_real(robot, element, -1);
     if (friction > 0.0 || fabs_real(rates->a1_v1) > 0.0) { return; }
@@ -425,7 +489,7 @@ SELDOM_real void keep_small_acceleration_real(stance_chain_real *chain, const ba
 static inline void keep_free_acceleration_real(stance_chain_real *chain, const stance_search_real *end) {
     const int element = end->owner - ELEMENT_real;
     chain->came_to_rest = NO_ELEMENT_real;
-    if (element < 0 || chain->side[element] == 0) { return; }
+    if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_real) || chain->side[element] == 0) { return; }
     const basis_real basis = basis_of_propagator_real(end->events.set.poles, &end->in.high);
     if (other_rests_real(chain->side, element) && !end->stops) {
         chain->came_to_rest = element;
@@ -467,7 +531,8 @@ static inline void start_on_threshold_real(stance_chain_real *chain) {
     real *drive = &chain->drive.of[element];
     *drive = 0.0;
     numerators_real others;
-    others.named = motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.named, side[0], side[1]);
+    others.named =
+        motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named, side[0], side[1]);
     *drive = acceleration_on_threshold_real(chain, element) - others.of.velocity[element].H3;
 }
 
@@ -476,8 +541,8 @@ static inline void stance_begin_phase_real(stance_chain_real *chain) {
     const int element = chain->came_to_rest;
     chain->drive = drive_of_chain_real(chain, chain->side);
     start_on_threshold_real(chain);
-    chain->motion.named =
-        motion_under_real(&chain->plan->rates, &chain->drive.named, &chain->at.named, chain->side[0], chain->side[1]);
+    chain->motion.named = motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named,
+                                            chain->side[0], chain->side[1]);
     const int starts = chain->just_switched;
     if (starts >= 0 && both_slip_real(chain->side)) {
         const real acceleration = acceleration_on_threshold_real(chain, starts);
@@ -506,6 +571,9 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
     chain->just_switched = NO_ELEMENT_real;
     if (end->owner == NO_OWNER_real) {
         next_step_real(chain);
+    } else if (HOPFORM_HAS_LAW && end->owner == LIMIT_real) {
+        chain->side[HOPFORM_ELEMENTS - 1] = end->side;
+        stance_record_real(chain, HOPFORM_EVENT_NONE);
     } else if (chain->side[element] != 0) {
         end_of_velocity_real(chain, element, end->stops, end->touches);
     } else {
@@ -574,7 +642,9 @@ static inline int32_t stance_begin_real(stance_chain_real *chain) {
             chain->side[element] = 0;
         }
     }
+    stance_choose_limit_real(chain);
     stance_settle_real(chain, held_elements_real(chain));
+    stance_settle_limit_real(chain);
     stance_record_real(chain, HOPFORM_EVENT_NONE);
     return leaves_at_once_real(chain) ? HOPFORM_ENDING_TAKEOFF : ending_before_phase_real(chain);
 }

@@ -722,7 +722,7 @@ int32_t hopform_stance_compression_real(const hopform_plan_real *plan, const hop
     real most = stance->end.y;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         const real until = n + 1 < stance->phases_kept ? phases[n + 1].t : stance->duration;
-        const real u = steps[phases[n].step].u;
+        const real u = input_of_phase_real(plan, steps, &phases[n]);
         most = greater_real(most, most_in_phase_real(plan, &phases[n], u, until - phases[n].t));
     }
     *compression_max = most;

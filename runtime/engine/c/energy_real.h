@@ -44,7 +44,7 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
         const real t = lesser_real(times[i], stance->duration);
         for (; n < stance->phases_kept - 1 && phases[n + 1].t <= t; n++) {
             const real length = phases[n + 1].t - phases[n].t;
-            const real u = steps[phases[n].step].u;
+            const real u = input_of_phase_real(plan, steps, &phases[n]);
             energy_add_real(&sum, plan, &phases[n], u, length);
             if (axis_of_event_real(phases[n + 1].event) == HOPFORM_POSITION_AXIS) {
                 const hopform_state_real before = state_in_phase_real(plan, &phases[n], u, length);
@@ -54,7 +54,8 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
         ledgers[i] = sum;
         stop_losses[i] = loss;
         if (t > phases[n].t) {
-            energy_add_real(&ledgers[i], plan, &phases[n], steps[phases[n].step].u, t - phases[n].t);
+            energy_add_real(&ledgers[i], plan, &phases[n], input_of_phase_real(plan, steps, &phases[n]),
+                            t - phases[n].t);
         }
     }
     return HOPFORM_OK;

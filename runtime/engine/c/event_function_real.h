@@ -13,11 +13,21 @@
 
 #include "phase_real.h"
 
-/* Functions that a phase has at most: what moves alone has its distance from a stop, and no other. */
-enum { MOST_EVENT_FUNCTIONS_real = 4 - 3 * HOPFORM_MOVES_ALONE };
+/* Functions that a phase has at most: what moves alone has its distance from a stop, and the room of a law to either
+ * limit. */
+enum { MOST_EVENT_FUNCTIONS_real = 4 - 3 * HOPFORM_MOVES_ALONE + 2 * HOPFORM_HAS_LAW };
 
-/* Owner of an event function: CONTACT, or ELEMENT + index, in order of tie-break priority. */
-enum { NO_OWNER_real = -1, CONTACT_real = 0, ELEMENT_real = 1, NO_ELEMENT_real = -1 };
+/* Without these no function needs a certificate. */
+#define HOPFORM_CERTIFIES_real (!HOPFORM_MOVES_ALONE || HOPFORM_HAS_LAW)
+
+/* Owner of an event function: CONTACT, ELEMENT + index, or the LIMIT of a law, in order of tie-break priority. */
+enum {
+    NO_OWNER_real = -1,
+    CONTACT_real = 0,
+    ELEMENT_real = 1,
+    LIMIT_real = ELEMENT_real + HOPFORM_ELEMENTS,
+    NO_ELEMENT_real = -1
+};
 
 /* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
  * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and

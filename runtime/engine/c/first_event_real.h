@@ -195,7 +195,7 @@ SELDOM_real bool is_certified_inside_real(const event_set_real *set, interval_re
 static inline bool are_certified_real(const event_set_real *set, interval_real *in) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_real *g = &set->function[n];
-        if (HOPFORM_MOVES_ALONE || !g->needs_certificate) { continue; }
+        if (!HOPFORM_CERTIFIES_real || !g->needs_certificate) { continue; }
         /* what is cheap of rule 2 comes first */
         const real d = deflated_derivative_real(set, g, &in->low, 1.0);
         const bool no_root_by_signs = d < 0.0 ? falls_for_certain_real(g, &in->high, rate_at_real(g, &in->high))
@@ -204,7 +204,7 @@ static inline bool are_certified_real(const event_set_real *set, interval_real *
             return false;
         }
     }
-    if (!HOPFORM_MOVES_ALONE && in->found > 0) { settle_ties_real(set, in); }
+    if (HOPFORM_CERTIFIES_real && in->found > 0) { settle_ties_real(set, in); }
     return true;
 }
 
@@ -239,7 +239,7 @@ static inline real root_free_until_real(const event_set_real *set, const interva
         const event_function_real *g = &set->function[n];
         const real parts = is_modal_real(&in->low) ? fabs_real(g->H3) + fabs_real(g->H2) + fabs_real(g->H1) : 0.0;
         const real rounding = 16.0 * HOPFORM_EPS_real * (fabs_real(g->start) + g->cancels + parts);
-        if (!HOPFORM_MOVES_ALONE && !g->touch_is_no_event) { /* one that is monotone is looked at where it ends */
+        if (HOPFORM_CERTIFIES_real && !g->touch_is_no_event) { /* one that is monotone is looked at where it ends */
             quiet = lesser_real(quiet_time_real(set, &set->function[n], &in->low, &in->from[n], rounding), quiet);
         }
     }

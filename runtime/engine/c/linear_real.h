@@ -35,13 +35,14 @@ static inline mode_real mode_of_real(const hopform_plan_real *plan, const hopfor
     const real first = (real)mode.side[0];
     const real second = (real)mode.side[1];
     mode.poles = poles_of_real(plan, mode.side[0], mode.side[1]);
-    mode.drive = drive_of_real(&plan->robot, &plan->rates, u, first, second);
-    mode.transfer.of = transfer_of_real(&plan->rates, &mode.drive, first, second);
+    const hopform_rates_real *rates = rates_of_mode_real(plan, mode.side[1]);
+    mode.drive = drive_of_real(&plan->robot, rates, u, first, second);
+    mode.transfer.of = transfer_of_real(rates, &mode.drive, first, second);
     return mode;
 }
 
 static inline bool rests_real(const mode_real *mode) {
-    return mode->side[0] == 0 && mode->side[1] == 0;
+    return all_held_real(mode->side[0], mode->side[1]);
 }
 
 /* z' of a state. */
@@ -50,7 +51,7 @@ static inline state_by_axis_real speeds_in_mode_real(const hopform_plan_real *pl
     state_by_axis_real speeds;
     const real first = (real)mode->side[0];
     const real second = (real)mode->side[1];
-    speeds.rates = speeds_of_real(&plan->rates, &mode->drive, first, second, state);
+    speeds.rates = speeds_of_real(rates_of_mode_real(plan, mode->side[1]), &mode->drive, first, second, state);
     return speeds;
 }
 

@@ -12,7 +12,8 @@ static inline bool stores_much_real(const hopform_robot_real *robot, const hopfo
     return !(stored_energy_real(robot, start) <= 64.0 * moving_energy_real(robot, start, 1.0));
 }
 
-/* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. */
+/* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. With a law, which
+ * sets the current of the one mass, side_2 is the limit that the current is at, 0 under the law. */
 static inline const hopform_poles_real *poles_of_real(const hopform_plan_real *plan, int side_1, int side_2) {
 #define POLES_OF(mode) &plan->mode
     return HOPFORM_OF_MODE(POLES_OF, side_1, side_2);
@@ -25,21 +26,33 @@ static inline const hopform_node_real *node_of_real(const hopform_plan_real *pla
 #undef NODE_OF
 }
 
+/* The rates of a mode. */
+static inline const hopform_rates_real *rates_of_mode_real(const hopform_plan_real *plan, int side_2) {
+    (void)side_2;
+    return HOPFORM_RATES_OF_MODE(plan, side_2);
+}
+
+/* Whether all that may move is held. */
+static inline bool all_held_real(int side_1, int side_2) {
+    return side_1 == 0 && (HOPFORM_MOVES_ALONE || side_2 == 0);
+}
+
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
 static inline motion_real motion_under_real(const hopform_rates_real *rates, const drive_real *drive,
                                             const hopform_state_real *state, int side_1, int side_2) {
 #define MOTION_OF(mode) motion_of_##mode##_real(rates, drive, state)
-    if (side_1 != 0 || side_2 != 0) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
+    if (!all_held_real(side_1, side_2)) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
 #undef MOTION_OF
     const motion_real rest = {0};
     return rest;
 }
 
-/* The same under a current. */
+/* The same under an input. */
 static inline motion_real motion_of_real(const hopform_plan_real *plan, const hopform_state_real *state, real u,
                                          int side_1, int side_2) {
-    const drive_real drive = drive_of_real(&plan->robot, &plan->rates, u, (real)side_1, (real)side_2);
-    return motion_under_real(&plan->rates, &drive, state, side_1, side_2);
+    const hopform_rates_real *rates = rates_of_mode_real(plan, side_2);
+    const drive_real drive = drive_of_real(&plan->robot, rates, u, (real)side_1, (real)side_2);
+    return motion_under_real(rates, &drive, state, side_1, side_2);
 }
 
 /* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
@@ -166,6 +179,16 @@ static inline int side_2_real(const hopform_phase_real *phase) {
     return phase->mode % 3 - 1;
 }
 
+/* The input of a mode during a step: at a limit of a law the current there, in place of the target. */
+static inline real input_of_mode_real(const hopform_plan_real *plan, int side_2, real u) {
+    return HOPFORM_HAS_LAW && side_2 != 0 ? (real)side_2 * current_limit_real(&plan->robot) : u;
+}
+
+static inline real input_of_phase_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+                                       const hopform_phase_real *phase) {
+    return input_of_mode_real(plan, side_2_real(phase), steps[phase->step].u);
+}
+
 static inline hopform_state_real start_of_phase_real(const hopform_phase_real *phase) {
 #define TAKE_MEMBER(name, domain) phase->name,
     const hopform_state_real start = {HOPFORM_STATE_MEMBERS(TAKE_MEMBER)};
@@ -185,7 +208,7 @@ static inline hopform_state_real state_by_motion_real(const hopform_plan_real *p
     const int side_1 = side_1_real(phase);
     const int side_2 = side_2_real(phase);
     const hopform_state_real start = start_of_phase_real(phase);
-    if (side_1 == 0 && side_2 == 0) { return start; }
+    if (all_held_real(side_1, side_2)) { return start; }
     const hopform_poles_real *poles = poles_of_real(plan, side_1, side_2);
     const hopform_node_real *node = node_of_real(plan, side_1, side_2);
     if (t < node->modal) {

@@ -56,23 +56,29 @@ static inline int32_t rates_of_plan_real(hopform_plan_real *plan) {
     HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
 #undef REFUSE_IF_NEGATIVE
     plan->rates = rates;
+#define PUT_LAW(plan) (plan)->rates_law = rates_under_law_real(robot)
+    HOPFORM_IF_LAW(PUT_LAW, plan);
+#undef PUT_LAW
     return HOPFORM_OK;
+}
+
+static inline bool are_finite_real(const hopform_rates_real *rates) {
+    return is_finite_real(rates->s_1 * rates->s_1) /* discriminants square it */
+           && is_finite_real(rates->s_2) && is_finite_real(rates->s_3) && is_finite_real(rates->a1_0)
+           && is_finite_real(rates->a1_u);
 }
 
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
 static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_poles_real *both, bool whole) {
-    const hopform_rates_real *rates = &plan->rates;
-    if (!is_finite_real(rates->s_1 * rates->s_1) /* discriminants square it */
-        || !is_finite_real(rates->s_2) || !is_finite_real(rates->s_3)
-        || !(both->q <= HOPFORM_NEVER_real)        /* a and p are within s_1, and NaN only if q is */
-        || !(both->q > 0.0 || HOPFORM_MOVES_ALONE) /* both never move then */
-        || !is_finite_real(rates->a1_0) || !is_finite_real(rates->a1_u)) {
+    if (!are_finite_real(&plan->rates) || (HOPFORM_HAS_LAW && !are_finite_real(rates_of_mode_real(plan, 0)))
+        || !(both->q <= HOPFORM_NEVER_real)           /* a and p are within s_1, and NaN only if q is */
+        || !(both->q > 0.0 || HOPFORM_MOVES_ALONE)) { /* both never move then */
         return HOPFORM_ERROR_NUMBERS;
     }
     plan->both = *both;
     if (!HOPFORM_MOVES_ALONE) { plan->node_both = node_of_poles_real(both, whole); }
-#define PUT_MODE(mode, p, q)                                                                                           \
-    plan->mode = pair_alone_real(rates->p, rates->q);                                                                  \
+#define PUT_MODE(mode, rates, p, q)                                                                                    \
+    plan->mode = pair_alone_real(plan->rates.p, plan->rates.q);                                                        \
     plan->node_##mode = node_of_poles_real(&plan->mode, whole);
     HOPFORM_MODES_OF_ONE(PUT_MODE)
 #undef PUT_MODE

@@ -69,7 +69,7 @@ static inline hopform_state_real state_of_stance_real(const hopform_plan_real *p
                                                       const hopform_stance_real *stance, real t) {
     const real within = lesser_real(t, stance->duration);
     const hopform_phase_real *phase = &phases[phase_index_real(phases, stance->phases_kept, within)];
-    return state_in_phase_real(plan, phase, steps[phase->step].u, within - phase->t);
+    return state_in_phase_real(plan, phase, input_of_phase_real(plan, steps, phase), within - phase->t);
 }
 
 #endif

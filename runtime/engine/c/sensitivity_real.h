@@ -43,7 +43,7 @@ typedef struct {
 } variation_real;
 
 static real current_real(const variation_real *variation, const hopform_phase_real *phase) {
-    return variation->steps[phase->step].u;
+    return input_of_phase_real(variation->plan, variation->steps, phase);
 }
 
 /* ---- W * W: its derivatives from the fourth down, itself, and two integrals ---- */
@@ -145,10 +145,14 @@ static real stop_change_real(const hopform_plan_real *plan, int column, bool upp
 static slopes_by_share_real slopes_of_column_real(const variation_real *variation, const mode_real *mode, int column) {
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const robot_change_real robot = robot_change_of_column_real(column);
-    const real current = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
+    const int limit = side_2_real(phase);
+    real input = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
+    if (HOPFORM_HAS_LAW && limit != 0) {
+        input = (real)limit * current_limit_change_real(&variation->plan->robot, &robot);
+    }
     slopes_by_share_real slopes;
     slopes.named = slopes_of_real(&variation->plan->robot, current_real(variation, phase), (real)mode->side[0],
-                                  (real)mode->side[1], &robot, current);
+                                  (real)mode->side[1], &robot, input);
     return slopes;
 }
 
@@ -213,14 +217,15 @@ static void cross_slip_real(variation_real *variation, int element, const mode_r
     const real acceleration = (real)side * excess_to_side_real(&plan->robot, element, side);
     const bool at_step = now->step > 0 && !(now->t > variation->steps[now->step].t);
     if (at_step || !(fabs_real(acceleration) > 0.0)) { return; }
-    const real rate = free_slope_real(&plan->rates, element, before);
+    const hopform_rates_real *rates = rates_of_mode_real(plan, side_2_real(now));
+    const real rate = free_slope_real(rates, element, before);
     variation->exists = variation->exists && fabs_real(rate) > 0.0;
     for (int column = 0; column < COLUMNS_real && variation->exists; column++) {
         const robot_change_real robot = robot_change_of_column_real(column);
         excess_by_side_real excess;
         excess.named = excess_change_real(&plan->robot, &robot);
         const real at_rest = (real)side * excess.of[side_index_real(element, side)];
-        const real early = free_slope_real(&plan->rates, element, &variation->change[column])
+        const real early = free_slope_real(rates, element, &variation->change[column])
                            + direct_slope_real(variation, entered, element, column) - at_rest;
         const real late = -early / rate;
         pass_slip_real(variation->change[column].of, element, acceleration, late);
@@ -278,7 +283,8 @@ static variation_real variation_of_real(const hopform_plan_real *plan, const hop
     }
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         const int axis = HOPFORM_VELOCITY_AXIS(element);
-        if (mode.side[element] == 0 || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0)) {
+        if (mode.side[element] == 0 || HOPFORM_NEVER_MOVES(element)
+            || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0)) {
             variation.change[column_of_axis_real[axis]].of[axis] = 0.0;
         }
     }
@@ -301,7 +307,8 @@ static bool stays_held_real(const variation_real *variation, int element) {
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const state_by_axis_real *at = &variation->at;
     free_by_element_real free;
-    free.named = free_accelerations_real(&variation->plan->rates, &at->named, current_real(variation, phase));
+    const hopform_rates_real *rates = rates_of_mode_real(variation->plan, side_2_real(phase));
+    free.named = free_accelerations_real(rates, &at->named, current_real(variation, phase));
     const real downwards = -level_at_rest_real(robot, element, -1);
     const real upwards = level_at_rest_real(robot, element, 1);
     const bool never_moves = HOPFORM_NEVER_MOVES(element);

@@ -147,7 +147,8 @@ int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_st
     for (int32_t n = phase_index_real(phases, stance->phases_kept, t0); first < count; n++) {
         const bool is_last = n + 1 >= stance->phases_kept;
         const int32_t end = is_last ? count : sample_behind_real(phases[n + 1].t, t0, dt, first, count);
-        if (end > first) { samples_of_phase_real(plan, &phases[n], steps[phases[n].step].u, &grid, first, end); }
+        const real u = input_of_phase_real(plan, steps, &phases[n]);
+        if (end > first) { samples_of_phase_real(plan, &phases[n], u, &grid, first, end); }
         first = end;
     }
     return HOPFORM_OK;
@@ -168,13 +169,13 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
     real *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
     int32_t prepared = 0; /* the phase whose motion is made: once for times that follow each other in it */
-    motion_real motion = motion_in_phase_real(plan, phases, steps[phases->step].u);
+    motion_real motion = motion_in_phase_real(plan, phases, input_of_phase_real(plan, steps, phases));
     for (int32_t i = 0; i < count; i++) {
         const real within = lesser_real(times[i], stance->duration);
         const int32_t n = phase_index_real(phases, stance->phases_kept, within);
         const hopform_phase_real *phase = &phases[n];
         if (n != prepared) {
-            motion = motion_in_phase_real(plan, phase, steps[phase->step].u);
+            motion = motion_in_phase_real(plan, phase, input_of_phase_real(plan, steps, phase));
             prepared = n;
         }
         state_by_axis_real state;

@@ -52,9 +52,22 @@ def stable_rates_of(robot: Robot) -> Rates:
 
 
 def plan_of(robot: Robot) -> Plan:
-    """The plan of robots whose fields are arrays of one length; ValueError if one of them is unstable."""
+    """The plan of robots whose fields are arrays of one length; ValueError if one of them is unstable.
+
+    Of a model with a law it is that at a limit of the current, which is then the u of a phase and side[1] its sign.
+    """
+    return _plan(robot, stable_rates_of(robot))
+
+
+def plan_under_law(robot: Robot) -> Plan:
+    """The plan of robots of a model with a law between the limits: the u of a phase is the target, side[1] 0."""
+    stable_rates_of(robot)
+    return _plan(robot, formulas.rates_under_law(robot))
+
+
+def _plan(robot: Robot, of_robot: Rates) -> Plan:
     zero = np.zeros_like(robot[0])
-    rates = Rates(*(zero + value for value in stable_rates_of(robot)))
+    rates = Rates(*(zero + value for value in of_robot))
     polynomials = [[rates[n] for n in mode.polynomial] for mode in MODES]
     return Plan(robot, rates, np.array([pair_alone(*s) if len(s) == 2 else factor_cubic(*s) for s in polynomials]))
 
@@ -84,7 +97,8 @@ def motion_under(rates: Rates, drive: Drive, state: LegState, side: Array) -> Mo
 
 def drive_of(phase: Phase) -> Drive:
     """The constant accelerations of phases."""
-    return formulas.drive_of(phase.plan.robot, phase.plan.rates, phase.u, *phase.side)
+    drive = formulas.drive_of(phase.plan.robot, phase.plan.rates, phase.u, *phase.side)
+    return Drive(*(np.zeros_like(phase.u) + value for value in drive))
 
 
 def motion_of(phase: Phase) -> Motion:

@@ -32,7 +32,7 @@ from hopform._motion import masses_of
 from hopform._show import name_of
 from hopform._solver.package import records
 from hopform._stance import aed_at
-from hopform._words import current, ending, input_of, modes_of, start_of, unit_of_time
+from hopform._words import current, ending, input_of, limit_in, modes_of, start_of, unit_of_time
 
 READABLE = 90
 """Columns of a paragraph, however wide the line may be."""
@@ -123,7 +123,8 @@ def motion_phases(solved: Motion) -> Table:
     """The chain of phases of a motion; what begins each one is its event."""
     scale, unit = unit_of_time(solved.duration)
     masses, inputs = masses_of(solved.robot.solver), solved.inputs
-    words = ["begins with", *(mass.name for mass in masses)]
+    currents = solved.robot.solver.facts.currents
+    words = ["begins with", *(mass.name for mass in masses), *(each["name"] for each in currents)]
     numbers = [f"{each['name']} [{each['unit']}]" for each in inputs]
     numbers += [f"{mass.position} [{mass.unit}]" for mass in masses]
     rows = list[tuple[str, ...]]()
@@ -131,7 +132,8 @@ def motion_phases(solved: Motion) -> Table:
         times = (f"{t * scale:.6g}" for t in (phase.start, phase.end))
         state = [getattr(phase.state, mass.position) for mass in masses]
         values = (f"{value:.4g}" for value in (*([phase.u] if inputs else []), *state))
-        rows.append((*times, event, *modes_of(phase, solved.robot), *values))
+        limits = (limit_in(phase) for _ in currents)
+        rows.append((*times, event, *modes_of(phase, solved.robot), *limits, *values))
     return table("Phases and events", (f"from [{unit}]", f"to [{unit}]", *words, *numbers), rows, words)
 
 
@@ -139,10 +141,20 @@ def motion_states(solved: Motion) -> Table:
     """First and last state of a motion, the forces there and the energy."""
     rows, units = list[tuple[str, ...]](), force_units(solved)
     for name, t in (("start", 0.0), (solved.status.replace("_", " "), solved.duration)):
-        numbers = (*solved.at(t), *solved.forces(t).values(), solved.total_energy(t))
+        numbers = (*solved.at(t), *currents_at(solved, t), *solved.forces(t).values(), solved.total_energy(t))
         rows.append((name, *(f"{round(float(each), 9) + 0.0:.5g}" for each in numbers)))
-    columns = [f"{name} [{unit}]" for name, unit in (solved.units | units).items()]
+    columns = [f"{name} [{unit}]" for name, unit in (solved.units | units_of_law(solved) | units).items()]
     return table("State and forces", ("", *columns, "H [J]"), rows, ("",))
+
+
+def units_of_law(solved: Motion) -> dict[str, str]:
+    """The unit of the current that a law sets, by its name, of a model that has one."""
+    return {each["name"]: each["unit"] for each in solved.robot.solver.facts.currents}
+
+
+def currents_at(solved: Motion, t: float) -> list[float]:
+    """The current that a law sets, of a model that has one."""
+    return [float(solved.current(t)) for _ in solved.robot.solver.facts.currents]
 
 
 def motion_ledger(solved: Motion) -> Table:
@@ -177,16 +189,16 @@ def phases(solved: Stance) -> Table:
 
 
 def beginnings(solved: Motion, start: str = "touchdown") -> list[str]:
-    """The beginning of each phase: touchdown, events, or a step of the current."""
+    """The beginning of each phase: touchdown, events, or a step of the current or target."""
     events: dict[float, list[str]] = {}
     words = solved.robot.solver.facts.events
     for event in solved.events:
         events.setdefault(event.time, []).append(words[event.kind])
-    steps = {t for t, _ in solved.u[1:]}
+    steps, what = {t for t, _ in solved.u[1:]}, "target" if solved.robot.solver.facts.currents else "current"
     found = [start]
     for phase in solved.phases[1:]:
         waiting = events.get(phase.start, [])
-        found.append(waiting.pop(0) if waiting else "current steps" if phase.start in steps else "")
+        found.append(waiting.pop(0) if waiting else f"{what} steps" if phase.start in steps else "")
     return found
 
 
@@ -342,14 +354,15 @@ def motion_json(solved: Motion) -> str:
     found = {row: {column: by[row, column] for column in by.columns} for row in by.rows}
     parts = [
         record(
-            "part", phase, state=phase.state._asdict(), forces=solved.forces(min(phase.start, solved.duration)),
+            "part", phase, state=phase.state._asdict(), driven=solved.driven(min(phase.start, solved.duration)), forces=solved.forces(min(phase.start, solved.duration)),
             modes=dict(zip((mass.name for mass in masses_of(solved.robot.solver)), sides_of(solved, phase), strict=True)),
         )
         for phase in solved.phases
     ]  # fmt: skip
     return to_json(
         "motion", solved, start=first.state._asdict(), end=solved.end._asdict(), phases=parts,
-        units=solved.units | force_units(solved), forces=solved.forces(solved.duration),
+        driven=solved.driven(solved.duration), units=solved.units | units_of_law(solved) | force_units(solved),
+        forces=solved.forces(solved.duration),
         total_energy=[solved.total_energy(0.0), solved.total_energy(solved.duration)],
         ledger=solved.ledger_by_element(solved.duration),
         sensitivities=None if np.isnan(by.matrix[0]).any() else found,
@@ -408,8 +421,8 @@ def motion_csv(solved: Motion, samples: int) -> str:
     """A motion over time: uniform times, and those of the events."""
     t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
     t = t[t <= solved.duration]
-    u = {each["name"]: solved.current(t) for each in solved.inputs}
-    return csv_of({"t": t, **solved.at(t)._asdict(), **u, **solved.forces(t), "H": solved.total_energy(t)})
+    columns = {"t": t, **solved.at(t)._asdict(), **solved.driven(t), **solved.forces(t)}
+    return csv_of(columns | {"H": solved.total_energy(t)})
 
 
 def run_csv(solved: Run, samples: int) -> str:

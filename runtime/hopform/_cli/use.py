@@ -93,8 +93,9 @@ def described() -> Iterator[tuple[str, list[tuple[str, str]]]]:
         return
     facts = core().facts
     yield f"Coordinates of {facts.name}", [(_named(each), each["meaning"]) for each in facts.coordinates]
-    limits = {each["name"]: f"; |{each['name']}| <= {each['limit']}" for each in facts.inputs}
-    yield "Inputs", [(_named(each), each["meaning"] + limits[each["name"]]) for each in facts.inputs]
+    yield "Inputs", [(_named(each), each["meaning"] + _limit_of(each)) for each in facts.inputs]
+    if facts.currents:
+        yield "Set by the law", [(_named(each), each["meaning"] + _limit_of(each)) for each in facts.currents]
     parameters = [*facts.parameters, *facts.limits]
     yield "Parameters, by --set NAME=VALUE", [(_named(each), _about(each)) for each in parameters]
 
@@ -106,6 +107,11 @@ def examples(command: str) -> Sequence[str]:
     place, rate, *_ = (each["name"] for each in core().facts.axes.values())
     start, u = f"--solver {NAMED.get()} motion --start {place}=0.1", " --u 1" if core().facts.inputs else ""
     return (start, f"{start} --start {rate}=0.5{u} --json")
+
+
+def _limit_of(driven: Table) -> str:
+    """The limit of a current; a target has none."""
+    return f"; |{driven['name']}| <= {driven['limit']}" if "limit" in driven else ""
 
 
 def _named(quantity: Table) -> str:

@@ -339,10 +339,11 @@ def plain(text: str) -> str:
 
 def plot_motion(figure: Figure, motion: Motion) -> None:
     """A motion over time, its events named: each coordinate, the velocities, what friction and stops carry, the energy of
-    the whole machine, and the input where it has steps.
+    the whole machine, and the input where it has steps, or the current that a law sets.
     """
     scale, unit = unit_of_time(motion.duration)
-    t, masses, steps = stance_times(motion), masses_of(motion.robot.solver), int(len(motion.u) > 1)
+    t, masses, facts = stance_times(motion), masses_of(motion.robot.solver), motion.robot.solver.facts
+    steps = int(len(motion.u) > 1 or len(facts.currents) > 0)
     count = len(masses) + 3 + steps
     with framed(figure, 6.4, 1.45 * count + 1.1, title_of_motion(motion)):
         rows: list[Axes] = list(figure.subplots(count, 1, sharex=True))
@@ -356,9 +357,10 @@ def plot_motion(figure: Figure, motion: Motion) -> None:
         for (name, values), colour in zip(carried(motion, t), (BLUE, ORANGE, GREEN, SKY), strict=False):
             forces.plot(t * scale, values, color=colour, label=literal(name))
         energy.plot(t * scale, motion.total_energy(t), color=BLUE)
+        drives = facts.currents or motion.inputs
         for axes in inputs:
             axes.plot(t * scale, motion.current(t), color=CURRENT)
-            name_axis(axes, literal(" ".join(f"{each['name']} [{each['unit']}]" for each in motion.inputs)))
+            name_axis(axes, literal(f"{drives[0]['name']} [{drives[0]['unit']}]"))
         velocities.set_ylabel("velocity")
         forces.set_ylabel("force")
         energy.set_ylabel("energy H [J]")

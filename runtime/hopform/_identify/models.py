@@ -69,6 +69,12 @@ class Model:
 
     def __init__(self, core: Solver) -> None:
         self.core, facts = core, core.facts
+        if facts.currents:
+            name = facts.currents[0]["name"]
+            raise HopformError(
+                f"the model {facts.name} has a law, whose target no recording has: fit the mechanism without the law, "
+                f"under the measured {name}"
+            )
         numbers = [n for n in (1, 2) if f"x{n}" in facts.axes]
         self.masses = [Mass(facts.axes[f"x{n}"]["name"], facts.axes[f"v{n}"]["name"], n, facts.axes[f"x{n}"]["unit"])
                        for n in numbers]  # fmt: skip

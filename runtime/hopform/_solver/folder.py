@@ -42,11 +42,13 @@ class Facts:
     inputs: tuple[Table, ...]
     outputs: tuple[Table, ...]
     energies: tuple[Table, ...]
+    currents: tuple[Table, ...] = ()
+    """What a law sets; a file has it where the model has one."""
 
     @cached_property
     def units(self) -> dict[str, str]:
-        """Units of coordinates, parameters, inputs and outputs by name."""
-        tables = (self.coordinates, self.parameters, self.limits, self.inputs, self.outputs)
+        """Units of coordinates, parameters, inputs, currents that a law sets, and outputs by name."""
+        tables = (self.coordinates, self.parameters, self.limits, self.inputs, self.currents, self.outputs)
         return {each["name"]: each["unit"] for table in tables for each in table}
 
     @cached_property
@@ -123,6 +125,7 @@ def facts_in(path: Path) -> Facts:
     if data.get("format") != FORMAT:
         raise HopformError(f"{path} must be of format {FORMAT}, which this hopform reads, got {data.get('format')!r}")
     try:
+        data.setdefault("currents", Facts.currents)
         tables = {name: _kind_of(kind)(data[name]) for name, kind in Facts.__annotations__.items()}
         facts = Facts(**tables)
         read = facts.units, facts.events, facts.ledger, facts.directions, facts.axes

@@ -151,7 +151,7 @@ typedef struct {
     float v1; /**< [m/s] velocity of the actuator */
     float v2; /**< [m/s] velocity of the body */
     float y; /**< [m] compression of the leg, from where it carries nothing */
-    int8_t mode; /**< 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held */
+    int8_t mode; /**< 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held; with a law side_2 is its limit */
     int8_t event; /**< HOPFORM_EVENT_..., what started it */
     uint16_t step; /**< index of the step of the current */
 } hopform_phase_f32;
