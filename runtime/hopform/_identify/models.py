@@ -512,6 +512,11 @@ def _view(model: Model, recording: Recording) -> Recording:
     return replace(recording, columns=columns)
 
 
+def seen_by(core: Solver, recording: Recording) -> Recording:
+    """A recording with the columns that the model of a solver has, as every fit names them."""
+    return _view(Model(core), recording)
+
+
 def _motions(model: Model, recording: Recording, number: int) -> list[Cut]:
     """The motions of a recording: what its drive shows, or its free decays."""
     titles = [title for title in ("position", "x1", "x2") if title in recording.columns]
