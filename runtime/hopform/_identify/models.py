@@ -23,7 +23,7 @@ from hopform._checks import flag, items, mapping, real, shown
 from hopform._errors import HopformError
 from hopform._identify.estimation import Parameter, Solution
 from hopform._identify.fits import Fit, Options, checked, solved
-from hopform._identify.kinds import MOST_KNOWN, Cut, Recordings, files_of, read_some
+from hopform._identify.kinds import MOST_KNOWN, Cut, Recordings, cuts_of, files_of, read_some
 from hopform._identify.motion import MAX_PHASES, Array, Values, delayed, of_scipy
 from hopform._identify.recordings import (
     DRIVES,
@@ -37,12 +37,10 @@ from hopform._identify.recordings import (
     mended,
     noise_of,
     quantum_of,
-    steps_of,
 )
 from hopform._identify.rigs import SINGULAR, Along, Experiment, Force, Moved, Rates, in_recorded_time
 from hopform._identify.search import Problem
 from hopform._identify.segments import CUTOFFS, decays, filtered_part
-from hopform._identify.step import rests_at_first
 from hopform._motion import DOUBLE
 from hopform._robots import checked_value, robot_class
 from hopform._sensitivities import STARTS, in_height, lengths_of
@@ -565,17 +563,7 @@ def _motions(model: Model, recording: Recording, number: int) -> list[Cut]:
         spans = known_spans(recording)
     else:
         spans = decays(recording, mended(x)) if len(model.masses) == 1 else [(0, x.size)]
-    cuts = list[Cut]()
-    for part, (begin, end) in enumerate(spans, 1):
-        still = {"v": 0.0} if recording.has_current() and rests_at_first(mended(x[begin:end])) else {}
-        label = f"{recording.source}, part {part}" if len(spans) > 1 else recording.source
-        at = float(recording.time[begin])
-        under = steps_of(recording, begin, end) if recording.has_current() else ((0.0, 0.0),)
-        second = None if other is None else other[begin:end]
-        cuts.append(
-            Cut(recording, number, label, recording.time[begin:end] - at, x[begin:end], at, under, second, still)
-        )
-    return cuts
+    return cuts_of(recording, number, spans, x, other)
 
 
 def _posed(
