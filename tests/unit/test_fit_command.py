@@ -69,6 +69,8 @@ def test_a_joint_is_fitted_from_a_file_without_python(call, folder, log, tmp_pat
     assert (robot.F_m, robot.fit.known, robot.name) == (robot.F_p, ("J",), "mine")
     shown = page.read_text("utf-8")
     assert shown.index("quote the intervals.") < shown.index("<li>k = ") < shown.index("<svg")
+    assert "<h1>Identification: model joint</h1>" in shown and "<td>as F_p</td>" in shown
+    assert "mrad by with Coulomb" not in shown and "(3), (4)" not in shown and "q [mrad]" in shown
 
 
 def test_json_is_the_fit_of_python_and_fits_its_schema(call, folder, log):

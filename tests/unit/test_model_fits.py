@@ -130,6 +130,16 @@ def test_a_pendulum_that_swings_through_80_degrees_is_found_by_gravity_s_sine(jo
     assert any("gravity's sine" in each and "sine=True" in each for each in plain.warnings)
 
 
+def test_a_pendulum_that_is_let_go_at_160_degrees_is_found_to_its_noise(joint):
+    own = Pendulum()
+    phi = own.swings(2.8, 1600) + 1e-3 * np.random.default_rng(4).standard_normal(1600)
+    known = {"k": own.K, "k_t": 1.0, "F_minus": "F_plus"}
+    fit = hopform.fit(joint, table("time_s,phi_rad", phi), sine=True, fitted=["J", "b", "F_plus"], known=known, **ALONE)
+    assert holds(fit, J=own.J, b=own.b, F_plus=own.F) == []
+    assert fit["phi@0"].value > 2.7 and fit.rms == pytest.approx(1e-3, rel=0.05)
+    assert fit["J"].value == pytest.approx(own.J, rel=1e-4)
+
+
 def test_derivatives_under_gravity_s_sine_are_those_of_the_motion(joint):
     """Against differences, while the pendulum swings."""
     own = Pendulum(F=0.0)

@@ -26,12 +26,10 @@ from hopform._robots import Provenance, load_robot
 from hopform._show import Array as Variable
 from hopform._show import Arrays, Card, Curve, Shown
 
-TITLES = {
-    "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
-    "model": "a model",
-}  # fmt: skip
-"""Headings by kind of answer."""
-OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
+TITLES = {"drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together"}
+"""Headings by kind of answer; that of a model is its name."""
+_RIVALS = "viscous friction alone", "with Coulomb friction"
+_EQUATIONS = "(1), (2)", "(3), (4)"
 
 
 class Options(TypedDict, total=False):
@@ -140,6 +138,21 @@ class Fit(Shown):
             for part in ("measured", "predicted"):
                 arrays[f"{part}_{n}"] = ((f"time_{n}",), getattr(trace, part), units)
         return arrays
+
+    @property
+    def title(self) -> str:
+        """What the fit is of."""
+        return TITLES[self.kind] if self.base is None else f"model {self.base.solver.name}"
+
+    @property
+    def rivals(self) -> tuple[str, str]:
+        """What the old model and the new one are called: the paper's by their equations."""
+        old, new = (f"{number}: {words}" for number, words in zip(_EQUATIONS, _RIVALS, strict=True))
+        return (old, new) if self.base is None else _RIVALS
+
+    def called(self, trace: Trace) -> str:
+        """The name of what a trace is of: a coordinate of a model by that of its file."""
+        return trace.quantity if self.base is None else str(self.base.solver.facts.axes[trace.quantity]["name"])
 
     @property
     def values(self) -> dict[str, float]:
