@@ -38,7 +38,7 @@ LAYERS = (
     ("_figures.animation", "_figures.machine", "_figures.runs", "_figures.verification"),
     ("_figures",),
     ("_cli.bands",), ("_cli.tables", "_cli.report"),
-    ("_cli.model",), ("_cli.solve", "_cli.identify", "_cli.folders"), ("_cli",), ("__main__",),
+    ("_cli.model",), ("_cli.solve", "_cli.identify", "_cli.folders"), ("_cli.fit",), ("_cli",), ("__main__",),
 )  # fmt: skip
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 

@@ -143,7 +143,7 @@ def test_what_was_asked_wrongly_is_answered_with_how_to_ask(tmp_path, capsys):
     assert "known: x1_min must be <= x1_max, got 0.1 and 0.08 m" in answer("free", files["free"], *stops)
     made = record(HOPPER, "free", seed=4)
     (tmp_path / "free.csv").write_text(to_csv(made))
-    assert "does x1 reach a stop, which --known x1_min=" in answer("free", files["free"], "--known", "m_s=3")
+    assert "does it reach a stop, which --known x1_min=" in answer("free", files["free"], "--known", "m_s=3")
 
 
 def test_a_check_has_no_robot_to_write(tmp_path, capsys):

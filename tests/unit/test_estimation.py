@@ -168,7 +168,7 @@ def test_directions_that_the_data_do_not_see_are_named():
     parameters = [Parameter(name, "m", 0.1, 0.1) for name in design]
     _, found, spread = solved(Line(design, experiment.measured), parameters)
     assert spread.weak == ("b", "c", "d")
-    assert spread.combinations == ("b, c",)
+    assert spread.combinations == (("b", "c"),)
     methods = {each.name: each.method for each in found}
     assert methods == {"a": "t", "b": "not identifiable", "c": "not identifiable", "d": "not identifiable"}
 

@@ -40,6 +40,7 @@ COMMANDS = {
         {"--csv": ".svg", "--hops-csv": ".svg", "--npz": ".svg", "--plot": ".svg"},
     ),
     "identify": Files(("all",), ("files", "--robot"), {"--out": ".svg", "--report": ".md", "--plot": ".svg"}),
+    "fit": Files((), ("files",), {"--out": ".svg", "--report": ".md", "--plot": ".svg"}),
     "record": Files(("drop",), ("--robot",), {"--csv": ".csv"}),
     "figures": Files((), ("--robot", "--style"), {"folder": ""}),
     "export": Files((), ("--robot",), {"folder": ""}),
@@ -102,7 +103,8 @@ def refused(tmp_path, monkeypatch, capsys):
         monkeypatch.chdir(tmp_path)
         for name in ("load_robot", "solve_stance", "solve_motion", "simulate", "choose_current", "reachability"):
             monkeypatch.setattr(hopform, name, no_work)
-        monkeypatch.setattr("hopform._cli.identify.read_recording", no_work)
+        for module in ("identify", "fit"):
+            monkeypatch.setattr(f"hopform._cli.{module}.read_recording", no_work)
         before = content(tmp_path)
         assert cli.main([str(argument) for argument in arguments]) == 2
         output, errors = capsys.readouterr()
@@ -119,7 +121,8 @@ def content(folder):
 
 def reading(command, read, path):
     """The arguments with which a file is read, by that option or beside it."""
-    recordings = ["drop:recording" if read != "files" else f"drop:{path}"] if "files" in COMMANDS[command].reads else []
+    role = "" if command == "fit" else "drop:"
+    recordings = [f"{role}{path if read == 'files' else 'recording'}"] if "files" in COMMANDS[command].reads else []
     return [*recordings, *([read, path] if read.startswith("--") else [])]
 
 

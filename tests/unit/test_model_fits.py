@@ -70,6 +70,27 @@ def test_a_parameter_may_be_as_another_one(joint):
     fit = joint.fit(recording, fitted=["k", "b", "F_plus", "k_t"], known=known, **ALONE)
     assert holds(fit, k=rig.k, F_plus=rig.mass * rig.f) == []
     assert fit.base.F_minus == fit["F_plus"].value
+    assert (
+        "F_minus = " in (text := fit.robot().to_toml()) and text.count(f"; fitted, 95 % {fit['F_plus'].low:.6g}") == 2
+    )
+
+
+def test_what_is_tied_is_drawn_alike_and_a_combination_is_refused_by_name(joint):
+    """Friction either way, tied, and then with a constant load, of which a decay fixes what they add up to."""
+    rig = Rig(0.03, 6.0, 0.02, 4.0, start=0.5, held=0.05)
+    phi = simulate(rig, np.zeros(900), RATE) + 3e-4 * np.random.default_rng(2).standard_normal(900)
+    recording, known = table("time_s,phi_rad", phi), {"k": rig.k, "phi_0": 0.0}
+    fit = hopform.fit(joint, recording, fitted=["J", "b", "F_plus"], known=known | {"F_minus": "F_plus"}, **ALONE)
+    drawn = fit.sample(500, 1)
+    tied = np.array([(each.F_plus, each.F_minus) for each in drawn])
+    np.testing.assert_allclose(tied[:, 0], tied[:, 1], rtol=1e-6)
+    assert np.std(tied[:, 0]) == pytest.approx(fit["F_plus"].stderr, rel=0.15)
+    loose = hopform.fit(joint, recording, fitted=["J", "b", "F_plus", "F_minus", "load"], known=known, **ALONE)
+    assert any({"F_plus", "F_minus", "load"} >= {*some} for some in loose.combinations)
+    with pytest.raises(
+        hopform.HopformError, match="no robots are drawn: the recordings fix .*load in combination alone"
+    ):
+        loose.sample(3, 1)
 
 
 @dataclass(frozen=True)
@@ -107,6 +128,16 @@ def test_a_pendulum_that_swings_through_80_degrees_is_found_by_gravity_s_sine(jo
     plain = hopform.fit(joint, small, **how)
     assert math.isinf(plain["J"].high) and plain["J"].value > 1.005 * own.J
     assert any("gravity's sine" in each and "sine=True" in each for each in plain.warnings)
+
+
+def test_a_pendulum_that_is_let_go_at_160_degrees_is_found_to_its_noise(joint):
+    own = Pendulum()
+    phi = own.swings(2.8, 1600) + 1e-3 * np.random.default_rng(4).standard_normal(1600)
+    known = {"k": own.K, "k_t": 1.0, "F_minus": "F_plus"}
+    fit = hopform.fit(joint, table("time_s,phi_rad", phi), sine=True, fitted=["J", "b", "F_plus"], known=known, **ALONE)
+    assert holds(fit, J=own.J, b=own.b, F_plus=own.F) == []
+    assert fit["phi@0"].value > 2.7 and fit.rms == pytest.approx(1e-3, rel=0.05)
+    assert fit["J"].value == pytest.approx(own.J, rel=1e-4)
 
 
 def test_derivatives_under_gravity_s_sine_are_those_of_the_motion(joint):

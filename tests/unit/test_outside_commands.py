@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -18,11 +19,11 @@ from hopform import _cli as cli
 from hopform._cli import folders as figures_command
 from hopform._cli import identify as identify_command
 from hopform._identify.drop import fit_drop_test
-from tests.calls import DECAY
+from tests.calls import DECAY, HOPPER
 from tests.outside import command_lines, examples, furnish
 
 COMMANDS = cli.commands()
-QUICK = {name: each for name, each in COMMANDS.items() if name not in ("figures", "identify", "selftest")}
+QUICK = {name: each for name, each in COMMANDS.items() if name not in ("figures", "fit", "identify", "selftest")}
 """Commands that take no second in a process of their own."""
 
 
@@ -33,6 +34,7 @@ def quick_answers():
     with pytest.MonkeyPatch.context() as patch:
         for one in "fit", "fit_force":
             patch.setattr(identify_command, one, lambda *_, **__: fit)
+        patch.setattr("hopform._solvers.fit_model", lambda *_, **__: replace(fit, base=HOPPER))
         patch.setattr(figures_command, "drawn", lambda *_: ({figures_command.CAPTIONS: b"new"}, [], []))
         patch.setattr("hopform._figures.plots.render", lambda figure, suffix: b"<svg>new</svg>")
         yield

@@ -30,8 +30,8 @@ SETTINGS: dict[str, Any] = {
 }  # fmt: skip
 
 COMMANDS = {
-    "robots": "solve", "equations": "solve", "motion": "solve", "stance": "solve", "hop": "solve", "identify": "identify", "record":
-    "identify", "control": "solve", "reach": "solve", "figures": "folders", "export": "folders", "selftest":
+    "robots": "solve", "equations": "solve", "motion": "solve", "stance": "solve", "hop": "solve", "identify": "identify", "fit":
+    "fit", "record": "identify", "control": "solve", "reach": "solve", "figures": "folders", "export": "folders", "selftest":
     "folders", "model check": "model", "model build": "model", "model list": "model", "model show": "model",
 }  # fmt: skip
 """The module of each command; one in a group has two words."""

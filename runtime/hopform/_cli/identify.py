@@ -5,9 +5,10 @@ files.
 import math
 import shlex
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,7 @@ from hopform._checks import number_of, shown
 from hopform._cli import report as reports
 from hopform._cli.options import Identification, Recordable, SimulatorFormat
 from hopform._cli.output import check_outputs, deliver, emit, picture, renderer, show
-from hopform._cli.use import file_of, robot_in_use
+from hopform._cli.use import file_of, robot_in_use, start_in_use
 from hopform._errors import printable
 from hopform._files import Named
 from hopform._identify import synthetic
@@ -93,9 +94,8 @@ def answer_to(
         if kind in KINDS and not force and str(error).startswith(tuple(each.source for each in recordings)):
             hints = [_other_kind(kind, recordings, known)]
         raise HopformError(f"{error}{''.join(hints[:1])}") from None
-    off = [trace for trace in found.traces if is_no_fit(trace)]
-    if off:
-        raise _no_fit(max(off, key=lambda each: each.tests.rms / float(np.std(each.measured))), recordings, found)
+    unstopped = all({"x1", "x2"} <= each.columns.keys() for each in recordings)
+    refuse_no_fit(found, recordings, ("x1_min", "x1_max") if unstopped else ())
     return found
 
 
@@ -103,7 +103,15 @@ _OTHER = {"drop": "decay", "free": "drop", "step": "air"}
 """What a recording without a kind may be instead of what its columns show."""
 
 
-def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformError:
+def refuse_no_fit(fit: Fit, recordings: Sequence[Recording], stops: Sequence[str]) -> None:
+    """HopformError for a fit that explains too little; stops: parameters of stops that the motion may have met."""
+    off = [trace for trace in fit.traces if is_no_fit(trace)]
+    if off:
+        worst = max(off, key=lambda each: each.tests.rms / float(np.std(each.measured)))
+        raise _no_fit(worst, recordings, fit, stops)
+
+
+def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit, stops: Sequence[str]) -> HopformError:
     """The error about a fit that explains too little: where it is off most, and what may be wrong."""
     own = max((each for each in recordings if trace.label.startswith(each.source)), key=lambda each: len(each.source))
     left = trace.measured - trace.predicted
@@ -114,9 +122,9 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit) -> HopformE
     lengths = " and ".join(each.title for each in own.columns.values() if each.quantity in ("length", "angle"))
     asked = [f"is the unit of {lengths} right"]
     asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
-    unstopped = {"x1", "x2"} <= own.columns.keys() and not {"x1_min", "x1_max"} & fit.known.keys()
-    asked += ["does x1 reach a stop, which --known x1_min=... or x1_max=... gives"] if unstopped else []
-    asked += ["does x1 reach a stop"] if drives and position.title[:2] != "x2" and flat_top(own) else []
+    missing = [] if {*stops} & fit.known.keys() else [f"{name}=..." for name in stops]
+    asked += [f"does it reach a stop, which --known {' or '.join(missing)} gives"] if missing else []
+    asked += ["does it reach a stop"] if drives and position.title[:2] != "x2" and flat_top(own) else []
     asked += ["is it of this rig?", *said(fit.diagnoses, fit.shown)]
     what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units.position, 96)
     explained = f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit"
@@ -162,8 +170,10 @@ def _role(recording: Recording) -> str:
     return "free" if "x2" in recording.columns else "step"
 
 
-def model_of(answer: reports.Answer, form: str) -> tuple[str, list[str]]:
-    """A fit for a simulator, and what to know of it."""
+def model_of(answer: reports.Answer, form: str | None) -> tuple[str, list[str]]:
+    """A fit for a simulator, and what to know of it; nothing for no form."""
+    if form is None:
+        return "", []
     if not isinstance(answer, Fit):
         raise HopformError("--export needs a fit: of a decay, step, air or force recording")
     _refuse_missed(answer)
@@ -177,7 +187,7 @@ def _refuse_missed(fit: Fit) -> None:
 
 
 def files_of(
-    answer: reports.Answer, base: Robot, out: Path | None, written: Path | None, plot: Path | None, model: str
+    answer: reports.Answer, base: Robot | None, out: Path | None, written: Path | None, plot: Path | None, model: str
 ) -> list[tuple[Path, bytes]]:
     """The files that were asked for: a robot's TOML, or its model for a simulator, a report, a picture."""
     files = list[tuple[Path, bytes]]()
@@ -206,6 +216,38 @@ def command() -> tuple[str, ...]:
     return (printable(shlex.join(["hopform", *arguments])),) if ours else ()
 
 
+def check_fit_outputs(
+    reads: Sequence[Named], json: bool, out: Path | None, export: str | None, report: Path | None, plot: Path | None
+) -> None:
+    """Refuse, before anything is read, outputs of a fit that exclude each other, and files that would be overwritten."""
+    pages: list[Named] = []
+    if report is not None:
+        reports.check_suffix(report)
+        renderer()
+        pages += zip(("--report", "the picture of --report"), reports.paths_of(report), strict=False)
+    check_outputs(json, plot=plot, reads=reads, more=[("--out", out), *pages])
+    if json and export and not out:
+        raise HopformError("--json and --export both print; give --export a file by --out")
+
+
+def options_of(loss: str, wanted: Mapping[str, bool], advance: Callable[[int, int], None]) -> Options:
+    """The options of a fit: its loss, the nuisances that are wanted, and a progress bar that advances with its stages."""
+    stages = iter(range(STAGES))
+    return {
+        "loss": loss,
+        "nuisances": tuple(name for name, each in wanted.items() if each),
+        "progress": lambda _: advance(next(stages, STAGES), STAGES),
+    }
+
+
+def give(
+    answer: reports.Answer, written: Sequence[tuple[Path, bytes]], notes: Sequence[str], model: str, json: bool
+) -> None:
+    """Write the files of an answer, then print: its model for a simulator if there is one, JSON, or tables."""
+    text = reports.json_of(answer) if json else ""
+    deliver(written, (*answer.warnings, *notes), model or text, lambda: reports.tables_of(answer))
+
+
 # ---- the commands ----
 
 
@@ -216,40 +258,37 @@ def identify(
     report: Path | None = None, json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Identify a robot from CSV recordings of one kind, or of all; check says what they could tell."""
-    pages: list[Named] = []
-    if report is not None:
-        reports.check_suffix(report)
-        renderer()
-        pages += zip(("--report", "the picture of --report"), reports.paths_of(report), strict=False)
     read = (("the recording", role_and_path(each)[1]) for each in files)
-    check_outputs(json, plot=plot, reads=[("--robot", file_of(robot)), *read], more=[("--out", out), *pages])
-    if json and export and not out:
-        raise HopformError("--json and --export both print; give --export a file by --out")
+    check_fit_outputs([("--robot", file_of(robot)), *read], json, out, export, report, plot)
     base = robot_in_use(robot, values, "identify")
     masses, given = added_masses(added_mass), known_values(known or [])
     with progress_bar("identification") as advance:
-        asked = {"gain": gain, "clock": clock, "lag": lag}
-        how: Options = {"loss": loss, "nuisances": tuple(name for name, wanted in asked.items() if wanted)}
-        stages = iter(range(STAGES))
-        how["progress"] = lambda _: advance(next(stages, STAGES), STAGES)
+        how = options_of(loss, {"gain": gain, "clock": clock, "lag": lag}, advance)
         answer = answer_to(kind, files, [*_read(kind, files, masses)], given, force, how)
-        model, more = model_of(answer, export) if export else ("", [])
+        model, more = model_of(answer, export)
         written = files_of(answer, base, out, report, plot, model)
-    text = reports.json_of(answer) if json else ""
-    deliver(written, (*answer.warnings, *more), model if model and not out else text, lambda: reports.tables_of(answer))
+    give(answer, written, more, "" if out else model, json)
 
 
 def record(
     test: Recordable, robot: str | None = None, values: list[str] | None = None, duration: float | None = None, rate: float = 500.0,
     noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float | None = None,
     current: float | None = None, hold: float | None = None, added_mass: float = 0.0, repeats: int = 1,
-    free_stroke: bool = False, seed: int | None = None, plan: bool = False,
+    free_stroke: bool = False, start: list[str] | None = None, u: float = 0.0, u_steps: Any = None,
+    seed: int | None = None, plan: bool = False,
     known: list[str] | None = None, ranges: list[str] | None = None, csv: str | None = "-",
 ) -> None:  # fmt: skip
-    """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with."""
+    """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with.
+
+    motion is that of any model from --start under --u, for `hopform fit`.
+    """
     check_outputs(False, csv, reads=[("--robot", file_of(robot))])
-    base = robot_in_use(robot, values, "identify")
-    every = str(test) == "all"
+    every, any_model = str(test) == "all", str(test) == synthetic.MOTION
+    base = robot_in_use(robot, values, "motion" if any_model else "identify")
+    if plan and any_model:
+        raise HopformError("record motion has no --plan: `hopform fit` of the recording shows its intervals")
+    if u and u_steps:
+        raise HopformError("give either --u or --u-steps")
     if (ranges and not every) or (every and not plan):
         raise HopformError("record all, and ranges, are for a plan: `record all --plan --ranges NAME=LOW:HIGH`")
     if every:
@@ -257,7 +296,8 @@ def record(
         return
     made = synthetic.record(
         base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
-        hold=hold, added_mass=added_mass, repeats=repeats, free_stroke=free_stroke, seed=seed,
+        hold=hold, added_mass=added_mass, repeats=repeats, free_stroke=free_stroke, start=start_in_use(start),
+        u=u_steps or u, seed=seed,
     )  # fmt: skip
     if plan:
         weighed = "m_eff" if test in ("step", "air") else "m_s"  # what is taken as known if nothing is given

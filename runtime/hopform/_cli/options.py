@@ -28,7 +28,7 @@ ControllerName = StrEnum(
 )
 Precision = StrEnum("Precision", ["float64", "float32"])
 SimulatorFormat = StrEnum("SimulatorFormat", ["mjcf", "urdf", "isaac"])
-Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air", "all"])
+Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air", "all", "motion"])
 Form = StrEnum("Form", ["text", "latex", "sympy", "json", "numpy", "c", "notebook"])
 Identification = StrEnum("Identification", ["drop", "free", "decay", "step", "air", "all", "check"])
 
@@ -99,6 +99,9 @@ def count(least: int, meaning: str, most: float = LARGEST) -> Any:
     return option(meaning, parser=number_from(least, most), metavar="N")
 
 
+_INPUTS = {"motion": "", "record": "of a motion: "}
+"""Commands that take the input of any model, and of which of their answers."""
+
 OPTIONS: dict[str, dict[str, Any]] = {
     "Arguments": {
         "name": typer.Argument(metavar="[NAME|FILE.toml]", help="one robot; all if left out"),
@@ -108,6 +111,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "files": typer.Argument(
             metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air"
         ),
+        "fit.files": typer.Argument(metavar="FILES", help="CSV; columns are named as the model's coordinates and input"),
         **{
             f"model {name}.model": typer.Argument(metavar="FILE.py|NAME", help="a model file, which is run; or hopper")
             for name in ("check", "build", "show")
@@ -131,6 +135,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "compression": quantity("m", "of the leg, in place of --x2: as a flight has left it"),
         "start": option("a coordinate or velocity of the model at the start, 0 if left out; repeatable",
                         metavar="NAME=VALUE"),
+        "record.start": option("of a motion: a coordinate or velocity at the start, 0 if left out; repeatable",
+                               metavar="NAME=VALUE"),
     },
     "Ground": {
         "terrain": option("flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE"),
@@ -141,9 +147,15 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "controller": option("what chooses the current"),
         "u": quantity("A", "current, constant over each stance"),
         "u_steps": option("[s:A] steps of the current", parser=steps_in("A"), metavar="0:U,T:U,..."),
-        "motion.u": option("the input, in its unit, constant", parser=number_in("the input's unit"), metavar="U"),
-        "motion.u_steps": option("steps of the input, times in s", parser=steps_in("the input's unit"),
-                                 metavar="0:U,T:U,..."),
+        **{
+            f"{name}.u": option(f"{of}the input, in its unit, constant", parser=number_in("the input's unit"), metavar="U")
+            for name, of in _INPUTS.items()
+        },
+        **{
+            f"{name}.u_steps": option(f"{of}steps of the input, times in s", parser=steps_in("the input's unit"),
+                                      metavar="0:U,T:U,...")
+            for name, of in _INPUTS.items()
+        },
         "hop.h_des": quantity("m", "hop height wanted, over the terrain's zero"),
         "control.h_des": quantity("m", "desired hop height of the next apex"),
         "datum": quantity("m", "level that heights count from, less the ground under the foot"),
@@ -187,6 +199,12 @@ OPTIONS: dict[str, dict[str, Any]] = {
     },
     "Fit": {
         "known": option("a known parameter, in SI units; repeatable", metavar="NAME=VALUE"),
+        "fitted": option("what is fitted; all that is not known if left out, but for stops and limits",
+                         metavar="NAME,NAME,..."),
+        "fit.known": option("a known parameter, in SI units, or one that is as a fitted one; repeatable; of others the "
+                            "default is taken", metavar="NAME=VALUE|NAME"),
+        "near": option("near which value the search for a parameter begins; repeatable", metavar="NAME=VALUE"),
+        "sine": option("the spring of an angle is gravity's sine"),
         "force": option("fit in force: no spring, recorded in closed loop"),
         "gain": option("fit the gain of each position's sensor"),
         "clock": option("fit the speed of the recording's clock"),
@@ -226,6 +244,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "npz": option("write table and states for NumPy", metavar="FILE"),
         "plot": option("draw it: .svg, .pdf or .png", metavar="FILE"),
         "out": option("write the robot as TOML; --robot gives what is not fitted", metavar="FILE"),
+        "fit.out": option("write the model's robot as TOML, or its file for a simulator", metavar="FILE"),
         "report": option("write a report with plots: .md or .html", metavar="FILE"),
         "export": option("for a simulator, to --out or the standard output: armature, damping, frictionloss, gear"),
         "figures.json": option("print what was written, with the captions"),
@@ -277,7 +296,10 @@ EXAMPLES = {
     "motion": ("motion --start y=0.02", "motion --start x1=0.02 --start v2=-1.9 --u 3 --json"),
     "stance": ("stance --height 0.20 --u 3", "stance --v2 -1.9 --u-steps 0:0,0.05:2.0 --csv stance.csv"),
     "hop": ("hop --height 0.20 --u 3", "hop --height 0.20 --terrain uniform --controller exact --h-des 0.20"),
-    "record": ("record drop --seed 1 --csv drop.csv", "record step --seed 1 --plan"),
+    "record": ("record drop --seed 1 --csv drop.csv",
+               "record motion --start x1=0.02 --start x2=0.4 --u-steps 0:1.2,0.3:-0.4,0.6:1,0.9:-0.3,1.2:1 --seed 1 --csv motion.csv"),
+    "fit": ("fit motion.csv --fitted m_eff,k,b1,b2,f1,f2,gamma2 --known m_s=3 --known L0=0.4",
+            "fit motion.csv --fitted m_eff,k,b2,f2 --known m_s=3 --known L0=0.4 --known b1=150 --known f1=0.78 --known gamma2=-65 --out leg.toml"),
     "identify": ("identify check drop.csv --known m_s=3", "identify drop drop.csv --known m_s=3 --out mine.toml"),
     "control": ("control --height 0.20 --h-des 0.20", "control --v2 -1.9 --h-des 0.15 --printed"),
     "reach": ("reach --from 0.05 --to 0.35", "reach --heights 5 --currents 4 --json"),
@@ -305,7 +327,7 @@ class GroupedCommand(TyperCommand):
             if record is not None:
                 own = parameter.name == "help"
                 groups["Options" if own else key_of(self.words, str(parameter.name))[0]].append(record)
-        for name, records in (*groups.items(), *use.described()):
+        for name, records in (*groups.items(), *use.described(self.words)):
             if records:
                 with formatter.section(name):
                     formatter.write_dl(records)

@@ -15,7 +15,7 @@ from rich.console import RenderableType
 from hopform._cli.output import ends, number, record, table, to_json
 from hopform._errors import HopformError, printable
 from hopform._identify.estimation import Estimate
-from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace, missed
+from hopform._identify.fits import Fit, Trace, missed
 from hopform._identify.joint import Check, Plan
 
 Answer = Fit | Check
@@ -34,6 +34,9 @@ class Section(NamedTuple):
 def fit_sections(fit: Fit) -> list[Section]:
     """Parameters with what was known last; recordings; causes that would explain the residuals better; repeats."""
     parameters = [(e.name, *rounded(e)[:1], e.unit, " .. ".join(rounded(e)[1:]), e.method) for e in fit.estimates]
+    parameters += [
+        (name, *rounded(fit[other])[:1], fit[other].unit, "", f"as {other}") for name, other in fit.tied.items()
+    ]
     parameters += [(name, number(value, ".6g"), "", "", "known") for name, value in fit.known.items()]
     recordings = list[Sequence[str]]()
     for trace in fit.traces:
@@ -205,7 +208,7 @@ def files_of(answer: Fit, path: Path) -> list[tuple[Path, bytes]]:
     statements += [*answer.statements, *answer.warnings, *answer.origin]
     first = [section for section in sections if section.title == "Repeats"]
     rest = [section for section in sections if section.title != "Repeats"]
-    title = f"Identification: {TITLES[answer.kind]}"
+    title = f"Identification: {answer.title}"
     page_path, *beside = paths_of(path)
     shown = quote(os.fsencode(beside[0].name)) if beside else picture.decode()
     page = Page(title, verdict(answer), quoted(answer), first, shown, rest, statements)
@@ -228,9 +231,10 @@ class Page(NamedTuple):
 
 def rms_of(fit: Fit, trace: Trace) -> str:
     """How well both models meet a recording, in words."""
-    unit, factor = fit.units.shown(trace.quantity)
-    new, old = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
-    return f"{Path(trace.label).name}: rms {new} by {NEW}; {old} by {OLD}"
+    (unit, factor), (old, new) = fit.units.shown(trace.quantity), fit.rivals
+    after, before = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
+    by = "by " if fit.base is None else ""  # equations
+    return f"{Path(trace.label).name}: rms {after} {by}{new}; {before} {by}{old}"
 
 
 def _markdown(page: Page) -> str:

@@ -87,8 +87,10 @@ def start_in_use(pairs: Sequence[str] | None) -> dict[str, float]:
     return given
 
 
-def described() -> Iterator[tuple[str, list[tuple[str, str]]]]:
-    """What --help says of the solver that --solver names: titles of lists, their entries and what these are."""
+def described(command: str) -> Iterator[tuple[str, list[tuple[str, str]]]]:
+    """What --help of a command says of the solver that --solver names: titles of lists, their entries and what these
+    are.
+    """
     if NAMED.get() is None:
         return
     facts = core().facts
@@ -97,15 +99,24 @@ def described() -> Iterator[tuple[str, list[tuple[str, str]]]]:
     if facts.currents:
         yield "Set by the law", [(_named(each), each["meaning"] + _limit_of(each)) for each in facts.currents]
     parameters = [*facts.parameters, *facts.limits]
-    yield "Parameters, by --set NAME=VALUE", [(_named(each), _about(each)) for each in parameters]
+    by = "--fitted NAME, --known NAME=VALUE" if command == "fit" else "--set NAME=VALUE"
+    yield f"Parameters, by {by}", [(_named(each), _about(each)) for each in parameters]
 
 
 def examples(command: str) -> Sequence[str]:
-    """Two command lines of `hopform motion` under the names of the solver that --solver names, none of others."""
-    if NAMED.get() is None or command != "motion":
+    """Two command lines of `hopform motion` and `hopform fit` under the names of the solver that --solver names, none of
+    others.
+    """
+    if NAMED.get() is None or command not in ("motion", "fit"):
         return ()
     place, rate, *_ = (each["name"] for each in core().facts.axes.values())
-    start, u = f"--solver {NAMED.get()} motion --start {place}=0.1", " --u 1" if core().facts.inputs else ""
+    solver, u = f"--solver {NAMED.get()}", " --u 1" if core().facts.inputs else ""
+    if command == "fit":
+        first = core().facts.parameters[0]
+        known = f"--known {first['name']}={first.get('default', 1.0):g}"
+        start = f"--start {place}=0.4 --start {rate}=0.5 --seed 1"
+        return (f"{solver} record motion {start} --csv log.csv", f"{solver} fit log.csv {known}")
+    start = f"{solver} motion --start {place}=0.1"
     return (start, f"{start} --start {rate}=0.5{u} --json")
 
 

@@ -18,8 +18,8 @@ from hopform._checks import instance
 from hopform._errors import HopformError
 from hopform._figures import plots
 from hopform._identify.estimation import Estimate
-from hopform._identify.fits import NEW, OLD, TITLES, Fit, Trace
-from hopform._identify.recordings import DRIVES, SI, Recording, Units
+from hopform._identify.fits import Fit, Trace
+from hopform._identify.recordings import DRIVES, SI, Recording
 from hopform._show import Shown
 
 
@@ -55,27 +55,27 @@ def plot_fit(figure: Figure, fit: Fit) -> None:
     traces, shown = [trace for trace in fit.traces if trace.time.size > 1], _with_intervals(fit)
     names = list(dict.fromkeys(name for pair in fit.correlations for name in pair))
     last = 0.7 + 0.22 * max(len(shown), len(names))
-    with plots.framed(figure, 8.0, 4.2 * len(traces) + last, f"Identification: {TITLES[fit.kind]}"):
+    with plots.framed(figure, 8.0, 4.2 * len(traces) + last, f"Identification: {fit.title}"):
         heights = [*([2.0, 1.0, 1.0] * len(traces)), max(last, 1.0)]
         grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
         for n, trace in enumerate(traces):
             above, below = (figure.add_subplot(grid[3 * n + row, :]) for row in range(2))
             left, right = (figure.add_subplot(grid[3 * n + 2, column]) for column in range(2))
-            _draw_trace(above, below, trace, fit.units)
-            _draw_residuals(left, right, trace, fit.units)
+            _draw_trace(above, below, trace, fit)
+            _draw_residuals(left, right, trace, fit)
         _draw_intervals(figure.add_subplot(grid[-1, 0] if names else grid[-1, :]), shown)
         if names:
             _draw_correlations(figure.add_subplot(grid[-1, 1]), fit.correlations, names)
 
 
-def _draw_residuals(left: Axes, right: Axes, trace: Trace, units: Units) -> None:
+def _draw_residuals(left: Axes, right: Axes, trace: Trace, fit: Fit) -> None:
     """Residuals over position, where a guide shows, and over velocity, where a friction law does."""
-    unit, factor = units.shown(trace.quantity)
+    unit, factor = fit.units.shown(trace.quantity)
     residual, rate = factor * (trace.predicted - trace.measured), factor * np.gradient(trace.predicted, trace.time)
     left.plot(factor * trace.predicted, residual, ".", ms=1.5, color=plots.BLUE)
-    left.set(xlabel=f"{trace.quantity} [{unit}]", ylabel=f"residual [{unit}]")
+    left.set(xlabel=f"{fit.called(trace)} [{unit}]", ylabel=f"residual [{unit}]")
     right.plot(rate, residual, ".", ms=1.5, color=plots.BLUE)
-    right.set(xlabel=f"d {trace.quantity}/dt [{unit}/s]")
+    right.set(xlabel=f"d {fit.called(trace)}/dt [{unit}/s]")
 
 
 def _draw_correlations(axes: Axes, correlations: Mapping[tuple[str, str], float], names: Sequence[str]) -> None:
@@ -90,9 +90,9 @@ def _draw_correlations(axes: Axes, correlations: Mapping[tuple[str, str], float]
     axes.grid(visible=False)
 
 
-def _draw_trace(above: Axes, below: Axes, trace: Trace, units: Units) -> None:
-    unit, factor = units.shown(trace.quantity)
-    trace_panel(above, trace, units)
+def _draw_trace(above: Axes, below: Axes, trace: Trace, fit: Fit) -> None:
+    unit, factor = fit.units.shown(trace.quantity)
+    trace_panel(above, trace, fit)
     if trace.old is not None:
         below.plot(trace.time, factor * (trace.old - trace.measured), lw=0.6, color=plots.MAGENTA)
     below.plot(trace.time, factor * (trace.predicted - trace.measured), lw=0.6, color=plots.BLUE)
@@ -101,14 +101,14 @@ def _draw_trace(above: Axes, below: Axes, trace: Trace, units: Units) -> None:
     below.set(xlabel="t [s]", ylabel=f"residual [{unit}]", xlim=ends)
 
 
-def trace_panel(axes: Axes, trace: Trace, units: Units) -> None:
+def trace_panel(axes: Axes, trace: Trace, fit: Fit) -> None:
     """A recording beside the models that were fitted to it."""
-    unit, factor = units.shown(trace.quantity)
+    (unit, factor), (old, new) = fit.units.shown(trace.quantity), fit.rivals
     axes.plot(trace.time, factor * trace.measured, ".", ms=2, color=plots.GREY, label="measured")
     if trace.old is not None:
-        axes.plot(trace.time, factor * trace.old, "--", lw=0.9, color=plots.MAGENTA, label=OLD)
-    axes.plot(trace.time, factor * trace.predicted, lw=1.1, color=plots.BLUE, label=NEW)
-    axes.set(xlabel="t [s]", ylabel=f"{trace.quantity} [{unit}]")
+        axes.plot(trace.time, factor * trace.old, "--", lw=0.9, color=plots.MAGENTA, label=old)
+    axes.plot(trace.time, factor * trace.predicted, lw=1.1, color=plots.BLUE, label=new)
+    axes.set(xlabel="t [s]", ylabel=f"{fit.called(trace)} [{unit}]")
     axes.set_title(plots.literal(Path(trace.label).name), loc="left", fontsize=9)
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
 
@@ -155,7 +155,7 @@ PICTURES: dict[str, tuple[Whole, Panel]] = {
     "Reachability": (plots.plot_reach, plots.reach_panel),
     "Command": (plots.plot_command, plots.command_panel),
     "Recording": (plot_recording, recording_panel),
-    "Fit": (plot_fit, lambda axes, fit: trace_panel(axes, fit.traces[0], fit.units)),
+    "Fit": (plot_fit, lambda axes, fit: trace_panel(axes, fit.traces[0], fit)),
 }
 
 

@@ -142,7 +142,7 @@ def models(sources: Mapping[str, str], robot: Robot) -> Drawn:
     traces = (of_step.traces[0], of_drop.traces[0])
     figure, rows = panels(2, 4.4)
     for axes, fit in zip(rows, (of_step, of_drop), strict=True):
-        results.trace_panel(axes, fit.traces[0], fit.units)
+        results.trace_panel(axes, fit.traces[0], fit)
         under(axes)
     left = "; ".join(
         f"in {each.quantity} {mm(each.tests.rms, 3)} rms, {mm(each.old_rms, 3)} with viscous friction alone"

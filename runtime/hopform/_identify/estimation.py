@@ -400,7 +400,7 @@ class Spread(NamedTuple):
     covariance: Array
     inflation: Array
     weak: tuple[str, ...]
-    combinations: tuple[str, ...]
+    combinations: tuple[tuple[str, ...], ...]
 
 
 def spread(solution: Solution) -> Spread:
@@ -432,7 +432,7 @@ def spread(solution: Solution) -> Spread:
     weak = set(names[~alive]) | {name for row in blind for name in names[alive][row]}
     errors = zip(solution.parameters, np.sqrt(np.diag(covariance)).tolist(), strict=True)
     weak |= {p.name for p, e in errors if p.kind == "positive" and e > _NOT_IDENTIFIABLE * solution.values[p.name]}
-    together = tuple(dict.fromkeys(", ".join(names[alive][row]) for row in blind))
+    together = tuple(dict.fromkeys(tuple(names[alive][row].tolist()) for row in blind))
     covariance[np.diag_indices(names.size)] = np.where([name in weak for name in names], np.inf, np.diag(covariance))
     return Spread(covariance, inflation, tuple(name for name in names if name in weak), together)
 

@@ -26,12 +26,10 @@ from hopform._robots import Provenance, load_robot
 from hopform._show import Array as Variable
 from hopform._show import Arrays, Card, Curve, Shown
 
-TITLES = {
-    "drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together",
-    "model": "a model",
-}  # fmt: skip
-"""Headings by kind of answer."""
-OLD, NEW = "(1), (2): viscous friction alone", "(3), (4): with Coulomb friction"
+TITLES = {"drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together"}
+"""Headings by kind of answer; that of a model is its name."""
+_RIVALS = "viscous friction alone", "with Coulomb friction"
+_EQUATIONS = "(1), (2)", "(3), (4)"
 
 
 class Options(TypedDict, total=False):
@@ -110,6 +108,10 @@ class Fit(Shown):
     """the version of hopform, the command if there was one, and the recordings with their SHA-256"""
     base: Any = None
     """of a model's fit: its robot with what was fitted, and what was given"""
+    tied: Mapping[str, str] = field(default_factory=dict[str, str])
+    """parameters of a model that are as a fitted one"""
+    combinations: tuple[tuple[str, ...], ...] = ()
+    """parameters of which the recordings fix a combination alone"""
 
     def _card(self) -> Card:
         ends = [(each.name, f"{each.value:.4g} +- {0.5 * (each.high - each.low):.2g}")
@@ -136,6 +138,21 @@ class Fit(Shown):
             for part in ("measured", "predicted"):
                 arrays[f"{part}_{n}"] = ((f"time_{n}",), getattr(trace, part), units)
         return arrays
+
+    @property
+    def title(self) -> str:
+        """What the fit is of."""
+        return TITLES[self.kind] if self.base is None else f"model {self.base.solver.name}"
+
+    @property
+    def rivals(self) -> tuple[str, str]:
+        """What the old model and the new one are called: the paper's by their equations."""
+        old, new = (f"{number}: {words}" for number, words in zip(_EQUATIONS, _RIVALS, strict=True))
+        return (old, new) if self.base is None else _RIVALS
+
+    def called(self, trace: Trace) -> str:
+        """The name of what a trace is of: a coordinate of a model by that of its file."""
+        return trace.quantity if self.base is None else str(self.base.solver.facts.axes[trace.quantity]["name"])
 
     @property
     def values(self) -> dict[str, float]:
@@ -179,7 +196,7 @@ class Fit(Shown):
         length = () if self.base is not None else ("L0",)
         fields = {"length" if each.name in length else each.name: each.name for each in base.fields()}
         shifts = {"length": base.c} if length else {}  # the fit has L0 + c
-        means = {letter: mean_of(self.estimates, letter) for letter in fields}
+        means = {letter: mean_of(self.estimates, self.tied.get(letter, letter)) for letter in fields}
         means = {letter: mean for letter, mean in means.items() if mean[0].any()}
         ends = np.array([ends - shifts.get(letter, 0.0) for letter, (_, ends) in means.items()]).reshape(-1, 3)
         values, low, high = (tuple(each) for each in ends.T.tolist())
@@ -197,9 +214,18 @@ class Fit(Shown):
 
     def sample(self, count: int, seed: int | None = None, base: Any = None) -> tuple[Any, ...]:
         """Robots drawn from the joint distribution of what was fitted; the rest is that of `base`; if none, of a model's
-        fit what was given, else hopper_c.
+        fit what was given, else hopper_c. HopformError names parameters of which only a combination is fixed: no
+        distribution of them follows from the recordings, and values from elsewhere are not of this combination.
         """
-        return tuple(self.robot(base or self.base or load_robot("hopper_c")).sample(count, seed))
+        robot = self.robot(base or self.base or load_robot("hopper_c"))
+        fields = {"length" if each.name == "L0" else each.name for each in robot.fields()}
+        for some in self.combinations:
+            if len(own := [name for name in some if name.partition("@")[0] in fields]) > 1:
+                names = " and ".join(own)
+                raise HopformError(
+                    f"no robots are drawn: the recordings fix {names} in combination alone; give one as known"
+                )
+        return tuple(robot.sample(count, seed))
 
 
 def mean_of(estimates: Sequence[Estimate], letter: str) -> tuple[Array, Array]:
@@ -230,7 +256,7 @@ def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> 
 def blind(spread: estimation.Spread) -> list[str]:
     """What recordings do not identify."""
     weak = [f"not identifiable from these recordings: {', '.join(spread.weak)}"] if spread.weak else []
-    return weak + [f"only combinations of {together} are fixed" for together in spread.combinations]
+    return weak + [f"only combinations of {', '.join(some)} are fixed" for some in spread.combinations]
 
 
 def _boundary(estimates: Sequence[Estimate]) -> list[str]:
@@ -326,6 +352,7 @@ def solved(problem: Problem, asked: "Asked") -> Fit:
         warnings=(*problem.warnings, *odd, *refuted, *said(diagnoses, problem.units.shown("x1"))),
         evaluations=solution.evaluations, seconds=clock.perf_counter() - began, solution=solution, diagnoses=diagnoses,
         covariance=spread.covariance, repeats=tuple(alone), units=problem.units, scale=problem.scale,
+        combinations=spread.combinations,
         origin=(f"hopform {__version__}", *problem.files),
     )  # fmt: skip
 

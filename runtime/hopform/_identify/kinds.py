@@ -17,7 +17,18 @@ from hopform._checks import items, mapping, nonnegative, positive, real, shown
 from hopform._errors import HopformError
 from hopform._identify.estimation import Parameter
 from hopform._identify.motion import Array, Known, Values
-from hopform._identify.recordings import HOPPER, Recording, Units, independent, mended, read_recording, units_of
+from hopform._identify.recordings import (
+    HOPPER,
+    Recording,
+    Units,
+    independent,
+    mended,
+    noise_of,
+    quantum_of,
+    read_recording,
+    steps_of,
+    units_of,
+)
 from hopform._identify.rigs import LETTERS, UNITS, Experiment
 from hopform._identify.rigs import Kind as Rig
 from hopform._identify.search import Problem
@@ -81,6 +92,28 @@ class Group:
     def masses(self) -> list[float]:
         """What each motion carries beside the body [kg]."""
         return [cut.recording.added_mass for cut in self.cuts]
+
+
+def cuts_of(
+    recording: Recording, number: int, spans: Sequence[tuple[int, int]], x: Array, x1: Array | None = None
+) -> list[Cut]:
+    """Spans of a recording as its motions, under its current if it has one: such a motion may begin at rest."""
+    cuts, driven = list[Cut](), recording.has_current()
+    for part, (begin, end) in enumerate(spans, 1):
+        still = {"v": 0.0} if driven and _rests_at_first(mended(x[begin:end])) else {}
+        label, at = recording.source + (f", part {part}" if len(spans) > 1 else ""), float(recording.time[begin])
+        under = steps_of(recording, begin, end) if driven else ((0.0, 0.0),)
+        beside = None if x1 is None else x1[begin:end]
+        cuts.append(
+            Cut(recording, number, label, recording.time[begin:end] - at, x[begin:end], at, under, beside, still)
+        )
+    return cuts
+
+
+def _rests_at_first(x: Array) -> bool:
+    """Whether a recording starts at rest: its first samples differ by noise alone."""
+    noise = max(noise_of(x), quantum_of(x), 1e-12)
+    return float(np.ptp(x[:10])) <= 8.0 * noise and float(np.ptp(x[:10])) < 0.02 * float(np.ptp(x))
 
 
 Guess = dict[str, float]

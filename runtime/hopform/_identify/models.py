@@ -14,15 +14,16 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple, Self, cast
 
 import numpy as np
+from numpy.typing import NDArray
 
 from hopform._checks import flag, items, mapping, real, shown
 from hopform._errors import HopformError
 from hopform._identify.estimation import Parameter, Solution
 from hopform._identify.fits import Fit, Options, checked, solved
-from hopform._identify.kinds import MOST_KNOWN, Cut, Recordings, files_of, read_some
+from hopform._identify.kinds import MOST_KNOWN, Cut, Recordings, cuts_of, files_of, read_some
 from hopform._identify.motion import MAX_PHASES, Array, Values, delayed, of_scipy
 from hopform._identify.recordings import (
     DRIVES,
@@ -36,12 +37,10 @@ from hopform._identify.recordings import (
     mended,
     noise_of,
     quantum_of,
-    steps_of,
 )
 from hopform._identify.rigs import SINGULAR, Along, Experiment, Force, Moved, Rates, in_recorded_time
 from hopform._identify.search import Problem
 from hopform._identify.segments import CUTOFFS, decays, filtered_part
-from hopform._identify.step import rests_at_first
 from hopform._motion import DOUBLE
 from hopform._robots import checked_value, robot_class
 from hopform._sensitivities import STARTS, in_height, lengths_of
@@ -178,10 +177,29 @@ class Modelled(Experiment):
             for column, change in lengths.items():
                 x2[:, column] += float(change[0])
             rows = np.stack([x2, by[:, 2]], axis=1)
-        names = {**{name: name for name in model.parameters}, **_STARTS}
-        rows = rows if fed is None else rows + fed.at(time)
-        columns = {letter: rows[:, :, model.columns[name]] for letter, name in names.items() if letter in at}
+        columns = {letter: rows[:, :, column] for letter, column in self._columns(at).items()}
+        if fed is not None:
+            more = fed.at(time)
+            columns = {letter: rows + more[:, :, n] for n, (letter, rows) in enumerate(columns.items())}
         return (states, columns), self._rates(at, robot, under[0][1])
+
+    def _columns(self, at: Values) -> dict[str, int]:
+        """Where derivatives by letters are: those of the start, and of what is fitted; under another clock all."""
+        names = {**{name: name for name in self.model.parameters}, **_STARTS}
+        every = "clock" in self.names or at["clock"] != 1.0
+        return {letter: self.model.columns[name] for letter, name in names.items()
+                if letter in at and (every or letter in self.names or letter in _STARTS)}  # fmt: skip
+
+    def only(self, chosen: NDArray[np.bool_] | slice) -> Self:
+        """As of every rig; the drive is the angle's up to the last sample, and of a thinned recording over twice as long
+        steps.
+        """
+        found = super().only(chosen)
+        if self.grid is None:
+            return found
+        every = 2 if isinstance(chosen, slice) and (chosen.step or 1) > 1 else 1
+        before = self.grid[self.grid < found.time[-1]][::every]
+        return replace(found, grid=np.append(before, found.time[-1]), seen=[self.seen[-1], self.seen[-1]])
 
     def _solved(self, at: Values, robot: Any, steps: Steps, horizon: float, length: float) -> Any:
         """The motion as its back end has it; HopformError if it ends before the last sample."""
@@ -257,8 +275,10 @@ class Modelled(Experiment):
         base = levels[np.searchsorted(begins, times, side="right") - 1]
         length = float(self.model.formulas.body_height(robot, 0.0, 0.0))
         reach, widths = max(float(np.ptp(self.seen[-1].x)), 1e-12), np.diff(times)
-        starts = [self.model.columns[name] for name in ("x1", "v1")]
-        tries = [(self.seen[0], True), (self.seen[-1], True), (self.seen[-1], False)]
+        wanted = self._columns(at)
+        columns, starts = [*wanted.values()], [[*wanted].index(letter) for letter in ("x", "v")]
+        letters = np.array([at[letter] for letter in wanted])
+        tries = [(self.seen[0].near(letters), True), (self.seen[-1], True), (self.seen[-1], False)]
         for seen, newton in tries:
             z, v = np.interp(times, seen.time, seen.x) - of.rest, np.interp(times, seen.time, seen.v)
             last = math.inf
@@ -274,11 +294,12 @@ class Modelled(Experiment):
                 moved = float(np.abs(off[:, 0]).max())
                 if not math.isfinite(moved) or moved > 100.0 * reach:
                     break
-                by = in_height(rows, True, lengths_of(self.model.core.package, robot))[:, 0:2]
+                by = in_height(rows, True, lengths_of(self.model.core.package, robot))[:, 0:2][:, :, columns]
                 softer = of.stiffness * (1.0 - np.cos(z))
                 if moved <= _SAME_ANGLE * reach:
-                    self.seen[0] = Seen(times, z + of.rest, v)
-                    return sines, FedBack(times, _fed_back(times, by[:, :, starts], softer, by) - by)
+                    whole = _fed_back(times, by[:, :, starts], softer, by)
+                    self.seen[0] = Seen(times, z + of.rest, v, letters, whole)
+                    return sines, FedBack(times, whole - by)
                 change = off
                 if newton and moved <= 0.3 * last:  # else beside a kink, where a joint comes to stick
                     change, last = _fed_back(times, by[:, :, starts], softer, off[:, :, np.newaxis])[:, :, 0], moved
@@ -327,8 +348,6 @@ _STARTS = {"x": "x1", "v": "v1", "x'": "x2", "v'": "v2"}
 """Letters of where the masses begin, with the columns of their derivatives."""
 _MOST_SINES, _SAME_ANGLE = 40, 1e-6
 """Rounds in which the angle under gravity's sine settles, and the share of its reach by which it then still moves."""
-_MOST_ROUNDS, _SAME_CHANGE = 100, 1e-3
-"""The same of a change that is fed back."""
 
 
 def _start_letters(number: int) -> tuple[str, str]:
@@ -336,11 +355,22 @@ def _start_letters(number: int) -> tuple[str, str]:
 
 
 class Seen(NamedTuple):
-    """A motion of an angle: times [s], places [rad], velocities [rad/s]."""
+    """A motion of an angle: times [s], places [rad], velocities [rad/s]; of a solved one the letters, and the derivatives
+    of both by them.
+    """
 
     time: Array
     x: Array
     v: Array
+    letters: Array = np.empty(0)
+    by: Array = np.empty((0, 2, 0))
+
+    def near(self, letters: Array) -> "Seen":
+        """About what it is under other letters, to first order; as it is where it has no derivatives by them."""
+        if letters.size != self.letters.size:
+            return self
+        change = self.by @ (letters - self.letters)
+        return Seen(self.time, self.x + change[:, 0], self.v + change[:, 1])
 
 
 class FedBack(NamedTuple):
@@ -359,22 +389,29 @@ class FedBack(NamedTuple):
 
 def _fed_back(time: Array, transition: Array, softer: Array, plain: Array) -> Array:
     """Changes (times, 2, ...) of places and velocities which change the drive, from what they are under a drive that stays
-    as it is: d = plain + P(t) int P(s)^-1 (0, softer d) ds, P the derivatives by the start, up to where it sticks.
+    as it is: d = plain + P(t) w, w = int P(s)^-1 (0, softer d) ds, P the derivatives by the start, up to where it sticks.
+
+    By trapezia w is the solution of a system of two rows a time, which know no w but their own and the one before.
     """
     determinant = transition[:, 0, 0] * transition[:, 1, 1] - transition[:, 0, 1] * transition[:, 1, 0]
     moves = int(np.argmax(np.append(np.abs(determinant) < SINGULAR, True)))
+    if moves < 2:
+        return plain
     p, first = transition[:moves], plain[:moves]
     inverse = np.stack([-p[:, 0, 1], p[:, 0, 0]], axis=1) / determinant[:moves, np.newaxis]
-    weights, steps = (inverse * softer[:moves, np.newaxis])[:, :, np.newaxis], np.diff(time[:moves])
-    found = first
-    for _ in range(_MOST_ROUNDS):
-        inside = weights * found[:, 0:1]
-        whole = np.zeros_like(inside)
-        np.cumsum(0.5 * (inside[1:] + inside[:-1]) * steps[:, np.newaxis, np.newaxis], axis=0, out=whole[1:])
-        last, found = found, first + p @ whole
-        if np.abs(found - last).max(initial=0.0) <= _SAME_CHANGE * np.abs(found).max(initial=0.0):
-            break
-    return np.concatenate([found, plain[moves:]])
+    half = 0.5 * np.diff(time[:moves])[:, np.newaxis]
+    weights = inverse * softer[:moves, np.newaxis]
+    inside, own = weights[:, :, np.newaxis] * first[:, 0:1], weights[:, :, np.newaxis] * p[:, 0:1]
+    now, before = np.eye(2) - half[:, :, np.newaxis] * own[1:], -np.eye(2) - half[:, :, np.newaxis] * own[:-1]
+    band = np.zeros((5, 2 * (moves - 1)))  # row 1 + i - j, column j
+    band[0, 1::2], band[1, ::2], band[1, 1::2], band[2, ::2] = now[:, 0, 1], now[:, 0, 0], now[:, 1, 1], now[:, 1, 0]
+    band[2, 1:-2:2], band[3, :-2:2], band[3, 1:-2:2], band[4, :-2:2] = (
+        before[1:, 0, 1], before[1:, 0, 0], before[1:, 1, 1], before[1:, 1, 0]
+    )  # fmt: skip
+    driven = (half[:, :, np.newaxis] * (inside[1:] + inside[:-1])).reshape(2 * (moves - 1), -1)
+    whole = np.zeros_like(inside)
+    whole[1:] = of_scipy("linalg").solve_banded((3, 1), band, driven, check_finite=False).reshape(moves - 1, 2, -1)
+    return np.concatenate([first + p @ whole, plain[moves:]])
 
 
 class Linear(NamedTuple):
@@ -432,7 +469,7 @@ def fit_model(
         found = replace(found, statements=(*found.statements, _undriven(model, left)))
     ours = {name: found.values[name] for name in names}
     every = values | ours | {name: ours[other] for name, other in tied.items()}
-    return replace(found, base=cast(Any, robot_class(core))(**every, name=core.name))
+    return replace(found, base=cast(Any, robot_class(core))(**every, name=core.name), tied=tied)
 
 
 _UNDRIVEN = 0.2
@@ -518,6 +555,11 @@ def _view(model: Model, recording: Recording) -> Recording:
     return replace(recording, columns=columns)
 
 
+def seen_by(core: Solver, recording: Recording) -> Recording:
+    """A recording with the columns that the model of a solver has, as every fit names them."""
+    return _view(Model(core), recording)
+
+
 def _motions(model: Model, recording: Recording, number: int) -> list[Cut]:
     """The motions of a recording: what its drive shows, or its free decays."""
     titles = [title for title in ("position", "x1", "x2") if title in recording.columns]
@@ -527,17 +569,7 @@ def _motions(model: Model, recording: Recording, number: int) -> list[Cut]:
         spans = known_spans(recording)
     else:
         spans = decays(recording, mended(x)) if len(model.masses) == 1 else [(0, x.size)]
-    cuts = list[Cut]()
-    for part, (begin, end) in enumerate(spans, 1):
-        still = {"v": 0.0} if recording.has_current() and rests_at_first(mended(x[begin:end])) else {}
-        label = f"{recording.source}, part {part}" if len(spans) > 1 else recording.source
-        at = float(recording.time[begin])
-        under = steps_of(recording, begin, end) if recording.has_current() else ((0.0, 0.0),)
-        second = None if other is None else other[begin:end]
-        cuts.append(
-            Cut(recording, number, label, recording.time[begin:end] - at, x[begin:end], at, under, second, still)
-        )
-    return cuts
+    return cuts_of(recording, number, spans, x, other)
 
 
 def _posed(
@@ -608,6 +640,8 @@ def _parameter(model: Model, name: str, start: float) -> Parameter:
 
 _SPREAD = (1.0, 0.05, 20.0)
 """Times what is given of positive parameters, where the search for a start begins."""
+_MOST_LEFT = 0.05
+"""Share of the accelerations that a start leaves which is good enough: the search for it ends."""
 
 
 def _starts(
@@ -676,12 +710,12 @@ def _regressed(
                 parts.append((made - a[moving]) / size)
         return np.nan_to_num(np.concatenate(parts), nan=1e6, posinf=1e6, neginf=-1e6)
 
-    found = list[Any]()
+    found = list[tuple[float, float, Array]]()
     for by in _SPREAD:
         z = np.where(log, math.log(by), np.array([free[name] for name in names]) / scale)
-        found.append(
-            optimize.least_squares(off, np.maximum(z, low + 1e-6), bounds=(low, np.inf), loss="soft_l1", max_nfev=200)
-        )
-    best = min(found, key=lambda each: float(each.cost))
-    off_by = np.asarray(best.fun, dtype=np.float64)
-    return float(np.mean(off_by**2)), out(np.asarray(best.x))
+        one = optimize.least_squares(off, np.maximum(z, low + 1e-6), bounds=(low, np.inf), loss="soft_l1", max_nfev=200)
+        found.append((float(one.cost), float(np.mean(np.asarray(one.fun) ** 2)), np.asarray(one.x)))
+        if found[-1][1] <= _MOST_LEFT:
+            break
+    _, left, best = min(found, key=lambda each: each[0])
+    return left, out(best)

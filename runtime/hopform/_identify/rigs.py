@@ -26,7 +26,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal, NamedTuple
+from typing import Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -309,7 +309,7 @@ class Experiment:
             return np.zeros(fine.size)
         return np.asarray((moved(drive + size * mass * force(along)) - states)[:, place] / size)
 
-    def only(self, chosen: NDArray[np.bool_] | slice) -> "Experiment":
+    def only(self, chosen: NDArray[np.bool_] | slice) -> Self:
         """The samples that a mask or a slice selects."""
         return replace(self, time=self.time[chosen], measured=self.measured[chosen])
 

@@ -116,27 +116,31 @@ def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = No
     return _basin_hopping(problem, found) if impacts and not held else found
 
 
-_ROUNDS, _THROWN, _FOLLOWED, _APART = 4, 10, 3, 0.2
-"""Rounds of a search around a minimum; starts of a round, how many of them are followed, and how far apart they are,
-as a share."""
+_ROUNDS, _THROWN, _APART = 4, 10, 0.2
+"""Rounds of a search around a minimum; starts of a round, and how far apart they are, as a share."""
+_FOLLOWED = 3
+"""Starts about a minimum that are followed: those of least cost after some steps."""
+
+
+def _lowest(problem: Problem, found: Solution, starts: Sequence[Values]) -> Solution:
+    """The lowest of a minimum and of those that starts about it lead to: over some of the samples first."""
+    some, own = [_beginning(each, 1.0) for each in problem.experiments], estimation.started(found)
+    solve = partial(estimation.again, found, some)
+    here = solve(most=6, precision=1e-4)
+    begun = sorted((solve(_from_start(own, each), most=3, precision=1e-3) for each in starts), key=lambda one: one.cost)
+    ends = [solve(estimation.started(each), most=10, precision=1e-3) for each in begun[:_FOLLOWED]]
+    least = estimation.best([here, *ends])
+    return found if least.cost >= here.cost * (1.0 - 1e-4) else _better(problem, found, estimation.started(least))
 
 
 def _basin_hopping(problem: Problem, found: Solution) -> Solution:
     """The lowest of the minima around one that leaves more than noise: from beside it over all of the recordings, again
     and again. The sum of squares of a motion with impacts and stops has many minima, close to each other.
     """
-    some = [_beginning(each, 1.0) for each in problem.experiments]
-    solve = partial(estimation.again, found, some)
     for turn in range(_ROUNDS):
         if _level(problem, found) <= 1.0:
             break
-        here = solve(most=1)
-        starts = [_from_start(found.parameters, each) for each in _around(found, turn)]
-        order = sorted((solve(each, most=3, precision=1e-3) for each in starts), key=lambda each: each.cost)
-        ends = [solve(estimation.started(each), most=10, precision=1e-3) for each in order[:_FOLLOWED]]
-        least = estimation.best([here, *ends])
-        if least is not here:
-            found = _better(problem, found, estimation.started(least))
+        found = _lowest(problem, found, _around(found, turn))
     return found
 
 
@@ -302,18 +306,9 @@ def _traded(problem: Problem, found: Solution) -> Solution:
     viscous, coulomb = problem.viscous, problem.coulomb
     if not coulomb or (white and "f1" not in coulomb):
         return found
-    some = [_beginning(each, 1.0) for each in problem.experiments]
-
-    def least(start: Values) -> Solution:
-        return estimation.again(found, some, _from_start(estimation.started(found), start), most=6, precision=1e-4)
-
-    first = best = least({})
-    for b, f in _TRADES if white else _TRADES + _SMALL_TRADES:
-        moved = {name: b * found.values[name] for name in viscous} | {name: f * found.values[name] for name in coulomb}
-        again = least(moved)
-        if again.cost < best.cost * (1.0 - 1e-4):
-            best = again
-    return found if best is first else _better(problem, found, estimation.started(best))
+    at, shares = found.values, _TRADES if white else _TRADES + _SMALL_TRADES
+    trades = [{n: b * at[n] for n in viscous} | {n: f * at[n] for n in coulomb} for b, f in shares]
+    return _lowest(problem, found, trades)
 
 
 def _unstuck(problem: Problem, found: Solution) -> Solution:

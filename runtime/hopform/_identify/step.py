@@ -23,7 +23,7 @@ from hopform._identify import estimation
 from hopform._identify.causes import SPEEDS, Diagnosis, brought, said, stiffest
 from hopform._identify.estimation import LEVEL, Estimate, Parameter
 from hopform._identify.fits import Fit, Options, Trace, checked, coloured, fit
-from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, read_some
+from hopform._identify.kinds import Cut, Group, Guess, Kind, Recordings, checked_known, cuts_of, read_some
 from hopform._identify.motion import Array, Known, Values
 from hopform._identify.recordings import (
     Recording,
@@ -33,7 +33,6 @@ from hopform._identify.recordings import (
     mended,
     noise_of,
     quantum_of,
-    steps_of,
     units_of,
 )
 from hopform._identify.rigs import UNITS
@@ -77,11 +76,7 @@ class _Actuator(Kind):
         cuts = list[Cut]()
         for n, each in enumerate(group.recordings, first):
             x = each.position("x1") if self.rig == "air" else each.oscillation("x1")
-            for part, (begin, end) in enumerate(spans := known_spans(each), 1):
-                still = {"v": 0.0} if rests_at_first(mended(x[begin:end])) else {}
-                label = f"{each.source}, part {part}" if len(spans) > 1 else each.source
-                at, under = float(each.time[begin]), steps_of(each, begin, end)
-                cuts.append(Cut(each, n, label, each.time[begin:end] - at, x[begin:end], at, under, still=still))
+            cuts += cuts_of(each, n, known_spans(each), x)
         return replace(group, cuts=cuts)
 
     def start(self, group: Group) -> list[list[Guess]]:
@@ -112,12 +107,6 @@ class _Actuator(Kind):
 
 HELD = _Actuator("step", "held", "x1", parts=(0.35, 1.0))
 AIR = _Actuator("step", "air", "x1", parts=(0.35, 1.0))
-
-
-def rests_at_first(x: Array) -> bool:
-    """Whether a recording starts at rest: its first samples differ by noise alone."""
-    noise = max(noise_of(x), quantum_of(x), 1e-12)
-    return float(np.ptp(x[:10])) <= 8.0 * noise and float(np.ptp(x[:10])) < 0.02 * float(np.ptp(x))
 
 
 def _regress(recording: Recording, letters: Sequence[str], known: Values, cutoff: float) -> Guess:

@@ -9,15 +9,19 @@ from typing import NamedTuple, SupportsFloat
 
 import numpy as np
 
-from hopform._checks import MEMORY, flag, nonnegative, positive, whole, word
+from hopform._checks import MEMORY, flag, nonnegative, positive, real, whole, word
 from hopform._errors import HopformError
 from hopform._identify import motion, rigs
 from hopform._identify.motion import Array, drop_and_compression
-from hopform._identify.recordings import Column, Recording, current_steps
+from hopform._identify.recordings import SI, Column, Recording, current_steps
+from hopform._motion import Start
 from hopform._robots import Robot, checked_robot
 from hopform._solver.package import ENDINGS, LegState, Steps, records
+from hopform._stance import Current, solve_motion
 
 TESTS = ("drop", "free", "decay", "step", "air")
+MOTION = "motion"
+"""What is recorded of any model: its motion from a start."""
 DRIVEN = ("step", "air")
 """Tests of an actuator, whose body is held or in the air."""
 
@@ -43,6 +47,8 @@ def record(
     added_mass: SupportsFloat = 0.0,
     repeats: int = 1,
     free_stroke: bool = False,
+    start: Start = None,
+    u: Current = 0.0,
     seed: int | None = None,
 ) -> Recording:
     """A synthetic recording of a robot in a test, within the robot's stroke and its spring's travel.
@@ -60,6 +66,9 @@ def record(
     travel has no limit, as the recording's remarks say. The same seed gives the same recording, None another one each
     time.
 
+    test "motion": any model from `start` under `u`, as `solve_motion` takes them; every position is recorded, noise and
+    quantum in its unit, and the input where it is not 0. What the other tests are set by is refused.
+
     Raises HopformError for a value that is not allowed, and for a height or a current under which the actuator reaches
     a stop, or the spring the end of its travel; the message has the largest that fits. In a free drop the actuator may reach its stops.
 
@@ -68,13 +77,13 @@ def record(
     >>> recording.time.size, sorted(recording.columns)
     (1001, ['current', 'x1'])
     """
-    checked_robot(robot, "identify")
-    word("test", test, TESTS)
+    word("test", test, (*TESTS, MOTION))
+    checked_robot(robot, "motion" if test == MOTION else "identify")
     whole("repeats", repeats, most=1000)
     if repeats > 1 and test not in ("drop", "decay"):
         raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
     # Of one seed each test has noise of its own.
-    own = None if seed is None else [whole("seed", seed, 0, math.inf), TESTS.index(test)]
+    own = None if seed is None else [whole("seed", seed, 0, math.inf), (*TESTS, MOTION).index(test)]
     draw = np.random.default_rng(own)
     encoder = nonnegative("noise", noise, "m"), nonnegative("quantum", quantum, "m"), draw
     length = positive("duration", 2.0 if duration is None else duration, "s")
@@ -86,11 +95,19 @@ def record(
     if repeats * (time.size + hertz) > MOST_SAMPLES:
         most = int(MOST_SAMPLES / (time.size + hertz))
         raise HopformError(f"repeats must be at most {most} for so many samples each, got {repeats}")
+    set_by = {"height": height, "current": current, "hold": hold, "added_mass": added_mass or None,
+              "free_stroke": flag("free_stroke", free_stroke) or None}  # fmt: skip
+    if test == MOTION:
+        if wrong := [name for name, value in set_by.items() if value is not None]:
+            raise HopformError(f"{', '.join(wrong)}: a motion is set by start and u alone")
+        return _motion(robot, start, u, time, *encoder)
+    if start or isinstance(u, Sequence) or real("u", u, "A") != 0.0:
+        raise HopformError(f"start and u are for the test {MOTION!r}, got {test!r}")
     still = nonnegative("hold", 0.2 if hold is None else hold, "s")
     if not still <= time[-1]:
         raise HopformError(f"hold must be <= {float(time[-1])!r} s, the duration, got {still!r}")
     rig = robot
-    if flag("free_stroke", free_stroke):
+    if free_stroke:
         rig = replace(robot, x1_min=-math.inf, x1_max=math.inf, travel=math.inf)
     bench = _Bench(rig, test, time, still, nonnegative("added_mass", added_mass, "kg"))
     made = bench.made(_given(bench, height, current))
@@ -125,15 +142,41 @@ def to_csv(recording: Recording) -> str:
     return "\n".join([*head, *(",".join(f"{value:.9g}" for value in row) for row in rows)]) + "\n"
 
 
+def _motion(
+    robot: Robot, start: Start, u: Current, time: Array, noise: float, quantum: float, rng: "np.random.Generator"
+) -> Recording:
+    """The motion of any model from a start under its input; HopformError where it ends before the last sample."""
+    facts = robot.solver.facts
+    solved = solve_motion(robot, start=start, u=u, horizon=float(time[-1]) * _PAST)
+    if solved.status not in ("rest", "horizon"):
+        message = f"the motion ends by {solved.status} after {solved.duration:.6g} s, before the last sample"
+        raise HopformError(f"{message}: a shorter duration, or another start, is needed")
+    found, columns = solved.at(np.minimum(time, solved.duration)), dict[str, Column]()
+    for axis in ("x1", "x2"):
+        if axis in facts.axes:
+            name, unit = (str(facts.axes[axis][part]) for part in ("name", "unit"))
+            x = np.asarray(getattr(found, name), dtype=np.float64)
+            columns[name.lower()] = _column(f"{name}_{unit}", len(columns) + 2, x, noise, quantum, rng)
+    drive = solved.current(time) if facts.inputs else np.zeros(time.size)
+    if drive.any():
+        name, unit = (str(facts.inputs[0][part]) for part in ("name", "unit"))
+        title = f"{name}_{unit.replace(' ', '')}"
+        columns[name.lower()] = Column(title, _QUANTITIES[unit], len(columns) + 2, np.asarray(drive, np.float64))
+    return Recording(f"{robot.name or facts.name}, {MOTION}", time, columns)
+
+
+_QUANTITIES = {unit: quantity for quantity, unit in SI.items()}
+
+
 def _column(title: str, place: int, x: Array, noise: float, quantum: float, rng: "np.random.Generator") -> Column:
-    """A position [m] as a sensor of a noise and a quantum [m] has it."""
+    """A position [m, rad] as a sensor of a noise and a quantum [m, rad] has it."""
     with np.errstate(over="ignore"):
         values = x + noise * rng.standard_normal(x.size)
     if not bool(np.isfinite(values).all()):
         raise HopformError(f"{title} must stay within all numbers: a smaller height, current or noise is needed")
     if quantum > np.spacing(np.abs(values)).max():  # a step that is finer than the last digit rounds nothing
         values = quantum * np.round(values / quantum)
-    return Column(title, "length", place, values)
+    return Column(title, _QUANTITIES[title.rpartition("_")[2]], place, values)
 
 
 # ---- settings that fit ----
