@@ -36,7 +36,7 @@ class _Derivatives(Shown):
     matrix: NDArray[np.floating]
     units: Mapping[str, str]
     """of rows and columns, by name"""
-    aliases: Mapping[str, str] = field(default_factory=dict)
+    aliases: Mapping[str, str] = field(default_factory=dict[str, str])
     """the names in a leg's file of what its stance calls x1, v1, x2, v2"""
 
     def _card(self) -> Card:
