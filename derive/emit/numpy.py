@@ -62,6 +62,20 @@ def attribute(quantity: Quantity) -> str:
     return f"{quantity.name}: float{default}"
 
 
+OVER_TIME = ("Energy", "Ledger", "FlightLedger")
+"""Records that people read over time: generic, so that type checkers tell floats from arrays."""
+
+
+def bases(record: Record) -> str:
+    """The bases of a record's class."""
+    return "NamedTuple, Generic[Value]" if record.in_python in OVER_TIME else "NamedTuple"
+
+
+def entry(record: Record) -> str:
+    """The type of its entries."""
+    return "Value" if record.in_python in OVER_TIME else "Real"
+
+
 def words(kind: Iterable[Word]) -> str:
     """A dictionary of words by their numbers, a line each with the meaning."""
     return "\n".join(("{", *(f'    {word.number}: "{word.text}",  # {word.meaning}' for word in kind), "}"))

@@ -327,6 +327,7 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "moves_alone": int(options.model.moves_alone),
         "rest_may_lack": int(options.model.rest_may_lack),
         "has_law": int(options.model.law is not None),
+        "if_law": "X(argument)" if options.model.law is not None else "(void)(argument)",
         "public_structs": [*public, *structs.structs(options.model.robot, has_law=options.model.law is not None)],
         "internal_structs": [structs.struct_of(record) for record in made.records if record.name not in c.PUBLIC],
         "python_records": (*made.records, *ledgers),

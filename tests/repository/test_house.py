@@ -76,8 +76,12 @@ def packages(path: Path) -> set[str]:
 
 @each(modules(SOLVER))
 def test_the_generated_package_needs_numpy_alone_and_does_not_know_its_name(path):
-    """Two of them stand side by side under any names."""
-    assert packages(path) <= {"numpy"}
+    """Two of them stand side by side under any names. What type checkers alone read is no need of theirs."""
+    tree = ast.parse(path.read_text("utf-8"))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING":
+            node.body = [ast.Pass()]
+    assert {name.split(".")[0] for name in imported(tree)} - sys.stdlib_module_names <= {"numpy"}
 
 
 def project() -> dict[str, Any]:
