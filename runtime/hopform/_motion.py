@@ -324,9 +324,10 @@ class Motion(OverTime):
     def target(self, t: Times) -> NDArray[np.floating]: ...
     def target(self, t: Number | Times) -> Real:
         """The target of the law at times t [s], in t's shape, in its unit; HopformError for a model without a law."""
+        times = self._times(t)
         if not self.robot.solver.facts.currents:
             raise HopformError(f"the model {self.robot.solver.name} has no law, and so no target")
-        return shaped(self._steps(self._times(t)), t)
+        return shaped(self._steps(times), t)
 
     def driven(self, t: Number | Times) -> dict[str, Real]:
         """The input, and the current that a law sets, at times t [s], in t's shape, by their names in the model."""
