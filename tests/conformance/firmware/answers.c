@@ -698,6 +698,21 @@ static void one_command(void)
              && !(fabs(stepped.apex - command.apex) > 0.0),
          "step by step another command");
     must(T(choose_current_step)(&search, phases, CAPACITY, &stepped) == HOPFORM_OK, "a search that is done goes on");
+    const double begins[5] = {command.u, 1.02 * command.u, 0.5 * command.u, -command.u, 0.9 * robot.u_max};
+    for (int n = 0; n < 5; n++) { /* wherever a search begins, it ends as well */
+        must(T(choose_current_begin)(&search, &plan, &start, &target, &stepped) == HOPFORM_SEARCHING
+                 && T(choose_current_near)(&search, begins[n]) == HOPFORM_SEARCHING,
+             "no search near a current");
+        goes = HOPFORM_SEARCHING;
+        for (int step = 0; goes == HOPFORM_SEARCHING && step < 1000; step++) {
+            goes = T(choose_current_step)(&search, phases, CAPACITY, &stepped);
+        }
+        must(goes == HOPFORM_OK && stepped.status == command.status, "another end of a search near a current");
+        near(fabs(stepped.apex - target.h_des), fabs(command.apex - target.h_des), 1.5e-9,
+             "how near the apex of a search near a current comes");
+        must(status != HOPFORM_COMMAND_REACHED || fabs(stepped.u) <= fabs(command.u) + 1e-3 * (1.0 + fabs(u)),
+             "a larger current of a search near one");
+    }
     target.datum = 0.02;
     target.h_des -= 0.02;
     if (target.h_des > 0.0) {
