@@ -7,15 +7,16 @@ them.
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 
 import sympy as sp
 
 from ..ir import Function, Quantity, Record
 
 Line = tuple[str, str]
-LARGEST_PART = 10**36
-"""Above and below the line of a fraction, so that single precision holds them; with larger ones it is written as one
-number.
+LARGEST_PART = 2**24
+"""Above and below the line of a fraction, so that single precision holds both to the last digit, and the quotient is
+rounded once; with larger ones it is written as one number.
 """
 
 
@@ -60,7 +61,7 @@ class Expressions:
         above.sort(key=_factor_order)
         below.sort(key=_factor_order)
         if max(number.p, number.q) > LARGEST_PART or (number != 1 and number.q in (1, 2, 4, 8)):
-            above.insert(0, repr(float(number)))
+            above.insert(0, repr(float(Fraction(int(number.p), int(number.q)))))
         elif number.q != 1:
             if number.p != 1:
                 above.insert(0, repr(float(number.p)))

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import sympy as sp
 
+from derive.emit.expressions import Expressions
 from derive.emit.program import program
 from derive.ir import Function, Quantity, Record
 from derive.maths import elements, partial_fractions, time_domain
@@ -26,6 +27,21 @@ from hopform_solver.records import Poles
 EPS = 2.0**-52
 PROGRAM = program()
 FUNCTIONS = pytest.mark.parametrize("function", PROGRAM.functions, ids=lambda function: function.name)
+
+# ---- numbers ----
+
+
+@pytest.mark.parametrize(
+    "text", ["0.18579428677743934", "0.10561184149994403", "1e-7", "3.2829212858959322", "0.1", "33554433"]
+)
+def test_a_number_of_a_model_file_is_the_nearest_one_of_either_precision(text):
+    """A stop that is written as a number is met by a start that has the same number."""
+    spelled = Expressions()(sp.Rational(text))
+    assert eval(spelled) == float(text)  # noqa: S307
+    above, *below = spelled.split("/")
+    single = np.float32(above) / np.float32(below[0]) if below else np.float32(above)
+    assert single == np.float32(text)
+
 
 # ---- units balance ----
 
