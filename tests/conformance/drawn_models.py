@@ -324,4 +324,5 @@ def case(made: Drawn, k: float, seed: int) -> Case:
     stiffness, damping = (4.0 * sum(each for each, _ in terms) for terms in (made.springs, made.dampers))
     fastest = rate(*((mass, stiffness, damping) for mass in made.masses)) + 1.0
     horizon = 10.0 / math.sqrt(k / light)
+    fastest = max(fastest, 50.0 / horizon)  # a stop is met and left within one long step else
     return Case(made.robot, start, u, horizon, made.mechanism(), tuple(q), tuple(v), fastest)
