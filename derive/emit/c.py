@@ -133,14 +133,11 @@ def some_along(signs: Iterable[int]) -> str:
 
 
 def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
-    """X(mode) by the sides of the elements, of which those that a mode holds are 0; of a single mode it is one call."""
+    """X(mode) by the sides of the elements, of which those that a mode holds are 0."""
     first, *others = modes
-    if not others:  # the sides stand in it, so that no parameter is left over
-        return f"((side_1) == (side_2) ? X({first['name']}) : X({first['name']}))"
     spelled = ""
     for mode in (first, *others):
         held = " && ".join(f"({side}) == 0" for side in mode["held"])
-        held = "(side_2) == 0 * (side_1)" if mode["name"] == "law" else held  # as above
         spelled = f"{held} ? X({mode['name']}) : {spelled}" if held else f"X({mode['name']})"
     return f"({spelled})"
 

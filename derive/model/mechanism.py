@@ -517,11 +517,11 @@ class _Mechanism:
         ):
             raise ModelError(f"{self.contact}: impact_loss must be a number >= 0 and < 1, or a parameter in 'fraction'")
         self._put(Q.impact_loss, loss, "contact")
-        for mass, others in ((self.first, ("x2", "v2")), (self.second, ("x1", "v1"))):
+        for mass, own, others in ((self.first, 1, ("x2", "v2")), (self.second, 2, ("x1", "v1"))):
             if mass is not None and {mass.symbol.name, mass.velocity} & {*others}:
                 raise ModelError(
-                    f"{self.contact}: {mass.symbol} with the velocity {mass.velocity} is mass {3 - int(others[0][1])} of "
-                    f"the leg, and {others[0]}, {others[1]} are the other one in a stance: give it another name"
+                    f"{self.contact}: {mass.symbol} with the velocity {mass.velocity} is mass {own} of the leg, and "
+                    f"{', '.join(others)} are the other one in a stance: give it another name"
                 )
         for force in self.further:
             refuse_what_flight_cannot_carry(force)

@@ -26,7 +26,7 @@ from hopform._solver import package
 from hopform._solver.choice import BackEnd
 from hopform._solver.library import Backend
 from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, RESULTS, ROWS, STATES, STATUS, Column, checked, records
-from hopform._stance import LAYOUT, TOUCHING_ULP
+from hopform._stance import LAYOUT, TOUCHING_ULP, state_of_leg
 
 Progress = Callable[[int, int], object]
 
@@ -150,7 +150,9 @@ class Batch(Motions):
     def takeoff(self) -> State[NDArray[Any]]:
         """The state at take-off, NaN where there is none."""
         lifts = self.status == 1
-        return State(*(np.where(lifts, value, value.dtype.type(math.nan)) for value in map(np.asarray, self.end)))
+        return type(self.end)(
+            *(np.where(lifts, value, value.dtype.type(math.nan)) for value in map(np.asarray, self.end))
+        )
 
 
 def labelled(inputs: Mapping[str, Any], units: Mapping[str, str]) -> tuple[dict[str, Any], Labels | None]:
@@ -260,7 +262,7 @@ def solve_stances(
     if found.matrices is not None:
         own = type(robot.parameters)(**robots)
         derivatives = of_matrix(ManySensitivities, found.matrices, x2 is not None, robot.solver, own)
-    of, end = found.of, State(*(found.of[name] for name in State._fields))
+    of, end = found.of, state_of_leg(robot.solver)(*(found.of[name] for name in State._fields))
     return Batch(
         of["status"], of["duration"], end, of["event_count"], found.times, found.kinds, found.backend, derivatives,
         labels, LAYOUT.unit_of, EVENTS, found.compressions, apex=of["apex"], aed=of["aed"],
@@ -522,7 +524,7 @@ def _check_states(robot: Robot, given: dict[str, Column], robots: dict[str, Colu
     low, high = package.formulas.lower_stop(values), package.formulas.upper_stop(values)
     lower, upper, unit = package.records.ENDS
     refuse_any(lower, low, low <= high, lambda bad: f"must be <= {upper} {unit}, got {bad!r}")
-    place = robot.solver.facts.axes["x1"]
+    place = robot.solver.facts.axes.get("x1", {"name": "x1", "unit": "m"})  # of a leg alone it never moves
 
     def reason(bad: float) -> str:
         stroke = f"{float(np.min(low)):g} .. {float(np.max(high)):g} {place['unit']}"
@@ -535,8 +537,9 @@ def _compression(robot: Robot, given: dict[str, Column], robots: dict[str, Colum
     """The compression at touchdown from x1 and from x2 or itself, exactly 0 where these say so within rounding."""
     x1, x2 = given["x1"], given.get("x2")
     values = {name: np.asarray(each, float) for name, each in robots.items()}  # in double precision, as for one stance
-    place, L0, c = np.asarray(x1, float), values["L0"], values["c"]
-    rest = robot.solver.package.formulas.compression_at_rest(type(robot.parameters)(**values))
+    formulas, parameters = robot.solver.package.formulas, type(robot.parameters)(**values)
+    letters, rest = formulas.letters_of(parameters), formulas.compression_at_rest(parameters)
+    place, L0, c = np.asarray(x1, float), letters.L0, letters.c
     height = None if x2 is None else np.asarray(x2, float)
     y = np.asarray(given["compression"], float) if height is None else (place - height + L0) + c - rest
     y = np.where(np.abs(y) <= TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)

@@ -77,6 +77,10 @@ def test_a_leg_of_other_names_answers_to_them_and_to_those_of_a_stance(store):
     assert stance.sensitivities["rise", "k"] == stance.sensitivities["v2", "k"]
     assert stance.sensitivities["rise", "rise"] == pytest.approx(-1.0, rel=1e-12)
     assert stance.fly().at(0.01).h == stance.fly().at(0.01).x2
+    many = solver.solve_motions(robot, start={"h": 0.3, "rise": [-1.5, -1.0]})
+    assert many.end.h[0] == many.takeoff.h[0] == stance.end.h
+    run = hopform.simulate(robot, [0.0], height=0.1)
+    assert run.at(0.05).h == run.at(0.05).x2
 
 
 def test_the_body_of_a_leg_must_not_be_called_as_its_actuator():

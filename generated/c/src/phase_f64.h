@@ -15,12 +15,16 @@ static inline bool stores_much_f64(const hopform_robot_f64 *robot, const hopform
 /* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. With a law, which
  * sets the current of the one mass, side_2 is the limit that the current is at, 0 under the law. */
 static inline const hopform_poles_f64 *poles_of_f64(const hopform_plan_f64 *plan, int side_1, int side_2) {
+    (void)side_1; /* a model may have one mode, or go by one side */
+    (void)side_2;
 #define POLES_OF(mode) &plan->mode
     return HOPFORM_OF_MODE(POLES_OF, side_1, side_2);
 #undef POLES_OF
 }
 
 static inline const hopform_node_f64 *node_of_f64(const hopform_plan_f64 *plan, int side_1, int side_2) {
+    (void)side_1;
+    (void)side_2;
 #define NODE_OF(mode) &plan->node_##mode
     return HOPFORM_OF_MODE(NODE_OF, side_1, side_2);
 #undef NODE_OF

@@ -28,7 +28,7 @@ from hopform._motion import DOUBLE, Number, Real, State, Times
 from hopform._robots import BaseRobot, Robot, falling_robot
 from hopform._show import Arrays, Card, OverTime, duration_of, name_of, span
 from hopform._solver.package import OURS, records
-from hopform._stance import Stance, aed_at, rest_of, solve_stance, steps_of
+from hopform._stance import Stance, aed_at, rest_of, solve_stance, state_of_leg, steps_of
 from hopform.controllers import Answer, ConstantCurrent, Controller, Preparing, Sampled, Touchdown
 from hopform.terrain import heights_of
 
@@ -102,7 +102,7 @@ class _Legs(OverTime):
         >>> print(round(float(run.at(0.0).x2), 9), round(float(run.at(0.3).x1), 4))
         0.6 0.0161
         """
-        state = State(*self._from_legs(t, lambda leg, times: leg.motion.at(times), 4))
+        state = state_of_leg(self.robot.solver)(*self._from_legs(t, lambda leg, times: leg.motion.at(times), 4))
         return state._replace(x2=state.x2 + self._ground(t))
 
     @overload
