@@ -133,12 +133,12 @@ def some_along(signs: Iterable[int]) -> str:
 
 
 def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
-    """X(mode) by the sides of the elements, of which those that a mode holds are 0."""
+    """X(mode) by the sides of the elements, of which those that a mode holds are 0; the first is that of all others."""
     first, *others = modes
-    spelled = ""
-    for mode in (first, *others):
+    spelled = f"X({first['name']})"
+    for mode in others:
         held = " && ".join(f"({side}) == 0" for side in mode["held"])
-        spelled = f"{held} ? X({mode['name']}) : {spelled}" if held else f"X({mode['name']})"
+        spelled = f"{held} ? X({mode['name']}) : {spelled}"
     return f"({spelled})"
 
 

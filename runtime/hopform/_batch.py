@@ -150,9 +150,9 @@ class Batch(Motions):
     def takeoff(self) -> State[NDArray[Any]]:
         """The state at take-off, NaN where there is none."""
         lifts = self.status == 1
-        return type(self.end)(
-            *(np.where(lifts, value, value.dtype.type(math.nan)) for value in map(np.asarray, self.end))
-        )
+        end: State[NDArray[Any]] = self.end
+        found = [np.where(lifts, value, value.dtype.type(math.nan)) for value in map(np.asarray, end)]
+        return type(end)(*found)
 
 
 def labelled(inputs: Mapping[str, Any], units: Mapping[str, str]) -> tuple[dict[str, Any], Labels | None]:

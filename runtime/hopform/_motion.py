@@ -426,7 +426,8 @@ class Motion(OverTime):
 
     def _unit(self, name: str) -> str | None:
         layout, facts = self._layout, self.robot.solver.facts
-        coordinates = layout.unit_of
+        own = {str(table["name"]): str(table["unit"]) for table in facts.axes.values()}  # forces of a leg have these
+        coordinates = own | layout.unit_of
         if name in coordinates:
             return coordinates[name]
         of, _, coordinate = name.partition("_")

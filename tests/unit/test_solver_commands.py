@@ -90,6 +90,37 @@ def test_every_command_answers_for_a_damped_leg(leg, tmp_path, monkeypatch):
     assert "real b12" in Path("firmware/include/hopform/hopform_f32.h").read_text("utf-8").replace("float", "real")
 
 
+def test_every_command_answers_for_a_leg_of_which_nothing_is_called_as_in_the_paper(
+    store, tmp_path, capsys, monkeypatch
+):
+    """Coordinates, parameters, current and directions have names of their own; numbers are those of the hopper's."""
+    pytest.importorskip("matplotlib")
+    monkeypatch.chdir(tmp_path)
+    solver = ["--solver", str(built(store, "monoped"))]
+
+    def call(*line):
+        capsys.readouterr()
+        assert (cli.main([*solver, *line]), capsys.readouterr().err) == (0, "")
+
+    call(
+        "motion", "--start", "z=0.38", "--start", "z_dot=-1", "--u", "2", "--csv", "motion.csv", "--plot", "motion.svg"
+    )
+    call("stance", "--height", "0.2", "--u", "2", "--explain", "--csv", "stance.csv", "--plot", "stance.svg")
+    call("hop", "--height", "0.2", "--controller", "exact", "--h-des", "0.2", "--hops", "3", "--plot", "hop.svg")
+    call("reach", "--heights", "3", "--currents", "3", "--plot", "reach.svg")
+    call("control", "--height", "0.2", "--h-des", "0.2")
+    call("export", "firmware", "--f32")
+    assert len([*tmp_path.glob("*.svg")]) == 4
+    assert cli.main([*solver, "figures", "pictures"]) == 2
+    assert "the model monoped has others: --plot of stance" in capsys.readouterr().err
+    names = {"m_eff": 25.0, "m_s": 3.0, "k": 1200.0, "L0": 0.4, "b1": 150.0, "b2": 5.0, "f1": 0.8, "gamma2": -65.0}
+    theirs, ours = hopform.load_solver(solver[1]).Robot(), hopform.Robot(**names, u_max=10.0)
+    how = {"v2": -1.9, "u": 2.0}
+    assert hopform.solve_stance(theirs, **how).apex == pytest.approx(hopform.solve_stance(ours, **how).apex, rel=1e-12)
+    run, other = (hopform.simulate(each, [0.0, 0.01], 2.0, height=0.2) for each in (theirs, ours))
+    assert run.at(0.3).z == pytest.approx(other.at(0.3).x2, rel=1e-12)
+
+
 @pytest.mark.sliced
 def test_every_figure_is_drawn_of_a_damped_leg_that_hops(leg, tmp_path):
     pytest.importorskip("matplotlib")

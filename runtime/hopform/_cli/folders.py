@@ -62,6 +62,11 @@ def figures(
     plots.LOOK.set(plots.Look(width_of(width), style_of(style), caption == "image"))
     shipped = robot is None and not values and usual() in ROBOTS  # then each figure has its own
     own = None if shipped else robot_in_use(robot, values, "stance")
+    if own is not None and not {each.name for each in Robot.fields()} <= {each.name for each in own.fields()}:
+        raise HopformError(
+            f"the figures change parameters of the paper's hopper by name, and the model {own.solver.name} has others: "
+            "--plot of stance, hop and reach draws it"
+        )
     try:
         with one_line(f"--style {name_of(style)}") if style else nullcontext():
             files, pictures, left_out = drawn(wanted, own, sources, formats)

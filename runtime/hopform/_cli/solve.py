@@ -143,7 +143,7 @@ def hop(
         run = hopform.simulate(hopper, ground, asked, **how, progress=progress)
     bands = drawn.runs(ground, asked, how) if drawn else None
 
-    apexes = np.array([hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.g for hop in run.hops])
+    apexes = np.array([hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.fall for hop in run.hops])
     over = partial(shade, apexes, (bands,), True) if bands else None
     settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None}
     settings |= {"h_des": h_des, "seed": seed}

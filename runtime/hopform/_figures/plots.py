@@ -31,7 +31,20 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from hopform import Batch, Command, Flight, Hop, HopformError, Motion, Phase, Reachability, Run, Sensitivities, Stance
+from hopform import (
+    Batch,
+    Command,
+    Flight,
+    Hop,
+    HopformError,
+    Motion,
+    Phase,
+    Reachability,
+    Robot,
+    Run,
+    Sensitivities,
+    Stance,
+)
 from hopform._motion import Mass, force_unit, masses_of
 from hopform._stance import aed_at, rest_of
 from hopform._words import current, ending, input_of, modes_of, name_of, start_of, unit_of_time
@@ -161,8 +174,8 @@ def plot_stance(figure: Figure, stance: Stance) -> None:
         for draw, axes in zip(panels, rows, strict=True):
             draw(axes, stance, t, t * scale)
             mark_phases(axes, stance.phases, scale)
-        shade(rows[0], stance.phases, modes_over(stance, 0), scale)
-        shade(rows[1], stance.phases, modes_over(stance, 1), scale)
+        shade(rows[0], stance.phases, modes_over(stance, 0), scale, shades(stance.robot))
+        shade(rows[1], stance.phases, modes_over(stance, 1), scale, shades(stance.robot))
         name_events(rows[:3], stance, scale)
         rows[-1].set_xlabel(f"time since touchdown [{unit}]")
         figure.align_ylabels(rows)
@@ -174,7 +187,7 @@ def stance_panel(axes: Axes, stance: Stance) -> None:
     scale, unit = unit_of_time(stance.duration)
     t = stance_times(stance)
     draw_body(axes, stance, t, t * scale)
-    shade(axes, stance.phases, modes_over(stance, 1), scale)
+    shade(axes, stance.phases, modes_over(stance, 1), scale, shades(stance.robot))
     axes.set_xlabel(f"time since touchdown [{unit}]")
 
 
@@ -260,8 +273,7 @@ def name_axis(axes: Axes, label: str) -> None:
 
 
 def shade(
-    axes: Axes, phases: Sequence[Phase], modes: Sequence[str], scale: float,
-    looks: Mapping[str, Mapping[str, Any]] = SHADES,
+    axes: Axes, phases: Sequence[Phase], modes: Sequence[str], scale: float, looks: Mapping[str, Mapping[str, Any]]
 ) -> None:  # fmt: skip
     """The mode of a mass behind its curve; neighbours of one mode are one shade."""
     for word, stretch in groupby(zip(phases, modes, strict=True), key=lambda pair: pair[1]):
@@ -304,9 +316,7 @@ def label(axes: Axes, x: float, words: str, side: str) -> None:
 
 def legend_of_modes(figure: Figure, stance: Motion) -> None:
     """Legend of the shades behind the coordinates that occur."""
-    looks: dict[str, dict[str, Any]] = dict(SHADES)
-    for mass in masses_of(stance.robot.solver):
-        looks |= shades_of(mass)
+    looks = shades(stance.robot)
     lasting = [phase for phase in stance.phases if phase.end > phase.start]
     present = {word for phase in lasting for word in modes_of(phase, stance.robot)}
     patches = [Patch(label=word, linewidth=0.0, **look) for word, look in looks.items() if word in present]
@@ -392,6 +402,14 @@ def shades_of(mass: Mass) -> dict[str, dict[str, Any]]:
     """The shades behind the coordinate of a mass, by the words for its modes."""
     forwards, backwards = mass.directions
     return SHADES | {forwards: SHADES["extends"], backwards: SHADES["retracts"]}
+
+
+def shades(robot: Robot) -> dict[str, dict[str, Any]]:
+    """Those of all its masses."""
+    looks = dict(SHADES)
+    for mass in masses_of(robot.solver):
+        looks |= shades_of(mass)
+    return looks
 
 
 def carried(motion: Motion, t: Curve) -> list[tuple[str, Curve]]:

@@ -102,7 +102,8 @@ class _Legs(OverTime):
         >>> print(round(float(run.at(0.0).x2), 9), round(float(run.at(0.3).x1), 4))
         0.6 0.0161
         """
-        state = state_of_leg(self.robot.solver)(*self._from_legs(t, lambda leg, times: leg.motion.at(times), 4))
+        state_of = state_of_leg(self._all_legs[0].motion.robot.solver)
+        state = state_of(*self._from_legs(t, lambda leg, times: leg.motion.at(times), 4))
         return state._replace(x2=state.x2 + self._ground(t))
 
     @overload
