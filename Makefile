@@ -54,14 +54,16 @@ test-exhaustive-slice: compiler venv-dev ## the same for 20 000 of them by SEED,
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.exhaustive --seed $(SEED) --count 20000 --reference 500 --cases out/cases.json
 
-nightly: ## the slices and long stages of .ci/run, all of them, longer and by the day's seed
+nightly: ## the slower tests, the site and the long stages of .ci/run, all of them, longer and by the day's seed
 	@set -e; seed=$$(date +%Y%m%d); export HOPFORM_SEED=$$seed FUZZ_SEED=$$seed; \
-	    $(MAKE) test-slices coverage-c test-determinism mutants-all test-exhaustive-slice fuzz SEED=$$seed
+	    $(MAKE) test-slices SLOW="sliced or nightly"; \
+	    $(MAKE) site-test coverage-c test-determinism mutants-all test-exhaustive-slice fuzz SEED=$$seed
 
-test-slices: compiler venv-dev ## the slower tests, with some robots of each count of test-exhaustive-identification
+SLOW = sliced and not nightly
+test-slices: compiler venv-dev ## the slower tests; those of minutes run at night
 	$(PY) tools/build_library.py
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m sliced -n auto --dist loadfile --no-loadscope-reorder \
-	    tests/conformance tests/oracle tests/unit tests/repository --ignore tests/repository/test_package.py
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m "$(SLOW)" -n auto --dist loadfile --no-loadscope-reorder \
+	    tests/bench tests/conformance tests/oracle tests/unit tests/repository --ignore tests/repository/test_package.py
 
 docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors
 	$(PY) tools/build_library.py
@@ -99,7 +101,7 @@ fuzz: ## arbitrary bits into each C entry point (or ENTRIES), SECONDS (60) each,
 EXAMPLES = 40
 fuzz-outside: compiler venv-dev ## any objects, command lines and files from outside, EXAMPLES (40) times what test does
 	$(PY) tools/build_library.py
-	HOPFORM_EXAMPLES=$(EXAMPLES) $(PY) -m pytest -q -n auto -m "not exhaustive" tests/unit/test_outside_*.py
+	HOPFORM_EXAMPLES=$(EXAMPLES) $(PY) -m pytest -q -n auto -m "not nightly" tests/unit/test_outside_*.py
 
 coverage-c: compiler venv-dev ## count the branches of the C that tests take, or ONLY=--programs in C; 95 % must be
 	$(PY) tools/build_library.py

@@ -1,7 +1,6 @@
 """What the tests share: the robots, and the rule that in CI a skipped test fails."""
 
 import os
-import time
 from pathlib import Path
 
 import pytest
@@ -49,16 +48,6 @@ def backend(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-LEFT_OUT = "the time for slices is over"
-
-
-def pytest_runtest_setup(item: pytest.Item) -> None:
-    """With HOPFORM_SLICES_UNTIL set, seconds since the epoch, a slice that would begin later is left out."""
-    until = os.environ.get("HOPFORM_SLICES_UNTIL")
-    if until and time.time() > float(until) and item.get_closest_marker("sliced"):
-        pytest.skip(LEFT_OUT)
-
-
 def pytest_report_header() -> list[str]:
     return [
         f"hopform {hopform.__version__}, back ends: {', '.join(hopform.backends())}; {hopform.library_message() or ''}",
@@ -67,13 +56,9 @@ def pytest_report_header() -> list[str]:
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
-    """With HOPFORM_CI set nothing is absent, so a skipped test is a failure, but for want of time."""
+    """With HOPFORM_CI set nothing is absent, so a skipped test is a failure."""
     reporter = session.config.pluginmanager.get_plugin("terminalreporter")
-    reports = reporter.stats.get("skipped", []) if reporter else []
-    left_out = sum(LEFT_OUT in str(report.longrepr) for report in reports)
-    skipped = len(reports) - left_out
-    if left_out:
-        print(f"\n{left_out} slices were left out: {LEFT_OUT}")
+    skipped = len(reporter.stats.get("skipped", [])) if reporter else 0
     if os.environ.get("HOPFORM_CI") and skipped and session.exitstatus == 0:
         print(f"\nHOPFORM_CI is set and {skipped} tests were skipped: that is a failure here")
         session.exitstatus = pytest.ExitCode.TESTS_FAILED

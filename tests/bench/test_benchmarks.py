@@ -72,6 +72,7 @@ def test_the_numba_peer_s_lines_give_the_reference_s_events_without_numba_too(of
     assert verdict.error <= 1e-6
 
 
+@pytest.mark.sliced
 @each_set
 def test_hopform_s_rows_are_exact(of):
     exact = truth.load()[of.name]

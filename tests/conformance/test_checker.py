@@ -48,7 +48,7 @@ LONG = {"118-2367", "119-1600"}
 def found_once() -> Iterator[Any]:
     for case in json.loads(FOUND.read_text()):
         name = f"{case['seed']}-{case['lane']}"
-        yield pytest.param(case, id=name, marks=[pytest.mark.sliced] if name in LONG else [])
+        yield pytest.param(case, id=name, marks=[pytest.mark.nightly] if name in LONG else [])
 
 
 @pytest.mark.parametrize("case", found_once())

@@ -12,6 +12,7 @@ import pytest
 import hopform
 from derive.__main__ import main
 from derive.model.equations import ModelError
+from tests import needs
 from tests.conformance.drawn_models import case, drawn
 from tests.conformance.test_zoo import condition, kinds, resolved, units
 from tests.derived import model_of
@@ -21,6 +22,7 @@ from tests.oracle.numeric import integrate
 STARTS = 6
 LEGS = 19, 24, 35
 """Seeds whose files have a contact."""
+AT_NIGHT = [pytest.param(seed, marks=pytest.mark.nightly) for seed in (0, *range(2, 10), *LEGS[1:])]
 BODY = """
 m, k, L = (parameter(name, unit, name, "positive") for name, unit in (("m", "kg"), ("k", "N/m"), ("L", "m")))
 h = coordinate("h", "m", m, "body")
@@ -42,9 +44,7 @@ def built(store: Path, text: str) -> Path:
 
 
 @pytest.mark.filterwarnings("ignore:hopform uses its Python back end")
-@pytest.mark.parametrize(
-    "seed", [pytest.param(seed, marks=() if seed == 1 else pytest.mark.sliced) for seed in (*range(10), *LEGS)]
-)
+@pytest.mark.parametrize("seed", [*needs.the_first([1, LEGS[0]]), *AT_NIGHT])
 def test_a_file_of_random_elements_moves_as_newton_s_law_says(store, seed):
     made, stiffness = drawn(seed)
     solver = hopform.load_solver(built(store, made.text))
@@ -62,6 +62,7 @@ def test_a_file_of_random_elements_moves_as_newton_s_law_says(store, seed):
             assert abs(getattr(motion.end, key) - value) <= allowed * unit[key], (n, key, made.text, each)
 
 
+@pytest.mark.nightly
 @pytest.mark.filterwarnings("ignore:hopform uses its Python back end")
 def test_a_leg_of_other_names_answers_to_them_and_to_those_of_a_stance(store):
     """A body on a leg alone, which is a mass on a spring until it takes off."""

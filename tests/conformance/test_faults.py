@@ -29,7 +29,7 @@ UNEXPLAINED = [
 ]
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_intervals_hold_the_truth_in_19_of_20_cases():
     """Of sound recordings, late ones, short ones and ones of one direction: 90 % at least of some 95 intervals, which
     miss together in a fit; 2 fits of 24 may have none."""
@@ -39,13 +39,13 @@ def test_intervals_hold_the_truth_in_19_of_20_cases():
     assert not any(each.failed for each in found)
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_what_is_not_explained_has_no_interval():
     for each in UNEXPLAINED:
         assert cell(*each).without >= ROBOTS - 1, each
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_no_cause_is_named_that_is_not_there():
     """A known value that is off is no clock and no gain, a play no lag and no friction."""
     named = [*HELD, *UNEXPLAINED, ("step", "known value"), ("decay", "known value"), ("drop", "known value")]

@@ -85,7 +85,7 @@ def test_a_stop_that_takes_the_dampers_force_ends_the_contact(back_end, legs):
 
 @BACK_ENDS
 @pytest.mark.parametrize("name", ["damper", "second_spring", "held_body"])
-@pytest.mark.parametrize("count", [12, pytest.param(100, marks=pytest.mark.sliced)])
+@pytest.mark.parametrize("count", [12, pytest.param(100, marks=pytest.mark.nightly)])
 def test_random_stances_are_those_of_the_oracle(count, name, back_end, legs):
     """Events, ending, times, states and AED: right as mixed stability has it."""
     verdicts = []

@@ -16,14 +16,14 @@ def counted() -> robust.Count:
     return robust.measure(seed=1, robots=20, searched=6, starts=10)
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_no_random_start_comes_below_a_robust_fit():
     """18 fits, 10 starts each; `make test-exhaustive-identification` takes 90 and 20."""
     assert counted().searched == 18
     assert not counted().missed
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 @pytest.mark.parametrize("loss", robust.LOSSES)
 def test_intervals_of_robust_fits_hold_the_truth(loss):
     """Of some 80 intervals per loss at most 9 are off, which 95 % of each miss in 1 of 100 cases."""

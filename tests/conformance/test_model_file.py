@@ -137,7 +137,7 @@ def in_reference(robot: hopform.Robot, k_emf: float) -> dict[str, Any]:
     return parameters | {"b1": mp.mpf(parameters["b1"]) + mp.mpf(k_emf)}
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_derivatives_with_a_back_emf_are_those_of_the_reference(package, library):
     """Through a stop, and by the new parameter, which moves whatever it moves as b1 does."""
     robot, k_emf = dataclasses.replace(hopform.load_robot("hopper_c"), x1_max=0.05), 10.0
@@ -373,6 +373,7 @@ def test_hops_with_a_back_emf_are_those_of_an_integrator(package, library, hoppe
             x1, v1, v2, level = stance.end.x1, stance.end.v1, stance.end.v2, height
 
 
+@pytest.mark.sliced
 def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(store, hopper_c):
     """More viscous friction is a larger b1, a constant pull a larger c at the same L0 + c: within 1e-13 relative."""
     bearing = derived(store, "bearing", "bearing").package
@@ -752,7 +753,7 @@ def odd_package(odd) -> Any:
     return loaded(odd, "odd_solver")
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package, hopper_c, dtype):
     """The hopper with the same b1 and c, to rounding;
@@ -781,6 +782,7 @@ def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package,
     np.testing.assert_allclose(state, ours.end, rtol=200 * eps, atol=20 * eps)
 
 
+@pytest.mark.nightly
 def test_a_parameter_of_any_accepted_name_stands_in_every_class(odd_package):
     checked = importlib.import_module("odd_solver.robot").Robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4)
     assert checked.parameters._fields == odd_package.Robot._fields

@@ -64,7 +64,7 @@ def test_flags_of_msvc_that_change_results_are_refused(tmp_path, flags, why):
 
 
 @needs.library
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_without_extensions_batches_and_grids_have_the_same_bits(tmp_path):
     library = tmp_path / "plain.so"
     subprocess.run([*PLAIN, "-O1", "-fPIC", "-shared", *(C / "src").glob("*.c"), "-lm", "-o", library], check=True)

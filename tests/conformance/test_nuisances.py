@@ -32,7 +32,7 @@ def counted() -> nuisances.Count:
     return nuisances.measure(nuisances.SEED, robots=20)
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_intervals_with_nuisances_hold_the_truth_in_19_of_20_cases():
     """320 intervals of 20 robots, which miss together in a fit: 90 to 99 % hold it in 99 of 100 draws."""
     count = counted()
@@ -100,7 +100,7 @@ def over_an_actuator(level: float) -> Recording:
     return Recording("leg.csv", np.arange(u.size) / 400.0, {**columns, "current": Column("current_A", "current", 4, u)})
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 @pytest.mark.parametrize("level", [0.0, 0.5])
 def test_a_free_actuator_whose_friction_is_higher_at_rest_is_not_explained(level):
     """Its x1 shows where the fit starts though it hits its stops; without that, it ends at three times the masses."""
@@ -143,6 +143,7 @@ def test_a_fit_in_force_names_friction_at_rest_and_nothing_else():
         fit_force(axis(4.0), nuisances=["gain"], **how)
 
 
+@pytest.mark.sliced
 def test_nothing_is_named_where_nothing_was_done():
     for seed in range(5):
         assert not fit_step_response(step(seed), known={"m_eff": 25.0, "gamma2": -65.0}, compare=False).diagnoses

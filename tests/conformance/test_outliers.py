@@ -186,7 +186,9 @@ def within(fit, truth, errors: float = 3.0) -> None:
         assert abs(each.value - value) <= errors * 0.5 * (each.high - each.low) / 1.96, each
 
 
-@pytest.mark.parametrize(("loss", "share", "seed"), [("huber", 0.024, 5), ("cauchy", 0.0, 2)])
+@pytest.mark.parametrize(
+    ("loss", "share", "seed"), [("huber", 0.024, 5), pytest.param("cauchy", 0.0, 2, marks=pytest.mark.sliced)]
+)
 def test_a_drop_over_a_free_actuator_withstands_outliers_in_both_positions(loss, share, seed):
     made = spoilt(record(HOPPER, "free", seed=seed), seed, share)
     fit = fit_drop_test(
@@ -200,6 +202,7 @@ def test_a_drop_over_a_free_actuator_withstands_outliers_in_both_positions(loss,
     assert fit.rms == pytest.approx(2e-4, rel=0.05)
 
 
+@pytest.mark.sliced
 def test_all_recordings_together_withstand_outliers():
     made = [
         record(HOPPER, "drop", seed=1),

@@ -118,6 +118,7 @@ def facts():
     return play.facts()
 
 
+@pytest.mark.nightly
 def test_a_robot_file_is_read_to_the_numbers_of_python_or_refused(tmp_path, facts):
     contents = files()
     answers = in_node(

@@ -44,7 +44,7 @@ def test_random_robots_move_alike_to_the_last_bit(suffix, count):
     assert not compare(count, suffix, 1)
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 @EACH
 def test_many_random_robots_move_alike_to_the_last_bit(suffix):
     assert not compare(400, suffix, 2)

@@ -15,10 +15,12 @@ from tests.oracle.numeric import Motion, integrate
 pytestmark = needs.library
 QUICK = ("hopper", "joint", "sea", "servo")
 CASES = [
-    pytest.param(name, count, stiffest, marks=() if name in QUICK and count == 20 else pytest.mark.sliced)
+    pytest.param(name, count, stiffest, marks=() if name in QUICK and count == 20 else mark)
     for name in ZOO
-    for count, stiffest in ((20, 3e2), (200, 2e3), (10, 1e4))
-]
+    for count, stiffest, mark in (
+        (20, 3e2, pytest.mark.sliced), (10, 1e4, pytest.mark.sliced), (200, 2e3, pytest.mark.nightly),
+    )
+]  # fmt: skip
 ULPS, TRIES, FADED = 32, 60, 1e-6
 
 
@@ -49,14 +51,15 @@ def condition(motion: Any, case: Case, unit: dict[str, float]) -> float:
 
 
 def resolved(truth: Motion) -> int:
-    """How many events the integrator knows: it loses what has faded to a millionth of the largest velocity."""
+    """How many events the integrator knows: it loses what fades to a millionth of the largest velocity long before."""
     ends = [event.t for event in truth.events] + [truth.duration]
     n = len(truth.final[1])
     sizes = [
-        max(float(np.abs(truth.at(t)[n:]).max()) for t in np.linspace(begin, end, 9))
+        [float(np.abs(truth.at(t)[n:]).max()) for t in np.linspace(begin, end, 9)]
         for begin, end in zip([0.0, *ends], ends, strict=False)
     ]
-    faded = [index for index, size in enumerate(sizes[:-1]) if size < FADED * max(sizes)]
+    largest = max(map(max, sizes))
+    faded = [index for index, size in enumerate(sizes[:-1]) if max(size[4:]) < FADED * largest]
     return faded[0] if faded else len(ends)
 
 
@@ -76,10 +79,11 @@ def test_a_motion_is_that_of_the_integrator(store, name, count, stiffest):
         motion = solver.solve_motion(robot, **how)
         unit, known = units(case, truth), resolved(truth)
         allowed = 1e-10 * condition(motion, case, unit)
+        whole = known > len(truth.events)
         assert kinds(motion)[:known] == [*truth.kinds, truth.status][:known], (n, case)
         for event, exact in zip(motion.events[:known], truth.events[:known], strict=True):
             assert abs(event.time - exact.t) <= allowed * unit["T"], (n, case)
-        assert abs(motion.duration - truth.duration) <= allowed * unit["T"], (n, case)
+        assert not whole or abs(motion.duration - truth.duration) <= allowed * unit["T"], (n, case)
         final = dict(zip(case.start, np.concatenate(truth.final), strict=True))
         for key, value in final.items():
             assert abs(getattr(motion.end, key) - value) <= allowed * unit[key], (n, key, case)

@@ -253,7 +253,8 @@ def _passed(mode: Mode, what: str, n: int, at: Array, going: Array) -> Iterator[
     if what == "slips":
         forward, backward = mass.level
         force = mode.free(at, going)[n]
-        mode.sides[n] = 1 if abs(force - forward) < abs(force + backward) else -1
+        forwards = abs(force - forward) < abs(force + backward)
+        mode.sides[n] = 1 if at[n] <= mass.low or (forwards and at[n] < mass.high) else -1
     else:
         mode.sides[n] = mode.direction_from_rest(n, at, going)
     yield f"{mass.name}_" + (

@@ -96,6 +96,7 @@ def test_what_is_altered_builds_and_is_checked_by_both_back_ends(altered, packag
         importlib.import_module("sealed_solver.robot").Robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4, seal=1.0)
 
 
+@pytest.mark.sliced
 def test_a_new_word_stands_in_every_table(monkeypatch):
     """A kind of event and a status, as if the engine returned them."""
     event, status = kinds.Word(8, "x2_hits_stop", "the body meets a stop"), kinds.Word(-15, "error_weather", "it rains")

@@ -131,6 +131,7 @@ def test_extras_are_for_users_and_groups_for_a_checkout():
     ]
 
 
+@pytest.mark.sliced
 def test_what_make_run_installs_is_enough_for_the_page_on_commands(tmp_path):
     """They run where no other package of any extra can be imported."""
     present = installed_by_make_run()
@@ -364,6 +365,7 @@ def test_the_library_compiles_as_c99_without_a_warning(folder, compiler):
         objects(compiler, folder)
 
 
+@pytest.mark.sliced
 @each_compiler
 def test_the_library_keeps_no_data(folder, compiler):
     for path in objects(compiler, folder):

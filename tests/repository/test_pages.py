@@ -45,9 +45,9 @@ def test_the_examples_of_a_page_run(page):
         "how-to/use-another-robot.md",
         "reference/commands.md",
         "reference/solvers.md",
-        pytest.param("how-to/solve-a-motion.md", marks=pytest.mark.sliced),
+        pytest.param("how-to/solve-a-motion.md", marks=pytest.mark.nightly),
         pytest.param("how-to/your-own-mechanism.md", marks=pytest.mark.sliced),
-        pytest.param("tutorials/identification.md", marks=pytest.mark.sliced),
+        pytest.param("tutorials/identification.md", marks=pytest.mark.nightly),
     ],
 )
 def test_the_commands_of_a_page_run_in_their_order_and_write_what_they_name(tmp_path, monkeypatch, capsys, page):

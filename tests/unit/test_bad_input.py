@@ -145,6 +145,7 @@ def test_a_robot_survives_its_toml():
     assert robot_from_toml(free.to_toml()) == free
 
 
+@pytest.mark.sliced
 @given(
     name=st.text(st.characters(exclude_categories=["Cs"])),
     description=st.text(st.characters(exclude_categories=["Cs"])),

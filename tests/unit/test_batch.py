@@ -457,6 +457,7 @@ def slow_apex(v2: np.ndarray, folder: str) -> np.ndarray:
     return np.asarray(ufuncs.stance(0.0, 0.0, v2, 0.0, 2.0, 2.0, VECTOR)[ufuncs.RESULTS.index("apex")])
 
 
+@pytest.mark.sliced
 def test_a_sweep_survives_the_death_of_a_worker(tmp_path):
     distributed = pytest.importorskip("distributed")
     v2 = np.linspace(-3.0, -1.0, 4000)

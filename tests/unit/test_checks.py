@@ -124,7 +124,7 @@ def test_a_decay_that_is_called_a_drop_is_asked_about(tmp_path, capsys):
     assert "or is it a decay: hopform identify decay?" in capsys.readouterr().err
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_what_was_asked_wrongly_is_answered_with_how_to_ask(tmp_path, capsys):
     """A kind that the columns do not show; stops that nobody gave."""
     names = ("drop", "decay", "step", "free")

@@ -18,6 +18,7 @@ from hopform._identify.search import Problem
 from hopform._identify.segments import low_passed
 from hopform._identify.step import fit_step_response
 from hopform._identify.synthetic import record
+from tests import needs
 from tests.fits import ALONE
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -135,8 +136,8 @@ def test_a_robust_minimum_is_that_of_scipy(loss):
     assert everything.cost == pytest.approx(found.cost, rel=1e-12)
 
 
-@pytest.mark.parametrize("share", [0.0, 0.05])
-@pytest.mark.parametrize("loss", LOSSES)
+@pytest.mark.parametrize("share", needs.the_first([0.05, 0.0]))
+@pytest.mark.parametrize("loss", needs.the_first(LOSSES))
 def test_standard_errors_of_a_robust_fit_are_the_scatter_of_its_estimates(loss, share):
     """The standard deviation of the 600 errors of 300 fits, each over its standard error, is known to 3 %."""
     parameters = [Parameter(name, "m", 0.0, 0.1) for name in ("a", "b")]
@@ -261,6 +262,7 @@ def test_a_small_motion_in_noise_is_no_missed_one():
     assert not any("misses" in each for each in fit.warnings)
 
 
+@pytest.mark.sliced
 def test_friction_of_an_actuator_that_starts_at_its_stop_has_an_interval_around_it():
     """Into its stop a velocity is lost at once: nothing depends on it, and an interval must not end for that."""
     made = record(HOPPER, "free", rate=1000.0, seed=15)

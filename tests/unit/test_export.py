@@ -55,6 +55,7 @@ def test_a_package_has_sources_licence_readme_costs_and_no_word_left_to_fill_in(
         assert not re.search(r"@(prefix|PREFIX|version|summary|real|sources\w*|files)@", text), file
 
 
+@pytest.mark.sliced
 def test_an_export_in_one_precision_is_that_of_the_generator(tmp_path):
     assert derive(["--float32", "--out", str(tmp_path)]) == 0
     exported = sources(Wanted("plain", precisions=("f32",)))
@@ -110,6 +111,7 @@ def test_the_amalgamated_pair_compiles(tmp_path, standard, prefix):
         assert all(name.startswith(f"{prefix}_") for name in defined), defined
 
 
+@pytest.mark.sliced
 def test_the_amalgamated_pair_gives_the_digest_of_the_library(tmp_path):
     from tests.conformance.firmware.targets import BOARDS, HERE
 

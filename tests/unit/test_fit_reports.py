@@ -81,7 +81,7 @@ def test_a_robot_s_file_says_what_it_was_made_of(tmp_path, monkeypatch):
 # ---- a plan from ranges ----
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_a_plan_is_as_hard_as_every_robot_in_its_ranges_bears():
     """A weaker return spring lets the actuator go further under the same current: the softest robot sets it. What the
     plan promises of the hardest to tell holds for a robot in the middle.

@@ -161,9 +161,9 @@ def test_a_stray_file_is_named_and_caches_are_none(run, tree):
     ("path", "old", "new", "kind"),
     [
         ("templates/c/src/series_real.h.j2", "and tables", "and lists", "template"),
-        pytest.param("runtime/engine/c/phase_real.h", "/* ", "/*  ", "engine", marks=pytest.mark.sliced),
+        pytest.param("runtime/engine/c/phase_real.h", "/* ", "/*  ", "engine", marks=pytest.mark.nightly),
         ("derive/model/equations.py", '"""', '"""\n', "model"),
-        pytest.param("derive/emit/c.py", '"""', '"""\n', "generator", marks=pytest.mark.sliced),
+        pytest.param("derive/emit/c.py", '"""', '"""\n', "generator", marks=pytest.mark.nightly),
     ],
 )
 def test_in_a_folder_of_ones_own_whoever_was_changed_is_named_even_where_no_text_changes(
@@ -180,7 +180,7 @@ def test_what_moves_no_text_leaves_generated_fresh(run, tree):
     assert run("--check") == (0, "", "")
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_comments_formulas_and_the_engine_do_not_move_the_layout_and_the_number_of_a_status_does(tree):
     def layout() -> str:
         assert derive(tree).code == 0
@@ -196,6 +196,7 @@ def test_comments_formulas_and_the_engine_do_not_move_the_layout_and_the_number_
     assert layout() != before
 
 
+@pytest.mark.nightly
 def test_a_changed_formula_is_shown_in_both_languages(tree):
     replace(tree / "derive/maths/laplace.py", "a2_0 - model.levels[1] * side_2", "a2_0 + model.levels[1] * side_2")
     before = contents(tree)
@@ -259,6 +260,7 @@ def test_a_run_takes_away_what_is_stray_and_mends_what_was_edited(run, tree, fre
     assert contents(tree / "generated") == contents(fresh / "generated")
 
 
+@pytest.mark.nightly
 def test_another_hash_seed_gives_the_same_bytes_and_out_writes_a_whole_tree(fresh, tmp_path):
     assert derive(fresh, "--out", tmp_path / "new" / "out", seed="20261").code == 0
     made, ours = contents(tmp_path / "new" / "out"), contents(fresh / "generated")
@@ -267,7 +269,7 @@ def test_another_hash_seed_gives_the_same_bytes_and_out_writes_a_whole_tree(fres
     assert made == ours
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_an_output_folder_loses_what_an_earlier_run_made_and_keeps_what_is_not_of_the_generator(run, tmp_path):
     out = tmp_path / "out"
     assert run("--out", out).code == 0
@@ -463,7 +465,7 @@ def test_a_manifest_that_is_none_is_made_anew_in_generated(run, tree, fresh):
 
 @pytest.mark.parametrize(
     ("option", "kept", "left_out"),
-    [("--float32", "f32", "f64"), pytest.param("--float64", "f64", "f32", marks=pytest.mark.sliced)],
+    [("--float32", "f32", "f64"), pytest.param("--float64", "f64", "f32", marks=pytest.mark.nightly)],
 )
 def test_one_precision_leaves_the_other_out(run, fresh, tmp_path, option, kept, left_out):
     out = tmp_path / "out"

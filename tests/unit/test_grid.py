@@ -150,6 +150,7 @@ def is_another(name: str) -> bool:
     return name.endswith(".c") and not name.startswith("hopform_")
 
 
+@pytest.mark.sliced
 @needs.library
 @pytest.mark.parametrize("dtype", needs.the_first(["float32", "float64"]))
 def test_wider_registers_give_the_bits_of_the_plain_ones(tmp_path, dtype):

@@ -22,6 +22,7 @@ def test_every_command_has_two_examples():
     assert all(f"{line} ".startswith(f"{command} ") for command, lines in EXAMPLES.items() for line in lines)
 
 
+@pytest.mark.sliced
 def test_the_examples_of_the_help_run(tmp_path, monkeypatch, capsys, store):
     """A model is copied, its solver taken from those that the tests have built."""
     pytest.importorskip("matplotlib")

@@ -181,7 +181,7 @@ def test_both_back_ends_fit_the_same():
         assert arrays[name].value == pytest.approx(c[name].value, rel=1e-5), name
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_intervals_hold_the_truth_in_19_of_20_cases():
     """50 random robots, parameters of one fall together: 88 to 99 %;
     `make test-exhaustive-identification` holds 92 to 97.

@@ -86,7 +86,7 @@ def test_the_hopper_built_as_a_stranger_answers_with_the_same_bytes(store, tmp_p
     compare(HANDFUL, built(store, "stranger"), tmp_path, capsys, monkeypatch)
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_the_stranger_draws_and_exports_the_same_bytes(store, tmp_path, capsys, monkeypatch):
     pytest.importorskip("matplotlib")
     pytest.importorskip("scipy")

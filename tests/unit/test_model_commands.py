@@ -106,6 +106,7 @@ def joint(store) -> Path:
     return built(store, "joint")
 
 
+@pytest.mark.sliced
 def test_the_library_of_a_joint_carries_no_cubic_no_flight_and_no_controller(joint, tmp_path):
     """As an object, without help of a linker; a joint has one mass, and nothing takes off."""
     unit, include = joint / "c" / "src" / "hopform_f32.c", joint / "c" / "include"

@@ -20,7 +20,7 @@ def executed(page: Path, folder: Path):
     return notebook
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_the_tutorial_runs_every_step_has_a_picture_and_it_prints_little(tmp_path):
     """Its twelve and more cells show each type of result."""
     notebook = executed(PAGE, tmp_path)

@@ -111,7 +111,7 @@ def in_a_process(line, folder):
     return done.returncode, done.stdout.decode(errors="replace"), done.stderr.decode(errors="replace")
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_the_same_in_processes_of_their_own():
     """As many as processors at a time; what leaves an interpreter is seen here alone, a second exception among it."""
     lines = list[list[str]]()

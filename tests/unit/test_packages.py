@@ -180,6 +180,7 @@ CASES = [
 ]
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize(("system", "precisions"), CASES)
 def test_a_package_that_is_built_with_its_own_flags_has_the_digests(tmp_path, system, precisions):
     package = Package(tmp_path, system, precisions)

@@ -22,6 +22,7 @@ from hopform._identify.recordings import (
 )
 from hopform._identify.step import fit_force, fit_step_response
 from hopform._identify.synthetic import record, to_csv
+from tests import needs
 
 HOPPER = hopform.load_robot("hopper_c")
 
@@ -170,7 +171,7 @@ def with_column(recording, name, values) -> str:
     return to_csv(dataclasses.replace(recording, columns={**recording.columns, name: column}))
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_a_fit_that_misses_is_refused(tmp_path, capsys):
     """Heights in m that are called cm: a free actuator hides it from the check by g, the fit does not."""
     path = tmp_path / "free.csv"
@@ -182,7 +183,7 @@ def test_a_fit_that_misses_is_refused(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("kind", ["step", "air", "force", "all"])
-@pytest.mark.parametrize("other", ["of another run", "of a sine", "backwards"])
+@pytest.mark.parametrize("other", needs.the_first(["of another run", "of a sine", "backwards"]))
 def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kind, other, tmp_path, capsys):
     made = record(HOPPER, "step" if kind in ("step", "all") else "air", seed=2)
     u = made.current()
@@ -235,6 +236,7 @@ def test_velocities_in_place_of_positions_are_refused(tmp_path, capsys):
     assert "is the unit of x1_m right" in refused(path, "step", "--known", "m_eff=25", capsys=capsys)
 
 
+@pytest.mark.sliced
 def test_no_robot_is_written_of_a_fit_that_is_off(tmp_path, capsys):
     """A tenth to a fifth of the motion is missed: it is shown, with a warning."""
     made = record(HOPPER, "step", seed=2)

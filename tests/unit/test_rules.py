@@ -194,6 +194,7 @@ def test_few_functions_are_left_out(verdicts: Verdicts) -> None:
     assert sum(answers.size for answers in verdicts.values()) >= 0.75 * 2 * COUNT * len(KINDS)
 
 
+@pytest.mark.nightly
 def test_the_judge_sees_a_minimum_below_zero_by_rounding(rules: Any, precision: str) -> None:
     """It can fail: without a rounding bound the touches that the rules let pass are zeros."""
     said = np.concatenate([answers["of"] for answers in judged(rules, precision, rounding=0.0).values()])

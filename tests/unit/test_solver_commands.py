@@ -90,6 +90,7 @@ def test_every_command_answers_for_a_damped_leg(leg, tmp_path, monkeypatch):
     assert "real b12" in Path("firmware/include/hopform/hopform_f32.h").read_text("utf-8").replace("float", "real")
 
 
+@pytest.mark.sliced
 def test_every_command_answers_for_a_leg_of_which_nothing_is_called_as_in_the_paper(
     store, tmp_path, capsys, monkeypatch
 ):
@@ -121,7 +122,7 @@ def test_every_command_answers_for_a_leg_of_which_nothing_is_called_as_in_the_pa
     assert run.at(0.3).z == pytest.approx(other.at(0.3).x2, rel=1e-12)
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_every_figure_is_drawn_of_a_damped_leg_that_hops(leg, tmp_path):
     pytest.importorskip("matplotlib")
     leg("figures", tmp_path / "pictures", "--robot", "hopper_c", "--set", "b12=1", "--format", "svg")

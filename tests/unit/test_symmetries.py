@@ -40,7 +40,7 @@ def fitted(of: Recording) -> Fit:
 PLAIN = simulate(RIG, CURRENT, RATE)
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 @settings(max_examples=8, deadline=None, derandomize=True)
 @given(st.booleans(), st.floats(-3.0, 3.0))
 def test_mirror_and_shift_of_a_recording_change_no_parameter(mirrored, shift):
@@ -92,7 +92,7 @@ def test_a_current_that_creeps_both_ways_shows_friction_as_an_air_recording():
     assert fit["offset"].value == pytest.approx(0.02, abs=1e-3)
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 def test_a_long_recording_is_fitted_with_all_that_a_fit_says():
     u = np.repeat([0.0, 3.0, -3.0], 5600)
     of = recording(simulate(RIG, u, 10.0 * RATE), u, 10.0 * RATE)
@@ -142,7 +142,7 @@ def test_a_held_drive_is_half_a_sample_late_in_a_fit_in_force():
     assert fit["m_eff"].value == pytest.approx(0.005, rel=0.01)
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 @pytest.mark.parametrize("seed", [3, 5, 12])
 def test_a_free_drop_without_x1_ends_in_the_lowest_minimum(seed):
     """Of these seeds the first search came to a rms of 0.34 to 3.7 mm, the noise is 0.2 mm."""

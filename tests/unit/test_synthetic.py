@@ -189,7 +189,7 @@ def estimates_of(robot, test, seed):
     return [each.low <= truth[each.name] <= each.high for each in fit.estimates if not each.own]
 
 
-@pytest.mark.sliced
+@pytest.mark.nightly
 @pytest.mark.parametrize("robot", [HOPPER, OTHER], ids=lambda robot: robot.name)
 @pytest.mark.parametrize("test", TESTS)
 def test_default_recordings_give_intervals_that_hold(robot, test):
