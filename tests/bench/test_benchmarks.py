@@ -84,6 +84,7 @@ def test_hopform_s_rows_are_exact(of):
             assert verdict.error <= 1e-12, row.name
 
 
+@pytest.mark.sliced
 def test_a_wrong_event_list_and_a_wrong_number_are_seen():
     of = SETS[0]
     exact = truth.load()[of.name]

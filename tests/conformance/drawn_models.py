@@ -44,8 +44,11 @@ class Drawn:
     sliding: dict[int, tuple[float, float]] = field(default_factory=dict)
     at_rest: dict[int, tuple[float, float]] = field(default_factory=dict)
     ends: dict[int, tuple[float, float]] = field(default_factory=dict)
+    law: tuple[float, float, float] | None = None
+    """What sets the current: force per angle and per velocity, and the largest current."""
     stands: bool = False
     """Whether the springs between the two masses are a leg on the ground."""
+    limit: str = ""
 
     # ---- numbers, some of them written as expressions of parameters ----
 
@@ -124,7 +127,8 @@ class Drawn:
         if force:
             parts.append(self.value(force, self.newton))
         if per_current:
-            parts.append(f"{self.value(per_current, f'{self.newton}/A')}*i")
+            size = self.value(abs(per_current), f"{self.newton}/A", "positive")  # which a law divides by
+            parts.append(f"{'-' if per_current < 0.0 else ''}{size}*i")
         where = "" if per_current else self.where(tuple(float(n == mass) for n in range(len(self.masses))), True)
         self.lines.append(f"{kind}({self.names[mass]}, {' + '.join(parts) or '0'}, '{kind} {self.count}'{where})")
 
@@ -162,6 +166,14 @@ class Drawn:
         if ends != ["None", "None"]:
             self.lines.append(f"stop({self.names[mass]}, {ends[0]}, {ends[1]})")
 
+    def set_by_law(self, proportional: float, derivative: float, limit: float) -> None:
+        self.law = proportional, derivative, limit
+        by_angle = self.value(proportional, f"{self.newton}/{self.metre}", "nonnegative")
+        by_velocity = self.value(derivative, f"{self.newton} s/{self.metre}", "nonnegative")
+        text = f"law(i, {self.names[0]}, proportional={by_angle}"
+        self.lines.append(text + (f", derivative={by_velocity})" if derivative else ")"))
+        self.limit = self.parameter(limit, "A", "bound")
+
     @property
     def count(self) -> int:
         return len(self.lines)
@@ -174,18 +186,18 @@ class Drawn:
         head = [line for line in self.lines if " = coordinate(" in line]
         rest = [line for line in self.lines if " = coordinate(" not in line]
         self.draw.shuffle(rest)
-        used = [line for line in self.parameters if any(_has(other, line.split()[0]) for other in [*head, *rest])]
-        current = (
-            [f'i = current("i", "A"{", limit=10" if self.stands else ""})']
-            if any("*i" in line for line in rest)
-            else []
-        )
+        limit = f", limit={self.limit or 10}" if self.stands or self.law else ""
+        current = [f'i = current("i", "A"{limit})'] if any("*i" in line for line in rest) else []
+        whole = [*head, *current, *rest]
+        used = [line for line in self.parameters if any(_has(other, line.split()[0]) for other in whole)]
         body = "\n".join([*used, *head, *current, *rest])
         self.robot = {line.split()[0]: self.robot[line.split()[0]] for line in used}
         return f'"""A mechanism of random elements."""\n\nfrom hopform.model import *\n\n{body}\n'
 
     def force(self, q: Array, v: Array, u: float) -> Array:
-        """Newton's law without dry friction: springs and dampers act against what stretches them."""
+        """Newton's law without dry friction: springs and dampers act against what stretches them. Under a law u is its
+        target.
+        """
         total = np.zeros(len(self.masses))
         for stiffness, line in self.springs:
             by = np.array(line.by)
@@ -194,8 +206,19 @@ class Drawn:
             by = np.array(line.by)
             total -= damping * (by @ v) * by
         for mass, constant, per_current in self.constants:
-            total[mass] += constant + per_current * u
+            current = u if self.law is None else float(np.clip(self.asked(q, v, u), -self.law[2], self.law[2]))
+            total[mass] += constant + per_current * current
         return total
+
+    def asked(self, q: Array, v: Array, target: float) -> float:
+        """The current that a law asks for, of whatever size."""
+        assert self.law is not None
+        proportional, derivative, _ = self.law
+        return float((proportional * (target - q[0]) - derivative * v[0]) / self.per_current)
+
+    @property
+    def per_current(self) -> float:
+        return next((each for _, _, each in self.constants if each), 0.0)
 
     @property
     def moving(self) -> list[int]:
@@ -220,6 +243,7 @@ class Drawn:
                 + sum(d * (along @ v) for d, _ in dampers)
             )
 
+        bends = () if self.law is None or math.isinf(self.law[2]) else (-self.law[2], self.law[2])
         return Mechanism(
             tuple(
                 Mass(
@@ -230,6 +254,7 @@ class Drawn:
             ),
             force,
             contact if self.stands else None,
+            tuple(lambda q, v, u, end=end: self.asked(q, v, u) - end for end in bends),
         )  # fmt: skip
 
 
@@ -299,7 +324,18 @@ def drawn(seed: int) -> tuple[Drawn, float]:
         made.push(n, draw.choice([0.0, draw.uniform(-0.2, 0.2) * size]), draw.either(0.1, 1.0) * size)
     if draw.random() < 0.6:
         made.stop(n, -draw.over(0.05, 1.0), draw.choice([draw.over(0.05, 1.0), math.inf]))
+    add_law(made, k)
     return made, k
+
+
+def add_law(made: Drawn, k: float) -> None:
+    """To half of the files of one mass that have a current."""
+    draw = made.draw
+    if len(made.masses) == 1 and made.per_current and draw.random() < 0.5:
+        proportional = k * draw.over(0.1, 10.0)
+        derivative = draw.choice([0.0, draw.over(0.02, 2.0) * math.sqrt(proportional * made.masses[0])])
+        limit = abs(proportional / made.per_current) * draw.over(1e-2, 1.0)
+        made.set_by_law(proportional, derivative, draw.choice([limit, limit, math.inf]))
 
 
 def case(made: Drawn, k: float, seed: int) -> Case:
@@ -321,7 +357,9 @@ def case(made: Drawn, k: float, seed: int) -> Case:
     has_current = any(per_current for _, _, per_current in made.constants)
     u = draw.uniform(-1.0, 1.0) if has_current else 0.0
     light = min(made.masses)
-    stiffness, damping = (4.0 * sum(each for each, _ in terms) for terms in (made.springs, made.dampers))
+    by_law = made.law or (0.0, 0.0)
+    sums = (sum(each for each, _ in terms) for terms in (made.springs, made.dampers))
+    stiffness, damping = (4.0 * (each + more) for each, more in zip(sums, by_law, strict=False))
     fastest = rate(*((mass, stiffness, damping) for mass in made.masses)) + 1.0
     horizon = 10.0 / math.sqrt(k / light)
     fastest = max(fastest, 50.0 / horizon)  # a stop is met and left within one long step else

@@ -15,7 +15,6 @@ import numpy as np
 import pytest
 
 from hopform_solver.records import Robot
-from tests import needs
 from tests.conformance.legs import Leg, Legs, drawn, joints
 from tests.oracle.mechanism.compare import LIMITS, RIGHT, WRONG, Answer, compare
 
@@ -90,7 +89,8 @@ def said(name: str, leg: Leg, solved: Any) -> Answer:
     return dataclasses.replace(answer, events=events, final=final, gains={})
 
 
-@pytest.mark.parametrize("name", needs.the_first(["damper", "joint", "second_spring", "cable"]))
+@pytest.mark.sliced
+@pytest.mark.parametrize("name", ["damper", "joint", "second_spring", "cable"])
 def test_a_stance_is_that_of_the_oracle(name: str, legs: Legs) -> None:
     """Events, ending, times, states and AED within 1e-12 of their scales, times the condition where that is above 1, or
     those of a neighbour 32 ulp away; and the work of the motor and of each friction."""

@@ -238,7 +238,9 @@ def physics(of: dict, start: dict, steps, like: Case) -> Case:
     )
 
 
-@pytest.mark.parametrize(("seed", "count"), [(50, 2), pytest.param(51, 12, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize(
+    ("seed", "count"), [pytest.param(50, 2, marks=pytest.mark.sliced), pytest.param(51, 12, marks=pytest.mark.nightly)]
+)
 def test_derivatives_are_differences_of_the_integrator(servo, seed, count):
     """By the start, the target and every parameter, through limits, reversals and stops, at the ending."""
     found = 0

@@ -48,11 +48,16 @@ def each(paths: list[Path]) -> pytest.MarkDecorator:
     return pytest.mark.parametrize("path", paths, ids=lambda path: path.name)
 
 
+@pytest.fixture(scope="module")
+def rendered() -> dict[Path, str]:
+    return render()
+
+
 # ---- what is generated is fresh ----
 
 
-def test_what_is_generated_is_what_the_derivation_and_the_templates_say(capsys):
-    stale = check(render(), GENERATED)
+def test_what_is_generated_is_what_the_derivation_and_the_templates_say(rendered, capsys):
+    stale = check(rendered, GENERATED)
     assert stale == 0, capsys.readouterr().err
 
 
@@ -188,7 +193,7 @@ def test_a_template_substitutes_and_loops_and_nothing_else(path):
             assert type(node).__name__ in SHAPE, where
 
 
-def test_every_source_makes_its_files_and_every_file_has_a_source():
+def test_every_source_makes_its_files_and_every_file_has_a_source(rendered):
     sources = {path: path.relative_to(TEMPLATES).as_posix().removesuffix(".j2") for path in files(TEMPLATES)}
     sources |= {path: instance(path.relative_to(ENGINE).as_posix()) for path in files(ENGINE)}
     expected = set()
@@ -196,21 +201,20 @@ def test_every_source_makes_its_files_and_every_file_has_a_source():
         precisions = ("_f32", "_f64") if target.startswith("c/") and "_real" in target else ("_real",)
         expected |= {Path(target.replace("_real", precision)) for precision in precisions}
     expected |= {Path("python", "hopform_solver", f"engine_{precision}.py") for precision in ("f32", "f64")}
-    assert render().keys() == expected
+    assert rendered.keys() == expected
 
 
 def files(folder: Path) -> list[Path]:
     return [path for path in sorted(folder.rglob("[!.]*")) if path.is_file() and "__pycache__" not in path.parts]
 
 
-def test_an_instance_of_the_engine_has_the_lines_of_its_source():
+def test_an_instance_of_the_engine_has_the_lines_of_its_source(rendered):
     """So that a message of a compiler or a debugger about generated code names the line to change."""
-    made = render()
     for source in files(ENGINE):
         lines = source.read_text("utf-8").count("\n")
         target = instance(source.relative_to(ENGINE).as_posix())
         for precision in ("_f32", "_f64") if "_real" in target else ("",):
-            assert made[Path(target.replace("_real", precision))].count("\n") == lines, source.name
+            assert rendered[Path(target.replace("_real", precision))].count("\n") == lines, source.name
 
 
 def test_every_template_is_filled_by_the_derivation():

@@ -162,7 +162,7 @@ def test_a_stray_file_is_named_and_caches_are_none(run, tree):
     [
         ("templates/c/src/series_real.h.j2", "and tables", "and lists", "template"),
         pytest.param("runtime/engine/c/phase_real.h", "/* ", "/*  ", "engine", marks=pytest.mark.nightly),
-        ("derive/model/equations.py", '"""', '"""\n', "model"),
+        pytest.param("derive/model/equations.py", '"""', '"""\n', "model", marks=pytest.mark.sliced),
         pytest.param("derive/emit/c.py", '"""', '"""\n', "generator", marks=pytest.mark.nightly),
     ],
 )
@@ -175,6 +175,7 @@ def test_in_a_folder_of_ones_own_whoever_was_changed_is_named_even_where_no_text
     assert complaints(run("--check", "--out", out), "out") == [f"derive: the {kind} was changed since: {path}"]
 
 
+@pytest.mark.sliced
 def test_what_moves_no_text_leaves_generated_fresh(run, tree):
     replace(tree / "derive/emit/c.py", '"""', '"""\n')
     assert run("--check") == (0, "", "")

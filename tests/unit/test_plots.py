@@ -137,7 +137,7 @@ def test_the_energy_of_the_body_has_no_jump_at_take_off(run, run_figure):
 def test_shades_cover_the_stance_and_change_with_the_mode(stance):
     body = [modes_of(phase, stance.robot)[1] for phase in stance.phases]
     axes = plots.Figure().subplots()
-    plots.shade(axes, stance.phases, body, 1.0)
+    plots.shade(axes, stance.phases, body, 1.0, plots.SHADES)
     down, up = axes.patches
     colours = [plots.SHADES[word]["facecolor"] for word in ("slips down", "slips up")]
     assert [to_hex(each.get_facecolor()).upper() for each in (down, up)] == colours
