@@ -23,6 +23,6 @@ cortex_m = pytest.mark.skipif(
 )
 
 
-def the_first(values: Sequence[object]) -> list:
+def the_first(values: Sequence[object], count: int = 1) -> list:
     """Parameters of a slow test: the first always, the others with `make test-slices`."""
-    return [*values[:1], *(pytest.param(value, marks=pytest.mark.sliced) for value in values[1:])]
+    return [*values[:count], *(pytest.param(value, marks=pytest.mark.sliced) for value in values[count:])]

@@ -5,6 +5,7 @@ import textwrap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import cached_property
 from typing import Any
 
 from pycparser import c_ast
@@ -244,7 +245,12 @@ class Body(Values):
             if node.type == "->":
                 return False
             node = node.name
-        return isinstance(node, c_ast.ID) and node.name in {each.name for each in _all(self.node.body, c_ast.Decl)}
+        return isinstance(node, c_ast.ID) and node.name in self.variables
+
+    @cached_property
+    def variables(self) -> set[str]:
+        """The names of the function's own."""
+        return {each.name for each in _all(self.node.body, c_ast.Decl)}
 
     def _do_If(self, node: c_ast.If, step: Any, word: str = "if") -> None:
         condition = self.condition(self.value(node.cond))
@@ -354,11 +360,13 @@ def _innermost(node: Any) -> Any:
 
 
 def _all(node: Any, kind: Any) -> Iterator[Any]:
-    """All nodes of a kind in a tree."""
-    if isinstance(node, kind):
-        yield node
-    for _, child in node.children():
-        yield from _all(child, kind)
+    """All nodes of a kind in a tree, in no order."""
+    left = [node]
+    while left:
+        node = left.pop()
+        if isinstance(node, kind):
+            yield node
+        left.extend(node)
 
 
 def _changed_in(node: Any) -> set[str]:

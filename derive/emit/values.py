@@ -76,7 +76,7 @@ NOTHING = Value(Pointer(VOID, True), "None", number=0)
 
 class Learnt:
     """What is known of the whole text: pointers that are arrays, or may be None; numbers that are pointed to; structs
-    that pointers stay on; parameters that are kept."""
+    that pointers stay on; parameters that are kept. Names are without a precision: what one teaches the other knows."""
 
     def __init__(self) -> None:
         of_written = (("overlap", "written"), ("overlap", "read"), ("refuse", "written"), ("refuse", "read"))
@@ -84,14 +84,18 @@ class Learnt:
         self.count = 0
 
     def __call__(self, *fact: str) -> None:
-        self.facts.add(fact)
+        self.facts.add(_of_any_precision(fact))
 
     def knows(self, *fact: str) -> bool:
-        return fact in self.facts
+        return _of_any_precision(fact) in self.facts
 
     def something_new(self) -> bool:
         before, self.count = self.count, len(self.facts)
         return self.count > before
+
+
+def _of_any_precision(fact: tuple[str, ...]) -> tuple[str, ...]:
+    return tuple(name.removesuffix("_f32").removesuffix("_f64") for name in fact)
 
 
 class Setting:

@@ -45,10 +45,15 @@ LONG = {"118-2367", "119-1600"}
 """Stiff cases, for which the reference takes the most of a minute."""
 
 
+QUICK = 12
+"""Cases of `make test`, the first that were found."""
+
+
 def found_once() -> Iterator[Any]:
-    for case in json.loads(FOUND.read_text()):
+    for n, case in enumerate(json.loads(FOUND.read_text())):
         name = f"{case['seed']}-{case['lane']}"
-        yield pytest.param(case, id=name, marks=[pytest.mark.nightly] if name in LONG else [])
+        marks = pytest.mark.nightly if name in LONG else pytest.mark.sliced if n > QUICK else ()
+        yield pytest.param(case, id=name, marks=marks)
 
 
 @pytest.mark.parametrize("case", found_once())

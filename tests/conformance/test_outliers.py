@@ -92,6 +92,7 @@ def without_outliers(case: str, seed: int):
     return fitted(case, measured(case, seed, broken=0)[0], "linear")
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize("loss", LOSSES)
 def test_a_robust_fit_has_the_intervals_of_a_fit_without_outliers_and_they_hold_the_truth(case, loss):
@@ -129,6 +130,7 @@ def minima(problem: search.Problem, found: estimation.Solution) -> Iterator[esti
         yield estimation.solve(problem.experiments, start, sigma=found.sigma, loss=found.loss, most=25, precision=1e-5)
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("case", CASES)
 @pytest.mark.parametrize(("loss", "seed"), [("soft_l1", 0), ("huber", 1), ("cauchy", 2)])
 def test_no_start_leads_to_a_lower_robust_cost(case, loss, seed):

@@ -15,6 +15,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
+from tests import needs
 from tests.conformance.random_stances import draw_stances
 from tests.oracle.mechanism import builders, read, solve
 from tests.oracle.mechanism.compare import EXCUSED, RIGHT, WRONG, Answer, compare, conditions
@@ -37,7 +38,7 @@ def random_problem(row: Any) -> tuple[dict[str, float], dict[str, Any]]:
     return {name: float(row[name]) for name in ROBOT}, {**start, "u": float(row["u"]), "max_phases": 60}
 
 
-@pytest.mark.parametrize("row", draw_stances(71, 100), ids=range(100))
+@pytest.mark.parametrize("row", needs.the_first(draw_stances(71, 100), 20), ids=range(100))
 def test_random_stances_are_those_of_the_reference(row):
     robot, start = random_problem(row)
     found, wanted = solve(builders.stance(robot, **start)), solve_reference(robot, **start)
@@ -691,11 +692,7 @@ def answer_of(motion: Any, **changes: Any) -> Answer:
     return replace(Answer(motion.status, float(motion.duration), events, final, gains), **changes)
 
 
-@pytest.mark.parametrize(
-    "path",
-    [pytest.param(path, marks=[pytest.mark.sliced] * (path.stem == "foot_mass")) for path in FIXTURES],
-    ids=lambda path: path.stem,
-)
+@pytest.mark.parametrize("path", needs.the_first(FIXTURES, 6), ids=lambda path: path.stem)
 def test_the_exact_answer_is_right_and_one_that_is_off_is_not(path):
     motion = solve(path)
     verdict = compare(motion.problem, answer_of(motion))

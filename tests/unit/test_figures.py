@@ -369,6 +369,7 @@ def test_the_schematic_has_every_coordinate_and_force():
 MINE = dataclasses.replace(hopform.load_robot("hopper_c"), name="mine", L0=0.3, k=1500.0, gamma2=65.0, u_max=4.0)
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("number", [1, 2, 3, 5, 9, 11, 12, 14, 16])
 def test_a_figure_is_drawn_from_ones_own_robot(number):
     picture = figures.draw(number, MINE)
@@ -497,6 +498,7 @@ def test_the_colours_stay_apart_for_colour_blind_eyes():
 # ---- the command ----
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("number", ALL)
 def test_each_number_is_written_as_svg_and_png_with_its_caption(tmp_path, monkeypatch, capsys, number):
     monkeypatch.setattr(figures_command, "draw", lambda number, *_: drawn(number))

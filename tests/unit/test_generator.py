@@ -22,6 +22,7 @@ from derive.emit import folder as files
 from derive.emit import render
 from hopform._solver.build import compile_solver
 
+pytestmark = pytest.mark.sliced  # most run the derivation
 ROOT = Path(__file__).resolve().parents[2]
 FORMULAS = "python/hopform_solver/formulas.py"
 OLD, NEW = "C_2 = a2_0 - f2*side_2", "C_2 = a2_0 + f2*side_2"
@@ -162,7 +163,7 @@ def test_a_stray_file_is_named_and_caches_are_none(run, tree):
     [
         ("templates/c/src/series_real.h.j2", "and tables", "and lists", "template"),
         pytest.param("runtime/engine/c/phase_real.h", "/* ", "/*  ", "engine", marks=pytest.mark.nightly),
-        pytest.param("derive/model/equations.py", '"""', '"""\n', "model", marks=pytest.mark.sliced),
+        ("derive/model/equations.py", '"""', '"""\n', "model"),
         pytest.param("derive/emit/c.py", '"""', '"""\n', "generator", marks=pytest.mark.nightly),
     ],
 )
@@ -175,7 +176,6 @@ def test_in_a_folder_of_ones_own_whoever_was_changed_is_named_even_where_no_text
     assert complaints(run("--check", "--out", out), "out") == [f"derive: the {kind} was changed since: {path}"]
 
 
-@pytest.mark.sliced
 def test_what_moves_no_text_leaves_generated_fresh(run, tree):
     replace(tree / "derive/emit/c.py", '"""', '"""\n')
     assert run("--check") == (0, "", "")

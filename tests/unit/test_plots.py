@@ -232,6 +232,7 @@ def drawn_titles(figure):
     return "\n".join(text for text, _ in shown)
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("name", [name for name in NAMES if "\udcff" not in name])
 @pytest.mark.parametrize("kind", ["stance", "run", "reach", "command"])
 def test_a_robots_name_is_drawn_as_it_is(name, kind):
@@ -247,6 +248,7 @@ def test_a_robots_name_is_drawn_as_it_is(name, kind):
     assert drawn_titles(figure).startswith(as_drawn(name))
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("name", NAMES)
 def test_a_recordings_name_is_drawn_as_it_is(name):
     fit = a_fit()
