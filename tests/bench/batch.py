@@ -145,7 +145,7 @@ def main() -> None:
     spent = least(lambda: hopform.solve_stances(robot, v2=v2, u=2.0, k=k))
     rows.append(("solve_stances, another robot each", spent / COUNT, "stance"))
     spent = least(lambda: hopform.solve_stances(robot, v2=v2[:FEW], u=2.0, backend="python"), 3)
-    rows.append((f"solve_stances, NumPy back end, {FEW}", spent / FEW, "stance"))
+    rows.append((f"solve_stances, Python back end, {FEW}", spent / FEW, "stance"))
     spent = least(lambda: [hopform.solve_stance(robot, v2=float(v), u=2.0) for v in v2[:2000]], 3)
     rows.append(("solve_stance from Python", spent / 2000, "stance"))
     for name, spent, unit in rows:

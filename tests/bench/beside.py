@@ -137,7 +137,7 @@ def many(jobs: Jobs, repetitions: int) -> list[Line]:
             FEW,
             lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, sensitivities=True, backend="c"),
         )  # fmt: skip
-        variants[f"solve_stances, NumPy {short}, {FEW}"] = (
+        variants[f"solve_stances, printed Python {short}, {FEW}"] = (
             FEW, lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, backend="python"),
         )  # fmt: skip
     spent = medians({name: call for name, (_, call) in variants.items()}, repetitions)

@@ -99,8 +99,24 @@ def test_without_a_base_everything_runs(repository, tmp_path_factory):
 def test_every_stage_has_a_target_of_make_and_packages_are_installed_nowhere_else():
     script = (ROOT / ".ci" / "run").read_text("utf-8")
     makefile = (ROOT / "Makefile").read_text("utf-8")
-    targets = re.findall(r"^(?:stage|long) \S+ (?:env \S+ )?make ([\w-]+)", script, re.MULTILINE)
+    targets = re.findall(r"^(?:stage|in_time \d+|long \d+) \S+ (?:env \S+ )?make ([\w-]+)", script, re.MULTILINE)
     assert len(targets) > 10
     assert [target for target in targets if not re.search(rf"^{target}:", makefile, re.MULTILINE)] == []
     others = [path for folder in ("tools", "tests") for path in (ROOT / folder).rglob("*.sh")]
     assert [path for path in [ROOT / "Makefile", *others] if "apt-get" in path.read_text("utf-8")] == []
+
+
+@pytest.mark.parametrize(
+    ("minutes", "of_tests", "more", "begins"),
+    [(19, 5, "", True), (19, 10, "", False), (22, 5, "", False), (22, 5, "HOPFORM_ALL=1", True)],
+)
+def test_a_stage_begins_if_it_is_likely_to_end_in_time(tmp_path, minutes, of_tests, more, begins):
+    """One of 140 % of the time of `make test`, in minutes, so many minutes after the beginning."""
+    script = (ROOT / ".ci" / "run").read_text("utf-8")
+    functions = script[script.index("row() {") : script.index("install_packages() {")]
+    line = f"BUDGET=30 stages={tmp_path}/stages {more}; SECONDS={60 * minutes} of_tests={60 * of_tests} needed=1"
+    done = subprocess.run(
+        ["bash", "-c", f"{line}\n{functions}\nlong 140 slices echo it runs"], capture_output=True, text=True, check=True
+    )
+    assert ("it runs" in done.stdout.splitlines()) == begins
+    assert ("left out: no time is left" in done.stdout) != begins
