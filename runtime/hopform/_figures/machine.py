@@ -20,15 +20,12 @@ from hopform.terrain import flat
 def step_response(robot: Robot) -> Drawn:
     """Fig. 2: the largest current for a short time, standing."""
     pulse = 0.12
-    stance = solve_stance(robot, v2=0.0, x2=standing(robot), u=[(0.0, robot.letters.u_max), (pulse, 0.0)], horizon=0.6)
+    stance = solve_stance(robot, v2=0.0, x2=standing(robot), u=[(0.0, robot.u_max), (pulse, 0.0)], horizon=0.6)
     t = np.linspace(0.0, stance.duration, 600)
-    state, u = stance.at(t), np.where(t < pulse, robot.letters.u_max, 0.0)
+    state, u = stance.at(t), np.where(t < pulse, robot.u_max, 0.0)
     x1, v1 = np.asarray(state.x1), np.asarray(state.v1)
     # What motor and viscous friction would do alone, had they no spring, weight and dry friction against them.
-    push, decay = (
-        abs(robot.letters.gamma2) * robot.letters.u_max / robot.letters.m_eff,
-        robot.letters.b1 / robot.letters.m_eff,
-    )
+    push, decay = abs(robot.gamma2) * robot.u_max / robot.m_eff, robot.b1 / robot.m_eff
     free = push / decay * -np.expm1(-decay * t) if decay else push * t
     figure, (top, middle, bottom) = panels(3, 4.0, sharex=True, height_ratios=[1.0, 1.0, 0.6])
     top.plot(1e3 * t, 100.0 * x1, color=BLUE)
@@ -40,7 +37,7 @@ def step_response(robot: Robot) -> Drawn:
     bottom.step(1e3 * t, u, color=CURRENT, where="post")
     bottom.set(xlabel="time [ms]", ylabel=f"current $u$ [{volts(robot)}]")
     ours = (
-        f"simulated, {robot.letters.u_max:g} {volts(robot)} for {1e3 * pulse:.0f} ms while it stands on its spring. After "
+        f"simulated, {robot.u_max:g} {volts(robot)} for {1e3 * pulse:.0f} ms while it stands on its spring. After "
         f"that pulse x1 has moved {cm(float(stance.at(pulse).x1))}, its velocity is at most {v1.max():.2f} m/s, and "
         f"it comes to {cm(float(x1.max()))} "
         f"{'when the leg takes off' if stance.status == 'takeoff' else 'before it sinks back'} at "
@@ -51,7 +48,7 @@ def step_response(robot: Robot) -> Drawn:
 
 def compression_cycles(robot: Robot) -> Drawn:
     """Fig. 3: stances in steady hopping; the actuator still moves at take-off."""
-    run, shown = simulate(robot, flat(30), robot.letters.u_max, height=0.2 * scale(robot)), 4
+    run, shown = simulate(robot, flat(30), robot.u_max, height=0.2 * scale(robot)), 4
     completed(run)
     first = run.hops[-shown]
     corners = [time for hop in run.hops[-shown:] for time in (hop.touchdown_time, hop.takeoff_time)]
@@ -72,7 +69,7 @@ def compression_cycles(robot: Robot) -> Drawn:
     bottom.plot(t - t[0], 100.0 * np.asarray(state.x2), color=BLUE)
     bottom.set(xlabel="time [s]", ylabel="body $x_2$ [cm]")
     ours = (
-        f"the last {shown} of {len(run.hops)} simulated hops at {robot.letters.u_max:g} {volts(robot)}, settled at an apex "
+        f"the last {shown} of {len(run.hops)} simulated hops at {robot.u_max:g} {volts(robot)}, settled at an apex "
         f"of {cm(run.hops[-1].apex)}. At take-off x1 is {cm(float(x1[-1]))} and still compresses at {v1[-1]:.2f} "
         f"m/s; it reaches {cm(peak)} only in flight"
     )
@@ -81,11 +78,8 @@ def compression_cycles(robot: Robot) -> Drawn:
 
 def friction_threshold(robot: Robot) -> Drawn:
     """Fig. 9: the current rises slowly until the actuator moves; (5) then gives f1, which is that at rest."""
-    at_rest = robot.letters.f1 + robot.letters.f1_excess
-    seconds, onset_expected = (
-        6.0,
-        (at_rest * robot.letters.m_eff + robot.letters.m_s * robot.letters.g) / abs(robot.letters.gamma2),
-    )
+    at_rest = robot.f1 + robot.f1_excess
+    seconds, onset_expected = 6.0, (at_rest * robot.m_eff + robot.m_s * robot.g) / abs(robot.gamma2)
     rate = round(1.6 * onset_expected / seconds, 3)
     # On a rig: level, so that nothing weighs on the spring, which is as good as unloaded; and standing, as built.
     steps = [(float(t), float(rate * t)) for t in np.linspace(0.0, seconds, 1201)[:-1]]
@@ -93,7 +87,7 @@ def friction_threshold(robot: Robot) -> Drawn:
     stands = solve_stance(robot, v2=0.0, x2=standing(robot), u=steps, horizon=seconds)
     runs = {"spring unloaded": loose, "standing": stands}
     onset = {name: moves(stance, rate) for name, stance in runs.items()}
-    found = onset["spring unloaded"] * abs(robot.letters.gamma2) / robot.letters.m_eff
+    found = onset["spring unloaded"] * abs(robot.gamma2) / robot.m_eff
     looks = {"spring unloaded": (BLUE, "-"), "standing": (GREEN, "--")}
     draw = stream(Role.FIGURE, 9)
     data: dict[str, object] = {"onset": onset, "f1": found}
@@ -116,7 +110,7 @@ def friction_threshold(robot: Robot) -> Drawn:
         f"moves from {onset['spring unloaded']:.3f} {volts(robot)} on, and (5), taken in magnitudes, gives f1 = "
         f"{found:.3f} m/s^2; at rest the robot has {at_rest:g}. Standing it moves from {onset['standing']:.3f} "
         f"{volts(robot)} on, as the weight rests on the spring: read by (5), that would be f1 = "
-        f"{onset['standing'] * abs(robot.letters.gamma2) / robot.letters.m_eff:.2f} m/s^2"
+        f"{onset['standing'] * abs(robot.gamma2) / robot.m_eff:.2f} m/s^2"
     )
     return figure, ours, data
 
@@ -145,13 +139,13 @@ def schematic(robot: Robot) -> Drawn:
     figure, axes = panels(1, 3.1, 2) if beside else panels(2, 4.6)
     hopper(axes[0], 0.0, 0.0, "unloaded:\n$F = 0$, $x_1 = 0$, $x_2 = L_0 + c$")
     hopper(axes[1], LIFT, DOWN, "in stance:\n$F = k\\,(x_1 - x_2 + L_0 + c) > 0$")
-    sign = "a positive input lifts the body" if robot.letters.gamma2 < 0.0 else "a positive input lowers the body"
+    sign = "a positive input lifts the body" if robot.gamma2 < 0.0 else "a positive input lowers the body"
     ours = (
-        f"the foot stands on the ground and carries the spring, k = {robot.letters.k:g} N/m. The actuator moves the spring's "
-        f"upper end away from the body by x1, {cm(robot.letters.x1_min)} to {cm(robot.letters.x1_max)}. Its mass m_eff = "
-        f"{robot.letters.m_eff:g} kg is the rotor's inertia behind the gear, so nothing of it weighs. x2 is the height of the "
-        f"body, m_s = {robot.letters.m_s:g} kg, over the ground, L0 + c = {cm(unloaded(robot))} unloaded. The motor pushes "
-        f"the actuator by -gamma2 u along x1: with gamma2 = {robot.letters.gamma2:g} {sign}. The spring pushes body and "
+        f"the foot stands on the ground and carries the spring, k = {robot.k:g} N/m. The actuator moves the spring's "
+        f"upper end away from the body by x1, {cm(robot.x1_min)} to {cm(robot.x1_max)}. Its mass m_eff = "
+        f"{robot.m_eff:g} kg is the rotor's inertia behind the gear, so nothing of it weighs. x2 is the height of the "
+        f"body, m_s = {robot.m_s:g} kg, over the ground, L0 + c = {cm(unloaded(robot))} unloaded. The motor pushes "
+        f"the actuator by -gamma2 u along x1: with gamma2 = {robot.gamma2:g} {sign}. The spring pushes body and "
         "actuator by F, gravity pulls the body by m_s g. Friction R1 and R2, viscous and dry, acts against v1 and v2; "
         "drawn where the actuator extends and the body moves up. The leg takes off where F = 0"
     )

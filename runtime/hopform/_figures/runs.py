@@ -30,7 +30,7 @@ SETTLED = 3  # hops after a step of the reference that are not counted
 
 def law(robot: Robot) -> tuple[float, float]:
     """Kp [A/m] and Kd [A s/m] of the law in expansion: 20 u_max a metre, u_max a metre a second."""
-    return 20.0 * robot.letters.u_max, robot.letters.u_max
+    return 20.0 * robot.u_max, robot.u_max
 
 
 def references(robot: Robot) -> tuple[float, ...]:
@@ -225,7 +225,7 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
     ours = (
         f"{len(run.hops)} hops {where}, wanted {', '.join(cm(each, 0) for each in dict.fromkeys(wanted))}. With "
         f"apex(u) = h_des solved exactly every apex is within {worst(miss['exact']):.0e} m of the set point, at "
-        f"{np.abs(run.table['u']).max():.2f} {volts(robot)} of {robot.letters.u_max:g} {volts(robot)} at most. (26), (27) as "
+        f"{np.abs(run.table['u']).max():.2f} {volts(robot)} of {robot.u_max:g} {volts(robot)} at most. (26), (27) as "
         f"printed, J minimised on a grid of 0.01 {volts(robot)}: {off['printed']}. The exact controller with models "
         f"of which {', '.join(IDENTIFIED)} are all off by {100 * OFF:.0f} %, each sign drawn for {MODELS} models: "
         f"{mm(rms(all_off))} rms, {1e3 * min(each_rms):.1f} to {mm(max(each_rms))} rms by the model, "
@@ -284,7 +284,7 @@ def real_drop(robot: Robot) -> Drawn:
 
 def actuated(robot: Robot) -> Drawn:
     """Fig. 14: the same at 3 A, up to a steady height."""
-    height, u = 0.2 * scale(robot), robot.letters.u_max
+    height, u = 0.2 * scale(robot), robot.u_max
     run, long = (simulate(robot, flat(hops), u, height=height) for hops in (12, 60))
     completed(long)
     steady = long.hops[-1].apex
@@ -371,7 +371,7 @@ def bounds_of_map(robot: Robot) -> Drawn:
     """Fig. 11: what a current can reach, bounds from the closed form, markers from simulated hops with errors."""
     margin, noise = 0.015 * scale(movable(robot)), 0.003 * scale(robot)
     heights = scale(robot) * np.linspace(0.02, 0.40, 77)
-    reach = reachability(robot, heights, np.array([0.0, robot.letters.u_max]), stop_margin=margin)
+    reach = reachability(robot, heights, np.array([0.0, robot.u_max]), stop_margin=margin)
     draw = stream(Role.FIGURE, 11)
     drops = np.repeat(scale(robot) * np.linspace(0.04, 0.38, 12), 2)
     least, most = (np.array([measured(robot, each, high, margin) for each in drops]) for high in (False, True))
@@ -387,16 +387,16 @@ def bounds_of_map(robot: Robot) -> Drawn:
     axes.plot(100 * seen, 100 * most, "^", color=BLUE, label="hops, most current", **hollow)
     axes.plot(100 * seen, 100 * least, "v", color=MAGENTA, label="hops, no current", **hollow)
     returned(axes, reach)
-    top = next((point for point in reach.fixed_points if point.u == robot.letters.u_max), None)
+    top = next((point for point in reach.fixed_points if point.u == robot.u_max), None)
     back = top and f"{cm(top.height)} is given back (multiplier {top.multiplier:.2f})"
-    holds = f"at {robot.letters.u_max:g} {volts(robot)} {back}" if back else "none is held"
+    holds = f"at {robot.u_max:g} {volts(robot)} {back}" if back else "none is held"
     half = 0.2 * scale(robot)
     row, below = int(np.abs(reach.heights - half).argmin()), reach.apex[:, 0] - reach.lowest
     ours = (
         f"the dashed curve is a drop at 0 {volts(robot)} ({cm(half, 0)} become {cm(passive(reach, half))}); the "
         f"lowest apex of all currents lies below it, by up to {mm(float(below.max()))}: {cm(reach.heights[row], 0)} "
         f"become {cm(reach.lowest[row])} at {reach.u_lowest[row]:.2f} {volts(robot)}. The upper curve is the highest "
-        f"apex of all currents up to {robot.letters.u_max:g} {volts(robot)} that keep x1 {cm(margin)} off its stop; {holds}. "
+        f"apex of all currents up to {robot.u_max:g} {volts(robot)} that keep x1 {cm(margin)} off its stop; {holds}. "
         f"The stroke limits {int(reach.limited.any(axis=1).sum())} of {reach.heights.size} heights. Markers: "
         f"simulated hops, {mm(noise)} noise on each height; rms distance to the curves {mm(rms(misses))}"
     )

@@ -43,7 +43,7 @@ def initial_model(robot: Robot) -> Drawn:
     off_1, off_2 = measured.x1 - model.x1, measured.x2 - model.x2
     ours = (
         f"{said} Model (1), (2) with the best viscous coefficients, b1 = {fitted.b1:.0f} and b2 = {fitted.b2:.1f} "
-        f"N s/m (the robot: {robot.letters.b1:g} and {robot.letters.b2:g}), leaves {mm(rms(off_1))} rms in x1 and {mm(rms(off_2))} in "
+        f"N s/m (the robot: {robot.b1:g} and {robot.b2:g}), leaves {mm(rms(off_1))} rms in x1 and {mm(rms(off_2))} in "
         "x2; over the last 0.5 s, where the recording rests, its body still oscillates over "
         f"{mm(float(np.ptp(model.x2[-100:])))}"
     )
@@ -93,8 +93,8 @@ def tested(robot: Robot, share: float, seed: int) -> tuple[float, Recordings, Ro
     draw, clean = stream(Role.FIGURE, seed), recordings(robot, u)
     measured = Recordings(*(each + NOISE * draw.standard_normal(each.size) for each in (clean.x2, clean.x1)))
     smooth = replace(robot, f1=0.0, f2=0.0, f1_excess=0.0, f2_excess=0.0)
-    some = 1e-3 * np.sqrt(robot.letters.k * robot.letters.m_s)  # where there is hardly any to begin with
-    b1, b2 = max(robot.letters.b1, some), max(robot.letters.b2, some)
+    some = 1e-3 * np.sqrt(robot.k * robot.m_s)  # where there is hardly any to begin with
+    b1, b2 = max(robot.b1, some), max(robot.b2, some)
     b2 = least(lambda b: misfit(measured.x2, drop(replace(smooth, b2=b))), b2, 8.0 * b2)
     b1 = least(lambda b: misfit(measured.x1, step(replace(smooth, b1=b, b2=b2), u)), b1, 8.0 * b1)
     said = (
@@ -137,8 +137,8 @@ def drawn(measured: Recordings, models: dict[str, tuple[Recordings, str, str]], 
 
 def models(sources: Mapping[str, str], robot: Robot) -> Drawn:
     """Figs. 4 and 10: a step response and a drop test beside both models, each fitted to its recording."""
-    of_drop = fit_drop_test(read_recording(sources["drop"]), known={"m_s": robot.letters.m_s}, holdout=False)
-    of_step = fit_step_response(read_recording(sources["step"]), known={"m_eff": robot.letters.m_eff}, holdout=False)
+    of_drop = fit_drop_test(read_recording(sources["drop"]), known={"m_s": robot.m_s}, holdout=False)
+    of_step = fit_step_response(read_recording(sources["step"]), known={"m_eff": robot.m_eff}, holdout=False)
     traces = (of_step.traces[0], of_drop.traces[0])
     figure, rows = panels(2, 4.4)
     for axes, fit in zip(rows, (of_step, of_drop), strict=True):
