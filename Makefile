@@ -60,7 +60,7 @@ nightly: ## the slower tests, the site and the long stages of .ci/run, all of th
 	    $(MAKE) site-test coverage-c test-determinism mutants-all test-exhaustive-slice fuzz SEED=$$seed
 
 SLOW = sliced and not nightly
-test-slices: compiler venv-dev ## the slower tests; those of minutes run at night
+test-slices: compiler venv-dev ## the slower tests; the slowest run at night alone
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m "$(SLOW)" -n auto --dist loadfile --no-loadscope-reorder \
 	    tests/bench tests/conformance tests/oracle tests/unit tests/repository --ignore tests/repository/test_package.py
@@ -101,7 +101,7 @@ fuzz: ## arbitrary bits into each C entry point (or ENTRIES), SECONDS (60) each,
 EXAMPLES = 40
 fuzz-outside: compiler venv-dev ## any objects, command lines and files from outside, EXAMPLES (40) times what test does
 	$(PY) tools/build_library.py
-	HOPFORM_EXAMPLES=$(EXAMPLES) $(PY) -m pytest -q -n auto -m "not nightly" tests/unit/test_outside_*.py
+	HOPFORM_EXAMPLES=$(EXAMPLES) $(PY) -m pytest -q -n auto -m "not site" tests/unit/test_outside_*.py
 
 coverage-c: compiler venv-dev ## count the branches of the C that tests take, or ONLY=--programs in C; 95 % must be
 	$(PY) tools/build_library.py

@@ -86,6 +86,8 @@ class Mode:
         self.mechanism, self.u = mechanism, u
         self.sides = [0] * len(mechanism.masses)
         self.number = len(mechanism.masses)
+        self.faded: set[int] = set()
+        """Masses without friction whose velocity has become 0 by underflow: it decays, and turns no more."""
         for n in range(self.number):
             self.sides[n] = int(np.sign(v[n]))
         for n in range(self.number):
@@ -161,7 +163,8 @@ class Mode:
             found.append(("takeoff", -1, lambda z: of_contact(z[:number], z[number:])))
         for n, (mass, side) in enumerate(zip(self.mechanism.masses, self.sides, strict=True)):
             if side:
-                found.append(("turns", n, lambda z, n=n, side=side: side * z[number + n]))
+                if n not in self.faded:
+                    found.append(("turns", n, lambda z, n=n, side=side: side * z[number + n]))
                 end = mass.high if side > 0 else mass.low
                 if math.isfinite(end):
                     found.append(("stop", n, lambda z, n=n, side=side, end=end: side * (end - z[n])))
@@ -257,6 +260,10 @@ def _passed(mode: Mode, what: str, n: int, at: Array, going: Array) -> Iterator[
         mode.sides[n] = 1 if at[n] <= mass.low or (forwards and at[n] < mass.high) else -1
     else:
         mode.sides[n] = mode.direction_from_rest(n, at, going)
+    if what == "turns" and not mode.sides[n] and mass.level == (0.0, 0.0) and mass.low < at[n] < mass.high:
+        mode.sides[n] = side  # nothing holds it
+        mode.faded.add(n)
+        return
     yield f"{mass.name}_" + (
         {"slips": "slips", "stop": "hits_stop"}.get(what) or ("reverses" if mode.sides[n] else "sticks")
     )
