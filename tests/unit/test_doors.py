@@ -414,7 +414,6 @@ def duration(v2):
     return hopform.solve_stance(HOPPER, v2=v2).duration
 
 
-@pytest.mark.sliced
 @pytest.mark.parametrize("method", ["fork", "spawn"])
 def test_other_processes_solve_alike(method):
     speeds = [-1.0, -1.5, -1.9]
