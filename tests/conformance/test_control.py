@@ -509,6 +509,7 @@ def test_with_everything_put_right_the_printed_controller_is_the_exact_one_up_to
         assert exact.status == "reached"
         assert found.apex == pytest.approx(h_des, abs=1e-4)
         assert found.objective == pytest.approx(HOPPER.m_s * HOPPER.g * abs(found.apex - h_des), abs=1e-12)
+        assert found.u / 1e-3 == pytest.approx(round(found.u / 1e-3), abs=1e-6) and found.u != 0.0
 
 
 def test_the_spring_coordinate_that_is_left_out_costs_centimetres():

@@ -63,6 +63,7 @@ NEAREST = {
         "tests/unit/test_files.py",
         "tests/unit/test_provenance.py",
         "tests/unit/test_cli.py",
+        "tests/unit/test_solvers.py",
         "tests/repository/test_statuses.py",
         *DOORS,
     ),

@@ -79,7 +79,7 @@ LIMITS = {
 }
 
 
-def test_the_page_on_limits_has_each_with_its_number():
+def test_each_limit_stands_in_the_docs_with_its_number():
     page = (C.parents[1] / "docs" / "reference" / "limits.md").read_text("utf-8")
     rows = dict(re.findall(r"^\| ([a-z].+?) \| (\d+) \|", page, re.MULTILINE))
     assert {name: int(number) for name, number in rows.items()} == LIMITS
