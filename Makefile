@@ -130,8 +130,9 @@ firmware-report: compiler venv-dev ## count instructions, flash and stack there,
 	$(PY) tools/build_library.py
 	$(PY) -m tests.conformance.firmware --report
 
-generate: venv ## derive the formulas and write generated/
+generate: venv ## derive the formulas and write generated/, and compile them where there is a library
 	$(PY) -m derive
+	@set -- runtime/hopform/_libhopform.*; [ ! -e "$$1" ] || $(PY) tools/build_library.py
 
 check: venv ## fail if generated/ is not what derive/, templates/ and runtime/engine/ say
 	$(PY) -m derive --check

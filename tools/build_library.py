@@ -12,7 +12,7 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "runtime" / "hopform" / "_solver" / "build.py"
 _build = runpy.run_path(str(BUILD))
-LibraryNotBuilt, NoCompiler, compile_solver = (_build[n] for n in ("LibraryNotBuilt", "NoCompiler", "compile_solver"))
+LibraryNotBuilt, NoCompiler = _build["LibraryNotBuilt"], _build["NoCompiler"]
 
 
 def library(root: Path = ROOT, folder: Path | None = None) -> Path:
@@ -21,24 +21,17 @@ def library(root: Path = ROOT, folder: Path | None = None) -> Path:
 
 
 def is_fresh(root: Path = ROOT) -> bool:
-    """Whether the library is younger than all it is made of; folders count too, so a deleted source is noticed."""
-    target, c = library(root), root / "generated" / "c"
-    made_of = [Path(__file__), BUILD, root / "generated" / "solver.toml", c / "src", c / "include"]
-    made_of += [*(c / "src").rglob("*"), *(c / "include").rglob("*")]
-    return target.exists() and all(path.exists() and path.stat().st_mtime < target.stat().st_mtime for path in made_of)
+    """Whether the library has the hash of what generated/ says now. It is not loaded: it may be another computer's."""
+    target = library(root)
+    return target.is_file() and _build["source_of"](root / "generated").encode() in target.read_bytes()
 
 
 def build_library(root: Path = ROOT, folder: Path | None = None) -> Path:
-    """Compile generated/ with $CC (cc if unset) and return the library; raise `LibraryNotBuilt` if that fails.
-
-    After a failure none is left: an old one would pass for the new sources'.
+    """Compile generated/ with $CC (cc if unset) and return the library; raise `LibraryNotBuilt` if that fails, which
+    leaves an old one, refused by its hash where it is loaded.
     """
     target = library(root, folder)
-    try:
-        compile_solver(root / "generated", target)
-    except LibraryNotBuilt:
-        target.unlink(missing_ok=True)
-        raise
+    _build["compile_solver"](root / "generated", target)
     return target
 
 

@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pytest
 
+from hopform._solver.build import source_of
 from tests import needs
 from tests.conformance.firmware.targets import ROOT, C
 
@@ -67,7 +68,9 @@ def test_flags_of_msvc_that_change_results_are_refused(tmp_path, flags, why):
 @pytest.mark.nightly
 def test_without_extensions_batches_and_grids_have_the_same_bits(tmp_path):
     library = tmp_path / "plain.so"
-    subprocess.run([*PLAIN, "-O1", "-fPIC", "-shared", *(C / "src").glob("*.c"), "-lm", "-o", library], check=True)
+    source = f'-DHOPFORM_SOURCE="{source_of(C.parent)}"'
+    sources = (C / "src").glob("*.c")
+    subprocess.run([*PLAIN, "-O1", "-fPIC", "-shared", source, *sources, "-lm", "-o", library], check=True)
     tests = ["tests/unit/test_batch.py", "tests/unit/test_grid.py", f"{SELFTEST}::{DIGEST}"]
     command = [sys.executable, "-m", "pytest", "-q", "-p", "tests.other_library", "-p", "no:cacheprovider", *tests]
     environment = os.environ | {"HOPFORM_OTHER_LIBRARY": str(library)}

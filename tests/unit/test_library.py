@@ -48,7 +48,8 @@ def forget() -> None:
 @pytest.fixture
 def library(tmp_path, monkeypatch) -> Iterator[Path]:
     """Where the library is looked for in a test: a file that is not there yet. The extra `compiler` is absent."""
-    path = tmp_path / libraries.LIBRARY.name
+    path = tmp_path / "runtime" / "hopform" / libraries.LIBRARY.name
+    path.parent.mkdir(parents=True)
     monkeypatch.setattr(libraries, "LIBRARY", path)
     monkeypatch.setattr(libraries, "find_spec", lambda name: None if name == "ziglang" else find_spec(name))
     forget()
@@ -65,6 +66,25 @@ def stale(library: Path) -> str:
     return f"is stale: its layout is {other}, that of hopform_solver {hopform_solver.LAYOUT}"
 
 
+def outdated(library: Path) -> str:
+    """That of a checkout whose formulas have changed since: structs and layout are the same."""
+    generated = library.parents[2] / "generated"
+    shutil.copytree(ROOT / "generated" / "c", generated / "c")
+    shutil.copy(ROOT / "generated" / "solver.toml", generated)
+    if not OWN.is_file():
+        pytest.skip("there is no compiled library")
+    shutil.copy(OWN, library)
+    before, formulas = build.source_of(generated), generated / "c" / "src" / "formulas_f64.h"
+    text, old = formulas.read_text("utf-8"), "a1_v1 = -b1/m_eff;"
+    assert text.count(old) == 1
+    formulas.write_text(text.replace(old, "a1_v1 = -2.0*b1/m_eff;"), "utf-8")
+    os.utime(formulas, (0, 0))  # as a checkout of an older revision leaves it: times say nothing
+    return (
+        f"{library.name} is stale: it is of the sources {before}, generated/c has {build.source_of(generated)}; "
+        "`python tools/build_library.py` makes it again"
+    )
+
+
 def missing(library: Path) -> str:
     return f"there is no compiled library {library.name}"
 
@@ -79,7 +99,7 @@ def foreign(library: Path) -> str:
     return library.name
 
 
-UNUSABLE = pytest.mark.parametrize("prepare", [stale, missing, broken, foreign])
+UNUSABLE = pytest.mark.parametrize("prepare", [stale, outdated, missing, broken, foreign])
 
 
 def test_the_library_of_this_checkout_is_the_one_of_its_sources(tmp_path):

@@ -91,8 +91,8 @@ def compile_solver(
 
 
 def source_of(folder: Path) -> str:
-    """The hash of the sources in c/ of a folder, by which its library knows them."""
-    c, digest = folder / "c", sha256()
+    """The hash of what is compiled, solver.toml and the sources in c/ of a folder, by which its library knows them."""
+    c, digest = folder / "c", sha256((folder / "solver.toml").read_bytes())
     for path in sorted(path for part in (c / "include" / "hopform", c / "src") for path in part.iterdir()):
         digest.update(f"{path.name}\n".encode() + path.read_bytes())
     return digest.hexdigest()[:16]

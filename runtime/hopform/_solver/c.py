@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from hopform._errors import BackendError, HopformError
 from hopform._solver import package
-from hopform._solver.library import Backend, handle, library_path, opened, text_of
+from hopform._solver.library import REINSTALL, Backend, handle, library_path, opened, text_of
 from hopform._solver.package import OURS, ROWS, Array, Columns, Events, LegState, Package, Precision, Steps, records
 
 PHASES_NOT_KEPT = 1
@@ -31,9 +31,12 @@ tuple_of: Any = cast(Any, tuple).__new__
 class Library:
     """A compiled library, and what it takes and gives in each precision."""
 
-    def __init__(self, path: Path, prefix: str, package: Package) -> None:
+    def __init__(
+        self, path: Path, prefix: str, package: Package, mend: str = REINSTALL, folder: Path | None = None
+    ) -> None:
+        """folder: whose sources it must be of. mend: what to do where it is stale."""
         layout = str(import_module(package.name).LAYOUT)
-        self._handle = opened(path, prefix, package.name, layout)
+        self._handle = opened(path, prefix, package.name, layout, mend, folder)
         self.source = text_of(self._handle, f"{prefix}_source") or layout
         self._prefix, self.package = prefix, package
         self._types: dict[str, Types] = {}

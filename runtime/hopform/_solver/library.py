@@ -18,10 +18,17 @@ from hopform._errors import BackendError
 Backend = Literal["c", "python"]
 SUFFIX = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
 LIBRARY = Path(__file__).resolve().parents[1] / f"_libhopform{SUFFIX}"
+REINSTALL = "reinstall hopform"
+REBUILD = "`python tools/build_library.py` makes it again"
+"""What mends a stale library, in a wheel and in a checkout."""
 
 
-def opened(path: Path, prefix: str, package: str, layout: str) -> ctypes.CDLL:
-    """The library of a package; BackendError, which names both, for one with another layout of structs and numbers."""
+def opened(
+    path: Path, prefix: str, package: str, layout: str, mend: str = REINSTALL, folder: Path | None = None
+) -> ctypes.CDLL:
+    """The library of a package; BackendError, which names both and what mends it, for one with another layout of structs
+    and numbers, or one that was compiled from other sources than a folder has.
+    """
     try:
         handle = ctypes.CDLL(str(path))
     except OSError as error:
@@ -32,8 +39,18 @@ def opened(path: Path, prefix: str, package: str, layout: str) -> ctypes.CDLL:
         raise BackendError(f"{path.name} is no library of {package}: it does not name its layout") from None
     if of_library != layout:
         stale = f"{path.name} is stale: its layout is {of_library}, that of {package} {layout}"
-        raise BackendError(f"the compiled library {stale}; rebuild it with `make test` or reinstall hopform")
+        raise BackendError(f"the compiled library {stale}; {mend}")
+    if folder is not None and (of_library := text_of(handle, f"{prefix}_source")) != (source := source_of(folder)):
+        stale = f"{path.name} is stale: it is of the sources {of_library or 'unknown'}, {folder.name}/c has {source}"
+        raise BackendError(f"the compiled library {stale}; {mend}")
     return handle
+
+
+def source_of(folder: Path) -> str:
+    """The hash of what the library of a solver's folder is compiled from."""
+    from hopform._solver import build
+
+    return build.source_of(folder)
 
 
 def text_of(handle: ctypes.CDLL, name: str) -> str:
@@ -46,7 +63,10 @@ def text_of(handle: ctypes.CDLL, name: str) -> str:
 @cache
 def handle() -> ctypes.CDLL:
     """The library that belongs to this installation; BackendError if there is none or it is stale."""
-    return opened(library_path(), "hopform", "hopform_solver", layout_of("hopform_solver"))
+    folder, layout = LIBRARY.parents[2] / "generated", layout_of("hopform_solver")
+    if not (folder / "solver.toml").is_file():  # a wheel: its library was made with it
+        return opened(library_path(), "hopform", "hopform_solver", layout, REINSTALL)
+    return opened(library_path(), "hopform", "hopform_solver", layout, REBUILD, folder)
 
 
 def library_path() -> Path:

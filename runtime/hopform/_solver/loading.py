@@ -17,7 +17,6 @@ from hopform._checks import shown
 from hopform._errors import BackendError, HopformError
 from hopform._files import name_of, path_of
 from hopform._solver import c
-from hopform._solver.build import source_of
 from hopform._solver.choice import DEFAULT, SOLVERS, Solver
 from hopform._solver.folder import FACTS, Folder, built, facts_in, folder_at
 from hopform._solver.package import LOADED, Package
@@ -106,8 +105,4 @@ def _library(folder: Folder, package: Package) -> c.Library:
     path = folder.library
     if not path.is_file():
         raise BackendError(f"there is no compiled library {name_of(path)}: the solver was built without a C compiler")
-    library = c.Library(path, "hopform", package)
-    if library.source != (source := source_of(path.parent)):
-        stale = f"{name_of(path)} is stale: it is of the sources {library.source}, c/ has {source}"
-        raise BackendError(f"the compiled library {stale}; `hopform model build` makes it again")
-    return library
+    return c.Library(path, "hopform", package, "`hopform model build` makes it again", path.parent)

@@ -18,6 +18,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 from pathlib import Path
 
+from hopform._solver.build import source_of
 from tests.conformance.firmware.targets import BOARDS, COMMON, HERE, ROOT, C, run
 
 OUT = ROOT / "out" / "coverage"
@@ -76,6 +77,7 @@ def compile_library() -> Path:
     (OUT / "counters.c").write_text(COUNTERS, "utf-8")
     include = ["-I", str(C / "include"), "-I", str(C / "src"), "-I", str(BOARDS)]
     flags = ["gcc", *COMMON, "-O0", "-g", "-fPIC", "--coverage", "-fprofile-update=atomic", *include]
+    flags.append(f'-DHOPFORM_SOURCE="{source_of(C.parent)}"')
     objects = []
     for source in sorted((C / "src").glob("*.c")):
         objects.append(str(OUT / f"{source.stem}.o"))
