@@ -1,6 +1,8 @@
 """`python -m derive` derives the formulas and writes generated/; `--check` says whether it is up to date.
 
-With `--model FILE.py --out DIR` the same for the mechanism of a model file.
+With `--model FILE.py --out DIR` the same for the mechanism of a model file. A hopper that is edited in its own file is
+another mechanism than the paper's: all follows it but the register of the paper, which is replaced by a line that says
+by what it differs, and by the equations of what it is now.
 """
 
 import argparse
@@ -8,11 +10,20 @@ import sys
 from pathlib import Path
 
 try:
-    from .emit.folder import GENERATED, FolderError, check, lies_in, write
-    from .emit.render import INSTALLED, Options, render
     from .model.equations import ModelError
     from .model.precisions import F32, F64, PRECISIONS
-    from .solver import solver
+
+    try:
+        from .derivation import Derivation
+        from .emit.folder import GENERATED, FolderError, check, lies_in, write
+        from .emit.render import INSTALLED, Options, render
+        from .page import page
+        from .paper.register import DIFFERENCE, FILE
+        from .shipped import HOPPER
+        from .solver import EQUATIONS, solver
+    except ModelError as error:  # of the hopper's own file, which is read here
+        print(f"derive: {error}", file=sys.stderr)
+        raise SystemExit(2) from None
 except ModuleNotFoundError as error:
     if error.name not in ("sympy", "jinja2", "pcpp", "pycparser"):
         raise
@@ -25,8 +36,12 @@ def main(arguments: list[str] | None = None) -> int:
     chosen = _parser().parse_args(arguments)
     try:
         texts = _texts(chosen)
+        differs = bool(DIFFERENCE) and chosen.model is None
+        if differs:
+            own = "a copy of the file is a model of its own, for `hopform model build`"
+            print(f"derive: {DIFFERENCE}; {own}", file=sys.stderr)
         if chosen.check:
-            return check(texts, chosen.out or GENERATED)
+            return check(texts, chosen.out or GENERATED) or int(differs)
         write(texts, chosen.out or GENERATED)
     except (ModelError, FolderError, OSError) as error:
         print(f"derive: {error}", file=sys.stderr)
@@ -59,10 +74,15 @@ def _texts(chosen: argparse.Namespace) -> dict[Path, str]:
         raise ModelError(f"--out {chosen.out} lies in generated/, which holds the hopper of the paper alone")
     precisions = chosen.precisions or PRECISIONS
     if chosen.model is None:
-        return render(Options(precisions=precisions))
+        return render(Options(precisions=precisions)) | _own_equations()
     texts = solver(chosen.model, precisions)
     print(f"derive: {chosen.model} was run as Python", file=sys.stderr)
     return texts
+
+
+def _own_equations() -> dict[Path, str]:
+    """The page of equations of a hopper that is not the paper's, in the place of the register."""
+    return {EQUATIONS: f"{DIFFERENCE}\n\n{page(Derivation(HOPPER), FILE)}"} if DIFFERENCE else {}
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from .maths.formulas import GROUPS, Formula
 from .model.equations import Model
 
 INTRODUCTION = """\
-Derived from `model.py` by hopform {version}. Units are SI and A. {coordinates}; $x_i(0)$,
+Derived from `{file}` by hopform {version}. Units are SI and A. {coordinates}; $x_i(0)$,
 $\\dot{{x}}_i(0)$ are a state at the start of a phase, in which friction and current are constant. Numbers in brackets are those of the paper's hopper, of which each formula is the counterpart here.
 """
 GUARDS = {
@@ -26,17 +26,17 @@ GUARDS = {
 """When an event happens, by the last words of its name."""
 
 
-def page(derivation: Derivation) -> str:
-    """The page as Markdown, with LaTeX that GitHub renders."""
-    return re.sub("\n{3,}", "\n\n", "\n".join(_lines(derivation)).rstrip() + "\n")
+def page(derivation: Derivation, file: str = "model.py") -> str:
+    """The page as Markdown, with LaTeX that GitHub renders, of a model that stands in a file."""
+    return re.sub("\n{3,}", "\n\n", "\n".join(_lines(derivation, file)).rstrip() + "\n")
 
 
-def _lines(derivation: Derivation) -> Iterator[str]:
+def _lines(derivation: Derivation, file: str) -> Iterator[str]:
     known = facts(derivation.model, "", ())
     yield from (
         f"# {derivation.model.title.rstrip('.')}",
         "",
-        INTRODUCTION.format(version=VERSION, coordinates=_coordinates(derivation.model)),
+        INTRODUCTION.format(file=file, version=VERSION, coordinates=_coordinates(derivation.model)),
     )
     yield f"The model can: {', '.join(known['can'])}."
     if known["lacks"]:

@@ -27,7 +27,6 @@ from derive.model.quantities import (
     m_eff,
     m_s,
     side_1,
-    side_2,
     t,
     u,
     v1,
@@ -35,7 +34,7 @@ from derive.model.quantities import (
     x1,
     x2,
 )
-from derive.paper.register import cubic, quadratic_1, quadratic_2
+from derive.paper.register import PAPER, cubic, quadratic_1, quadratic_2
 from derive.shipped import HOPPER
 
 # ---- symbols of what the paper names ----
@@ -91,11 +90,11 @@ EXPRESSIONS: dict[int, tuple[sp.Expr, ...]] = {
         HOPPER.accelerations[1].subs(f2, 0),
     ),
     3: (
-        (k * (x2 - x1 - L0) - b1 * v1 - gamma2 * u) / m_eff - f1 * side_1,
+        PAPER["(3)"],
         (_spring - b1 * v1 - gamma2 * u) / m_eff - f1 * side_1,
     ),
     4: (
-        (k * (x1 - x2 + L0 + c) - b2 * v2 - m_s * g) / m_s - f2 * side_2,
+        PAPER["(4)"],
         HOPPER.accelerations[1],
     ),
     5: (

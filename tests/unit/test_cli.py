@@ -237,6 +237,24 @@ def test_one_equation_is_shown_in_full(answer):
         assert text in output
 
 
+def test_of_a_hopper_that_is_not_the_papers_the_register_claims_nothing_and_says_so_first(run, monkeypatch):
+    """The package as derive makes it where `derive/models/hopper.py` was edited."""
+    why = "(3) of derive/models/hopper.py differs from the paper's by -b1 v1/m_eff"
+    package = hopform.load_solver("hopper").Robot.solver.package
+    unclaimed = tuple(
+        each._replace(verdict="not claimed", derived="", reason=why, computed_by=()) for each in hopform.equations()
+    )
+    monkeypatch.setattr(package.equations, "EQUATIONS", unclaimed)
+    for arguments in ((), ("3",)):
+        code, output, errors = run("equations", *arguments)
+        assert (code, errors, output.splitlines()[0], "agrees" in output) == (0, "", why, False)
+        assert "not claimed" in output and "as derived" not in output
+    for arguments in (("--json",), ("3", "--as", "text")):
+        code, output, errors = run("equations", *arguments)
+        assert (code, errors) == (0, f"hopform: warning: {why}\n")
+        assert output
+
+
 def test_a_stance_is_printed_in_words_and_units(answer):
     output = answer(*DROP)
     assert "takes off after 188.13 ms, apex 22.33 cm" in output

@@ -18,8 +18,10 @@ from derive.emit.program import program
 from derive.maths import control, energy, laplace
 from derive.maths.laplace import s
 from derive.model import quantities as Q
-from derive.paper.register import CERTIFICATE, REGISTER, VERDICTS, cubic, quadratic_1
-from derive.shipped import HOPPER
+from derive.model.equations import ModelError
+from derive.model_file import read_model
+from derive.paper.register import CERTIFICATE, PAPER, REGISTER, VERDICTS, cubic, differences, in_words, quadratic_1
+from derive.shipped import FILES, HOPPER
 from hopform_solver import EVENTS, LegState, Robot, formulas, solve
 from tests import algebra
 from tests.algebra import EXPRESSIONS, LETTERS
@@ -98,6 +100,80 @@ def test_every_proof_of_the_certificate_is_a_test_that_exists(request):
         text = (request.config.rootpath / path).read_text("utf-8")
         for name in proofs:
             assert f"\ndef {name}(" in text, name
+
+
+# ---- the hopper that ships is the paper's ----
+
+
+@pytest.mark.parametrize("name", PAPER)
+def test_the_hopper_that_ships_has_the_equation_of_the_paper(name):
+    """In the parameters of its file: in the letters of the derivation an edit of that file is no difference."""
+    assert differences(HOPPER).get(name, 0) == 0, in_words(differences(HOPPER))
+
+
+def test_what_the_verdicts_rest_on_is_what_the_register_prints():
+    for number in (3, 4):
+        assert_read_as(BY_NUMBER[number].printed, PAPER[f"({number})"], a_point(number))
+    assert_read_as(BY_NUMBER[22].derived, PAPER["(22)"], a_point(22))
+    assert is_zero(PAPER["(25)"].subs(Q.v2, algebra.v_td) - derived(25))
+    unloaded = {Q.x2: Q.x1 + Q.L0 + Q.c}
+    assert is_zero(PAPER["(3) in flight"] - PAPER["(3)"].subs(unloaded))
+
+
+_OFFSET, _MORE = 'force(x1, k * c, "offset")  # (3) has no c', "another entry of the ledger has its name, offset"
+_LEG = Q.k * (Q.x1 - Q.x2 + Q.L0 + Q.c)
+EDITS = [
+    ("viscous(x1, b1)", "viscous(x1, 2 * b1)", {"(3)": -Q.b1 * Q.v1 / Q.m_eff}),
+    ("viscous(x1, b1)", "viscous(x1, 2 * b1, where='flight')", {"(3)": Q.b1 * Q.v1 / Q.m_eff}),
+    ("viscous(x1, b1)", "viscous(x1, b1, where='stance')", {"(3) in flight": Q.b1 * Q.v1 / Q.m_eff}),
+    ("viscous(x2, b2,", "viscous(x2, b2 / 2,", {"(4)": Q.b2 * Q.v2 / Q.m_s / 2}),
+    ("-gamma2 * u", "gamma2 * u", {"(3)": 2 * Q.gamma2 * Q.u / Q.m_eff}),
+    ("-gamma2 * u", "-2 * gamma2 * u", {"(3)": -Q.gamma2 * Q.u / Q.m_eff}),
+    (_OFFSET, "", {"(3)": -Q.k * Q.c / Q.m_eff}),
+    ("(x1, m_eff * f1,", "(x1, 2 * m_eff * f1,", {"(3)": -Q.f1 * Q.side_1}),
+    ("(x2, m_s * f2,", "(x2, m_s * f2 / 2,", {"(4)": Q.f2 * Q.side_2 / 2}),
+    ("(f1 + f1_excess)", "(f1 + 2 * f1_excess)", {"(3) at rest": Q.f1_excess}),
+    ("(f2 + f2_excess)", "(f2 + f2_excess / 2)", {"(4) at rest": -Q.f2_excess / 2}),
+    ("gravity(x2, g)", "gravity(x2, g / 2)", {"(4)": Q.g / 2, "(22)": -Q.m_s * Q.g * Q.x2 / 2}),
+    ("gravity(x2, g)", "gravity(x2, g)\nforce(x2, -3, 'load')", {"(4)": -3 / Q.m_s}),
+    ('"m", m_eff, "actuator"', '"m", 2 * m_eff, "actuator"',
+     {"(3)": (_LEG - Q.k * Q.c + Q.b1 * Q.v1 + Q.gamma2 * Q.u + Q.m_eff * Q.f1 * Q.side_1) / Q.m_eff / 2}),
+    (_OFFSET, _OFFSET.replace("k * c", "-k * c"), _MORE),
+    ("x2 + L0 + c, k)", "x2 + L0, k)", _MORE),
+    ("x2 + L0 + c, k)", "x2 + L0 + c, 2 * k)", _MORE),
+    (f"c, k)\n{_OFFSET}", f"c, 2 * k)\n{_OFFSET.replace('offset', 'push')}",
+     {"(3)": -_LEG / Q.m_eff, "(4)": _LEG / Q.m_s, "(22)": Q.k * (Q.x2 - Q.L0 - Q.c) ** 2 / 2}),
+    (f"L0 + c, k)\n{_OFFSET}", f"L0, k)\n{_OFFSET.replace('offset', 'push')}",
+     {"(3)": Q.k * Q.c / Q.m_eff, "(4)": -Q.k * Q.c / Q.m_s, "(22)": Q.k * (2 * Q.x2 - 2 * Q.L0 - Q.c) * Q.c / 2}),
+    ("(leg, impact_loss)", "(leg, impact_loss / 2)", "impact_loss must be a number"),
+    ("(leg, impact_loss)", "(leg, 0.05)", "impact_loss is declared, and no element has it"),
+]  # fmt: skip
+"""Edits of the hopper's file: what differs from the paper's, or why the file is no model."""
+
+
+@pytest.mark.parametrize(("old", "new", "what"), EDITS)
+def test_an_edit_of_the_hopper_is_refused_or_named_with_its_equation_and_its_difference(tmp_path, old, new, what):
+    text = FILES["hopper"].read_text("utf-8")
+    assert text.count(old) == 1
+    (tmp_path / "hopper.py").write_text(text.replace(old, new), "utf-8")
+    if isinstance(what, str):
+        with pytest.raises(ModelError, match=what):
+            read_model(tmp_path / "hopper.py")
+        return
+    found = differences(read_model(tmp_path / "hopper.py"))
+    assert {name.split()[0] for name in found} == {name.split()[0] for name in what}, "the numbers are named"
+    for name, value in what.items():
+        assert is_zero(found[name] - value), found
+    line = in_words(found)
+    assert all(name in line for name in what) and line.endswith(": what follows is no register of the paper")
+
+
+def test_the_line_about_an_edit_reads_as_a_formula():
+    assert in_words({"(3)": -Q.b1 * Q.v1 / Q.m_eff, "(3) in flight": Q.g, "(4)": Q.side_2 * Q.v2**2}) == (
+        "(3) of derive/models/hopper.py differs from the paper's by -b1 v1/m_eff, (4) by sign(v2) v2^2: "
+        "what follows is no register of the paper"
+    )
+    assert in_words({}) == ""
 
 
 # ---- verdicts by algebra ----

@@ -39,13 +39,16 @@ def in_one_line() -> Generator[None, None, None]:
     """What the derivation refuses is bad input, said in one line."""
     try:
         yield
-    except (door.ModelError, door.part("emit.folder").FolderError) as error:
+    except door.ModelError as error:
+        raise HopformError(str(error)) from None
+    except door.part("emit.folder").FolderError as error:  # a part that cannot be loaded where the hopper is no model
         raise HopformError(str(error)) from None
 
 
 def readable(model: str) -> str:
     """A model file that can be read, or the name of a model that ships; HopformError for anything else."""
-    shipped = door.part("derivation").SHIPPED
+    with in_one_line():
+        shipped = door.part("derivation").SHIPPED
     if model not in shipped:
         if not model.endswith(".py"):
             allowed = f"a model file, whose name ends in .py, or one of {', '.join(shipped)}"

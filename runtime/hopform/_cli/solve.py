@@ -53,11 +53,11 @@ def equations(number: str | None = None, json: bool = False, form: Form | None =
     if not found:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
         raise hopform.HopformError(f"there is no equation {shown(number)}; known: {known}")
-    if form is not None:
-        print(spelled(derived("hopper"), number or "paper", form), end="")
-        return
     text = to_json("equations", equations=found) if json else ""
-    deliver((), (), text, lambda: tables.equations(found) if number is None else tables.equation(found[0]))
+    if form is not None:
+        text = spelled(derived("hopper"), number or "paper", form)
+    why = tables.unclaimed(found) if text else ()
+    deliver((), why, text, lambda: tables.equations(found) if number is None else tables.equation(found[0]))
 
 
 def refuse_contradictions(

@@ -76,21 +76,28 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
     return spaced(table("", head, map(row, shown[0].all_fields()), ("parameter", "unit", "meaning")), "\n".join(notes))
 
 
+def unclaimed(shown: Sequence[Equation]) -> tuple[str, ...]:
+    """Why nothing is claimed to follow in the place of the paper's equations; empty where the hopper is the paper's."""
+    return tuple(dict.fromkeys(each.reason for each in shown if not each.derived))
+
+
 def equations(shown: Sequence[Equation]) -> Iterator[RenderableType]:
     """The register, a row per equation."""
     rows = ((f"({each.number})", each.title, each.verdict) for each in shown)
     how = "`hopform equations N` shows how equation N is printed, how it is derived, and what differs."
-    return spaced(table("", ("no.", "title", "verdict"), rows, ("title", "verdict")), how)
+    return spaced(*unclaimed(shown), table("", ("no.", "title", "verdict"), rows, ("title", "verdict")), how)
 
 
 def equation(shown: Equation) -> Iterator[RenderableType]:
     """All that the register holds on one equation."""
     made = Table.grid(Column(style="bold", no_wrap=True), Column(max_width=READABLE), padding=(0, 2, 0, 0))
     made.add_row("as printed", shown.printed)
-    made.add_row("as derived", shown.derived)
-    made.add_row("reason", shown.reason)
-    made.add_row("computed by", "\n".join(shown.computed_by))
-    return spaced(Text(f"({shown.number}) {shown.title}: {shown.verdict}", style="bold"), made)
+    if shown.derived:
+        made.add_row("as derived", shown.derived)
+        made.add_row("reason", shown.reason)
+        made.add_row("computed by", "\n".join(shown.computed_by))
+    title = Text(f"({shown.number}) {shown.title}: {shown.verdict}", style="bold")
+    return spaced(*unclaimed([shown]), title, made)
 
 
 def stance(solved: Stance, with_sensitivities: bool = False, explained: bool = False) -> Iterator[RenderableType]:

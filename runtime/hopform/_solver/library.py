@@ -26,8 +26,8 @@ REBUILD = "`python tools/build_library.py` makes it again"
 def opened(
     path: Path, prefix: str, package: str, layout: str, mend: str = REINSTALL, folder: Path | None = None
 ) -> ctypes.CDLL:
-    """The library of a package; BackendError, which names both and what mends it, for one with another layout of structs
-    and numbers, or one that was compiled from other sources than a folder has.
+    """The library of a package; BackendError, which names both and what mends it, for one with another layout of
+    structs and numbers, or one that was compiled from other sources than a folder has.
     """
     try:
         handle = ctypes.CDLL(str(path))
