@@ -80,7 +80,11 @@ class Rings:
         unnamed = [f"{s:.1f} s  {name}" for name, s in by_function.items() if s > LIMIT and name not in durations()]
         is_first = self.config.getoption("-m") == FIRST
         if is_first and unnamed and os.environ.get("HOPFORM_CI") and session.exitstatus == 0:
-            print(f"\nMore than {LIMIT} s and not in {DURATIONS.name}: mark it sliced, or `make durations`", *unnamed, sep="\n")
+            print(
+                f"\nMore than {LIMIT} s and not in {DURATIONS.name}: mark it sliced, or `make durations`",
+                *unnamed,
+                sep="\n",
+            )
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
     def pytest_terminal_summary(self, terminalreporter) -> None:
