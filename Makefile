@@ -3,7 +3,7 @@
 PY = .venv/bin/python
 export CC
 
-FIRST = run|test|precheck|format|docs|generate|check|lint|bench|firmware-test|nightly|wheel|clean|help-all
+FIRST = run|test|smoke|precheck|format|docs|generate|check|lint|bench|firmware-test|nightly|wheel|clean|help-all
 help:
 	@sed -nE 's/^($(FIRST)):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-16s %s\n", $$1, $$2 }'
 
@@ -28,6 +28,16 @@ run: compiler venv ## set up .venv, derive and compile the formulas, solve stanc
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -n auto --dist loadfile --no-loadscope-reorder
+
+durations: compiler venv-dev ## write tests/durations.json, the slow tests of `make test` by name
+	$(PY) tools/build_library.py
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -q -n auto --dist loadfile --no-loadscope-reorder --write-durations
+
+smoke: compiler venv-dev ## in a minute: one derivation, the digests of this computer, 1 000 stances against 50 digits
+	$(PY) -m derive --check
+	$(PY) tools/build_library.py
+	$(PY) -m tests.repository.gate.digests
+	$(PY) -m tests.conformance.exhaustive --seed $(SEED) --count 1000 --reference 1000
 
 QUICK_TESTS = $(addprefix tests/repository/test_,words.py docs.py rooms.py derive.py facts.py statuses.py tests.py ci.py)
 precheck: venv-dev ## in 20 s what most changes are refused for: style, format, stale files, words, links, rooms, facts

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 import hopform
+from tests.rings import Rings
 from tests.seeds import SEED
 
 collect_ignore = [
@@ -14,19 +15,12 @@ collect_ignore = [
 ]
 
 
-LONG = (
-    "zoo", "leg", "c_programs", "house", "export", "selftest", "identification", "package", "model_file", "checker",
-    "plots", "stance", "sensitivities", "generator", "outside_commands", "outliers", "files", "cube_root",
-    "formulas", "rules", "second_opinion", "cli", "batch", "switchovers", "derivation", "flight", "body_height",
-    "recordings", "estimation", "stability", "figures", "run_object", "hopping",
-)  # fmt: skip
-"""Files of many seconds, longest first: they are begun first, so that no worker is left alone with one at the end."""
+def pytest_addoption(parser: pytest.Parser) -> None:
+    parser.addoption("--write-durations", action="store_true", help="write tests/durations.json, see tests/rings.py")
 
 
-def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Begin with the longest files; the tests of each stay together, in their order."""
-    place = {f"test_{name}": n for n, name in enumerate(LONG)}
-    items.sort(key=lambda item: place.get(item.path.stem, len(LONG)))
+def pytest_configure(config: pytest.Config) -> None:
+    config.pluginmanager.register(Rings(config))
 
 
 @pytest.fixture(scope="session")

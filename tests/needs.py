@@ -23,6 +23,11 @@ cortex_m = pytest.mark.skipif(
 )
 
 
+def sliced(*parameters: tuple[object, ...]) -> list:
+    """Parameters that are tried with `make test-slices`, a tuple for each call."""
+    return [pytest.param(*each, marks=pytest.mark.sliced) for each in parameters]
+
+
 def the_first(values: Sequence[object], count: int = 1) -> list:
     """Parameters of a slow test: the first always, the others with `make test-slices`."""
-    return [*values[:count], *(pytest.param(value, marks=pytest.mark.sliced) for value in values[count:])]
+    return [*values[:count], *sliced(*((value,) for value in values[count:]))]

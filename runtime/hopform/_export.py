@@ -8,7 +8,7 @@ that makes it hop. Batches, which are for the vector registers of workstations, 
 import ctypes
 import math
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Literal, NamedTuple, get_args
 
@@ -227,7 +227,7 @@ def amalgamated(library: dict[Path, str], prefix: str) -> dict[str, str]:
     texts = {path.name: text for path, text in library.items() if path.suffix in (".h", ".c")}
     public = [f"{prefix}.h", *sorted(path.name for path in library if path.parts[0] == "include")]
     private = sorted(path.name for path in library if path.parts[0] == "src")
-    in_order = dict.fromkeys(each for name in private for each in with_included(name, texts) if each not in public)
+    in_order = [name for name in included_first(private, texts) if name not in public]
     source = f'#include "{prefix}.h"\n' + joined(in_order, texts)
     return {f"{prefix}.h": joined(dict.fromkeys(public), texts), f"{prefix}.c": source}
 
@@ -236,11 +236,20 @@ def joined(names: Iterable[str], texts: dict[str, str]) -> str:
     return "\n".join(_INCLUDE.sub("", texts[name]) for name in names)
 
 
-def with_included(name: str, texts: dict[str, str]) -> Iterator[str]:
-    """A file behind those that it includes, some of which may come several times."""
-    for included in _INCLUDE.findall(texts[name]):
-        yield from with_included(Path(included).name, texts)
-    yield name
+def included_first(names: Iterable[str], texts: dict[str, str]) -> list[str]:
+    """Files and all that they include, each once and behind those that it includes."""
+    order: list[str] = []
+
+    def visit(name: str) -> None:
+        if name in order:
+            return
+        for included in _INCLUDE.findall(texts[name]):
+            visit(Path(included).name)
+        order.append(name)
+
+    for name in names:
+        visit(name)
+    return order
 
 
 # ---- selftest ----

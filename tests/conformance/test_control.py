@@ -533,6 +533,13 @@ def test_the_printed_objective_is_the_general_one_with_its_defaults():
     assert one == pytest.approx(two, abs=1e-14)
 
 
+def test_of_equal_currents_the_printed_controller_takes_the_least():
+    """A locked actuator feels no current: J is the same for all of the grid, and the least |u| is 0."""
+    locked = with_fields(HOPPER, x1_min=0.0, x1_max=0.0)
+    found = hopform.choose_current_as_printed(locked, v2=-2.0, h_des=0.2)
+    assert (found.status, found.u) == ("found", 0.0)
+
+
 def test_without_take_off_the_printed_controller_has_no_current():
     found = hopform.choose_current_as_printed(with_fields(HOPPER, u_max=0.1), v2=-0.13, h_des=0.1)
     assert (found.status, found.u) == ("no_takeoff", 0.0)

@@ -3,7 +3,9 @@ and the formulas behind them by algebra.
 """
 
 import dataclasses
+import itertools
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -17,6 +19,7 @@ from derive.maths import control, energy, sensitivity
 from derive.model import quantities as Q
 from derive.shipped import HOPPER
 from hopform_solver.elements import ROWS
+from tests import needs
 from tests.conformance.errors import rounded
 from tests.conformance.random_stances import random_robot
 from tests.oracle.differences import STOPS, differences, scaled_error, size_of
@@ -180,26 +183,22 @@ def test_derivatives_at_other_endings_are_those_of_the_reference(name):
     assert_derivatives(*OTHER_ENDINGS[name], ending=name.partition(":")[0])
 
 
-def random_stances(count: int, ending: str) -> dict[int, tuple[hopform.Robot, dict[str, Any]]]:
-    """The first random robots with an ending, those with dozens of reversals left to the other tests."""
-    found: dict[int, tuple[hopform.Robot, dict[str, Any]]] = {}
-    seed = 0
-    while len(found) < count:
+def random_stances(ending: str) -> Iterator[tuple[hopform.Robot, dict[str, Any]]]:
+    """Random robots with an ending, those with dozens of reversals left to the other tests."""
+    for seed in itertools.count():
         robot, start = random_robot(seed)
         stance = hopform.solve_stance(robot, **start)
         if stance.status == ending and len(stance.events) <= 30:
-            found[seed] = (robot, {name: value for name, value in start.items() if name != "max_phases"})
-        seed += 1
-    return found
+            yield robot, {name: value for name, value in start.items() if name != "max_phases"}
 
 
-RANDOM = {(ending, seed): case for ending, count in {"takeoff": 40, "rest": 4, "horizon": 1}.items()
-          for seed, case in random_stances(count, ending).items()}  # fmt: skip
-
-
-@pytest.mark.parametrize(("ending", "seed"), RANDOM)
-def test_derivatives_of_random_robots_are_those_of_the_reference(ending, seed):
-    assert_derivatives(*RANDOM[ending, seed], set(), ending)
+@pytest.mark.parametrize(
+    ("ending", "first", "count"),
+    [("takeoff", 0, 2), ("rest", 0, 1), *needs.sliced(("takeoff", 2, 38), ("rest", 1, 3), ("horizon", 0, 1))],
+)
+def test_derivatives_of_random_robots_are_those_of_the_reference(ending, first, count):
+    for robot, start in itertools.islice(random_stances(ending), first, first + count):
+        assert_derivatives(robot, start, set(), ending)
 
 
 def test_a_given_height_at_touchdown_passes_the_compression_on(hopper_c, backend):

@@ -19,6 +19,7 @@ import pytest
 import hopform
 from hopform import ufuncs
 from hopform_solver.records import EVENTS, ROBOT_FIELDS
+from tests import needs
 from tests.oracle import reference
 
 COUNT = 400
@@ -190,10 +191,11 @@ def test_a_mass_at_rest_on_its_friction_level_decides_once(dtype):
         assert stance.status != "too_many_phases" or len(stance.events) > 32, (robot, start)
 
 
+@pytest.mark.parametrize("count", needs.the_first([5, 25]))
 @both_precisions
-def test_a_mass_at_rest_on_its_friction_level_moves_as_one_beside_it(dtype):
+def test_a_mass_at_rest_on_its_friction_level_moves_as_one_beside_it(dtype, count):
     """The list is that of 50 digits for a level that is 32 ulp higher or lower, or just there."""
-    for robot, start, resting in edges(dtype, 7, 25):
+    for robot, start, resting in edges(dtype, 7, count):
         stance = hopform.solve_stance(hopform.Robot(**robot), dtype=dtype, **start)
         moved = itertools.product((-32.0, 0.0, 32.0), repeat=len(resting))
         lists = set()

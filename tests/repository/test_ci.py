@@ -99,7 +99,7 @@ def test_without_a_base_everything_runs(repository, tmp_path_factory):
 def test_every_stage_has_a_target_of_make_and_packages_are_installed_nowhere_else():
     script = (ROOT / ".ci" / "run").read_text("utf-8")
     makefile = (ROOT / "Makefile").read_text("utf-8")
-    targets = re.findall(r"^(?:stage|in_time \d+|long \d+) \S+ (?:env \S+ )?make ([\w-]+)", script, re.MULTILINE)
+    targets = re.findall(r"^ *(?:stage|in_time \d+|long \d+) \S+ (?:env \S+ )?make ([\w-]+)", script, re.MULTILINE)
     assert len(targets) > 10
     assert [target for target in targets if not re.search(rf"^{target}:", makefile, re.MULTILINE)] == []
     others = [path for folder in ("tools", "tests") for path in (ROOT / folder).rglob("*.sh")]

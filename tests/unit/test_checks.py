@@ -26,7 +26,7 @@ def half(estimate):
 
 
 @pytest.mark.parametrize("planned", [True, False])
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", needs.the_first(range(3)))
 def test_expected_intervals_are_those_of_the_fit(seed, planned):
     """The noise is estimated from the samples, by its median to 4 %, or found by the fit; a profile of friction is
     wider or narrower by its kinks. What allows for a cause depends on the size of it that the noise happens to show.

@@ -23,6 +23,7 @@ from derive.model import quantities as Q
 from hopform_solver import formulas, records
 from hopform_solver.kernels import basis_at, decay_at, factor_cubic
 from hopform_solver.records import Poles
+from tests import needs
 
 EPS = 2.0**-52
 PROGRAM = program()
@@ -294,7 +295,8 @@ CONFIGURATIONS: dict[str, Callable[[Draw], tuple[np.ndarray, np.ndarray, np.ndar
     "one mass held": lambda d: (0 * d.a, 2 * d.ratio * d.rate, d.rate**2),
 }
 KINDS = list(CONFIGURATIONS)
-CASES = 150
+CASES = needs.the_first([20, 150])
+"""How many are drawn of a kind."""
 
 
 def configurations(kind: str, seed: int, size: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -333,27 +335,29 @@ def assert_accurate(
             assert error <= allowed[order, lane], f"{name} at a, p, q, t = {where}: {error} eps"
 
 
+@pytest.mark.parametrize("cases", CASES)
 @pytest.mark.parametrize("kind", KINDS)
-def test_w_is_exact_in_double_precision_for_any_poles_and_times(kind):
+def test_w_is_exact_in_double_precision_for_any_poles_and_times(kind, cases):
     """Times reach from 1e-6 to 50 over the fastest rate. Worst of 11000 cases a kind: 81 eps, second integral 121 eps.
 
     There it is a difference of terms of size t^2/2: exp(-a t) and the pair have just been split, chi t^2 = 1.
     """
-    poles = factored(kind, *configurations(kind, KINDS.index(kind), CASES))
+    poles = factored(kind, *configurations(kind, KINDS.index(kind), cases))
     fastest = poles.s_1 + np.sqrt(poles.s_2)
     rng = np.random.default_rng(1)
-    t = spread(rng, rng.choice([-6, -1], CASES), np.log10(50), CASES) / fastest
+    t = spread(rng, rng.choice([-6, -1], cases), np.log10(50), cases) / fastest
     t[:2] = np.array([1e-6, 50]) / fastest[:2]
     assert_accurate(poles, t, power_series, (128.0, 128.0, 128.0, 128.0, 192.0))
 
 
+@pytest.mark.parametrize("cases", CASES)
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 @pytest.mark.parametrize("kind", KINDS)
-def test_w_is_carried_to_its_last_digit_over_the_longest_time_that_counts_as_near(kind, sign):
+def test_w_is_carried_to_its_last_digit_over_the_longest_time_that_counts_as_near(kind, sign, cases):
     """As the C back end does for the last step to an event, where d^2 (s_1^2 + s_2 + 1/t^2) <= (eps/128)^(1/3)."""
-    poles = factored(kind, *configurations(kind, 40 + KINDS.index(kind), CASES))
+    poles = factored(kind, *configurations(kind, 40 + KINDS.index(kind), cases))
     rng = np.random.default_rng(2)
-    t = spread(rng, rng.choice([-6, -1], CASES), np.log10(50), CASES) / (poles.s_1 + np.sqrt(poles.s_2))
+    t = spread(rng, rng.choice([-6, -1], cases), np.log10(50), cases) / (poles.s_1 + np.sqrt(poles.s_2))
     later = t + sign * (EPS / 128.0) ** (1.0 / 6.0) / np.sqrt(poles.s_1**2 + poles.s_2 + t**-2)
     carried = arrays(formulas.taylor_step(poles, basis_at(poles, t), later - t))
     assert_accurate(poles, later, power_series, (128.0, 128.0, 128.0, 128.0, 192.0), got=carried)

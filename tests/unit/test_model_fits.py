@@ -7,7 +7,6 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -220,6 +219,7 @@ def test_the_power_of_time_of_a_parameter_follows_from_its_unit():
 
 def replayed(fit: Any, start: tuple[float, float], drive: np.ndarray) -> np.ndarray:
     """What the file of a fit does in MuJoCo under a drive, from a start on."""
+    mujoco = pytest.importorskip("mujoco", reason="mujoco is absent, which reads this file")
     model = mujoco.MjModel.from_xml_string(hopform.simulator_file(fit, "mjcf"))
     data, found = mujoco.MjData(model), np.empty(drive.size)
     data.qpos[0], data.qvel[0] = start

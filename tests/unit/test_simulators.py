@@ -12,7 +12,6 @@ from functools import cache
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -27,6 +26,8 @@ from hopform._identify.step import fit_force, fit_step_response
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 from tests.unit.test_rotary import COUNT, DRIVE, PENDULUM, RATE, SERVO, SPRUNG, TIME, air, angles, decay, recorded
+
+mujoco = pytest.importorskip("mujoco", reason="mujoco is absent, which reads the files for simulators")
 
 # ---- each kind of recording, of rigs that a seed scatters by 30 % ----
 

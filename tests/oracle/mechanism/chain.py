@@ -12,8 +12,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import product
 
+from ..polynomials import first_crossing
 from .equations import Problem, System
-from .flow import LEADING, Flow, Point, Series, advance, at, expand, fixed, loose
+from .flow import BITS, LEADING, Flow, Point, Series, advance, at, expand, fixed, loose
 from .guards import Guard, Mode, Polynomial, blocked, guards, polynomial
 from .leap import Level, leap, levels
 from .numbers import (
@@ -33,7 +34,6 @@ from .numbers import (
     total,
     transpose,
 )
-from .roots import Search, first_root, stays_positive
 
 SHORT_STEPS = 3  # windows of a phase before a long step is tried
 MOST_WINDOWS = 200_000
@@ -384,13 +384,11 @@ def violated(run: Run, function: Polynomial) -> int | None:
     if sign <= 0:
         return 0 if sign else None
     c = function.c[order:]
-    if stays_positive(c):
-        return None
-    search = Search(c, int(max(map(abs, c)) * TINY))
-    root = first_root(search)
-    for place, value in search.minima:
-        run.near(loose(value) * function.unit * loose(place) ** order, scale_of(function))
-    return root
+
+    def note(place: int, height: int) -> None:
+        run.near(loose(height) * function.unit * loose(place) ** order, scale_of(function))
+
+    return first_crossing(c, BITS, int(max(map(abs, c)) * TINY), note)
 
 
 def scale_of(function: Polynomial) -> Real:

@@ -15,6 +15,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from functools import cached_property
 
+from ..polynomials import horner
 from .equations import Row, System
 from .numbers import (
     Matrix,
@@ -174,20 +175,12 @@ def integral(coefficients: list[int]) -> list[int]:
     return [0, *(c // n for n, c in enumerate(coefficients[:-1], 1))]
 
 
-def horner(coefficients: list[int], tau: int) -> int:
-    """The value of the series at tau 2^-BITS."""
-    value = 0
-    for c in reversed(coefficients):
-        value = (value * tau >> BITS) + c
-    return value
-
-
 def at(series: Series, z: Point, tau: int) -> Point:
     """The state at the place tau of the window."""
     flow, nu = series.flow, series.nu
-    x = tuple(loose(horner(c, tau)) * nu * flow.window for c in series.x)
-    w = tuple(loose(horner(c, tau)) * nu for c in series.w)
-    a = tuple(loose(horner(c, tau)) * nu * flow.rho for c in series.a)
+    x = tuple(loose(horner(c, tau, BITS)) * nu * flow.window for c in series.x)
+    w = tuple(loose(horner(c, tau, BITS)) * nu for c in series.w)
+    a = tuple(loose(horner(c, tau, BITS)) * nu * flow.rho for c in series.a)
     return moved(flow, z, x, w, a)
 
 

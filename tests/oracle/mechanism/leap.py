@@ -9,14 +9,15 @@ positive weights of the partial sums of kappa and 0, so it is at least the least
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..polynomials import bernstein_floats
 from .flow import Flow, Point
 from .guards import Guard
 from .numbers import Real, mp
-from .roots import bernstein_floats
 
 SPAN = 3  # |lambda| H of a long step
 DEGREE = 32  # 3^33/33! < 1e-21: what is cut off is below MARGIN
@@ -98,22 +99,37 @@ def leap(flow: Flow, z: Point, guards: Sequence[Guard], limit: Real, known: list
         if room < max(WORTH, 2 * best):
             continue
         step = 2 ** int(mp.floor(mp.log(room, 2)))
-        parts = [split(flow, level, start, guard, step * flow.window) for guard in guards]
-        while step >= WORTH and step > best:
-            if all(clear(slow, fall) for slow, fall in parts):
-                best = step
-            step //= 4
-            parts = [([c / 4**n for n, c in enumerate(slow)], fall) for slow, fall in parts]
+        motion = divided(level, start, step * flow.window)
+        shares = [4**n for n in range(64) if step // 4**n >= WORTH and step // 4**n > best]
+        for guard in sorted(guards, key=lambda guard: guard.value / guard.scale if guard.scale else mp.inf):
+            slow, fall = split(flow, level, motion, guard, step * flow.window)
+            shares = [share for share in shares if clear([c / share**n for n, c in enumerate(slow)], fall)]
+            if not shares:
+                break
+        else:
+            best = step // shares[0] if shares else best
     return mp.mpf(best)
 
 
-def split(flow: Flow, level: Level, start: Sequence[Real], guard: Guard, h: Real) -> tuple[list[float], float]:
+def divided(level: Level, start: Sequence[Real], h: Real) -> tuple[list[Any], list[Sequence[Real]]]:
+    """The sizes of the fast modes at the start, and the Taylor coefficients over h of the slow part of (w, a)."""
+    sizes = [mp.fdot(mode.left, start) for mode in level.fast]
+    slow = list(start)
+    for size, mode in zip(sizes, level.fast, strict=True):
+        slow = [mp.re(q - size * r) for q, r in zip(slow, mode.right, strict=True)]
+    terms = [slow]
+    for n in range(1, DEGREE + 1):
+        terms.append([mp.fdot(row, terms[-1]) * h / n for row in level.slow])
+    return sizes, terms
+
+
+def split(
+    flow: Flow, level: Level, motion: tuple[list[Any], list[Sequence[Real]]], guard: Guard, h: Real
+) -> tuple[list[float], float]:
     """Taylor coefficients over h of a guard's slow part, and how far its fast part may fall, in one unit."""
     d, reals, fall, whole, amplitudes = flow.order, list[Any](), mp.zero, guard.value, list[Real]()
-    slow = list(start)
-    for mode in level.fast:
-        size = mp.fdot(mode.left, start)
-        slow = [mp.re(p) for p in (q - size * r for q, r in zip(slow, mode.right, strict=True))]
+    sizes, terms = motion
+    for size, mode in zip(sizes, level.fast, strict=True):
         head = mode.right[:d]
         kappa = size * (mp.fdot(guard.x, head) / mode.rate + mp.fdot(guard.w, head))
         amplitudes.append(abs(kappa))
@@ -124,10 +140,8 @@ def split(flow: Flow, level: Level, start: Sequence[Real], guard: Guard, h: Real
             reals.append(mp.re(kappa))
     sums = [mp.fsum(reals[: n + 1]) for n in range(len(reals))]
     coefficients = [whole]
-    for n in range(1, DEGREE + 1):
-        now = [q * h / n for q in (mp.fdot(row, slow) for row in level.slow)]
-        coefficients.append(mp.fdot(guard.x, slow[:d]) * h / n + mp.fdot(guard.w, now[:d]))
-        slow = now
+    for n, (last, now) in enumerate(itertools.pairwise(terms), 1):
+        coefficients.append(mp.fdot(guard.x, last[:d]) * h / n + mp.fdot(guard.w, now[:d]))
     top, most = max(abs(c) for c in coefficients), max(amplitudes, default=mp.zero)
     if top <= NEGLIGIBLE * most and not fall and all(q > NEGLIGIBLE * most for q in sums):
         return [1.0], 0.0  # nothing but real modes that stay above zero

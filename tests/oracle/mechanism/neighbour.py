@@ -14,12 +14,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ..polynomials import horner, refine
 from .chain import Run, between, hold_slacks, violated
 from .equations import Problem
-from .flow import Point, expand, fixed, horner, loose
+from .flow import BITS, Point, expand, fixed, loose
 from .guards import Polynomial, guards, polynomial
 from .numbers import TINY, Real, mp, ulp
-from .roots import bracketed
 from .solution import Solution, solve
 
 STEP = mp.mpf("1e-25")  # relative, of the differences for gradients
@@ -233,10 +233,10 @@ def least_values(function: Polynomial) -> Iterator[Real]:
     """Local minima in a window."""
     slope = [n * c for n, c in enumerate(function.c)][1:]
     places = [fixed(mp.mpf(n) / GRID) for n in range(GRID + 1)]
-    rates = [horner(slope, place) for place in places]
+    rates = [horner(slope, place, BITS) for place in places]
     for a, b, p, q in zip(places, places[1:], rates, rates[1:], strict=False):
         if p < 0 <= q:
-            bottom = bracketed(slope, a, b)
-            value = horner(function.c, bottom)
+            bottom = refine(slope, a, b, BITS)
+            value = horner(function.c, bottom, BITS)
             if bottom > fixed(TINY):
                 yield loose(value) * function.unit

@@ -11,12 +11,12 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+from ..polynomials import horner, refine
 from .chain import Event, Mark, Phase, Run, begin, between, run_chain
 from .equations import Problem, Row, System, read
-from .flow import BITS, TERMS, Flow, Point, expand, exponential, fixed, horner, loose, recurrence
+from .flow import BITS, TERMS, Flow, Point, expand, exponential, fixed, loose, recurrence
 from .guards import Guard, along, polynomial
 from .numbers import TINY, Matrix, Number, Real, Vector, dot, exact, mp, plus, times, transpose
-from .roots import bracketed
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,7 @@ def product_integral(p: list[int], q: list[int], place: int) -> int:
         if a:
             for m, b in enumerate(q):
                 c[n + m] += a * b
-    return horner([0, *((a >> BITS) // (n + 1) for n, a in enumerate(c))], place)
+    return horner([0, *((a >> BITS) // (n + 1) for n, a in enumerate(c))], place, BITS)
 
 
 def spread(Z: Any, squares: Mapping[tuple[int, int], Real]) -> dict[tuple[int, int], Real]:
@@ -291,11 +291,11 @@ def turns(solution: Solution, mark: Mark, end: Real, row: Row) -> list[tuple[Rea
     slope = [n * q for n, q in enumerate(c)][1:]
     last = fixed((end - mark.time) / flow.window)
     places = [last * n // 64 for n in range(65)]
-    values = [horner(slope, place) for place in places]
+    values = [horner(slope, place, BITS) for place in places]
     found = list[tuple[Real, Real]]()
     for a, b, p, q in zip(places, places[1:], values, values[1:], strict=False):
         if (p > 0) != (q > 0):
-            t = mark.time + loose(bracketed(slope, a, b)) * flow.window
+            t = mark.time + loose(refine(slope, a, b, BITS)) * flow.window
             z = between(run, mark, t)
             found.append((t, row.at(z.q, z.v)))
     return found

@@ -1,7 +1,7 @@
 """The yardstick of the tests: stances to 50 digits, by Taylor series in exact integers.
 
 It shares nothing with what it judges: no import but the standard library and mpmath, no closed form of the motion.
-motion.py is the phase, roots.py the first sign change, certified, skip.py the long steps of stiff robots, chain.py what
+motion.py is the phase, skip.py the long steps of stiff robots, chain.py what
 sticks, slips and stops, stance.py the whole; energy.py is the ledger, conditioning.py scales errors and conditions
 them.
 """

@@ -16,9 +16,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
-from .motion import LEADING, Flow, Series, advance, evaluate, expand, fixed, horner, integral
+from ..polynomials import first_crossing, horner
+from .motion import LEADING, Flow, Series, advance, evaluate, expand, fixed, integral
 from .records import Event, Phase, Point, Real, Robot, State, mp
-from .roots import first_crossing
 from .skip import long_step
 
 SHORT_STEPS = 3  # windows of a phase before a long step is tried

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import NamedTuple
 
+from ..polynomials import first_crossing
 from .records import Event, Number, Real, Robot, exact, mp, parse_robot
-from .roots import first_crossing
 
 TERMS = 64
 BITS = 330

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+from ..polynomials import horner
 from .records import GUARD, Matrix, Point, Real, Robot, mp
 
 REACH = 4  # L h of a window
@@ -107,14 +108,6 @@ def expand(flow: Flow, z: Point, h: Real, terms: int | None = None) -> Series:
 def integral(coefficients: Sequence[int]) -> list[int]:
     """The series of the integral from 0, in the unit times h."""
     return [0, *(c // (n + 1) for n, c in enumerate(coefficients[:-1]))]
-
-
-def horner(coefficients: Sequence[int], tau: int, bits: int) -> int:
-    """The value of the series at tau 2^-bits."""
-    total = 0
-    for c in reversed(coefficients):
-        total = (total * tau >> bits) + c
-    return total
 
 
 def evaluate(flow: Flow, z: Point, s: Series, tau: int) -> Point:

@@ -14,9 +14,9 @@ from collections.abc import Sequence
 from math import factorial
 from typing import Any, NamedTuple
 
+from ..polynomials import bernstein_floats
 from .motion import Flow
 from .records import GUARD, Matrix, Real, mp
-from .roots import bernstein_floats
 
 GAP = 4  # ratio of magnitudes that separates two groups
 NARROW = 1e-15  # relative distance below which two roots are one pair of real ones

@@ -7,7 +7,6 @@ public names. Exit code 1, and what differs, where anything moved.
 """
 
 import argparse
-import ctypes
 import json
 import os
 import shutil
@@ -22,13 +21,11 @@ from hopform_solver.records import ROBOT_FIELDS
 from tests.conformance.flights import random_flight
 from tests.conformance.random_stances import draw_stances
 from tests.repository import released
-from tests.repository.gate import answers, objects
+from tests.repository.gate import digests, objects
 
 ROOT = Path(__file__).resolve().parents[3]
 HERE = Path(__file__).resolve().parent
 OUT = ROOT / "out" / "gate"
-RECORD = HERE / "record.json"
-"""What is committed of the last gate: the selftest's digests."""
 
 STANCES, FLIGHTS, COMMANDS, SEED = 60_000, 10_000, 10_000, 20261122
 
@@ -153,25 +150,17 @@ def draw_touchdowns() -> Any:
 
 def compare_record(record: bool) -> list[str]:
     """Digests of this checkout against those on record, and what is public against what was released."""
-    digest = digests()
+    digest = digests.found()
     if record:
-        RECORD.write_text(json.dumps({"selftest": digest}, indent=1) + "\n", "utf-8")
+        digests.RECORD.write_text(json.dumps({"selftest": digest}, indent=1) + "\n", "utf-8")
         return []
-    known = json.loads(RECORD.read_text("utf-8"))["selftest"]
     before, now = json.loads(released.RECORD.read_text("utf-8")), released.found()
     new = [line for line in released.moved(now, before) if line.endswith(" is gone")]
-    moved = [] if digest == known else [f"selftest: {known} on record, {digest} now"]
-    return [*moved, *released.moved(before, now), *(line.replace(" is gone", " is new") for line in new)]
-
-
-def digests() -> dict[str, str]:
-    """The selftest's digests of this checkout's library."""
-    word = answers.digest
-    library = next((ROOT / "runtime" / "hopform").glob("_libhopform.*"), None)
-    if library is None:
-        raise FileNotFoundError("there is no compiled library: run `make run` first")
-    handle = ctypes.CDLL(str(library))
-    return {precision: f"{word(handle, precision)[0]:08x}" for precision in ("f32", "f64")}
+    return [
+        *digests.moved(digest),
+        *released.moved(before, now),
+        *(line.replace(" is gone", " is new") for line in new),
+    ]
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@
 
 No change: no root. One change: one root, found by Newton steps inside its bracket. More: either the derivative changes
 sign once, then the extremum decides, or the interval is halved. What was cut off the series is far below `noise`.
+Coefficients and places are integers of unit 2^-bits. Both oracles find the events of a window here.
 """
 
 from __future__ import annotations
@@ -12,12 +13,18 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache
 from math import comb
 
-from .motion import horner
-
 Note = Callable[[int, int], None]  # called with (place, height) of each extremum that was looked at
 SCREEN = 36  # degree of the screening in floats
 NEAR = 1e-6  # what comes closer to zero than this, relative to the largest coefficient, is looked at in integers
 DEEP = 160  # halvings; what is left is a cluster narrower than 1e-48
+
+
+def horner(coefficients: Sequence[int], tau: int, bits: int) -> int:
+    """The value of the polynomial at tau."""
+    value = 0
+    for c in reversed(coefficients):
+        value = (value * tau >> bits) + c
+    return value
 
 
 @lru_cache
@@ -44,7 +51,7 @@ def bernstein(coefficients: Sequence[int]) -> list[int]:
     return b
 
 
-def certainly_positive(coefficients: Sequence[int]) -> bool:
+def stays_positive(coefficients: Sequence[int]) -> bool:
     """Whether the polynomial stays clear of zero on [0, 1], by sums and then in floats."""
     if 2 * coefficients[0] > 2 * sum(map(abs, coefficients[1:])) + coefficients[0] // 1000:
         return True
@@ -103,7 +110,7 @@ def first_crossing(coefficients: Sequence[int], bits: int, touch: int, note: Not
 
     A minimum not deeper than `touch` is no crossing. `note` is called for every extremum that decides.
     """
-    if certainly_positive(coefficients):
+    if stays_positive(coefficients):
         return None
     noise = max(map(abs, coefficients)) >> (bits * 2 // 3)
     pieces = [(bernstein(coefficients), 0, 1 << bits)]  # a stack, leftmost piece on top

@@ -1,0 +1,102 @@
+"""What tests cost in processor time, their children counted, and the ring that follows from it: a plugin of pytest.
+
+`make test` is the first ring, `make test-slices` the second (`sliced`), `make nightly` the third (`nightly`). A test of
+more than LIMIT seconds belongs to the first only by name: it stands in tests/durations.json, which `make durations`
+writes. With HOPFORM_CI set one that does not is a failure. The file also says which files are begun first.
+"""
+
+import json
+import os
+import resource
+from collections import defaultdict
+from pathlib import Path
+
+import pytest
+
+DURATIONS = Path(__file__).with_name("durations.json")
+"""Functions of the first ring by name: processor seconds of their dearest parameter, where they are SHOWN or more."""
+
+LIMIT, SHOWN = 1.0, 0.5
+"""[s] Machines differ by a factor of two: what is measured at half the limit is listed, so that none exceeds it unseen."""
+
+AIM = 360
+"""[s] What `make test` may take, from pytest's first line to its end; it is printed beside what it took."""
+
+
+def processor_seconds() -> float:
+    """Of this process and of those that it has waited for."""
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(each.ru_utime + each.ru_stime for each in used)
+
+
+def durations() -> dict[str, float]:
+    return dict(json.loads(DURATIONS.read_text("utf-8")))
+
+
+class Rings:
+    """Measures in each process; the one that prints the summary collects."""
+
+    def __init__(self, config: pytest.Config) -> None:
+        self.config = config
+        self.mark = processor_seconds()
+        self.by_test: defaultdict[str, float] = defaultdict(float)
+        self.of_workers = 0.0
+
+    def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
+        """Begin with the longest files, so that no worker is left alone with one; the tests of each stay together."""
+        known, count = durations(), defaultdict[str, float](float)
+        for item in items:
+            count[item.nodeid.partition("::")[0]] += known.get(function_of(item.nodeid), 0.0)
+        items.sort(key=lambda item: -count[item.nodeid.partition("::")[0]])
+
+    @pytest.hookimpl(hookwrapper=True)
+    def pytest_runtest_makereport(self):
+        """Processor seconds since the last phase of a test: fixtures are paid by the test that asks for them first."""
+        outcome = yield
+        now = processor_seconds()
+        outcome.get_result().processor_seconds = now - self.mark
+        self.mark = now
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        if report.when == "call":
+            self.by_test[report.nodeid] += getattr(report, "processor_seconds", 0.0)
+
+    @pytest.hookimpl(optionalhook=True)
+    def pytest_testnodedown(self, node) -> None:
+        self.of_workers += getattr(node, "workeroutput", {}).get("processor_seconds", 0.0)
+
+    @pytest.hookimpl(trylast=True)
+    def pytest_sessionfinish(self, session: pytest.Session) -> None:
+        output = getattr(self.config, "workeroutput", None)
+        if output is not None:
+            output["processor_seconds"] = processor_seconds()
+            return
+        by_function = defaultdict[str, float](float)
+        for test, seconds in self.by_test.items():
+            by_function[function_of(test)] = max(by_function[function_of(test)], seconds)
+        if self.config.getoption("--write-durations"):
+            listed = {name: round(s, 1) for name, s in sorted(by_function.items()) if s >= SHOWN}
+            DURATIONS.write_text(json.dumps(listed, indent=1) + "\n", "utf-8")
+        unnamed = [f"{s:.1f} s  {name}" for name, s in by_function.items() if s > LIMIT and name not in durations()]
+        is_first = self.config.getoption("-m") == FIRST
+        if is_first and unnamed and os.environ.get("HOPFORM_CI") and session.exitstatus == 0:
+            print(
+                f"\nMore than {LIMIT} s and not in {DURATIONS.name}: mark it sliced, or `make durations`",
+                *unnamed,
+                sep="\n",
+            )
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+    def pytest_terminal_summary(self, terminalreporter) -> None:
+        total = self.of_workers + processor_seconds()
+        aim = f" (aim: {AIM} s)" if self.config.getoption("-m") == FIRST else ""
+        terminalreporter.write_line(f"{total:.0f} s of processor time{aim}")
+
+
+FIRST = "not sliced and not nightly and not site"
+"""The expression of the first ring, as in pyproject.toml."""
+
+
+def function_of(test: str) -> str:
+    """The name of a test without its parameters."""
+    return test.partition("[")[0]
