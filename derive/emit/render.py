@@ -20,7 +20,7 @@ import jinja2
 import sympy as sp
 
 from .. import VERSION, ir
-from ..ir import Program, Quantity
+from ..ir import Parameter, Program, Quantity
 from ..maths import contact, elements, energy, flight, kernels, linear, modes, stability
 from ..model import kinds, precisions, quantities, selftest, structs
 from ..model.answers import answers, schema
@@ -215,14 +215,12 @@ def _of_library(sources: Iterable[str], options: Options) -> list[str]:
 
 
 def example_value(quantity: Quantity) -> float:
-    """A parameter's value to start from: where it is the hopper's that of the selftest's first robot; else its default,
-    or 1; 0 for what may be 0.
+    """A parameter's value to start from: of a parameter that the hopper's file declares that of the selftest's first
+    robot; of any other its default, without one 0 where it may be 0, else 1.
     """
-    is_hopper_s = any(
-        each.name == quantity.name and each.meaning == quantity.meaning for each in HOPPER.robot.quantities
-    )
-    known = selftest.ROBOTS[0].get(quantity.name) if is_hopper_s else quantity.default
-    return known if known is not None else 0.0 if 0.0 in quantity.interval else 1.0
+    if isinstance(quantity, Parameter) and quantity.shipped_with == HOPPER.name:
+        return selftest.ROBOTS[0][quantity.name]
+    return quantity.default if quantity.default is not None else 0.0 if 0.0 in quantity.interval else 1.0
 
 
 def finite_example(quantity: Quantity) -> float:

@@ -1,5 +1,6 @@
 """`hopform model check`, `build` and `list`: what they say, what they write, and that a second build is a look-up."""
 
+import ast
 import doctest
 import json
 import os
@@ -21,9 +22,11 @@ from hopform import _cli as cli
 from hopform._cli import model as commands
 from hopform._solver import build
 from hopform.model import derive
-from tests.derived import MODELS, SHIPPED, built, loaded
+from tests.derived import MODELS, SHIPPED, built, loaded, solver_of
+from tests.needs import the_first
 
 DAMPER = MODELS / "damper.py"
+THAT_SHIP = sorted(path.stem for path in SHIPPED.glob("[!_]*.py"))
 
 
 @pytest.fixture(autouse=True)
@@ -92,6 +95,41 @@ def test_a_solver_has_its_model_its_equations_and_numbers_to_start_from(store):
         assert f"`{formula.name}`" in page and derivation.latex(formula.name) in page
     manifest = (folder / "MANIFEST").read_text("utf-8")
     assert all(f"  {name}\n" in manifest for name in ("model.py", "robot.toml", "EQUATIONS.md", "solver.toml"))
+
+
+def own_parameters(name):
+    """What the file of a model declares itself, by name."""
+    calls = (
+        node for node in ast.walk(ast.parse((SHIPPED / f"{name}.py").read_text("utf-8"))) if isinstance(node, ast.Call)
+    )
+    return {ast.literal_eval(each.args[0]) for each in calls if getattr(each.func, "id", "") == "parameter"}
+
+
+@pytest.mark.parametrize("name", THAT_SHIP)
+def test_numbers_to_start_from_are_the_defaults_that_the_file_declares(name):
+    """Whatever words the hopper has for a parameter of its own: its numbers come with its parameters, by `include`."""
+    model, hopper = derive(name).model, hopform.load_robot("hopper_c")
+    numbers = tomllib.loads("\n".join(solvers.numbers_of(model)))
+    for each in model.parameters:
+        if name == "hopper" or each.name not in own_parameters(name):
+            wanted = getattr(hopper, each.name)
+        elif each.default is None:
+            wanted = 0.0 if 0.0 in each.interval else 1.0
+        else:
+            wanted = each.default
+        assert numbers.pop(each.name) == wanted, each.name
+    assert numbers.keys() == {"name", "model", "description", *(["travel"] if model.has_contact else [])}
+
+
+WITH_DEFAULTS = {each for each in THAT_SHIP if all(q.default is not None for q in derive(each).model.parameters)}
+
+
+@pytest.mark.parametrize(
+    "name", the_first(sorted(WITH_DEFAULTS, key=lambda each: (each not in ("relief_valve", "servo"), each)), 2)
+)
+def test_a_robot_without_numbers_is_the_one_that_its_solver_comes_with(store, name):
+    solver = solver_of(store, name)
+    assert solver.Robot().parameters == solver.load_robot(name).parameters
 
 
 def test_a_built_solver_solves_what_its_robot_says(store):
