@@ -12,11 +12,12 @@ Q_1 Q_2 - K_1 K_2 = s P, because no force changes where both masses move togethe
     X_i = (x_i(0) s^4 + H_4 s^3 + H_3 s^2 + H_2 s + H_1)/(s^2 P)                                  (11), (16)
 
 over P = (s + a)(s^2 + p s + q), which x_1 and x_2 share. R and W are the inverse transforms of 1/(s^2 + p s + q) and
-1/P. The states are sums of W and its integrals, which holds for all poles: for double ones, and for those at 0, which are
-an integrator or two of them. What is 0 for every robot of the model is taken out of the denominator before it is split.
+1/P. The states are sums of W and its integrals, which holds for all poles: for double ones, and for those at 0, which
+are an integrator or two of them. What is 0 for every robot of the model is taken out of the denominator before it is
+split.
 
-A quotient by a rate has its limit beside it as a case, exactly at 0. Rounded numbers need more: there digits are lost near
-0, and code has the power series in time up to a tenth of a time constant.
+A quotient by a rate has its limit beside it as a case, exactly at 0. Rounded numbers need more: digits are lost near 0,
+so code has the power series in time up to a tenth of a time constant.
 """
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
@@ -206,8 +207,8 @@ def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
     """The derivation of a model as formulas, group by group; one may read another of a later group.
 
     moving: the masses that slip in the phase, by default all that may; the others are held, their
-    velocities 0. What is 0 for every robot of the model is put in where it stands, and what would divide by that is left
-    out.
+    velocities 0. What is 0 for every robot of the model is put in where it stands, and what would divide by that is
+    left out.
     """
     free = free_masses(model)
     moving = moving or free

@@ -12,6 +12,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+import sympy as sp
 
 import hopform
 from derive import solver as solvers
@@ -165,7 +166,50 @@ def test_the_examples_of_a_joint_run(joint):
     text = (package.__doc__ or "").replace("from hopform_solver import", "from hopform_solver_of_joint import")
     example = doctest.DocTestParser().get_doctest(text, {}, "joint", None, None)
     assert doctest.DocTestRunner().run(example) == doctest.TestResults(failed=0, attempted=5)
-    assert "= {0.0f, 0.0f, 0.0f, 0.0f};" in (joint / "packages" / "example.c").read_text("utf-8")
+
+
+@pytest.mark.parametrize(("name", "start", "numbers"), [
+    ("joint", {"phi": 0.3}, {"phi_0": 0.5, "phi_max": 0.6, "k": 40.0}),
+    ("relief_valve", {"x": 0.001}, {"x_0": 0.007}),
+    pytest.param("sea", {"theta": 0.2, "q": 0.05}, {"k": 90.0}, marks=pytest.mark.sliced),
+])  # fmt: skip
+def test_the_example_in_c_starts_where_its_header_says(store, tmp_path, name, start, numbers):
+    """The example itself, of another robot and start: y is what the header has for it, in the file's coordinates."""
+    folder = built(store, name)
+    solver = hopform.load_solver(folder)
+    robot = solver.Robot(**{f.name: getattr(solver.load_robot(name), f.name) for f in solver.Robot.fields()} | numbers)
+    header = (folder / "c" / "include" / "hopform" / "hopform.h").read_text("utf-8")
+    of_y = re.search(r"^ \* +y \[(m|rad)\] ([^:]+): ", header, re.MULTILINE)[2]
+    known = {f.name: getattr(robot, f.name) for f in solver.Robot.fields()} | start
+    y = float(sp.sympify(of_y, locals={each: sp.Symbol(each) for each in known}).subs(known))
+    example = (folder / "packages" / "example.c").read_text("utf-8")
+    shown = re.search(r"/\* x1, v1, v2 and y = (.*) \*/\n.* touchdown = \{(.*)\};", example)
+    defaults = {f.name: getattr(solver.load_robot(name), f.name) for f in solver.Robot.fields()}
+    at_zero = sp.sympify(of_y, locals={each: sp.Symbol(each) for each in known}).subs(
+        defaults | dict.fromkeys(start, 0)
+    )
+    assert shown[1] == of_y and float(shown[2].split(", ")[3].rstrip("f")) == pytest.approx(float(at_zero), abs=1e-7)
+    spelled = ", ".join(f"{value:.9g}f" if "." in f"{value:.9g}" or "e" in f"{value:.9g}" else f"{value:.1f}f"
+                        for value in (max(-1e30, min(1e30, float(each))) for each in robot.parameters))  # fmt: skip
+    first, *_ = start.values()
+    program = re.sub(r"(robot = \{)[^}]*(\};)", rf"\g<1>{spelled}\2", example)
+    program = re.sub(r"(touchdown = \{)[^}]*(\};)", rf"\g<1>{first!r}f, 0.0f, 0.0f, {y!r}f\2", program)
+    program = re.sub(
+        r"return (hopform_solve_stance_f32\(.*\)) < 0;",
+        r'const int32_t status = \1; return printf("%d %.9g %.9g", (int)status, stance.duration, stance.end.x1) < 0;',
+        program,
+    )
+    (tmp_path / "example.c").write_text(f"#include <stdio.h>\n{program}", "utf-8")
+    unit, include = folder / "c" / "src" / "hopform_f32.c", folder / "c" / "include"
+    subprocess.run(
+        ["cc", "-std=c99", "-O0", "-I", include, "example.c", unit, "-o", "example", "-lm"], cwd=tmp_path, check=True
+    )
+    status, duration, end = subprocess.run(
+        ["./example"], cwd=tmp_path, check=True, capture_output=True, text=True
+    ).stdout.split()
+    motion = solver.solve_motion(robot, start=start, u=3.0, horizon=2.0)
+    assert (status, float(duration)) == ("0", pytest.approx(motion.duration, rel=1e-5))
+    assert float(end) == pytest.approx(motion.end[0], abs=1e-5) and abs(motion.end[0] - first) > 1e-4
 
 
 def test_the_page_names_what_a_robot_must_obey():
