@@ -24,6 +24,8 @@ SHIPPED = tuple(FILES)
 """Names of the models that ship."""
 
 s = sp.Symbol("s")
+MOST_DOUBLINGS = 5
+"""Of the digits that a value is computed with; a value that is 0 by rounding has none that settle."""
 
 
 @dataclass(frozen=True)
@@ -176,7 +178,8 @@ class Derivation:
     @property
     def partial_fractions(self) -> dict[str, sp.Expr]:
         """A, B, C, D, E of (18), x_2(t) = A + B t + C exp(-a t) + D R' + E R, in real numbers, and A_hat, ... of (20);
-        R is the inverse transform of 1/(s^2 + p s + q). They need poles apart from each other and from 0.
+        R is the inverse transform of 1/(s^2 + p s + q). They need poles apart from each other and from 0; what has none
+        for any robot of the model is left out.
 
         >>> from hopform.model import derive
         >>> derive("hopper").partial_fractions["B"]
@@ -189,7 +192,8 @@ class Derivation:
         """The state at time t [s] of a phase, x2_t (18), v2_t (19), x1_t (20), v1_t (21), and what it reads: W, the
         inverse transform of 1/((s + a)(s^2 + p s + q)), its derivative Wd and its integrals W1, W2.
 
-        This holds for all poles with k > 0. Masses that are not bolted slip; `held_sets` has the other modes.
+        This holds for all poles, for equal ones and for those at 0, too. Masses that are not bolted slip; `held_sets` has
+        the other modes.
 
         >>> from hopform.model import derive
         >>> derive("hopper").states["v2_t"]
@@ -267,7 +271,21 @@ class Derivation:
         >>> derive("hopper").value("s_1", {"b1": 4, "b2": 3, "m_eff": 20, "m_s": 3}, 5)
         1.2000
         """
-        known = {key: sp.Rational(value) for key, value in values.items()}
+        return sp.N(self._settled(name, {key: sp.Rational(value) for key, value in values.items()}, digits), digits)
+
+    def _settled(self, name: str, values: Mapping[str, sp.Expr], digits: int) -> sp.Expr:
+        """A number with twice as many digits until two agree: near a limit a formula subtracts what is nearly equal."""
+        working, found = digits + 10, self._value(name, values, digits + 10)
+        for _ in range(MOST_DOUBLINGS):
+            working *= 2
+            before, found = found, self._value(name, values, working)
+            if sp.Abs(found - before) <= sp.Abs(found) / 10**digits:
+                break
+        return found
+
+    def _value(self, name: str, values: Mapping[str, sp.Expr], digits: int) -> sp.Expr:
+        """A number, each step with so many digits."""
+        known = dict(values)
         for each in self._library.needed([self.formula(name)]):
             symbols = {symbol: known.get(symbol.name) for symbol in each.value.free_symbols}
             if missing := sorted(symbol.name for symbol, number in symbols.items() if number is None):

@@ -78,7 +78,9 @@ class Own(sp.Symbol):
 
 @dataclass(frozen=True)
 class Parameter(Quantity):
-    """A quantity that the file of a model declares."""
+    """A quantity that the file of a model declares; `shipped_with` names that model where it is one that ships."""
+
+    shipped_with: str = ""
 
     @property
     def symbol(self) -> sp.Symbol:

@@ -25,7 +25,7 @@ def read_model(path: Path) -> Model:
     if not path.is_file():
         raise ModelError(f"--model: there is no file {path}")
     try:
-        with drafted() as draft:
+        with drafted(path) as draft:
             docstring = _run(path)
         return model_of(draft, _name_of(path), _title_of(path, docstring), path.read_text("utf-8"))
     except ModelError as error:

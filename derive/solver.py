@@ -35,12 +35,12 @@ def model_of(model: str | Path) -> Model:
 def solver(model: str | Path, precisions: tuple[Precision, ...] = PRECISIONS) -> dict[Path, str]:
     """The text of every file of the folder of a solver, by path in it."""
     found, text = model_of(model), source_of(model)
-    own = {MODEL: text, ROBOT: "".join(f"{line}\n" for line in _robot(found)), EQUATIONS: page(Derivation(found))}
+    own = {MODEL: text, ROBOT: "".join(f"{line}\n" for line in numbers_of(found)), EQUATIONS: page(Derivation(found))}
     return render(Options(found, precisions)) | own
 
 
-def _robot(model: Model) -> Iterator[str]:
-    """Numbers to start from: those of the hopper of the examples, and the defaults of further parameters."""
+def numbers_of(model: Model) -> Iterator[str]:
+    """The lines of a robot to start from: the defaults of parameters, and for the hopper's own those of its examples."""
     yield f"name = {value_of(model.name)}"
     yield f"model = {value_of(model.name)}"
     yield f"description = {value_of(f'numbers to start from: {model.title}')}"

@@ -5,6 +5,7 @@ Names, units, domains and words are those that every reader uses: tables, header
 """
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 from typing import Any
 
 import sympy as sp
@@ -165,6 +166,36 @@ def _coordinates(model: Model) -> Iterator[dict[str, Any]]:
                 "meaning": f"velocity of the {own.thing}" if rate else own.meaning or f"{own.thing}, its coordinate"
             }
         yield {**said, "unit": model.unit(each.unit)}
+
+
+def state_of(model: Model) -> tuple[Quantity, ...]:
+    """The members of the engine's state as the file of a model counts them: their meanings begin with what each is in
+    its coordinates and parameters.
+    """
+    return tuple(
+        replace(each, unit=model.unit(each.unit), meaning=_in_the_file(model, each)) for each in Q.STATE.quantities
+    )
+
+
+def compression_of(model: Model) -> sp.Expr:
+    """The member y of the state in the coordinates and parameters of the file."""
+    still = {x: sp.S.Zero for x, own in zip((Q.x1, Q.x2), model.names, strict=True) if own is None}
+    named = {x: sp.Symbol(elements.name_of(model, x), real=True) for x in (Q.x1, Q.x2) if x not in still}
+    return sp.expand(model.value(Q.x1 - Q.x2 + model.length).xreplace(still | named))
+
+
+def _in_the_file(model: Model, member: Quantity) -> str:
+    if member.symbol == Q.y:
+        springless = not model.has_contact and model.value(Q.k) == 0
+        meaning = "displacement" if None in model.names else "compression"
+        of = " of the leg" if model.has_contact else ""
+        zero = "no spring acts on it" if springless else f"from where {'it' if of else 'the spring'} carries nothing"
+        return f"{compression_of(model)}: {meaning}{of}, {zero}"
+    own = model.names[1 if member.symbol == Q.v2 else 0]
+    if own is None:
+        return "0: the model has no such mass"
+    name, meaning = elements.name_of(model, member.symbol), model.words(member.meaning)
+    return meaning if name == member.name else f"{name}: {meaning}"
 
 
 def _inputs(model: Model) -> Iterator[dict[str, Any]]:

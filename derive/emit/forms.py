@@ -8,6 +8,7 @@ import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from operator import attrgetter
 from typing import Any
 
 import sympy as sp
@@ -20,6 +21,9 @@ from ..ir import Quantity
 from ..maths.formulas import GROUPS, Formula
 
 Found = Sequence[Formula]
+VALUE: Callable[[Formula], sp.Expr] = attrgetter("value")
+IN_CODE: Callable[[Formula], sp.Expr] = attrgetter("in_code")
+"""What a formula is, and what is computed of it."""
 
 
 @dataclass(frozen=True)
@@ -31,13 +35,13 @@ class Library:
     formulas: Mapping[str, Formula]
     inputs: Mapping[str, Quantity]
 
-    def needed(self, wanted: Iterable[Formula]) -> list[Formula]:
-        """Formulas behind those that they read."""
+    def needed(self, wanted: Iterable[Formula], of: Callable[[Formula], sp.Expr] = VALUE) -> list[Formula]:
+        """Formulas behind those that they read, in their values or in code."""
         order = dict[str, Formula]()
 
         def visit(formula: Formula) -> None:
             if formula.name not in order:
-                for symbol in sorted(formula.value.free_symbols, key=str):
+                for symbol in sorted(of(formula).free_symbols, key=str):
                     if symbol.name in self.formulas:
                         visit(self.formulas[symbol.name])
                 order[formula.name] = formula
@@ -46,9 +50,9 @@ class Library:
             visit(formula)
         return list(order.values())
 
-    def taken(self, needed: Found) -> list[Quantity]:
+    def taken(self, needed: Found, of: Callable[[Formula], sp.Expr] = VALUE) -> list[Quantity]:
         """The parameters and inputs that formulas take, in the order of `inputs`."""
-        names = {symbol.name for formula in needed for symbol in formula.value.free_symbols}
+        names = {symbol.name for formula in needed for symbol in of(formula).free_symbols}
         return [quantity for name, quantity in self.inputs.items() if name in names]
 
     @property
@@ -160,8 +164,8 @@ class _Numpy(NumPyPrinter):
 
 
 def _numpy_function(library: Library, formula: Formula) -> Iterator[str]:
-    *before, last = library.needed([formula])
-    taken = library.taken([*before, last])
+    *before, last = library.needed([formula], IN_CODE)
+    taken = library.taken([*before, last], IN_CODE)
     names = ", ".join(quantity.name for quantity in taken)
     yield f"def {formula.name}({names}):"
     yield f'    r"""{numbered(formula)}.'
@@ -173,8 +177,8 @@ def _numpy_function(library: Library, formula: Formula) -> Iterator[str]:
         yield f"    {tuple_of} = (1.0 * np.asarray(value) for value in ({tuple_of}))"
     printer = _Numpy()
     yield '    with np.errstate(all="ignore"):  # of the cases of a formula, all are computed'
-    yield from (f"        {each.name} = {_in_numpy(printer, each.value)}  # {numbered(each)}" for each in before)
-    yield f"        return {_in_numpy(printer, last.value)}"
+    yield from (f"        {each.name} = {_in_numpy(printer, each.in_code)}  # {numbered(each)}" for each in before)
+    yield f"        return {_in_numpy(printer, last.in_code)}"
 
 
 def _in_numpy(printer: NumPyPrinter, value: sp.Expr) -> str:
@@ -197,8 +201,8 @@ class _C(C99CodePrinter):
 
 
 def _c_function(library: Library, formula: Formula, single: bool) -> Iterator[str]:
-    *before, last = library.needed([formula])
-    taken = library.taken([*before, last])
+    *before, last = library.needed([formula], IN_CODE)
+    taken = library.taken([*before, last], IN_CODE)
     kind = "float" if single else "double"
     printer = _C({"type_aliases": {real: float32 if single else float64}, "math_macros": {}})
     yield f"/* {numbered(formula)}"
@@ -207,8 +211,8 @@ def _c_function(library: Library, formula: Formula, single: bool) -> Iterator[st
     yield f"static {kind} {library.prefix}_{formula.name}({', '.join(f'{kind} {q.name}' for q in taken) or 'void'})"
     yield "{"
     for each in before:
-        yield f"    const {kind} {each.name} = {_one_line(printer.doprint(each.value))}; /* {numbered(each)} */"
-    yield f"    return {_one_line(printer.doprint(last.value))};"
+        yield f"    const {kind} {each.name} = {_one_line(printer.doprint(each.in_code))}; /* {numbered(each)} */"
+    yield f"    return {_one_line(printer.doprint(last.in_code))};"
     yield "}"
 
 

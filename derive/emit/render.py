@@ -20,7 +20,7 @@ import jinja2
 import sympy as sp
 
 from .. import VERSION, ir
-from ..ir import Program, Quantity
+from ..ir import Parameter, Program, Quantity, Struct
 from ..maths import contact, elements, energy, flight, kernels, linear, modes, stability
 from ..model import kinds, precisions, quantities, selftest, structs
 from ..model.answers import answers, schema
@@ -29,7 +29,7 @@ from ..model.precisions import F64, PRECISIONS, Precision
 from ..paper import register
 from ..shipped import HOPPER
 from . import c, numpy, python
-from .facts import ROUNDING, facts
+from .facts import ROUNDING, compression_of, facts, state_of
 from .instantiate import instantiate
 from .program import program
 from .toml import toml
@@ -215,14 +215,12 @@ def _of_library(sources: Iterable[str], options: Options) -> list[str]:
 
 
 def example_value(quantity: Quantity) -> float:
-    """A parameter's value to start from: where it is the hopper's that of the selftest's first robot; else its default,
-    or 1; 0 for what may be 0.
+    """A parameter's value to start from: of a parameter that the hopper's file declares that of the selftest's first
+    robot; of any other its default, without one 0 where it may be 0, else 1.
     """
-    is_hopper_s = any(
-        each.name == quantity.name and each.meaning == quantity.meaning for each in HOPPER.robot.quantities
-    )
-    known = selftest.ROBOTS[0].get(quantity.name) if is_hopper_s else quantity.default
-    return known if known is not None else 0.0 if 0.0 in quantity.interval else 1.0
+    if isinstance(quantity, Parameter) and quantity.shipped_with == HOPPER.name:
+        return selftest.ROBOTS[0][quantity.name]
+    return quantity.default if quantity.default is not None else 0.0 if 0.0 in quantity.interval else 1.0
 
 
 def finite_example(quantity: Quantity) -> float:
@@ -232,11 +230,27 @@ def finite_example(quantity: Quantity) -> float:
 
 
 def example_start(model: Model) -> dict[str, float]:
-    """A state at the start of an example: a drop, in which what is bolted to the ground does not move."""
-    falls = 0.0 if model.moves_alone else -1.93
-    return {
-        quantity.name: falls if quantity.symbol == quantities.v2 else 0.0 for quantity in quantities.STATE.quantities
+    """A state at the start of an example: a leg that carries nothing falls, and what has no leg rests, its coordinates 0
+    and y what that is in the file's.
+    """
+    start = dict.fromkeys((quantity.name for quantity in quantities.STATE.quantities), 0.0)
+    if model.has_contact:
+        return start | {str(quantities.v2): -1.93}
+    robot = {each.symbol: finite_example(each) for each in model.parameters}
+    return start | {str(quantities.y): float(model.value(model.length).xreplace(robot))}
+
+
+def _said(model: Model, struct: Struct) -> Struct:
+    """A struct whose members that are a state's have the words of the model."""
+    said = {
+        (known.name, known.meaning): own
+        for known, own in zip(quantities.STATE.quantities, state_of(model), strict=True)
     }
+    members = (
+        replace(each, meaning=own.meaning, unit=own.unit) if (own := said.get((each.name, each.meaning))) else each
+        for each in struct.members
+    )
+    return replace(struct, members=tuple(members))
 
 
 def _plant(model: Model) -> dict[str, str]:
@@ -306,6 +320,7 @@ FACTS = (
 def _context(made: Program, options: Options) -> dict[str, Any]:
     ledgers = [energy.with_stop_loss(made.record(name), meaning) for name, meaning in LEDGERS.items()]
     public = [structs.struct_of(record) for record in made.records if record.name in c.PUBLIC]
+    public += structs.structs(options.model.robot, has_law=options.model.law is not None)
     firmware = _firmware(options)
     start = example_start(options.model)
     answered = answers(made.record("Robot"), ledgers[0], register.VERDICTS, elements.kinds_of(options.model))
@@ -328,7 +343,9 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "rest_may_lack": int(options.model.rest_may_lack),
         "has_law": int(options.model.law is not None),
         "if_law": "X(argument)" if options.model.law is not None else "(void)(argument)",
-        "public_structs": [*public, *structs.structs(options.model.robot, has_law=options.model.law is not None)],
+        "public_structs": [_said(options.model, struct) for struct in public],
+        "state": state_of(options.model),
+        "compression": compression_of(options.model),
         "internal_structs": [structs.struct_of(record) for record in made.records if record.name not in c.PUBLIC],
         "python_records": (*made.records, *ledgers),
         "walked_records": [made.record(name) for name in WALKED],

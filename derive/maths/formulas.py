@@ -12,10 +12,15 @@ Q_1 Q_2 - K_1 K_2 = s P, because no force changes where both masses move togethe
     X_i = (x_i(0) s^4 + H_4 s^3 + H_3 s^2 + H_2 s + H_1)/(s^2 P)                                  (11), (16)
 
 over P = (s + a)(s^2 + p s + q), which x_1 and x_2 share. R and W are the inverse transforms of 1/(s^2 + p s + q) and
-1/P. The states are sums of W and its integrals, which holds for all poles: for double ones, and for b_1 + b_2 = 0.
+1/P. The states are sums of W and its integrals, which holds for all poles: for double ones, and for those at 0, which
+are an integrator or two of them. What is 0 for every robot of the model is taken out of the denominator before it is
+split.
+
+A quotient by a rate has its limit beside it as a case, exactly at 0. Rounded numbers need more: digits are lost near 0,
+so code has the power series in time up to a tenth of a time constant.
 """
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
@@ -43,16 +48,25 @@ GROUPS = {
 
 @dataclass(frozen=True)
 class Formula:
-    """A named formula: its quantity, its value, its group, and the equations of the paper that it is."""
+    """A named formula: its quantity, its value, its group, and the equations of the paper that it is.
+
+    code: the same for numbers that are rounded, in cases that lose no digits; None where that is the value.
+    """
 
     quantity: Quantity
     value: sp.Expr
     group: str
     numbers: tuple[int, ...] = ()
+    code: sp.Expr | None = None
 
     @property
     def name(self) -> str:
         return self.quantity.name
+
+    @property
+    def in_code(self) -> sp.Expr:
+        """What code computes."""
+        return self.value if self.code is None else self.code
 
     @property
     def equation(self) -> sp.Eq:
@@ -100,6 +114,9 @@ _OWN = _STARTS | _named(
     ("apart", "z", "1/s", "how far the real pole is from the mean of the three"),
     ("disc", r"\Delta", "1/s^2", "discriminant of the pair of poles, which ring where it is below 0"),
     ("w", r"\omega", "1/s", "root of the size of the discriminant"),
+    ("slow", "r", "1/s", "rate of the slower one of a pair of real poles"),
+    ("slow1", r"\int e^{-rt}", "s", "integral of exp(-r t)"),
+    ("slow2", r"\iint e^{-rt}", "s^2", "integral of that"),
     ("y_0", "y(0)", "m", "compression of the leg at the start, from where it carries nothing"),
     ("x1_t", "x_1(t)", "m", "displacement of the actuator at time t"),
     ("v1_t", r"\dot{x}_1(t)", "m/s", "velocity of the actuator at time t"),
@@ -137,6 +154,7 @@ def _symbol(name: str) -> sp.Symbol:
 x1_0, v1_0, x2_0, v2_0, y_0 = map(_symbol, ("x1_0", "v1_0", "x2_0", "v2_0", "y_0"))
 beta_1, beta, lambda_2, gamma = map(_symbol, ("beta_1", "beta", "lambda_2", "gamma"))
 X1, X2, disc, w = map(_symbol, ("X1", "X2", "disc", "w"))
+slow, slow1, slow2 = map(_symbol, ("slow", "slow1", "slow2"))
 s = sp.Symbol(f"s{_MARK}")
 _AT_START = {x1: x1_0, v1: v1_0, x2: x2_0, v2: v2_0, y: y_0}
 _STARTS_OF = {1: (x1_0, v1_0), 2: (x2_0, v2_0)}
@@ -159,9 +177,9 @@ _KNOWN = {
 }  # fmt: skip
 
 
-def _made(group: str, symbol: sp.Symbol | str, value: sp.Expr, *numbers: int) -> Formula:
+def _made(group: str, symbol: sp.Symbol | str, value: sp.Expr, *numbers: int, code: sp.Expr | None = None) -> Formula:
     quantity = _OWN[symbol] if isinstance(symbol, str) else _quantity(symbol)
-    return Formula(quantity, sp.sympify(value), group, numbers)
+    return Formula(quantity, sp.sympify(value), group, numbers, code)
 
 
 def _of_steps(group: str, steps: Iterable[Step], wanted: Sequence[sp.Symbol] = ()) -> Iterator[Formula]:
@@ -189,23 +207,25 @@ def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
     """The derivation of a model as formulas, group by group; one may read another of a later group.
 
     moving: the masses that slip in the phase, by default all that may; the others are held, their
-    velocities 0. What is 0 for every robot of the model is put in where it stands.
+    velocities 0. What is 0 for every robot of the model is put in where it stands, and what would divide by that is
+    left out.
     """
     free = free_masses(model)
     moving = moving or free
+    integrates = _integrates(model, moving)
     made = (
         *_lagrangian(model, free),
         *_equations_of_motion(model, free),
         *_transfer(model, free, moving),
-        *_poles(moving),
-        *_partial_fractions(moving),
-        *_states(model, moving),
+        *_poles(moving, integrates),
+        *_partial_fractions(moving, integrates),
+        *_states(model, moving, integrates),
         *_energies(model, free),
         *_control(model),
         *_event_functions(model, free),
         *_law(model),
     )
-    shown = [replace(each, value=_shown(model, each.value)) for each in made]
+    shown = [_each(each, lambda value: _shown(model, value)) for each in made]
     own, order = {parameter.name for parameter in model.parameters}, list(GROUPS)
     return tuple(sorted(_finished(list(_without_zeros(shown)), own, model), key=lambda each: order.index(each.group)))
 
@@ -213,8 +233,19 @@ def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
 def _shown(model: Model, value: sp.Expr) -> sp.Expr:
     """A formula in letters by the parameters of the model."""
     still = dict.fromkeys((x2, v2, x2_0, v2_0), sp.S.Zero) if model.moves_alone else {}
-    own = model.value(value).xreplace(still)
-    return sp.S.NaN if own.has(sp.zoo, sp.nan) else own
+    return model.value(value).xreplace(still)
+
+
+def _each(formula: Formula, changed: Callable[[sp.Expr], sp.Expr]) -> Formula:
+    """A formula with its value, and what code computes, changed."""
+    code = None if formula.code is None else changed(formula.code)
+    return replace(formula, value=changed(formula.value), code=code)
+
+
+def _integrates(model: Model, moving: tuple[int, ...]) -> bool:
+    """Whether the denominator of a phase has a root at 0 for every robot of the model."""
+    lowest = elements.POLYNOMIALS[moving][-1]
+    return bool(model.value(_value_of(laplace.rates_of(model), lowest)) == 0)
 
 
 def free_masses(model: Model) -> tuple[int, ...]:
@@ -226,14 +257,18 @@ _MAY_VANISH = ("equations_of_motion", "numerators", "poles")
 
 
 def _without_zeros(made: Iterable[Formula]) -> Iterator[Formula]:
-    """The formulas in which coefficients that are 0 are put in, without those."""
-    zeros = dict[sp.Symbol, sp.Expr]()
-    for each in made:
-        value = each.value.xreplace(zeros)
-        if value == 0 and each.group in _MAY_VANISH:
+    """The formulas in which coefficients that are 0 are put in, without those, without what divides by one of them, and
+    without what reads such a formula.
+    """
+    zeros, absent = dict[sp.Symbol, sp.Expr](), set[sp.Symbol]()
+    for formula in made:
+        each = _each(formula, lambda value: value.xreplace(zeros))
+        if each.value == 0 and each.group in _MAY_VANISH:
             zeros[each.quantity.symbol] = sp.S.Zero
+        elif each.value.has(sp.zoo, sp.nan) or each.value.free_symbols & absent:
+            absent.add(each.quantity.symbol)
         else:
-            yield replace(each, value=value)
+            yield each
 
 
 def _final(quantity: Quantity, own: set[str], model: Model) -> Quantity:
@@ -268,7 +303,7 @@ def _finished(made: Sequence[Formula], own: set[str], model: Model) -> Iterator[
     finals |= {Own(name, real=True): sp.Symbol(name, real=True) for name in own}
     finals[s] = sp.Symbol(finals[_symbol("s")].name)
     for each in made:
-        yield replace(each, quantity=_final(each.quantity, own, model), value=each.value.xreplace(finals))
+        yield replace(_each(each, lambda value: value.xreplace(finals)), quantity=_final(each.quantity, own, model))
 
 
 def _lagrangian(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
@@ -344,16 +379,23 @@ def _transfer_of_one(n: int) -> Iterator[Formula]:
     yield _made("transfer", f"X{n}", top / (s * denominator), 6 if n == 1 else 7)
 
 
-def _poles(moving: tuple[int, ...]) -> Iterator[Formula]:
-    """The real pole, the most isolated of three, and the pair of the denominator of a phase."""
+def _poles(moving: tuple[int, ...], integrates: bool) -> Iterator[Formula]:
+    """The real pole, the most isolated of three or the one at 0, and the pair of the denominator of a phase."""
     group = "poles"
-    if len(moving) == 2:
+    if len(moving) == 1 and integrates:
+        yield _made(group, a, elements.POLYNOMIALS[moving][0])
+        return
+    if len(moving) == 2 and integrates:
+        yield _made(group, a, sp.S.Zero)
+    elif len(moving) == 2:
         sigma, Q_s, T_s = partial_fractions.SHIFTED.symbols
         yield _made(group, sigma, s_1 / 3)
         yield _made(group, Q_s, s_2 - s_1**2 / 3)
         yield _made(group, T_s, s_3 - s_1 * s_2 / 3 + 2 * s_1**3 / 27)
         yield _made(group, "apart", _farthest_root(Q_s, T_s))
-        yield _made(group, a, sigma + sp.Piecewise((_symbol("apart"), T_s >= 0), (-_symbol("apart"), True)))
+        isolated = sigma + sp.Piecewise((_symbol("apart"), T_s >= 0), (-_symbol("apart"), True))
+        yield _made(group, a, sp.Piecewise((0, sp.Eq(s_3, 0)), (isolated, True)))
+    if len(moving) == 2:
         yield _made(group, p, s_1 - a)
         yield _made(group, q, s_2 - a * p)
     else:
@@ -376,8 +418,11 @@ def _farthest_root(linear: sp.Symbol, constant: sp.Symbol) -> sp.Expr:
     )
 
 
-def _partial_fractions(moving: tuple[int, ...]) -> Iterator[Formula]:
-    """The coefficients of x_i(t) = A + B t + C exp(-a t) + D R' + E R, where no two poles are equal and none is 0."""
+def _partial_fractions(moving: tuple[int, ...], integrates: bool) -> Iterator[Formula]:
+    """The coefficients of x_i(t) = A + B t + C exp(-a t) + D R' + E R, where no two poles are equal and none is 0.
+
+    One mass has no pair where its denominator has a root at 0, and no real pole else.
+    """
     group = "partial_fractions"
     if len(moving) == 2:
         yield from _of_steps(group, partial_fractions.residue())
@@ -385,6 +430,11 @@ def _partial_fractions(moving: tuple[int, ...]) -> Iterator[Formula]:
         start, hat = _STARTS_OF[n][0], _HATS[n]
         h4, h3, h2, h1 = (_symbol(f"H{power}{hat}") for power in (4, 3, 2, 1))
         A, B, C, D, E = (_symbol(f"{letter}{hat}") for letter in "ABCDE")
+        if len(moving) == 1 and integrates:
+            yield _made(group, f"B{hat}", h3 / a)
+            yield _made(group, f"A{hat}", (h4 - B) / a)
+            yield _made(group, f"C{hat}", start - A)
+            continue
         if len(moving) == 1:
             yield _made(group, f"A{hat}", h3 / q)
             yield _made(group, f"D{hat}", start - A)
@@ -398,45 +448,100 @@ def _partial_fractions(moving: tuple[int, ...]) -> Iterator[Formula]:
         yield _made(group, f"E{hat}", h4 - s_1 * A - B - p * C - a * D, number)
 
 
-def _states(model: Model, moving: tuple[int, ...]) -> Iterator[Formula]:
+def _states(model: Model, moving: tuple[int, ...], integrates: bool) -> Iterator[Formula]:
     group = "states"
     held = {velocity: sp.S.Zero for n, velocity in ((1, v1), (2, v2)) if n not in moving}
+    terms = 3 if len(moving) == 2 else 1 if integrates else 2
     yield _made(group, "y_0", x1_0 - x2_0 + model.length)
-    wanted = [symbol for n in moving for symbol in laplace.NAMES[n][: 1 + len(moving)]]
+    wanted = [symbol for n in moving for symbol in laplace.NAMES[n][:terms]]
     wanted += [H3_y] if len(moving) == 2 else []
     for step in laplace.numerators(moving):
         if step.symbol in wanted:
             value = sp.sympify(step.value).subs(held).subs(_AT_START, simultaneous=True)
             yield _made(group, step.symbol, value)
-    yield from _responses(len(moving))
+    yield from _responses(len(moving), integrates)
     for n in moving:
         start, start_velocity = _STARTS_OF[n]
-        h3, h2, h1 = laplace.NAMES[n] if len(moving) == 2 else (*laplace.NAMES[n][:2], sp.S.Zero)
+        h3, h2, h1 = (*laplace.NAMES[n][:terms], sp.S.Zero, sp.S.Zero)[:3]
         of_position, of_velocity = {1: (20, 21), 2: (18, 19)}[n]
         yield _made(group, f"x{n}_t", start + start_velocity * t + h3 * W + h2 * W1 + h1 * W2, of_position)
         yield _made(group, f"v{n}_t", start_velocity + h3 * Wd + h2 * W + h1 * W1, of_velocity)
 
 
-def _responses(order: int) -> Iterator[Formula]:
-    """R and W with what the states read of their derivatives and integrals."""
+def _responses(order: int, integrates: bool) -> Iterator[Formula]:
+    """R and W with what the states read of their derivatives and integrals.
+
+    One mass has W = int R; where its denominator has a root at 0 also R = int exp(-a t).
+    """
     group = "states"
-    rings, fast, slow = sp.exp(-p * t / 2), sp.exp(-(p / 2 + w) * t), sp.exp(-(p / 2 - w) * t)
-    cases = (disc < 0, disc > 0, True)
-    values = rings * sp.sin(w * t) / w, (slow - fast) / (2 * w), t * rings
-    of_pair = rings * (sp.cos(w * t) - p * sp.sin(w * t) / (2 * w))
-    rates = of_pair, ((p / 2 + w) * fast - (p / 2 - w) * slow) / (2 * w), (1 - p * t / 2) * rings
-    yield _made(group, R, sp.Piecewise(*zip(values, cases, strict=True)))
-    yield _made(group, Rd, sp.Piecewise(*zip(rates, cases, strict=True)))
-    yield _made(group, turned, 1 - Rd - p * R)
-    yield _made(group, R1, turned / q)
-    yield _made(group, R2, (t - R - p * R1) / q)
-    if order == 1:  # a = 0
+    if order == 2 or integrates:
+        yield _made(group, e, sp.exp(-a * t))
+        yield from _integrals_of_decay(a, e, e1, e2)
+    if order == 1 and integrates:
+        yield from (_made(group, name, value) for name, value in ((Wd, e1), (W, e2)))
+        return
+    yield from _responses_of_pair()
+    if order == 1:
         yield from (_made(group, name, value) for name, value in ((Wd, R), (W, R1), (W1, R2)))
         return
-    yield _made(group, e, sp.exp(-a * t))
-    yield _made(group, e1, sp.Piecewise((t, sp.Eq(a, 0)), ((1 - e) / a, True)))
-    yield _made(group, e2, sp.Piecewise((t**2 / 2, sp.Eq(a, 0)), ((t - e1) / a, True)))
     yield from _of_steps(group, partial_fractions.split(), (W, W1, W2, Wd))
+
+
+def _integrals_of_decay(rate: sp.Expr, decay: sp.Expr, once: sp.Symbol, twice: sp.Symbol) -> Iterator[Formula]:
+    """The integrals of a decay exp(-rate t), with their limits at a rate of 0."""
+    integrals = (once, t, (1 - decay) / rate), (twice, t**2 / 2, (t - once) / rate)
+    for n, (name, limit, quotient) in enumerate(integrals, 1):
+        value = sp.Piecewise((limit, sp.Eq(rate, 0)), (quotient, True))
+        code = sp.Piecewise((_power_series((rate,), n), _soon(rate)), (quotient, True))
+        yield Formula(_quantity(name), value, "states", code=code)
+
+
+def _responses_of_pair() -> Iterator[Formula]:
+    """R, its derivative and integrals.
+
+    Of two real poles, r the slower one and f the faster, 1/(s (s + r)(s + f)) = (1/(s (s + r)) - 1/((s + r)(s + f)))/f,
+    which holds for r = 0. Else q is not 0 beside p^2, and R' + p R + q int R = 1; p = q = 0 is a double integrator.
+    """
+    group, fastest, d = "states", p / 2 + w, disc * t**2
+    rings, fast, late = sp.exp(-p * t / 2), sp.exp(-(p / 2 + w) * t), sp.exp(-(p / 2 - w) * t)
+    cases = (disc < 0, disc > 0, True)
+    near = (sp.Abs(d) < sp.Rational(1, 1000), disc < 0, True)
+    sine, cosine = (sum(d**n / sp.factorial(2 * n + odd) for n in range(4)) for odd in (1, 0))
+    values = rings * sp.sin(w * t) / w, (late - fast) / (2 * w), t * rings
+    of_pair = rings * (sp.cos(w * t) - p * sp.sin(w * t) / (2 * w))
+    rates = of_pair, ((p / 2 + w) * fast - (p / 2 - w) * late) / (2 * w), (1 - p * t / 2) * rings
+    for name, (swinging, fading, double), equal in (
+        (R, values, t * rings * sine), (Rd, rates, rings * (cosine - p * t / 2 * sine)),
+    ):  # fmt: skip
+        value = sp.Piecewise(*zip((swinging, fading, double), cases, strict=True))
+        yield _made(group, name, value, code=sp.Piecewise(*zip((equal, swinging, fading), near, strict=True)))
+    yield _made(group, turned, 1 - Rd - p * R)
+    yield _made(group, "slow", sp.Piecewise((q / fastest, disc > 0), (0, True)))
+    yield from _integrals_of_decay(slow, sp.exp(-slow * t), slow1, slow2)
+    quotients = (R1, (slow1 - R) / fastest, turned / q), (R2, (slow2 - R1) / fastest, (t - R - p * R1) / q)
+    for n, (name, split, quotient) in enumerate(quotients, 1):
+        limit = t ** (n + 1) / sp.factorial(n + 1)
+        value = sp.Piecewise((split, disc > 0), (quotient, q > 0), (limit, True))
+        series = _power_series((p, q), n), _soon(p, q)
+        code = sp.Piecewise(series, (split, d > sp.Rational(1, 5000)), (quotient, True))
+        yield _made(group, name, value, code=code)
+
+
+def _soon(rate: sp.Expr, square: sp.Expr = sp.S.Zero) -> sp.Expr:
+    """Whether a time is at most a tenth of the shortest time constant of s + rate, or of s^2 + rate s + square."""
+    return (sp.Abs(rate) + 10 * sp.Abs(square) * t) * t < sp.Rational(1, 10)
+
+
+def _power_series(coefficients: tuple[sp.Expr, ...], integrals: int, terms: int = 8) -> sp.Expr:
+    """The inverse transform of 1/(s^integrals P(s)) about t = 0, P = s^n + c_1 s^(n-1) + ...: 1/P in powers of 1/s.
+
+    While t is short as in _soon the roots of P are at most 0.17/t: the terms that are left out are below 1e-12 of it.
+    """
+    powers = [sp.S.One]
+    while len(powers) < terms:
+        powers.append(sp.expand(-sum(c * power for c, power in zip(coefficients, reversed(powers), strict=False))))
+    first = len(coefficients) + integrals - 1
+    return sp.horner(sum(each * t ** (first + n) / sp.factorial(first + n) for n, each in enumerate(powers)), wrt=t)
 
 
 def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:

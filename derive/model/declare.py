@@ -93,8 +93,9 @@ class Element:
 
 @dataclass
 class Draft:
-    """What a file has declared so far."""
+    """What a file has declared so far; `shipped` names the model that ships whose file runs."""
 
+    shipped: str = ""
     parameters: list[Parameter] = field(default_factory=list)
     coordinates: list[DeclaredCoordinate] = field(default_factory=list)
     currents: list[DeclaredCurrent] = field(default_factory=list)
@@ -115,9 +116,10 @@ _DRAFTS: list[Draft] = []
 
 
 @contextmanager
-def drafted() -> Iterator[Draft]:
+def drafted(path: Path | None = None) -> Iterator[Draft]:
     """The draft of a file that runs."""
-    _DRAFTS.append(Draft())
+    ships = path is not None and path.resolve().parent == MODELS.resolve()
+    _DRAFTS.append(Draft(path.stem if ships and path is not None else ""))
     try:
         yield _DRAFTS[-1]
     finally:
@@ -203,6 +205,7 @@ def parameter(
         _text(meaning, f"the meaning of {what}"),
         domain,
         _default(what, domain, default),
+        _draft().shipped,
     )
     _draft().parameters.append(made)
     return made.symbol
@@ -455,7 +458,12 @@ def include(name: str) -> SimpleNamespace:
     known = sorted(each.stem for each in MODELS.glob("[!_]*.py"))
     if name not in known:
         raise ModelError(f"include({name!r}): models that ship are {', '.join(known)}")
-    defined = run_path(str(path))
+    draft = _draft()
+    around, draft.shipped = draft.shipped, name
+    try:
+        defined = run_path(str(path))
+    finally:
+        draft.shipped = around
     return SimpleNamespace(**{key: value for key, value in defined.items() if isinstance(value, sp.Symbol | Spring)})
 
 

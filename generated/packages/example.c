@@ -8,6 +8,7 @@ int main(void)
     const hopform_robot_f32 robot = {
         25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1.5e2f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f, 0.0f, 0.0f
     };
+    /* x1, v1, v2 and y = L0 + c + x1 - x2 */
     const hopform_state_f32 touchdown = {0.0f, 0.0f, -1.93f, 0.0f};
     const hopform_step_f32 current = {0.0f, 3.0f};
     hopform_stance_f32 stance;

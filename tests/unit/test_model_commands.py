@@ -1,5 +1,6 @@
 """`hopform model check`, `build` and `list`: what they say, what they write, and that a second build is a look-up."""
 
+import ast
 import doctest
 import json
 import os
@@ -11,6 +12,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+import sympy as sp
 
 import hopform
 from derive import solver as solvers
@@ -21,9 +23,11 @@ from hopform import _cli as cli
 from hopform._cli import model as commands
 from hopform._solver import build
 from hopform.model import derive
-from tests.derived import MODELS, SHIPPED, built, loaded
+from tests.derived import MODELS, SHIPPED, built, loaded, solver_of
+from tests.needs import the_first
 
 DAMPER = MODELS / "damper.py"
+THAT_SHIP = sorted(path.stem for path in SHIPPED.glob("[!_]*.py"))
 
 
 @pytest.fixture(autouse=True)
@@ -94,6 +98,41 @@ def test_a_solver_has_its_model_its_equations_and_numbers_to_start_from(store):
     assert all(f"  {name}\n" in manifest for name in ("model.py", "robot.toml", "EQUATIONS.md", "solver.toml"))
 
 
+def own_parameters(name):
+    """What the file of a model declares itself, by name."""
+    calls = (
+        node for node in ast.walk(ast.parse((SHIPPED / f"{name}.py").read_text("utf-8"))) if isinstance(node, ast.Call)
+    )
+    return {ast.literal_eval(each.args[0]) for each in calls if getattr(each.func, "id", "") == "parameter"}
+
+
+@pytest.mark.parametrize("name", THAT_SHIP)
+def test_numbers_to_start_from_are_the_defaults_that_the_file_declares(name):
+    """Whatever words the hopper has for a parameter of its own: its numbers come with its parameters, by `include`."""
+    model, hopper = derive(name).model, hopform.load_robot("hopper_c")
+    numbers = tomllib.loads("\n".join(solvers.numbers_of(model)))
+    for each in model.parameters:
+        if name == "hopper" or each.name not in own_parameters(name):
+            wanted = getattr(hopper, each.name)
+        elif each.default is None:
+            wanted = 0.0 if 0.0 in each.interval else 1.0
+        else:
+            wanted = each.default
+        assert numbers.pop(each.name) == wanted, each.name
+    assert numbers.keys() == {"name", "model", "description", *(["travel"] if model.has_contact else [])}
+
+
+WITH_DEFAULTS = {each for each in THAT_SHIP if all(q.default is not None for q in derive(each).model.parameters)}
+
+
+@pytest.mark.parametrize(
+    "name", the_first(sorted(WITH_DEFAULTS, key=lambda each: (each not in ("relief_valve", "servo"), each)), 2)
+)
+def test_a_robot_without_numbers_is_the_one_that_its_solver_comes_with(store, name):
+    solver = solver_of(store, name)
+    assert solver.Robot().parameters == solver.load_robot(name).parameters
+
+
 def test_a_built_solver_solves_what_its_robot_says(store):
     solver = hopform.load_solver(built(store, "damper"))
     stance = solver.solve_stance(solver.load_robot(built(store, "damper") / "robot.toml"), v2=-1.9, u=2.0)
@@ -127,7 +166,50 @@ def test_the_examples_of_a_joint_run(joint):
     text = (package.__doc__ or "").replace("from hopform_solver import", "from hopform_solver_of_joint import")
     example = doctest.DocTestParser().get_doctest(text, {}, "joint", None, None)
     assert doctest.DocTestRunner().run(example) == doctest.TestResults(failed=0, attempted=5)
-    assert "= {0.0f, 0.0f, 0.0f, 0.0f};" in (joint / "packages" / "example.c").read_text("utf-8")
+
+
+@pytest.mark.parametrize(("name", "start", "numbers"), [
+    ("joint", {"phi": 0.3}, {"phi_0": 0.5, "phi_max": 0.6, "k": 40.0}),
+    ("relief_valve", {"x": 0.001}, {"x_0": 0.007}),
+    pytest.param("sea", {"theta": 0.2, "q": 0.05}, {"k": 90.0}, marks=pytest.mark.sliced),
+])  # fmt: skip
+def test_the_example_in_c_starts_where_its_header_says(store, tmp_path, name, start, numbers):
+    """The example itself, of another robot and start: y is what the header has for it, in the file's coordinates."""
+    folder = built(store, name)
+    solver = hopform.load_solver(folder)
+    robot = solver.Robot(**{f.name: getattr(solver.load_robot(name), f.name) for f in solver.Robot.fields()} | numbers)
+    header = (folder / "c" / "include" / "hopform" / "hopform.h").read_text("utf-8")
+    of_y = re.search(r"^ \* +y \[(m|rad)\] ([^:]+): ", header, re.MULTILINE)[2]
+    known = {f.name: getattr(robot, f.name) for f in solver.Robot.fields()} | start
+    y = float(sp.sympify(of_y, locals={each: sp.Symbol(each) for each in known}).subs(known))
+    example = (folder / "packages" / "example.c").read_text("utf-8")
+    shown = re.search(r"/\* x1, v1, v2 and y = (.*) \*/\n.* touchdown = \{(.*)\};", example)
+    defaults = {f.name: getattr(solver.load_robot(name), f.name) for f in solver.Robot.fields()}
+    at_zero = sp.sympify(of_y, locals={each: sp.Symbol(each) for each in known}).subs(
+        defaults | dict.fromkeys(start, 0)
+    )
+    assert shown[1] == of_y and float(shown[2].split(", ")[3].rstrip("f")) == pytest.approx(float(at_zero), abs=1e-7)
+    spelled = ", ".join(f"{value:.9g}f" if "." in f"{value:.9g}" or "e" in f"{value:.9g}" else f"{value:.1f}f"
+                        for value in (max(-1e30, min(1e30, float(each))) for each in robot.parameters))  # fmt: skip
+    first, *_ = start.values()
+    program = re.sub(r"(robot = \{)[^}]*(\};)", rf"\g<1>{spelled}\2", example)
+    program = re.sub(r"(touchdown = \{)[^}]*(\};)", rf"\g<1>{first!r}f, 0.0f, 0.0f, {y!r}f\2", program)
+    program = re.sub(
+        r"return (hopform_solve_stance_f32\(.*\)) < 0;",
+        r'const int32_t status = \1; return printf("%d %.9g %.9g", (int)status, stance.duration, stance.end.x1) < 0;',
+        program,
+    )
+    (tmp_path / "example.c").write_text(f"#include <stdio.h>\n{program}", "utf-8")
+    unit, include = folder / "c" / "src" / "hopform_f32.c", folder / "c" / "include"
+    subprocess.run(
+        ["cc", "-std=c99", "-O0", "-I", include, "example.c", unit, "-o", "example", "-lm"], cwd=tmp_path, check=True
+    )
+    status, duration, end = subprocess.run(
+        ["./example"], cwd=tmp_path, check=True, capture_output=True, text=True
+    ).stdout.split()
+    motion = solver.solve_motion(robot, start=start, u=3.0, horizon=2.0)
+    assert (status, float(duration)) == ("0", pytest.approx(motion.duration, rel=1e-5))
+    assert float(end) == pytest.approx(motion.end[0], abs=1e-5) and abs(motion.end[0] - first) > 1e-4
 
 
 def test_the_page_names_what_a_robot_must_obey():

@@ -253,7 +253,7 @@ class State:
         self.x1 = x1  # [m] displacement of the actuator
         self.v1 = v1  # [m/s] velocity of the actuator
         self.v2 = v2  # [m/s] velocity of the body
-        self.y = y  # [m] compression of the leg, from where it carries nothing
+        self.y = y  # [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing
 
     def copy(self) -> "State":
         return State(self.x1, self.v1, self.v2, self.y)
@@ -463,7 +463,7 @@ class Phase:
         self.x1 = x1  # [m] displacement of the actuator
         self.v1 = v1  # [m/s] velocity of the actuator
         self.v2 = v2  # [m/s] velocity of the body
-        self.y = y  # [m] compression of the leg, from where it carries nothing
+        self.y = y  # [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing
         # 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held; with a law side_2 is its limit
         self.mode = mode
         self.event = event  # EVENT_..., what started it
@@ -902,7 +902,8 @@ class StancesIn:
         self.x1 = Input() if x1 is None else x1  # [m] displacement of the actuator
         self.v1 = Input() if v1 is None else v1  # [m/s] velocity of the actuator
         self.v2 = Input() if v2 is None else v2  # [m/s] velocity of the body
-        self.y = Input() if y is None else y  # [m] compression of the leg, from where it carries nothing
+        # [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing
+        self.y = Input() if y is None else y
         self.u = Input() if u is None else u  # [A] current
         self.horizon = Input() if horizon is None else horizon  # [s]
         self.max_phases = max_phases

@@ -3,9 +3,14 @@
  * Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.
  *
  * Pure functions of their arguments: no allocation, no globals, no recursion, bounded loops. SI units; the
- * signs are those of the equations of motion (3), (4): x_1 is the displacement of the actuator, x_2 the height
- * of the body over the ground, y the compression of the leg, upward is positive. y counts from where the leg
- * carries nothing: it is x_1 - x_2 + L_0 + c where the spring alone is in the leg.
+ * signs are those of the equations of motion (3), (4), in which x_1 is the actuator, x_2 the height of the body over
+ * the ground, and upward is positive. A state has these members, in the coordinates and parameters of the model's file:
+ *
+ *     x1 [m] displacement of the actuator
+ *     v1 [m/s] velocity of the actuator
+ *     v2 [m/s] velocity of the body
+ *     y [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing
+ *
  * Every type and function exists in single precision (_f32) and in double precision (_f64).
  *
  * A negative status is a refusal. Every output that is not NULL is then safe: zeros, a current of 0, a plan that

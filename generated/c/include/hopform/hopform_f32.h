@@ -74,7 +74,7 @@ typedef struct {
     float x1;  /**< [m] displacement of the actuator */
     float v1;  /**< [m/s] velocity of the actuator */
     float v2;  /**< [m/s] velocity of the body */
-    float y;   /**< [m] compression of the leg, from where it carries nothing */
+    float y;   /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
 } hopform_state_f32;
 
 /** The energy of the body with its spring, (22), (23), and of the whole robot. */
@@ -150,7 +150,7 @@ typedef struct {
     float x1; /**< [m] displacement of the actuator */
     float v1; /**< [m/s] velocity of the actuator */
     float v2; /**< [m/s] velocity of the body */
-    float y; /**< [m] compression of the leg, from where it carries nothing */
+    float y; /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
     int8_t mode; /**< 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held; with a law side_2 is its limit */
     int8_t event; /**< HOPFORM_EVENT_..., what started it */
     uint16_t step; /**< index of the step of the current */
@@ -310,7 +310,7 @@ typedef struct {
     hopform_input_f32 x1; /**< [m] displacement of the actuator */
     hopform_input_f32 v1; /**< [m/s] velocity of the actuator */
     hopform_input_f32 v2; /**< [m/s] velocity of the body */
-    hopform_input_f32 y; /**< [m] compression of the leg, from where it carries nothing */
+    hopform_input_f32 y; /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
     hopform_input_f32 u; /**< [A] current */
     hopform_input_f32 horizon; /**< [s] */
     int32_t max_phases;

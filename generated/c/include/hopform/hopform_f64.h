@@ -74,7 +74,7 @@ typedef struct {
     double x1;  /**< [m] displacement of the actuator */
     double v1;  /**< [m/s] velocity of the actuator */
     double v2;  /**< [m/s] velocity of the body */
-    double y;   /**< [m] compression of the leg, from where it carries nothing */
+    double y;   /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
 } hopform_state_f64;
 
 /** The energy of the body with its spring, (22), (23), and of the whole robot. */
@@ -150,7 +150,7 @@ typedef struct {
     double x1; /**< [m] displacement of the actuator */
     double v1; /**< [m/s] velocity of the actuator */
     double v2; /**< [m/s] velocity of the body */
-    double y; /**< [m] compression of the leg, from where it carries nothing */
+    double y; /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
     int8_t mode; /**< 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held; with a law side_2 is its limit */
     int8_t event; /**< HOPFORM_EVENT_..., what started it */
     uint16_t step; /**< index of the step of the current */
@@ -310,7 +310,7 @@ typedef struct {
     hopform_input_f64 x1; /**< [m] displacement of the actuator */
     hopform_input_f64 v1; /**< [m/s] velocity of the actuator */
     hopform_input_f64 v2; /**< [m/s] velocity of the body */
-    hopform_input_f64 y; /**< [m] compression of the leg, from where it carries nothing */
+    hopform_input_f64 y; /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
     hopform_input_f64 u; /**< [A] current */
     hopform_input_f64 horizon; /**< [s] */
     int32_t max_phases;

@@ -15,6 +15,7 @@ void setup() {
 }
 
 void loop() {
+  /* x1, v1, v2 and y = L0 + c + x1 - x2 */
   const hopform_state_f32 touchdown = {0.0f, 0.0f, -1.93f, 0.0f};
   const hopform_step_f32 current = {0.0f, 3.0f};
   hopform_stance_f32 stance;
