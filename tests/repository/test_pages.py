@@ -2,10 +2,11 @@
 that a program prints.
 """
 
-import doctest
+import ast
 import re
 import shlex
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -29,13 +30,40 @@ def commands(page: str) -> list[list[str]]:
     ]
 
 
+EXAMPLES = """
+import doctest, sys
+sys.path.insert(0, "")
+outcome = doctest.testfile(sys.argv[1], module_relative=False)
+sys.exit(outcome.attempted < 2 or outcome.failed > 0)
+"""
+
+
 @pytest.mark.parametrize(
     "page", [page for page in PAGES if ">>> " in page.read_text("utf-8")], ids=lambda page: page.name
 )
 def test_the_examples_of_a_page_run(page):
-    outcome = doctest.testfile(str(page), module_relative=False)
-    assert outcome.attempted > 1
-    assert outcome.failed == 0
+    """As a reader runs them: in a process of their own, in which nothing is imported yet."""
+    done = subprocess.run(
+        [sys.executable, "-c", EXAMPLES, str(page)], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, ""), done.stdout + done.stderr
+
+
+def imports(page: Path) -> list[str]:
+    """The imports of the first program of a page that is no session; empty where it imports nothing of hopform."""
+    programs = re.findall(r"^```python\n((?!>>> ).*?)^```", page.read_text("utf-8"), re.DOTALL | re.MULTILINE)
+    nodes = (
+        [node for node in ast.parse(programs[0]).body if isinstance(node, ast.Import | ast.ImportFrom)]
+        if programs
+        else []
+    )
+    lines = [ast.unparse(node) for node in nodes]
+    return lines if any("hopform" in line for line in lines) else []
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if imports(page)], ids=lambda page: page.name)
+def test_the_imports_of_a_page_s_first_program_are_a_program(page):
+    subprocess.run([sys.executable, "-c", "\n".join(imports(page))], cwd=ROOT, check=True)
 
 
 @pytest.mark.parametrize(
