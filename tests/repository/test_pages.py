@@ -101,6 +101,23 @@ def test_the_commands_of_a_page_run_in_their_order_and_write_what_they_name(tmp_
 
 
 @pytest.mark.sliced
+def test_the_commands_of_the_readme_run_and_print_what_it_says(tmp_path, monkeypatch, capsys):
+    """Its mechanism, of which each command prints its comment, and one command for each thing that a reader has."""
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "README.md").read_text("utf-8")
+    ((name, model),) = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, re.DOTALL)
+    Path(name).write_text(model, "utf-8")
+    assert cli.main(["record", "drop", "--seed", "1", "--csv", "drop.csv"]) == 0
+    shown = re.findall(r"^(hopform .*?) +# (.+)$", text, re.MULTILINE)
+    doors = re.findall(r"^\|[^|]*\| `(hopform .*?)` \|", text, re.MULTILINE)
+    assert (len(shown), len(doors)) == (3, 6)
+    for line, words in (*shown, *((each, "") for each in doors)):
+        capsys.readouterr()
+        assert cli.main(shlex.split(line)[1:]) == 0, line
+        assert words in capsys.readouterr().out, line
+
+
+@pytest.mark.sliced
 @pytest.mark.parametrize(
     "arguments", [words[1:] for words in commands("reference/figures.md") if "--only" in words], ids=" ".join
 )
