@@ -3,7 +3,7 @@
 PY = .venv/bin/python
 export CC
 
-FIRST = run|test|smoke|precheck|format|docs|generate|check|lint|bench|firmware-test|nightly|wheel|clean|help-all
+FIRST = run|play|test|smoke|precheck|format|docs|generate|check|lint|bench|firmware-test|nightly|wheel|clean|help-all
 help:
 	@sed -nE 's/^($(FIRST)):[^#]*## /\1|/p' Makefile | awk -F'|' '{ printf "make %-16s %s\n", $$1, $$2 }'
 
@@ -23,7 +23,7 @@ run: compiler venv ## set up .venv, derive and compile the formulas, solve stanc
 	@printf '%s\n' "" "Open out/stance_3A.png and out/rough.png. Then try:" \
 	    "  .venv/bin/hopform --help                              the commands; each has two examples in its help" \
 	    "  .venv/bin/hopform robots hopper_c --toml > mine.toml  a robot's numbers, to edit; --robot mine.toml" \
-	    "  make docs                                             a site, and a page to play with (needs doxygen)"
+	    "  make play                                             sliders and a hopper in the browser"
 
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
 	$(PY) tools/build_library.py
@@ -82,6 +82,10 @@ docs: compiler doxygen venv-docs ## build the site into out/site, the page to pl
 	doxygen docs/site/Doxyfile
 	$(PY) -m sphinx -W --keep-going -q -d out/doctrees -c docs/site . out/site
 	$(PY) docs/play/build.py out/site/play
+
+play: compiler venv-zig ## build the page to play with into out/play: one file, which a browser opens from the disk
+	@$(PY) tools/build_library.py
+	@$(PY) docs/play/build.py out/play
 
 site-test: venv-site docs ## follow every link of the site; open it in Chromium: numbers and digests are those of Python
 	$(PY) -m pytest -q -m site tests
@@ -232,6 +236,9 @@ venv-bench:
 venv-wheels:
 	@sh tools/venv.sh wheels
 
+venv-zig:
+	@sh tools/venv.sh zig
+
 venv-docs:
 	@sh tools/venv.sh docs
 
@@ -245,4 +252,4 @@ venv-site:
 .PHONY: scans fuzz fuzz-outside generate check precheck format lint nightly wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
-.PHONY: clean compiler venv venv-dev venv-bench venv-docs venv-site venv-wheels doxygen docs site-test wheels
+.PHONY: clean compiler venv venv-dev venv-bench venv-docs venv-site venv-wheels doxygen docs play site-test wheels

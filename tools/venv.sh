@@ -14,7 +14,7 @@ current="$here $(cat pyproject.toml tools/venv.sh | cksum)"
 
 case "$wanted" in # what is there with it
 run) holds="run" ;;
-docs) holds="run docs" ;;
+docs | zig) holds="run $wanted" ;;
 dev) holds="run dev" ;;
 site) holds="run dev docs site" ;;
 *) holds="run dev $wanted" ;;

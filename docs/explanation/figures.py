@@ -1,4 +1,5 @@
-"""`python docs/explanation/figures.py DIR`: the figures of the explanations, computed by hopform as the site is built.
+"""`python docs/explanation/figures.py DIR`: the figures of the explanations, computed by hopform as the site is built;
+docs/images keeps the README's.
 
 Each function draws one, whose name is that of the file.
 """
@@ -12,8 +13,10 @@ from typing import Any
 import mpmath
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.patches import Patch
 
 import hopform
+from hopform._figures import plots
 from hopform._figures.plots import BLUE, GREEN, GREY, MAGENTA, ORANGE, house_style, render
 from hopform._solver.c import plan_of
 from hopform._solver.package import MAX_PHASES, records
@@ -226,7 +229,34 @@ def saltation() -> Figure:
     return figure
 
 
-FIGURES = (near_equal_poles, certificate, branch_and_bound, saltation)
+# ---- a stance, for the README ----
+
+
+def stance() -> Figure:
+    """Actuator and contact force of a stance at 0.75 A over time, its events named."""
+    found = hopform.solve_stance(BODY, v2=hopform.touchdown_velocity(BODY, 0.2), u=0.75)
+    t, modes, looks = plots.stance_times(found), plots.modes_over(found, 0), plots.shades(BODY)
+    figure = Figure(figsize=(4.2, 4.2), layout="constrained")
+    strokes, force = figure.subplots(2, 1, sharex=True)
+    plots.draw_strokes(strokes, found, t, 1e3 * t)
+    plots.draw_force(force, found, t, 1e3 * t)
+    for axes in (strokes, force):
+        plots.mark_phases(axes, found.phases, 1e3)
+    for axes, room in ((strokes, 1.6), (force, 2.0)):
+        top = float(np.max(axes.lines[0].get_ydata()))
+        axes.set_ylim(-0.04 * top, room * top)  # the names of events are above the curve
+    plots.shade(strokes, found.phases, modes, 1e3, looks)
+    plots.name_events([strokes, force, force], found, 1e3)
+    for name in force.texts:
+        name.set_text(name.get_text().replace("reverses", "body reverses"))
+    force.set_xlabel("time since touchdown [ms]")
+    figure.align_ylabels()
+    patches = [Patch(label=f"actuator {word}", linewidth=0.0, **looks[word]) for word in dict.fromkeys(modes)]
+    figure.legend(handles=patches, loc="outside lower center", ncols=2)
+    return figure
+
+
+FIGURES = (near_equal_poles, certificate, branch_and_bound, saltation, stance)
 
 
 def draw(folder: Path) -> None:

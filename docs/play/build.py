@@ -33,7 +33,7 @@ def wasm() -> bytes:
     """The library and play.c as a module of WebAssembly without imports."""
     zig = importlib.util.find_spec("ziglang")
     if zig is None or zig.origin is None:
-        sys.exit("hopform: ziglang is not installed (`make docs` installs it)")
+        sys.exit("hopform: ziglang is not installed (`make play` installs it)")
     headers = Path(zig.origin).parent / "lib" / "libc" / "include"
     include = [flag for name in ("wasm-wasi-musl", "generic-musl") for flag in ("-isystem", str(headers / name))]
     with tempfile.TemporaryDirectory() as folder:
@@ -109,4 +109,4 @@ def build(folder: Path) -> Path:
 
 
 if __name__ == "__main__":
-    print(f"built {build(Path(sys.argv[1]))}")
+    print(f"open {build(Path(sys.argv[1]))} in a browser")

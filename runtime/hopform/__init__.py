@@ -24,8 +24,9 @@ def __getattr__(name: str) -> Any:
     """What `_all` has of this name; from then on it is an attribute like any other."""
     if name == "__version__":
         return version("hopform")
-    offered = import_module("hopform._all")
-    if name != "__all__" and name not in offered.__all__:
+    # `from hopform import _control` asks here for a module that is not loaded yet: `_all` would import it in a circle.
+    private = name.startswith("_") and name != "__all__"
+    if private or name not in ("__all__", *(offered := import_module("hopform._all")).__all__):
         raise AttributeError(f"module 'hopform' has no attribute {name!r}", name=name)
     globals().update({each: getattr(offered, each) for each in ("__all__", *offered.__all__)})
     return globals()[name]

@@ -9,7 +9,7 @@ from rich.console import Console
 from tests.bench import beside, native, report
 from tests.bench.jobs import COUNT, sets
 from tests.bench.pieces import pieces
-from tests.bench.timing import measure
+from tests.bench.timing import fixed_loop, measure
 
 QUICK = {"count": 20, "repetitions": 3}
 FULL = {"count": COUNT, "repetitions": 9}
@@ -20,6 +20,7 @@ def main() -> None:
     size = QUICK if quick else FULL
     console = Console(width=None if sys.stdout.isatty() else 150)
     progress = Console(stderr=True)
+    before = fixed_loop()
     with progress.status("benchmarks") as status:
         outcome = measure(**size, report=status.update)
         status.update("instructions")
@@ -30,9 +31,10 @@ def main() -> None:
         }
         status.update("beside the table")
         lines = beside.measure(size["repetitions"])
-    report.terminal(outcome, found, lines, console)
+    loops = before, fixed_loop()
+    report.terminal(outcome, found, lines, console, loops)
     folder = native.OUT if quick else native.ROOT / "docs" / "evidence"
-    (folder / "benchmark.md").write_text(report.markdown(outcome, found, lines), "utf-8")
+    (folder / "benchmark.md").write_text(report.markdown(outcome, found, lines, loops), "utf-8")
     report.picture(outcome, folder / "benchmark.svg")
     console.print(f"written: {folder.relative_to(native.ROOT)}/benchmark.md and .svg", markup=False)
 

@@ -11,10 +11,9 @@ from rich.table import Table
 from tests.bench.beside import Line
 from tests.bench.pieces import Piece
 from tests.bench.rows import BASE
-from tests.bench.timing import Outcome, Result
+from tests.bench.timing import Outcome, Result, agree
 
 SETS = ("hopper_c", "random")
-TITLES = ("solver", *(f"{of} {what}" for of in SETS for what in ("us/stance", "ratio", "error", "wrong")))
 ACCURATE = 1e-9
 Pieces = Mapping[tuple[str, str], tuple[Piece, ...]]
 
@@ -39,12 +38,19 @@ def fastest_right(outcome: Outcome, error: float = math.inf) -> Result | None:
     return min(right, key=lambda result: sum(result.times.values()), default=None)
 
 
-def cells(result: Result, one: Result) -> tuple[str, ...]:
+def titles(*, times: bool) -> tuple[str, ...]:
+    """The head of the table."""
+    of_each = (*(("us/stance",) if times else ()), "ratio", "error", "wrong")
+    return ("solver", *(f"{of} {what}" for of in SETS for what in of_each))
+
+
+def cells(result: Result, one: Result, *, times: bool) -> tuple[str, ...]:
     """A line of the table."""
     found = [result.row.name]
     for of in SETS:
         verdict, ratio = result.verdicts[of], result.times[of] / one.times[of]
-        found += [_short(result.times[of]), _short(ratio), f"{verdict.error:.0e}", str(verdict.wrong)]
+        found += [_short(result.times[of])] if times else []
+        found += [_short(ratio), f"{verdict.error:.0e}", str(verdict.wrong)]
     return tuple(found)
 
 
@@ -76,38 +82,50 @@ def headline(outcome: Outcome) -> str:
     return f"{text} The fastest of those with errors up to {ACCURATE:.0e} is {against(outcome, accurate, one)}"
 
 
-def terminal(outcome: Outcome, pieces: Pieces, lines: Sequence[Line], console: Console) -> None:
+def said_of(loops: tuple[float, float]) -> str:
+    """Whether the machine was alone, in a sentence."""
+    before, after = (f"{1e3 * each:.3g} ms" for each in loops)
+    found = f"A fixed loop took {before} before and {after} after the run"
+    return f"{found}." if agree(loops) else f"{found}: the machine was not alone, so no times are shown."
+
+
+def terminal(
+    outcome: Outcome, pieces: Pieces, lines: Sequence[Line], console: Console, loops: tuple[float, float]
+) -> None:
     """Print everything."""
+    times = agree(loops)
     table = Table(title=f"{outcome.count} stances of each set, median of {outcome.repetitions} repetitions")
-    for n, title in enumerate(TITLES):
+    for n, title in enumerate(titles(times=times)):
         table.add_column(title, justify="right" if n else "left", no_wrap=n == 0)
     for result in outcome.results:
-        table.add_row(*cells(result, base(outcome)), style=None if result.wrong == 0 else "dim")
+        table.add_row(*cells(result, base(outcome), times=times), style=None if result.wrong == 0 else "dim")
     console.print(table)
     for line in outcome.left_out:
         console.print(f"left out: {line}", markup=False)
-    alone = Table("hopform C alone", *PIECE_TITLES, title="per call")
-    for row in piece_cells(pieces):
+    alone = Table("hopform C alone", *piece_titles(times=times), title="per call")
+    for row in piece_cells(pieces, times=times):
         alone.add_row(*row)
     console.print(alone)
     besides = Table(*LINE_TITLES, title="beside the table")
-    for cells_of in line_cells(lines):
+    for cells_of in line_cells(lines, times=times):
         besides.add_row(*cells_of)
     console.print(besides)
     console.print(headline(outcome), markup=False)
+    console.print(said_of(loops), markup=False)
 
 
-PIECE_TITLES = ("jobs", "precision", "instructions", "ns")
+def piece_titles(*, times: bool) -> tuple[str, ...]:
+    return ("jobs", "precision", "instructions", *(("ns",) if times else ()))
 
 
-def piece_cells(pieces: Pieces) -> list[tuple[str, ...]]:
+def piece_cells(pieces: Pieces, *, times: bool) -> list[tuple[str, ...]]:
     return [
         (
             piece.function,
             of,
             precision,
             "-" if piece.instructions is None else f"{piece.instructions:.0f}",
-            f"{piece.nanoseconds:.0f}",
+            *((f"{piece.nanoseconds:.0f}",) if times else ()),
         )
         for (of, precision), found in pieces.items()
         for piece in found
@@ -117,10 +135,21 @@ def piece_cells(pieces: Pieces) -> list[tuple[str, ...]]:
 LINE_TITLES = ("what", "value", "unit", "ratio")
 
 
-def line_cells(lines: Sequence[Line]) -> list[tuple[str, ...]]:
+def line_cells(lines: Sequence[Line], *, times: bool) -> list[tuple[str, ...]]:
+    shown = [line for line in lines if times or not _is_time(line) or line.ratio is not None]
     return [
-        (line.name, _short(line.value), line.unit, "" if line.ratio is None else _short(line.ratio)) for line in lines
+        (
+            line.name,
+            _short(line.value) if times or not _is_time(line) else "-",
+            line.unit,
+            "" if line.ratio is None else _short(line.ratio),
+        )
+        for line in shown
     ]
+
+
+def _is_time(line: Line) -> bool:
+    return line.unit.startswith(("us", "ns"))
 
 
 def _markdown(titles: tuple[str, ...], rows: list[tuple[str, ...]], texts: int) -> str:
@@ -129,15 +158,17 @@ def _markdown(titles: tuple[str, ...], rows: list[tuple[str, ...]], texts: int) 
     return "\n".join("| " + " | ".join(line) + " |" for line in (titles, tuple(rule), *rows)) + "\n"
 
 
-def markdown(outcome: Outcome, pieces: Pieces, lines: Sequence[Line] = ()) -> str:
-    """The page docs/evidence/benchmark.md."""
-    one = base(outcome)
+def markdown(outcome: Outcome, pieces: Pieces, lines: Sequence[Line], loops: tuple[float, float]) -> str:
+    """The page docs/evidence/benchmark.md; with times where a fixed loop took as long before and after the run."""
+    one, times = base(outcome), agree(loops)
     left_out = "".join(f"\nLeft out: {line}.\n" for line in outcome.left_out)
     return f"""# Benchmarks
 
 `make bench` makes this page and its picture: {outcome.count} stances of each set, one thread,
 processor time, all rows in one run, repetitions interleaved, the median of {outcome.repetitions} (3 for slow rows).
 hopform is compiled with the flags it ships with (-O2, portable baseline), the peers with -O3 -march=native.
+
+{said_of(loops)}
 
 {headline(outcome)}
 
@@ -149,19 +180,20 @@ by the same rules for sticking, slipping, reversals and stops.
 
 - `hopper_c`: drops from 2 to 40 cm at -3 to 3 A. `random`: a robot of its own for each stance, mass ratio 1e-2 to 1e2,
   k 1e2 to 1e5 N/m, Coulomb friction, a third with stops.
-- ratio: time over that of {BASE}. The plan of a robot is made once, unless a row says otherwise.
+- ratio: time over that of {BASE}. The plan of a robot is made once, unless a row says otherwise. `solve_stance` is
+  the call alone: a stance unfolds its events when they are asked for.
 - error: the largest scaled error of times, state and AED against the 50-digit reference, over the condition number
   where that is above 1.
 - wrong: stances whose ending or event list is not the reference's; they are not in the error.
 - Every peer starts anew at every switch, with a first step within which no event function that starts at zero returns.
   For expm + brentq the tolerance sets how densely it scans.
 
-{_markdown(TITLES, [cells(result, one) for result in outcome.results], 1)}{left_out}
+{_markdown(titles(times=times), [cells(result, one, times=times) for result in outcome.results], 1)}{left_out}
 ## hopform's C alone
 
 Instructions are counted by callgrind, so they are the same on a busy machine; per call, on the same stances.
 
-{_markdown(("function", *PIECE_TITLES), piece_cells(pieces), 3)}
+{_markdown(("function", *piece_titles(times=times)), piece_cells(pieces, times=times), 3)}
 ## Beside the table
 
 The paper's sequence, both masses moving, the body turning once, then take-off, has a closed form that one can write by
@@ -169,14 +201,14 @@ hand; it proves nothing and knows no other event. Many stances: ratios are to th
 has the plans ready; where every stance has its own robot `solve_stances` makes them too. The memory is that of a
 process of its own, without event lists.
 
-{_markdown(LINE_TITLES, line_cells(lines), 1)}"""
+{_markdown(LINE_TITLES, line_cells(lines, times=times), 1)}"""
 
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")
 
 
 def picture(outcome: Outcome, path: Path) -> None:
-    """Time over error, a line per peer; hollow where an event list is wrong."""
+    """Ratio over error, a line per peer; hollow where an event list is wrong."""
     import matplotlib
 
     matplotlib.use("svg")
@@ -186,20 +218,24 @@ def picture(outcome: Outcome, path: Path) -> None:
     axes = figure.subplots(1, 2, sharey=True)
     solvers = list(dict.fromkeys(result.row.solver for result in outcome.results if not result.row.is_ours))
     marks = [result for result in outcome.results if result.row.is_ours]
+    one = base(outcome)
     for of, ax in zip(SETS, axes, strict=True):
         for solver, colour in zip(solvers, COLOURS, strict=False):
             line = [result for result in outcome.results if result.row.solver == solver]
-            xs, ys = [result.verdicts[of].error for result in line], [result.times[of] for result in line]
+            xs, ys = (
+                [result.verdicts[of].error for result in line],
+                [result.times[of] / one.times[of] for result in line],
+            )
             ax.plot(xs, ys, color=colour, label=solver, linewidth=1.2)
             for x, y, result in zip(xs, ys, line, strict=True):
                 face = colour if result.verdicts[of].wrong == 0 else "white"
                 ax.plot(x, y, "o", color=colour, markerfacecolor=face, markersize=5)
         for result, symbol in zip(marks, "*PDXv^<>s", strict=False):
             x = max(result.verdicts[of].error, 1e-17)
-            ax.plot(x, result.times[of], symbol, color="black", markersize=7, label=result.row.name)
+            ax.plot(x, result.times[of] / one.times[of], symbol, color="black", markersize=7, label=result.row.name)
         ax.set(xscale="log", yscale="log", xlabel="largest scaled error", title=of)
         ax.grid(alpha=0.3)
-    axes[0].set_ylabel("time of a stance in us")
+    axes[0].set_ylabel(f"time of a stance over that of {BASE}")
     handles, labels = axes[0].get_legend_handles_labels()
     figure.legend(
         handles, labels, loc="outside right center", fontsize=7, title="hollow: wrong event lists", title_fontsize=7

@@ -74,8 +74,6 @@ def _from_python(backend: str, jobs: Jobs) -> Ready:
                 hopform.solve_stance(robot, **start, horizon=HORIZON, max_phases=MAX_PHASES, backend=backend)
                 for robot, start in cases
             ]
-            for stance in found:  # what the job asks for; a stance unfolds its fields when they are
-                _ = stance.status, stance.duration, stance.end, stance.events, stance.aed
         return found
 
     def collect(stances: list[hopform.Stance]) -> Answers:

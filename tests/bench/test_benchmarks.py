@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import hopform
 from tests.bench import (
     beside,
     casadi_peer,
@@ -18,8 +19,10 @@ from tests.bench import (
     report,
     rows,
     scipy_peers,
+    timing,
     truth,
 )
+from tests.bench.pieces import Piece
 from tests.bench.timing import Outcome, Result
 from tests.bench.verdicts import Verdict, assess, is_right
 from tests.oracle import rules
@@ -128,6 +131,31 @@ OUTCOME = Outcome(
 )  # fmt: skip
 
 
+ALONE = 0.1, 0.105
+"""[s] of the fixed loop before and after a run."""
+
+
+def test_times_are_shown_only_where_a_fixed_loop_took_as_long_before_and_after():
+    lines = [beside.Line("a grid", 1.734, "ns/sample"), beside.Line("many", 0.5, "us/stance", 0.25)]
+    found = {("hopper_c", "f64"): (Piece("plan_init", 1819.0, 878.0),)}
+    page = report.markdown(OUTCOME, found, lines, ALONE)
+    for text in ("us/stance", "| 2.00 |", "| 878 |", "a grid"):
+        assert text in page
+    busy = report.markdown(OUTCOME, found, lines, (0.1, 0.112))
+    assert "took 100 ms before and 112 ms after the run: the machine was not alone" in busy
+    assert "| right, rtol 1e-08 | 10.0 | 1e-06 | 0 | 10.0 | 1e-06 | 0 |" in busy
+    assert "| plan_init | hopper_c | f64 | 1819 |\n" in busy
+    assert "| many | - | us/stance | 0.25 |" in busy and "a grid" not in busy
+    assert not timing.agree((0.1, 0.08)) and timing.fixed_loop() > 0.0
+
+
+def test_the_row_from_python_times_the_call_and_unfolds_no_events(monkeypatch):
+    (row,) = (row for row in rows.ours() if row.name == "hopform from Python, solve_stance")
+    ready = row.ready(SETS[0])
+    monkeypatch.setattr(hopform.Stance, "events", property(lambda _: pytest.fail("not asked for")))
+    assert len(ready.run(1)) == 3
+
+
 def test_the_headline_is_the_ratio_to_the_fastest_peer_without_a_wrong_event_list():
     text = report.headline(OUTCOME)
     assert "without a wrong event list is right, rtol 1e-08, largest error 1e-06: it takes 10.0 x on hopper_c" in text
@@ -136,7 +164,7 @@ def test_the_headline_is_the_ratio_to_the_fastest_peer_without_a_wrong_event_lis
 
 
 def test_the_page_names_what_was_left_out():
-    page = report.markdown(OUTCOME, {})
+    page = report.markdown(OUTCOME, {}, (), ALONE)
     assert "Left out: absent: not installed." in page
     assert "| right, rtol 1e-08 | 20.0 | 10.0 |" in page
 
@@ -186,7 +214,7 @@ def test_calls_are_timed_in_turns():
 
 def test_the_page_has_a_line_for_each_number_beside_the_table():
     lines = [beside.Line("a grid", 1.734, "ns/sample"), beside.Line("many", 0.5, "us/stance", 0.25)]
-    page = report.markdown(OUTCOME, {}, lines)
+    page = report.markdown(OUTCOME, {}, lines, ALONE)
     assert "| a grid | 1.73 | ns/sample |  |\n| many | 0.50 | us/stance | 0.25 |\n" in page
 
 

@@ -22,8 +22,27 @@ from tests.bench.rows import Ready, Row, every_row
 from tests.bench.verdicts import Verdict, assess
 from tests.oracle import integrator, rules
 
+LOOP, AGREE = 2_000_000, 0.1
+"""Turns of the fixed loop, and the share within which its times before and after must agree for times to be shown: a
+neighbour takes the processor's cache and clock, which the processor's time does not know. Ratios of one run stay."""
 SHORTEST, LONG, FEW = 0.02, 0.2, 3
 """[s] a repetition solves its jobs over and over for as long as SHORTEST; where it takes LONG, FEW are enough."""
+
+
+def fixed_loop() -> float:
+    """[s] that the same work takes, the median of 5."""
+    taken = list[float]()
+    for _ in range(5):
+        begin, total = time.process_time(), 0
+        for n in range(LOOP):
+            total += n & 7
+        taken.append(time.process_time() - begin)
+    return statistics.median(taken)
+
+
+def agree(loops: tuple[float, float]) -> bool:
+    """Whether the fixed loop took as long before and after a run."""
+    return max(loops) <= (1.0 + AGREE) * min(loops)
 
 
 @dataclass(frozen=True)

@@ -141,7 +141,7 @@ NUMBER = re.compile(r"(?<![\w.])\d+(?: \d{3})*(?:\.\d+)?(?:e-?\d+)?")
 
 def rows_of_figures() -> list[tuple[str, Path]]:
     """The figures of the README's table, row by row, with the page of evidence that each row names."""
-    rows = re.findall(r"^\|[^|]*\|([^|]*)\|[^|]*\]\(([^)]+)\)[^|]*\|$", text_of(ROOT / "README.md"), re.MULTILINE)
+    rows = re.findall(r"^\|[^|]*\| ([^|`]*)\|[^|]*\]\(([^)#]+)[^|]*\|$", text_of(ROOT / "README.md"), re.MULTILINE)
     return [(figures, ROOT / path) for figures, path in rows]
 
 
@@ -149,7 +149,32 @@ def test_the_figures_of_the_readme_are_those_of_the_evidence():
     rows = rows_of_figures()
     assert sum(len(NUMBER.findall(figures)) for figures, _ in rows) >= 9
     for figures, page in rows:
-        assert [number for number in NUMBER.findall(figures) if number not in text_of(page)] == [], page
+        assert set(NUMBER.findall(figures)) - set(NUMBER.findall(text_of(page))) == set(), page
+
+
+README = ROOT / "README.md"
+
+
+def test_the_readme_is_read_in_four_minutes():
+    """Words beside code."""
+    assert len(re.findall(r"\w[^\s|]*", FENCE.sub("", text_of(README)))) <= 800
+
+
+def test_the_lines_that_the_readme_shows_of_an_equation_are_those_that_derive_wrote():
+    names = ("EQUATIONS.md", "python/hopform_solver/formulas.py", "c/src/formulas_f64.h")
+    (equation,) = re.findall(r"^```math\n(.+)\n```", text_of(README), re.MULTILINE)
+    (lines,) = re.findall(r"^```\n(.+\n.+)\n```", text_of(README), re.MULTILINE)
+    for line, name in zip((equation, *lines.splitlines()), names, strict=True):
+        assert line in map(str.strip, text_of(ROOT / "generated" / name).splitlines()), name
+    equations = text_of(ROOT / "generated" / "EQUATIONS.md")
+    counts = re.search(r"the paper's 27\s+equations \[(\d+) are wrong and (\d+) incomplete\]", text_of(README))
+    assert counts and counts.groups() == tuple(
+        re.findall(rf"^\| {word} \|[^|]*\| (\d+) \|", equations, re.MULTILINE)[0] for word in ("wrong", "incomplete")
+    )
+
+
+def test_the_readme_names_no_time_that_a_neighbour_may_have_made():
+    assert re.findall(r"\d ?(?:us|ns|ms|µs)\b", FENCE.sub("", text_of(README))) == []
 
 
 def test_the_controllers_of_the_page_on_hopping_have_the_defaults_that_it_names():

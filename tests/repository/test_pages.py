@@ -2,10 +2,11 @@
 that a program prints.
 """
 
-import doctest
+import ast
 import re
 import shlex
 import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -29,13 +30,40 @@ def commands(page: str) -> list[list[str]]:
     ]
 
 
+EXAMPLES = """
+import doctest, sys
+sys.path.insert(0, "")
+outcome = doctest.testfile(sys.argv[1], module_relative=False)
+sys.exit(outcome.attempted < 2 or outcome.failed > 0)
+"""
+
+
 @pytest.mark.parametrize(
     "page", [page for page in PAGES if ">>> " in page.read_text("utf-8")], ids=lambda page: page.name
 )
 def test_the_examples_of_a_page_run(page):
-    outcome = doctest.testfile(str(page), module_relative=False)
-    assert outcome.attempted > 1
-    assert outcome.failed == 0
+    """As a reader runs them: in a process of their own, in which nothing is imported yet."""
+    done = subprocess.run(
+        [sys.executable, "-c", EXAMPLES, str(page)], cwd=ROOT, capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stdout) == (0, ""), done.stdout + done.stderr
+
+
+def imports(page: Path) -> list[str]:
+    """The imports of the first program of a page that is no session; empty where it imports nothing of hopform."""
+    programs = re.findall(r"^```python\n((?!>>> ).*?)^```", page.read_text("utf-8"), re.DOTALL | re.MULTILINE)
+    nodes = (
+        [node for node in ast.parse(programs[0]).body if isinstance(node, ast.Import | ast.ImportFrom)]
+        if programs
+        else []
+    )
+    lines = [ast.unparse(node) for node in nodes]
+    return lines if any("hopform" in line for line in lines) else []
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if imports(page)], ids=lambda page: page.name)
+def test_the_imports_of_a_page_s_first_program_are_a_program(page):
+    subprocess.run([sys.executable, "-c", "\n".join(imports(page))], cwd=ROOT, check=True)
 
 
 @pytest.mark.parametrize(
@@ -70,6 +98,23 @@ def test_the_commands_of_a_page_run_in_their_order_and_write_what_they_name(tmp_
 
     for program in re.findall(r"```python\n(import hopform\n.*?)```", text_of(page), re.DOTALL):
         exec(program, {})  # over what the commands have made
+
+
+@pytest.mark.sliced
+def test_the_commands_of_the_readme_run_and_print_what_it_says(tmp_path, monkeypatch, capsys):
+    """Its mechanism, of which each command prints its comment, and one command for each thing that a reader has."""
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / "README.md").read_text("utf-8")
+    ((name, model),) = re.findall(r"```python\n# (\w+\.py)\n(.*?)```", text, re.DOTALL)
+    Path(name).write_text(model, "utf-8")
+    assert cli.main(["record", "drop", "--seed", "1", "--csv", "drop.csv"]) == 0
+    shown = re.findall(r"^(hopform .*?) +# (.+)$", text, re.MULTILINE)
+    doors = re.findall(r"^\|[^|]*\| `(hopform .*?)` \|", text, re.MULTILINE)
+    assert (len(shown), len(doors)) == (3, 6)
+    for line, words in (*shown, *((each, "") for each in doors)):
+        capsys.readouterr()
+        assert cli.main(shlex.split(line)[1:]) == 0, line
+        assert words in capsys.readouterr().out, line
 
 
 @pytest.mark.sliced

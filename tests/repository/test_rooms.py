@@ -4,7 +4,7 @@ import ast
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from unittest.mock import patch
 
@@ -130,15 +130,59 @@ def test_what_needs_an_extra_is_imported_within_functions():
             assert not of_hopform(iter(at_import(name))) & needs, name
 
 
+def own() -> dict[str, str]:
+    """The environment of a process of its own: this hopform and its solver."""
+    roots = [str(Path(package.__file__ or "").parent.parent) for package in (hopform, hopform_solver)]
+    return os.environ | {"PYTHONPATH": os.pathsep.join(roots)}
+
+
 def loaded_by(code: str) -> set[str]:
     """The modules that some code loads in a process of its own, with what it prints left out."""
     program = f"import sys\nbefore = set(sys.modules)\n{code}\nprint('', *set(sys.modules) - before, file=sys.stderr)"
-    roots = [str(Path(package.__file__ or "").parent.parent) for package in (hopform, hopform_solver)]
-    environment = os.environ | {"PYTHONPATH": os.pathsep.join(roots)}
     done = subprocess.run(
-        [sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True, encoding="utf-8"
+        [sys.executable, "-c", program], env=own(), capture_output=True, text=True, check=True, encoding="utf-8"
     )
     return set(done.stderr.split())
+
+
+FORKED = """
+import importlib, os, sys
+loaded, *names = sys.argv[1:]
+for name in loaded.split():
+    importlib.import_module(name)
+for name in names:
+    sys.stdout.flush()
+    if not (child := os.fork()):
+        __import__(name)
+        os._exit(0)
+    if os.waitpid(child, 0)[1]:
+        print(name)
+"""
+"""Import each module in a process in which nothing of hopform is loaded; print those that raise. What they need of
+others is loaded once."""
+
+
+def alone(names: Iterable[str], loaded: str = "numpy") -> tuple[list[str], str]:
+    """The modules of hopform that cannot be the first to be imported, and what they raise."""
+    done = subprocess.run(
+        [sys.executable, "-c", FORKED, loaded, *names],
+        env=own(),
+        capture_output=True,
+        text=True,
+        check=True,
+        encoding="utf-8",
+    )
+    return done.stdout.split(), done.stderr
+
+
+def test_each_public_module_may_be_the_first_that_a_program_imports():
+    assert alone(["hopform", *(f"hopform.{name}" for name in sorted(PUBLIC))]) == ([], "")
+
+
+@pytest.mark.sliced
+def test_each_module_may_be_the_first_that_a_program_imports():
+    names = ["hopform" if name == "hopform" else f"hopform.{name}" for name in MODULES]
+    assert alone(names, "numpy scipy.optimize matplotlib.figure rich.console sympy") == ([], "")
 
 
 @pytest.mark.parametrize("arguments", [["--version"], ["--help"], []])

@@ -48,6 +48,8 @@ def test_the_site_is_built_without_tools_of_tests_and_without_installing_this_ch
     assert checkout("run") == (True, [RUN])
     assert checkout("docs") == (False, ["--group docs"])
     assert checkout("docs") == (False, [])
+    assert checkout("zig") == (False, ["--group zig"])
+    assert checkout("zig") == (False, [])
 
 
 def test_what_holds_another_stands_for_it(checkout):

@@ -61,6 +61,16 @@ COINED = {
     "watched functions": "active event functions",
     "watched for": "active",
     "measured anew": "measured again, in the commit that changes the code",
+    # Repeats show whether a rig repeats; what a model lacks moves every recording alike.
+    "quote": "the parameters with their intervals",
+    "three times, whose": "change amplitude or load",
+    "record it three times": "change amplitude or load",
+    "record each three times": "change amplitude or load",
+    "record each motion three times": "change amplitude or load",
+    "three recordings give an interval": "change amplitude or load",
+    "spread is the interval": "repeatability of the rig",
+    "interval of their mean": "standard deviation of the values",
+    "intervals of their mean": "standard deviation of the values",
 }
 """Each word that went, and the field's word for it."""
 

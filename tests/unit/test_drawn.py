@@ -193,12 +193,6 @@ def energies(run):
     }
 
 
-def off(run):
-    """What the energy with the spring and its prediction leave of each other: rounding."""
-    name = "the latter less its prediction: start, AED (24), impacts, $k\\,x_1^2/2$"
-    return {name: whole(lambda t: run.energy(t).body - run.aed(t), run)}
-
-
 def tracked(run, misses):
     """A run that follows set points: heights, current, errors of apexes."""
     current = Panel({"": whole(run.current, run)}, {}, stances(run))
@@ -315,7 +309,7 @@ def energy_panels(data):
     takeoffs = {"take-off": ([hop.takeoff_time for hop in lifts(run)], None)}
     parts = {"kinetic": whole(kinetic(run), run), "gravitational": whole(gravitational(run), run),
              "spring as in (23)": whole(spring(run), run)}  # fmt: skip
-    return [Panel(each, {}, stances(run)) for each in (takeoffs | energies(run), off(run), parts)]
+    return [Panel(each, {}, stances(run)) for each in (takeoffs | energies(run), parts)]
 
 
 def fig_15(data):
@@ -410,19 +404,12 @@ def made(name):
 
 
 def stance_panels(stance):
-    def work(t):
-        """The AED by its integrals, (24)."""
-        ledger = stance.ledger(t)
-        return ledger.spring_work + ledger.viscous_2 + ledger.coulomb_2
-
     shaded = {"x1": lambda t: stance.at(t).x1, "x2": lambda t: stance.at(t).x2}
-    start = float(stance.energy(0.0).body)
     energy = whole(lambda t: stance.energy(t).body, stance)
-    rounding = whole(lambda t: stance.energy(t).body - start - work(t), stance)
     force = whole(lambda t: HOPPER.k * stance.compression(t), stance)
     return [
         *(Panel({"": whole(method, stance)}, {}, ANY_SHADES) for method in shaded.values()),
-        Panel({"": force, "take-off": (stance.duration, 0.0)}), Panel({"": energy}), Panel({"": rounding}),
+        Panel({"": force, "take-off": (stance.duration, 0.0)}), Panel({"": energy}),
         Panel({"": whole(stance.current, stance)}),
     ]  # fmt: skip
 
@@ -438,7 +425,7 @@ def hop_panels(hop):
 
 
 def motion_panels(run, top):
-    lines = {"": whole(lambda t: run.at(t).x1, run)}, energies(run), off(run), {"": whole(run.current, run)}
+    lines = {"": whole(lambda t: run.at(t).x1, run)}, energies(run), {"": whole(run.current, run)}
     return [top, *(Panel(each, {}, stances(run)) for each in lines)]
 
 

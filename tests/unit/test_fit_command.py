@@ -57,7 +57,7 @@ def test_a_joint_is_fitted_from_a_file_without_python(call, folder, log, tmp_pat
     page, out = tmp_path / "page.html", tmp_path / "mine.toml"
     code, text, errors = call("fit", log, *FITTED, "--out", out, "--report", page)
     assert (code, errors) == (0, "")
-    assert text.startswith("The model explains the recordings to their noise: quote the intervals.\n")
+    assert text.startswith("The model explains these recordings to their noise. ")
     robot = hopform.load_solver(folder).load_robot(out)
     friction = RIG.mass * RIG.f
     for name, value in {"k": RIG.k, "b": RIG.b, "F_p": friction, "k_t": RIG.gamma}.items():
@@ -67,7 +67,7 @@ def test_a_joint_is_fitted_from_a_file_without_python(call, folder, log, tmp_pat
         assert f"\n{name} " in text and half < 0.05 * value
     assert (robot.F_m, robot.fit.known, robot.name) == (robot.F_p, ("J",), "mine")
     shown = page.read_text("utf-8")
-    assert shown.index("quote the intervals.") < shown.index("<li>k = ") < shown.index("<svg")
+    assert shown.index("to their noise.") < shown.index("<li>k = ") < shown.index("<svg")
     assert "<h1>Identification: model joint</h1>" in shown and "<td>as F_p</td>" in shown
     assert "mrad by with Coulomb" not in shown and "(3), (4)" not in shown and "q [mrad]" in shown
 

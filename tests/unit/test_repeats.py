@@ -1,14 +1,15 @@
-"""Recordings of one rig that differ by more than noise are found out, with the interval that holds what differs."""
+"""Repeats show how well a rig repeats. They never make an interval, and take it away where recordings differ."""
 
 import dataclasses
 
 import numpy as np
 import pytest
-from scipy import stats
 
 import hopform
+from hopform._cli.report import verdict
 from hopform._figures import results
 from hopform._identify.drop import fit_drop_test
+from hopform._identify.repeats import REPEATABILITY
 from hopform._identify.step import fit_step_response
 from hopform._identify.synthetic import record
 from tests.fits import ALONE
@@ -20,7 +21,11 @@ def fitted(made):
     return fit_step_response(made, known={"m_eff": 25.0}, **ALONE)
 
 
-def test_repeats_of_one_robot_agree_and_the_interval_of_the_fit_is_as_wide_as_their_spread():
+def has_intervals(fit):
+    return any(np.isfinite(each.high - each.low) for each in fit.estimates)
+
+
+def test_repeats_of_one_robot_agree_and_their_spread_is_that_of_the_noise():
     """Over 6 recordings and 4 parameters, pooled: standard deviations over sqrt(6) times the standard errors of the
     fit to all, whose mean of 20 degrees of freedom is 1 within 35 %.
     """
@@ -29,10 +34,26 @@ def test_repeats_of_one_robot_agree_and_the_interval_of_the_fit_is_as_wide_as_th
     shares = [np.std(each.values, ddof=1) / (np.sqrt(6.0) * fit[each.name].stderr) for each in fit.repeats]
     assert np.sqrt(np.mean(np.square(shares))) == pytest.approx(1.0, abs=0.35)
     assert not any(each.differ for each in fit.repeats)
-    for each in fit.repeats:
-        half = stats.t.ppf(0.975, 5) * np.std(each.values, ddof=1) / np.sqrt(6.0)
-        assert (each.low, each.high) == pytest.approx((np.mean(each.values) - half, np.mean(each.values) + half))
-        assert each.quote == ("spread" if 2.0 * half > fit[each.name].high - fit[each.name].low else "interval")
+    assert [each.spread for each in fit.repeats] == [np.std(each.values, ddof=1) for each in fit.repeats]
+    assert has_intervals(fit) and REPEATABILITY in fit.statements
+
+
+def hardened(recording):
+    """A position that shows 3 % more at 4 cm: as of a spring that hardens, in every recording alike."""
+    x = recording.position("x2")
+    columns = {"x2": recording.columns["x2"]._replace(values=x * (1.0 + 20.0 * (x - x[-1]) ** 2))}
+    return dataclasses.replace(recording, columns=columns)
+
+
+@pytest.mark.parametrize("count", [1, 3])
+def test_recordings_that_agree_on_a_wrong_model_have_no_interval(count):
+    made = [hardened(record(HOPPER, "decay", seed=n)) for n in range(count)]
+    fit = fit_drop_test(made, attached=True, known={"m_s": 3.0}, **ALONE)
+    assert not has_intervals(fit)
+    assert {each.name: each.spread / each.values[0] < 0.01 for each in fit.repeats}.get("k", count == 1)
+    assert verdict(fit) == "The model does not explain the recordings, so there are no intervals."
+    with pytest.raises(hopform.HopformError, match="has no interval to draw from: its fit is not explained"):
+        fit.sample(3)
 
 
 @pytest.mark.sliced
@@ -46,6 +67,7 @@ def test_friction_that_is_traded_from_recording_to_recording_is_said():
         assert repeats[name].differ
         assert repeats[name].values == pytest.approx([getattr(robot, name) for robot in robots], rel=0.03)
         assert any(each.startswith(f"{name} of each recording alone") for each in fit.statements)
+    assert not has_intervals(fit)
     assert any("b1 and f1 are traded against each other" in each for each in fit.statements)
 
 

@@ -9,6 +9,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
@@ -28,6 +29,7 @@ from tests.oracle.recordings import Rig, simulate
 from tests.unit.test_rotary import COUNT, DRIVE, PENDULUM, RATE, SERVO, SPRUNG, TIME, air, angles, decay, recorded
 
 mujoco = pytest.importorskip("mujoco", reason="mujoco is absent, which reads the files for simulators")
+ROOT = Path(__file__).resolve().parents[2]
 
 # ---- each kind of recording, of rigs that a seed scatters by 30 % ----
 
@@ -341,3 +343,30 @@ def test_the_command_writes_a_model_with_intervals_in_comments(tmp_path, capsys)
     assert cli.main([*ask, "--export", "urdf", "--json"]) == 2
     assert cli.main([*ask, "--out", str(out)]) == 2
     assert "a fit in rad is of no hopper" in capsys.readouterr().err
+
+
+# ---- friction at rest ----
+
+HELD_BY_FRICTION = """
+<mujoco>
+  <option timestep="0.001" gravity="0 0 0"/>
+  <worldbody>
+    <body>
+      <joint name="j" type="hinge" frictionloss="1"/>
+      <inertial pos="0 0 0" mass="1" diaginertia="0.01 0.01 0.01"/>
+    </body>
+  </worldbody>
+  <actuator><motor joint="j"/></actuator>
+</mujoco>
+"""
+
+
+def test_a_joint_under_half_of_its_friction_creeps_by_default_as_readme_and_page_say():
+    model = mujoco.MjModel.from_xml_string(HELD_BY_FRICTION)
+    data = mujoco.MjData(model)
+    data.ctrl[0] = 0.5
+    while data.time < 10.0:
+        mujoco.mj_step(model, data)
+    crept = f"by {data.qpos[0]:.2f} rad in 10 s"
+    for page in ("README.md", "docs/reference/identification.md"):
+        assert crept in (ROOT / page).read_text("utf-8")

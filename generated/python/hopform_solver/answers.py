@@ -391,11 +391,7 @@ ANSWERS = {
         "name": "string",
         "unit": "string",
         "values": "list of number",
-        "low": "number",
-        "high": "number",
-        "fitted_low": "number",
-        "fitted_high": "number",
-        "quote": "string",
+        "spread": "number",
         "differ": "boolean",
     },
     "diagnosis": {

@@ -12,7 +12,7 @@ from urllib.parse import quote
 import numpy as np
 from rich.console import RenderableType
 
-from hopform._cli.output import ends, number, record, table, to_json
+from hopform._cli.output import number, record, table, to_json
 from hopform._errors import HopformError, printable
 from hopform._identify.estimation import Estimate
 from hopform._identify.fits import Fit, Trace, missed
@@ -51,8 +51,7 @@ def fit_sections(fit: Fit) -> list[Section]:
     ]  # fmt: skip
     repeats = [
         (each.name, ", ".join(number(value, ".4g") for value in each.values), each.unit,
-         ends(each.low, each.high, ".4g"), ends(each.fitted_low, each.fitted_high, ".4g"), each.quote)
-        for each in fit.repeats
+         number(each.spread, ".2g"), "yes" if each.differ else "no") for each in fit.repeats
     ]  # fmt: skip
     found = [
         Section("Parameters", ("parameter", "value", "unit", "95 % interval", "by"), parameters,
@@ -61,8 +60,8 @@ def fit_sections(fit: Fit) -> list[Section]:
                                "autocorrelation", "white"), recordings, ("recording", "unit", "white")),
         Section("What the residuals show", ("cause", f"rms [{unit}]", f"rms with it [{unit}]", "decrease [variances]",
                                             "option"), causes, ("cause", "option")),
-        Section("Repeats", ("parameter", "each recording alone", "unit", "their mean, 95 %", "fit, 95 %", "quote"),
-                repeats, ("parameter", "unit", "quote")),
+        Section("Repeatability of the rig", ("parameter", "each recording alone", "unit", "standard deviation",
+                                             "more than noise"), repeats, ("parameter", "unit", "more than noise")),
     ]  # fmt: skip
     return [section for section in found if section.rows]
 
@@ -85,18 +84,16 @@ def verdict(fit: Fit) -> str:
     shared = [each for each in fit.estimates if not each.own]
     given = [each for each in shared if math.isfinite(each.high - each.low)]
     if any(missed(trace) for trace in fit.traces):
-        return "It misses the motion: quote nothing of it."
-    if given and any(each.method.startswith("spread") for each in given):
-        return "The model does not explain the recordings; quote the intervals of their mean."
+        return "The fit misses the motion: use none of its numbers."
     if not given and any(each.method == "too few samples" for each in shared):
-        return "Too few samples: there are no intervals to quote; record for longer."
+        return "Too few samples: there are no intervals; record for longer."
     if not given:
-        return "The model does not explain the recordings: there are no intervals to quote; record each motion three times."
-    return "The model explains the recordings to their noise: quote the intervals."
+        return "The model does not explain the recordings, so there are no intervals."
+    return "The model explains these recordings to their noise. Change amplitude or load to see whether it holds."
 
 
-def quoted(fit: Fit) -> list[str]:
-    """The numbers to quote, a line each."""
+def results(fit: Fit) -> list[str]:
+    """The parameters with their intervals, a line each."""
     found = list[str]()
     for each in fit.estimates:
         if not each.own and each.method != "not identifiable":
@@ -197,21 +194,20 @@ def paths_of(path: Path) -> tuple[Path, ...]:
 
 def files_of(answer: Fit, path: Path) -> list[tuple[Path, bytes]]:
     """The files of a report and what is in them; an HTML page has its picture inside."""
-    from hopform._figures import plots, results
+    from hopform._figures import plots
+    from hopform._figures.results import figure_of
 
     check_suffix(path)
-    picture = plots.render(results.figure_of(answer), ".svg")
+    picture = plots.render(figure_of(answer), ".svg")
     sections, statements = parts_of(answer)
     if pairs := [(a, b, f"{r:+.3f}") for (a, b), r in answer.correlations.items()]:
         sections.append(Section("Correlations", ("first", "second", "correlation"), pairs))
     statements += [rms_of(answer, trace) for trace in answer.traces if not math.isnan(trace.old_rms)]
     statements += [*answer.statements, *answer.warnings, *answer.origin]
-    first = [section for section in sections if section.title == "Repeats"]
-    rest = [section for section in sections if section.title != "Repeats"]
     title = f"Identification: {answer.title}"
     page_path, *beside = paths_of(path)
     shown = quote(os.fsencode(beside[0].name)) if beside else picture.decode()
-    page = Page(title, verdict(answer), quoted(answer), first, shown, rest, statements)
+    page = Page(title, verdict(answer), results(answer), shown, sections, statements)
     text = (_markdown if beside else _html)(page)
     # what is not UTF-8 in the name of a file is shown as the bytes that it is
     return [(page_path, text.encode("utf-8", "backslashreplace")), *((each, picture) for each in beside)]
@@ -222,10 +218,9 @@ class Page(NamedTuple):
 
     title: str
     verdict: str
-    quoted: Sequence[str]
-    first: Sequence[Section]
+    results: Sequence[str]
     picture: str
-    rest: Sequence[Section]
+    sections: Sequence[Section]
     statements: Sequence[str]
 
 
@@ -244,8 +239,8 @@ def _markdown(page: Page) -> str:
             yield from ("| " + " | ".join(map(markdown, row)) + " |" for row in rows)
             yield ""
 
-    parts = [f"# {page.title}", "", markdown(page.verdict), "", *(f"- {markdown(each)}" for each in page.quoted), ""]
-    parts += [*tables(page.first), f"![the fit]({page.picture})", "", *tables(page.rest)]
+    parts = [f"# {page.title}", "", markdown(page.verdict), "", *(f"- {markdown(each)}" for each in page.results), ""]
+    parts += [f"![the fit]({page.picture})", "", *tables(page.sections)]
     items = [f"- {markdown(each)}" for each in page.statements]
     return "\n".join([*parts, "## What the data identify", "", *items, ""])
 
@@ -283,8 +278,8 @@ def _html(page: Page) -> str:
     parts = [
         "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8">{viewport}<title>{name}</title>',
         f"<style>{style}</style></head><body>", f"<h1>{name}</h1>", f"<p>{text(page.verdict)}</p>",
-        "<ul>", *(f"<li>{text(each)}</li>" for each in page.quoted), "</ul>", *tables(page.first),
-        page.picture[page.picture.index("<svg") :], *tables(page.rest),
+        "<ul>", *(f"<li>{text(each)}</li>" for each in page.results), "</ul>",
+        page.picture[page.picture.index("<svg") :], *tables(page.sections),
     ]  # fmt: skip
     items = [f"<li>{text(each)}</li>" for each in page.statements]
     return "\n".join([*parts, "<h2>What the data identify</h2>", "<ul>", *items, "</ul>", "</body></html>", ""])

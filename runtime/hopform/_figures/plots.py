@@ -46,7 +46,7 @@ from hopform import (
     Stance,
 )
 from hopform._motion import Mass, force_unit, masses_of
-from hopform._stance import aed_at, rest_of
+from hopform._stance import rest_of
 from hopform._words import current, ending, input_of, modes_of, name_of, start_of, unit_of_time
 
 SUFFIXES = {
@@ -82,8 +82,7 @@ STYLE: dict[str, Any] = {
     "svg.hashsalt": "hopform", "svg.fonttype": "path", "pdf.fonttype": 42,
 }  # fmt: skip
 BODY_ENERGY, WITH_SPRING = "kinetic + gravitational", "with the spring as in (23) in stance"
-LESS_PREDICTED = r"the latter less its prediction: start, AED (24), impacts, $k\,x_1^2/2$"
-"""The energies of a run. The spring's share at x_1, k x_1^2/2, returns at touchdown and leaves at take-off, (27)."""
+"""The energies of a run."""
 SAMPLES = 400
 """Points along a stance's curves."""
 LEAST_SPAN = 0.5
@@ -152,20 +151,19 @@ def framed(figure: Figure, width: float, height: float, title: str) -> Generator
 
 
 def plot_stance(figure: Figure, stance: Stance) -> None:
-    """A stance over time, its events named: actuator, body, contact force, the energy (23), and how far that is from its
-    prediction by the AED (24).
+    """A stance over time, its events named: actuator, body, contact force, the energy (23), the current where it has steps.
 
     >>> import hopform
     >>> robot = hopform.load_robot("hopper_c")
     >>> figure = Figure()
     >>> plot_stance(figure, hopform.solve_stance(robot, v2=-1.93, u=3.0))
     >>> [axes.get_ylabel() for axes in figure.axes[:4]]
-    ['actuator $x_1$ [cm]', 'body $x_2$ [cm]', 'contact force [N]', 'energy E (23) [J]']
+    ['actuator $x_1$ [mm]', 'body $x_2$ [mm]', 'contact force [N]', 'energy E (23) [J]']
     """
     scale, unit = unit_of_time(stance.duration)
     t = stance_times(stance)
-    panels: list[Drawing] = [draw_strokes, draw_body, draw_force, draw_energy, draw_off]
-    shares = [1.0, 1.0, 1.0, 1.0, 0.6]
+    panels: list[Drawing] = [draw_strokes, draw_body, draw_force, draw_energy]
+    shares = [1.0, 1.0, 1.0, 1.0]
     if len(stance.u) > 1:
         panels.append(draw_current)
         shares.append(0.8)
@@ -204,13 +202,13 @@ def stance_times(stance: Motion) -> Curve:
 
 
 def draw_strokes(axes: Axes, moved: Stance | Run | Hop | Flight, t: Curve, shown: Curve) -> None:
-    axes.plot(shown, 100.0 * np.asarray(moved.at(t).x1), color=BLUE)
-    name_axis(axes, "actuator $x_1$ [cm]")
+    axes.plot(shown, 1000.0 * np.asarray(moved.at(t).x1), color=BLUE)
+    name_axis(axes, "actuator $x_1$ [mm]")
 
 
 def draw_body(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
-    axes.plot(shown, 100.0 * np.asarray(stance.at(t).x2), color=BLUE)
-    axes.set_ylabel("body $x_2$ [cm]")
+    axes.plot(shown, 1000.0 * np.asarray(stance.at(t).x2), color=BLUE)
+    axes.set_ylabel("body $x_2$ [mm]")
 
 
 def draw_force(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
@@ -224,31 +222,11 @@ def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     name_axis(axes, "energy E (23) [J]")
 
 
-def draw_off(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
-    """Two independent computations, E from the state, E(0) + AED from the integrals of (24): their difference."""
-    energy = np.asarray(stance.energy(t).body)
-    draw_difference(axes, shown, energy - energy[0] - aed_at(stance, t), "E less\nprediction [J]")
-
-
-def draw_difference(axes: Axes, shown: Curve, values: Curve, label: str, words: str = "") -> None:
-    """What two curves that coincide leave of each other, with its power of ten."""
-    axes.plot(shown, values, color=MAGENTA, linewidth=0.8, label=words)
-    axes.ticklabel_format(axis="y", style="sci", scilimits=(0, 0))
-    axes.yaxis.get_offset_text().set_fontsize(7)
-    axes.set_ylabel(label)
-
-
 def draw_energies(axes: Axes, run: Run | Hop, t: Curve) -> None:
     """The energy of the body, and that with the spring as in (23)."""
     axes.plot(t, sum(energies_of_body(run, t)), color=BLACK, linewidth=0.8, linestyle=(0, (3, 1)), label=BODY_ENERGY)
     axes.plot(t, np.asarray(run.energy(t).body), color=BLUE, label=WITH_SPRING)
     name_axis(axes, "energy [J]")
-
-
-def draw_run_off(axes: Axes, run: Run | Hop, t: Curve) -> None:
-    """How far the energy with the spring is from its prediction."""
-    off = np.asarray(run.energy(t).body) - np.asarray(run.aed(t))
-    draw_difference(axes, t, off, "E less\nprediction [J]", LESS_PREDICTED)
 
 
 def energies_of_body(run: Run | Hop, t: Curve) -> tuple[Curve, Curve]:
@@ -428,20 +406,17 @@ def title_of_motion(motion: Motion) -> str:
 
 
 def plot_run(figure: Figure, run: Run | Hop) -> None:
-    """A run over time: hop height, actuator, energies and how far they are from the analytical one (Figs. 12 to 14),
-    current.
-    """
+    """A run over time: hop height, actuator, energies (Figs. 12 to 14), current."""
     t = run_times(run)
-    with framed(figure, 6.4, 7.0, title_of_run(run)):
-        rows: list[Axes] = list(figure.subplots(5, 1, sharex=True, height_ratios=[1.0, 0.7, 1.3, 0.5, 0.6]))
+    with framed(figure, 6.4, 6.3, title_of_run(run)):
+        rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.7, 1.3, 0.6]))
         draw_heights(rows[0], run, t)
         draw_strokes(rows[1], run, t, t)
         draw_energies(rows[2], run, t)
-        draw_run_off(rows[3], run, t)
-        draw_current(rows[4], run, t, t)
+        draw_current(rows[3], run, t, t)
         for axes in rows:
             shade_stances(axes, run)
-        lines = [line for axes in (rows[0], *rows[2:4]) for line in axes.get_legend_handles_labels()[0]]
+        lines = [line for axes in (rows[0], rows[2]) for line in axes.get_legend_handles_labels()[0]]
         figure.legend(handles=[Patch(label="stance", **STANCE), *lines], loc="outside lower center", ncols=3)
         rows[-1].set_xlabel(since(run))
         figure.align_ylabels(rows)

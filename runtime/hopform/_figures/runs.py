@@ -302,22 +302,19 @@ def actuated(robot: Robot) -> Drawn:
 
 
 def energies(run: Run) -> tuple[dict[str, Any], Figure]:
-    """The body's energy over a run, that with the spring as in (23), how far this is from what (24) predicts, and its
-    parts; and these numbers.
-    """
+    """The body's energy over a run, that with the spring as in (23), and its parts; and these numbers."""
     t = np.asarray(plots.run_times(run), dtype=float)
     energy, predicted = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
     kinetic, weight = plots.energies_of_body(run, t)
     spring = energy - kinetic - weight
-    figure, (top, middle, bottom) = panels(3, 4.8, sharex=True, height_ratios=[1.4, 0.5, 1.0])
+    figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.4, 1.0])
     lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
-    for axes in (top, middle, bottom):
+    for axes in (top, bottom):
         plots.shade_stances(axes, run, "stance")
     where: dict[str, Any] = {"transform": top.get_xaxis_transform(), "clip_on": False}
     top.plot(lifts, np.zeros(len(lifts)), "^", label="take-off", **where, **plots.TAKEOFF)
     plots.draw_energies(top, run, t)
     legend(top, 2)
-    plots.draw_run_off(middle, run, t)
     bottom.plot(t, kinetic, color=plots.BLUE, linewidth=1.0, label="kinetic")
     bottom.plot(t, weight, color=plots.GREEN, linewidth=1.0, linestyle="--", label="gravitational")
     bottom.plot(t, spring, color=plots.ORANGE, linewidth=1.0, linestyle="-.", label="spring as in (23)")

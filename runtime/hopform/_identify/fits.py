@@ -99,7 +99,7 @@ class Fit(Shown):
     covariance: Array = field(default_factory=lambda: np.empty((0, 0)), repr=False, compare=False)
     """of the estimates in their order, in the products of their units; infinite for what is not identifiable"""
     repeats: tuple[Repeat, ...] = ()
-    """parameters over several recordings of one rig"""
+    """parameters over several recordings of one rig: how well it repeats"""
     units: Units = HOPPER
     """of the recordings; where positions are in rad, what is said to be in m is in rad, forces are torques"""
     scale: bool = True
@@ -298,7 +298,7 @@ def coloured(traces: Sequence[Trace], explained: Sequence[bool]) -> list[str]:
     ]
     statements += [
         f"{trace.label}: not explained: what the fit leaves is not white (autocorrelation "
-        f"{trace.tests.autocorrelation:.2f}), so there is no interval; record it three times, whose spread is one"
+        f"{trace.tests.autocorrelation:.2f}), so there is no interval"
         for trace, known in zip(traces, explained, strict=True)
         if not known
     ]
@@ -343,7 +343,8 @@ def solved(problem: Problem, asked: "Asked") -> Fit:
     asked.stage("hold-out")
     left_out = _holdout(problem, solution) if asked.holdout and usable else [math.nan] * len(solution.sigma)
     alone, differing = repeats.repeats_of(problem, solution, estimates) if usable else ([], [])
-    estimates = repeats.spread_first(estimates, alone)
+    if any(each.differ for each in alone):
+        estimates = _bare(estimates)
     traces = _traces(problem, solution, old, left_out)
     odd = [*_outlying(traces, solution.inliers), *coloured(traces, solution.explained)]
     return Fit(
@@ -438,12 +439,16 @@ def _allowing(
     words = dict.fromkeys(each.of.words for each in missed if each.refuted)
     if not words:
         return *alternatives.allowing(solution, estimates, spread, missed), []
-    bare = tuple(
+    why = f"not explained: the residuals show more of {' or of '.join(words)} than noise would, so there is no interval"
+    return _bare(estimates), spread, [], [why]
+
+
+def _bare(estimates: Sequence[Estimate]) -> tuple[Estimate, ...]:
+    """The estimates of recordings that the model does not explain: none has an interval."""
+    return tuple(
         each if each.method == "not identifiable" else each._replace(low=-math.inf, high=math.inf, method=NONE)
         for each in estimates
     )
-    why = f"not explained: the residuals show more of {' or of '.join(words)} than noise would, so there is no interval"
-    return bare, spread, [], [why]
 
 
 def _old(problem: Problem, solution: Solution) -> tuple[Array, ...]:

@@ -164,7 +164,7 @@ def plan(robot: Robot, ranges: Mapping[str, tuple[float, float]], known: Values 
             steps.append(_step_of(robots, test, given, seed))
         except HopformError as error:
             notes.append(f"{test}: cannot be planned: {error}")
-    notes.append("record each three times: on a real rig their spread is the interval")
+    notes.append("record each at another amplitude or load, too: a model that holds has the same parameters there")
     return Plan(tuple(steps), tuple(notes))
 
 
@@ -211,7 +211,7 @@ def _unexplained(quick: Solution | None, units: Units) -> list[str]:
     several = zip(quick.experiments, quick.residuals, quick.explained, strict=True)
     return [
         f"{each.label}: a quick fit leaves rms {factor * estimation.rms(rest):.3g} {unit}, which is more than noise: no "
-        "interval is to be expected; record it three times, whose spread is one"
+        "interval is to be expected"
         for each, rest, known in several if not known
     ]  # fmt: skip
 

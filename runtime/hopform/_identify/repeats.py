@@ -1,16 +1,11 @@
-"""Repeats: how far the recordings of one rig differ.
+"""Repeats: how well a rig repeats. Each of several recordings is fitted alone, from where all together came to.
 
-Each is fitted alone, from where all together came to. The spread of k values gives an interval of their mean,
-
-    mean +- t_(k-1) s/sqrt(k)
-
-which holds what differs from recording to recording too: temperature, the place on the guide, the hand. The interval
-of the fit knows noise alone; where the model does not explain the recordings there is none. Then the spread of three
-and more is the interval. Values differ by more than noise where Cochran's Q = sum (value - mean)^2/stderr^2 exceeds
-what chance allows.
+Their values and the spread of these say nothing of the model: what it lacks moves every recording alike. Over an error
+of the model, an interval from their spread misses the truth as surely as the recordings agree. Values differ by more
+than noise where Cochran's Q = sum (value - mean)^2/stderr^2 exceeds what chance allows; then one set of parameters does
+not explain the recordings.
 """
 
-import math
 from collections.abc import Sequence
 from itertools import combinations
 from typing import NamedTuple
@@ -18,24 +13,20 @@ from typing import NamedTuple
 import numpy as np
 
 from hopform._identify import estimation
-from hopform._identify.estimation import LEVEL, Estimate, Solution
+from hopform._identify.estimation import Estimate, Solution
 from hopform._identify.motion import of_scipy
 from hopform._identify.search import Problem
 
 
 class Repeat(NamedTuple):
-    """A parameter over repeated recordings: its value of each alone, the 95 % interval of their mean, that of the fit
-    to all, which of the two to quote: `spread` or `interval`, and whether the values differ by more than noise.
+    """A parameter over repeated recordings: its value of each alone, their standard deviation, and whether they differ by
+    more than noise.
     """
 
     name: str
     unit: str
     values: tuple[float, ...]
-    low: float
-    high: float
-    fitted_low: float
-    fitted_high: float
-    quote: str
+    spread: float
     differ: bool
 
 
@@ -48,8 +39,8 @@ def repeats_of(problem: Problem, solution: Solution, estimates: Sequence[Estimat
         some = [_repeat(each, [one[each.name] for one in alone]) for each in shared]
         found += some
         differing = [each for each in some if each.differ]
-        statements += [*map(_said, differing), *_traded(differing)]
-    return found, statements
+        statements += [*([REPEATABILITY] if some else []), *map(_said, differing), *_traded(differing)]
+    return found, list(dict.fromkeys(statements))
 
 
 def _groups(problem: Problem) -> list[list[list[int]]]:
@@ -73,49 +64,25 @@ def _alone(problem: Problem, solution: Solution, numbers: Sequence[int]) -> dict
     return {p.name: (found.values[p.name], error) for p, error in pairs if p.name not in spread.weak}
 
 
-_ENOUGH = 3
-"""Recordings whose spread is an interval."""
-
-
-def spread_first(estimates: Sequence[Estimate], repeats: Sequence[Repeat]) -> tuple[Estimate, ...]:
-    """The estimates, with the interval of the mean of three and more recordings where they have none of their own, or
-    where the recordings differ by more than noise.
-    """
-    found = {each.name: each for each in repeats if len(each.values) >= _ENOUGH}
-
-    def quoted(each: Estimate) -> Estimate:
-        repeat = found.get(each.name)
-        if repeat is None or not (each.method == "not explained" or (repeat.differ and repeat.quote == "spread")):
-            return each
-        return each._replace(low=repeat.low, high=repeat.high, method=f"spread of {len(repeat.values)}")
-
-    return tuple(map(quoted, estimates))
-
+REPEATABILITY = "repeats show whether the rig repeats; change amplitude or load to see whether the model holds"
 
 _CHANCE = 0.999
 """Quantile of Q up to which chance explains it."""
 
 
 def _repeat(each: Estimate, alone: Sequence[tuple[float, float]]) -> Repeat:
-    count, values = len(alone), [value for value, _ in alone]
-    half = estimation.student(0.5 + 0.5 * LEVEL, count - 1) * float(np.std(values, ddof=1)) / math.sqrt(count)
-    middle = float(np.mean(values))
-    width = each.high - each.low
-    quote = "spread" if 2.0 * half > width or not math.isfinite(width) else "interval"
-    weights = np.array([1.0 / max(error, 1e-300) ** 2 for _, error in alone])
-    mean = float(weights @ np.array(values)) / float(weights.sum())
-    q = float(weights @ (np.array(values) - mean) ** 2)
-    differ = q > float(of_scipy("special").chdtri(count - 1, 1.0 - _CHANCE))
-    return Repeat(each.name, each.unit, tuple(values), middle - half, middle + half, each.low, each.high, quote, differ)
+    values, errors = np.array(alone).T
+    weights = 1.0 / np.maximum(errors, 1e-300) ** 2
+    mean = float(weights @ values) / float(weights.sum())
+    q = float(weights @ (values - mean) ** 2)
+    differ = q > float(of_scipy("special").chdtri(len(alone) - 1, 1.0 - _CHANCE))
+    return Repeat(each.name, each.unit, tuple(values.tolist()), float(np.std(values, ddof=1)), differ)
 
 
 def _said(each: Repeat) -> str:
     values = ", ".join(f"{value:.4g}" for value in each.values)
-    low, high = (each.low, each.high) if each.quote == "spread" else (each.fitted_low, each.fitted_high)
-    which = "their mean" if each.quote == "spread" else "the fit"
-    quote = f"quote {low:.4g} .. {high:.4g}, the interval of {which}, which is the wider one"
     alone = f"{each.name} of each recording alone: {values} {each.unit}".rstrip()
-    return f"{alone}; they differ by more than noise explains: {quote}"
+    return f"{alone}; they differ by more than noise explains, so there is no interval"
 
 
 _TRADED = 0.9

@@ -8,7 +8,6 @@ from types import ModuleType, SimpleNamespace
 from typing import Any, Unpack
 
 import hopform
-from hopform import ufuncs
 from hopform._checks import shown
 from hopform._errors import HopformError
 from hopform._identify.fits import Fit, Options
@@ -21,6 +20,7 @@ from hopform._solver.choice import SOLVERS
 from hopform._solver.library import Backend
 from hopform._solver.loading import loaded
 from hopform._solver.package import Equation, not_loaded
+from hopform.ufuncs import of as ufuncs_of
 
 IDENTIFY = ("fit_drop_test", "fit_force", "fit_robot", "fit_step_response")
 """Functions of recordings, whose robots are of the paper's equations."""
@@ -121,7 +121,7 @@ class Solver:
     @cached_property
     def ufuncs(self) -> ModuleType | SimpleNamespace:
         """What `hopform.ufuncs` has, for robots of this solver."""
-        return ufuncs.of(self._core)
+        return ufuncs_of(self._core)
 
     def __getattr__(self, name: str) -> Any:
         """What `hopform` has of this name: a function of a robot, or of recordings, for this solver; else the same."""
