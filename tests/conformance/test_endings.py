@@ -394,6 +394,15 @@ def test_a_candidate_current_whose_stance_a_stop_ends_has_the_same_slope(back_en
 
 
 @pytest.mark.parametrize("back_end", ["c", "python"])
+def test_a_take_off_at_a_stop_has_no_more_phases_than_are_allowed(back_end, pulled):
+    """The phase of no duration that the impact begins is one of them."""
+    whole = lifted(pulled, backend=back_end)
+    assert len(whole.phases) == 3 and lifted(pulled, backend=back_end, max_phases=3) == whole
+    fewer = lifted(pulled, backend=back_end, max_phases=2)
+    assert (fewer.status, len(fewer.phases)) == ("too_many_phases", 2)
+
+
+@pytest.mark.parametrize("back_end", ["c", "python"])
 def test_a_leg_that_pulls_from_the_start_ends_as_it_starts(back_end, pulled):
     """The state at the ending is that of the start, of which each velocity is an input, one that is held, too."""
     start = {"x1": 0.03, "v1": 0.0, "v2": 1.0, "compression": 0.01}

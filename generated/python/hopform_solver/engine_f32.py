@@ -6947,7 +6947,7 @@ def stance_end_phase(chain: StanceChain, end: StanceSearch) -> int:
     if not end.certified:
         return ENDING_UNCERTIFIED
     stance_pass(chain, end)
-    if end.stops and contact_pulls(chain.plan.robot, chain.at):
+    if end.stops and contact_pulls(chain.plan.robot, chain.at) and chain.count <= chain.max_phases:
         notify_ending(chain)  # what the velocity has lost at the stop was in the contact force
         return ENDING_TAKEOFF
     return ending_before_phase(chain)
