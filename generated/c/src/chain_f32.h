@@ -667,8 +667,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_f32(chain, end);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION && HOPFORM_HAS_CONTACT && end->stops
-        && contact_of_f32(&chain->plan->robot, &chain->at.named) < 0.0f) {
+    if (end->stops && contact_pulls_f32(&chain->plan->robot, &chain->at.named) && chain->count <= chain->max_phases) {
         notify_ending_f32(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }

@@ -509,7 +509,7 @@ static int32_t evaluate_candidate_f32(const hopform_plan_f32 *plan, const hopfor
     trial->least_contact = HOPFORM_NEVER_f32;
     trial->smooth = true;
     evaluations_f32 evaluations = {most};
-    current_variation_f32 variation = {plan, trial, &evaluations, none, none, none, {0, 0}, false};
+    current_variation_f32 variation = {plan, trial, &evaluations, none, none, none, {0, 0}, false, 0.0f};
     hopform_stance_f32 stance;
     const int32_t status = solve_observed_f32(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
                                                &evaluations, carry_variation_f32, &variation);

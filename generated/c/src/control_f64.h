@@ -509,7 +509,7 @@ static int32_t evaluate_candidate_f64(const hopform_plan_f64 *plan, const hopfor
     trial->least_contact = HOPFORM_NEVER_f64;
     trial->smooth = true;
     evaluations_f64 evaluations = {most};
-    current_variation_f64 variation = {plan, trial, &evaluations, none, none, none, {0, 0}, false};
+    current_variation_f64 variation = {plan, trial, &evaluations, none, none, none, {0, 0}, false, 0.0};
     hopform_stance_f64 stance;
     const int32_t status = solve_observed_f64(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
                                                &evaluations, carry_variation_f64, &variation);

@@ -272,6 +272,30 @@ static inline void pass_slip_f32(float change[HOPFORM_AXES], int element, float 
     change[HOPFORM_VELOCITY_AXIS(element)] -= acceleration * late;
 }
 
+/* ---- what ended a motion ---- */
+
+/* What set the time of an ending: a root of the contact force in the last phase, the event or the start that this phase
+ * began with, at which it ended at once, the horizon, or nothing, where a search was given up. */
+enum { ENDED_BY_NOTHING_f32, ENDED_BY_ROOT_f32, ENDED_BY_EVENT_f32, ENDED_BY_HORIZON_f32 };
+
+/* The contact force is below 0, which it may be without a root: at the start, or where a velocity in it is lost at a
+ * stop. A compression does not jump. */
+static inline bool contact_pulls_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *at) {
+    return HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_COMPRESSION && contact_of_f32(robot, at) < 0.0f;
+}
+
+/* What set the time at which a stance ended, all of whose phases are at hand. */
+static inline int ended_by_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phases,
+                                const hopform_stance_f32 *stance) {
+    const hopform_phase_f32 *last = &phases[stance->phases_kept - 1];
+    const hopform_state_f32 begins = start_of_phase_f32(last);
+    const bool may_jump = stance->phases_kept == 1 || last->event == HOPFORM_EVENT_HITS_STOP;
+    if (stance->ending == HOPFORM_ENDING_HORIZON) { return ENDED_BY_HORIZON_f32; }
+    if (stance->ending == HOPFORM_ENDING_REST) { return ENDED_BY_EVENT_f32; }
+    if (stance->ending != HOPFORM_ENDING_TAKEOFF) { return ENDED_BY_NOTHING_f32; }
+    return may_jump && contact_pulls_f32(&plan->robot, &begins) ? ENDED_BY_EVENT_f32 : ENDED_BY_ROOT_f32;
+}
+
 /* ---- a stance that is followed phase by phase while it is solved ---- */
 
 /* A phase that has been solved, before the event that ends it. */

@@ -272,6 +272,30 @@ static inline void pass_slip_f64(double change[HOPFORM_AXES], int element, doubl
     change[HOPFORM_VELOCITY_AXIS(element)] -= acceleration * late;
 }
 
+/* ---- what ended a motion ---- */
+
+/* What set the time of an ending: a root of the contact force in the last phase, the event or the start that this phase
+ * began with, at which it ended at once, the horizon, or nothing, where a search was given up. */
+enum { ENDED_BY_NOTHING_f64, ENDED_BY_ROOT_f64, ENDED_BY_EVENT_f64, ENDED_BY_HORIZON_f64 };
+
+/* The contact force is below 0, which it may be without a root: at the start, or where a velocity in it is lost at a
+ * stop. A compression does not jump. */
+static inline bool contact_pulls_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *at) {
+    return HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_COMPRESSION && contact_of_f64(robot, at) < 0.0;
+}
+
+/* What set the time at which a stance ended, all of whose phases are at hand. */
+static inline int ended_by_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phases,
+                                const hopform_stance_f64 *stance) {
+    const hopform_phase_f64 *last = &phases[stance->phases_kept - 1];
+    const hopform_state_f64 begins = start_of_phase_f64(last);
+    const bool may_jump = stance->phases_kept == 1 || last->event == HOPFORM_EVENT_HITS_STOP;
+    if (stance->ending == HOPFORM_ENDING_HORIZON) { return ENDED_BY_HORIZON_f64; }
+    if (stance->ending == HOPFORM_ENDING_REST) { return ENDED_BY_EVENT_f64; }
+    if (stance->ending != HOPFORM_ENDING_TAKEOFF) { return ENDED_BY_NOTHING_f64; }
+    return may_jump && contact_pulls_f64(&plan->robot, &begins) ? ENDED_BY_EVENT_f64 : ENDED_BY_ROOT_f64;
+}
+
 /* ---- a stance that is followed phase by phase while it is solved ---- */
 
 /* A phase that has been solved, before the event that ends it. */

@@ -25,6 +25,7 @@ struct current_variation_f32 {
     state_by_axis_f32 speed;      /* z' there */
     int side[HOPFORM_ELEMENTS];    /* in the last phase */
     bool moves;                    /* the element that the current drives has */
+    float late;                     /* how much later the last event comes, per A; 0 before the first */
 };
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
@@ -121,6 +122,7 @@ static inline void pass_event_f32(current_variation_f32 *variation, const solved
         }
         pass_slip_f32(change->of, slips, now->motion->of.velocity[slips].H3, late);
     }
+    variation->late = late;
     note_largest_f32(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
     if (turns_up_f32(variation, now, contact_slope_f32(robot, &after.named))) {
         const state_by_axis_f32 met = change_at_event_f32(change, &after, late);
@@ -195,16 +197,21 @@ static inline void carry_variation_f32(current_variation_f32 *variation, const s
     (void)memcpy(variation->side, side, sizeof variation->side);
 }
 
-/* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
- * take-off at once comes under every current. */
-static inline void lift_f32(const current_variation_f32 *variation, const hopform_state_f32 *end) {
+/* The apex' change per A from that at take-off, whose time moves as that of what ended the stance; not smooth where the
+ * contact force does not fall. A take-off at once comes under every current. */
+static inline void lift_f32(const current_variation_f32 *variation, const hopform_phase_f32 *phases,
+                             const hopform_stance_f32 *stance) {
     const hopform_robot_f32 *robot = &variation->plan->robot;
-    const float rate = contact_slope_f32(robot, &variation->speed.named);
-    if (!(fabs_f32(rate) > 0.0f)) {
-        variation->trial->smooth = false;
-        return;
+    const hopform_state_f32 *end = &stance->end;
+    float late = variation->late;
+    if (ended_by_f32(variation->plan, phases, stance) == ENDED_BY_ROOT_f32) {
+        const float rate = contact_slope_f32(robot, &variation->speed.named);
+        if (!(fabs_f32(rate) > 0.0f)) {
+            variation->trial->smooth = false;
+            return;
+        }
+        late = -contact_slope_f32(robot, &variation->change.named) / rate;
     }
-    const float late = -contact_slope_f32(robot, &variation->change.named) / rate;
     state_by_axis_f32 met = change_at_event_f32(&variation->change, &variation->speed, late);
     if (HOPFORM_CONTACT_IS_COMPRESSION) { met.of[HOPFORM_COMPRESSION_AXIS] = 0.0f; }
     variation->trial->apex_u = apex_slope_f32(robot, end, &met.change);
@@ -225,7 +232,7 @@ static inline void close_trial_f32(const current_variation_f32 *variation, const
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;
-        lift_f32(variation, &stance->end);
+        lift_f32(variation, phases, stance);
     } else {
         note_largest_f32(trial, stance->end.x1, variation->change.of[HOPFORM_POSITION_AXIS]);
     }

@@ -25,6 +25,7 @@ struct current_variation_f64 {
     state_by_axis_f64 speed;      /* z' there */
     int side[HOPFORM_ELEMENTS];    /* in the last phase */
     bool moves;                    /* the element that the current drives has */
+    double late;                     /* how much later the last event comes, per A; 0 before the first */
 };
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
@@ -121,6 +122,7 @@ static inline void pass_event_f64(current_variation_f64 *variation, const solved
         }
         pass_slip_f64(change->of, slips, now->motion->of.velocity[slips].H3, late);
     }
+    variation->late = late;
     note_largest_f64(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
     if (turns_up_f64(variation, now, contact_slope_f64(robot, &after.named))) {
         const state_by_axis_f64 met = change_at_event_f64(change, &after, late);
@@ -195,16 +197,21 @@ static inline void carry_variation_f64(current_variation_f64 *variation, const s
     (void)memcpy(variation->side, side, sizeof variation->side);
 }
 
-/* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
- * take-off at once comes under every current. */
-static inline void lift_f64(const current_variation_f64 *variation, const hopform_state_f64 *end) {
+/* The apex' change per A from that at take-off, whose time moves as that of what ended the stance; not smooth where the
+ * contact force does not fall. A take-off at once comes under every current. */
+static inline void lift_f64(const current_variation_f64 *variation, const hopform_phase_f64 *phases,
+                             const hopform_stance_f64 *stance) {
     const hopform_robot_f64 *robot = &variation->plan->robot;
-    const double rate = contact_slope_f64(robot, &variation->speed.named);
-    if (!(fabs_f64(rate) > 0.0)) {
-        variation->trial->smooth = false;
-        return;
+    const hopform_state_f64 *end = &stance->end;
+    double late = variation->late;
+    if (ended_by_f64(variation->plan, phases, stance) == ENDED_BY_ROOT_f64) {
+        const double rate = contact_slope_f64(robot, &variation->speed.named);
+        if (!(fabs_f64(rate) > 0.0)) {
+            variation->trial->smooth = false;
+            return;
+        }
+        late = -contact_slope_f64(robot, &variation->change.named) / rate;
     }
-    const double late = -contact_slope_f64(robot, &variation->change.named) / rate;
     state_by_axis_f64 met = change_at_event_f64(&variation->change, &variation->speed, late);
     if (HOPFORM_CONTACT_IS_COMPRESSION) { met.of[HOPFORM_COMPRESSION_AXIS] = 0.0; }
     variation->trial->apex_u = apex_slope_f64(robot, end, &met.change);
@@ -225,7 +232,7 @@ static inline void close_trial_f64(const current_variation_f64 *variation, const
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;
-        lift_f64(variation, &stance->end);
+        lift_f64(variation, phases, stance);
     } else {
         note_largest_f64(trial, stance->end.x1, variation->change.of[HOPFORM_POSITION_AXIS]);
     }

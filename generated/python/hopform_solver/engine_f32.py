@@ -81,6 +81,10 @@ TINY_DOWN = real(0.00390625)  # scales its cube root back
 EXPONENT_BIAS = 127  # of the exponent's bits
 CARRIED_SQUARE = real(0.0028849384)  # the square of a step, in rates, that a Taylor series carries exactly
 SEARCH_CANDIDATES = 15
+ENDED_BY_NOTHING = 0
+ENDED_BY_ROOT = 1
+ENDED_BY_EVENT = 2
+ENDED_BY_HORIZON = 3
 NO_OWNER = -1
 CONTACT = 0
 ELEMENT = 1
@@ -4127,6 +4131,27 @@ def pass_slip(change: Any, element: int, acceleration: Real, late: Real) -> None
     change[element + 1] -= acceleration * late
 
 
+def contact_pulls(robot: Robot, at: State) -> bool:
+    """The contact force is below 0, which it may be without a root: at the start, or where a velocity in it is lost at
+    a stop. A compression does not jump.
+    """
+    return False
+
+
+def ended_by(plan: Plan, phases: Any, stance: Stance) -> int:
+    """What set the time at which a stance ended, all of whose phases are at hand."""
+    last = phases[stance.phases_kept - 1]
+    begins = start_of_phase(last)
+    may_jump = stance.phases_kept == 1 or last.event == 4
+    if stance.ending == ENDING_HORIZON:
+        return ENDED_BY_HORIZON
+    if stance.ending == ENDING_REST:
+        return ENDED_BY_EVENT
+    if stance.ending != ENDING_TAKEOFF:
+        return ENDED_BY_NOTHING
+    return ENDED_BY_EVENT if may_jump and contact_pulls(plan.robot, begins) else ENDED_BY_ROOT
+
+
 class SolvedPhase:
     """A phase that has been solved, before the event that ends it."""
     __slots__ = ("motion", "end", "modes", "start", "arrived", "side", "event", "leaves",)
@@ -5144,13 +5169,13 @@ def least_minimum(poles: Poles, node: Node, h: Numerator, value: Real, end: Prop
 
 class CurrentVariation:
     """What is gathered along the phases of a stance."""
-    __slots__ = ("plan", "trial", "evaluations", "change", "arrived", "speed", "side", "moves",)
+    __slots__ = ("plan", "trial", "evaluations", "change", "arrived", "speed", "side", "moves", "late",)
     SIZE = 88
     PARTS: tuple[str, ...] = ("change", "arrived", "speed", "side",)
 
     def __init__(self, plan: Any = None, trial: Any = None, evaluations: Any = None,
             change: "StateByAxis | None" = None, arrived: "StateByAxis | None" = None,
-        speed: "StateByAxis | None" = None, side: Any = None, moves: bool = False) -> None:
+        speed: "StateByAxis | None" = None, side: Any = None, moves: bool = False, late: Real = ZERO) -> None:
         self.plan = plan
         self.trial = trial
         self.evaluations = evaluations  # of its stance
@@ -5159,10 +5184,11 @@ class CurrentVariation:
         self.speed = StateByAxis() if speed is None else speed  # z' there
         self.side: Any = [0] * 2 if side is None else side  # in the last phase
         self.moves = moves  # the element that the current drives has
+        self.late = late  # how much later the last event comes, per A; 0 before the first
 
     def copy(self) -> "CurrentVariation":
         return CurrentVariation(self.plan, self.trial, self.evaluations, self.change.copy(), self.arrived.copy(),
-            self.speed.copy(), self.side[:], self.moves)
+            self.speed.copy(), self.side[:], self.moves, self.late)
 
     def put(self, other: "CurrentVariation") -> None:
         self.plan = other.plan
@@ -5173,6 +5199,7 @@ class CurrentVariation:
         self.speed.put(other.speed)
         self.side[:] = other.side[:]
         self.moves = other.moves
+        self.late = other.late
 
 
 def note_largest(trial: Trial, position: Real, change: Real) -> None:
@@ -5262,6 +5289,7 @@ def pass_event(variation: CurrentVariation, now: SolvedPhase) -> None:
         else:
             variation.trial.smooth = False
         pass_slip(change, slips, now.motion.velocity[slips].H3, late)
+    variation.late = late
     note_largest(variation.trial, now.start.x1, change.x1)
     if turns_up(variation, now, contact_slope(robot, after)):
         met = change_at_event(change, after, late)
@@ -5327,16 +5355,19 @@ def carry_variation(variation: CurrentVariation, phase: SolvedPhase) -> None:
     variation.side[:] = side[:2]
 
 
-def lift(variation: CurrentVariation, end: State) -> None:
-    """The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall.
-    A take-off at once comes under every current.
+def lift(variation: CurrentVariation, phases: Any, stance: Stance) -> None:
+    """The apex' change per A from that at take-off, whose time moves as that of what ended the stance; not smooth where
+    the contact force does not fall. A take-off at once comes under every current.
     """
     robot = variation.plan.robot
-    rate = contact_slope(robot, variation.speed)
-    if not abs(rate) > 0.0:
-        variation.trial.smooth = False
-        return
-    late = -contact_slope(robot, variation.change) / rate
+    end = stance.end
+    late = variation.late
+    if ended_by(variation.plan, phases, stance) == ENDED_BY_ROOT:
+        rate = contact_slope(robot, variation.speed)
+        if not abs(rate) > 0.0:
+            variation.trial.smooth = False
+            return
+        late = -contact_slope(robot, variation.change) / rate
     met = change_at_event(variation.change, variation.speed, late)
     met.y = ZERO
     variation.trial.apex_u = apex_slope(robot, end, met)
@@ -5356,7 +5387,7 @@ def close_trial(variation: CurrentVariation, phases: Any, stance: Stance) -> Non
         trial.held = trial.held and side_1(phases[n]) == 0
     if trial.takes_off:
         trial.apex = stance.apex
-        lift(variation, stance.end)
+        lift(variation, phases, stance)
     else:
         note_largest(trial, stance.end.x1, variation.change.x1)
 
@@ -6917,6 +6948,9 @@ def stance_end_phase(chain: StanceChain, end: StanceSearch) -> int:
     if not end.certified:
         return ENDING_UNCERTIFIED
     stance_pass(chain, end)
+    if end.stops and contact_pulls(chain.plan.robot, chain.at) and chain.count <= chain.max_phases:
+        notify_ending(chain)  # what the velocity has lost at the stop was in the contact force
+        return ENDING_TAKEOFF
     return ending_before_phase(chain)
 
 
@@ -7675,7 +7709,7 @@ def evaluate_candidate(plan: Plan, start: State, u: Real, horizon: Real, phases:
     trial.least_contact = NEVER
     trial.smooth = True
     evaluations = Evaluations(most)
-    variation = CurrentVariation(plan, trial, evaluations, none.copy(), none.copy(), none.copy(), [0] * 2, False)
+    variation = CurrentVariation(plan, trial, evaluations, none.copy(), none.copy(), none.copy(), [0] * 2, False, ZERO)
     stance = Stance()
     status = solve_observed(plan, start, [step], 1, horizon, capacity, phases, capacity, stance, evaluations,
         carry_variation, variation)
@@ -9234,16 +9268,19 @@ def cross(variation: Variation) -> None:
 
 
 def variation_of(plan: Plan, steps: Any, phases: Any, stance: Stance) -> Variation:
-    """A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once."""
+    """A stance from its start on: no velocity is left of a mass that is held, unless it takes off at once, or that a
+    stop took at once.
+    """
     variation = Variation(plan, steps, phases, 0, ZERO, StateByAxis(), [StateByAxis() for _ in range(22)], [ZERO] * 22,
         True, True)
     mode = mode_of(plan, phases[0], current(variation, phases[0]))
+    goes_on = stance.ending != ENDING_TAKEOFF or stance.duration > 0.0
     variation.at.put(start_of_phase(phases[0]))
     for i in range(4):
         variation.change[COLUMN_OF_AXIS[i]][i] = real(1.0)
     for element in range(2):
         axis = element + 1
-        if mode.side[element] == 0 or element == 0 and stance.start_loss < 0.0:
+        if goes_on and mode.side[element] == 0 or element == 0 and stance.start_loss < 0.0:
             variation.change[COLUMN_OF_AXIS[axis]][axis] = ZERO
     return variation
 
@@ -9276,17 +9313,21 @@ def stays_held(variation: Variation, element: int) -> bool:
 
 
 def ends_later(variation: Variation, stance: Stance, speed: State) -> bool:
-    """How much later the ending comes, from what changes there and its speed; false where it is not in proportion. A
-    rest comes as the event that began it, the horizon at its time. Where a search ended there is nothing to follow.
+    """How much later the ending comes, from what ended the stance and what changes there; false where it is not in
+    proportion. It comes with the event that the last phase began with, at its time already, as long as what is held
+    then stays so; with a root of the contact force, whose rate is `speed`'s; at the horizon; or nothing is to be
+    followed.
     """
     robot = variation.plan.robot
-    if stance.ending == ENDING_REST:
-        return variation.is_timed and stays_held(variation, 0) and stays_held(variation, 1)
-    if stance.ending == ENDING_HORIZON:
+    ended_by_ = ended_by(variation.plan, variation.phases, stance)
+    if ended_by_ == ENDED_BY_EVENT:
+        rests = stance.ending == ENDING_REST
+        return variation.is_timed and (not rests or stays_held(variation, 0) and stays_held(variation, 1))
+    if ended_by_ == ENDED_BY_HORIZON:
         not_late(variation)
         return True
     contact_rate = contact_slope(robot, speed)
-    if stance.ending != ENDING_TAKEOFF or not abs(contact_rate) > 0.0:
+    if ended_by_ != ENDED_BY_ROOT or not abs(contact_rate) > 0.0:
         return False
     for column in range(22):
         by = robot_change_of_column(column)
@@ -9329,12 +9370,14 @@ def finish(variation: Variation, stance: Stance, matrix: Any) -> bool:
 def stance_sensitivities(plan: Plan, steps: Any, phases: Any, stance: Stance, matrix: Any) -> int:
     """Derivatives of a solved stance at its ending, through its events: SENSITIVITY_ROWS times SENSITIVITY_COLUMNS
     numbers, row by row; zeros if there are none (positive status), as where an event grazes, or a search has ended.
-    Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. The row of the apex is 0
-    without take-off.
+    Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass, and that of the stop where
+    the contact force jumped below 0 there. A leg that pulls from the start ends as it starts: T stays 0, the state
+    moves with the start. The row of the apex is 0 without take-off.
 
     Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
-    and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
-    that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count where a stop is met later.
+    and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0, but for a
+    take-off at once. An actuator that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max
+    count where a stop is met later.
     """
     count = SENSITIVITY_ROWS * COLUMNS
     array_ = array(matrix, count, REAL_SIZE)

@@ -667,8 +667,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_real(chain, end);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION && HOPFORM_HAS_CONTACT && end->stops
-        && contact_of_real(&chain->plan->robot, &chain->at.named) < 0.0) {
+    if (end->stops && contact_pulls_real(&chain->plan->robot, &chain->at.named) && chain->count <= chain->max_phases) {
         notify_ending_real(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }

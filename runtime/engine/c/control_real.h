@@ -509,7 +509,7 @@ static int32_t evaluate_candidate_real(const hopform_plan_real *plan, const hopf
     trial->least_contact = HOPFORM_NEVER_real;
     trial->smooth = true;
     evaluations_real evaluations = {most};
-    current_variation_real variation = {plan, trial, &evaluations, none, none, none, {0, 0}, false};
+    current_variation_real variation = {plan, trial, &evaluations, none, none, none, {0, 0}, false, 0.0};
     hopform_stance_real stance;
     const int32_t status = solve_observed_real(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
                                                &evaluations, carry_variation_real, &variation);

@@ -272,6 +272,30 @@ static inline void pass_slip_real(real change[HOPFORM_AXES], int element, real a
     change[HOPFORM_VELOCITY_AXIS(element)] -= acceleration * late;
 }
 
+/* ---- what ended a motion ---- */
+
+/* What set the time of an ending: a root of the contact force in the last phase, the event or the start that this phase
+ * began with, at which it ended at once, the horizon, or nothing, where a search was given up. */
+enum { ENDED_BY_NOTHING_real, ENDED_BY_ROOT_real, ENDED_BY_EVENT_real, ENDED_BY_HORIZON_real };
+
+/* The contact force is below 0, which it may be without a root: at the start, or where a velocity in it is lost at a
+ * stop. A compression does not jump. */
+static inline bool contact_pulls_real(const hopform_robot_real *robot, const hopform_state_real *at) {
+    return HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_COMPRESSION && contact_of_real(robot, at) < 0.0;
+}
+
+/* What set the time at which a stance ended, all of whose phases are at hand. */
+static inline int ended_by_real(const hopform_plan_real *plan, const hopform_phase_real *phases,
+                                const hopform_stance_real *stance) {
+    const hopform_phase_real *last = &phases[stance->phases_kept - 1];
+    const hopform_state_real begins = start_of_phase_real(last);
+    const bool may_jump = stance->phases_kept == 1 || last->event == HOPFORM_EVENT_HITS_STOP;
+    if (stance->ending == HOPFORM_ENDING_HORIZON) { return ENDED_BY_HORIZON_real; }
+    if (stance->ending == HOPFORM_ENDING_REST) { return ENDED_BY_EVENT_real; }
+    if (stance->ending != HOPFORM_ENDING_TAKEOFF) { return ENDED_BY_NOTHING_real; }
+    return may_jump && contact_pulls_real(&plan->robot, &begins) ? ENDED_BY_EVENT_real : ENDED_BY_ROOT_real;
+}
+
 /* ---- a stance that is followed phase by phase while it is solved ---- */
 
 /* A phase that has been solved, before the event that ends it. */

@@ -270,20 +270,22 @@ static void cross_real(variation_real *variation) {
     }
 }
 
-/* A stance from its start on: no velocity is left of a mass that is held, or that a stop took at once. */
+/* A stance from its start on: no velocity is left of a mass that is held, unless it takes off at once, or that a stop
+ * took at once. */
 static variation_real variation_of_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                         const hopform_phase_real *phases, const hopform_stance_real *stance) {
     variation_real variation = {
         plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, {{{0.0, 0.0, 0.0, 0.0}}}, {0.0}, true, true,
     };
     const mode_real mode = mode_of_real(plan, phases, current_real(&variation, phases));
+    const bool goes_on = stance->ending != HOPFORM_ENDING_TAKEOFF || stance->duration > 0.0;
     variation.at.named = start_of_phase_real(phases);
     for (int i = 0; i < HOPFORM_AXES; i++) {
         variation.change[column_of_axis_real[i]].of[i] = 1.0;
     }
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         const int axis = HOPFORM_VELOCITY_AXIS(element);
-        if (mode.side[element] == 0 || HOPFORM_NEVER_MOVES(element)
+        if ((goes_on && mode.side[element] == 0) || HOPFORM_NEVER_MOVES(element)
             || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0)) {
             variation.change[column_of_axis_real[axis]].of[axis] = 0.0;
         }
@@ -318,20 +320,23 @@ static bool stays_held_real(const variation_real *variation, int element) {
     return (below || free.of[element] > downwards) && (above || free.of[element] < upwards);
 }
 
-/* How much later the ending comes, from what changes there and its speed; false where it is not in proportion. A rest
- * comes as the event that began it, the horizon at its time. Where a search ended there is nothing to follow. */
+/* How much later the ending comes, from what ended the stance and what changes there; false where it is not in
+ * proportion. It comes with the event that the last phase began with, at its time already, as long as what is held then
+ * stays so; with a root of the contact force, whose rate is `speed`'s; at the horizon; or nothing is to be followed. */
 static bool ends_later_real(variation_real *variation, const hopform_stance_real *stance,
                             const hopform_state_real *speed) {
     const hopform_robot_real *robot = &variation->plan->robot;
-    if (stance->ending == HOPFORM_ENDING_REST) {
-        return variation->is_timed && stays_held_real(variation, 0) && stays_held_real(variation, 1);
+    const int ended_by = ended_by_real(variation->plan, variation->phases, stance);
+    if (ended_by == ENDED_BY_EVENT_real) {
+        const bool rests = stance->ending == HOPFORM_ENDING_REST;
+        return variation->is_timed && (!rests || (stays_held_real(variation, 0) && stays_held_real(variation, 1)));
     }
-    if (stance->ending == HOPFORM_ENDING_HORIZON) {
+    if (ended_by == ENDED_BY_HORIZON_real) {
         not_late_real(variation);
         return true;
     }
     const real contact_rate = contact_slope_real(robot, speed);
-    if (stance->ending != HOPFORM_ENDING_TAKEOFF || !(fabs_real(contact_rate) > 0.0)) { return false; }
+    if (ended_by != ENDED_BY_ROOT_real || !(fabs_real(contact_rate) > 0.0)) { return false; }
     for (int column = 0; column < COLUMNS_real; column++) {
         const robot_change_real by = robot_change_of_column_real(column);
         const hopform_state_real *end = &stance->end;
@@ -381,12 +386,14 @@ static bool finish_real(variation_real *variation, const hopform_stance_real *st
 
 /* Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
  * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
- * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. The row
- * of the apex is 0 without take-off.
+ * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass, and that
+ * of the stop where the contact force jumped below 0 there. A leg that pulls from the start ends as it starts: T stays
+ * 0, the state moves with the start. The row of the apex is 0 without take-off.
  *
  * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
- * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
- * that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count where a stop is met later.
+ * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0, but for a
+ * take-off at once. An actuator that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count
+ * where a stop is met later.
  */
 int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                           const hopform_phase_real *phases, const hopform_stance_real *stance,

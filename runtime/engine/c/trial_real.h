@@ -25,6 +25,7 @@ struct current_variation_real {
     state_by_axis_real speed;      /* z' there */
     int side[HOPFORM_ELEMENTS];    /* in the last phase */
     bool moves;                    /* the element that the current drives has */
+    real late;                     /* how much later the last event comes, per A; 0 before the first */
 };
 
 /* A maximum of the position: where its element starts, reverses, sticks, stops or lifts off. */
@@ -121,6 +122,7 @@ static inline void pass_event_real(current_variation_real *variation, const solv
         }
         pass_slip_real(change->of, slips, now->motion->of.velocity[slips].H3, late);
     }
+    variation->late = late;
     note_largest_real(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
     if (turns_up_real(variation, now, contact_slope_real(robot, &after.named))) {
         const state_by_axis_real met = change_at_event_real(change, &after, late);
@@ -195,16 +197,21 @@ static inline void carry_variation_real(current_variation_real *variation, const
     (void)memcpy(variation->side, side, sizeof variation->side);
 }
 
-/* The apex' change per A from that at take-off, whose time moves; not smooth where the contact force does not fall. A
- * take-off at once comes under every current. */
-static inline void lift_real(const current_variation_real *variation, const hopform_state_real *end) {
+/* The apex' change per A from that at take-off, whose time moves as that of what ended the stance; not smooth where the
+ * contact force does not fall. A take-off at once comes under every current. */
+static inline void lift_real(const current_variation_real *variation, const hopform_phase_real *phases,
+                             const hopform_stance_real *stance) {
     const hopform_robot_real *robot = &variation->plan->robot;
-    const real rate = contact_slope_real(robot, &variation->speed.named);
-    if (!(fabs_real(rate) > 0.0)) {
-        variation->trial->smooth = false;
-        return;
+    const hopform_state_real *end = &stance->end;
+    real late = variation->late;
+    if (ended_by_real(variation->plan, phases, stance) == ENDED_BY_ROOT_real) {
+        const real rate = contact_slope_real(robot, &variation->speed.named);
+        if (!(fabs_real(rate) > 0.0)) {
+            variation->trial->smooth = false;
+            return;
+        }
+        late = -contact_slope_real(robot, &variation->change.named) / rate;
     }
-    const real late = -contact_slope_real(robot, &variation->change.named) / rate;
     state_by_axis_real met = change_at_event_real(&variation->change, &variation->speed, late);
     if (HOPFORM_CONTACT_IS_COMPRESSION) { met.of[HOPFORM_COMPRESSION_AXIS] = 0.0; }
     variation->trial->apex_u = apex_slope_real(robot, end, &met.change);
@@ -225,7 +232,7 @@ static inline void close_trial_real(const current_variation_real *variation, con
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;
-        lift_real(variation, &stance->end);
+        lift_real(variation, phases, stance);
     } else {
         note_largest_real(trial, stance->end.x1, variation->change.of[HOPFORM_POSITION_AXIS]);
     }

@@ -362,12 +362,14 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
 
 /** Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
  * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
- * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. The row
- * of the apex is 0 without take-off.
+ * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass, and that
+ * of the stop where the contact force jumped below 0 there. A leg that pulls from the start ends as it starts: T stays
+ * 0, the state moves with the start. The row of the apex is 0 without take-off.
  *
  * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
- * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0. An actuator
- * that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count where a stop is met later.
+ * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0, but for a
+ * take-off at once. An actuator that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count
+ * where a stop is met later.
  */
 int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                           const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
