@@ -96,6 +96,9 @@ LIMITS = (
     Constant(
         "STIFFEST", 1e3, 1e7, "a real pole this many times the frequency of the body on the spring: ill-conditioned"
     ),
+    # W leaves a velocity that has faded an error of a^2/q eps, and the modal form costs 1.4 times as much. Measured, with a
+    # table of others, in docs/explanation/decisions.md, Regimes of W.
+    Constant("MODAL", 1e3, 1e4, "a^2/q above which a phase is evaluated in modal form from 1/a on"),
     TERMS,
     Constant("SMALLEST_EXPONENT", -87.0, -708.0, "exp of less counts as 0"),
     Constant("PREDICTION", 0.1, 0.1, "a shorter step, of the share, predicts a root well enough"),

@@ -63,6 +63,7 @@ FASTEST_LEG = real(1e-10)  # a leg that relaxes in less time [s] does so at once
 REACHED_WITHIN = real(1e-6)  # [m] the search for a current ends this near
 NEAR_WITHIN = real(4e-6)  # [m] an apex this near is reached
 STIFFEST = real(1e3)  # a real pole this many times the frequency of the body on the spring: ill-conditioned
+MODAL = real(1e3)  # a^2/q above which a phase is evaluated in modal form from 1/a on
 TERMS = 24  # terms of the power series of W
 SMALLEST_EXPONENT = real(-87.0)  # exp of less counts as 0
 PREDICTION = real(0.1)  # a shorter step, of the share, predicts a root well enough
@@ -7013,7 +7014,7 @@ def node_of_poles(poles: Poles, whole_: bool) -> Node:
     if square < 0.0:
         node.half_period = 3.1415927 / sqrt(-square)
         node.fades = 1e1 / (mu - poles.a) if poles.a > 0.0 and mu > poles.a else NEVER
-        if poles.a * poles.a > 16.0 * poles.q and -square > 0.0625 * poles.q:
+        if poles.a * poles.a > MODAL * poles.q and -square > 0.0625 * poles.q:
             node.modal = 1.0 / poles.a
             node.omega = sqrt(-square)
     else:

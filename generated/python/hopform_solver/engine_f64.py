@@ -63,6 +63,7 @@ FASTEST_LEG = 1e-90  # a leg that relaxes in less time [s] does so at once
 REACHED_WITHIN = 1e-14  # [m] the search for a current ends this near
 NEAR_WITHIN = 2e-10  # [m] an apex this near is reached
 STIFFEST = 10000000.0  # a real pole this many times the frequency of the body on the spring: ill-conditioned
+MODAL = 10000.0  # a^2/q above which a phase is evaluated in modal form from 1/a on
 TERMS = 40  # terms of the power series of W
 SMALLEST_EXPONENT = -708.0  # exp of less counts as 0
 PREDICTION = 0.1  # a shorter step, of the share, predicts a root well enough
@@ -7067,7 +7068,7 @@ def node_of_poles(poles: Poles, whole_: bool) -> Node:
     if square < 0.0:
         node.half_period = div(3.14159265358979323846, sqrt(-square))
         node.fades = div(10.0, mu - poles.a) if poles.a > 0.0 and mu > poles.a else NEVER
-        if poles.a * poles.a > 16.0 * poles.q and -square > 0.0625 * poles.q:
+        if poles.a * poles.a > MODAL * poles.q and -square > 0.0625 * poles.q:
             node.modal = div(1.0, poles.a)
             node.omega = sqrt(-square)
     else:
