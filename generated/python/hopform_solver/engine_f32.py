@@ -100,6 +100,7 @@ FLIGHT_TOUCHDOWN_HERE = 2
 FLIGHT_REST = 3
 FLIGHT_HORIZON_HERE = 4
 FIRST_AT_REST = 18
+LAST_OVERDAMPED = 26
 FLIGHT_PHASES = 16
 TIMES = 5
 GRID = 5
@@ -8770,7 +8771,17 @@ SELFTEST_ROBOTS = [Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, re
     Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1e1), real(5.0), real(2.0), real(0.6), real(-65.0),
     real(9.81), real(-0.05), real(0.08), real(3.0), real(0.05), real(0.4), ZERO),
     Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1e1), real(5.0), real(2.0), real(9.0), real(-65.0),
-    real(9.81), real(-1e30), real(1e30), real(3.0), real(0.05), real(0.5), real(6.0))]
+    real(9.81), real(-1e30), real(1e30), real(3.0), real(0.05), real(0.5), real(6.0)),
+    Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1529.0), real(5.0), real(0.78), real(0.6),
+    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO),
+    Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1.5e4), real(5.0), real(0.78), real(0.6),
+    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO),
+    Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1.65e4), real(5.0), real(0.78), real(0.6),
+    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO),
+    Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(4.8e4), real(5.0), real(0.78), real(0.6),
+    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO),
+    Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(5.2e4), real(5.0), real(0.78), real(0.6),
+    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO)]
 
 SELFTEST_CASES = [SelftestCase(0, State(ZERO, ZERO, real(-1.93), ZERO),
     [Step(ZERO, real(3.0)), Step(real(0.05), real(2.0))], real(2.0)),
@@ -8802,7 +8813,15 @@ SELFTEST_CASES = [SelftestCase(0, State(ZERO, ZERO, real(-1.93), ZERO),
     real(2.0)), SelftestCase(11, State(ZERO, ZERO, real(-0.7), ZERO), [Step(), Step(real(0.05), real(3.0))], real(2.0)),
     SelftestCase(12, State(real(0.03), ZERO, real(-0.4), ZERO), [Step(ZERO, real(3.0)), Step(real(0.25), real(-3e1))],
     real(2.0)), SelftestCase(12, State(real(0.03), ZERO, ZERO, real(0.07)), [Step(), Step(real(0.3), real(0.2))],
-    real(2.0))]
+    real(2.0)), SelftestCase(13, State(ZERO, ZERO, real(-1.93), ZERO),
+    [Step(ZERO, real(3.0)), Step(real(0.05), real(2.0))], real(2.0)),
+    SelftestCase(14, State(real(0.01), real(0.2), real(-1.5), ZERO),
+    [Step(ZERO, real(2.75)), Step(real(0.1), real(-1.0))], real(2.0)),
+    SelftestCase(15, State(real(0.01), real(0.2), real(-1.5), ZERO),
+    [Step(ZERO, real(2.75)), Step(real(0.1), real(-1.0))], real(2.0)),
+    SelftestCase(16, State(ZERO, real(-0.3), real(-1.93), ZERO), [Step(ZERO, real(-2.0)), Step(real(0.04), real(3.0))],
+    real(2.0)), SelftestCase(17, State(ZERO, real(0.3), real(-1.93), ZERO),
+    [Step(ZERO, real(-2.0)), Step(real(0.04), real(3.0))], real(2.0))]
 
 
 def mix_word(hash: Any, word: int) -> None:
@@ -8973,7 +8992,7 @@ def selftest(search: Any, phases: Any, capacity: int) -> int:
     if search is None or phases is None or capacity < SELFTEST_PHASES:
         return 0
     hash = [1]
-    for n in range(880 // SelftestCase.SIZE):
+    for n in range(1080 // SelftestCase.SIZE):
         mix_case(hash, SELFTEST_CASES[n], phases)
     mix_search(hash, SELFTEST_CASES[0], real(0.15), search, phases)
     mix_search(hash, SELFTEST_CASES[1], real(0.02), search, phases)
@@ -8982,6 +9001,8 @@ def selftest(search: Any, phases: Any, capacity: int) -> int:
     mix_trials(hash, SELFTEST_CASES[8], phases)
     mix_search(hash, SELFTEST_CASES[FIRST_AT_REST], real(0.1), search, phases)
     mix_trials(hash, SELFTEST_CASES[FIRST_AT_REST], phases)
+    mix_search(hash, SELFTEST_CASES[LAST_OVERDAMPED], real(0.1), search, phases)
+    mix_trials(hash, SELFTEST_CASES[LAST_OVERDAMPED], phases)
     mix_contact(hash)
     return 1 if hash[0] == 0 else hash[0]
 
