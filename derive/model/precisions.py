@@ -85,6 +85,10 @@ def _carried(precision: Precision) -> float:
 
 
 TERMS = Constant("TERMS", 24, 40, "terms of the power series of W")
+MODAL = Constant("MODAL", 1e3, 1e4, "a^2/q above which a phase is evaluated in modal form from 1/a on")
+"""W leaves a velocity that has faded an error of a^2/q eps, and the modal form costs 1.4 times as much. Measured, with a
+table of others, in docs/explanation/decisions.md, Regimes of W."""
+
 LIMITS = (
     _each("EPS", lambda p: p.epsilon, "distance from 1 to the next number"),
     _each("ROOT_EPS", lambda p: p.epsilon**0.5, "its square root"),
@@ -96,6 +100,7 @@ LIMITS = (
     Constant(
         "STIFFEST", 1e3, 1e7, "a real pole this many times the frequency of the body on the spring: ill-conditioned"
     ),
+    MODAL,
     TERMS,
     Constant("SMALLEST_EXPONENT", -87.0, -708.0, "exp of less counts as 0"),
     Constant("PREDICTION", 0.1, 0.1, "a shorter step, of the share, predicts a root well enough"),

@@ -65,6 +65,31 @@ def draw_stances(seed: int, count: int) -> Any:
     return p
 
 
+def stiff_stances(seed: int, count: int, stiffness: float) -> Any:
+    """Free actuators whose real pole is `stiffness` to 3 times that many times the frequency of the body on its spring,
+    half of them driven hardly harder than they creep."""
+    draw = np.random.default_rng(seed)
+
+    def over(low: Any, high: Any) -> Any:
+        return np.exp(draw.uniform(np.log(low), np.log(high), count))
+
+    def mostly(value: Any) -> Any:
+        return np.where(draw.random(count) < 0.5, 0.0, value)
+
+    p = np.zeros(count, PROBLEM)
+    p["m_s"], p["k"], p["L0"], p["g"], p["horizon"], p["u_max"] = over(0.1, 10.0), over(10.0, 1e6), 0.4, 9.81, 1.0, 3.0
+    p["x1_min"], p["x1_max"] = -np.inf, np.inf
+    p["m_eff"] = p["m_s"] * over(1e-3, 10.0)
+    p["b1"] = p["m_eff"] * np.sqrt(p["k"] / p["m_s"]) * stiffness * over(1.0, 3.0)
+    p["b2"] = 2.0 * np.sqrt(p["k"] * p["m_s"]) * over(1e-4, 0.1)
+    p["f1"], p["f2"], p["y"] = mostly(over(0.01, 3.0)), mostly(over(0.01, 1.0)), mostly(over(1e-4, 0.05))
+    p["gamma2"] = -p["m_eff"] * over(0.1, 30.0) * np.where(mostly(1.0) > 0.0, over(1.0, 1.0 + 0.002 * p["k"]), 1.0)
+    p["v2"], p["u"] = -over(0.05, 3.0), 3.0 * draw.uniform(-1.0, 1.0, count)
+    p["v1"] = draw.choice((-1.0, 1.0), count) * over(0.01, 3.0)
+    p["v1"] = np.where(p["v1"] < p["v2"], 0.5 * p["v2"], p["v1"])
+    return p
+
+
 def _compress(draw: Any, p: Any, y: Any) -> None:
     """A tenth begins with a leg that is compressed, the body at rest or on its way up or down."""
     some = draw.random(p.size) < 0.1

@@ -16,12 +16,13 @@ from tests.conformance.exhaustive import (
     HIGH_CONDITION,
     RIGHTS,
     SHARE_OF_HIGH,
+    TOLERANCE,
     case_of,
     examine,
     refer,
     solved_again,
 )
-from tests.conformance.random_stances import draw_stances, solve_with_c
+from tests.conformance.random_stances import draw_stances, solve_with_c, stiff_stances
 from tests.oracle.checker import CERTIFIED, REASONS, certify
 from tests.seeds import SEED, chosen
 
@@ -39,6 +40,21 @@ def test_every_random_stance_is_certified():
     assert not wrong, f"HOPFORM_SEED={SEED}"
     assert len(found.flagged) >= found.stances - found.outcomes[CERTIFIED]
     assert len(found.modes) == 9 and len(found.events) == len(EVENTS), f"HOPFORM_SEED={SEED}"
+
+
+@pytest.mark.parametrize("stiffness", [3e1, 3e2, 1e4, 1e6])
+def test_every_stance_beside_a_stiff_actuator_is_certified(stiffness: float):
+    """By W as far as it holds, and in modal form, in which one of a hundred random stances is evaluated."""
+    problems = stiff_stances(SEED, 150, stiffness)
+    answers, phases = solve_with_c(problems)
+    verdicts = certify(problems, answers, phases)
+    sure = verdicts["outcome"] == CERTIFIED
+    doubted = [case_of(problems[i], answers[i], phases, "stiff", SEED, int(i)) for i in np.flatnonzero(~sure)]
+    assert len(doubted) <= 2, f"HOPFORM_SEED={SEED}"
+    assert not [case for case in map(refer, doubted) if case["verdict"] not in RIGHTS], f"HOPFORM_SEED={SEED}"
+    for of in ("state", "aed"):
+        errors = verdicts[f"error_{of}"][sure] / np.fmax(1.0, verdicts[f"condition_{of}"][sure])
+        assert errors.max() <= TOLERANCE, f"HOPFORM_SEED={SEED}"
 
 
 LONG = {"118-2367", "119-1600"}

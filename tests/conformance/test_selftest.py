@@ -1,5 +1,6 @@
 """hopform_selftest: one digest of all bits of all results, the same wherever IEEE 754 is kept to."""
 
+import ctypes
 import os
 import re
 import shlex
@@ -7,13 +8,16 @@ import shutil
 import subprocess
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import hopform
-from derive.model.selftest import EVERY_CASE, ROBOTS
+from derive.model.precisions import MODAL, PRECISIONS
+from derive.model.selftest import EVERY_CASE, ROBOTS, Case
 from hopform._export import selftest
+from hopform._solver import c as native
 from tests.conformance.firmware import golden
 from tests.conformance.firmware.targets import BOARDS, COMMON, HERE, C, sources
 from tests.needs import the_first
@@ -101,12 +105,7 @@ def test_other_types_are_refused():
 def test_the_cases_visit_every_mode_event_and_ending():
     modes, events, endings = set(), set(), set()
     for case in EVERY_CASE:
-        fields = {name: value for name, value in golden.fields(ROBOTS[case.robot]).items() if name in FIELDS}
-        robot = hopform.Robot(**fields)
-        stance = hopform.solve_stance(
-            robot, x1=case.x1, v1=case.v1, v2=case.v2, x2=case.x1 + robot.L0 + robot.c - case.y,
-            u=[(0.0, case.u), (case.later, case.then)], horizon=case.horizon, max_phases=32, backend="c",
-        )  # fmt: skip
+        stance = solved(case)
         modes |= {(phase.mode_1, phase.mode_2) for phase in stance.phases}
         events |= {event.kind for event in stance.events}
         endings.add(stance.status)
@@ -115,7 +114,52 @@ def test_the_cases_visit_every_mode_event_and_ending():
     assert endings == {"takeoff", "rest", "horizon", "too_many_phases"}
 
 
+@pytest.mark.parametrize("precision", PRECISIONS, ids=lambda precision: precision.name)
+def test_the_cases_visit_every_regime_of_the_poles_and_of_friction(precision):
+    """Both forms of a phase next to where they change, and all that W is evaluated for, some with a flight after it."""
+    found, threshold = set(), MODAL.of(precision)
+    for case in EVERY_CASE:
+        plan = planned(ROBOTS[case.robot], precision.type)
+        a, p, q = plan.both.a, plan.both.p, plan.both.q
+        stiffness, modal = a * a / q, plan.node_both.modal < plan.node_both.half_period
+        assert modal == (stiffness > threshold and p * p < 4.0 * q and q - p * p / 4.0 > q / 16.0)
+        of = {
+            "softer than the pair": 0.0 < stiffness < 1.0,
+            "stiffer, by W": not modal and 8.0 < stiffness < 16.0,
+            "modal": modal,
+            "modal, at the threshold": modal and stiffness < 1.25 * threshold,
+            "by W, at the threshold": not modal and stiffness > 0.8 * threshold,
+            "three real poles": a > 0.0 and p * p > 4.0 * q,
+            "near-equal poles": abs(a * a - p * a + q) < 0.05 * q,
+            "friction at rest": ROBOTS[case.robot]["f1_excess"] > 0.0,
+        }
+        took_off = solved(case).status == "takeoff"
+        found |= {(name, took_off) for name, holds in of.items() if holds}
+    flown = {name for name, took_off in found if took_off}
+    assert flown >= {*of} - {"three real poles", "near-equal poles"}
+    assert {name for name, _ in found} == {*of}
+
+
 FIELDS = {field.name for field in hopform.Robot.fields()}
+
+
+def planned(robot: dict[str, float], type_: str) -> Any:
+    """The plan of a robot in one precision."""
+    library = native.library()
+    types = library.types(np.dtype(np.float32 if type_ == "float" else np.float64))
+    plan, known = types.Plan(), golden.fields(robot)
+    made = types.Robot(*(known[name] for name, *_ in types.Robot._fields_))
+    library.call("plan_init", types, ctypes.byref(plan), ctypes.byref(made))
+    return plan
+
+
+def solved(case: Case) -> hopform.Stance:
+    fields = {name: value for name, value in golden.fields(ROBOTS[case.robot]).items() if name in FIELDS}
+    robot = hopform.Robot(**fields)
+    return hopform.solve_stance(
+        robot, x1=case.x1, v1=case.v1, v2=case.v2, x2=case.x1 + robot.L0 + robot.c - case.y,
+        u=[(0.0, case.u), (case.later, case.then)], horizon=case.horizon, max_phases=32, backend="c",
+    )  # fmt: skip
 
 
 @pytest.mark.parametrize("flags", the_first(["-O2", "-O2 -DHOPFORM_LIBM"]))

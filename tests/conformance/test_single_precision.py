@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hopform._solver import c as native
-from tests.conformance.random_stances import MAX_PHASES, draw_stances
+from tests.conformance.random_stances import MAX_PHASES, draw_stances, stiff_stances
 from tests.oracle.checker import PROBLEM
 
 COUNT, SEED = 2000, 30
@@ -50,35 +50,15 @@ def solve(problems: Any, kind: Any) -> list[Outcome]:
     return found
 
 
+def in_single(problems: Any) -> Any:
+    """The same, rounded to float32."""
+    for name in FIELDS:
+        problems[name] = problems[name].astype(np.float32)
+    return problems
+
+
 STIFF, STABLE = 250, 1e-5
 MOVED = ("m_eff", "m_s", "k", "b1", "b2", "f1", "f2", "gamma2", "v1", "v2", "y", "u")
-
-
-def stiff_stances(seed: int, stiffness: float) -> Any:
-    """Free actuators whose real pole is `stiffness` to 3 times that many times the frequency of the body on its spring,
-    half of them driven hardly harder than they creep."""
-    draw = np.random.default_rng(seed)
-
-    def over(low: Any, high: Any) -> Any:
-        return np.exp(draw.uniform(np.log(low), np.log(high), STIFF))
-
-    def mostly(value: Any) -> Any:
-        return np.where(draw.random(STIFF) < 0.5, 0.0, value)
-
-    p = np.zeros(STIFF, PROBLEM)
-    p["m_s"], p["k"], p["L0"], p["g"], p["horizon"], p["u_max"] = over(0.1, 10.0), over(10.0, 1e6), 0.4, 9.81, 1.0, 3.0
-    p["x1_min"], p["x1_max"] = -np.inf, np.inf
-    p["m_eff"] = p["m_s"] * over(1e-3, 10.0)
-    p["b1"] = p["m_eff"] * np.sqrt(p["k"] / p["m_s"]) * stiffness * over(1.0, 3.0)
-    p["b2"] = 2.0 * np.sqrt(p["k"] * p["m_s"]) * over(1e-4, 0.1)
-    p["f1"], p["f2"], p["y"] = mostly(over(0.01, 3.0)), mostly(over(0.01, 1.0)), mostly(over(1e-4, 0.05))
-    p["gamma2"] = -p["m_eff"] * over(0.1, 30.0) * np.where(mostly(1.0) > 0.0, over(1.0, 1.0 + 0.002 * p["k"]), 1.0)
-    p["v2"], p["u"] = -over(0.05, 3.0), 3.0 * draw.uniform(-1.0, 1.0, STIFF)
-    p["v1"] = draw.choice((-1.0, 1.0), STIFF) * over(0.01, 3.0)
-    p["v1"] = np.where(p["v1"] < p["v2"], 0.5 * p["v2"], p["v1"])
-    for name in FIELDS:
-        p[name] = p[name].astype(np.float32)
-    return p
 
 
 def is_stable(problem: Any, double: Outcome) -> bool:
@@ -93,7 +73,7 @@ def is_stable(problem: Any, double: Outcome) -> bool:
 def test_stiff_actuators_have_their_events_in_float32(stiffness):
     """After the transient their velocity is a small part of that at the start: as a difference of what is left of it
     up to 12 of a hundred lists were wrong."""
-    problems = stiff_stances(7, stiffness)
+    problems = in_single(stiff_stances(7, STIFF, stiffness))
     single, double = solve(problems, np.float32), solve(problems, np.float64)
     stable = [n for n, outcome in enumerate(double) if single[n][:2] == outcome[:2] or is_stable(problems[n], outcome)]
     wrong = [n for n in stable if single[n][:2] != double[n][:2]]
@@ -115,9 +95,7 @@ def settled() -> list[tuple[Outcome, Outcome, np.ndarray]]:
     """Of stances whose events stay the same where inputs are nudged:
     what float32 says, what float64, the conditions.
     """
-    problems = draw_stances(SEED, COUNT)
-    for name in FIELDS:
-        problems[name] = problems[name].astype(np.float32)
+    problems = in_single(draw_stances(SEED, COUNT))
     single, double = solve(problems, np.float32), solve(problems, np.float64)
     near = [solve(nudged(problems, seed), np.float64) for seed in range(4)]
     found = []

@@ -20,6 +20,7 @@ import pytest
 
 import hopform
 from hopform import _cli as cli
+from tests.conformance.firmware import costs
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -216,6 +217,19 @@ def test_the_costs_of_the_page_on_firmware_are_those_of_the_evidence():
     numbers = [number for row in rows for number in NUMBER.findall(row)]
     assert len(numbers) > 10
     assert [number for number in numbers if f"| {number} |" not in costs and f" {number} " not in costs] == []
+
+
+def test_a_regime_costs_what_the_one_next_to_it_costs():
+    """On every processor, as counted at the last release; `make firmware-test` asks the same of this checkout."""
+    for build, figures in json.loads(text_of(costs.RECORD))["builds"].items():
+        assert costs.apart(figures) == [], build
+
+
+def test_a_regime_that_costs_more_than_the_one_next_to_it_is_named():
+    figures = json.loads(text_of(costs.RECORD))["builds"]["m4f-gcc-O2"]
+    dearer = figures | {"phase_of_stance a/w=6 mean": 2 * figures["phase_of_stance a/w=6 mean"]}
+    assert {wrong.partition(":")[0] for wrong in costs.apart(dearer)} == {"a/w=6", "a/w=30", "three_real_poles"}
+    assert costs.apart(figures | {"modal a/w=6": 1}) == ["a/w=6: its phases are not evaluated as W"]
 
 
 # ---- the certificate ----

@@ -22,7 +22,7 @@ static inline hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles,
     if (square < 0.0f) {
         node.half_period = 3.1415927f / sqrt_f32(-square);
         node.fades = poles->a > 0.0f && mu > poles->a ? 1e1f / (mu - poles->a) : HOPFORM_NEVER_f32;
-        if (poles->a * poles->a > 16.0f * poles->q && -square > 0.0625f * poles->q) {
+        if (poles->a * poles->a > HOPFORM_MODAL_f32 * poles->q && -square > 0.0625f * poles->q) {
             node.modal = 1.0f / poles->a;
             node.omega = sqrt_f32(-square);
         }

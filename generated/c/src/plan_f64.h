@@ -22,7 +22,7 @@ static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles,
     if (square < 0.0) {
         node.half_period = 3.14159265358979323846 / sqrt_f64(-square);
         node.fades = poles->a > 0.0 && mu > poles->a ? 10.0 / (mu - poles->a) : HOPFORM_NEVER_f64;
-        if (poles->a * poles->a > 16.0 * poles->q && -square > 0.0625 * poles->q) {
+        if (poles->a * poles->a > HOPFORM_MODAL_f64 * poles->q && -square > 0.0625 * poles->q) {
             node.modal = 1.0 / poles->a;
             node.omega = sqrt_f64(-square);
         }

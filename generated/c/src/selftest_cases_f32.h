@@ -29,10 +29,18 @@ static const hopform_robot_f32 selftest_robots_f32[] = {
     {25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1.5e2f, 5.0f, 0.0f, 0.0f, -65.0f, 9.81f, -1e30f, 1e30f, 3.0f, 0.05f, 0.0f, 0.0f},
     {25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1e1f, 5.0f, 2.0f, 0.6f, -65.0f, 9.81f, -0.05f, 0.08f, 3.0f, 0.05f, 0.4f, 0.0f},
     {25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1e1f, 5.0f, 2.0f, 9.0f, -65.0f, 9.81f, -1e30f, 1e30f, 3.0f, 0.05f, 0.5f, 6.0f},
+    {25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1529.0f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f, 0.0f, 0.0f},
+    {25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1.5e4f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f, 0.0f, 0.0f},
+    {25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1.65e4f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f, 0.0f, 0.0f},
+    {25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 4.8e4f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f, 0.0f, 0.0f},
+    {25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 5.2e4f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f, 0.0f, 0.0f},
 };
 
-/* The first case with more friction at rest than in motion. */
-enum { FIRST_AT_REST_f32 = 18 };
+/* The first case with more friction at rest than in motion, and the last one beside an overdamped actuator. */
+enum {
+    FIRST_AT_REST_f32 = 18,
+    LAST_OVERDAMPED_f32 = 26
+};
 
 static const selftest_case_f32 selftest_cases_f32[] = {
     { 0, { 0.0f, 0.0f, -1.93f, 0.0f },
@@ -79,6 +87,16 @@ static const selftest_case_f32 selftest_cases_f32[] = {
       { {0.0f, 3.0f}, { 0.25f, -3e1f } }, 2.0f },
     { 12, { 0.03f, 0.0f, 0.0f, 0.07f },
       { {0.0f, 0.0f}, { 0.3f, 0.2f } }, 2.0f },
+    { 13, { 0.0f, 0.0f, -1.93f, 0.0f },
+      { {0.0f, 3.0f}, { 0.05f, 2.0f } }, 2.0f },
+    { 14, { 0.01f, 0.2f, -1.5f, 0.0f },
+      { {0.0f, 2.75f}, { 0.1f, -1.0f } }, 2.0f },
+    { 15, { 0.01f, 0.2f, -1.5f, 0.0f },
+      { {0.0f, 2.75f}, { 0.1f, -1.0f } }, 2.0f },
+    { 16, { 0.0f, -0.3f, -1.93f, 0.0f },
+      { {0.0f, -2.0f}, { 0.04f, 3.0f } }, 2.0f },
+    { 17, { 0.0f, 0.3f, -1.93f, 0.0f },
+      { {0.0f, -2.0f}, { 0.04f, 3.0f } }, 2.0f },
 };
 
 #endif

@@ -213,6 +213,8 @@ uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *pha
     mix_trials_f32(&hash, &selftest_cases_f32[8], phases);
     mix_search_f32(&hash, &selftest_cases_f32[FIRST_AT_REST_f32], 0.1f, search, phases);
     mix_trials_f32(&hash, &selftest_cases_f32[FIRST_AT_REST_f32], phases);
+    mix_search_f32(&hash, &selftest_cases_f32[LAST_OVERDAMPED_f32], 0.1f, search, phases);
+    mix_trials_f32(&hash, &selftest_cases_f32[LAST_OVERDAMPED_f32], phases);
     mix_contact_f32(&hash);
     return hash == 0 ? 1 : hash;
 }

@@ -213,6 +213,8 @@ uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *pha
     mix_trials_f64(&hash, &selftest_cases_f64[8], phases);
     mix_search_f64(&hash, &selftest_cases_f64[FIRST_AT_REST_f64], 0.1, search, phases);
     mix_trials_f64(&hash, &selftest_cases_f64[FIRST_AT_REST_f64], phases);
+    mix_search_f64(&hash, &selftest_cases_f64[LAST_OVERDAMPED_f64], 0.1, search, phases);
+    mix_trials_f64(&hash, &selftest_cases_f64[LAST_OVERDAMPED_f64], phases);
     mix_contact_f64(&hash);
     return hash == 0 ? 1 : hash;
 }

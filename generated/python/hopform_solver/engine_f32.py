@@ -63,6 +63,7 @@ FASTEST_LEG = real(1e-10)  # a leg that relaxes in less time [s] does so at once
 REACHED_WITHIN = real(1e-6)  # [m] the search for a current ends this near
 NEAR_WITHIN = real(4e-6)  # [m] an apex this near is reached
 STIFFEST = real(1e3)  # a real pole this many times the frequency of the body on the spring: ill-conditioned
+MODAL = real(1e3)  # a^2/q above which a phase is evaluated in modal form from 1/a on
 TERMS = 24  # terms of the power series of W
 SMALLEST_EXPONENT = real(-87.0)  # exp of less counts as 0
 PREDICTION = real(0.1)  # a shorter step, of the share, predicts a root well enough
@@ -103,6 +104,7 @@ FLIGHT_TOUCHDOWN_HERE = 2
 FLIGHT_REST = 3
 FLIGHT_HORIZON_HERE = 4
 FIRST_AT_REST = 18
+LAST_OVERDAMPED = 26
 FLIGHT_PHASES = 16
 TIMES = 5
 GRID = 5
@@ -7048,7 +7050,7 @@ def node_of_poles(poles: Poles, whole_: bool) -> Node:
     if square < 0.0:
         node.half_period = 3.1415927 / sqrt(-square)
         node.fades = 1e1 / (mu - poles.a) if poles.a > 0.0 and mu > poles.a else NEVER
-        if poles.a * poles.a > 16.0 * poles.q and -square > 0.0625 * poles.q:
+        if poles.a * poles.a > MODAL * poles.q and -square > 0.0625 * poles.q:
             node.modal = 1.0 / poles.a
             node.omega = sqrt(-square)
     else:
@@ -8804,7 +8806,17 @@ SELFTEST_ROBOTS = [Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, re
     Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1e1), real(5.0), real(2.0), real(0.6), real(-65.0),
     real(9.81), real(-0.05), real(0.08), real(3.0), real(0.05), real(0.4), ZERO),
     Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1e1), real(5.0), real(2.0), real(9.0), real(-65.0),
-    real(9.81), real(-1e30), real(1e30), real(3.0), real(0.05), real(0.5), real(6.0))]
+    real(9.81), real(-1e30), real(1e30), real(3.0), real(0.05), real(0.5), real(6.0)),
+    Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1529.0), real(5.0), real(0.78), real(0.6),
+    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO),
+    Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1.5e4), real(5.0), real(0.78), real(0.6),
+    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO),
+    Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(1.65e4), real(5.0), real(0.78), real(0.6),
+    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO),
+    Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(4.8e4), real(5.0), real(0.78), real(0.6),
+    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO),
+    Robot(real(25.0), real(3.0), real(1.2e3), real(0.4), ZERO, real(5.2e4), real(5.0), real(0.78), real(0.6),
+    real(-65.0), real(9.81), ZERO, real(0.08), real(3.0), real(0.05), ZERO, ZERO)]
 
 SELFTEST_CASES = [SelftestCase(0, State(ZERO, ZERO, real(-1.93), ZERO),
     [Step(ZERO, real(3.0)), Step(real(0.05), real(2.0))], real(2.0)),
@@ -8836,7 +8848,15 @@ SELFTEST_CASES = [SelftestCase(0, State(ZERO, ZERO, real(-1.93), ZERO),
     real(2.0)), SelftestCase(11, State(ZERO, ZERO, real(-0.7), ZERO), [Step(), Step(real(0.05), real(3.0))], real(2.0)),
     SelftestCase(12, State(real(0.03), ZERO, real(-0.4), ZERO), [Step(ZERO, real(3.0)), Step(real(0.25), real(-3e1))],
     real(2.0)), SelftestCase(12, State(real(0.03), ZERO, ZERO, real(0.07)), [Step(), Step(real(0.3), real(0.2))],
-    real(2.0))]
+    real(2.0)), SelftestCase(13, State(ZERO, ZERO, real(-1.93), ZERO),
+    [Step(ZERO, real(3.0)), Step(real(0.05), real(2.0))], real(2.0)),
+    SelftestCase(14, State(real(0.01), real(0.2), real(-1.5), ZERO),
+    [Step(ZERO, real(2.75)), Step(real(0.1), real(-1.0))], real(2.0)),
+    SelftestCase(15, State(real(0.01), real(0.2), real(-1.5), ZERO),
+    [Step(ZERO, real(2.75)), Step(real(0.1), real(-1.0))], real(2.0)),
+    SelftestCase(16, State(ZERO, real(-0.3), real(-1.93), ZERO), [Step(ZERO, real(-2.0)), Step(real(0.04), real(3.0))],
+    real(2.0)), SelftestCase(17, State(ZERO, real(0.3), real(-1.93), ZERO),
+    [Step(ZERO, real(-2.0)), Step(real(0.04), real(3.0))], real(2.0))]
 
 
 def mix_word(hash: Any, word: int) -> None:
@@ -9007,7 +9027,7 @@ def selftest(search: Any, phases: Any, capacity: int) -> int:
     if search is None or phases is None or capacity < SELFTEST_PHASES:
         return 0
     hash = [1]
-    for n in range(880 // SelftestCase.SIZE):
+    for n in range(1080 // SelftestCase.SIZE):
         mix_case(hash, SELFTEST_CASES[n], phases)
     mix_search(hash, SELFTEST_CASES[0], real(0.15), search, phases)
     mix_search(hash, SELFTEST_CASES[1], real(0.02), search, phases)
@@ -9016,6 +9036,8 @@ def selftest(search: Any, phases: Any, capacity: int) -> int:
     mix_trials(hash, SELFTEST_CASES[8], phases)
     mix_search(hash, SELFTEST_CASES[FIRST_AT_REST], real(0.1), search, phases)
     mix_trials(hash, SELFTEST_CASES[FIRST_AT_REST], phases)
+    mix_search(hash, SELFTEST_CASES[LAST_OVERDAMPED], real(0.1), search, phases)
+    mix_trials(hash, SELFTEST_CASES[LAST_OVERDAMPED], phases)
     mix_contact(hash)
     return 1 if hash[0] == 0 else hash[0]
 

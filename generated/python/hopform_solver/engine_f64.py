@@ -63,6 +63,7 @@ FASTEST_LEG = 1e-90  # a leg that relaxes in less time [s] does so at once
 REACHED_WITHIN = 1e-14  # [m] the search for a current ends this near
 NEAR_WITHIN = 2e-10  # [m] an apex this near is reached
 STIFFEST = 10000000.0  # a real pole this many times the frequency of the body on the spring: ill-conditioned
+MODAL = 10000.0  # a^2/q above which a phase is evaluated in modal form from 1/a on
 TERMS = 40  # terms of the power series of W
 SMALLEST_EXPONENT = -708.0  # exp of less counts as 0
 PREDICTION = 0.1  # a shorter step, of the share, predicts a root well enough
@@ -103,6 +104,7 @@ FLIGHT_TOUCHDOWN_HERE = 2
 FLIGHT_REST = 3
 FLIGHT_HORIZON_HERE = 4
 FIRST_AT_REST = 18
+LAST_OVERDAMPED = 26
 FLIGHT_PHASES = 16
 TIMES = 5
 GRID = 5
@@ -7102,7 +7104,7 @@ def node_of_poles(poles: Poles, whole_: bool) -> Node:
     if square < 0.0:
         node.half_period = div(3.14159265358979323846, sqrt(-square))
         node.fades = div(10.0, mu - poles.a) if poles.a > 0.0 and mu > poles.a else NEVER
-        if poles.a * poles.a > 16.0 * poles.q and -square > 0.0625 * poles.q:
+        if poles.a * poles.a > MODAL * poles.q and -square > 0.0625 * poles.q:
             node.modal = div(1.0, poles.a)
             node.omega = sqrt(-square)
     else:
@@ -8846,7 +8848,12 @@ SELFTEST_ROBOTS = [Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65
     Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 400.0, 0.78, 0.0, -65.0, 9.81, 0.0, 0.0, 3.0, 0.05, 0.0, 0.0),
     Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.0, 0.0, -65.0, 9.81, -1e+30, 1e+30, 3.0, 0.05, 0.0, 0.0),
     Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 10.0, 5.0, 2.0, 0.6, -65.0, 9.81, -0.05, 0.08, 3.0, 0.05, 0.4, 0.0),
-    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 10.0, 5.0, 2.0, 9.0, -65.0, 9.81, -1e+30, 1e+30, 3.0, 0.05, 0.5, 6.0)]
+    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 10.0, 5.0, 2.0, 9.0, -65.0, 9.81, -1e+30, 1e+30, 3.0, 0.05, 0.5, 6.0),
+    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 1529.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0),
+    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 15000.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0),
+    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 16500.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0),
+    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 48000.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0),
+    Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 52000.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0)]
 
 SELFTEST_CASES = [SelftestCase(0, State(0.0, 0.0, -1.93, 0.0), [Step(0.0, 3.0), Step(0.05, 2.0)], 2.0),
     SelftestCase(0, State(0.0, 0.0, -0.6, 0.0), [Step(0.0, 1.0), Step(1.0, 0.0)], 2.0),
@@ -8869,7 +8876,12 @@ SELFTEST_CASES = [SelftestCase(0, State(0.0, 0.0, -1.93, 0.0), [Step(0.0, 3.0), 
     SelftestCase(11, State(0.0, 0.1, -1.93, 0.0), [Step(0.0, 1.0), Step(1.0, 0.0)], 2.0),
     SelftestCase(11, State(0.0, 0.0, -0.7, 0.0), [Step(), Step(0.05, 3.0)], 2.0),
     SelftestCase(12, State(0.03, 0.0, -0.4, 0.0), [Step(0.0, 3.0), Step(0.25, -30.0)], 2.0),
-    SelftestCase(12, State(0.03, 0.0, 0.0, 0.07), [Step(), Step(0.3, 0.2)], 2.0)]
+    SelftestCase(12, State(0.03, 0.0, 0.0, 0.07), [Step(), Step(0.3, 0.2)], 2.0),
+    SelftestCase(13, State(0.0, 0.0, -1.93, 0.0), [Step(0.0, 3.0), Step(0.05, 2.0)], 2.0),
+    SelftestCase(14, State(0.01, 0.2, -1.5, 0.0), [Step(0.0, 2.75), Step(0.1, -1.0)], 2.0),
+    SelftestCase(15, State(0.01, 0.2, -1.5, 0.0), [Step(0.0, 2.75), Step(0.1, -1.0)], 2.0),
+    SelftestCase(16, State(0.0, -0.3, -1.93, 0.0), [Step(0.0, -2.0), Step(0.04, 3.0)], 2.0),
+    SelftestCase(17, State(0.0, 0.3, -1.93, 0.0), [Step(0.0, -2.0), Step(0.04, 3.0)], 2.0)]
 
 
 def mix_word(hash: Any, word: int) -> None:
@@ -9040,7 +9052,7 @@ def selftest(search: Any, phases: Any, capacity: int) -> int:
     if search is None or phases is None or capacity < SELFTEST_PHASES:
         return 0
     hash = [1]
-    for n in range(1760 // SelftestCase.SIZE):
+    for n in range(2160 // SelftestCase.SIZE):
         mix_case(hash, SELFTEST_CASES[n], phases)
     mix_search(hash, SELFTEST_CASES[0], 0.15, search, phases)
     mix_search(hash, SELFTEST_CASES[1], 0.02, search, phases)
@@ -9049,6 +9061,8 @@ def selftest(search: Any, phases: Any, capacity: int) -> int:
     mix_trials(hash, SELFTEST_CASES[8], phases)
     mix_search(hash, SELFTEST_CASES[FIRST_AT_REST], 0.1, search, phases)
     mix_trials(hash, SELFTEST_CASES[FIRST_AT_REST], phases)
+    mix_search(hash, SELFTEST_CASES[LAST_OVERDAMPED], 0.1, search, phases)
+    mix_trials(hash, SELFTEST_CASES[LAST_OVERDAMPED], phases)
     mix_contact(hash)
     return 1 if hash[0] == 0 else hash[0]
 

@@ -22,7 +22,7 @@ static inline hopform_node_real node_of_poles_real(const hopform_poles_real *pol
     if (square < 0.0) {
         node.half_period = 3.14159265358979323846 / sqrt_real(-square);
         node.fades = poles->a > 0.0 && mu > poles->a ? 10.0 / (mu - poles->a) : HOPFORM_NEVER_real;
-        if (poles->a * poles->a > 16.0 * poles->q && -square > 0.0625 * poles->q) {
+        if (poles->a * poles->a > HOPFORM_MODAL_real * poles->q && -square > 0.0625 * poles->q) {
             node.modal = 1.0 / poles->a;
             node.omega = sqrt_real(-square);
         }

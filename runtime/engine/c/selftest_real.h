@@ -213,6 +213,8 @@ uint32_t hopform_selftest_real(hopform_search_real *search, hopform_phase_real *
     mix_trials_real(&hash, &selftest_cases_real[8], phases);
     mix_search_real(&hash, &selftest_cases_real[FIRST_AT_REST_real], 0.1, search, phases);
     mix_trials_real(&hash, &selftest_cases_real[FIRST_AT_REST_real], phases);
+    mix_search_real(&hash, &selftest_cases_real[LAST_OVERDAMPED_real], 0.1, search, phases);
+    mix_trials_real(&hash, &selftest_cases_real[LAST_OVERDAMPED_real], phases);
     mix_contact_real(&hash);
     return hash == 0 ? 1 : hash;
 }

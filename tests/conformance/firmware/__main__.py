@@ -163,7 +163,7 @@ def main() -> int:
         for build, figures in [
             (b, pool.submit(costs.measure, b)) for b in (costs.BUILDS if chosen.all else costs.QUICK)
         ]:
-            wrong += costs.grown(build, figures.result())
+            wrong += [*costs.grown(build, figures.result()), *costs.apart(figures.result())]
         checks = [pool.submit(strict.compilers), pool.submit(strict.misra)]
         wrong += [what for check in checks for what in check.result()]
     python, found = of_python(), digests(lines)

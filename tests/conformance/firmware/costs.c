@@ -1,6 +1,8 @@
-/* Instructions and painted stack of each call, over a stated set: what the selftest solves, which visits every mode.
+/* Instructions and painted stack of each call, over a stated set: what the selftest solves, which visits every mode;
+ * drops of both hoppers; drops of a robot of each regime of its poles; the flights of a run of hops.
  *
- * A line is `name set count mean max stack`; instructions as counted by the machine, less those of counting.
+ * A line is `name set count mean max stack`; instructions as counted by the machine, less those of counting. `modal set`
+ * says whether the robot of a regime is evaluated in modal form.
  */
 #include <stddef.h>
 
@@ -34,6 +36,15 @@ static void add(tally *to, uint32_t counts)
     to->calls++;
     to->sum += (float)instructions;
     to->most = instructions > to->most ? instructions : to->most;
+}
+
+/* The instructions of so many phases. */
+static void add_phases(tally *to, float instructions, int32_t count)
+{
+    const uint32_t each = (uint32_t)(instructions / (float)count);
+    to->calls += (uint32_t)count;
+    to->sum += instructions;
+    to->most = each > to->most ? each : to->most;
 }
 
 static void print_tally(const tally *of, const char *set)
@@ -117,7 +128,7 @@ static void measure(const cost_case *cases, int count, const char *set, int with
             COUNTED(grid, OF(stance_grid)(&plan, steps, phases, &stance, 0.0f, dt, GRID, rows));
             PAINTED(grid, OF(stance_grid)(&plan, steps, phases, &stance, 0.0f, dt, GRID, rows));
         }
-        if (stance.ending == HOPFORM_ENDING_TAKEOFF) {
+        if (!with_controller && stance.ending == HOPFORM_ENDING_TAKEOFF) {
             OF(state) away = stance.end;
             away.y = 0.0f;
             COUNTED(flown, OF(solve_flight)(&plan, &away, 0, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight));
@@ -162,6 +173,61 @@ static void measure(const cost_case *cases, int count, const char *set, int with
     }
 }
 
+/* Drops of a robot: a stance, and one phase of it on average. */
+static void measure_regime(const cost_regime *of)
+{
+    tally solve = {"solve_stance", 0, 0, 0, 0.0f}, phase = {"phase_of_stance", 0, 0, 0, 0.0f};
+    OF(plan) plan;
+    (void)OF(plan_init)(&plan, &of->robot);
+    for (int n = 0; n < (int)(sizeof cost_drops / sizeof cost_drops[0]); n++) {
+        const OF(state) start = {0.0f, 0.0f, cost_drops[n].v2, 0.0f};
+        const OF(step) step = {0.0f, cost_drops[n].u};
+        OF(stance) stance;
+        const float before = solve.sum;
+        COUNTED(solve, OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, phases, CAPACITY, &stance));
+        PAINTED(solve, OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, phases, CAPACITY, &stance));
+        add_phases(&phase, solve.sum - before, stance.phase_count);
+    }
+    phase.stack = solve.stack;
+    print_tally(&solve, of->name);
+    print_tally(&phase, of->name);
+    board_text("modal ");
+    board_text(of->name);
+    board_text(" ");
+    board_number(plan.node_both.modal < plan.node_both.half_period);
+    board_text("\n");
+}
+
+/* The flights of a run of hops: from take-offs with the actuator out and moving, back to where it stood. */
+static void measure_hops(const OF(robot) *robot)
+{
+    tally flown = {"solve_flight", 0, 0, 0, 0.0f}, phase = {"phase_of_flight", 0, 0, 0, 0.0f};
+    OF(plan) plan;
+    (void)OF(plan_init)(&plan, robot);
+    OF(state) start = {0.0f, 0.0f, -1.6721f, 0.0f}; /* from cost_hops[0], less the loss of the impact */
+    for (int n = 0; n < (int)(sizeof cost_hops / sizeof cost_hops[0]); n++) {
+        const OF(target) target = {cost_hops[n], 0.0f, 0.001f, 2.0f, 0, 0};
+        OF(command) command;
+        OF(stance) stance;
+        OF(flight) flight;
+        (void)OF(choose_current)(&search, &plan, &start, &target, phases, CAPACITY, &command);
+        const OF(step) step = {0.0f, command.u};
+        (void)OF(solve_stance)(&plan, &start, &step, 1, 2.0f, CAPACITY, phases, CAPACITY, &stance);
+        OF(state) away = stance.end;
+        away.y = 0.0f;
+        const float before = flown.sum;
+        COUNTED(flown, OF(solve_flight)(&plan, &away, 0, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight));
+        PAINTED(flown, OF(solve_flight)(&plan, &away, 0, NULL, 2.0f, CAPACITY, flight_phases, CAPACITY, &flight));
+        add_phases(&phase, flown.sum - before, flight.phase_count);
+        start = flight.end;
+        start.v2 = flight.v2_after;
+        start.y = 0.0f;
+    }
+    phase.stack = flown.stack;
+    print_tally(&flown, "hops");
+    print_tally(&phase, "hops");
+}
+
 static void size(const char *name, size_t bytes)
 {
     board_text("sizeof ");
@@ -179,6 +245,10 @@ int main(void)
     overhead = board_counter() - before;
     measure(cost_cases_modes, (int)(sizeof cost_cases_modes / sizeof cost_cases_modes[0]), "modes", 0);
     measure(cost_cases_drops, (int)(sizeof cost_cases_drops / sizeof cost_cases_drops[0]), "drops", 1);
+    for (int n = 0; n < (int)(sizeof cost_regimes / sizeof cost_regimes[0]); n++) {
+        measure_regime(&cost_regimes[n]);
+    }
+    measure_hops(&cost_regimes[0].robot);
     size("robot", sizeof(OF(robot)));
     size("plan", sizeof(OF(plan)));
     size("stance", sizeof(OF(stance)));

@@ -1,15 +1,18 @@
 """What the library costs per target: instructions and stack per call, flash, structs; and whether that has grown.
 
-`measure` runs tests/conformance/firmware/costs.c on the emulated target, links images for the flash, and adds up the
+`measure` runs costs.c and costs_law.c of this folder on the emulated target, links images for the flash, and adds up the
 frames of the compiler's call graph. docs/evidence/firmware-costs.json is the committed record,
 docs/evidence/firmware-costs.md the same as a page.
 """
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from derive.model.selftest import CASES
+from tests.conformance.firmware import golden
 from tests.conformance.firmware.targets import BY_NAME, ROOT, Build, Failed, emulate, link, objects, run
 
 RECORD = ROOT / "docs" / "evidence" / "firmware-costs.json"
@@ -34,7 +37,7 @@ CALLS = ("plan_init", "solve_stance", "stance_at", "stance_energy", "stance_grid
 PAID = (
     ("solve_stance, after a drop", "solve_stance drops"),
     ("solve_stance, every mode and ending", "solve_stance modes"),
-    ("solve_flight, after a drop", "solve_flight drops"),
+    ("solve_flight, in a run of hops", "solve_flight hops"),
     ("choose_current_step, a candidate", "choose_current_step drops"),
     ("choose_current, the height is reached", "choose_current_reached drops"),
     ("choose_current, it is not: the nearest", "choose_current_missed drops"),
@@ -45,6 +48,24 @@ PAID = (
 BOUNDED = "m4f-gcc-O2"
 """The build whose search for a current is attacked (bound.c)."""
 
+REGIMES = {
+    "a/w=0.26": ("W", "a/w=3"),
+    "a/w=3": ("W", "a/w=0.26"),
+    "a/w=6": ("W", "a/w=3"),
+    "a/w=30": ("W", "a/w=6"),
+    "a/w=33": ("modal", "a/w=30"),
+    "a/w=60": ("modal", "a/w=33"),
+    "three_real_poles": ("W", "a/w=6"),
+    "near-equal_poles": ("W", "a/w=0.26"),
+    "friction_at_rest": ("W", "a/w=0.26"),
+    "law": ("one mass", "friction_at_rest"),
+    "hops": ("flight", "a/w=0.26"),
+}
+"""What is counted apart, in the order of the page: how its phases are evaluated, and the regime next to it."""
+
+ALIKE = 1.3
+"""How many times as much a phase of a regime may cost as that of the one next to it, if both are evaluated alike."""
+
 CLOCK = 168
 """[MHz] of a common Cortex-M4F, for times."""
 
@@ -52,10 +73,13 @@ CLOCK = 168
 def measure(build: Build) -> dict[str, Any]:
     """All figures of one build, flat: name to number."""
     figures: dict[str, Any] = {}
-    for line in emulate(build.target, link(build, "costs", precisions=F32)).splitlines():
+    images = link(build, "costs", precisions=F32), link(replace(build, model="servo"), "costs_law", precisions=F32)
+    for line in "".join(emulate(build.target, image) for image in images).splitlines():
         words = line.split()
         if words[:1] == ["sizeof"]:
             figures[f"bytes of {words[1]}"] = int(words[2])
+        elif words[:1] == ["modal"]:
+            figures[f"modal {words[1]}"] = int(words[2])
         elif len(words) == 6:
             name = f"{words[0]} {words[1]}"
             figures[f"{name} mean"], figures[f"{name} max"] = int(words[3]), int(words[4])
@@ -143,6 +167,29 @@ def compilers() -> dict[str, str]:
     return {name: run([name, "--version"]).splitlines()[0] for name in sorted({b.target.gcc for b in BUILDS})}
 
 
+def call_of(regime: str) -> str:
+    return "flight" if REGIMES[regime][0] == "flight" else "stance"
+
+
+def cost_of_a_phase(figures: dict[str, Any], regime: str) -> int:
+    cost: int = figures[f"phase_of_{call_of(regime)} {regime} mean"]
+    return cost
+
+
+def apart(figures: dict[str, Any]) -> list[str]:
+    """Regimes that are not evaluated as the page says, and those that cost more than `ALIKE` times as much as the one
+    next to them, or as little, though both are evaluated alike.
+    """
+    wrong = []
+    for name, (form, beside) in REGIMES.items():
+        if figures.get(f"modal {name}", 0) != (form == "modal"):
+            wrong.append(f"{name}: its phases are not evaluated as {form}")
+        cost, near = cost_of_a_phase(figures, name), cost_of_a_phase(figures, beside)
+        if form == REGIMES[beside][0] and max(cost, near) > ALIKE * min(cost, near):
+            wrong.append(f"{name}: a phase costs {cost}, of {beside} {near}, and both are {form}")
+    return wrong
+
+
 def grown(build: Build, now: dict[str, Any]) -> list[str]:
     """Figures that are more than 2 % above the record, or missing from it."""
     record = json.loads(RECORD.read_text("utf-8"))
@@ -201,8 +248,10 @@ def page(builds: dict[str, dict[str, Any]]) -> str:
     def times(name: str) -> list[str]:
         return [f"{builds[build][name] / CLOCK:.1f}" for build in ("m4f-gcc-O2", "m4f-gcc-Os")]
 
-    drops = [name.removesuffix(" mean") for name in names_of if name.endswith("drops mean")]
-    microseconds = [[name.removesuffix(" drops"), *times(f"{name} mean"), *times(f"{name} max")] for name in drops]
+    timed = [name.removesuffix(" mean") for name in names_of if re.search(r"drops mean|_flight hops mean", name)]
+    microseconds = [
+        [name.split()[0], *times(f"{name} mean"), *times(f"{name} max")] for name in timed if "phase" not in name
+    ]
 
     def part(ending: str) -> str:
         rows = [[name.removesuffix(ending).strip(), *(spaced(builds[b][name]) for b in names)]
@@ -214,6 +263,12 @@ def page(builds: dict[str, dict[str, Any]]) -> str:
                 for name in names_of if name.startswith(start)]  # fmt: skip
         return table(["", *names], rows)
 
+    regimes = []
+    for name, (form, beside) in REGIMES.items():
+        whole = (spaced(m4f[f"solve_{call_of(name)} {name} {of}"]) for of in ("mean", "max"))
+        a_phase, near = cost_of_a_phase(m4f, name), cost_of_a_phase(m4f, beside)
+        regimes.append([name.replace("_", " "), form, *whole, spaced(a_phase), f"{a_phase / near:.2f}",
+                        beside.replace("_", " ")])  # fmt: skip
     versions = "; ".join(compilers().values())
     stances = m4f["choose_current drops mean"] / m4f["choose_current_step drops mean"]
     return f"""# What the C library costs on a processor
@@ -222,10 +277,12 @@ Written by `make firmware-report`; `make firmware-test` fails when a figure of t
 `make firmware-test-all` when any, is more than 2 % above firmware-costs.json. Single precision, instructions per
 call, counted by QEMU ({versions}).
 
-Set `modes`: the 18 stances of `hopform_selftest`, which visit every mode, kind of event and ending. Set `drops`:
+Set `modes`: {len(CASES)} stances of `hopform_selftest`, which visit every mode, kind of event and ending. Set `drops`:
 `hopper_c` and `hopper_b` at -0.7, -1.93 and -2.6 m/s under three currents each; `choose_current` for hop heights of 5,
 10 and 15 cm from each of them. `choose_current_step` solves one stance more. `choose_current_near` is the search for
-the same height, where it was reached, from a touchdown 1 % faster, begun near the command before.
+the same height, where it was reached, from a touchdown 1 % faster, begun near the command before. Set `hops`: the
+flights of `hopper_c` in a run of {len(golden.HOPS)} hops of {100 * min(golden.HOPS):.0f} to {100 * max(golden.HOPS):.0f} cm,
+from take-offs with the actuator out and moving.
 
 ## Cortex-M4F, gcc -O2
 
@@ -233,6 +290,14 @@ the same height, where it was reached, from a touchdown 1 % faster, begun near t
 Of the wishes in the set some are reached, the others are out of reach: the search ends with the nearest apex only when
 it knows that none is nearer. A command takes {stances:.1f} stances on average.
 
+What a stance costs depends on its poles and on how its phases are evaluated, so each regime is counted apart: the drops
+of `hopper_c` by a robot between the same stops, a its real pole and w the frequency of its pair; moves of a servo under
+its law; the flights of `hops`. The last two columns compare a phase with one of the regime next to it. Where both are
+evaluated alike they cost within {ALIKE} times one another, which `make firmware-test` holds. Where W gives way to the
+[modal form](../explanation/poles.md#the-modal-form), between a/w = 30 and 33 in single precision, a phase costs
+{cost_of_a_phase(m4f, "a/w=33") / cost_of_a_phase(m4f, "a/w=30"):.2f} times as much.
+
+{table(["regime", "evaluated as", "mean", "max", "a phase", "times", "a phase of"], regimes)}
 {table(["memory", ""], memory)}
 A stance after a drop has 2.9 phases on average. Where a candidate's instructions go, traced one by one with the
 function of each (QEMU), when it took 12 960: which event function crosses zero first, and the way to its root, 3 500;

@@ -2,7 +2,8 @@
 `python -m tests.conformance.firmware.golden` writes golden.h.
 
 cost_cases.h, written beside it, holds what is counted: the selftest's stances (set `modes`) and drops of both hoppers
-(set `drops`), of which the paper's sequence of signs is the common case.
+(set `drops`), of which the paper's sequence of signs is the common case; the robots of each regime, whose drops are
+counted apart; and the heights of a run of hops, whose flights are.
 
 Inputs are rounded to single precision first. Each stance carries the condition number of its state and of its AED, at
 least 1: the error that a target may show is 1e-5 of the scale times that.
@@ -24,6 +25,24 @@ ENDINGS = {"takeoff": 1, "rest": 2, "horizon": 3, "too_many_phases": 4}
 KINDS = ("x1_reverses", "x1_sticks", "x1_slips", "x1_hits_stop", "x2_reverses", "x2_sticks", "x2_slips")
 MOST_EVENTS = 16
 DROPS = tuple((robot, v2, u) for robot in (HOPPER_C, HOPPER_B) for v2 in (-0.7, -1.93, -2.6) for u in (-1.0, 0.5, 2.75))
+
+REGIMES = (
+    ("a/w=0.26", HOPPER_C),
+    ("a/w=3", HOPPER_C | {"b1": 1529.0}),
+    ("a/w=6", HOPPER_C | {"b1": 3020.0}),
+    ("a/w=30", HOPPER_C | {"b1": 15000.0}),
+    ("a/w=33", HOPPER_C | {"b1": 16500.0}),
+    ("a/w=60", HOPPER_C | {"b1": 30000.0}),
+    ("three_real_poles", HOPPER_C | {"b1": 900.0, "b2": 400.0}),
+    ("near-equal_poles", HOPPER_C | {"m_eff": 3.0, "m_s": 24.0, "k": 801.0, "b1": 90.5, "b2": 1.0, "gamma2": -8.0}),
+    ("friction_at_rest", HOPPER_C | {"f1_excess": 0.4, "f2_excess": 0.3}),
+)
+"""Robots between the same stops, a their real pole and w = sqrt(q) the frequency of their pair: `hopper_c` with ever more
+viscous friction of the actuator, past the threshold of the modal form in single precision, and those of other poles and
+friction."""
+
+HOPS = (0.15, 0.15, 0.12, 0.1, 0.12, 0.15, 0.18, 0.2, 0.17, 0.14, 0.11, 0.12)
+"""[m] Heights that `hopper_c` is asked for one after the other, thrown up by the first."""
 
 
 def single(value: float) -> float:
@@ -126,6 +145,12 @@ def cost_text() -> str:
     modes = folded(cost_row(case.robot, start) for case, start in zip(CASES, given, strict=False))
     places = [ROBOTS.index(robot) for robot, _, _ in DROPS]
     drops = folded(cost_row(robot, start) for robot, start in zip(places, given[len(CASES) :], strict=True))
+    regimes = "\n".join(
+        f'    {{"{name}",\n{folded(["     {" + ", ".join(map(number, fields(robot).values())) + "}},"])}'
+        for name, robot in REGIMES
+    )
+    starts = folded(f"    {{{number(v2)}, {number(u)}}}," for of, v2, u in DROPS if of is HOPPER_C)
+    hops = folded(["    " + ", ".join(map(number, HOPS))])
     return f"""/* Written by `python -m tests.conformance.firmware.golden`. Do not edit. */
 #ifndef COST_CASES_H
 #define COST_CASES_H
@@ -147,6 +172,29 @@ static const cost_case cost_cases_modes[] = {{
 
 static const cost_case cost_cases_drops[] = {{
 {drops}
+}};
+
+/* Robots of which the drops are counted apart, and those drops. */
+typedef struct {{
+    const char *name;
+    hopform_robot_f32 robot;
+}} cost_regime;
+
+static const cost_regime cost_regimes[] = {{
+{regimes}
+}};
+
+typedef struct {{
+    float v2, u;
+}} cost_drop;
+
+static const cost_drop cost_drops[] = {{
+{starts}
+}};
+
+/* Heights of a run of hops [m]. */
+static const float cost_hops[] = {{
+{hops}
 }};
 
 #endif

@@ -13,6 +13,7 @@ from functools import cache
 from pathlib import Path
 
 from derive.emit.facts import ROUNDING
+from derive.solver import solver
 
 ROOT = Path(__file__).resolve().parents[3]
 C = ROOT / "generated" / "c"
@@ -90,6 +91,8 @@ class Build:
     level: str
     libm: bool = False
     """Whether exp, sin, cos, ln and roots are those of its C library."""
+    model: str = "hopper"
+    """Whose solver it is: the hopper's of this checkout, or that of another model that ships."""
 
     @property
     def name(self) -> str:
@@ -97,13 +100,29 @@ class Build:
 
     @property
     def folder(self) -> Path:
-        return OUT / self.name
+        return OUT / (self.name if self.model == "hopper" else f"{self.name}-{self.model}")
+
+    @property
+    def c(self) -> Path:
+        return C if self.model == "hopper" else derived(self.model)
 
     def command(self) -> list[str]:
         """The compiler with the flags of the processor."""
         chosen = [self.target.gcc, *self.target.processor] if self.compiler == "gcc" else ["clang", *self.target.clang]
         option = ["-DHOPFORM_LIBM"] if self.libm else []
-        return [*chosen, *COMMON, *option, self.level, "-I", str(C / "include")]
+        return [*chosen, *COMMON, *option, self.level, "-I", str(self.c / "include")]
+
+
+@cache
+def derived(model: str) -> Path:
+    """The C of a model that ships, derived once a process."""
+    folder = OUT / f"model-{model}"
+    for path, text in solver(model).items():
+        if path.parts[0] == "c":
+            target = folder / path
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_text(text, "utf-8")
+    return folder / "c"
 
 
 def needed() -> list[str]:
@@ -133,9 +152,9 @@ def run(command: list[str], timeout: float = 120.0, cwd: Path | None = None) -> 
     return text
 
 
-def sources(precisions: tuple[str, ...] = ("f32", "f64")) -> list[Path]:
+def sources(precisions: tuple[str, ...] = ("f32", "f64"), c: Path = C) -> list[Path]:
     """The library's sources for firmware; batches are for workstations."""
-    return [*(C / "src" / f"hopform_{precision}.c" for precision in precisions), C / "src" / "version.c"]
+    return [*(c / "src" / f"hopform_{precision}.c" for precision in precisions), c / "src" / "version.c"]
 
 
 @cache
@@ -144,7 +163,7 @@ def objects(build: Build, precisions: tuple[str, ...] = ("f32", "f64"), *extra: 
     folder = build.folder
     folder.mkdir(parents=True, exist_ok=True)
     made = []
-    for source in sources(precisions):
+    for source in sources(precisions, build.c):
         target = folder / f"{source.stem}.o"
         run([*build.command(), *extra, "-c", str(source), "-o", str(target)])
         made.append(target)
@@ -159,7 +178,7 @@ def link(
     library = objects(build, precisions)
     main, board, startup = folder / f"{program}.o", folder / "board.o", folder / "startup.o"
     gcc = [target.gcc, *target.processor]
-    flags = ["-I", str(C / "include"), "-I", str(BOARDS), *define]
+    flags = ["-I", str(build.c / "include"), "-I", str(BOARDS), *define]
     run([*build.command(), "-I", str(BOARDS), *define, "-c", str(HERE / f"{program}.c"), "-o", str(main)])
     run([*gcc, "-std=c99", "-Os", "-ffunction-sections", *flags, "-c", str(BOARDS / "board.c"), "-o", str(board)])
     run([*gcc, "-c", str(BOARDS / target.startup), "-o", str(startup)])
