@@ -38,6 +38,12 @@ def contact_of(model: Model) -> Steps:
     yield Step(contact, model.contact, "what the leg carries")
 
 
+@function(takes=(ROBOT, STATE), returns=CONTACT)
+def contact_terms(model: Model) -> Steps:
+    """Sum of the magnitudes of its terms: what it is rounded by is in proportion to them."""
+    yield Step(contact, sp.Add(*map(sp.Abs, sp.Add.make_args(sp.expand(model.contact)))), "what the leg carries")
+
+
 @function(takes=(ROBOT, STATE), returns=FORCE)
 def contact_force(model: Model) -> Steps:
     """Contact force of the leg, at a state."""

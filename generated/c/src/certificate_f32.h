@@ -58,11 +58,6 @@ static inline deflated_f32 deflated_at_f32(const hopform_poles_f32 *poles, const
     return d;
 }
 
-/* A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then. */
-static inline float decided_f32(float value, float terms) {
-    return fabs_f32(value) > 16.0f * HOPFORM_EPS_f32 * terms ? value : 0.0f;
-}
-
 /* The deflated derivative at an end of an interval. Where it is rounding, its sign inside is that of its derivative at
  * the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too. */
 static inline float deflated_derivative_f32(const event_set_f32 *set, const event_function_f32 *g,

@@ -58,11 +58,6 @@ static inline deflated_f64 deflated_at_f64(const hopform_poles_f64 *poles, const
     return d;
 }
 
-/* A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then. */
-static inline double decided_f64(double value, double terms) {
-    return fabs_f64(value) > 16.0 * HOPFORM_EPS_f64 * terms ? value : 0.0;
-}
-
 /* The deflated derivative at an end of an interval. Where it is rounding, its sign inside is that of its derivative at
  * the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too. */
 static inline double deflated_derivative_f64(const event_set_f64 *set, const event_function_f64 *g,

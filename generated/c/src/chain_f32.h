@@ -25,6 +25,8 @@ struct stance_chain_f32 {
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     float carried_acceleration; /* this acceleration, from before the state lost its digits */
+    float most_compressed;      /* the largest magnitude of the compression where phases have begun */
+    float rounded_at_stop;      /* at a stop, what the spring's acceleration there has been rounded by; else 0 */
     float start_loss;
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
     float aed;
@@ -100,12 +102,6 @@ static inline numerators_f32 numerators_of_chain_f32(const stance_chain_f32 *cha
     return made;
 }
 
-/* The first derivative at the start that is not zero. */
-static inline float first_derivative_f32(const numerator_f32 *h) {
-    const float first = fabs_f32(h->H3) > 0.0f ? h->H3 : h->H2;
-    return fabs_f32(first) > 0.0f ? first : h->H1;
-}
-
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline float drift_of_free_f32(const stance_chain_f32 *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
@@ -120,11 +116,12 @@ static inline free_by_element_f32 free_of_f32(const stance_chain_f32 *chain, con
     return free;
 }
 
-/* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
+/* The magnitudes that the free acceleration of an element, less its friction, is a sum of; at a stop with those of the
+ * motion to it. */
 static inline float terms_of_free_f32(const stance_chain_f32 *chain, int element, float friction) {
     free_by_element_f32 terms;
     terms.named = free_terms_f32(rates_of_chain_f32(chain), &chain->at.named, current_of_chain_f32(chain));
-    return terms.of[element] + friction;
+    return terms.of[element] + friction + (element == HOPFORM_STOPPED_ELEMENT ? chain->rounded_at_stop : 0.0f);
 }
 
 /* Where an element at rest goes: held while |a_i| <= f_s,i, its friction at rest. On the threshold, which is where
@@ -141,12 +138,13 @@ static inline direction_f32 direction_from_rest_f32(const stance_chain_f32 *chai
     const float acceleration = known ? chain->carried_acceleration : free.of[element];
     const hopform_robot_f32 *robot = &chain->plan->robot;
     const float friction = level_at_rest_f32(robot, element, acceleration < 0.0f ? -1 : 1);
-    const float rounding = known ? 0.0f : 16.0f * HOPFORM_EPS_f32 * terms_of_free_f32(chain, element, friction);
-    const bool on_threshold = fabs_f32(fabs_f32(acceleration) - friction) <= rounding;
+    const float terms = known ? 0.0f : terms_of_free_f32(chain, element, friction);
+    const bool on_threshold = !(fabs_f32(decided_f32(fabs_f32(acceleration) - friction, terms)) > 0.0f);
     float goes = goes_f32(acceleration, friction);
     if (on_threshold) {
         const float drift = HOPFORM_MOVES_ALONE ? 0.0f : drift_of_free_f32(chain, element);
-        const bool has_none = level_at_rest_f32(robot, element, drift < 0.0f ? -1 : 1) <= rounding;
+        const float level = level_at_rest_f32(robot, element, drift < 0.0f ? -1 : 1);
+        const bool has_none = !(decided_f32(level, terms) > 0.0f);
         goes = acceleration * drift > 0.0f || has_none ? goes_f32(drift, 0.0f) : 0.0f;
     }
     const direction_f32 direction = {stance_blocked_f32(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
@@ -164,41 +162,44 @@ static inline float pull_of_chain_f32(const stance_chain_f32 *chain) {
     return pull_of_law_f32(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
 }
 
+/* How far the pull is beyond the limits, decided. */
+static inline float beyond_limit_f32(const stance_chain_f32 *chain, float pull) {
+    const float largest = largest_pull_f32(&chain->plan->robot);
+    return is_finite_f32(largest) ? decided_f32(fabs_f32(pull) - largest, terms_of_room_f32(chain, largest)) : -1.0f;
+}
+
 /* The limit that the current is at; on the limit 0. */
 static inline void stance_choose_limit_f32(stance_chain_f32 *chain) {
     if (!HOPFORM_HAS_LAW) { return; }
-    const float largest = largest_pull_f32(&chain->plan->robot);
-    chain->side[HOPFORM_ELEMENTS - 1] = (int)goes_f32(pull_of_chain_f32(chain), largest);
+    const float pull = pull_of_chain_f32(chain);
+    chain->side[HOPFORM_ELEMENTS - 1] = beyond_limit_f32(chain, pull) > 0.0f ? (int)goes_f32(pull, 0.0f) : 0;
 }
 
-/* Where the pull is exactly at the limit its first non-zero derivative decides; the sides of the elements are known. */
+/* Where the pull is on the limit its first non-zero derivative decides; the sides of the elements are known. */
 static inline void stance_settle_limit_f32(stance_chain_f32 *chain) {
     if (!HOPFORM_HAS_LAW || limit_of_chain_f32(chain) != 0 || all_rest_f32(chain->side)) { return; }
     const float pull = pull_of_chain_f32(chain);
-    if (fabs_f32(pull) < largest_pull_f32(&chain->plan->robot)) { return; }
+    if (beyond_limit_f32(chain, pull) < 0.0f) { return; }
     const numerators_f32 motion = numerators_of_chain_f32(chain, chain->side);
     const numerator_f32 h = law_numerator_f32(&chain->plan->robot, &chain->at.named, &motion.named);
     const float leaves = goes_f32(pull, 0.0f) * first_derivative_f32(&h);
     chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0f ? (int)goes_f32(pull, 0.0f) : 0;
 }
 
-/* The room of the pull to its limits, or at a limit what it is beyond that. At a limit that it has just reached or left
- * the room is 0, and grows. */
+/* The room of the pull to its limits, or at a limit what it is beyond that. */
 static inline void add_limits_f32(const stance_chain_f32 *chain, event_set_f32 *set) {
     const float largest = largest_pull_f32(&chain->plan->robot);
     if (!is_finite_f32(largest)) { return; }
     const int limit = limit_of_chain_f32(chain);
     const hopform_robot_f32 *robot = &chain->plan->robot;
     const float terms = terms_of_room_f32(chain, largest);
-    const float rounding = 16.0f * HOPFORM_EPS_f32 * terms;
     const float pull = pull_of_chain_f32(chain);
     const numerator_f32 h = law_numerator_f32(robot, &chain->at.named, &chain->motion.named);
     for (int side = -1; side <= 1; side += 2) {
         if (limit != 0 && side != limit) { continue; }
         event_function_f32 *room = add_event_function_f32(set, &h, pull - (float)side * largest,
                                                             (float)(limit == 0 ? -side : side), LIMIT_f32, true);
-        room->start = room->H3 > 0.0f && fabs_f32(room->start) <= rounding ? 0.0f : room->start;
-        room->cancels = 0.25f * terms; /* each term is rounded four times at most */
+        put_on_threshold_f32(room, terms);
         room->side = limit == 0 ? side : 0;
     }
 }
@@ -243,7 +244,7 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element
     const bool open[] = {!stance_blocked_f32(chain, element, -1), !stance_blocked_f32(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
     const numerator_f32 h = free_numerator_f32(rates_of_chain_f32(chain), element, &chain->motion.named);
-    const float drift = fabs_f32(h.H3) > 0.0f ? h.H3 : h.H2;
+    const float drift = first_derivative_f32(&h);
     const free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
         const float sign = (float)side;
@@ -251,10 +252,15 @@ static inline void add_thresholds_f32(const stance_chain_f32 *chain, int element
             const float level = level_at_rest_f32(&chain->plan->robot, element, side);
             event_function_f32 *slips = add_event_function_f32(set, &h, free.of[element] - sign * level, -sign,
                                                                  ELEMENT_f32 + element, needs_certificate);
+            put_on_threshold_f32(slips, terms_of_free_f32(chain, element, level));
             slips->side = side;
-            slips->cancels = 0.25f * terms_of_free_f32(chain, element, level); /* each is rounded four times at most */
         }
     }
+}
+
+/* The magnitudes that the contact force is a sum of; 0 where it is the compression alone. */
+static inline float terms_of_contact_f32(const stance_chain_f32 *chain) {
+    return HOPFORM_CONTACT_IS_COMPRESSION ? 0.0f : contact_terms_f32(&chain->plan->robot, &chain->at.named);
 }
 
 /* How far the position is from the stop ahead, if there is one. */
@@ -292,8 +298,9 @@ static inline void put_events_f32(stance_events_f32 *events, const stance_chain_
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0f; /* else it rises, from 0 on */
     if (HOPFORM_HAS_CONTACT && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &chain->motion.named);
-        (void)add_event_function_f32(set, &h, contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f,
-                                      CONTACT_f32, !is_monotone);
+        event_function_f32 *contact = add_event_function_f32(
+            set, &h, contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f, CONTACT_f32, !is_monotone);
+        if (!HOPFORM_CONTACT_IS_COMPRESSION) { put_on_threshold_f32(contact, terms_of_contact_f32(chain)); }
     }
     add_stop_f32(chain, set);
     if (HOPFORM_HAS_LAW) { add_limits_f32(chain, set); }
@@ -462,6 +469,13 @@ static inline void next_step_f32(stance_chain_f32 *chain) {
     if (chain->count == count) { stance_record_f32(chain, HOPFORM_EVENT_NONE); }
 }
 
+/* The magnitudes that the compression is a sum of at the end of a phase. */
+static inline float terms_of_compression_f32(const stance_chain_f32 *chain, const basis_f32 *basis) {
+    const numerator_f32 *h = &chain->motion.of.compression;
+    return fabs_f32(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f32(h->H3 * basis->Wd)
+           + fabs_f32(h->H2 * basis->W) + fabs_f32(h->H1 * basis->W1);
+}
+
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
 SELDOM_f32 void keep_small_acceleration_f32(stance_chain_f32 *chain, const basis_f32 *basis) {
@@ -471,15 +485,12 @@ SELDOM_f32 void keep_small_acceleration_f32(stance_chain_f32 *chain, const basis
     const float friction = level_at_rest_f32(robot, element, 1) + level_at_rest_f32(robot, element, -1);
     if (friction > 0.0f || fabs_f32(rates->a1_v1) > 0.0f) { return; }
     const free_by_element_f32 at_rest = free_of_f32(chain, &chain->at.named);
-    const numerator_f32 *leg = &chain->motion.of.compression;
-    const float compression = fabs_f32(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f32(leg->H3 * basis->Wd)
-                             + fabs_f32(leg->H2 * basis->W) + fabs_f32(leg->H1 * basis->W1);
-    const float by_spring = fabs_f32(rates->a1_y * compression);
+    const float by_spring = fabs_f32(rates->a1_y * terms_of_compression_f32(chain, basis));
     if (!(fabs_f32(at_rest.of[element]) < 64.0f * HOPFORM_EPS_f32 * by_spring)) { return; }
     const numerator_f32 *h = &chain->motion.of.velocity[element];
     const float terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const float rate = terms[0] + terms[1] + terms[2];
-    if (fabs_f32(rate) > 16.0f * HOPFORM_EPS_f32 * (fabs_f32(terms[0]) + fabs_f32(terms[1]) + fabs_f32(terms[2]))) {
+    if (fabs_f32(decided_f32(rate, fabs_f32(terms[0]) + fabs_f32(terms[1]) + fabs_f32(terms[2]))) > 0.0f) {
         chain->came_to_rest = element;
         chain->carried_acceleration = rate;
     }
@@ -489,14 +500,21 @@ SELDOM_f32 void keep_small_acceleration_f32(stance_chain_f32 *chain, const basis
 static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const stance_search_f32 *end) {
     const int element = end->owner - ELEMENT_f32;
     chain->came_to_rest = NO_ELEMENT_f32;
+    if (!all_rest_f32(chain->side)) { chain->rounded_at_stop = 0.0f; }
     if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_f32) || chain->side[element] == 0) { return; }
     const basis_f32 basis = basis_of_propagator_f32(end->events.set.poles, &end->in.high);
-    if (other_rests_f32(chain->side, element) && !end->stops) {
+    const bool alone = other_rests_f32(chain->side, element);
+    const bool at_stop = end->stops || end->touches;
+    if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
+        const float compressed = chain->most_compressed + terms_of_compression_f32(chain, &basis);
+        chain->rounded_at_stop = fabs_f32(rates_of_chain_f32(chain)->a1_y * compressed);
+    }
+    if (alone && !at_stop) {
         chain->came_to_rest = element;
         chain->carried_acceleration =
             free_after_motion_f32((float)chain->side[element], level_of_f32(&chain->plan->robot, element),
                                    &chain->motion.of.velocity[element], &basis);
-    } else if (element == HOPFORM_STOPPED_ELEMENT && !other_rests_f32(chain->side, element)) {
+    } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
         keep_small_acceleration_f32(chain, &basis);
     }
 }
@@ -507,6 +525,7 @@ static inline void stance_arrive_f32(stance_chain_f32 *chain, const motion_modes
                                       const propagator_f32 *end) {
     float *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const float before = *position;
+    chain->most_compressed = greater_f32(chain->most_compressed, fabs_f32(chain->at.of[HOPFORM_COMPRESSION_AXIS]));
     *position = 0.0f;
     chain->at.named =
         arrive_at_f32(&chain->at.named, &chain->motion.named, modes, end, chain->side[0], chain->side[1]);
@@ -583,11 +602,12 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
     }
 }
 
-/* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
+/* The contact is lost at once: it pulls, or its contact force is on 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
     if (!HOPFORM_HAS_CONTACT) { return false; }
-    const float contact = contact_of_f32(&chain->plan->robot, &chain->at.named);
+    const float contact =
+        decided_f32(contact_of_f32(&chain->plan->robot, &chain->at.named), terms_of_contact_f32(chain));
     const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_f32(&chain->at.named) > 0.0f;
     if (fabs_f32(contact) > 0.0f || rises) { return contact < 0.0f; }
     const numerators_f32 motion = numerators_of_chain_f32(chain, chain->side);
@@ -667,7 +687,8 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_f32(chain, end);
-    if (end->stops && contact_pulls_f32(&chain->plan->robot, &chain->at.named) && chain->count <= chain->max_phases) {
+    if (!HOPFORM_CONTACT_IS_COMPRESSION && end->stops && leaves_at_once_f32(chain)
+        && chain->count <= chain->max_phases) {
         notify_ending_f32(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }
@@ -723,6 +744,8 @@ static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_
     chain->just_switched = NO_ELEMENT_f32;
     chain->came_to_rest = NO_ELEMENT_f32;
     chain->carried_acceleration = 0.0f;
+    chain->most_compressed = 0.0f;
+    chain->rounded_at_stop = 0.0f;
     chain->start_loss = 0.0f;
     chain->adds_up = !HOPFORM_MOVES_ALONE && stores_much_f32(&plan->robot, start);
     chain->aed = 0.0f;

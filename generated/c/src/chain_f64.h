@@ -25,6 +25,8 @@ struct stance_chain_f64 {
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     double carried_acceleration; /* this acceleration, from before the state lost its digits */
+    double most_compressed;      /* the largest magnitude of the compression where phases have begun */
+    double rounded_at_stop;      /* at a stop, what the spring's acceleration there has been rounded by; else 0 */
     double start_loss;
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
     double aed;
@@ -100,12 +102,6 @@ static inline numerators_f64 numerators_of_chain_f64(const stance_chain_f64 *cha
     return made;
 }
 
-/* The first derivative at the start that is not zero. */
-static inline double first_derivative_f64(const numerator_f64 *h) {
-    const double first = fabs_f64(h->H3) > 0.0 ? h->H3 : h->H2;
-    return fabs_f64(first) > 0.0 ? first : h->H1;
-}
-
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline double drift_of_free_f64(const stance_chain_f64 *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
@@ -120,11 +116,12 @@ static inline free_by_element_f64 free_of_f64(const stance_chain_f64 *chain, con
     return free;
 }
 
-/* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
+/* The magnitudes that the free acceleration of an element, less its friction, is a sum of; at a stop with those of the
+ * motion to it. */
 static inline double terms_of_free_f64(const stance_chain_f64 *chain, int element, double friction) {
     free_by_element_f64 terms;
     terms.named = free_terms_f64(rates_of_chain_f64(chain), &chain->at.named, current_of_chain_f64(chain));
-    return terms.of[element] + friction;
+    return terms.of[element] + friction + (element == HOPFORM_STOPPED_ELEMENT ? chain->rounded_at_stop : 0.0);
 }
 
 /* Where an element at rest goes: held while |a_i| <= f_s,i, its friction at rest. On the threshold, which is where
@@ -141,12 +138,13 @@ static inline direction_f64 direction_from_rest_f64(const stance_chain_f64 *chai
     const double acceleration = known ? chain->carried_acceleration : free.of[element];
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const double friction = level_at_rest_f64(robot, element, acceleration < 0.0 ? -1 : 1);
-    const double rounding = known ? 0.0 : 16.0 * HOPFORM_EPS_f64 * terms_of_free_f64(chain, element, friction);
-    const bool on_threshold = fabs_f64(fabs_f64(acceleration) - friction) <= rounding;
+    const double terms = known ? 0.0 : terms_of_free_f64(chain, element, friction);
+    const bool on_threshold = !(fabs_f64(decided_f64(fabs_f64(acceleration) - friction, terms)) > 0.0);
     double goes = goes_f64(acceleration, friction);
     if (on_threshold) {
         const double drift = HOPFORM_MOVES_ALONE ? 0.0 : drift_of_free_f64(chain, element);
-        const bool has_none = level_at_rest_f64(robot, element, drift < 0.0 ? -1 : 1) <= rounding;
+        const double level = level_at_rest_f64(robot, element, drift < 0.0 ? -1 : 1);
+        const bool has_none = !(decided_f64(level, terms) > 0.0);
         goes = acceleration * drift > 0.0 || has_none ? goes_f64(drift, 0.0) : 0.0;
     }
     const direction_f64 direction = {stance_blocked_f64(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
@@ -164,41 +162,44 @@ static inline double pull_of_chain_f64(const stance_chain_f64 *chain) {
     return pull_of_law_f64(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
 }
 
+/* How far the pull is beyond the limits, decided. */
+static inline double beyond_limit_f64(const stance_chain_f64 *chain, double pull) {
+    const double largest = largest_pull_f64(&chain->plan->robot);
+    return is_finite_f64(largest) ? decided_f64(fabs_f64(pull) - largest, terms_of_room_f64(chain, largest)) : -1.0;
+}
+
 /* The limit that the current is at; on the limit 0. */
 static inline void stance_choose_limit_f64(stance_chain_f64 *chain) {
     if (!HOPFORM_HAS_LAW) { return; }
-    const double largest = largest_pull_f64(&chain->plan->robot);
-    chain->side[HOPFORM_ELEMENTS - 1] = (int)goes_f64(pull_of_chain_f64(chain), largest);
+    const double pull = pull_of_chain_f64(chain);
+    chain->side[HOPFORM_ELEMENTS - 1] = beyond_limit_f64(chain, pull) > 0.0 ? (int)goes_f64(pull, 0.0) : 0;
 }
 
-/* Where the pull is exactly at the limit its first non-zero derivative decides; the sides of the elements are known. */
+/* Where the pull is on the limit its first non-zero derivative decides; the sides of the elements are known. */
 static inline void stance_settle_limit_f64(stance_chain_f64 *chain) {
     if (!HOPFORM_HAS_LAW || limit_of_chain_f64(chain) != 0 || all_rest_f64(chain->side)) { return; }
     const double pull = pull_of_chain_f64(chain);
-    if (fabs_f64(pull) < largest_pull_f64(&chain->plan->robot)) { return; }
+    if (beyond_limit_f64(chain, pull) < 0.0) { return; }
     const numerators_f64 motion = numerators_of_chain_f64(chain, chain->side);
     const numerator_f64 h = law_numerator_f64(&chain->plan->robot, &chain->at.named, &motion.named);
     const double leaves = goes_f64(pull, 0.0) * first_derivative_f64(&h);
     chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0 ? (int)goes_f64(pull, 0.0) : 0;
 }
 
-/* The room of the pull to its limits, or at a limit what it is beyond that. At a limit that it has just reached or left
- * the room is 0, and grows. */
+/* The room of the pull to its limits, or at a limit what it is beyond that. */
 static inline void add_limits_f64(const stance_chain_f64 *chain, event_set_f64 *set) {
     const double largest = largest_pull_f64(&chain->plan->robot);
     if (!is_finite_f64(largest)) { return; }
     const int limit = limit_of_chain_f64(chain);
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const double terms = terms_of_room_f64(chain, largest);
-    const double rounding = 16.0 * HOPFORM_EPS_f64 * terms;
     const double pull = pull_of_chain_f64(chain);
     const numerator_f64 h = law_numerator_f64(robot, &chain->at.named, &chain->motion.named);
     for (int side = -1; side <= 1; side += 2) {
         if (limit != 0 && side != limit) { continue; }
         event_function_f64 *room = add_event_function_f64(set, &h, pull - (double)side * largest,
                                                             (double)(limit == 0 ? -side : side), LIMIT_f64, true);
-        room->start = room->H3 > 0.0 && fabs_f64(room->start) <= rounding ? 0.0 : room->start;
-        room->cancels = 0.25 * terms; /* each term is rounded four times at most */
+        put_on_threshold_f64(room, terms);
         room->side = limit == 0 ? side : 0;
     }
 }
@@ -243,7 +244,7 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element
     const bool open[] = {!stance_blocked_f64(chain, element, -1), !stance_blocked_f64(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
     const numerator_f64 h = free_numerator_f64(rates_of_chain_f64(chain), element, &chain->motion.named);
-    const double drift = fabs_f64(h.H3) > 0.0 ? h.H3 : h.H2;
+    const double drift = first_derivative_f64(&h);
     const free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
         const double sign = (double)side;
@@ -251,10 +252,15 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element
             const double level = level_at_rest_f64(&chain->plan->robot, element, side);
             event_function_f64 *slips = add_event_function_f64(set, &h, free.of[element] - sign * level, -sign,
                                                                  ELEMENT_f64 + element, needs_certificate);
+            put_on_threshold_f64(slips, terms_of_free_f64(chain, element, level));
             slips->side = side;
-            slips->cancels = 0.25 * terms_of_free_f64(chain, element, level); /* each is rounded four times at most */
         }
     }
+}
+
+/* The magnitudes that the contact force is a sum of; 0 where it is the compression alone. */
+static inline double terms_of_contact_f64(const stance_chain_f64 *chain) {
+    return HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : contact_terms_f64(&chain->plan->robot, &chain->at.named);
 }
 
 /* How far the position is from the stop ahead, if there is one. */
@@ -292,8 +298,9 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
     if (HOPFORM_HAS_CONTACT && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &chain->motion.named);
-        (void)add_event_function_f64(set, &h, contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0,
-                                      CONTACT_f64, !is_monotone);
+        event_function_f64 *contact = add_event_function_f64(
+            set, &h, contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0, CONTACT_f64, !is_monotone);
+        if (!HOPFORM_CONTACT_IS_COMPRESSION) { put_on_threshold_f64(contact, terms_of_contact_f64(chain)); }
     }
     add_stop_f64(chain, set);
     if (HOPFORM_HAS_LAW) { add_limits_f64(chain, set); }
@@ -462,6 +469,13 @@ static inline void next_step_f64(stance_chain_f64 *chain) {
     if (chain->count == count) { stance_record_f64(chain, HOPFORM_EVENT_NONE); }
 }
 
+/* The magnitudes that the compression is a sum of at the end of a phase. */
+static inline double terms_of_compression_f64(const stance_chain_f64 *chain, const basis_f64 *basis) {
+    const numerator_f64 *h = &chain->motion.of.compression;
+    return fabs_f64(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f64(h->H3 * basis->Wd)
+           + fabs_f64(h->H2 * basis->W) + fabs_f64(h->H1 * basis->W1);
+}
+
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
 SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const basis_f64 *basis) {
@@ -471,15 +485,12 @@ SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const basis
     const double friction = level_at_rest_f64(robot, element, 1) + level_at_rest_f64(robot, element, -1);
     if (friction > 0.0 || fabs_f64(rates->a1_v1) > 0.0) { return; }
     const free_by_element_f64 at_rest = free_of_f64(chain, &chain->at.named);
-    const numerator_f64 *leg = &chain->motion.of.compression;
-    const double compression = fabs_f64(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f64(leg->H3 * basis->Wd)
-                             + fabs_f64(leg->H2 * basis->W) + fabs_f64(leg->H1 * basis->W1);
-    const double by_spring = fabs_f64(rates->a1_y * compression);
+    const double by_spring = fabs_f64(rates->a1_y * terms_of_compression_f64(chain, basis));
     if (!(fabs_f64(at_rest.of[element]) < 64.0 * HOPFORM_EPS_f64 * by_spring)) { return; }
     const numerator_f64 *h = &chain->motion.of.velocity[element];
     const double terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const double rate = terms[0] + terms[1] + terms[2];
-    if (fabs_f64(rate) > 16.0 * HOPFORM_EPS_f64 * (fabs_f64(terms[0]) + fabs_f64(terms[1]) + fabs_f64(terms[2]))) {
+    if (fabs_f64(decided_f64(rate, fabs_f64(terms[0]) + fabs_f64(terms[1]) + fabs_f64(terms[2]))) > 0.0) {
         chain->came_to_rest = element;
         chain->carried_acceleration = rate;
     }
@@ -489,14 +500,21 @@ SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const basis
 static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const stance_search_f64 *end) {
     const int element = end->owner - ELEMENT_f64;
     chain->came_to_rest = NO_ELEMENT_f64;
+    if (!all_rest_f64(chain->side)) { chain->rounded_at_stop = 0.0; }
     if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_f64) || chain->side[element] == 0) { return; }
     const basis_f64 basis = basis_of_propagator_f64(end->events.set.poles, &end->in.high);
-    if (other_rests_f64(chain->side, element) && !end->stops) {
+    const bool alone = other_rests_f64(chain->side, element);
+    const bool at_stop = end->stops || end->touches;
+    if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
+        const double compressed = chain->most_compressed + terms_of_compression_f64(chain, &basis);
+        chain->rounded_at_stop = fabs_f64(rates_of_chain_f64(chain)->a1_y * compressed);
+    }
+    if (alone && !at_stop) {
         chain->came_to_rest = element;
         chain->carried_acceleration =
             free_after_motion_f64((double)chain->side[element], level_of_f64(&chain->plan->robot, element),
                                    &chain->motion.of.velocity[element], &basis);
-    } else if (element == HOPFORM_STOPPED_ELEMENT && !other_rests_f64(chain->side, element)) {
+    } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
         keep_small_acceleration_f64(chain, &basis);
     }
 }
@@ -507,6 +525,7 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const motion_modes
                                       const propagator_f64 *end) {
     double *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const double before = *position;
+    chain->most_compressed = greater_f64(chain->most_compressed, fabs_f64(chain->at.of[HOPFORM_COMPRESSION_AXIS]));
     *position = 0.0;
     chain->at.named =
         arrive_at_f64(&chain->at.named, &chain->motion.named, modes, end, chain->side[0], chain->side[1]);
@@ -583,11 +602,12 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
     }
 }
 
-/* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
+/* The contact is lost at once: it pulls, or its contact force is on 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_f64(const stance_chain_f64 *chain) {
     if (!HOPFORM_HAS_CONTACT) { return false; }
-    const double contact = contact_of_f64(&chain->plan->robot, &chain->at.named);
+    const double contact =
+        decided_f64(contact_of_f64(&chain->plan->robot, &chain->at.named), terms_of_contact_f64(chain));
     const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_f64(&chain->at.named) > 0.0;
     if (fabs_f64(contact) > 0.0 || rises) { return contact < 0.0; }
     const numerators_f64 motion = numerators_of_chain_f64(chain, chain->side);
@@ -667,7 +687,8 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_f64(chain, end);
-    if (end->stops && contact_pulls_f64(&chain->plan->robot, &chain->at.named) && chain->count <= chain->max_phases) {
+    if (!HOPFORM_CONTACT_IS_COMPRESSION && end->stops && leaves_at_once_f64(chain)
+        && chain->count <= chain->max_phases) {
         notify_ending_f64(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }
@@ -723,6 +744,8 @@ static inline void stance_start_f64(stance_chain_f64 *chain, const hopform_plan_
     chain->just_switched = NO_ELEMENT_f64;
     chain->came_to_rest = NO_ELEMENT_f64;
     chain->carried_acceleration = 0.0;
+    chain->most_compressed = 0.0;
+    chain->rounded_at_stop = 0.0;
     chain->start_loss = 0.0;
     chain->adds_up = !HOPFORM_MOVES_ALONE && stores_much_f64(&plan->robot, start);
     chain->aed = 0.0;

@@ -13,6 +13,19 @@
 
 #include "phase_f32.h"
 
+/* ---- on a threshold ---- */
+
+/* A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then. */
+static inline float decided_f32(float value, float terms) {
+    return fabs_f32(value) > 16.0f * HOPFORM_EPS_f32 * terms ? value : 0.0f;
+}
+
+/* The first derivative at the start that is not zero. */
+static inline float first_derivative_f32(const numerator_f32 *h) {
+    const float first = fabs_f32(h->H3) > 0.0f ? h->H3 : h->H2;
+    return fabs_f32(first) > 0.0f ? first : h->H1;
+}
+
 /* Functions that a phase has at most: what moves alone has its distance from a stop, and the room of a law to either
  * limit. */
 enum { MOST_EVENT_FUNCTIONS_f32 = 4 - 3 * HOPFORM_MOVES_ALONE + 2 * HOPFORM_HAS_LAW };
@@ -35,7 +48,8 @@ enum {
 typedef struct {
     float H3, H2, H1, H0; /* its numerator */
     float start;
-    float cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
+    float
+        cancels; /* a quarter of the magnitudes that the start is a difference of: each is rounded four times at most */
     float decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
     int32_t owner;
     int32_t side;
@@ -72,6 +86,19 @@ static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, con
     g->needs_certificate = needs_certificate;
     g->touch_is_no_event = false;
     return g;
+}
+
+/* The first derivative at the start of an event function that is not zero. */
+static inline float begins_with_f32(const event_function_f32 *g) {
+    const numerator_f32 h = {g->H3, g->H2, g->H1};
+    return first_derivative_f32(&h);
+}
+
+/* The start is a difference of terms, the sum of whose magnitudes is given. Within its rounding it is on the threshold,
+ * where the function does not fall: as its first non-zero derivative has decided. */
+static inline void put_on_threshold_f32(event_function_f32 *g, float terms) {
+    g->cancels = 0.25f * terms;
+    if (!(fabs_f32(decided_f32(g->start, terms)) > 0.0f) && !(begins_with_f32(g) < 0.0f)) { g->start = 0.0f; }
 }
 
 /* The modal form of a function in place of its numerator and start. */

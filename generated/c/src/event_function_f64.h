@@ -13,6 +13,19 @@
 
 #include "phase_f64.h"
 
+/* ---- on a threshold ---- */
+
+/* A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then. */
+static inline double decided_f64(double value, double terms) {
+    return fabs_f64(value) > 16.0 * HOPFORM_EPS_f64 * terms ? value : 0.0;
+}
+
+/* The first derivative at the start that is not zero. */
+static inline double first_derivative_f64(const numerator_f64 *h) {
+    const double first = fabs_f64(h->H3) > 0.0 ? h->H3 : h->H2;
+    return fabs_f64(first) > 0.0 ? first : h->H1;
+}
+
 /* Functions that a phase has at most: what moves alone has its distance from a stop, and the room of a law to either
  * limit. */
 enum { MOST_EVENT_FUNCTIONS_f64 = 4 - 3 * HOPFORM_MOVES_ALONE + 2 * HOPFORM_HAS_LAW };
@@ -35,7 +48,8 @@ enum {
 typedef struct {
     double H3, H2, H1, H0; /* its numerator */
     double start;
-    double cancels; /* the magnitudes that the start is a difference of, where it is rounded by more than its own */
+    double
+        cancels; /* a quarter of the magnitudes that the start is a difference of: each is rounded four times at most */
     double decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
     int32_t owner;
     int32_t side;
@@ -72,6 +86,19 @@ static inline event_function_f64 *add_event_function_f64(event_set_f64 *set, con
     g->needs_certificate = needs_certificate;
     g->touch_is_no_event = false;
     return g;
+}
+
+/* The first derivative at the start of an event function that is not zero. */
+static inline double begins_with_f64(const event_function_f64 *g) {
+    const numerator_f64 h = {g->H3, g->H2, g->H1};
+    return first_derivative_f64(&h);
+}
+
+/* The start is a difference of terms, the sum of whose magnitudes is given. Within its rounding it is on the threshold,
+ * where the function does not fall: as its first non-zero derivative has decided. */
+static inline void put_on_threshold_f64(event_function_f64 *g, double terms) {
+    g->cancels = 0.25 * terms;
+    if (!(fabs_f64(decided_f64(g->start, terms)) > 0.0) && !(begins_with_f64(g) < 0.0)) { g->start = 0.0; }
 }
 
 /* The modal form of a function in place of its numerator and start. */

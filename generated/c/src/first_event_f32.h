@@ -246,14 +246,21 @@ static inline float root_free_until_f32(const event_set_f32 *set, const interval
     return in->low.t + quiet;
 }
 
-/* Begin the first interval. A function that is below zero already and falls is found; -1 if there is none. */
+/* Whether a function that begins below zero, or on its threshold, stays there. */
+static inline bool begins_beyond_f32(const event_function_f32 *g) {
+    const float first = begins_with_f32(g);
+    return g->start < 0.0f ? !(first > 0.0f) : first < 0.0f;
+}
+
+/* Begin the first interval. A function that falls below zero at once is found; -1 if there is none. */
 static inline int32_t begin_at_start_f32(const event_set_f32 *set, interval_f32 *in) {
     int32_t found = -1;
     in->low = propagator_at_start_f32(set->poles);
     for (int32_t n = set->count - 1; n >= 0; n--) {
         in->from[n] = jet_at_start_f32(set->poles, &set->function[n]);
-        if (in->from[n].value < 0.0f) {
-            found = in->from[n].rate <= 0.0f ? n : found;
+        const float value = in->from[n].value;
+        if (value < 0.0f || (set->function[n].cancels > 0.0f && !(value > 0.0f))) {
+            found = begins_beyond_f32(&set->function[n]) ? n : found;
             in->from[n].value = 0.0f;
         }
     }

@@ -246,14 +246,21 @@ static inline double root_free_until_f64(const event_set_f64 *set, const interva
     return in->low.t + quiet;
 }
 
-/* Begin the first interval. A function that is below zero already and falls is found; -1 if there is none. */
+/* Whether a function that begins below zero, or on its threshold, stays there. */
+static inline bool begins_beyond_f64(const event_function_f64 *g) {
+    const double first = begins_with_f64(g);
+    return g->start < 0.0 ? !(first > 0.0) : first < 0.0;
+}
+
+/* Begin the first interval. A function that falls below zero at once is found; -1 if there is none. */
 static inline int32_t begin_at_start_f64(const event_set_f64 *set, interval_f64 *in) {
     int32_t found = -1;
     in->low = propagator_at_start_f64(set->poles);
     for (int32_t n = set->count - 1; n >= 0; n--) {
         in->from[n] = jet_at_start_f64(set->poles, &set->function[n]);
-        if (in->from[n].value < 0.0) {
-            found = in->from[n].rate <= 0.0 ? n : found;
+        const double value = in->from[n].value;
+        if (value < 0.0 || (set->function[n].cancels > 0.0 && !(value > 0.0))) {
+            found = begins_beyond_f64(&set->function[n]) ? n : found;
             in->from[n].value = 0.0;
         }
     }

@@ -288,13 +288,19 @@ static flight_end_f32 end_at_stop_f32(flight_chain_f32 *chain, flight_end_f32 en
     return touches || has_root_in_flight_f32(chain, &set, NULL, &first, &chain->last) ? FLIGHT_STOP_f32 : end;
 }
 
+/* The magnitudes that the room of the pull is a difference of. */
+static float terms_of_room_in_flight_f32(const flight_chain_f32 *chain) {
+    const hopform_flight_phase_f32 *now = &chain->now;
+    return fabs_f32(chain->gains.Kp * now->x1) + fabs_f32(chain->gains.Kd * now->v1) + chain->largest;
+}
+
 /* Where the pull reaches the limit of the input, or leaves it, before the last instant; to what. */
 static flight_end_f32 end_at_pull_f32(flight_chain_f32 *chain, flight_end_f32 end, int *to) {
     const hopform_flight_phase_f32 *now = &chain->now;
     const hopform_gains_f32 *gains = &chain->gains;
     const float proportional = gains->Kp * now->x1;
     const float derivative = gains->Kd * now->v1;
-    const float bound = 16.0f * HOPFORM_EPS_f32 * (fabs_f32(proportional) + fabs_f32(derivative) + chain->largest);
+    const float terms = terms_of_room_in_flight_f32(chain);
     const numerator_f32 pull = pull_numerator_f32(gains, now->v1, now->acc1, &chain->poles);
     const propagator_f32 first = propagator_at_start_f32(&chain->poles);
     for (int side = -1; side <= 1 && (gains->Kp > 0.0f || gains->Kd > 0.0f); side += 2) {
@@ -304,7 +310,7 @@ static flight_end_f32 end_at_pull_f32(flight_chain_f32 *chain, flight_end_f32 en
         set.count = 0;
         event_function_f32 *room =
             add_event_function_f32(&set, &pull, start, (float)(now->limit == 0 ? -side : side), ELEMENT_f32, true);
-        room->start = room->H3 > 0.0f && room->start < bound ? 0.0f : room->start;
+        put_on_threshold_f32(room, terms);
         propagator_f32 at = chain->last;
         if (side != -now->limit && has_root_in_flight_f32(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {
             chain->last = at;
@@ -438,12 +444,13 @@ static void record_in_flight_f32(flight_chain_f32 *chain, int event) {
     flight->phase_count++;
 }
 
-/* Whether the motor is at its limit: where its pull is there exactly, the sign of its rate decides. */
+/* Whether the motor is at its limit: where its pull is on it, the sign of its rate decides. */
 static void choose_limit_f32(flight_chain_f32 *chain) {
     const hopform_flight_phase_f32 *now = &chain->now;
     const float pull = chain->gains.Kp * now->x1 + chain->gains.Kd * now->v1;
-    chain->now.limit = (int8_t)goes_f32(pull, chain->largest);
-    if (now->limit == 0 && !(fabs_f32(pull) < chain->largest) && now->side != 0) {
+    const float beyond = decided_f32(fabs_f32(pull) - chain->largest, terms_of_room_in_flight_f32(chain));
+    chain->now.limit = beyond > 0.0f ? (int8_t)goes_f32(pull, 0.0f) : 0;
+    if (!(fabs_f32(beyond) > 0.0f) && now->side != 0) {
         const float acceleration = acceleration_of_f32(chain, now->v1, now->side);
         const float rate = chain->gains.Kp * now->v1 + chain->gains.Kd * acceleration;
         chain->now.limit = rate * pull > 0.0f ? (int8_t)goes_f32(pull, 0.0f) : 0;

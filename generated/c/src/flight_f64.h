@@ -288,13 +288,19 @@ static flight_end_f64 end_at_stop_f64(flight_chain_f64 *chain, flight_end_f64 en
     return touches || has_root_in_flight_f64(chain, &set, NULL, &first, &chain->last) ? FLIGHT_STOP_f64 : end;
 }
 
+/* The magnitudes that the room of the pull is a difference of. */
+static double terms_of_room_in_flight_f64(const flight_chain_f64 *chain) {
+    const hopform_flight_phase_f64 *now = &chain->now;
+    return fabs_f64(chain->gains.Kp * now->x1) + fabs_f64(chain->gains.Kd * now->v1) + chain->largest;
+}
+
 /* Where the pull reaches the limit of the input, or leaves it, before the last instant; to what. */
 static flight_end_f64 end_at_pull_f64(flight_chain_f64 *chain, flight_end_f64 end, int *to) {
     const hopform_flight_phase_f64 *now = &chain->now;
     const hopform_gains_f64 *gains = &chain->gains;
     const double proportional = gains->Kp * now->x1;
     const double derivative = gains->Kd * now->v1;
-    const double bound = 16.0 * HOPFORM_EPS_f64 * (fabs_f64(proportional) + fabs_f64(derivative) + chain->largest);
+    const double terms = terms_of_room_in_flight_f64(chain);
     const numerator_f64 pull = pull_numerator_f64(gains, now->v1, now->acc1, &chain->poles);
     const propagator_f64 first = propagator_at_start_f64(&chain->poles);
     for (int side = -1; side <= 1 && (gains->Kp > 0.0 || gains->Kd > 0.0); side += 2) {
@@ -304,7 +310,7 @@ static flight_end_f64 end_at_pull_f64(flight_chain_f64 *chain, flight_end_f64 en
         set.count = 0;
         event_function_f64 *room =
             add_event_function_f64(&set, &pull, start, (double)(now->limit == 0 ? -side : side), ELEMENT_f64, true);
-        room->start = room->H3 > 0.0 && room->start < bound ? 0.0 : room->start;
+        put_on_threshold_f64(room, terms);
         propagator_f64 at = chain->last;
         if (side != -now->limit && has_root_in_flight_f64(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {
             chain->last = at;
@@ -438,12 +444,13 @@ static void record_in_flight_f64(flight_chain_f64 *chain, int event) {
     flight->phase_count++;
 }
 
-/* Whether the motor is at its limit: where its pull is there exactly, the sign of its rate decides. */
+/* Whether the motor is at its limit: where its pull is on it, the sign of its rate decides. */
 static void choose_limit_f64(flight_chain_f64 *chain) {
     const hopform_flight_phase_f64 *now = &chain->now;
     const double pull = chain->gains.Kp * now->x1 + chain->gains.Kd * now->v1;
-    chain->now.limit = (int8_t)goes_f64(pull, chain->largest);
-    if (now->limit == 0 && !(fabs_f64(pull) < chain->largest) && now->side != 0) {
+    const double beyond = decided_f64(fabs_f64(pull) - chain->largest, terms_of_room_in_flight_f64(chain));
+    chain->now.limit = beyond > 0.0 ? (int8_t)goes_f64(pull, 0.0) : 0;
+    if (!(fabs_f64(beyond) > 0.0) && now->side != 0) {
         const double acceleration = acceleration_of_f64(chain, now->v1, now->side);
         const double rate = chain->gains.Kp * now->v1 + chain->gains.Kd * acceleration;
         chain->now.limit = rate * pull > 0.0 ? (int8_t)goes_f64(pull, 0.0) : 0;

@@ -1388,6 +1388,15 @@ static inline float contact_of_f32(const hopform_robot_f32 *robot, const hopform
     return contact;
 }
 
+/* Sum of the magnitudes of its terms: what it is rounded by is in proportion to them. */
+static inline float contact_terms_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+{
+    (void)robot;
+    const float y = state->y;
+    const float contact = fabs_f32(y);  /* what the leg carries */
+    return contact;
+}
+
 /* Contact force of the leg, at a state. */
 static inline float contact_force_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {

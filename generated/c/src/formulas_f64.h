@@ -1388,6 +1388,15 @@ static inline double contact_of_f64(const hopform_robot_f64 *robot, const hopfor
     return contact;
 }
 
+/* Sum of the magnitudes of its terms: what it is rounded by is in proportion to them. */
+static inline double contact_terms_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+{
+    (void)robot;
+    const double y = state->y;
+    const double contact = fabs_f64(y);  /* what the leg carries */
+    return contact;
+}
+
 /* Contact force of the leg, at a state. */
 static inline double contact_force_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {

@@ -2699,6 +2699,13 @@ def contact_of(robot: Robot, state: State) -> Real:
     return contact
 
 
+def contact_terms(robot: Robot, state: State) -> Real:
+    """Sum of the magnitudes of its terms: what it is rounded by is in proportion to them."""
+    y = state.y
+    contact = abs(y)  # what the leg carries
+    return contact
+
+
 def contact_force(robot: Robot, state: State) -> Real:
     """Contact force of the leg, at a state."""
     k = robot.k
@@ -4186,6 +4193,17 @@ class SolvedPhase:
         self.leaves = other.leaves
 
 
+def decided(value: Real, terms: Real) -> Real:
+    """A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then."""
+    return value if abs(value) > 16.0 * EPS * terms else ZERO
+
+
+def first_derivative(h: Numerator) -> Real:
+    """The first derivative at the start that is not zero."""
+    first = h.H3 if abs(h.H3) > 0.0 else h.H2
+    return first if abs(first) > 0.0 else h.H1
+
+
 class EventFunction:
     """An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses
     zero once at most and needs no certificate. The distance to a limit is so until the velocity of its element
@@ -4204,7 +4222,7 @@ class EventFunction:
         self.H1 = H1  # its numerator
         self.H0 = H0  # its numerator
         self.start = start
-        # the magnitudes that the start is a difference of, where it is rounded by more than its own
+        # a quarter of the magnitudes that the start is a difference of: each is rounded four times at most
         self.cancels = cancels
         # a further term and its rate: in flight, what a damper leaves of the leg's compression
         self.decaying = decaying
@@ -4279,6 +4297,21 @@ def add_event_function(set: EventSet, h: Numerator, start: Real, sign: Real, own
     g.needs_certificate = needs_certificate
     g.touch_is_no_event = False
     return g
+
+
+def begins_with(g: EventFunction) -> Real:
+    """The first derivative at the start of an event function that is not zero."""
+    h = Numerator(g.H3, g.H2, g.H1)
+    return first_derivative(h)
+
+
+def put_on_threshold(g: EventFunction, terms: Real) -> None:
+    """The start is a difference of terms, the sum of whose magnitudes is given. Within its rounding it is on the
+    threshold, where the function does not fall: as its first non-zero derivative has decided.
+    """
+    g.cancels = 0.25 * terms
+    if not abs(decided(g.start, terms)) > 0.0 and not begins_with(g) < 0.0:
+        g.start = ZERO
 
 
 def take_modes(g: EventFunction, modes: Numerator, final: Real, drift: Real, sign: Real) -> None:
@@ -4794,11 +4827,6 @@ def deflated_at(poles: Poles, node: Node, g: EventFunction, at: Propagator) -> D
         d.R = pair.R
         d.Rd = pair.Rd
     return d
-
-
-def decided(value: Real, terms: Real) -> Real:
-    """A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then."""
-    return value if abs(value) > 16.0 * EPS * terms else ZERO
 
 
 def deflated_derivative(set: EventSet, g: EventFunction, at: Propagator, side: Real) -> Real:
@@ -5740,14 +5768,21 @@ def root_free_until(set: EventSet, in_: Interval) -> Real:
     return in_.low.t + quiet
 
 
+def begins_beyond(g: EventFunction) -> bool:
+    """Whether a function that begins below zero, or on its threshold, stays there."""
+    first = begins_with(g)
+    return not first > 0.0 if g.start < 0.0 else first < 0.0
+
+
 def begin_at_start(set: EventSet, in_: Interval) -> int:
-    """Begin the first interval. A function that is below zero already and falls is found; -1 if there is none."""
+    """Begin the first interval. A function that falls below zero at once is found; -1 if there is none."""
     found = -1
     in_.low = propagator_at_start(set.poles)
     for n in range(set.count - 1, -1, -1):
         in_.from_[n].put(jet_at_start(set.poles, set.function[n]))
-        if in_.from_[n].value < 0.0:
-            found = n if in_.from_[n].rate <= 0.0 else found
+        value = in_.from_[n].value
+        if value < 0.0 or set.function[n].cancels > 0.0 and not value > 0.0:
+            found = n if begins_beyond(set.function[n]) else found
             in_.from_[n].value = ZERO
     return found
 
@@ -6257,19 +6292,20 @@ def ledger_in_phase(plan: Plan, phase: Phase, u: Real, t: Real) -> Ledger:
 class StanceChain:
     """The chain while it grows."""
     __slots__ = ("plan", "steps", "step_count", "step", "horizon", "t", "at", "from_lower", "from_upper", "side",
-        "just_switched", "came_to_rest", "carried_acceleration", "start_loss", "adds_up", "aed", "max_phases", "phases",
-        "capacity", "count", "event_count", "held_from", "held_count", "event", "drive", "motion", "evaluations",
-        "observer", "variation",)
-    SIZE = 208
+        "just_switched", "came_to_rest", "carried_acceleration", "most_compressed", "rounded_at_stop", "start_loss",
+        "adds_up", "aed", "max_phases", "phases", "capacity", "count", "event_count", "held_from", "held_count",
+        "event", "drive", "motion", "evaluations", "observer", "variation",)
+    SIZE = 216
     PARTS: tuple[str, ...] = ("at", "side", "drive", "motion",)
 
     def __init__(self, plan: Any = None, steps: Any = None, step_count: int = 0, step: int = 0, horizon: Real = ZERO,
             t: Real = ZERO, at: "StateByAxis | None" = None, from_lower: Real = ZERO, from_upper: Real = ZERO,
         side: Any = None, just_switched: int = 0, came_to_rest: int = 0, carried_acceleration: Real = ZERO,
-        start_loss: Real = ZERO, adds_up: bool = False, aed: Real = ZERO, max_phases: int = 0, phases: Any = None,
-        capacity: int = 0, count: int = 0, event_count: int = 0, held_from: Real = ZERO, held_count: int = 0,
-        event: int = 0, drive: "DriveByElement | None" = None, motion: "Numerators | None" = None,
-        evaluations: Any = None, observer: Any = None, variation: Any = None) -> None:
+        most_compressed: Real = ZERO, rounded_at_stop: Real = ZERO, start_loss: Real = ZERO, adds_up: bool = False,
+        aed: Real = ZERO, max_phases: int = 0, phases: Any = None, capacity: int = 0, count: int = 0,
+        event_count: int = 0, held_from: Real = ZERO, held_count: int = 0, event: int = 0,
+        drive: "DriveByElement | None" = None, motion: "Numerators | None" = None, evaluations: Any = None,
+        observer: Any = None, variation: Any = None) -> None:
         self.plan = plan
         self.steps = steps
         self.step_count = step_count
@@ -6286,6 +6322,9 @@ class StanceChain:
         # the element that has just come to rest, and whose free acceleration is known from the motion
         self.came_to_rest = came_to_rest
         self.carried_acceleration = carried_acceleration  # this acceleration, from before the state lost its digits
+        self.most_compressed = most_compressed  # the largest magnitude of the compression where phases have begun
+        # at a stop, what the spring's acceleration there has been rounded by; else 0
+        self.rounded_at_stop = rounded_at_stop
         self.start_loss = start_loss
         self.adds_up = adds_up  # the AED is the sum of its entries, not a difference of energies that are much larger
         self.aed = aed
@@ -6307,9 +6346,10 @@ class StanceChain:
     def copy(self) -> "StanceChain":
         return StanceChain(self.plan, self.steps, self.step_count, self.step, self.horizon, self.t, self.at.copy(),
             self.from_lower, self.from_upper, self.side[:], self.just_switched, self.came_to_rest,
-            self.carried_acceleration, self.start_loss, self.adds_up, self.aed, self.max_phases, self.phases,
-            self.capacity, self.count, self.event_count, self.held_from, self.held_count, self.event, self.drive.copy(),
-            self.motion.copy(), self.evaluations, self.observer, self.variation)
+            self.carried_acceleration, self.most_compressed, self.rounded_at_stop, self.start_loss, self.adds_up,
+            self.aed, self.max_phases, self.phases, self.capacity, self.count, self.event_count, self.held_from,
+            self.held_count, self.event, self.drive.copy(), self.motion.copy(), self.evaluations, self.observer,
+            self.variation)
 
     def put(self, other: "StanceChain") -> None:
         self.plan = other.plan
@@ -6325,6 +6365,8 @@ class StanceChain:
         self.just_switched = other.just_switched
         self.came_to_rest = other.came_to_rest
         self.carried_acceleration = other.carried_acceleration
+        self.most_compressed = other.most_compressed
+        self.rounded_at_stop = other.rounded_at_stop
         self.start_loss = other.start_loss
         self.adds_up = other.adds_up
         self.aed = other.aed
@@ -6397,12 +6439,6 @@ def numerators_of_chain(chain: StanceChain, side: Any) -> Numerators:
     return made
 
 
-def first_derivative(h: Numerator) -> Real:
-    """The first derivative at the start that is not zero."""
-    first = h.H3 if abs(h.H3) > 0.0 else h.H2
-    return first if abs(first) > 0.0 else h.H1
-
-
 def drift_of_free(chain: StanceChain, element: int) -> Real:
     """First non-zero derivative of the free acceleration of an element that is held."""
     side = (0 if element == 0 else chain.side[0], 0 if element == 1 else chain.side[1])
@@ -6418,10 +6454,12 @@ def free_of(chain: StanceChain, state: State) -> FreeByElement:
 
 
 def terms_of_free(chain: StanceChain, element: int, friction: Real) -> Real:
-    """The magnitudes that the free acceleration of an element, less its friction, is a sum of."""
+    """The magnitudes that the free acceleration of an element, less its friction, is a sum of; at a stop with those of
+    the motion to it.
+    """
     terms = FreeByElement()
     terms.put(free_terms(rates_of_chain(chain), chain.at, current_of_chain(chain)))
-    return terms[element] + friction
+    return terms[element] + friction + (chain.rounded_at_stop if element == 0 else ZERO)
 
 
 class Direction:
@@ -6451,12 +6489,13 @@ def direction_from_rest(chain: StanceChain, element: int) -> Direction:
     acceleration = chain.carried_acceleration if known else free[element]
     robot = chain.plan.robot
     friction = level_at_rest(robot, element, -1 if acceleration < 0.0 else 1)
-    rounding = ZERO if known else 16.0 * EPS * terms_of_free(chain, element, friction)
-    on_threshold = abs(abs(acceleration) - friction) <= rounding
+    terms = ZERO if known else terms_of_free(chain, element, friction)
+    on_threshold = not abs(decided(abs(acceleration) - friction, terms)) > 0.0
     goes_ = goes(acceleration, friction)
     if on_threshold:
         drift = drift_of_free(chain, element)
-        has_none = level_at_rest(robot, element, -1 if drift < 0.0 else 1) <= rounding
+        level = level_at_rest(robot, element, -1 if drift < 0.0 else 1)
+        has_none = not decided(level, terms) > 0.0
         goes_ = goes(drift, ZERO) if acceleration * drift > 0.0 or has_none else ZERO
     direction = Direction(0 if stance_blocked(chain, element, whole(goes_)) else whole(goes_), on_threshold)
     return direction
@@ -6471,20 +6510,24 @@ def pull_of_chain(chain: StanceChain) -> Real:
     return pull_of_law(chain.plan.robot, chain.at, chain.steps[chain.step].u)
 
 
+def beyond_limit(chain: StanceChain, pull: Real) -> Real:
+    """How far the pull is beyond the limits, decided."""
+    largest = largest_pull(chain.plan.robot)
+    return decided(abs(pull) - largest, terms_of_room(chain, largest)) if is_finite(largest) else real(-1.0)
+
+
 def stance_choose_limit(chain: StanceChain) -> None:
     """The limit that the current is at; on the limit 0."""
     return
-    largest = largest_pull(chain.plan.robot)
-    chain.side[1] = whole(goes(pull_of_chain(chain), largest))
+    pull = pull_of_chain(chain)
+    chain.side[1] = whole(goes(pull, ZERO)) if beyond_limit(chain, pull) > 0.0 else 0
 
 
 def stance_settle_limit(chain: StanceChain) -> None:
-    """Where the pull is exactly at the limit its first non-zero derivative decides; the sides of the elements are
-    known.
-    """
+    """Where the pull is on the limit its first non-zero derivative decides; the sides of the elements are known."""
     return
     pull = pull_of_chain(chain)
-    if abs(pull) < largest_pull(chain.plan.robot):
+    if beyond_limit(chain, pull) < 0.0:
         return
     motion = numerators_of_chain(chain, chain.side)
     h = law_numerator(chain.plan.robot, chain.at, motion)
@@ -6493,16 +6536,13 @@ def stance_settle_limit(chain: StanceChain) -> None:
 
 
 def add_limits(chain: StanceChain, set: EventSet) -> None:
-    """The room of the pull to its limits, or at a limit what it is beyond that. At a limit that it has just reached or
-    left the room is 0, and grows.
-    """
+    """The room of the pull to its limits, or at a limit what it is beyond that."""
     largest = largest_pull(chain.plan.robot)
     if not is_finite(largest):
         return
     limit = limit_of_chain(chain)
     robot = chain.plan.robot
     terms = terms_of_room(chain, largest)
-    rounding = 16.0 * EPS * terms
     pull = pull_of_chain(chain)
     h = law_numerator(robot, chain.at, chain.motion)
     side = -1
@@ -6511,8 +6551,7 @@ def add_limits(chain: StanceChain, set: EventSet) -> None:
             side += 2
             continue
         room = add_event_function(set, h, pull - real(side) * largest, real(-side if limit == 0 else side), LIMIT, True)
-        room.start = ZERO if room.H3 > 0.0 and abs(room.start) <= rounding else room.start
-        room.cancels = 0.25 * terms  # each term is rounded four times at most
+        put_on_threshold(room, terms)
         room.side = side if limit == 0 else 0
         side += 2
 
@@ -6554,7 +6593,7 @@ def add_thresholds(chain: StanceChain, element: int, needs_certificate: bool, se
     if not open[0] and not open[1]:
         return
     h = free_numerator(rates_of_chain(chain), element, chain.motion)
-    drift = h.H3 if abs(h.H3) > 0.0 else h.H2
+    drift = first_derivative(h)
     free = free_of(chain, chain.at)
     side = -1
     while side <= 1:
@@ -6563,9 +6602,14 @@ def add_thresholds(chain: StanceChain, element: int, needs_certificate: bool, se
             level = level_at_rest(chain.plan.robot, element, side)
             slips = add_event_function(set, h, free[element] - sign * level, -sign, ELEMENT + element,
                 needs_certificate)
+            put_on_threshold(slips, terms_of_free(chain, element, level))
             slips.side = side
-            slips.cancels = 0.25 * terms_of_free(chain, element, level)  # each is rounded four times at most
         side += 2
+
+
+def terms_of_contact(chain: StanceChain) -> Real:
+    """The magnitudes that the contact force is a sum of; 0 where it is the compression alone."""
+    return ZERO
 
 
 def add_stop(chain: StanceChain, set: EventSet) -> None:
@@ -6603,7 +6647,8 @@ def put_events(events: StanceEvents, chain: StanceChain) -> None:
     may_fall = side[0] < 0 or side[1] > 0 or compression < 0.0  # else it rises, from 0 on
     if not rings and may_fall:
         h = contact_numerator(chain.plan.robot, chain.motion)
-        add_event_function(set, h, contact_of(chain.plan.robot, chain.at), real(1.0), CONTACT, not is_monotone)
+        contact = add_event_function(set, h, contact_of(chain.plan.robot, chain.at), real(1.0), CONTACT,
+            not is_monotone)
     add_stop(chain, set)
     for element in range(2):
         if not several:
@@ -6763,6 +6808,12 @@ def next_step(chain: StanceChain) -> None:
         stance_record(chain, EVENT_NONE)
 
 
+def terms_of_compression(chain: StanceChain, basis: Basis) -> Real:
+    """The magnitudes that the compression is a sum of at the end of a phase."""
+    h = chain.motion.compression
+    return abs(chain.at.y) + abs(h.H3 * basis.Wd) + abs(h.H2 * basis.W) + abs(h.H1 * basis.W1)
+
+
 def keep_small_acceleration(chain: StanceChain, basis: Basis) -> None:
     """The element with stops, without any friction, stops while the forces on it cancel to all digits of the state:
     what is left of them is its acceleration before, known from the motion where that has faded.
@@ -6774,15 +6825,13 @@ def keep_small_acceleration(chain: StanceChain, basis: Basis) -> None:
     if friction > 0.0 or abs(rates.a1_v1) > 0.0:
         return
     at_rest = free_of(chain, chain.at)
-    leg = chain.motion.compression
-    compression = abs(chain.at.y) + abs(leg.H3 * basis.Wd) + abs(leg.H2 * basis.W) + abs(leg.H1 * basis.W1)
-    by_spring = abs(rates.a1_y * compression)
+    by_spring = abs(rates.a1_y * terms_of_compression(chain, basis))
     if not abs(at_rest[element]) < 64.0 * EPS * by_spring:
         return
     h = chain.motion.velocity[element]
     terms = (h.H3 * basis.Wdd, h.H2 * basis.Wd, h.H1 * basis.W)
     rate = terms[0] + terms[1] + terms[2]
-    if abs(rate) > 16.0 * EPS * (abs(terms[0]) + abs(terms[1]) + abs(terms[2])):
+    if abs(decided(rate, abs(terms[0]) + abs(terms[1]) + abs(terms[2]))) > 0.0:
         chain.came_to_rest = element
         chain.carried_acceleration = rate
 
@@ -6791,14 +6840,21 @@ def keep_free_acceleration(chain: StanceChain, end: StanceSearch) -> None:
     """What is known of the free acceleration of an element that comes to rest from its motion."""
     element = end.owner - ELEMENT
     chain.came_to_rest = NO_ELEMENT
+    if not all_rest(chain.side):
+        chain.rounded_at_stop = ZERO
     if element < 0 or chain.side[element] == 0:
         return
     basis = basis_of_propagator(end.events.set.poles, end.in_.high)
-    if other_rests(chain.side, element) and not end.stops:
+    alone = other_rests(chain.side, element)
+    at_stop = end.stops or end.touches
+    if alone and at_stop:  # beside another one that moves no equilibrium lasts
+        compressed = chain.most_compressed + terms_of_compression(chain, basis)
+        chain.rounded_at_stop = abs(rates_of_chain(chain).a1_y * compressed)
+    if alone and not at_stop:
         chain.came_to_rest = element
         chain.carried_acceleration = free_after_motion(real(chain.side[element]), level_of(chain.plan.robot, element),
             chain.motion.velocity[element], basis)
-    elif element == 0 and not other_rests(chain.side, element):
+    elif element == 0 and not alone:
         keep_small_acceleration(chain, basis)
 
 
@@ -6807,6 +6863,7 @@ def stance_arrive(chain: StanceChain, modes: MotionModes, end: Propagator) -> No
     where it is.
     """
     before = chain.at.x1
+    chain.most_compressed = greater(chain.most_compressed, abs(chain.at.y))
     chain.at.x1 = ZERO
     chain.at.put(arrive_at(chain.at, chain.motion, modes, end, chain.side[0], chain.side[1]))
     moved = chain.at.x1
@@ -6876,10 +6933,10 @@ def stance_pass(chain: StanceChain, end: StanceSearch) -> None:
 
 
 def leaves_at_once(chain: StanceChain) -> bool:
-    """The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
+    """The contact is lost at once: it pulls, or its contact force is on 0 and the first non-zero derivative of that is
     negative.
     """
-    contact = contact_of(chain.plan.robot, chain.at)
+    contact = decided(contact_of(chain.plan.robot, chain.at), terms_of_contact(chain))
     rises = compression_rate(chain.at) > 0.0
     if abs(contact) > 0.0 or rises:
         return contact < 0.0
@@ -6950,9 +7007,6 @@ def stance_end_phase(chain: StanceChain, end: StanceSearch) -> int:
     if not end.certified:
         return ENDING_UNCERTIFIED
     stance_pass(chain, end)
-    if end.stops and contact_pulls(chain.plan.robot, chain.at) and chain.count <= chain.max_phases:
-        notify_ending(chain)  # what the velocity has lost at the stop was in the contact force
-        return ENDING_TAKEOFF
     return ending_before_phase(chain)
 
 
@@ -6997,6 +7051,8 @@ def stance_start(chain: StanceChain, plan: Plan, start: State, steps: Any, step_
     chain.just_switched = NO_ELEMENT
     chain.came_to_rest = NO_ELEMENT
     chain.carried_acceleration = ZERO
+    chain.most_compressed = ZERO
+    chain.rounded_at_stop = ZERO
     chain.start_loss = ZERO
     chain.adds_up = stores_much(plan.robot, start)
     chain.aed = ZERO
@@ -8260,13 +8316,19 @@ def end_at_stop(chain: FlightChain, end: int) -> int:
     return FLIGHT_STOP if touches or has_root_in_flight(chain, set, None, first, chain.last) else end
 
 
+def terms_of_room_in_flight(chain: FlightChain) -> Real:
+    """The magnitudes that the room of the pull is a difference of."""
+    now = chain.now
+    return abs(chain.gains.Kp * now.x1) + abs(chain.gains.Kd * now.v1) + chain.largest
+
+
 def end_at_pull(chain: FlightChain, end: int, to: Any) -> int:
     """Where the pull reaches the limit of the input, or leaves it, before the last instant; to what."""
     now = chain.now
     gains = chain.gains
     proportional = gains.Kp * now.x1
     derivative = gains.Kd * now.v1
-    bound = 16.0 * EPS * (abs(proportional) + abs(derivative) + chain.largest)
+    terms = terms_of_room_in_flight(chain)
     pull = pull_numerator(gains, now.v1, now.acc1, chain.poles)
     first = propagator_at_start(chain.poles)
     for side in range(-1, 2, 2):
@@ -8277,7 +8339,7 @@ def end_at_pull(chain: FlightChain, end: int, to: Any) -> int:
         set.poles = chain.poles
         set.count = 0
         room = add_event_function(set, pull, start, real(-side if now.limit == 0 else side), ELEMENT, True)
-        room.start = ZERO if room.H3 > 0.0 and room.start < bound else room.start
+        put_on_threshold(room, terms)
         at = chain.last.copy()
         if side != -now.limit and has_root_in_flight(chain, set, None, first, at) and at.t < chain.last.t:
             chain.last = at.copy()
@@ -8407,11 +8469,12 @@ def record_in_flight(chain: FlightChain, event: int) -> None:
 
 
 def choose_limit(chain: FlightChain) -> None:
-    """Whether the motor is at its limit: where its pull is there exactly, the sign of its rate decides."""
+    """Whether the motor is at its limit: where its pull is on it, the sign of its rate decides."""
     now = chain.now
     pull = chain.gains.Kp * now.x1 + chain.gains.Kd * now.v1
-    chain.now.limit = whole(goes(pull, chain.largest))
-    if now.limit == 0 and not abs(pull) < chain.largest and now.side != 0:
+    beyond = decided(abs(pull) - chain.largest, terms_of_room_in_flight(chain))
+    chain.now.limit = whole(goes(pull, ZERO)) if beyond > 0.0 else 0
+    if not abs(beyond) > 0.0 and now.side != 0:
         acceleration = acceleration_of(chain, now.v1, now.side)
         rate = chain.gains.Kp * now.v1 + chain.gains.Kd * acceleration
         chain.now.limit = whole(goes(pull, ZERO)) if rate * pull > 0.0 else 0

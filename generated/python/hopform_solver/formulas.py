@@ -1082,6 +1082,16 @@ def contact_of(robot: Robot, state: LegState) -> Real:
     return contact
 
 
+def contact_terms(robot: Robot, state: LegState) -> Real:
+    """Sum of the magnitudes of its terms: what it is rounded by is in proportion to them.
+
+    Returns contact [m], contact force of the leg over its stiffness.
+    """
+    y = state.y
+    contact = fabs(y)  # what the leg carries
+    return contact
+
+
 def contact_force(robot: Robot, state: LegState) -> Real:
     """Contact force of the leg, at a state.
 

@@ -58,11 +58,6 @@ static inline deflated_real deflated_at_real(const hopform_poles_real *poles, co
     return d;
 }
 
-/* A number, or 0 if it is within the rounding of the sum of these terms: its sign says nothing then. */
-static inline real decided_real(real value, real terms) {
-    return fabs_real(value) > 16.0 * HOPFORM_EPS_real * terms ? value : 0.0;
-}
-
 /* The deflated derivative at an end of an interval. Where it is rounding, its sign inside is that of its derivative at
  * the start, `side` 1, and the other one at the end, `side` -1; 0 where that is rounding, too. */
 static inline real deflated_derivative_real(const event_set_real *set, const event_function_real *g,

@@ -25,6 +25,8 @@ struct stance_chain_real {
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     real carried_acceleration; /* this acceleration, from before the state lost its digits */
+    real most_compressed;      /* the largest magnitude of the compression where phases have begun */
+    real rounded_at_stop;      /* at a stop, what the spring's acceleration there has been rounded by; else 0 */
     real start_loss;
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
     real aed;
@@ -100,12 +102,6 @@ static inline numerators_real numerators_of_chain_real(const stance_chain_real *
     return made;
 }
 
-/* The first derivative at the start that is not zero. */
-static inline real first_derivative_real(const numerator_real *h) {
-    const real first = fabs_real(h->H3) > 0.0 ? h->H3 : h->H2;
-    return fabs_real(first) > 0.0 ? first : h->H1;
-}
-
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline real drift_of_free_real(const stance_chain_real *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
@@ -120,11 +116,12 @@ static inline free_by_element_real free_of_real(const stance_chain_real *chain, 
     return free;
 }
 
-/* The magnitudes that the free acceleration of an element, less its friction, is a sum of. */
+/* The magnitudes that the free acceleration of an element, less its friction, is a sum of; at a stop with those of the
+ * motion to it. */
 static inline real terms_of_free_real(const stance_chain_real *chain, int element, real friction) {
     free_by_element_real terms;
     terms.named = free_terms_real(rates_of_chain_real(chain), &chain->at.named, current_of_chain_real(chain));
-    return terms.of[element] + friction;
+    return terms.of[element] + friction + (element == HOPFORM_STOPPED_ELEMENT ? chain->rounded_at_stop : 0.0);
 }
 
 /* Where an element at rest goes: held while |a_i| <= f_s,i, its friction at rest. On the threshold, which is where
@@ -141,12 +138,13 @@ static inline direction_real direction_from_rest_real(const stance_chain_real *c
     const real acceleration = known ? chain->carried_acceleration : free.of[element];
     const hopform_robot_real *robot = &chain->plan->robot;
     const real friction = level_at_rest_real(robot, element, acceleration < 0.0 ? -1 : 1);
-    const real rounding = known ? 0.0 : 16.0 * HOPFORM_EPS_real * terms_of_free_real(chain, element, friction);
-    const bool on_threshold = fabs_real(fabs_real(acceleration) - friction) <= rounding;
+    const real terms = known ? 0.0 : terms_of_free_real(chain, element, friction);
+    const bool on_threshold = !(fabs_real(decided_real(fabs_real(acceleration) - friction, terms)) > 0.0);
     real goes = goes_real(acceleration, friction);
     if (on_threshold) {
         const real drift = HOPFORM_MOVES_ALONE ? 0.0 : drift_of_free_real(chain, element);
-        const bool has_none = level_at_rest_real(robot, element, drift < 0.0 ? -1 : 1) <= rounding;
+        const real level = level_at_rest_real(robot, element, drift < 0.0 ? -1 : 1);
+        const bool has_none = !(decided_real(level, terms) > 0.0);
         goes = acceleration * drift > 0.0 || has_none ? goes_real(drift, 0.0) : 0.0;
     }
     const direction_real direction = {stance_blocked_real(chain, element, (int)goes) ? 0 : (int)goes, on_threshold};
@@ -164,41 +162,44 @@ static inline real pull_of_chain_real(const stance_chain_real *chain) {
     return pull_of_law_real(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
 }
 
+/* How far the pull is beyond the limits, decided. */
+static inline real beyond_limit_real(const stance_chain_real *chain, real pull) {
+    const real largest = largest_pull_real(&chain->plan->robot);
+    return is_finite_real(largest) ? decided_real(fabs_real(pull) - largest, terms_of_room_real(chain, largest)) : -1.0;
+}
+
 /* The limit that the current is at; on the limit 0. */
 static inline void stance_choose_limit_real(stance_chain_real *chain) {
     if (!HOPFORM_HAS_LAW) { return; }
-    const real largest = largest_pull_real(&chain->plan->robot);
-    chain->side[HOPFORM_ELEMENTS - 1] = (int)goes_real(pull_of_chain_real(chain), largest);
+    const real pull = pull_of_chain_real(chain);
+    chain->side[HOPFORM_ELEMENTS - 1] = beyond_limit_real(chain, pull) > 0.0 ? (int)goes_real(pull, 0.0) : 0;
 }
 
-/* Where the pull is exactly at the limit its first non-zero derivative decides; the sides of the elements are known. */
+/* Where the pull is on the limit its first non-zero derivative decides; the sides of the elements are known. */
 static inline void stance_settle_limit_real(stance_chain_real *chain) {
     if (!HOPFORM_HAS_LAW || limit_of_chain_real(chain) != 0 || all_rest_real(chain->side)) { return; }
     const real pull = pull_of_chain_real(chain);
-    if (fabs_real(pull) < largest_pull_real(&chain->plan->robot)) { return; }
+    if (beyond_limit_real(chain, pull) < 0.0) { return; }
     const numerators_real motion = numerators_of_chain_real(chain, chain->side);
     const numerator_real h = law_numerator_real(&chain->plan->robot, &chain->at.named, &motion.named);
     const real leaves = goes_real(pull, 0.0) * first_derivative_real(&h);
     chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0 ? (int)goes_real(pull, 0.0) : 0;
 }
 
-/* The room of the pull to its limits, or at a limit what it is beyond that. At a limit that it has just reached or left
- * the room is 0, and grows. */
+/* The room of the pull to its limits, or at a limit what it is beyond that. */
 static inline void add_limits_real(const stance_chain_real *chain, event_set_real *set) {
     const real largest = largest_pull_real(&chain->plan->robot);
     if (!is_finite_real(largest)) { return; }
     const int limit = limit_of_chain_real(chain);
     const hopform_robot_real *robot = &chain->plan->robot;
     const real terms = terms_of_room_real(chain, largest);
-    const real rounding = 16.0 * HOPFORM_EPS_real * terms;
     const real pull = pull_of_chain_real(chain);
     const numerator_real h = law_numerator_real(robot, &chain->at.named, &chain->motion.named);
     for (int side = -1; side <= 1; side += 2) {
         if (limit != 0 && side != limit) { continue; }
         event_function_real *room = add_event_function_real(set, &h, pull - (real)side * largest,
                                                             (real)(limit == 0 ? -side : side), LIMIT_real, true);
-        room->start = room->H3 > 0.0 && fabs_real(room->start) <= rounding ? 0.0 : room->start;
-        room->cancels = 0.25 * terms; /* each term is rounded four times at most */
+        put_on_threshold_real(room, terms);
         room->side = limit == 0 ? side : 0;
     }
 }
@@ -243,7 +244,7 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
     const bool open[] = {!stance_blocked_real(chain, element, -1), !stance_blocked_real(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
     const numerator_real h = free_numerator_real(rates_of_chain_real(chain), element, &chain->motion.named);
-    const real drift = fabs_real(h.H3) > 0.0 ? h.H3 : h.H2;
+    const real drift = first_derivative_real(&h);
     const free_by_element_real free = free_of_real(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
         const real sign = (real)side;
@@ -251,10 +252,15 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
             const real level = level_at_rest_real(&chain->plan->robot, element, side);
             event_function_real *slips = add_event_function_real(set, &h, free.of[element] - sign * level, -sign,
                                                                  ELEMENT_real + element, needs_certificate);
+            put_on_threshold_real(slips, terms_of_free_real(chain, element, level));
             slips->side = side;
-            slips->cancels = 0.25 * terms_of_free_real(chain, element, level); /* each is rounded four times at most */
         }
     }
+}
+
+/* The magnitudes that the contact force is a sum of; 0 where it is the compression alone. */
+static inline real terms_of_contact_real(const stance_chain_real *chain) {
+    return HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : contact_terms_real(&chain->plan->robot, &chain->at.named);
 }
 
 /* How far the position is from the stop ahead, if there is one. */
@@ -292,8 +298,9 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
     if (HOPFORM_HAS_CONTACT && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
         const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->motion.named);
-        (void)add_event_function_real(set, &h, contact_of_real(&chain->plan->robot, &chain->at.named), 1.0,
-                                      CONTACT_real, !is_monotone);
+        event_function_real *contact = add_event_function_real(
+            set, &h, contact_of_real(&chain->plan->robot, &chain->at.named), 1.0, CONTACT_real, !is_monotone);
+        if (!HOPFORM_CONTACT_IS_COMPRESSION) { put_on_threshold_real(contact, terms_of_contact_real(chain)); }
     }
     add_stop_real(chain, set);
     if (HOPFORM_HAS_LAW) { add_limits_real(chain, set); }
@@ -462,6 +469,13 @@ static inline void next_step_real(stance_chain_real *chain) {
     if (chain->count == count) { stance_record_real(chain, HOPFORM_EVENT_NONE); }
 }
 
+/* The magnitudes that the compression is a sum of at the end of a phase. */
+static inline real terms_of_compression_real(const stance_chain_real *chain, const basis_real *basis) {
+    const numerator_real *h = &chain->motion.of.compression;
+    return fabs_real(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_real(h->H3 * basis->Wd)
+           + fabs_real(h->H2 * basis->W) + fabs_real(h->H1 * basis->W1);
+}
+
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, known from the motion where that has faded. */
 SELDOM_real void keep_small_acceleration_real(stance_chain_real *chain, const basis_real *basis) {
@@ -471,15 +485,12 @@ SELDOM_real void keep_small_acceleration_real(stance_chain_real *chain, const ba
     const real friction = level_at_rest_real(robot, element, 1) + level_at_rest_real(robot, element, -1);
     if (friction > 0.0 || fabs_real(rates->a1_v1) > 0.0) { return; }
     const free_by_element_real at_rest = free_of_real(chain, &chain->at.named);
-    const numerator_real *leg = &chain->motion.of.compression;
-    const real compression = fabs_real(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_real(leg->H3 * basis->Wd)
-                             + fabs_real(leg->H2 * basis->W) + fabs_real(leg->H1 * basis->W1);
-    const real by_spring = fabs_real(rates->a1_y * compression);
+    const real by_spring = fabs_real(rates->a1_y * terms_of_compression_real(chain, basis));
     if (!(fabs_real(at_rest.of[element]) < 64.0 * HOPFORM_EPS_real * by_spring)) { return; }
     const numerator_real *h = &chain->motion.of.velocity[element];
     const real terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const real rate = terms[0] + terms[1] + terms[2];
-    if (fabs_real(rate) > 16.0 * HOPFORM_EPS_real * (fabs_real(terms[0]) + fabs_real(terms[1]) + fabs_real(terms[2]))) {
+    if (fabs_real(decided_real(rate, fabs_real(terms[0]) + fabs_real(terms[1]) + fabs_real(terms[2]))) > 0.0) {
         chain->came_to_rest = element;
         chain->carried_acceleration = rate;
     }
@@ -489,14 +500,21 @@ SELDOM_real void keep_small_acceleration_real(stance_chain_real *chain, const ba
 static inline void keep_free_acceleration_real(stance_chain_real *chain, const stance_search_real *end) {
     const int element = end->owner - ELEMENT_real;
     chain->came_to_rest = NO_ELEMENT_real;
+    if (!all_rest_real(chain->side)) { chain->rounded_at_stop = 0.0; }
     if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_real) || chain->side[element] == 0) { return; }
     const basis_real basis = basis_of_propagator_real(end->events.set.poles, &end->in.high);
-    if (other_rests_real(chain->side, element) && !end->stops) {
+    const bool alone = other_rests_real(chain->side, element);
+    const bool at_stop = end->stops || end->touches;
+    if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
+        const real compressed = chain->most_compressed + terms_of_compression_real(chain, &basis);
+        chain->rounded_at_stop = fabs_real(rates_of_chain_real(chain)->a1_y * compressed);
+    }
+    if (alone && !at_stop) {
         chain->came_to_rest = element;
         chain->carried_acceleration =
             free_after_motion_real((real)chain->side[element], level_of_real(&chain->plan->robot, element),
                                    &chain->motion.of.velocity[element], &basis);
-    } else if (element == HOPFORM_STOPPED_ELEMENT && !other_rests_real(chain->side, element)) {
+    } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
         keep_small_acceleration_real(chain, &basis);
     }
 }
@@ -507,6 +525,7 @@ static inline void stance_arrive_real(stance_chain_real *chain, const motion_mod
                                       const propagator_real *end) {
     real *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const real before = *position;
+    chain->most_compressed = greater_real(chain->most_compressed, fabs_real(chain->at.of[HOPFORM_COMPRESSION_AXIS]));
     *position = 0.0;
     chain->at.named =
         arrive_at_real(&chain->at.named, &chain->motion.named, modes, end, chain->side[0], chain->side[1]);
@@ -583,11 +602,12 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
     }
 }
 
-/* The contact is lost at once: it pulls, or its contact force is 0 and the first non-zero derivative of that is
+/* The contact is lost at once: it pulls, or its contact force is on 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_real(const stance_chain_real *chain) {
     if (!HOPFORM_HAS_CONTACT) { return false; }
-    const real contact = contact_of_real(&chain->plan->robot, &chain->at.named);
+    const real contact =
+        decided_real(contact_of_real(&chain->plan->robot, &chain->at.named), terms_of_contact_real(chain));
     const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_real(&chain->at.named) > 0.0;
     if (fabs_real(contact) > 0.0 || rises) { return contact < 0.0; }
     const numerators_real motion = numerators_of_chain_real(chain, chain->side);
@@ -667,7 +687,8 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_real(chain, end);
-    if (end->stops && contact_pulls_real(&chain->plan->robot, &chain->at.named) && chain->count <= chain->max_phases) {
+    if (!HOPFORM_CONTACT_IS_COMPRESSION && end->stops && leaves_at_once_real(chain)
+        && chain->count <= chain->max_phases) {
         notify_ending_real(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }
@@ -723,6 +744,8 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->just_switched = NO_ELEMENT_real;
     chain->came_to_rest = NO_ELEMENT_real;
     chain->carried_acceleration = 0.0;
+    chain->most_compressed = 0.0;
+    chain->rounded_at_stop = 0.0;
     chain->start_loss = 0.0;
     chain->adds_up = !HOPFORM_MOVES_ALONE && stores_much_real(&plan->robot, start);
     chain->aed = 0.0;

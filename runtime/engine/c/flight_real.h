@@ -288,13 +288,19 @@ static flight_end_real end_at_stop_real(flight_chain_real *chain, flight_end_rea
     return touches || has_root_in_flight_real(chain, &set, NULL, &first, &chain->last) ? FLIGHT_STOP_real : end;
 }
 
+/* The magnitudes that the room of the pull is a difference of. */
+static real terms_of_room_in_flight_real(const flight_chain_real *chain) {
+    const hopform_flight_phase_real *now = &chain->now;
+    return fabs_real(chain->gains.Kp * now->x1) + fabs_real(chain->gains.Kd * now->v1) + chain->largest;
+}
+
 /* Where the pull reaches the limit of the input, or leaves it, before the last instant; to what. */
 static flight_end_real end_at_pull_real(flight_chain_real *chain, flight_end_real end, int *to) {
     const hopform_flight_phase_real *now = &chain->now;
     const hopform_gains_real *gains = &chain->gains;
     const real proportional = gains->Kp * now->x1;
     const real derivative = gains->Kd * now->v1;
-    const real bound = 16.0 * HOPFORM_EPS_real * (fabs_real(proportional) + fabs_real(derivative) + chain->largest);
+    const real terms = terms_of_room_in_flight_real(chain);
     const numerator_real pull = pull_numerator_real(gains, now->v1, now->acc1, &chain->poles);
     const propagator_real first = propagator_at_start_real(&chain->poles);
     for (int side = -1; side <= 1 && (gains->Kp > 0.0 || gains->Kd > 0.0); side += 2) {
@@ -304,7 +310,7 @@ static flight_end_real end_at_pull_real(flight_chain_real *chain, flight_end_rea
         set.count = 0;
         event_function_real *room =
             add_event_function_real(&set, &pull, start, (real)(now->limit == 0 ? -side : side), ELEMENT_real, true);
-        room->start = room->H3 > 0.0 && room->start < bound ? 0.0 : room->start;
+        put_on_threshold_real(room, terms);
         propagator_real at = chain->last;
         if (side != -now->limit && has_root_in_flight_real(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {
             chain->last = at;
@@ -438,12 +444,13 @@ static void record_in_flight_real(flight_chain_real *chain, int event) {
     flight->phase_count++;
 }
 
-/* Whether the motor is at its limit: where its pull is there exactly, the sign of its rate decides. */
+/* Whether the motor is at its limit: where its pull is on it, the sign of its rate decides. */
 static void choose_limit_real(flight_chain_real *chain) {
     const hopform_flight_phase_real *now = &chain->now;
     const real pull = chain->gains.Kp * now->x1 + chain->gains.Kd * now->v1;
-    chain->now.limit = (int8_t)goes_real(pull, chain->largest);
-    if (now->limit == 0 && !(fabs_real(pull) < chain->largest) && now->side != 0) {
+    const real beyond = decided_real(fabs_real(pull) - chain->largest, terms_of_room_in_flight_real(chain));
+    chain->now.limit = beyond > 0.0 ? (int8_t)goes_real(pull, 0.0) : 0;
+    if (!(fabs_real(beyond) > 0.0) && now->side != 0) {
         const real acceleration = acceleration_of_real(chain, now->v1, now->side);
         const real rate = chain->gains.Kp * now->v1 + chain->gains.Kd * acceleration;
         chain->now.limit = rate * pull > 0.0 ? (int8_t)goes_real(pull, 0.0) : 0;
