@@ -48,8 +48,7 @@ enum {
 typedef struct {
     double H3, H2, H1, H0; /* its numerator */
     double start;
-    double
-        cancels; /* a quarter of the magnitudes that the start is a difference of: each is rounded four times at most */
+    double cancels;         /* a quarter of the magnitudes whose difference the start is: each is rounded four times */
     double decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
     int32_t owner;
     int32_t side;

@@ -4222,8 +4222,7 @@ class EventFunction:
         self.H1 = H1  # its numerator
         self.H0 = H0  # its numerator
         self.start = start
-        # a quarter of the magnitudes that the start is a difference of: each is rounded four times at most
-        self.cancels = cancels
+        self.cancels = cancels  # a quarter of the magnitudes whose difference the start is: each is rounded four times
         # a further term and its rate: in flight, what a damper leaves of the leg's compression
         self.decaying = decaying
         self.decay = decay  # a further term and its rate: in flight, what a damper leaves of the leg's compression
