@@ -14,7 +14,7 @@ try:
     from .model.precisions import F32, F64, PRECISIONS
     from .solver import solver
 except ModuleNotFoundError as error:
-    if error.name not in ("sympy", "jinja2", "pcpp", "pycparser"):
+    if error.name not in ("sympy", "jinja2"):
         raise
     needs = f"python -m {__package__} needs the extra `derive`: {sys.executable} -m pip install 'hopform[derive]'"
     print(f"derive: {needs}", file=sys.stderr)

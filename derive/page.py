@@ -32,7 +32,7 @@ def page(derivation: Derivation) -> str:
 
 
 def _lines(derivation: Derivation) -> Iterator[str]:
-    known = facts(derivation.model, "", ())
+    known = facts(derivation.model, "", {})
     yield from (
         f"# {derivation.model.title.rstrip('.')}",
         "",

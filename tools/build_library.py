@@ -12,7 +12,8 @@ from pathlib import Path
 ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "runtime" / "hopform" / "_solver" / "build.py"
 _build = runpy.run_path(str(BUILD))
-LibraryNotBuilt, NoCompiler, compile_solver = (_build[n] for n in ("LibraryNotBuilt", "NoCompiler", "compile_solver"))
+LibraryNotBuilt, NoCompiler = _build["LibraryNotBuilt"], _build["NoCompiler"]
+compile_solver, with_notes = _build["compile_solver"], _build["with_notes"]
 
 
 def library(root: Path = ROOT, folder: Path | None = None) -> Path:
@@ -23,13 +24,14 @@ def library(root: Path = ROOT, folder: Path | None = None) -> Path:
 def is_fresh(root: Path = ROOT) -> bool:
     """Whether the library is younger than all it is made of; folders count too, so a deleted source is noticed."""
     target, c = library(root), root / "generated" / "c"
-    made_of = [Path(__file__), BUILD, root / "generated" / "solver.toml", c / "src", c / "include"]
-    made_of += [*(c / "src").rglob("*"), *(c / "include").rglob("*")]
-    return target.exists() and all(path.exists() and path.stat().st_mtime < target.stat().st_mtime for path in made_of)
+    made_of = [Path(__file__), BUILD, root / "generated" / "solver.toml", c, *c.rglob("*")]
+    there = target.exists() and with_notes(target).exists()
+    return there and all(path.exists() and path.stat().st_mtime < target.stat().st_mtime for path in made_of)
 
 
 def build_library(root: Path = ROOT, folder: Path | None = None) -> Path:
-    """Compile generated/ with $CC (cc if unset) and return the library; raise `LibraryNotBuilt` if that fails.
+    """Compile generated/ with $CC (cc if unset) and return the library, which has its notes beside it; raise
+    `LibraryNotBuilt` if that fails.
 
     After a failure none is left: an old one would pass for the new sources'.
     """
@@ -37,7 +39,8 @@ def build_library(root: Path = ROOT, folder: Path | None = None) -> Path:
     try:
         compile_solver(root / "generated", target)
     except LibraryNotBuilt:
-        target.unlink(missing_ok=True)
+        for each in (target, with_notes(target)):
+            each.unlink(missing_ok=True)
         raise
     return target
 

@@ -105,7 +105,7 @@ def test_the_cases_visit_every_mode_event_and_ending():
         robot = hopform.Robot(**fields)
         stance = hopform.solve_stance(
             robot, x1=case.x1, v1=case.v1, v2=case.v2, x2=case.x1 + robot.L0 + robot.c - case.y,
-            u=[(0.0, case.u), (case.later, case.then)], horizon=case.horizon, max_phases=32, backend="c",
+            u=[(0.0, case.u), (case.later, case.then)], horizon=case.horizon, max_phases=32,
         )  # fmt: skip
         modes |= {(phase.mode_1, phase.mode_2) for phase in stance.phases}
         events |= {event.kind for event in stance.events}

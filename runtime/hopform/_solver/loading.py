@@ -20,6 +20,7 @@ from hopform._solver import c
 from hopform._solver.build import source_of
 from hopform._solver.choice import DEFAULT, SOLVERS, Solver
 from hopform._solver.folder import FACTS, Folder, built, facts_in, folder_at
+from hopform._solver.library import compiled_once
 from hopform._solver.package import LOADED, Package
 
 
@@ -102,11 +103,11 @@ def _imported(folder: Path, source: str) -> Package:
 
 
 def _library(folder: Folder, package: Package) -> c.Library:
-    """The compiled library of a folder; BackendError if there is none, or one of other sources than the folder has."""
+    """The compiled library of a folder, which is made where it has none; BackendError if it cannot be, or for one of
+    other sources than the folder has.
+    """
     path = folder.library
-    if not path.is_file():
-        raise BackendError(f"there is no compiled library {name_of(path)}: the solver was built without a C compiler")
-    library = c.Library(path, "hopform", package)
+    library = c.Library(path if path.is_file() else compiled_once(path.parent, path.name), "hopform", package)
     if library.source != (source := source_of(path.parent)):
         stale = f"{name_of(path)} is stale: it is of the sources {library.source}, c/ has {source}"
         raise BackendError(f"the compiled library {stale}; `hopform model build` makes it again")
