@@ -329,16 +329,27 @@ def installed(*names: str) -> list[str]:
 
 
 def compile_without_a_warning(command: list[str], source: Path, target: Path) -> None:
-    command = [*command, *WARNINGS, "-I", str(C / "include"), "-c", str(source), "-o", str(target)]
+    command = [
+        *command,
+        *WARNINGS,
+        "-I",
+        str(C / "include"),
+        "-I",
+        str(C / "src"),
+        "-c",
+        str(source),
+        "-o",
+        str(target),
+    ]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
 
 
 @cache
 def objects(compiler: str, folder: Path) -> tuple[Path, ...]:
-    """Every source of the library, compiled with every warning an error."""
+    """Every source of the library and of its notes, compiled with every warning an error."""
     made = []
-    for source in sorted((C / "src").glob("*.c")):
+    for source in sorted(path for part in ("src", "notes") for path in (C / part).glob("*.c")):
         target = folder / f"{compiler}_{source.stem}.o"
         compile_without_a_warning([compiler, "-std=c99", "-O2", "-ffp-contract=off"], source, target)
         made.append(target)
