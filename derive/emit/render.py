@@ -320,7 +320,6 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "walked_records": [made.record(name) for name in WALKED],
         "example": ", ".join(repr(finite_example(quantity)) for quantity in made.record("Robot").quantities),
         "example_start": ", ".join(map(repr, start.values())),
-        "example_state": ", ".join(f"{name}={value!r}" for name, value in start.items()),
         "plant": _plant(options.model),
         "public_functions": _public_functions(),
         "firmware": firmware,

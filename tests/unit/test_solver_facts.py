@@ -57,6 +57,7 @@ def test_the_facts_of_a_derived_model_are_those_of_its_package(store):
     assert known["title"].startswith("A damper between the masses")
     compiled = {path.relative_to(folder).as_posix() for path in (folder / "c" / "src").glob("*.c")}
     assert compiled == {*known["build"]["sources"]}
+    assert {*known["build"]["notes"]} == {"c/notes/notes_f32.c", "c/notes/notes_f64.c", "c/src/version.c"}
 
 
 @pytest.mark.parametrize("name", ["hopper", *SOUND])
@@ -88,7 +89,7 @@ def test_what_a_model_can_follows_from_its_elements():
     leg = facts(model("damper"), "", {})
     assert facts(HOPPER, "", {})["can"] == everything
     assert leg["can"] == everything[:-1] and "viscous 'damper'" in leg["lacks"]["identify"]
-    rig, joint = facts(model("rig"), "", {}), facts(model("joint"), "", ())
+    rig, joint = facts(model("rig"), "", {}), facts(model("joint"), "", {})
     assert rig["can"] == joint["can"] == ["motion"]
     assert all(known["lacks"].keys() == {*everything[1:]} for known in (rig, joint))
     assert all("contact" not in known and "flight" not in known for known in (rig, joint))

@@ -86,7 +86,7 @@ def model_check(model: str) -> None:
     The file is run as Python: read it first.
     """
     derivation = derived(model)
-    facts = door.part("emit.facts").facts(derivation.model, "", ())
+    facts = door.part("emit.facts").facts(derivation.model, "", {})
     groups = ("equations_of_motion", "energies", "event_functions")
     formulas = {group: [each for each in derivation.formulas if each.group == group] for group in groups}
     headings = door.part("maths.formulas").GROUPS

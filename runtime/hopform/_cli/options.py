@@ -303,7 +303,7 @@ EXAMPLES = {
     "reach": ("reach --from 0.05 --to 0.35", "reach --heights 5 --currents 4 --json"),
     "figures": ("figures pictures --only 12", "figures pictures --only 9,15 --json"),
     "export": ("export firmware --for cmake --robot hopper_c", "export single --f32 --prefix leg"),
-    "selftest": ("selftest",),
+    "selftest": ("selftest", "selftest --json"),
     "model check": ("model check hopper", "model check leg.py"),
     "model build": ("model build leg.py --out leg", "model build leg.py"),
     "model list": ("model list", "model list --json"),
