@@ -209,7 +209,7 @@ def test_without_a_compiler_there_is_a_solver_without_a_library(capsys, cache, q
         in capsys.readouterr().err
     )
     assert cli.main(["model", "list"]) == 0
-    assert re.search(r"^damper .* python  .*solvers", capsys.readouterr().out, re.MULTILINE)
+    assert re.search(r"^damper .* no  .*solvers", capsys.readouterr().out, re.MULTILINE)
 
 
 def test_a_folder_that_is_not_the_generators_is_refused(run, quick, tmp_path):
