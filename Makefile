@@ -165,8 +165,8 @@ test-lowest: compiler venv ## some tests with the oldest versions of what pyproj
 	$(PY) tools/build_library.py
 	@test -d .venv-lowest || .venv/bin/python -m venv .venv-lowest
 	@.venv-lowest/bin/pip install -q uv
-	@HOPFORM_PURE=1 VIRTUAL_ENV=$(CURDIR)/.venv-lowest .venv-lowest/bin/uv pip install -q --resolution lowest-direct \
-	    --editable '.[all,derive]' 'pyparsing==3.2.*'
+	@HOPFORM_COMPILE_LATER=1 VIRTUAL_ENV=$(CURDIR)/.venv-lowest .venv-lowest/bin/uv pip install -q \
+	    --resolution lowest-direct --editable '.[all,derive]' 'pyparsing==3.2.*'
 	@VIRTUAL_ENV=$(CURDIR)/.venv-lowest .venv-lowest/bin/uv pip install -q \
 	    pytest pytest-xdist hypothesis jsonschema dask distributed
 	.venv-lowest/bin/python -m pytest -q -n auto --dist loadfile tests/conformance/test_stance.py $(LOWEST_TESTS)
@@ -214,7 +214,7 @@ bench: compiler venv-bench ## time hopform and other solvers, write docs/evidenc
 
 clean: ## remove everything that these targets made, except generated/
 	rm -rf .venv .venv-manifests .venv-lowest out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis
-	rm -rf runtime/hopform/_libhopform.*
+	rm -rf runtime/hopform/_libhopform*
 	find . -name __pycache__ -type d -prune -exec rm -rf {} +
 
 compiler:

@@ -22,28 +22,28 @@ SHIPPED = {
 }
 """Folders and files of the checkout by where a wheel has them."""
 
-WITHOUT_A_COMPILER = (
-    "or HOPFORM_PURE=1 pip install 'hopform[compiler]', whose zig compiles the library at its first use; "
-    "HOPFORM_PURE=1 without the extra takes the solver printed as Python"
-)
+LATER = "HOPFORM_COMPILE_LATER"
+WITHOUT_A_COMPILER = f"or {LATER}=1 pip install 'hopform[compiler]', whose zig compiles the library at its first use"
 
 
 class LibraryBuildHook(BuildHookInterface[Any]):
-    """A wheel is for one platform and any Python 3. It is pure, with the solver printed as Python, where HOPFORM_PURE is
-    set and not otherwise: pip keeps what it built, so a wheel without a library would outlive its reason."""
+    """A wheel is for one platform and any Python 3. Where HOPFORM_COMPILE_LATER is set it has no library, which is
+    compiled at its first use, and not otherwise: pip keeps what it built, so a wheel without one would outlive its
+    reason."""
 
     def initialize(self, version: str, build_data: dict[str, Any]) -> None:
         """Compile aside, in a temporary folder; for an editable install where a checkout has its library."""
-        pure = os.environ.get("HOPFORM_PURE", "0") not in ("", "0")
+        later = os.environ.get(LATER, "0") not in ("", "0")
         if version == "editable":
-            if not pure:
+            if not later:
                 self.compile()
             return
         build_data["force_include"] |= SHIPPED
-        if not pure:
+        if not later:
             self.aside = TemporaryDirectory(prefix="hopform_")
-            library = self.compile(Path(self.aside.name))
-            build_data["force_include"][str(library)] = f"hopform/{library.name}"
+            self.compile(Path(self.aside.name))
+            for library in Path(self.aside.name).iterdir():
+                build_data["force_include"][str(library)] = f"hopform/{library.name}"
             build_data["pure_python"] = False
             build_data["tag"] = f"py3-none-{platform()}"
 

@@ -25,7 +25,7 @@ try:
         print(f"derive: {error}", file=sys.stderr)
         raise SystemExit(2) from None
 except ModuleNotFoundError as error:
-    if error.name not in ("sympy", "jinja2", "pcpp", "pycparser"):
+    if error.name not in ("sympy", "jinja2"):
         raise
     needs = f"python -m {__package__} needs the extra `derive`: {sys.executable} -m pip install 'hopform[derive]'"
     print(f"derive: {needs}", file=sys.stderr)

@@ -32,7 +32,7 @@ def page(derivation: Derivation, file: str = "model.py") -> str:
 
 
 def _lines(derivation: Derivation, file: str) -> Iterator[str]:
-    known = facts(derivation.model, "", ())
+    known = facts(derivation.model, "", {})
     yield from (
         f"# {derivation.model.title.rstrip('.')}",
         "",

@@ -82,7 +82,6 @@ OTHERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "ask printed": (hopform.controllers.AsPrinted(0.2), {"touchdown": TOUCHDOWN}),
     "ask return map": (hopform.controllers.ReturnMap(0.2, heights=3, currents=3), {"touchdown": TOUCHDOWN}),
     "equations": (hopform.equations, {}),
-    "backends": (hopform.backends, {}),
     "library_message": (hopform.library_message, {}),
 }
 """What takes none, or takes them within something else. A fit is refused for a name that it does not know, so that
@@ -152,7 +151,7 @@ def parameters_of(call: Callable[..., Any], arguments: dict[str, Any]) -> list[s
     taken = inspect.signature(call).parameters.values()
     names = [each.name for each in taken if each.kind not in (each.VAR_KEYWORD, each.VAR_POSITIONAL)]
     if any(each.kind == each.VAR_KEYWORD for each in taken):
-        names += ["loss", "compare", "holdout", "progress", "backend", "k", "m_s", "no_such_name"]
+        names += ["loss", "compare", "holdout", "progress", "k", "m_s", "no_such_name"]
     return sorted({*names, *arguments})
 
 

@@ -37,14 +37,9 @@ def hopper_c() -> hopform.Robot:
     return hopform.load_robot("hopper_c")
 
 
-@pytest.fixture(params=hopform.backends())
-def backend(request: pytest.FixtureRequest) -> str:
-    return str(request.param)
-
-
 def pytest_report_header() -> list[str]:
     return [
-        f"hopform {hopform.__version__}, back ends: {', '.join(hopform.backends())}; {hopform.library_message() or ''}",
+        f"hopform {hopform.__version__}; {hopform.library_message() or 'with its library'}",
         f"seed {SEED} (HOPFORM_SEED={SEED} repeats it, HOPFORM_SEED=fresh draws another)",
     ]
 

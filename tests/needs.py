@@ -10,7 +10,7 @@ import hopform
 MESSAGE = hopform.library_message()
 library = pytest.mark.skipif(
     MESSAGE is not None,
-    reason=f"the C back end is absent, and NumPy cannot be compared with it: {MESSAGE} (`make test` builds it)",
+    reason=f"there is no library: {MESSAGE} (`make test` builds it)",
 )
 cpp = pytest.mark.skipif(
     shutil.which("c++") is None,

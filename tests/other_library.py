@@ -1,4 +1,4 @@
-"""A plugin of pytest, `-p tests.other_library`: the C back end is the library that HOPFORM_OTHER_LIBRARY names.
+"""A plugin of pytest, `-p tests.other_library`: what solves is the library that HOPFORM_OTHER_LIBRARY names.
 
 An instrumented one, or one that is broken on purpose. It takes the place of this checkout's where that is loaded, which
 `import hopform` does. Where it counts, the counts are written when the tests end.

@@ -303,7 +303,7 @@ def furnish(folder: Path) -> None:
 
 
 WORDS = {
-    "controller": options.ControllerName, "backend": options.BackendName, "dtype": options.Precision,
+    "controller": options.ControllerName, "dtype": options.Precision,
     "kind": options.Identification, "test": options.Recordable,
 }  # fmt: skip
 """The words that an option takes, by its name."""

@@ -13,6 +13,7 @@ ROOT = Path(__file__).resolve().parent.parent
 BUILD = ROOT / "runtime" / "hopform" / "_solver" / "build.py"
 _build = runpy.run_path(str(BUILD))
 LibraryNotBuilt, NoCompiler = _build["LibraryNotBuilt"], _build["NoCompiler"]
+with_notes = _build["with_notes"]
 
 
 def library(root: Path = ROOT, folder: Path | None = None) -> Path:
@@ -21,14 +22,15 @@ def library(root: Path = ROOT, folder: Path | None = None) -> Path:
 
 
 def is_fresh(root: Path = ROOT) -> bool:
-    """Whether the library has the hash of what generated/ says now. It is not loaded: it may be another computer's."""
-    target = library(root)
-    return target.is_file() and _build["source_of"](root / "generated").encode() in target.read_bytes()
+    """Whether the libraries have the hash of what generated/ says now. They are not loaded: they may be another computer's."""
+    source = _build["source_of"](root / "generated").encode()
+    both = (library(root), with_notes(library(root)))
+    return all(path.is_file() and source in path.read_bytes() for path in both)
 
 
 def build_library(root: Path = ROOT, folder: Path | None = None) -> Path:
-    """Compile generated/ with $CC (cc if unset) and return the library; raise `LibraryNotBuilt` if that fails, which
-    leaves an old one, refused by its hash where it is loaded.
+    """Compile generated/ with $CC (cc if unset) and return the library, which has its notes beside it; raise
+    `LibraryNotBuilt` if that fails, which leaves an old one, refused by its hash where it is loaded.
     """
     target = library(root, folder)
     _build["compile_solver"](root / "generated", target)

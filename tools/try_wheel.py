@@ -36,7 +36,7 @@ def main(dist: str) -> None:
             "hopform",
         )
         run("pip", "install", "--quiet", "hopform")  # it is there: this installs what it requires
-        run("hopform", "stance", "--robot", "hopper_c", "--height", "0.20", "--backend", "c")
+        run("hopform", "stance", "--robot", "hopper_c", "--height", "0.20", "--explain")
         found = {line.split()[0][-3:]: line.split()[-1] for line in run("hopform", "selftest").splitlines()}
     recorded = json.loads(RECORD.read_text("utf-8"))["selftest"]
     if found != recorded:

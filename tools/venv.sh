@@ -35,7 +35,7 @@ echo "setting up .venv for $wanted ..."
 [ -z "$clear" ] || "$python" -m venv --clear .venv
 install() { .venv/bin/python -m pip install --quiet --disable-pip-version-check "$@"; }
 # The library is for tools/build_library.py, whose errors would hide in pip's output here.
-is_current run || HOPFORM_PURE=1 install --editable ".[$extras]"
+is_current run || HOPFORM_COMPILE_LATER=1 install --editable ".[$extras]"
 echo "$current" >.venv/with-run
 if [ "$wanted" != run ]; then
     .venv/bin/python -m pip install --help | grep -q -e --group || install 'pip>=25.1'

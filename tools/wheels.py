@@ -79,7 +79,7 @@ def wheel(source: Path, folder: Path, dist: Path, target: Target) -> str:
     """Build and try the wheel of a target in a folder of its own; a line for the table."""
     copy = shutil.copytree(source, folder / target.platform)
     command = " ".join(compiler(target))
-    build("--wheel", dist, copy, CC=command, HOPFORM_PLATFORM=target.platform, HOPFORM_PURE="")
+    build("--wheel", dist, copy, CC=command, HOPFORM_PLATFORM=target.platform, HOPFORM_COMPILE_LATER="")
     (found,) = dist.glob(f"*-{target.platform}.whl")
     audited = audit(found, target) if "linux" in target.platform else "-"
     return f"{target.platform:<24} {found.stat().st_size / 1e6:4.1f} MB  {audited:<22} {tried(found, copy, target)}"
@@ -107,7 +107,7 @@ def tried(found: Path, folder: Path, target: Target) -> str:
     if target.run and shutil.which(target.run[0]) is None:
         return f"not run: {target.run[0]} is absent"
     with zipfile.ZipFile(found) as archive:
-        (name,) = (name for name in archive.namelist() if "_libhopform" in name)
+        (name,) = (name for name in archive.namelist() if "_libhopform." in name)
         library = Path(archive.extract(name, folder / "tried"))
     program = library.with_name("selftest.exe")
     files = [PROGRAM / "selftest.c", PROGRAM / "boards" / "board.c", library]

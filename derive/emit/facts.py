@@ -4,7 +4,7 @@ Names, units, domains and words are those that every reader uses: tables, header
 `can` says what the model can do, `lacks` of everything else what it would need.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -49,8 +49,8 @@ LABELS = {
 OUTPUT_UNITS = {"T": "s", "apex": "m", "aed": "J"}
 
 
-def facts(model: Model, layout: str, sources: Iterable[str]) -> dict[str, Any]:
-    """The facts of a model's solver, whose library is compiled from these sources, by paths in its folder."""
+def facts(model: Model, layout: str, sources: Mapping[str, list[str]]) -> dict[str, Any]:
+    """The facts of a model's solver, whose libraries are compiled from these sources, by paths in its folder."""
     lacks = dict(_lacks(model))
     return {
         "format": FORMAT,
@@ -60,7 +60,7 @@ def facts(model: Model, layout: str, sources: Iterable[str]) -> dict[str, Any]:
         "layout": layout,
         "can": [act for act in ALL if act not in lacks],
         "lacks": lacks,
-        "build": {"flags": list(FLAGS), "sources": sorted(sources)},
+        "build": {"flags": list(FLAGS), **sources},
         "coordinates": list(_coordinates(model)),
         "parameters": [{**_quantity(each), "element": element_of(model, each)} for each in model.parameters],
         "limits": [{**_quantity(Q.TRAVEL), "element": "spring"}] if model.has_contact else [],

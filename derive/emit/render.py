@@ -28,7 +28,7 @@ from ..model.equations import Model
 from ..model.precisions import F64, PRECISIONS, Precision
 from ..paper import register
 from ..shipped import HOPPER
-from . import c, numpy, python
+from . import c, numpy
 from .facts import ROUNDING, compression_of, facts, state_of
 from .instantiate import instantiate
 from .program import program
@@ -74,7 +74,7 @@ class Options:
 
 def render(options: Options = Options()) -> dict[Path, str]:
     """The text of every generated file, by path relative to the output folder."""
-    texts = _texts(options)
+    texts = _rendered(program(options.model), options)
     layout = _layout(texts)
     return {path: text.replace(LAYOUT, layout) for path, text in texts.items()}
 
@@ -119,24 +119,6 @@ def _hash(text: str) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def _texts(options: Options) -> dict[Path, str]:
-    made = program(options.model)
-    texts = _rendered(made, options)
-    return texts | _printed(made, options, texts)
-
-
-def _printed(made: Program, options: Options, texts: dict[Path, str]) -> dict[Path, str]:
-    """The engine as Python in each precision, printed from its C under its own names."""
-    both = replace(options, precisions=PRECISIONS)
-    texts = texts if both == options else _rendered(made, both)
-    of_c = {path.as_posix(): text for path, text in texts.items() if path.parts[0] == "c"}
-    header = "# " + HEADER.format("derive/emit/python.py").replace(f" {LICENCE_LINE}", f"\n# {LICENCE_LINE}\n")
-    printed = {}
-    for suffix, text in python.engines(of_c, made, (precision.name for precision in PRECISIONS)):
-        printed[Path(f"python/hopform_solver/engine_{suffix}.py")] = header + text
-    return printed
-
-
 def _rendered(made: Program, options: Options) -> dict[Path, str]:
     environment = jinja2.Environment(
         loader=jinja2.FileSystemLoader(SOURCES["templates"]),
@@ -162,9 +144,11 @@ def _rendered(made: Program, options: Options) -> dict[Path, str]:
 
 
 INSTANCES = {
-    "c": "c/src", "c/workstation": "c/src", "python": "python/hopform_solver", "packages": "packages",
+    "c": "c/src", "c/workstation": "c/src", "c/notes": "c/notes", "python": "python/hopform_solver",
+    "packages": "packages",
 }  # fmt: skip
-"""Where the instances of the engine's sources stand, by their folder; firmware does without a workstation's."""
+"""Where the instances of the engine's sources stand, by their folder; firmware does without a workstation's, and notes
+are a library of their own."""
 
 
 def _instances(options: Options) -> dict[Path, str]:
@@ -198,13 +182,15 @@ def _spelled(target: str, text: str, options: Options, precision: Precision | No
 
 def _firmware(options: Options) -> list[str]:
     """The files of the C library that firmware compiles or includes, relative to its folder."""
-    sources = (name for name, _ in engine() if "workstation" not in name)
+    sources = (name for name, _ in engine() if not name.startswith(("c/workstation/", "c/notes/")))
     return [name.removeprefix("c/") for name in _of_library(sources, options)]
 
 
-def _compiled(options: Options) -> list[str]:
-    """The sources of the library that Python loads."""
-    return [path for path in _of_library((name for name, _ in engine()), options) if path.endswith(".c")]
+def _compiled(options: Options) -> dict[str, list[str]]:
+    """The sources of the library that Python loads, and of that which has notes."""
+    units = [path for path in _of_library((name for name, _ in engine()), options) if path.endswith(".c")]
+    notes = [path for path in units if path.startswith("c/notes/")]
+    return {"sources": [path for path in units if path not in notes], "notes": [*notes, "c/src/version.c"]}
 
 
 def _of_library(sources: Iterable[str], options: Options) -> list[str]:
@@ -351,7 +337,6 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "walked_records": [made.record(name) for name in WALKED],
         "example": ", ".join(repr(finite_example(quantity)) for quantity in made.record("Robot").quantities),
         "example_start": ", ".join(map(repr, start.values())),
-        "example_state": ", ".join(f"{name}={value!r}" for name, value in start.items()),
         "plant": _plant(options.model),
         "public_functions": _public_functions(),
         "firmware": firmware,

@@ -1,4 +1,4 @@
-"""What the engine knows of a state and of the elements that move it, by numbers: the one source of both back ends.
+"""What the engine knows of a state and of the elements that move it, by numbers: the one source of C and Python.
 
 The axes of a state are its members in their order. Axis 0 is the integral of axis 1 and nothing depends on it; the
 others are the core of a mode, `linear.py`. An element has a velocity and dry friction, and perhaps a position between

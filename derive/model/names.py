@@ -20,7 +20,6 @@ KEYWORDS_OF_C = FURTHER_WORDS.union(in_c.reserved_words, in_c.reserved_words_c99
 OF_ROBOTS = frozenset(
     [
         "all_fields",
-        "backend",
         "CHECKS",
         "description",
         "dtype",

@@ -105,7 +105,7 @@ LIMITS = (
     Constant("SMALLEST_EXPONENT", -87.0, -708.0, "exp of less counts as 0"),
     Constant("PREDICTION", 0.1, 0.1, "a shorter step, of the share, predicts a root well enough"),
 )
-"""Limits that both back ends have."""
+"""Limits that the library has."""
 
 CONSTANTS = (
     *LIMITS,

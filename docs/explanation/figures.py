@@ -22,7 +22,6 @@ from hopform._solver.c import plan_of
 from hopform._solver.package import MAX_PHASES, records
 from hopform_solver import formulas, kernels, phases
 from hopform_solver.elements import COLUMNS
-from hopform_solver.engine_f64 import NEVER
 
 BODY = hopform.load_robot("hopper_c")
 WIDTH = 4.6
@@ -186,7 +185,7 @@ def search(v2: float, h_des: float) -> tuple[list[float], list[float], list[list
     searching = library.call(
         "choose_current_begin", types, ctypes.byref(found), plan, *map(ctypes.byref, (start, target, command))
     )
-    status = searching
+    status, never = searching, 1e300
     tried, waiting = list[float](), list[list[tuple[float, float, float]]]()
     while status == searching:
         tried.append(found.next)
@@ -195,7 +194,7 @@ def search(v2: float, h_des: float) -> tuple[list[float], list[float], list[list
         )
         ends = [candidate.u for candidate in found.candidates[: found.count]]
         bounds = zip(ends, ends[1:], found.lower_bound, strict=False)
-        waiting.append([each for each in bounds if each[2] < NEVER])
+        waiting.append([each for each in bounds if each[2] < never])
     apexes = [hopform.solve_stance(BODY, v2=v2, u=u).apex for u in tried]
     return tried, apexes, waiting
 

@@ -1,6 +1,6 @@
 """All that `hopform` offers; it imports this when the first of it is asked for."""
 
-from hopform import __version__, controllers, terrain, ufuncs
+from hopform import __version__, controllers, terrain
 from hopform._batch import Batch, Motions, solve_motions, solve_stances
 from hopform._control import (
     Command,
@@ -26,7 +26,7 @@ from hopform._motion import Event, Motion, Phase, State
 from hopform._robots import ROBOTS, Robot, load_robot
 from hopform._sensitivities import ManySensitivities, Sensitivities
 from hopform._show import animate
-from hopform._solver.library import backends, library_message
+from hopform._solver.library import library_message
 from hopform._solver.package import EQUATIONS, Energy, Equation, FlightLedger, Gains, Ledger
 from hopform._solvers import Solver, fit, load_solver
 from hopform._stance import Stance, solve_motion, solve_stance, touchdown_velocity
@@ -44,11 +44,11 @@ def equations() -> tuple[Equation, ...]:
 
 
 __all__ = [
-    "__version__", "animate", "BackendError", "backends", "Batch", "choose_current", "choose_current_as_printed",
+    "__version__", "animate", "BackendError", "Batch", "choose_current", "choose_current_as_printed",
     "Command", "compare", "controllers", "delayed_apex", "design_return", "Energy", "Equation", "equations", "Errors",
     "Event", "fit", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "FixedPoint", "Flight", "FlightLedger",
     "FlightPhase", "Gains", "Hop", "HopformError", "Ledger", "library_message", "load_robot", "load_solver",
     "ManySensitivities", "MissingExtra", "Motion", "Motions", "next_apex", "Phase", "PrintedCommand", "Reachability", "reachability",
     "read_recording", "record", "Robot", "ROBOTS", "Run", "Sensitivities", "simulate", "simulator_file", "solve_flight", "solve_motion", "solve_motions", "solve_stance",
-    "solve_stances", "Solver", "Stance", "State", "sweep", "terrain", "touchdown_velocity", "TouchdownDetector", "ufuncs",
+    "solve_stances", "Solver", "Stance", "State", "sweep", "terrain", "touchdown_velocity", "TouchdownDetector",
 ]  # fmt: skip

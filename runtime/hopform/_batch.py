@@ -1,6 +1,6 @@
 """Many stances at once: everything broadcasts, states, currents and the fields of the robot alike.
 
-Stances are solved in chunks of `ufuncs.CHUNK`, so that memory stays bounded, progress can be shown, and Ctrl-C
+Stances are solved in chunks of `CHUNK`, so that memory stays bounded, progress can be shown, and Ctrl-C
 is heard.
 """
 
@@ -23,8 +23,7 @@ from hopform._robots import Robot, checked_robot, nearest
 from hopform._sensitivities import COLUMNS, ManySensitivities, many_of_ending, of_matrix
 from hopform._show import UNITS, Arrays, Card, Curve, Figures, Shown, counted, span
 from hopform._solver import package
-from hopform._solver.choice import BackEnd
-from hopform._solver.library import Backend
+from hopform._solver.c import C
 from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, RESULTS, ROWS, STATES, STATUS, Column, checked, records
 from hopform._stance import LAYOUT, TOUCHING_ULP, state_of_leg
 
@@ -50,7 +49,7 @@ class Labels(NamedTuple):
 class Motions(Shown):
     """Motions, solved; every array has the shape that the inputs broadcast to. Times in s, states in the model's units.
 
-    status: keys of `hopform.ufuncs.STATUS`, negative where the numbers left the range of the precision (NaN in
+    status: how each ended, as a number, negative where the numbers left the range of the precision (NaN in
     every other field there); `words` has them as text. duration: time of the ending. end: the state there.
     event_count: how many events. event_time, event_kind: the events, with a further last axis, NaN and 0 behind the
     last one; None unless asked for; `event_words` has the kinds as text. sensitivities: the derivatives as
@@ -63,7 +62,6 @@ class Motions(Shown):
     event_count: NDArray[np.int32]
     event_time: NDArray[np.floating] | None
     event_kind: NDArray[np.int8] | None
-    backend: Backend
     sensitivities: ManySensitivities | None = None
     labels: Labels | None = None
     """of the inputs, where they are DataArrays of xarray: `to_xarray` has them again"""
@@ -97,7 +95,7 @@ class Motions(Shown):
     def _told(self, what: str, found: Figures) -> Card:
         shape = " x ".join(map(str, self.status.shape)) or "1"
         dims = f" over {', '.join(self.labels.dims)}" if self.labels else ""
-        u = [("backend", self.backend), ("precision", str(self.duration.dtype)), ("events", span(self.event_count))]
+        u = [("precision", str(self.duration.dtype)), ("events", span(self.event_count))]
         title = f"Batch of {shape} {what}{dims}: {counted(self.words)}"
         return Card(title, u, [*found, ("duration", span(self.duration))])
 
@@ -223,7 +221,6 @@ def solve_stances(
     events: bool = False,
     sensitivities: bool = False,
     compression_max: bool = False,
-    backend: str | None = None,
     dtype: Any = np.float64,
     threads: int = 1,
     progress: Progress | None = None,
@@ -246,7 +243,7 @@ def solve_stances(
     ((2, 3), ['takeoff', 'takeoff', 'takeoff'])
     """
     checked_robot(robot, "stance")
-    how = _how(robot, u, max_phases, events, sensitivities, compression_max, backend, dtype, threads, progress)
+    how = _how(robot, u, max_phases, events, sensitivities, compression_max, dtype, threads, progress)
     if x2 is not None and compression is not None:
         raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
     leg = {name: each for name, each in (("x2", x2), ("compression", compression)) if each is not None}
@@ -264,7 +261,7 @@ def solve_stances(
         derivatives = of_matrix(ManySensitivities, found.matrices, x2 is not None, robot.solver, own)
     of, end = found.of, state_of_leg(robot.solver)(*(found.of[name] for name in State._fields))
     return Batch(
-        of["status"], of["duration"], end, of["event_count"], found.times, found.kinds, found.backend, derivatives,
+        of["status"], of["duration"], end, of["event_count"], found.times, found.kinds, derivatives,
         labels, LAYOUT.unit_of, EVENTS, found.compressions, apex=of["apex"], aed=of["aed"],
     )  # fmt: skip
 
@@ -278,7 +275,6 @@ def solve_motions(
     max_phases: int = MAX_PHASES,
     events: bool = False,
     sensitivities: bool = False,
-    backend: str | None = None,
     dtype: Any = np.float64,
     threads: int = 1,
     progress: Progress | None = None,
@@ -298,13 +294,13 @@ def solve_motions(
     axes = named_columns(checked_robot(robot), start)
     how: dict[str, Any] = {
         "u": u, "horizon": horizon, "max_phases": max_phases, "events": events, "sensitivities": sensitivities,
-        "backend": backend, "dtype": dtype, "threads": threads, "progress": progress,
+        "dtype": dtype, "threads": threads, "progress": progress,
     }  # fmt: skip
     if "stance" in robot.solver.can:
         states: dict[str, Any] = {"compression" if axis == "y" else axis: each for axis, each in axes.items()}
         others: dict[str, Any] = {"v2": 0.0, **states, **how, **fields}
         return solve_stances(robot, **others)
-    asked = _how(robot, u, max_phases, events, sensitivities, False, backend, dtype, threads, progress)
+    asked = _how(robot, u, max_phases, events, sensitivities, False, dtype, threads, progress)
     facts, layout = robot.solver.facts, layout_of(robot.solver)
     names = {axis: str(table["name"]) for axis, table in facts.axes.items()}
     places = {names[axis]: each for axis, each in axes.items()}
@@ -330,7 +326,7 @@ def solve_motions(
     of, kinds = found.of, robot.solver.package.records.EVENTS
     return Motions(
         of["status"], of["duration"], layout.state(*(of[axis] for axis in layout.axes)), of["event_count"],
-        found.times, found.kinds, found.backend, derivatives, labels, layout.unit_of, kinds,
+        found.times, found.kinds, derivatives, labels, layout.unit_of, kinds,
     )  # fmt: skip
 
 
@@ -350,7 +346,6 @@ class _How(NamedTuple):
     events: bool
     sensitivities: bool
     compressions: bool
-    backend: str | None
     real: np.dtype[Any]
     threads: int
     progress: Progress | None
@@ -363,7 +358,7 @@ class _How(NamedTuple):
 
 def _how(
     robot: Robot, u: object, max_phases: int, events: bool, sensitivities: bool, compressions: bool,
-    backend: str | None, dtype: Any, threads: int, progress: Progress | None,
+    dtype: Any, threads: int, progress: Progress | None,
 ) -> _How:  # fmt: skip
     """What is asked of a batch; HopformError for what is not allowed, steps of the current among it."""
     real = precision_of(dtype)
@@ -380,7 +375,7 @@ def _how(
         raise HopformError(
             f"u must be a number per {each} in A; steps (t, u) are for solve_{each}{laws}, got {shown(u)}"
         )
-    return _How(most, with_events, derived, largest, backend, real, workers, progress)
+    return _How(most, with_events, derived, largest, real, workers, progress)
 
 
 class _Found(NamedTuple):
@@ -391,7 +386,6 @@ class _Found(NamedTuple):
     kinds: NDArray[np.int8] | None
     matrices: NDArray[Any] | None
     compressions: NDArray[Any] | None
-    backend: Backend
 
 
 def _solved(
@@ -400,7 +394,7 @@ def _solved(
     """The motions from columns of states, u and horizon, and of the robots' fields."""
     columns = (*(given[name] for name in STATES), *robots.values())
     size = math.prod(shape)
-    back_end = robot.solver.back_end(how.backend)
+    library = robot.solver.compiled()
     results = package.results_like(size, how.real)
     readings = dict[str, NDArray[Any]]()
     if how.sensitivities:
@@ -408,11 +402,11 @@ def _solved(
     if how.compressions:
         readings["compressions"] = np.empty(size, how.real)
     job = _Job(columns, shape, size, how.most, how.real, results, readings)
-    times, kinds = _run(job, back_end, how.events, how.threads, how.progress)
+    times, kinds = _run(job, library, how.events, how.threads, how.progress)
     of = {name: result.reshape(shape) for name, result in zip(RESULTS, results, strict=True)}
     listed = (times, kinds, readings.get("sensitivities"), readings.get("compressions"))
     times, kinds, matrices, compressions = (None if each is None else _in_shape(each, shape) for each in listed)
-    return _Found(of, times, kinds, matrices, compressions, back_end.name)
+    return _Found(of, times, kinds, matrices, compressions)
 
 
 def _in_shape(values: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
@@ -424,14 +418,14 @@ def _in_shape(values: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
 
 
 def _run(
-    job: _Job, back_end: BackEnd, events: bool, threads: int, progress: Progress | None
+    job: _Job, library: C, events: bool, threads: int, progress: Progress | None
 ) -> tuple[NDArray[Any], NDArray[np.int8]] | tuple[None, None]:
     lists: package.Events = []
 
     def solve(part: slice) -> int:
         results = [result[part] for result in job.results]
         readings = {name: reading[part] for name, reading in job.readings.items()}
-        found = back_end.solve_columns(job.chunk(part), results, readings, job.max_phases, events)
+        found = library.solve_columns(job.chunk(part), results, readings, job.max_phases, events)
         if events:
             lists.extend([(lane + part.start, t, kind) for lane, t, kind in found])
         return int(part.stop - part.start)

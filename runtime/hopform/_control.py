@@ -39,7 +39,6 @@ class Question(NamedTuple):
     robot: Robot
     start: records.LegState
     target: Target
-    backend: str
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -59,10 +58,10 @@ class Command(Shown):
 
     def curve(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Currents over all that is allowed [A], and the next apex [m] that each gives, NaN where not admissible."""
-        robot, start, (_, datum, margin, horizon), backend = self.question
+        robot, start, (_, datum, margin, horizon) = self.question
         limit = float(robot.letters.u_max)
         u = np.linspace(-limit, limit, TRIED if limit > 0.0 else 1)
-        apex, peak = robot.solver.back_end(backend).apexes(robot.parameters, [start], u, horizon)
+        apex, peak = robot.solver.compiled().apexes(robot.parameters, [start], u, horizon)
         return u, np.where(peak[0] < limit_of(robot, margin), apex[0] - datum, np.nan)
 
     def _curve(self) -> Curve:
@@ -103,7 +102,6 @@ def choose_current(
     datum: SupportsFloat = 0.0,
     stop_margin: SupportsFloat = 0.0,
     horizon: SupportsFloat = 2.0,
-    backend: str | None = None,
     dtype: Any = np.float64,
 ) -> Command:
     """The current of least |u| in [-u_max, u_max] after which the next apex is h_des; the nearest one if none reaches
@@ -124,12 +122,13 @@ def choose_current(
     precision = precision_of(dtype)
     start = start_of(robot, x1, v1, x2, v2, compression, "command")
     target = checked_target(robot, h_des, datum, stop_margin, horizon)
-    back_end = robot.solver.back_end(backend)
-    u, apex, code, solved = back_end.choose_current(robot.parameters, start, target, MAX_PHASES, precision)
+    u, apex, code, solved = robot.solver.compiled().choose_current(
+        robot.parameters, start, target, MAX_PHASES, precision
+    )
     status = COMMANDS[code]
     limit = float(robot.letters.u_max)
     u = min(max(u, -limit), limit)  # which single precision may have rounded up
-    question = Question(robot, start, target, back_end.name)
+    question = Question(robot, start, target)
     return Command(u, math.nan if status == "no_takeoff" else apex, status, solved, question)
 
 
@@ -236,9 +235,7 @@ def home_of(robot: Robot) -> float:
     return float(min(max(0.0, robot.letters.x1_min), robot.letters.x1_max))
 
 
-def next_apex(
-    robot: Robot, height: ArrayLike, u: ArrayLike, *, horizon: SupportsFloat = 2.0, backend: str | None = None
-) -> Any:
+def next_apex(robot: Robot, height: ArrayLike, u: ArrayLike, *, horizon: SupportsFloat = 2.0) -> Any:
     """The apex [m] that follows a drop from hop heights [m] under currents [A], which broadcast; NaN without take-off.
 
     Raises HopformError: a height that is not above the actuator's origin, g = 0, and what `solve_stance` refuses.
@@ -256,7 +253,7 @@ def next_apex(
     check_map(size, 1)
     longest = checked_target(robot, 0.0, 0.0, 0.0, horizon)[3]
     v2 = np.reshape([start.v2 for start in _drops(robot, heights.reshape(-1))], heights.shape)
-    found = solve_stances(robot, x1=home_of(robot), v2=v2, u=currents, horizon=longest, backend=backend)
+    found = solve_stances(robot, x1=home_of(robot), v2=v2, u=currents, horizon=longest)
     if np.any(found.status < 0):
         raise HopformError(records.REFUSALS[-8])
     return shaped(found.apex, found.apex)
@@ -269,7 +266,6 @@ def reachability(
     *,
     stop_margin: SupportsFloat = 0.0,
     horizon: SupportsFloat = 2.0,
-    backend: str | None = None,
     progress: Progress | None = None,
 ) -> Reachability:
     """The next apex from each of `heights` [m] under each of `currents` [A], both increasing; bounds, fixed points,
@@ -289,14 +285,14 @@ def reachability(
     check_map(rows.size, columns.size)
     function("progress", progress)
     margin, longest = checked_target(robot, 0.0, 0.0, stop_margin, horizon)[2:]
-    back_end = robot.solver.back_end(backend)
-    how: dict[str, Any] = {"horizon": longest, "backend": back_end.name}
+    library = robot.solver.compiled()
+    how: dict[str, Any] = {"horizon": longest}
     starts = _drops(robot, rows)
     apex, peak = np.empty((rows.size, columns.size)), np.empty((rows.size, columns.size))
     bounds = np.full((5, rows.size), np.nan)
     for first in range(0, rows.size, ROWS):
         part = slice(first, min(first + ROWS, rows.size))
-        apex[part], peak[part] = back_end.apexes(robot.parameters, starts[part], columns, longest)
+        apex[part], peak[part] = library.apexes(robot.parameters, starts[part], columns, longest)
         for row in range(part.start, part.stop):
             choose = partial(choose_current, robot, x1=starts[row].x1, v2=starts[row].v2, stop_margin=margin, **how)
             bounds[:, row] = _bounds(choose, float(rows[row]), apex[row])
@@ -430,7 +426,6 @@ def choose_current_as_printed(
     signed: bool = False,
     spring_coordinate: bool = False,
     horizon: SupportsFloat = 2.0,
-    backend: str | None = None,
 ) -> PrintedCommand:
     """The current of a grid, `grid` [A] apart over [-u_max, u_max], at which J of (27) is least; of equals the least
     |u|.
@@ -455,7 +450,7 @@ def choose_current_as_printed(
         raise HopformError(f"grid must be >= {limit / MOST!r} A, u_max/{MOST}, got {shown(grid)}")
     u = np.linspace(-limit, limit, 2 * count + 1)
     u = u[np.argsort(np.abs(u), kind="stable")]
-    how: dict[str, Any] = {"compression": start.y, "horizon": limit, "backend": backend}
+    how: dict[str, Any] = {"compression": start.y, "horizon": limit}
     batch = solve_stances(robot, x1=start.x1, v1=start.v1, v2=start.v2, u=u, **how)
     lifts = np.flatnonzero(batch.words == "takeoff")
     if not lifts.size:

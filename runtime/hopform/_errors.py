@@ -16,7 +16,7 @@ class MissingExtra(HopformError, ImportError):
 
 
 class BackendError(HopformError):
-    """A back end that cannot be used: no library, or a stale one."""
+    """The solver cannot be used: there is no library, or a stale one."""
 
 
 @contextmanager

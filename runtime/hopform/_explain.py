@@ -1,28 +1,28 @@
 """How a stance was solved: of each phase its poles, its event functions, and by which rule of the certificate each of
 them has no zero in which interval.
 
-The search is C, and Python is printed from it to the same bits. A private copy of the printed engine solves the stance
-again, and notes which functions it calls. docs/explanation/certificate.md has the rules by number.
+A library beside that which solves, from the same C, solves the stance again, to the same bits, and notes what it
+decides (runtime/engine/c/notes). docs/explanation/certificate.md has the rules by number.
 """
 
+import ctypes
 import math
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import lru_cache, partial
-from importlib.util import find_spec, module_from_spec
-from threading import Lock
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from hopform._motion import force_unit, masses_of
 from hopform._show import name_of
-from hopform._solver.package import LegState, Package, Precision
-from hopform._solver.printed import Engine, Python, Solved
+from hopform._solver.c import FIRST_CAPACITY, PHASES_NOT_KEPT, Library, Solved, Types, plan_of
+from hopform._solver.package import LegState, Precision, Steps
 from hopform._words import ending, input_of, limit_in, modes_of
 
 if TYPE_CHECKING:
     from hopform import Motion, Phase
 
+MONOTONE = "monotone, so its end says all"
 RULES = {
     "stays_positive_by_bernstein": "rule 1, Bernstein coefficients",
     "has_no_root": "rule 2, signs",
@@ -30,12 +30,15 @@ RULES = {
     "has_faded": "rule 2, amplitude",
     "minimum_between": "rule 4, the minimum",
     "quiet_time": "rule 5, quiet time",
+    "too_short": "too short to be cut",
 }
-"""The rules by the functions of the engine that apply them. Rule 3 has closed forms in place of intervals."""
-SIGNS, QUIET = RULES["has_no_root"], RULES["quiet_time"]
+"""What certifies a function in an interval, by the engine's word for it. Rule 3 has closed forms in place of
+intervals."""
 CLOSED = "rule 3, closed form"
-MONOTONE = "monotone, so its end says all"
-TOO_SHORT = "too short to be cut"
+KINDS = ("contact", "limit", "stop", "threshold", "velocity")
+"""The engine's words for what an event function is."""
+FIRST_ROOM = 1024
+"""Notes that are kept at first; hardly any stance has more."""
 
 NOTE = (
     "Proven by the theorems of rules 1 to 5: no zero is stepped over, for poles and numerators as they are rounded.",
@@ -80,169 +83,149 @@ class Search(NamedTuple):
     """Intervals that had no certificate, and were cut"""
 
 
-@dataclass
-class Notes:
-    """What has been noted of the phase that is being solved, and of the phases before, by their rows."""
+# ---- notes ----
 
-    searches: dict[int, Search] = field(default_factory=dict[int, Search])
-    intervals: dict[int, list[Interval]] = field(default_factory=dict[int, list[Interval]])
-    cuts: int = 0
-    last: str | None = None
-    """the rule that was asked last"""
+
+class Note(NamedTuple):
+    """What the engine decided or found."""
+
+    what: str
+    function: int
+    """of the phase, by its number; of a phase its row"""
+    start: float
+    end: float
+    """[s] since the phase began; or two numbers"""
+
+
+@lru_cache(maxsize=8)
+def note_of(types: Types) -> Any:
+    """The struct of a note, in a precision of a library."""
+    members = [("what", ctypes.c_char_p), ("function", ctypes.c_int32), ("start", types.real), ("end", types.real)]
+    return type("Note", (ctypes.Structure,), {"_fields_": members})
+
+
+def noted(
+    library: Library, parameters: Any, start: LegState, steps: Steps, horizon: float, max_phases: int, dtype: Precision
+) -> tuple[Solved, Iterator[Note]]:
+    """A stance by the library that has notes, and its notes."""
+    types = library.types(dtype)
+    plan, packed = plan_of(types, parameters), types.pack(*(number for step in steps for number in step))
+    asked = plan, types.pack_state(*start), packed, len(steps), types.real(horizon), max_phases
+    capacity, room, count = FIRST_CAPACITY, FIRST_ROOM, ctypes.c_int32()
+    while True:
+        stance, phases = types.memory(capacity)
+        notes = (note_of(types) * room)()
+        given = *asked, phases, capacity, stance, notes, room, ctypes.byref(count)
+        status = library.call("note_stance", types, *given)
+        if status != PHASES_NOT_KEPT and count.value <= room:
+            break
+        capacity, room = max(capacity, types.stance.unpack(stance)[-3]), max(room, count.value)
+    taken = (Note(each.what.decode(), each.function, each.start, each.end) for each in notes[: count.value])
+    return Solved(types, plan, packed, phases, stance[:]), taken
+
+
+@dataclass
+class Noted:
+    """What has been noted of the phase that is being solved."""
+
+    intervals: list[tuple[int | None, Interval]] = field(default_factory=list[tuple[int | None, Interval]])
+    """by event function, or of all that need a certificate"""
     found: dict[int, str] = field(default_factory=dict[int, str])
     """by event function: the rule that certified it, in the interval that is being looked at"""
+    cuts: int = 0
+    facts: dict[tuple[str, int], tuple[float, float]] = field(
+        default_factory=dict[tuple[str, int], tuple[float, float]]
+    )
+    """what the phase is described by: two numbers by what they are and of which function; -1 for the phase"""
 
-    def add(self, n: int, start: Any, end: Any, rule: str) -> None:
-        """An interval of function n; what is certified anew from the same time on is so further, or less far."""
-        kept = [each for each in self.intervals.get(n, []) if each.start < float(start)]
-        self.intervals[n] = [*kept, Interval(float(start), float(end), rule)]
+    def take(self, note: Note) -> None:
+        what, n, start, end = note
+        if what in RULES:
+            self.found[n] = RULES[what]
+        elif what == "certified":  # all functions, by the rules that were noted
+            self.intervals += ((each, Interval(start, end, rule)) for each, rule in self.found.items())
+            self.found = {}
+        elif what == "cut":
+            self.cuts, self.found = self.cuts + 1, {}
+        elif what == "all_quiet":
+            self.intervals.append((None, Interval(start, end, RULES["quiet_time"])))
+        else:
+            self.facts[what, n] = start, end
 
+    def search(self, length: float) -> Search:
+        """The phase, at its end."""
+        if ("pair", -1) not in self.facts:  # nothing moves
+            return Search(length, (), 0.0, (), self.cuts)
+        poles, half_period = poles_of(*self.facts["pair", -1], self.facts.get(("pole", -1)))
+        functions = ((n, what) for what, n in self.facts if what in KINDS)
+        return Search(length, poles, half_period, tuple(self._function(*each, length) for each in functions), self.cuts)
 
-class Watched:
-    """A private copy of the printed engine of a package, which notes what it does."""
+    def _function(self, n: int, kind: str, length: float) -> EventFunction:
+        name, unit = self._named(n, kind)
+        zero = self.facts["zero", n][1] if ("zero", n) in self.facts else math.nan
+        closed = ("no_zero", n) in self.facts or ("zero", n) in self.facts
+        zero = math.inf if ("no_zero", n) in self.facts else zero
+        intervals = () if closed else self._intervals(n, length)
+        return EventFunction(name, unit, *self.facts["values", n], intervals, zero, ("ends", n) in self.facts)
 
-    def __init__(self, package: Package, dtype: Precision) -> None:
-        spec = find_spec(Engine(package, dtype).module.__name__)
-        assert spec is not None
-        assert spec.loader is not None
-        self.engine = module_from_spec(spec)
-        spec.loader.exec_module(self.engine)
-        own = Package(package.name)
-        setattr(own, spec.name.rpartition(".")[2], self.engine)
-        self.back_end, self.lock, self.notes = Python(own), Lock(), Notes()
-        for name, rule in RULES.items():
-            self._note(name, partial(self._rule, rule))
-        self._note("is_certified", self._is_certified)
-        self._note("is_certified_inside", self._is_certified_inside)
-        self._note("are_certified", self._are_certified)
-        self._note("next_end", self._next_end)
-        self._note("stance_find_end", self._find_end)
+    def _intervals(self, n: int, length: float) -> tuple[Interval, ...]:
+        """Of a function; what is certified anew from a time on is so further, or less far."""
+        if ("monotone", n) in self.facts:
+            return (Interval(*self.facts["monotone", n], MONOTONE),)
+        kept: list[Interval] = []
+        for of, interval in self.intervals:
+            if of in (n, None):
+                kept = [*(each for each in kept if each.start < interval.start), interval]
+        return tuple(each._replace(end=min(each.end, length)) for each in kept if each.start < length)
 
-    def solve(self, *asked: Any) -> tuple[Solved, dict[int, Search]]:
-        """The stance, and by its row how each of its phases was solved."""
-        with self.lock:
-            self.notes = Notes()
-            return self.back_end.solve_stance(*asked), self.notes.searches
-
-    def _note(self, name: str, note: Callable[..., None]) -> None:
-        """Have a function of the engine noted, with its answer behind its arguments."""
-        function = getattr(self.engine, name)
-
-        def noted(*arguments: Any) -> Any:
-            answer = function(*arguments)
-            note(*arguments, answer)
-            return answer
-
-        setattr(self.engine, name, noted)
-
-    def _rule(self, rule: str, *_: Any) -> None:
-        self.notes.last = rule
-
-    def _is_certified(self, set_: Any, in_: Any, n: int, d: Any, answer: bool) -> None:
-        """The rules are asked until one says yes."""
-        if answer and self.notes.last:
-            self.notes.found[n] = self.notes.last
-        self.notes.last = None
-
-    def _is_certified_inside(self, set_: Any, in_: Any, n: int, d: Any, answer: bool) -> None:
-        if answer:
-            self.notes.found[n] = self.notes.last or TOO_SHORT
-        self.notes.last = None
-
-    def _are_certified(self, set_: Any, in_: Any, answer: bool) -> None:
-        """An interval is certified for all functions, or it has been cut."""
-        for n in range(set_.count) if answer else ():
-            if set_.function[n].needs_certificate:  # the cheap half of rule 2 is no function
-                self.notes.add(n, in_.low.t, in_.high.t, self.notes.found.get(n, SIGNS))
-        self.notes.cuts += not answer
-        self.notes.found = {}
-
-    def _next_end(self, set_: Any, in_: Any, limit: Any, end: Any, quiet: bool) -> None:
-        for n in range(set_.count) if quiet else ():
-            if set_.function[n].needs_certificate:
-                self.notes.add(n, in_.low.t, end[0], QUIET)
-
-    def _find_end(self, chain: Any, search: Any, _: None) -> None:
-        """The end of a phase is found."""
-        moves = not self.engine.all_rest(chain.side)
-        found = tuple(self._functions(chain, search)) if moves else ()
-        poles, half_period = poles_of(search.events.set, self.engine.both_slip(chain.side)) if moves else ((), 0.0)
-        length = float(search.in_.high.t)
-        self.notes.searches[chain.count - 1] = Search(length, poles, half_period, found, self.notes.cuts)
-        self.notes.intervals, self.notes.cuts = {}, 0
-
-    def _functions(self, chain: Any, search: Any) -> Iterator[EventFunction]:
-        """The event functions that the engine searches, and the one whose first zero has a closed form."""
-        engine, end, events = self.engine, search.in_.high, search.events
-        for n in range(events.set.count):
-            g = events.set.function[n]
-            within = [each for each in self.notes.intervals.get(n, []) if each.start < end.t]
-            certified = tuple(each._replace(end=min(each.end, float(end.t))) for each in within)
-            monotone = (Interval(0.0, float(end.t), MONOTONE),)
-            shown = certified if g.needs_certificate else monotone
-            ends = (g.owner, n) == (search.owner, search.in_.found)
-            # in the modal form `start` is the final value, and at the start exp(-a t) = cos = 1
-            start = float(g.start + g.H3 + g.H2 if self.engine.is_modal(end) else g.start)
-            yield EventFunction(*self._named(g, chain), start, self._value(g, end), shown, math.nan, ends)
-        if events.rests >= engine.CONTACT:
-            element, contact = events.rests - engine.ELEMENT, events.rests == engine.CONTACT
-            h = chain.motion.compression if contact else chain.motion.velocity[element]
-            sign = 1.0 if contact else float(chain.side[element])
-            start = sign * (chain.at.y if contact else chain.at[element + 1])
-            g = engine.EventFunction(sign * h.H3, sign * h.H2, sign * h.H1, 0.0, start)
-            g.owner = events.rests
-            zero = float(events.rest_time) if events.rest_time < engine.NEVER else math.inf
-            ends = search.owner == events.rests and not zero > float(end.t)
-            yield EventFunction(*self._named(g, chain), float(start), self._value(g, end), (), zero, ends)
-
-    def _value(self, g: Any, at: Any) -> float:
-        """The value of an event function, or 0 if that is within its rounding bound."""
-        value = self.engine.value_at(g, at)
-        return float(value) if abs(value) > self.engine.rounding_of(g, at, 0.0 * value) else 0.0
-
-    def _named(self, g: Any, chain: Any) -> tuple[str, str]:
+    def _named(self, n: int, kind: str) -> tuple[str, str]:
         """Name and unit of an event function."""
-        if g.owner == self.engine.CONTACT:
+        element, towards = map(int, self.facts[kind, n])
+        sides = tuple(map(int, self.facts["sides", -1]))
+        if kind == "contact":
             return "N/k", "m"
-        if g.owner == self.engine.LIMIT:
-            under_law = self.engine.limit_of_chain(chain) == 0
-            return ("room of the law" if under_law else "law beyond its limit"), "N"
-        element = g.owner - self.engine.ELEMENT
-        number, side = element + 1, chain.side[element]
-        if g.touch_is_no_event:
+        if kind == "limit":
+            return ("law beyond its limit" if sides[1] else "room of the law"), "N"
+        number, side = element + 1, sides[element]
+        if kind == "stop":
             return ("x1_max - x1" if side > 0 else "x1 - x1_min"), "m"
-        if side == 0:
-            excess = self.engine.excess_to_side(chain.plan.robot, element, g.side)
-            at_rest = f"f{number} + f{number}_excess" if excess > 0.0 else f"f{number}"
-            return f"{at_rest} {'-' if g.side > 0 else '+'} a{number}", "m/s^2"
+        if kind == "threshold":
+            excess = self.facts["excess", n][0] > 0.0
+            at_rest = f"f{number} + f{number}_excess" if excess else f"f{number}"
+            return f"{at_rest} {'-' if towards > 0 else '+'} a{number}", "m/s^2"
         return f"{'' if side > 0 else '-'}v{number}", "m/s"
 
 
-def poles_of(set_: Any, several: bool) -> tuple[tuple[complex, ...], float]:
-    """The poles of a mode, and half the period of its pair; where one mass is held there are two."""
-    pair = set_.poles
-    mean = 0.5 * float(pair.p)
-    square = float(pair.q) - mean * mean
-    real = (complex(-float(pair.a)),) if several else ()
+def poles_of(p: float, q: float, pole: tuple[float, float] | None) -> tuple[tuple[complex, ...], float]:
+    """The poles of a mode, s^2 + p s + q and a real one if all masses slip, and half the period of the pair."""
+    mean = 0.5 * p
+    square = q - mean * mean
+    real = () if pole is None else (complex(-pole[0]),)
     if square > 0.0:
         omega = math.sqrt(square)
         return (*real, complex(-mean, omega), complex(-mean, -omega)), math.pi / omega
     fast = mean + math.sqrt(-square)
-    slow = float(pair.q) / fast if fast > 0.0 else 0.0
+    slow = q / fast if fast > 0.0 else 0.0
     return (*real, complex(-fast), complex(-slow)), math.inf
 
 
-@lru_cache(maxsize=8)
-def watched(package: Package, dtype: Precision) -> Watched:
-    """The copy for a package and a precision, made once."""
-    return Watched(package, dtype)
+def searches_in(notes: Iterable[Note]) -> dict[int, Search]:
+    """How each phase was solved, by its row."""
+    found, of_phase = dict[int, Search](), Noted()
+    for note in notes:
+        if note.what == "phase":
+            found[note.function], of_phase = of_phase.search(note.end), Noted()
+        else:
+            of_phase.take(note)
+    return found
 
 
 def searches_of(stance: "Motion", asked: tuple[LegState, float, int]) -> tuple[Solved, dict[int, Search]]:
     """The motion solved again from what was asked, start, horizon and bound on phases, and how."""
     robot, (start, horizon, most) = stance.robot, asked
-    watch = watched(robot.solver.package, stance.dtype)
-    return watch.solve(robot.parameters, start, stance.u, horizon, most, stance.dtype)
+    library = robot.solver.compiled().library.notes
+    solved, notes = noted(library, robot.parameters, start, stance.u, horizon, most, stance.dtype)
+    return solved, searches_in(notes)
 
 
 # ---- in words ----

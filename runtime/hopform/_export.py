@@ -23,7 +23,6 @@ from hopform._robots import Robot
 from hopform._solver.choice import DEFAULT, Solver
 from hopform._solver.folder import SHIPPED, Folder
 from hopform._solver.package import records
-from hopform._solver.printed import Engine, Python
 from hopform.controllers import FeedForward
 
 System = Literal["plain", "cmake", "arduino", "platformio", "zephyr", "esp-idf", "cmsis-pack"]
@@ -257,9 +256,9 @@ def included_first(names: Iterable[str], texts: dict[str, str]) -> list[str]:
 PHASES = 32
 
 
-def selftest(dtype: DTypeLike = np.float32, backend: str = "c", solver: Solver = DEFAULT) -> int:
-    """The 32-bit digest of all that `hopform_selftest` solves, by the library that Python loads or, backend "python",
-    by the printed engine: that of a board must be the same.
+def selftest(dtype: DTypeLike = np.float32, solver: Solver = DEFAULT) -> int:
+    """The 32-bit digest of all that `hopform_selftest` solves, by the library that Python loads: that of a board must be
+    the same.
 
     dtype: float32 or float64. Raises BackendError without a library.
 
@@ -269,10 +268,6 @@ def selftest(dtype: DTypeLike = np.float32, backend: str = "c", solver: Solver =
     wanted = np.dtype(dtype)
     if wanted not in (np.dtype(np.float32), np.dtype(np.float64)):
         raise HopformError(f"dtype must be float32 or float64, got {shown(dtype)}")
-    if isinstance(solver.back_end(backend), Python):
-        engine = Engine(solver.package, wanted)
-        with np.errstate(all="ignore"):
-            return int(engine.module.selftest(engine.made("Search"), engine.many("Phase", PHASES), PHASES))
     library = solver.compiled().library
     types = library.types(wanted)
     search, phases = types.Search(), (types.Phase * PHASES)()

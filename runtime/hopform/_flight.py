@@ -21,8 +21,7 @@ from hopform._errors import HopformError
 from hopform._motion import DOUBLE, Event, Number, Real, State, Times, in_order, precision_of
 from hopform._robots import Robot, checked_robot, falling_robot
 from hopform._show import Arrays, Card, OverTime, events_of, name_of
-from hopform._solver.choice import SolvedFlight
-from hopform._solver.library import Backend
+from hopform._solver.c import SolvedFlight
 from hopform._solver.package import FLIGHT_ENDINGS, Energy, FlightLedger, Gains, records
 from hopform._stance import TOUCHING_ULP, placed, rest_of, with_height
 
@@ -55,7 +54,6 @@ class Flight(OverTime):
     """
 
     robot: Robot
-    backend: Backend
     dtype: np.dtype[Any]
     status: records.FlightEnding
     duration: float
@@ -184,7 +182,6 @@ def solve_flight(
     gains: Sequence[SupportsFloat] | None = None,
     horizon: SupportsFloat = 10.0,
     max_phases: int = 4096,
-    backend: str | None = None,
     dtype: Any = np.float64,
 ) -> Flight:
     """The flight that follows from a state at take-off, exactly: the return of the actuator, every event, the
@@ -209,8 +206,7 @@ def solve_flight(
     law = None if gains is None else _gains(gains)
     longest = positive("horizon", horizon, "s")
     most = whole("max_phases", max_phases)
-    back_end = robot.solver.back_end(backend)
-    solved = back_end.solve_flight(robot.parameters, start, ground, law, longest, most, precision)
+    solved = robot.solver.compiled().solve_flight(robot.parameters, start, ground, law, longest, most, precision)
     flight = solved.flight
     status = FLIGHT_ENDINGS[flight.ending]
     reached_at = with_height(robot, precision, flight.end)
@@ -219,7 +215,7 @@ def solve_flight(
     duration, followed = float(flight.duration), Gains(float(flight.gains.Kp), float(flight.gains.Kd))
     apex, losses = (float(flight.apex), float(flight.apex_time)), (float(flight.impact_loss), float(flight.leg_loss))
     reached = status, duration, end, after, followed, *apex, *losses, start.y
-    return Flight(robot, back_end.name, precision, *reached, solved)
+    return Flight(robot, precision, *reached, solved)
 
 
 def design_return(robot: Robot, time: SupportsFloat) -> Gains:

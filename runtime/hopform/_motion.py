@@ -19,9 +19,9 @@ from hopform._errors import HopformError
 from hopform._robots import Robot, nearest
 from hopform._sensitivities import ManySensitivities, Sensitivities, at_times, of_ending
 from hopform._show import UNITS, Arrays, Card, Curve, OverTime, events_of, name_of
-from hopform._solver.choice import SolvedStance, Solver
+from hopform._solver.c import Solved
+from hopform._solver.choice import Solver
 from hopform._solver.folder import Facts
-from hopform._solver.library import Backend
 from hopform._solver.package import AnyEvent, Precision, Steps, records
 from hopform._warnings import MOTION_WARNINGS, Warning, said
 
@@ -194,12 +194,11 @@ class Motion(OverTime):
 
     robot: Robot
     u: Steps
-    backend: Backend
     dtype: np.dtype[Any]
     status: records.Ending
     duration: float
     end: Any
-    _solved: SolvedStance = field(repr=False, compare=False)
+    _solved: Solved = field(repr=False, compare=False)
     _x2_is_given: bool = field(repr=False, compare=False)
     _asked: tuple[records.LegState, float, int] = field(repr=False, compare=False)
     """start, horizon and bound on phases"""
@@ -470,7 +469,7 @@ class Motion(OverTime):
         """How it was solved, phase by phase: poles, event functions at the start and the end, and which rule of the
         certificate says in which interval that none has an earlier zero. docs/explanation/stance.md reads one.
 
-        The printed engine solves the motion again, to the same bits, and says which rules it used.
+        A library beside the one that solved it solves it again, to the same bits, and notes what decides.
 
         >>> from hopform import load_robot, solve_stance
         >>> print(solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).explain().splitlines()[0])

@@ -1,4 +1,4 @@
-"""Derivatives of the ending of a stance by its inputs: those of the back ends, in the coordinates that people give."""
+"""Derivatives of the ending of a stance by its inputs: those of the library, in the coordinates that people give."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -132,7 +132,7 @@ def in_height(solved: NDArray[Any], x2_is_given: bool, lengthens: Lengths = LENG
 def of_matrix(
     kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any
 ) -> Kind:
-    """The sensitivities of one stance, or of many, from what a back end of a solver computes for its robots."""
+    """The sensitivities of one stance, or of many, from what the library of a solver computes for its robots."""
     lengthens = lengths_of(solver.package, parameters) if x2_is_given else {}
     matrix = in_height(solved, x2_is_given, lengthens)
     matrix.setflags(write=False)

@@ -35,9 +35,8 @@ from hopform._motion import (
 from hopform._robots import Robot, checked_robot
 from hopform._sensitivities import Sensitivities, aliases_of, of_matrix
 from hopform._show import Arrays, Card, Curve, OverTime, name_of
-from hopform._solver.c import tuple_of
-from hopform._solver.choice import SolvedStance, Solver
-from hopform._solver.library import Backend
+from hopform._solver.c import Solved, tuple_of
+from hopform._solver.choice import Solver
 from hopform._solver.package import ENDINGS, TAKEOFF, Precision, Steps, records
 from hopform._warnings import WARNINGS, Warning
 
@@ -160,7 +159,7 @@ class Stance(Motion):
         rise = finite("step", step, "m")
         x1, v1, x2, v2 = map(float, self.takeoff)
         solve: Callable[..., Flight] = import_module("hopform._flight").solve_flight
-        how = {"gains": gains, "horizon": horizon, "backend": self.backend, "dtype": self.dtype}
+        how = {"gains": gains, "horizon": horizon, "dtype": self.dtype}
         leg = self.end_compression
         return solve(self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, compression=leg, **how)
 
@@ -260,14 +259,13 @@ def solve_stance(
     u: Current = 0.0,
     horizon: SupportsFloat = 2.0,
     max_phases: int = 4096,
-    backend: str | None = None,
     dtype: Any = np.float64,
 ) -> Stance:
     """The stance that follows from a state at touchdown, by (3), (4), exactly: every mode, every event, every ending.
 
     v1, v2 [m/s]: velocities after the impact; x1 [m]; x2 [m]: height of the body, or in its place compression [m] of
     the leg, as a flight has left it; that is 0 if both are left out. u [A]: a current, or steps [(t, u), ...] from
-    t = 0 on. horizon [s]: longest time. backend: "c", "python", or None for the best there is. dtype: float64 or
+    t = 0 on. horizon [s]: longest time. dtype: float64 or
     float32. Raises HopformError (a ValueError) for a value that is not allowed.
 
     >>> from hopform import load_robot
@@ -276,7 +274,7 @@ def solve_stance(
     ('takeoff', 0.1841, ['x2_reverses'])
     """
     start = start_of(robot, x1, v1, x2, v2, compression)
-    solved: Stance = _solve(robot, start, x2 is not None, u, horizon, max_phases, backend, dtype)
+    solved: Stance = _solve(robot, start, x2 is not None, u, horizon, max_phases, dtype)
     return solved
 
 
@@ -287,7 +285,6 @@ def solve_motion(
     u: Current = 0.0,
     horizon: SupportsFloat = 2.0,
     max_phases: int = 4096,
-    backend: str | None = None,
     dtype: Any = np.float64,
 ) -> Motion:
     """The motion of any model from a state, exactly: a joint, a cart, a valve, and a hopper, of which it is a `Stance`.
@@ -312,13 +309,13 @@ def solve_motion(
         begin, x2_is_given = free_start(robot, start)
     if not facts.inputs and any(current for _, current in steps_of(u)):
         raise HopformError(f"u must be 0: the model {facts.name} has no input, got {shown(u)}")
-    solved: Motion = _solve(robot, begin, x2_is_given, u, horizon, max_phases, backend, dtype)
+    solved: Motion = _solve(robot, begin, x2_is_given, u, horizon, max_phases, dtype)
     return solved
 
 
 def _solve(
     robot: Robot, start: records.LegState, x2_is_given: bool, u: Current, horizon: SupportsFloat, max_phases: int,
-    backend: str | None, dtype: Any,
+    dtype: Any,
 ) -> Any:  # fmt: skip
     """What follows from a state."""
     precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
@@ -326,9 +323,8 @@ def _solve(
     longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
     quick = type(max_phases) is int and 0 < max_phases <= checks.LARGEST
     most = max_phases if quick else whole("max_phases", max_phases)
-    back_end = robot.solver.back_end(backend)
-    solved = back_end.solve_stance(robot.parameters, start, steps, longest, most, precision)
-    return _stance(robot, steps, back_end.name, precision, solved, x2_is_given, (start, longest, most))
+    solved = robot.solver.compiled().solve_stance(robot.parameters, start, steps, longest, most, precision)
+    return _stance(robot, steps, precision, solved, x2_is_given, (start, longest, most))
 
 
 def aed_at(stance: Stance, t: Number | Times) -> NDArray[np.floating]:
@@ -348,9 +344,7 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     return float(checked_robot(robot, "flight").solver.package.formulas.touchdown_velocity(robot.parameters, drop))
 
 
-def _stance(
-    robot: Robot, u: Steps, backend: Backend, dtype: Precision, solved: SolvedStance, given: bool, asked: Any
-) -> Motion:
+def _stance(robot: Robot, u: Steps, dtype: Precision, solved: Solved, given: bool, asked: Any) -> Motion:
     """A stance with its ending, or a motion of another model, made without the slow __init__ of a frozen dataclass."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
     status, lifts = ENDINGS[ending], ending == TAKEOFF
@@ -358,7 +352,7 @@ def _stance(
     stands = "stance" in solver.can
     made: Motion = object.__new__(Stance if stands else Motion)
     held: dict[str, Any] = {
-        "robot": robot, "u": u, "backend": backend, "dtype": dtype, "status": status, "duration": duration,
+        "robot": robot, "u": u, "dtype": dtype, "status": status, "duration": duration,
         "_solved": solved, "_x2_is_given": given, "_asked": asked,
     }  # fmt: skip
     if stands:

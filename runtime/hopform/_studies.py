@@ -38,7 +38,6 @@ def sweep(
     *,
     height: ArrayLike | None = None,
     threads: int = 1,
-    backend: str | None = None,
     progress: Progress | None = None,
     **inputs: ArrayLike,
 ) -> "xarray.Dataset":
@@ -93,7 +92,7 @@ def sweep(
         start = {name: axes.pop(name) for name in named if name in axes}
         solve, what = partial(solve_motions, start=start), "motions"
     with progress_bar(what) as bar:
-        batch = solve(robot, **axes, threads=threads, backend=backend, progress=progress or bar)
+        batch = solve(robot, **axes, threads=threads, progress=progress or bar)
     fixed = {name: of_xarray.Variable((), value, {"units": units[name]}) for name, value in single.items()}
     found: Any = batch.to_xarray()
     return cast("xarray.Dataset", found.assign_coords(fixed))
@@ -108,7 +107,6 @@ def compare(
     *,
     height: SupportsFloat,
     horizon: SupportsFloat = 2.0,
-    backend: str | None = None,
     progress: Progress | None = None,
 ) -> "xarray.Dataset":
     """Runs of each controller on each ground with each kind of errors and each seed, by `simulate`.
@@ -149,7 +147,7 @@ def compare(
         for n, (law, (at, ground), (among, kind), seed) in enumerate(cells):
             with noted(f"controller {law}, ground {ground}, errors {kind}, seed {seed}: "):
                 run = simulate(robot, rough[ground], laws[law], height=height, errors=kinds[kind], seed=seed,
-                               cell=(at, among), horizon=horizon, backend=backend)  # fmt: skip
+                               cell=(at, among), horizon=horizon)  # fmt: skip
             done = len(run.hops)
             status.flat[n], count.flat[n] = run.status, done
             found = {name: run.table[name] for name in ("apex", "u", "bottoms_out")}

@@ -171,7 +171,6 @@ class FeedForward(_Choosing):
     h_des: SetPoints = field(metadata=by(set_points))
     stop_margin: float = field(default=0.0, metadata=by(nonnegative, "m"))
     horizon: float = field(default=2.0, metadata=by(positive, "s"))
-    backend: str | None = None
     _choose = staticmethod(_control.choose_current)
 
 
@@ -187,7 +186,6 @@ class AsPrinted(_Choosing):
     signed: bool = field(default=False, metadata=by(flag))
     spring_coordinate: bool = field(default=False, metadata=by(flag))
     horizon: float = field(default=2.0, metadata=by(positive, "s"))
-    backend: str | None = None
     _choose = staticmethod(_control.choose_current_as_printed)
 
 

@@ -21,7 +21,6 @@ from hopform._solver import library as libraries
 from tools.build_library import ROOT
 
 COUNT = 100_000
-FEW = 10_000
 ROUNDS = 5
 
 SOURCE = """
@@ -144,8 +143,6 @@ def main() -> None:
     k = np.linspace(1000.0, 1500.0, COUNT)
     spent = least(lambda: hopform.solve_stances(robot, v2=v2, u=2.0, k=k))
     rows.append(("solve_stances, another robot each", spent / COUNT, "stance"))
-    spent = least(lambda: hopform.solve_stances(robot, v2=v2[:FEW], u=2.0, backend="python"), 3)
-    rows.append((f"solve_stances, Python back end, {FEW}", spent / FEW, "stance"))
     spent = least(lambda: [hopform.solve_stance(robot, v2=float(v), u=2.0) for v in v2[:2000]], 3)
     rows.append(("solve_stance from Python", spent / 2000, "stance"))
     for name, spent, unit in rows:

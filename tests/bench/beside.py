@@ -35,7 +35,7 @@ def peak():
 robot = hopform.load_robot("hopper_c")
 count = int(sys.argv[1])
 before = peak()
-batch = hopform.solve_stances(robot, v2=np.linspace(-3.0, -0.3, count), u=np.linspace(-3.0, 3.0, count), backend="c")
+batch = hopform.solve_stances(robot, v2=np.linspace(-3.0, -0.3, count), u=np.linspace(-3.0, 3.0, count))
 print(before, peak())
 """
 
@@ -115,7 +115,7 @@ def _inputs(jobs: Jobs, count: int) -> tuple[hopform.Robot, dict[str, Any]]:
 
 
 def many(jobs: Jobs, repetitions: int) -> list[Line]:
-    """`solve_stances` on both back ends in both precisions, beside the C loop over the same stances."""
+    """`solve_stances` in both precisions, beside the C loop over the same stances."""
     library = native.hopform("f64")
     loop = library.function("planned", jobs)
     library.prepare(jobs)
@@ -128,17 +128,14 @@ def many(jobs: Jobs, repetitions: int) -> list[Line]:
     for dtype in (np.float64, np.float32):
         short = {np.float64: "f64", np.float32: "f32"}[dtype]
         variants[f"solve_stances, C {short}, {MANY} at once"] = (
-            MANY, lambda dtype=dtype: hopform.solve_stances(robot, **inputs, dtype=dtype, backend="c"),
+            MANY, lambda dtype=dtype: hopform.solve_stances(robot, **inputs, dtype=dtype),
         )  # fmt: skip
         variants[f"solve_stances, C {short}, {FEW}, events"] = (
-            FEW, lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, events=True, backend="c"),
+            FEW, lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, events=True),
         )  # fmt: skip
         variants[f"solve_stances, C {short}, {FEW}, sensitivities"] = (
             FEW,
-            lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, sensitivities=True, backend="c"),
-        )  # fmt: skip
-        variants[f"solve_stances, printed Python {short}, {FEW}"] = (
-            FEW, lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, backend="python"),
+            lambda dtype=dtype: hopform.solve_stances(robot, **fewer, dtype=dtype, sensitivities=True),
         )  # fmt: skip
     spent = medians({name: call for name, (_, call) in variants.items()}, repetitions)
     each = {name: spent[name] / count for name, (count, _) in variants.items()}
@@ -155,7 +152,7 @@ def many(jobs: Jobs, repetitions: int) -> list[Line]:
 
 def grid(repetitions: int) -> list[Line]:
     """States of one stance on a uniform grid, per sample of four."""
-    stance = hopform.solve_stance(hopform.load_robot("hopper_c"), v2=-1.93, u=3.0, backend="c")
+    stance = hopform.solve_stance(hopform.load_robot("hopper_c"), v2=-1.93, u=3.0)
     out = hopform.State(*np.empty((4, SAMPLES)))
     solver_out = records.LegState(*np.empty((4, SAMPLES)))
     step = stance.duration / (SAMPLES - 1)
@@ -209,19 +206,19 @@ def hopping(repetitions: int) -> list[Line]:
         "a stance, C loop": (10 * len(jobs), lambda: stances(10)),
         "a flight, C loop": (10 * len(jobs), lambda: flights(10)),
         "a flight, solve_flight from Python": (
-            100, lambda: [hopform.solve_flight(robot, **takeoff, backend="c") for _ in range(100)],
+            100, lambda: [hopform.solve_flight(robot, **takeoff) for _ in range(100)],
         ),
         "a current, choose_current from Python": (
-            len(speeds), lambda: [hopform.choose_current(robot, v2=v2, h_des=0.2, backend="c") for v2 in speeds],
+            len(speeds), lambda: [hopform.choose_current(robot, v2=v2, h_des=0.2) for v2 in speeds],
         ),
         "a hop under the exact controller, of 1000 on rough ground": (
-            len(ground), lambda: hopform.simulate(robot, ground, exact, height=0.2, backend="c"),
+            len(ground), lambda: hopform.simulate(robot, ground, exact, height=0.2),
         ),
         "a hop at a constant current, of 1000 on rough ground": (
-            len(ground), lambda: hopform.simulate(robot, ground, 3.0, height=0.2, backend="c"),
+            len(ground), lambda: hopform.simulate(robot, ground, 3.0, height=0.2),
         ),
         "a cell of a map, reachability of 200 x 200": (
-            axis.size**2, lambda: hopform.reachability(robot, axis, np.linspace(-3.0, 3.0, axis.size), backend="c"),
+            axis.size**2, lambda: hopform.reachability(robot, axis, np.linspace(-3.0, 3.0, axis.size)),
         ),
     }  # fmt: skip
     spent = medians({name: call for name, (_, call) in calls.items()}, repetitions)

@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hopform
-import hopform_solver
 from hopform_solver.records import ENDINGS, EVENTS
 from tests.bench import casadi_peer, diffrax_peer, native, numba_peer, scipy_peers
-from tests.bench.jobs import EXCESS, HORIZON, MAX_PHASES, ROBOT, Jobs, answers, write
+from tests.bench.jobs import HORIZON, MAX_PHASES, ROBOT, Jobs, answers, write
 
 TOLERANCES = (1e-6, 1e-8, 1e-10)
 BATCH = 10_000
@@ -65,14 +64,13 @@ def _compiled(precision: str, entry: str, jobs: Jobs) -> Ready:
     return Ready(run, np.copy, len(jobs))
 
 
-def _from_python(backend: str, jobs: Jobs) -> Ready:
+def _from_python(jobs: Jobs) -> Ready:
     cases = [(hopform.Robot(**jobs.robot(n)), jobs.start(n)) for n in range(len(jobs))]
 
     def run(loops: int) -> list[hopform.Stance]:
         for _ in range(loops):
             found = [
-                hopform.solve_stance(robot, **start, horizon=HORIZON, max_phases=MAX_PHASES, backend=backend)
-                for robot, start in cases
+                hopform.solve_stance(robot, **start, horizon=HORIZON, max_phases=MAX_PHASES) for robot, start in cases
             ]
         return found
 
@@ -88,37 +86,7 @@ def _from_python(backend: str, jobs: Jobs) -> Ready:
     return Ready(run, collect, len(jobs))
 
 
-def _solution_answers(count: int, solution: hopform_solver.Solution) -> Answers:
-    """The first stances of a solution of hopform_solver."""
-    table, phases, end = answers(count), solution.phases, solution.end
-    columns = [solution.ending, solution.duration, end.x1, end.v1, end.v2, end.y, solution.aed]
-    heads = zip(*(np.reshape(column, -1)[:count].tolist() for column in columns), strict=True)
-    for n, (row, head) in enumerate(zip(table, heads, strict=True)):
-        of = slice(*np.searchsorted(phases.lane, [n, n + 1]))
-        listed = zip(phases.t[of].tolist(), phases.event[of].tolist(), strict=True)
-        write(row, head, [(t, kind) for t, kind in listed if kind][: MAX_PHASES - 1])
-    return table
-
-
-def _numpy(dtype: Any, jobs: Jobs) -> Ready:
-    """One call on arrays of `BATCH` stances: the jobs over and over."""
-    table = np.resize(jobs.table, (max(len(jobs), BATCH), jobs.table.shape[1])).astype(dtype)
-    columns = [np.ascontiguousarray(column) for column in table.T]
-    none = dict.fromkeys(EXCESS, np.zeros_like(columns[0]))
-    robot = hopform_solver.Robot(*columns[: len(ROBOT)], **none)
-    x1, v1, v2, u = columns[len(ROBOT) :]
-    start = hopform_solver.LegState(x1, v1, v2, np.zeros_like(x1))
-
-    def run(loops: int) -> hopform_solver.Solution:
-        with np.errstate(all="ignore"):
-            for _ in range(loops):
-                found = hopform_solver.solve(robot, start, u, horizon=HORIZON, max_phases=MAX_PHASES, dtype=dtype)
-        return found
-
-    return Ready(run, partial(_solution_answers, len(jobs)), len(table))
-
-
-def _batch(backend: str, jobs: Jobs) -> Ready:
+def _batch(jobs: Jobs) -> Ready:
     """`hopform.solve_stances` on `BATCH` stances, events listed."""
     table = np.resize(jobs.table, (max(len(jobs), BATCH), jobs.table.shape[1]))
     inputs = dict(zip((*ROBOT, "x1", "v1", "v2", "u"), table.T.copy(), strict=True))
@@ -130,7 +98,7 @@ def _batch(backend: str, jobs: Jobs) -> Ready:
 
     def run(loops: int) -> Any:
         for _ in range(loops):
-            found = solve_stances(base, **inputs, max_phases=MAX_PHASES, horizon=HORIZON, events=True, backend=backend)
+            found = solve_stances(base, **inputs, max_phases=MAX_PHASES, horizon=HORIZON, events=True)
         return found
 
     def collect(batch: Any) -> Answers:
@@ -156,12 +124,9 @@ def ours() -> Iterator[Row]:
     yield Row("hopform C, f64, plan included", None, partial(_compiled, "f64", "from_scratch"))
     yield Row("hopform C, f32", None, partial(_compiled, "f32", "planned"))
     yield Row("hopform C, f32, plan included", None, partial(_compiled, "f32", "from_scratch"))
-    yield Row("hopform from Python, solve_stance", None, partial(_from_python, "c"))
+    yield Row("hopform from Python, solve_stance", None, _from_python)
     if hasattr(hopform, "solve_stances"):
-        yield Row(f"hopform from Python, solve_stances of {BATCH}", None, partial(_batch, "c"))
-    yield Row("hopform printed Python, solve_stance", None, partial(_from_python, "python"))
-    yield Row(f"hopform printed Python, {BATCH} at once", None, partial(_numpy, np.float64))
-    yield Row(f"hopform printed Python, {BATCH} at once, f32", None, partial(_numpy, np.float32))
+        yield Row(f"hopform from Python, solve_stances of {BATCH}", None, _batch)
 
 
 # ---- peers ----

@@ -200,7 +200,7 @@ def test_many_stances_are_the_jobs_over_and_over():
 
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="a process's peak is read from /proc")
 def test_a_batch_of_a_million_stances_stays_below_400_megabytes():
-    """On the C back end without event lists, measured in a process of its own."""
+    """Without event lists, measured in a process of its own."""
     peak, before = beside.memory()
     assert 10.0 < before.value < peak.value < 400.0
 

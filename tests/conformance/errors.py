@@ -43,11 +43,11 @@ def plain_errors(robot: hopform.Robot, stance: hopform.Stance, exact: Any, v2: f
     return {"state": largest, "aed": abs(float((stance.aed - exact.aed) / unit["energy"]))}
 
 
-def assert_same_stance(robot: hopform.Robot, backend: str, dtype: Any = np.float64, **start: Any) -> float:
-    """Solve with a back end and compare with the reference: same events, same ending, error within the tolerance."""
+def assert_same_stance(robot: hopform.Robot, dtype: Any = np.float64, **start: Any) -> float:
+    """Solve and compare with the reference: same events, same ending, error within the tolerance."""
     exact, inputs = reference_for(robot, dtype, **start)
-    stance = hopform.solve_stance(robot, backend=backend, dtype=dtype, **inputs)
-    what = f"{robot} {inputs} {backend} {dtype.__name__}, margin {float(exact.margin):.1e}"
+    stance = hopform.solve_stance(robot, dtype=dtype, **inputs)
+    what = f"{robot} {inputs} {dtype.__name__}, margin {float(exact.margin):.1e}"
     assert stance.status == exact.status, what
     # A stance of n phases has n - 1 events; the reference lists the one at which the cap was reached as well.
     kept = exact.events[: inputs.get("max_phases", 4096) - 1]

@@ -1,7 +1,7 @@
 """Random stances by the thousand or the million, each one certified: `make test-exhaustive N=1000000`.
 
-C solves each stance; the checker (tests/oracle/checker) certifies the list of events and measures the errors. The
-printed engine has the same bits (test_printed.py). What it cannot settle, what it disputes, what is inaccurate, and a sample drawn by the seed go
+C solves each stance; the checker (tests/oracle/checker) certifies the list of events and measures the errors.
+What it cannot settle, what it disputes, what is inaccurate, and a sample drawn by the seed go
 to the 50-digit reference. An error is divided by the condition number, max |q(p (1 + d)) - q(p)|/(d unit of q) over
 outputs q and over inputs p, which are what the solvers are given: the robot, x1, v1, v2, the compression y, the
 current. Exit code 1 if anything is wrong or stays unsettled, or if more than 0.1 % of the stances have a condition
@@ -92,7 +92,7 @@ def examine(seed: int, count: int, sampled: int) -> Findings:
 
 
 def case_of(p: Any, answer: Any, phases: Any, reason: str, seed: int, lane: int) -> dict[str, Any]:
-    """A stance with the answer of the C back end, as it can be written down and solved again."""
+    """A stance with the answer of the library, as it can be written down and solved again."""
     mine = phases[answer["first"] : answer["first"] + answer["count"]]
     return {
         "why": reason,

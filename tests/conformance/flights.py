@@ -67,7 +67,7 @@ def random_flight(seed: int) -> tuple[hopform.Robot, dict[str, Any]]:
 
 
 def solved(
-    robot: hopform.Robot, inputs: dict[str, Any], backend: str, dtype: Any = np.float64
+    robot: hopform.Robot, inputs: dict[str, Any], dtype: Any = np.float64
 ) -> tuple[hopform.Flight, dict[str, Any]]:
     """The flight, and its inputs as the solver saw them: rounded to the type, with y formed from x2."""
     robot = hopform.Robot(**rounded(robot, dtype))
@@ -76,7 +76,7 @@ def solved(
     x2 = None if inputs["y"] == 0.0 else seen["x1"] - inputs["y"] + length
     gains = tuple(float(dtype(gain)) for gain in inputs["gains"])
     settings = {"horizon": inputs["horizon"], "max_phases": inputs["max_phases"]}
-    flight = hopform.solve_flight(robot, **seen, x2=x2, gains=gains, **settings, backend=backend, dtype=dtype)
+    flight = hopform.solve_flight(robot, **seen, x2=x2, gains=gains, **settings, dtype=dtype)
     y = 0.0 if x2 is None else float(dtype(seen["x1"] - x2 + robot.L0 + robot.c))
     return flight, {**seen, "y": y, "gains": gains, **settings}
 
@@ -127,11 +127,11 @@ def condition(robot: hopform.Robot, inputs: dict[str, Any], dtype: Any, exact: F
     return largest
 
 
-def assert_same_flight(robot: hopform.Robot, inputs: dict[str, Any], backend: str, dtype: Any = np.float64) -> float:
-    """Solve with a back end and compare with the reference: same status, same events, error within the tolerance."""
-    flight, seen = solved(robot, inputs, backend, dtype)
+def assert_same_flight(robot: hopform.Robot, inputs: dict[str, Any], dtype: Any = np.float64) -> float:
+    """Solve and compare with the reference: same status, same events, error within the tolerance."""
+    flight, seen = solved(robot, inputs, dtype)
     exact = solve_flight(rounded(robot, dtype), **seen)
-    what = f"{robot} {seen} {backend} {dtype.__name__}"
+    what = f"{robot} {seen} {dtype.__name__}"
     assert flight.status == exact.status, (exact.status, flight.status, what)
     kept = dataclasses.replace(exact, events=exact.events[: inputs["max_phases"] - 1])
     assert [event.kind for event in flight.events] == [event.kind for event in kept.events], what

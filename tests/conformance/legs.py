@@ -16,8 +16,6 @@ import numpy as np
 from hopform._solver import c as native
 from hopform._solver.c import C
 from hopform._solver.choice import Solver
-from hopform._solver.package import Package
-from hopform._solver.printed import Python
 from hopform_solver.records import Robot
 from tests.conformance.random_stances import draw_stances
 from tests.derived import solver_of
@@ -37,15 +35,9 @@ class Leg:
     library: native.Library
     solver: Solver
 
-    def solve(
-        self, back_end: str, parameters: tuple[float, ...], start: Mapping[str, float], u: float, horizon: float = 2.0
-    ) -> Any:
-        """What either back end says, in one form."""
+    def solve(self, parameters: tuple[float, ...], start: Mapping[str, float], u: float, horizon: float = 2.0) -> Any:
         state = self.package.LegState(*(start[name] for name in ("x1", "v1", "v2", "y")))
-        return self.by(back_end).solve_stance(parameters, state, ((0.0, u),), horizon, MOST, np.dtype(np.float64))
-
-    def by(self, back_end: str) -> Any:
-        return C(self.library) if back_end == "c" else Python(Package(self.package.__name__))
+        return C(self.library).solve_stance(parameters, state, ((0.0, u),), horizon, MOST, np.dtype(np.float64))
 
     def events(self, solved: Any) -> list[tuple[float, str]]:
         words = self.package.records.EVENTS

@@ -1,5 +1,5 @@
-"""Random robots and starts over all orders of magnitude, degenerate ones among them: as arrays, with both back ends
-on them, and one by one.
+"""Random robots and starts over all orders of magnitude, degenerate ones among them:
+as arrays, with the library on them, and one by one.
 """
 
 import ctypes
@@ -174,7 +174,7 @@ def _hold(draw: Any, p: Any, here: Any) -> None:
 
 
 def solve_with_c(p: Any) -> tuple[Any, Any]:
-    """ANSWERs and PHASEs of the C back end, with at most MAX_PHASES phases each."""
+    """ANSWERs and PHASEs of the library, with at most MAX_PHASES phases each."""
     library = native.library()
     types = library.types(np.dtype(float))
     plan, stance, step = types.Plan(), types.Stance(), types.Step(0.0, 0.0)

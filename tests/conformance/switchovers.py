@@ -1,7 +1,7 @@
 """Across every case distinction of the solver, from a factor of several down to the last bit: `make scans`.
 
 A parameter is swept through each switch-over. On both sides, and from each floating point number to the next one around
-it, W'', W', W and its two integrals (or a whole stance) are compared with 50 digits, in both back ends and both
+it, W'', W', W and its two integrals are compared with 50 digits, in C and NumPy, and a whole stance in C, in both
 precisions. The error of a function is divided by its largest magnitude up to t, and by the condition number of the five
 where that is above 1; that of a stance is scaled as everywhere (tests/conformance/errors.py). Writes
 docs/evidence/switchovers.svg and docs/evidence/switchovers.md.
@@ -34,8 +34,9 @@ from tests.oracle import reference
 
 ROOT = Path(__file__).resolve().parents[2]
 DTYPES = {"f64": np.float64, "f32": np.float32}
-BACK_ENDS = ("C", "NumPy")
-CURVES = [(back_end, precision) for precision in DTYPES for back_end in BACK_ENDS]
+EVALUATORS = ("C", "NumPy")
+"""Of the basis; whole stances are C."""
+CURVES = [(by, precision) for precision in DTYPES for by in EVALUATORS]
 NEIGHBOURS = 8
 """How many floating point numbers in succession are looked at on each side of a switch."""
 
@@ -51,7 +52,7 @@ class Switch:
     at: Callable[[Any], float]  # of the precision
     problem: Callable[[float], tuple[float, float, float, float]]  # s_1, s_2, s_3, t
     reach: float = 2.0  # natural logarithm of the largest factor
-    libraries: tuple[str, ...] = BACK_ENDS
+    libraries: tuple[str, ...] = EVALUATORS
 
 
 @dataclass(frozen=True)
@@ -64,7 +65,7 @@ class StanceSwitch:
     robot: Callable[[float], hopform.Robot]
     start: dict[str, float]
     reach: float = 2.0
-    libraries: tuple[str, ...] = BACK_ENDS
+    libraries: tuple[str, ...] = ("C",)
 
 
 @dataclass
@@ -314,7 +315,7 @@ def in_c(columns: Any, precision: str) -> Any:
 
 
 def in_numpy(columns: Any, precision: str) -> Any:
-    """The same by the printed engine."""
+    """The same by the kernels of the NumPy package."""
     s_1, s_2, s_3, t = columns
     values = np.zeros((t.size, 5), columns.dtype)
     for held in (False, True):
@@ -389,18 +390,16 @@ def sweep_basis(switch: Switch, count: int) -> Swept:
     return swept
 
 
-def stance_errors(switch: StanceSwitch, value: float, dtype: Any) -> list[float]:
-    """The larger error, of state and AED, of one stance by each back end; infinite where the events are others."""
+def stance_error(switch: StanceSwitch, value: float, dtype: Any) -> float:
+    """The larger error, of state and AED, of one stance; infinite where the events are others."""
     robot = switch.robot(value)
     exact, inputs = reference_for(robot, dtype, **switch.start)
-    found, condition_of = [], cache(lambda of: max(1.0, reference.condition(rounded(robot, dtype), of=of, **inputs)))
-    for back_end in switch.libraries:
-        stance = hopform.solve_stance(robot, backend=back_end.lower(), dtype=dtype, **inputs)
-        same = [e.kind for e in stance.events] == [e.kind for e in exact.events] and stance.status == exact.status
-        errors = plain_errors(robot, stance, exact, inputs["v2"])
-        scaled = [error if error <= TOLERANCE[dtype] else error / condition_of(of) for of, error in errors.items()]
-        found.append(max(scaled) if same else math.inf)
-    return found
+    condition_of = cache(lambda of: max(1.0, reference.condition(rounded(robot, dtype), of=of, **inputs)))
+    stance = hopform.solve_stance(robot, dtype=dtype, **inputs)
+    same = [e.kind for e in stance.events] == [e.kind for e in exact.events] and stance.status == exact.status
+    errors = plain_errors(robot, stance, exact, inputs["v2"])
+    scaled = [error if error <= TOLERANCE[dtype] else error / condition_of(of) for of, error in errors.items()]
+    return max(scaled) if same else math.inf
 
 
 def sweep_stances(switch: StanceSwitch, count: int) -> Swept:
@@ -411,9 +410,8 @@ def sweep_stances(switch: StanceSwitch, count: int) -> Swept:
         values = parameters(at, switch.reach, dtype, count)
         if "none" in switch.name:
             values = np.concatenate([np.zeros(1, dtype), values])
-        errors = np.array([stance_errors(switch, float(value), dtype) for value in values])
-        for name, column in zip(switch.libraries, errors.T, strict=True):
-            swept.curves[name, precision] = Scan(distances(at, values), column, jump_of(at, values, column))
+        errors = np.array([stance_error(switch, float(value), dtype) for value in values])
+        swept.curves["C", precision] = Scan(distances(at, values), errors, jump_of(at, values, errors))
     return swept
 
 
@@ -434,7 +432,7 @@ def limit_of(switch: Switch | StanceSwitch, precision: str) -> float:
 
 
 def worst_of(swept: Swept, precision: str) -> tuple[float, float, float]:
-    """Below, above, jump: the largest of the back ends."""
+    """Below, above, jump: the largest of C and NumPy."""
     scans = [scan for (_, of), scan in swept.curves.items() if of == precision]
     return max(s.below for s in scans), max(s.above for s in scans), max(s.jump for s in scans)
 

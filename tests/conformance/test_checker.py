@@ -1,4 +1,4 @@
-"""The checker certifies what both back ends say of random stances,
+"""The checker certifies what the library says of random stances,
 and refuses a chain that somebody has tampered with.
 """
 

@@ -48,10 +48,10 @@ def largest(robot, exact):
 
 
 @pytest.mark.parametrize("count", [10, pytest.param(60, marks=pytest.mark.nightly)])
-def test_it_is_that_of_the_reference(count, backend):
+def test_it_is_that_of_the_reference(count):
     inside = 0
     for robot, start, u in rows(31, count):
-        solved = hopform.solve_stance(robot, **start, u=u, backend=backend)
+        solved = hopform.solve_stance(robot, **start, u=u)
         fields = {name: getattr(robot, name) for name in PARAMETERS}
         exact = largest(robot, reference.solve(fields, **start, u=u))
         assert solved.compression_max == pytest.approx(exact, rel=1e-11, abs=1e-15), (robot, start, u)
@@ -60,24 +60,24 @@ def test_it_is_that_of_the_reference(count, backend):
     assert inside > count // 10, "in some it is inside a phase"
 
 
-def test_no_time_of_a_stance_has_a_larger_one(backend):
+def test_no_time_of_a_stance_has_a_larger_one():
     for robot, start, u in rows(32, 150):
-        solved = hopform.solve_stance(robot, **start, u=u, backend=backend)
+        solved = hopform.solve_stance(robot, **start, u=u)
         seen = float(np.max(solved.compression(times(solved.duration, 400))))
         assert seen <= solved.compression_max * (1.0 + 1e-12) + 1e-16, (robot, start, u)
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_a_batch_has_that_of_each_stance(hopper_c, backend, dtype):
+def test_a_batch_has_that_of_each_stance(hopper_c, dtype):
     v2, u = np.linspace(-2.8, -0.3, 5)[:, np.newaxis], np.linspace(-3.0, 3.0, 7)
-    batch = hopform.solve_stances(hopper_c, v2=v2, u=u, compression_max=True, backend=backend, dtype=dtype)
+    batch = hopform.solve_stances(hopper_c, v2=v2, u=u, compression_max=True, dtype=dtype)
     assert batch.compression_max is not None
     assert batch.compression_max.shape == (5, 7)
     assert batch.compression_max.dtype == dtype
     for (i, j), most in np.ndenumerate(batch.compression_max):
-        alone = hopform.solve_stance(hopper_c, v2=float(v2[i, 0]), u=float(u[j]), backend=backend, dtype=dtype)
+        alone = hopform.solve_stance(hopper_c, v2=float(v2[i, 0]), u=float(u[j]), dtype=dtype)
         assert most == pytest.approx(alone.compression_max, rel=4.0 * float(np.finfo(dtype).eps))
-    assert hopform.solve_stances(hopper_c, v2=v2, backend=backend).compression_max is None
+    assert hopform.solve_stances(hopper_c, v2=v2).compression_max is None
 
 
 def test_a_long_list_of_phases_is_read_to_its_end():

@@ -1,4 +1,4 @@
-"""The controller's search for a current: what it may leave out, what it costs, and that both back ends agree on it."""
+"""The controller's search for a current: what it may leave out, and what it costs."""
 
 import numpy as np
 import pytest
@@ -91,13 +91,11 @@ none of these; none of them was found once.
 """
 
 
-@pytest.mark.parametrize(
-    ("name", "backend"), [*((name, "c") for name in FOUND_BY_SCANS), ("the same without friction", "python")]
-)
-def test_a_stop_that_is_hit_on_both_sides_hides_no_current(name, backend):
+@pytest.mark.parametrize("name", FOUND_BY_SCANS)
+def test_a_stop_that_is_hit_on_both_sides_hides_no_current(name):
     fields, touchdown = FOUND_BY_SCANS[name]
     robot = changed(**fields)
-    found = compare(robot, [touchdown], step=5e-4 * robot.u_max, backend=backend)
+    found = compare(robot, [touchdown], step=5e-4 * robot.u_max)
     assert found.statuses == {"nearest": 1}
     assert not found.nearer
 
@@ -110,10 +108,9 @@ def test_half_the_range_is_split_where_the_order_of_events_changes():
         0.008634836090812446, -0.15118389595459836, -2.357623770555398, 0.0037448422719250085, 0.1678028743422245, 0.0,
         0.005638548474895026,
     )  # fmt: skip
-    for backend in ("c", "python"):
-        found = compare(AXIS, [touchdown], step=1e-3, backend=backend)
-        assert found.statuses == {"reached": 1}
-        assert not found.smaller
+    found = compare(AXIS, [touchdown], step=1e-3)
+    assert found.statuses == {"reached": 1}
+    assert not found.smaller
 
 
 def test_a_search_whose_memory_is_full_does_not_go_round_in_circles():
@@ -123,7 +120,7 @@ def test_a_search_whose_memory_is_full_does_not_go_round_in_circles():
     robot = changed(m_eff=2.134, m_s=1.499, k=6370.0, c=-0.003967, b1=0.0, b2=0.6448, f1=0.1314, f2=0.0, gamma2=-12.31,
                     x1_min=-0.04371, x1_max=0.001277, u_max=6.06)  # fmt: skip
     touchdown = Touchdown(-0.038, -0.1064, -0.1246, 0.0, -0.01062, 0.02874, 0.0)
-    command = touchdown.ask(robot, backend="c")
+    command = touchdown.ask(robot)
     assert command.solved < 600
     assert command.u == pytest.approx(0.18138, abs=1e-4)
 
@@ -138,10 +135,9 @@ def test_no_current_of_a_scan_is_smaller_or_nearer_with_random_robots():
         assert not (found.untrue or found.smaller or found.nearer), seed
 
 
-@pytest.mark.parametrize("backend", hopform.backends())
-def test_an_actuator_that_starts_at_its_limit_is_tried_once(backend):
+def test_an_actuator_that_starts_at_its_limit_is_tried_once():
     v2 = hopform.touchdown_velocity(HOPPER, 0.2)
-    command = hopform.choose_current(HOPPER, x1=0.07, v2=v2, h_des=0.2, stop_margin=0.01, backend=backend)
+    command = hopform.choose_current(HOPPER, x1=0.07, v2=v2, h_des=0.2, stop_margin=0.01)
     assert (command.status, command.u, command.solved) == ("no_takeoff", 0.0, 1)
 
 
@@ -160,15 +156,14 @@ def past_the_stop(robot: hopform.Robot, touchdown: Touchdown, u: float) -> tuple
     return found
 
 
-@pytest.mark.parametrize("backend", ["c", "python"])
-def test_a_hit_returns_how_far_it_is_from_not_being_one(backend):
+def test_a_hit_returns_how_far_it_is_from_not_being_one():
     """Past x1_max by v1^2/(2 g) at the stop, or by y there if the leg would be off sooner, with the slopes of these."""
     slow = fast = 0
     for fields, touchdown in FOUND_BY_SCANS.values():
         robot, start = changed(**fields), LegState(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)
         u, h = np.linspace(-0.97, 0.97, 24) * robot.u_max, 1e-6 * robot.u_max
         around = np.concatenate([u - h, u, u + h])
-        trials = DEFAULT.back_end(backend).try_currents(robot.parameters, [start], around, 2.0, 4096)[0]
+        trials = DEFAULT.compiled().try_currents(robot.parameters, [start], around, 2.0, 4096)[0]
         peak, peak_u, events = (np.split(trials[name], 3) for name in ("largest_x1", "largest_x1_u", "events"))
         for lane, current in enumerate(u):
             past, falls = past_the_stop(robot, touchdown, float(current))
@@ -217,12 +212,11 @@ def test_a_side_is_left_untried_only_where_the_stop_holds_the_actuator():
     assert (command.status, command.u < 0.0) == ("reached", True)
 
 
-@pytest.mark.parametrize("backend", hopform.backends())
-def test_a_limit_that_reaches_does_not_hide_a_smaller_current(backend):
+def test_a_limit_that_reaches_does_not_hide_a_smaller_current():
     """The first current that is tried after 0 is the limit: here just what is wanted, which 1.05 A gives as well."""
     v2, far = hopform.touchdown_velocity(HOPPER, 0.2), 1.47
-    wanted = hopform.solve_stance(HOPPER, v2=v2, u=far, backend=backend).apex
-    command = hopform.choose_current(changed(u_max=far), v2=v2, h_des=wanted, backend=backend)
+    wanted = hopform.solve_stance(HOPPER, v2=v2, u=far).apex
+    command = hopform.choose_current(changed(u_max=far), v2=v2, h_des=wanted)
     assert command.status == "reached"
     assert 1.0 < command.u < 1.1
     assert hopform.solve_stance(HOPPER, v2=v2, u=command.u).apex == pytest.approx(wanted, abs=2e-10)
@@ -230,24 +224,11 @@ def test_a_limit_that_reaches_does_not_hide_a_smaller_current(backend):
 
 def test_the_margin_keeps_the_actuator_off_its_stop():
     v2 = hopform.touchdown_velocity(HOPPER, 0.2)
-    for backend in ("c", "python"):
-        command = hopform.choose_current(HOPPER, v2=v2, h_des=0.3, stop_margin=0.06, backend=backend)
-        stance = hopform.solve_stance(HOPPER, v2=v2, u=command.u)
-        peak = max(stance.end.x1, *(phase.state.x1 for phase in stance.phases))
-        assert command.status == "nearest"
-        assert 0.0 < HOPPER.x1_max - 0.06 - peak < 1e-9
-
-
-def test_both_back_ends_choose_alike_at_random_touchdowns():
-    for robot, count in ((HOPPER, 3), (AXIS, 2)):
-        for touchdown in draw_touchdowns(robot, 31, count):
-            first, second = touchdown.ask(robot, backend="c"), touchdown.ask(robot, backend="python")
-            assert first.status == second.status, touchdown
-            if first.status != "no_takeoff":
-                gaps = [abs(command.apex - touchdown.h_des) for command in (first, second)]
-                assert gaps[0] == pytest.approx(gaps[1], abs=1e-9), touchdown
-            if first.status == "reached":  # at a fold the current is known to half the digits
-                assert abs(first.u) == pytest.approx(abs(second.u), abs=1e-6), touchdown
+    command = hopform.choose_current(HOPPER, v2=v2, h_des=0.3, stop_margin=0.06)
+    stance = hopform.solve_stance(HOPPER, v2=v2, u=command.u)
+    peak = max(stance.end.x1, *(phase.state.x1 for phase in stance.phases))
+    assert command.status == "nearest"
+    assert 0.0 < HOPPER.x1_max - 0.06 - peak < 1e-9
 
 
 def test_a_drop_of_the_paper_takes_few_stances():
@@ -269,12 +250,9 @@ def test_slopes_follow_the_events_and_the_take_off():
     u = np.linspace(-2.5, 2.5, 11)
     around = np.concatenate([u - h, u, u + h])
     c = DEFAULT.compiled().try_currents(HOPPER.parameters, [start], around, 2.0, 4096)[0]
-    n = DEFAULT.python.try_currents(HOPPER.parameters, [start], around, 2.0, 4096)[0]
     below, at, above = np.split(c, 3)
     alike = (below["events"] == at["events"]) & (at["events"] == above["events"]) & at["smooth"] & at["takes_off"]
     assert alike.sum() >= 5
     for name in ("apex", "largest_x1"):
         slope = (above[name] - below[name]) / (2.0 * h)
         assert np.allclose(at[f"{name}_u"][alike], slope[alike], atol=2e-6, rtol=2e-4)
-        printed_slope = np.split(n[f"{name}_u"], 3)[1]
-        assert np.array_equal(at[f"{name}_u"][alike], printed_slope[alike])

@@ -10,13 +10,11 @@ from pathlib import Path
 import pytest
 
 import hopform
-from derive.__main__ import main
 from derive.model.equations import ModelError
 from tests import needs
 from tests.conformance.drawn_models import case, drawn
 from tests.conformance.test_zoo import condition, kinds, resolved, units
-from tests.derived import model_of
-from tests.objects import once
+from tests.derived import model_of, solver_of
 from tests.oracle.numeric import integrate
 
 STARTS = 6
@@ -33,23 +31,17 @@ contact(spring(L - h, k))
 """
 
 
-def built(store: Path, text: str) -> Path:
-    """The folder of a file's solver, without a library: printed Python solves."""
-    name = f"drawn_{hashlib.sha256(text.encode()).hexdigest()[:12]}"
-
-    def make(aside: Path) -> None:
-        file = aside.with_suffix(".py")
-        file.write_text(text, "utf-8")
-        assert main(["--model", str(file), "--out", str(aside)]) == 0
-
-    return once(store / name, make)
+def solver_of_text(store: Path, text: str) -> hopform.Solver:
+    """The solver of a file's text."""
+    file = store / f"drawn_{hashlib.sha256(text.encode()).hexdigest()[:12]}.py"
+    file.write_text(text, "utf-8")
+    return solver_of(store, file)
 
 
-@pytest.mark.filterwarnings("ignore:hopform uses its Python back end")
 @pytest.mark.parametrize("seed", [*needs.the_first([LAWS[0], LEGS[0]]), *AT_NIGHT])
 def test_a_file_of_random_elements_moves_as_newton_s_law_says(store, seed):
     made, stiffness = drawn(seed)
-    solver = hopform.load_solver(built(store, made.text))
+    solver = solver_of_text(store, made.text)
     for n in range(STARTS):
         each = case(made, stiffness, STARTS * seed + n)
         truth = integrate(each.mechanism, each.q, each.v, [(0.0, each.u)], each.horizon, 0.5 / each.fastest)
@@ -65,11 +57,10 @@ def test_a_file_of_random_elements_moves_as_newton_s_law_says(store, seed):
 
 
 @pytest.mark.nightly
-@pytest.mark.filterwarnings("ignore:hopform uses its Python back end")
 def test_a_leg_of_other_names_answers_to_them_and_to_those_of_a_stance(store):
     """A body on a leg alone, which is a mass on a spring until it takes off."""
     text = BODY.replace('"h", "m", m, "body"', '"h", "m", m, "body", velocity="rise"')
-    solver = hopform.load_solver(built(store, f'"""A body on a leg."""\n\nfrom hopform.model import *\n{text}'))
+    solver = solver_of_text(store, f'"""A body on a leg."""\n\nfrom hopform.model import *\n{text}')
     robot = solver.Robot(m=2.0, k=1500.0, L=0.3)
     stance = solver.solve_motion(robot, start={"h": 0.3, "rise": -1.5})
     assert stance.end.h == stance.end.x2 == stance.takeoff.h and stance.at(0.01).rise == stance.at(0.01).v2

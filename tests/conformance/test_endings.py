@@ -20,6 +20,7 @@ import pytest
 from numpy.typing import NDArray
 
 import hopform
+from hopform._solver.c import C
 from tests import needs
 from tests.conformance.legs import MOST, Legs
 from tests.conformance.zoo import ZOO, Case, Draw
@@ -64,10 +65,10 @@ class Problem:
         return self.robot.get(f"{at}_{'max' if by > 0.0 else 'min'}") == self.start[at]
 
 
-def solved(solver: Any, problem: Problem, back_end: str = "c") -> Any:
+def solved(solver: Any, problem: Problem) -> Any:
     robot = solver.Robot(**problem.robot)
     u = list(problem.steps) if len(problem.steps) > 1 else problem.steps[0][1]
-    return solver.solve_motion(robot, start=problem.start, u=u, horizon=problem.horizon, backend=back_end)
+    return solver.solve_motion(robot, start=problem.start, u=u, horizon=problem.horizon)
 
 
 def list_of(motion: Any) -> tuple[Any, ...]:
@@ -315,7 +316,7 @@ PULLED = {("start", "takeoff"), ("x1_hits_stop", "takeoff")}
     "name", needs.the_first(["leg_damper", "joint", *sorted(set(CASES) - {"leg_damper", "joint"})], 2)
 )
 def test_the_derivatives_of_an_ending_are_those_of_differences(store, name):
-    """Every entry of the matrix that has a difference, and the same bits by both back ends."""
+    """Every entry of the matrix that has a difference."""
     solver = hopform.load_solver(name) if name == "hopper" else solver_of(store, FILES[name])
     seen, compared, missing = Counter[tuple[str, str]](), 0, 0
     for seed in range(SEEDS):
@@ -330,9 +331,6 @@ def test_the_derivatives_of_an_ending_are_those_of_differences(store, name):
             assert not wrong, (seed, pair, problem, wrong)
             compared += count
             seen[pair] += 1
-            if seen[pair] == 1:
-                by_python = solved(solver, problem, "python").sensitivities.matrix
-                np.testing.assert_array_equal(by_python, matrix)
     assert compared > 100 * len(seen) and missing <= 0.05 * sum(seen.values())
     assert set(seen) >= PULLED or "b12" not in {field.name for field in solver.Robot.fields()}
 
@@ -356,10 +354,9 @@ def lifted(robot: Any, u: float = U, **options: Any) -> Any:
     return hopform.solve_stance(robot, u=u, **START, **options)
 
 
-@pytest.mark.parametrize("back_end", ["c", "python"])
-def test_a_take_off_at_a_stop_moves_with_the_stop(back_end, pulled):
+def test_a_take_off_at_a_stop_moves_with_the_stop(pulled):
     """By the current and the body's mass, in double and single precision, alone and among others."""
-    stance = lifted(pulled, backend=back_end)
+    stance = lifted(pulled)
     assert stance.status == "takeoff" and [event.kind for event in stance.events] == ["x2_reverses", "x1_hits_stop"]
     assert stance.events[-1].time == stance.duration
     h = 1e-5
@@ -367,21 +364,20 @@ def test_a_take_off_at_a_stop_moves_with_the_stop(back_end, pulled):
     lighter, heavier = (lifted(dataclasses.replace(pulled, m_s=pulled.m_s + by)).apex for by in (-h, h))
     by_mass = (heavier - lighter) / (2.0 * h)
     assert by_u == pytest.approx(0.00099, abs=1e-5) and by_mass == pytest.approx(-0.0134, abs=1e-4)
-    single = lifted(pulled, backend=back_end, dtype="float32").sensitivities
-    many = hopform.solve_stances(pulled, **START, u=[U, U], sensitivities=True, backend=back_end).sensitivities
+    single = lifted(pulled, dtype="float32").sensitivities
+    many = hopform.solve_stances(pulled, **START, u=[U, U], sensitivities=True).sensitivities
     for column, difference in (("u", by_u), ("m_s", by_mass)):
         assert stance.sensitivities["apex", column] == pytest.approx(difference, rel=1e-7)
         assert single["apex", column] == pytest.approx(difference, rel=1e-3)
         assert many["apex", column].tolist() == [stance.sensitivities["apex", column]] * 2
 
 
-@pytest.mark.parametrize("back_end", ["c", "python"])
-def test_a_candidate_current_whose_stance_a_stop_ends_has_the_same_slope(back_end, pulled, store):
+def test_a_candidate_current_whose_stance_a_stop_ends_has_the_same_slope(pulled, store):
     """Of the apex, by the controller's own variation, and of the contact force."""
     leg, h = Legs(store)["leg_damper"], 1e-5
     state, currents = leg.package.LegState(**START, y=0.0), np.linspace(2.2, 3.0, 5)
     below, at, above = (
-        leg.by(back_end).try_currents(pulled.parameters, [state], u, 2.0, MOST)[0]
+        C(leg.library).try_currents(pulled.parameters, [state], u, 2.0, MOST)[0]
         for u in (currents - h, currents, currents + h)
     )
     for u, slope in zip(currents, at["apex_u"], strict=True):
@@ -393,20 +389,18 @@ def test_a_candidate_current_whose_stance_a_stop_ends_has_the_same_slope(back_en
     assert at["takes_off"].all() and at["smooth"].all()
 
 
-@pytest.mark.parametrize("back_end", ["c", "python"])
-def test_a_take_off_at_a_stop_has_no_more_phases_than_are_allowed(back_end, pulled):
+def test_a_take_off_at_a_stop_has_no_more_phases_than_are_allowed(pulled):
     """The phase of no duration that the impact begins is one of them."""
-    whole = lifted(pulled, backend=back_end)
-    assert len(whole.phases) == 3 and lifted(pulled, backend=back_end, max_phases=3) == whole
-    fewer = lifted(pulled, backend=back_end, max_phases=2)
+    whole = lifted(pulled)
+    assert len(whole.phases) == 3 and lifted(pulled, max_phases=3) == whole
+    fewer = lifted(pulled, max_phases=2)
     assert (fewer.status, len(fewer.phases)) == ("too_many_phases", 2)
 
 
-@pytest.mark.parametrize("back_end", ["c", "python"])
-def test_a_leg_that_pulls_from_the_start_ends_as_it_starts(back_end, pulled):
+def test_a_leg_that_pulls_from_the_start_ends_as_it_starts(pulled):
     """The state at the ending is that of the start, of which each velocity is an input, one that is held, too."""
     start = {"x1": 0.03, "v1": 0.0, "v2": 1.0, "compression": 0.01}
-    stance = hopform.solve_stance(dataclasses.replace(pulled, f1=5.0), u=0.0, **start, backend=back_end)
+    stance = hopform.solve_stance(dataclasses.replace(pulled, f1=5.0), u=0.0, **start)
     assert (stance.status, stance.duration, stance.phases[0].mode_1) == ("takeoff", 0.0, 0)
     by = stance.sensitivities
     for row in ("T", "x1", "v1", "v2"):

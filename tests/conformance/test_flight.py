@@ -1,4 +1,4 @@
-"""Flights: the equations, the reference, both back ends, what must hold of every flight."""
+"""Flights: the equations, the reference, what must hold of every flight."""
 
 import doctest
 import math
@@ -14,8 +14,7 @@ from derive.ir import unfold
 from derive.maths import flight as derivation
 from derive.model import quantities as Q
 from derive.shipped import HOPPER
-from tests import needs
-from tests.conformance.flights import assert_same_flight, of_flight, outcome, random_flight, solved
+from tests.conformance.flights import assert_same_flight, random_flight, solved
 from tests.oracle.reference.flight import solve_flight as reference_flight
 
 F = derivation
@@ -130,68 +129,41 @@ def test_a_robot_with_more_friction_than_critical_gets_no_damping():
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("case", CASES.values(), ids=CASES.keys())
-def test_a_flight_is_that_of_the_reference(hopper_c, backend, case, dtype):
-    assert_same_flight(hopper_c, inputs_of(hopper_c, case), backend, dtype)
+def test_a_flight_is_that_of_the_reference(hopper_c, case, dtype):
+    assert_same_flight(hopper_c, inputs_of(hopper_c, case), dtype)
 
 
 @pytest.mark.parametrize("seed", range(60))
 def test_a_random_flight_is_that_of_the_reference(seed):
     robot, inputs = random_flight(seed)
-    assert_same_flight(robot, inputs, hopform.backends()[0])
-
-
-@pytest.mark.parametrize("seed", range(60, 75))
-def test_a_random_flight_with_numpy_is_that_of_the_reference(seed):
-    robot, inputs = random_flight(seed)
-    assert_same_flight(robot, inputs, "python")
+    assert_same_flight(robot, inputs)
 
 
 @pytest.mark.parametrize("seed", range(15))
 def test_a_random_flight_in_single_precision_is_that_of_the_reference(seed):
     robot, inputs = random_flight(seed)
-    assert_same_flight(robot, inputs, hopform.backends()[0], np.float32)
+    assert_same_flight(robot, inputs, np.float32)
 
 
-@pytest.mark.parametrize("backend", hopform.backends())
 @pytest.mark.parametrize("seed", [5023507, 5095323, 5069149, 5074759])
-def test_an_actuator_that_damping_slows_never_turns_back(seed, backend):
+def test_an_actuator_that_damping_slows_never_turns_back(seed):
     """Whatever rounding leaves of its velocity when it has faded."""
     robot, inputs = random_flight(seed)
-    assert_same_flight(robot, inputs, backend)
+    assert_same_flight(robot, inputs)
 
 
-@pytest.mark.parametrize("backend", hopform.backends())
 @pytest.mark.parametrize("seed", [5007716, 5054868, 5028441, 5006021, 5020042])
-def test_an_undamped_actuator_that_swings_back_to_its_stop_meets_it_at_rest(seed, backend):
+def test_an_undamped_actuator_that_swings_back_to_its_stop_meets_it_at_rest(seed):
     """Events without a loss lie between; what rounding left of them would be a reversal, or a stop met 1e-8 s early."""
     robot, inputs = random_flight(seed)
-    assert_same_flight(robot, inputs, backend)
+    assert_same_flight(robot, inputs)
 
 
 def test_the_random_flights_visit_every_ending_and_event():
-    flights = [solved(*random_flight(seed), hopform.backends()[0])[0] for seed in range(400)]
+    flights = [solved(*random_flight(seed))[0] for seed in range(400)]
     seen = {event.kind for flight in flights for event in flight.events} | {flight.status for flight in flights}
     events = {"x1_reverses", "x1_sticks", "x1_hits_stop", "u_saturates", "u_desaturates"}
     assert seen >= events | {"touchdown", "tripped", "horizon", "too_many_phases"}
-
-
-# ---- both back ends ----
-
-
-@needs.library
-@pytest.mark.parametrize("seed", [*range(1000, 1060), 1281, 1984])
-def test_both_back_ends_agree(seed):
-    robot, inputs = random_flight(seed)
-    (ours, seen), (theirs, _) = (solved(robot, inputs, backend) for backend in hopform.backends())
-    assert ours.status == theirs.status
-    assert [event.kind for event in ours.events] == [event.kind for event in theirs.events]
-    first, second = (
-        np.array(outcome(of_flight(flight), robot, seen, ours.duration), dtype=float) for flight in (ours, theirs)
-    )
-    assert np.max(np.abs(first - second) / np.maximum(1.0, np.abs(first))) <= 1e-12  # what they do is the same
-    t = np.linspace(0.0, min(ours.duration, theirs.duration), 7)
-    for a, b in zip(ours.at(t), theirs.at(t), strict=True):
-        np.testing.assert_allclose(a, b, rtol=0.0, atol=1e-12)
 
 
 # ---- what must hold of every flight ----
@@ -200,7 +172,7 @@ def test_both_back_ends_agree(seed):
 def flights(count=40):
     for seed in range(2000, 2000 + count):
         robot, inputs = random_flight(seed)
-        yield robot, inputs, solved(robot, inputs, hopform.backends()[0])[0]
+        yield robot, inputs, solved(robot, inputs)[0]
 
 
 def test_the_ledger_balances_at_every_time():
@@ -216,7 +188,7 @@ def test_the_ledger_balances_at_every_time():
 
 def test_a_passive_actuator_only_loses():
     for robot, inputs, _ in flights():
-        flight = solved(robot, inputs | {"gains": (0.0, 0.0)}, hopform.backends()[0])[0]
+        flight = solved(robot, inputs | {"gains": (0.0, 0.0)})[0]
         t = np.linspace(0.0, flight.duration, 50)
         kept = flight.energy(t).total - robot.k * robot.c * flight.at(t).x1
         assert np.all(np.diff(kept) <= 1e-13 * (np.abs(kept[0]) + robot.m_eff))
@@ -230,9 +202,7 @@ def test_a_flight_cut_in_two_is_the_same_flight():
         if flight.status != "touchdown" or not foot > 1e-9:
             continue
         here = flight.at(t)
-        rest = solved(robot, inputs | {"x1": here.x1, "v1": here.v1, "v2": here.v2, "y": -foot}, hopform.backends()[0])[
-            0
-        ]
+        rest = solved(robot, inputs | {"x1": here.x1, "v1": here.v1, "v2": here.v2, "y": -foot})[0]
         later = [(event.time - t, event.kind) for event in flight.events if event.time > t]
         if len(later) != len(rest.events):
             continue  # a velocity that is 0 to rounding where it is cut
@@ -265,7 +235,7 @@ def test_a_flight_does_not_depend_on_the_units():
             "gains": (Kp * newtons / metres, Kd * newtons / metres * seconds),
             "horizon": inputs["horizon"] * seconds,
         }
-        there = solved(other, scaled, hopform.backends()[0])[0]
+        there = solved(other, scaled)[0]
         assert there.status == flight.status
         assert [event.kind for event in there.events] == [event.kind for event in flight.events]
         assert there.duration / seconds == pytest.approx(flight.duration, rel=1e-9)
@@ -284,9 +254,9 @@ def test_the_current_stays_within_its_limit_and_follows_the_law(hopper_c):
     assert limited and all(np.all(~inside[(t > phase.start) & (t < phase.end)]) for phase in limited)
 
 
-def test_a_locked_actuator_flies_as_a_stone(backend):
+def test_a_locked_actuator_flies_as_a_stone():
     ideal = hopform.load_robot("ideal")
-    flight = hopform.solve_flight(ideal, v2=2.0, backend=backend)
+    flight = hopform.solve_flight(ideal, v2=2.0)
     assert flight.status == "touchdown"
     assert flight.duration == pytest.approx(4.0 / 9.81, rel=1e-15)
     assert flight.touchdown == flight.end
@@ -294,8 +264,8 @@ def test_a_locked_actuator_flies_as_a_stone(backend):
     assert flight.apex == pytest.approx(4.0 / (2.0 * 9.81), rel=1e-15)
 
 
-def test_the_impact_takes_its_part_of_the_bodys_energy(hopper_c, backend):
-    flight = hopform.solve_flight(hopper_c, x1=0.02, v2=1.9, backend=backend)
+def test_the_impact_takes_its_part_of_the_bodys_energy(hopper_c):
+    flight = hopform.solve_flight(hopper_c, x1=0.02, v2=1.9)
     assert flight.touchdown is not None
     assert flight.touchdown.v2 == pytest.approx(flight.end.v2 * math.sqrt(0.95), rel=1e-15)
     assert flight.touchdown[:3] == flight.end[:3]
@@ -319,22 +289,22 @@ def test_a_stance_follows_on_a_flight(hopper_c):
 # ---- the ground ahead ----
 
 
-def test_the_foot_clears_a_step_up_to_where_it_comes_highest(hopper_c, backend):
+def test_the_foot_clears_a_step_up_to_where_it_comes_highest(hopper_c):
     """A step a hair below the highest point of the foot is cleared, one a hair above it trips:
     no crossing is stepped over.
     """
     gains = hopform.design_return(hopper_c, 0.3)
     start = {"x1": 0.05, "v1": 0.3, "v2": 1.2}
-    wall = hopform.solve_flight(hopper_c, **start, x2=0.45 - 1.0, gains=gains, backend=backend)
+    wall = hopform.solve_flight(hopper_c, **start, x2=0.45 - 1.0, gains=gains)
     assert wall.status == "tripped"
     highest = 1.0 + wall.foot(wall.duration)
     for step, status in ((highest - 1e-11, "touchdown"), (highest + 1e-11, "tripped")):
-        flight = hopform.solve_flight(hopper_c, **start, x2=0.45 - step, gains=gains, backend=backend)
+        flight = hopform.solve_flight(hopper_c, **start, x2=0.45 - step, gains=gains)
         assert flight.status == status
         assert flight.duration == pytest.approx(wall.duration, abs=3e-6)
 
 
-def test_a_foot_that_dips_touches_down_where_the_ground_is_met_first(backend):
+def test_a_foot_that_dips_touches_down_where_the_ground_is_met_first():
     """An actuator that oscillates lowers the foot between two rises:
     the ground is met at the minimum as soon as that is low enough.
     """
@@ -352,35 +322,35 @@ def test_a_foot_that_dips_touches_down_where_the_ground_is_met_first(backend):
     assert lowest < foot(t[t > minima[0]]).max()
     for hair, early in ((1e-9, False), (-1e-9, True)):
         ground = lowest - hair
-        flight = hopform.solve_flight(robot, **start, x2=0.4 - ground, gains=gains, backend=backend)
+        flight = hopform.solve_flight(robot, **start, x2=0.4 - ground, gains=gains)
         assert flight.status == "touchdown"
         assert (flight.duration < minima[0] + 1e-3) == early
         assert foot(flight.duration) == pytest.approx(ground, abs=1e-14)
 
 
-def test_a_foot_that_only_touches_flies_on(backend):
+def test_a_foot_that_only_touches_flies_on():
     """At rest on the ground the first time, thrown up by nothing: a flight that begins with v2 = 0 trips at once."""
-    flight = hopform.solve_flight(hopform.load_robot("ideal"), v2=0.0, backend=backend)
+    flight = hopform.solve_flight(hopform.load_robot("ideal"), v2=0.0)
     assert (flight.status, flight.duration) == ("tripped", 0.0)
 
 
-def test_a_flight_that_is_cut_short_is_as_far_as_it_goes(hopper_c, backend):
+def test_a_flight_that_is_cut_short_is_as_far_as_it_goes(hopper_c):
     start = {"x1": 0.05, "v1": 0.3, "v2": 1.9}
-    whole = hopform.solve_flight(hopper_c, **start, backend=backend)
-    short = hopform.solve_flight(hopper_c, **start, horizon=0.05, gains=whole.gains, backend=backend)
+    whole = hopform.solve_flight(hopper_c, **start)
+    short = hopform.solve_flight(hopper_c, **start, horizon=0.05, gains=whole.gains)
     assert (short.status, short.duration) == ("horizon", 0.05)
     assert short.end == pytest.approx(whole.at(0.05), abs=1e-15)
-    capped = hopform.solve_flight(hopper_c, **start, max_phases=1, gains=whole.gains, backend=backend)
+    capped = hopform.solve_flight(hopper_c, **start, max_phases=1, gains=whole.gains)
     assert (capped.status, len(capped.phases), capped.touchdown) == ("too_many_phases", 1, None)
 
 
-def test_many_reversals_are_all_found(backend):
+def test_many_reversals_are_all_found():
     """An undamped law of 10 000 rad/s: half period after half period, each a reversal,
     and more phases than the first buffer has.
     """
     robot = hopform.Robot(m_eff=1.0, m_s=3.0, k=1200.0, L0=0.4, gamma2=-1.0)
-    rate = 1e4 if backend == "c" else 1e3
-    flight = hopform.solve_flight(robot, x1=1e-3, v2=0.3, gains=(rate**2, 0.0), backend=backend)
+    rate = 1e4
+    flight = hopform.solve_flight(robot, x1=1e-3, v2=0.3, gains=(rate**2, 0.0))
     assert flight.status == "touchdown"
     found = [event.time * rate / math.pi for event in flight.events]
     assert len(found) == math.floor(flight.duration * rate / math.pi) > 15
@@ -402,7 +372,6 @@ def test_many_reversals_are_all_found(backend):
         ({"v2": 1.0, "gains": (1.0, math.nan)}, "Kd must be finite N s/m, got nan"),
         ({"v2": 1.0, "horizon": 0.0}, "horizon must be > 0 s, got 0.0"),
         ({"v2": 1.0, "max_phases": True}, "max_phases must be a whole number >= 1, got True"),
-        ({"v2": 1.0, "backend": "fortran"}, "backend must be 'c' or 'python', got 'fortran'"),
     ],
 )
 def test_a_flight_refuses_what_it_cannot_solve(hopper_c, arguments, message):
@@ -416,8 +385,8 @@ def test_a_flight_needs_gravity():
         hopform.solve_flight(robot, v2=1.0)
 
 
-def test_a_time_outside_the_flight_is_refused(hopper_c, backend):
-    flight = hopform.solve_flight(hopper_c, v2=1.0, backend=backend)
+def test_a_time_outside_the_flight_is_refused(hopper_c):
+    flight = hopform.solve_flight(hopper_c, v2=1.0)
     for read in (flight.at, flight.foot, flight.current, flight.energy, flight.ledger):
         with pytest.raises(hopform.HopformError, match="t must be 0 <= t <= "):
             read(flight.duration * 1.01)

@@ -46,10 +46,10 @@ def test_the_closed_form_has_the_published_numbers():
 
 
 @pytest.mark.parametrize("sign", [1, -1])
-def test_a_block_that_is_pushed_slips_and_sticks_as_the_closed_form_says(backend, sign):
+def test_a_block_that_is_pushed_slips_and_sticks_as_the_closed_form_says(sign):
     """Up through the body, down through the actuator: three slips, each the same."""
     robot, start = block(sign)
-    stance = hopform.solve_stance(robot, **start, horizon=2.2, backend=backend)
+    stance = hopform.solve_stance(robot, **start, horizon=2.2)
     mass, height = (2, "x2") if sign > 0 else (1, "x1")
     assert [event.kind for event in stance.events] == [f"x{mass}_{what}" for what in ("slips", "sticks") * 3]
     wanted, t = stick_slip(), [event.time for event in stance.events]
@@ -78,11 +78,11 @@ def position_in_second_slip(t: Any, speed: Any, level: Any, excess: Any, k: Any,
     return speed * slip + 2 * offset + moved
 
 
-def test_derivatives_pass_a_slip_as_the_closed_form_does(backend):
+def test_derivatives_pass_a_slip_as_the_closed_form_does():
     """At a horizon in the second slip; without the saltation at a slip that by f2_excess has the other sign."""
     robot, start = block()
     horizon = 1.4
-    stance = hopform.solve_stance(robot, **start, horizon=horizon, backend=backend)
+    stance = hopform.solve_stance(robot, **start, horizon=horizon)
     assert [event.kind for event in stance.events] == ["x2_slips", "x2_sticks", "x2_slips"]
     names = ("v1", "f2", "f2_excess", "k", "m_s")
     with mp.workdps(40):
@@ -97,15 +97,13 @@ def test_derivatives_pass_a_slip_as_the_closed_form_does(backend):
 @pytest.mark.parametrize(
     "start", [LegState(0.0, 0.0, -1.93, 0.0), LegState(0.02, 0.1, -0.63, 0.0)], ids=["drop", "low"]
 )
-def test_slopes_of_a_tried_current_pass_a_slip(start, backend):
+def test_slopes_of_a_tried_current_pass_a_slip(start):
     """Against differences, where the order of events stays; the actuator sticks and slips, of a few the body."""
     fields = {"f1": 1.0, "f1_excess": 0.4, "f2_excess": 0.3, "b1": 10.0, "x1_min": -0.05}
     robot = dataclasses.replace(hopform.load_robot("hopper_c"), **fields)
     u, h = np.linspace(-0.97, 0.93, 40) * robot.u_max, 1e-6 * robot.u_max
     around = np.concatenate([u - h, u, u + h])
-    below, at, above = np.split(
-        DEFAULT.back_end(backend).try_currents(robot.parameters, [start], around, 2.0, 4096)[0], 3
-    )
+    below, at, above = np.split(DEFAULT.compiled().try_currents(robot.parameters, [start], around, 2.0, 4096)[0], 3)
     alike = (below["events"] == at["events"]) & (at["events"] == above["events"]) & at["smooth"]
     x2 = start.x1 - start.y + robot.L0 + robot.c
     stances = [hopform.solve_stance(robot, x1=start.x1, v1=start.v1, v2=start.v2, x2=x2, u=each) for each in u]
@@ -124,13 +122,13 @@ BY_SIGN = {"F_p": 0.2, "F_sp": 0.25, "F_m": 0.45, "F_sm": 0.1}
 
 
 @pytest.mark.parametrize(("q", "v"), [(0.3, 0.0), (0.0, -1.5), (0.012, 0.0), (-0.012, 0.0)])
-def test_friction_at_rest_differs_by_direction(store, backend, q, v):
+def test_friction_at_rest_differs_by_direction(store, q, v):
     """A joint that is pushed to and fro, against DOP853: it slips at 0.45 N m forward, at 0.55 N m backward."""
     joint = solver_of(store, SHIPPED / "joint.py")
     inertia, k, b = 0.5, 20.0, 0.3
     robot = joint.Robot(J=inertia, k=k, b=b, k_t=1.0, q_min=-0.4, q_max=0.4, **BY_SIGN)
     u = [(0.1 * n, 0.9 * np.sin(0.35 * n)) for n in range(30)]
-    motion = joint.solve_motion(robot, start={"q": q, "q_dot": v}, u=u, horizon=3.0, backend=backend)
+    motion = joint.solve_motion(robot, start={"q": q, "q_dot": v}, u=u, horizon=3.0)
     at_rest = BY_SIGN["F_p"] + BY_SIGN["F_sp"], BY_SIGN["F_m"] + BY_SIGN["F_sm"]
     mass = Mass("q", inertia, (BY_SIGN["F_p"], BY_SIGN["F_m"]), at_rest, -0.4, 0.4)
     other = integrate(Mechanism((mass,), lambda q, v, u: u - k * q - b * v), [q], [v], u, 3.0, 0.02)

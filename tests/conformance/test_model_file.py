@@ -10,9 +10,6 @@ import dataclasses
 import importlib
 import io
 import math
-import os
-import subprocess
-import sys
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,7 +18,6 @@ import numpy as np
 import pytest
 
 import hopform
-import hopform_solver
 from derive.__main__ import main
 from derive.emit.folder import write
 from derive.emit.render import Options, render
@@ -30,8 +26,8 @@ from hopform._figures import results
 from hopform._solver import c as native
 from hopform._solver.build import compile_solver
 from hopform._solver.c import C
+from hopform._solver.choice import DEFAULT
 from hopform._solver.package import Package
-from hopform._solver.printed import Python
 from hopform_solver import records
 from tests.conformance.errors import TOLERANCE, plain_errors, rounded
 from tests.conformance.flights import condition, outcome, random_flight
@@ -111,21 +107,15 @@ def seen(robot: hopform.Robot, solved: Any, dtype: Any, ledger: Any, total: Any)
     )
 
 
-def by_library(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype: Any, by: Any) -> Seen:
-    """By its library, or by a back end."""
+def by_library(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype: Any, by: native.Library) -> Seen:
     steps = start["u"] if isinstance(start["u"], tuple) else ((0.0, start["u"]),)
     state = records.LegState(start.get("x1", 0.0), start.get("v1", 0.0), start["v2"], 0.0)
-    back_end = C(by) if isinstance(by, native.Library) else by
-    solved = back_end.solve_stance(
+    solved = C(by).solve_stance(
         (*robot.parameters, k_emf), state, steps, start.get("horizon", 2.0), start.get("max_phases", 4096),
         np.dtype(dtype),
     )  # fmt: skip
     times = np.array([0.0, solved.outcome()[1]], dtype)
     return seen(robot, solved, dtype, solved.ledger_at(times), solved.energy_at(times).total)
-
-
-def by_package(robot: hopform.Robot, k_emf: float, start: dict[str, Any], dtype: Any, package: Any) -> Seen:
-    return by_library(robot, k_emf, start, dtype, Python(Package(package.__name__)))
 
 
 # ---- the derivatives are those of the reference ----
@@ -147,10 +137,6 @@ def test_derivatives_with_a_back_emf_are_those_of_the_reference(package, library
         np.dtype(np.float64),
     )  # fmt: skip
     assert {records.EVENTS[row[3]] for row in solved.phase_rows()[1:]} >= {"x1_hits_stop", "x1_slips", "x1_reverses"}
-    printed = Python(Package("driven_solver")).solve_stance(
-        (*robot.parameters, k_emf), records.LegState(0.02, 0.9, -1.93, 0.0), ((0.0, 1.5),), 2.0, 4096,
-        np.dtype(np.float64),
-    )  # fmt: skip
     columns_of_package = importlib.import_module("driven_solver.elements").COLUMNS
     exact, sizes, columns = in_reference(robot, k_emf), [], []
     values = {**rounded(robot, np.float64), **start, "k_emf": k_emf}
@@ -161,8 +147,7 @@ def test_derivatives_with_a_back_emf_are_those_of_the_reference(package, library
         columns.append(differences(exact, start, in_exact, sizes[-1]) if known else [0.0] * 7)
     columns[columns_of_package.index("y")] = [math.nan] * 7
     assert columns_of_package[-1] == "k_emf"
-    for ours in (solved.sensitivities(), printed.sensitivities()):
-        assert scaled_error(ours, np.array(columns).T, np.array(sizes)) <= 1e-12
+    assert scaled_error(solved.sensitivities(), np.array(columns).T, np.array(sizes)) <= 1e-12
 
 
 # ---- the answers are those of the reference ----
@@ -208,22 +193,19 @@ CASES = pytest.mark.parametrize("name", hoppers())
 
 
 @CASES
-def test_package_and_library_agree_with_the_reference(name, package, library):
+def test_the_library_agrees_with_the_reference(name, package, library):
     """Events and ending are the same; times, states and AED within 1e-12 in the units of the accuracy measure, divided
     by the condition number where that is above 1."""
     robot, k_emf, start = hoppers()[name]
     exact = reference.solve(in_reference(robot, k_emf), **start)
     kept = exact.events[: start.get("max_phases", 4096) - 1]
-    for stance in (
-        by_package(robot, k_emf, start, np.float64, package),
-        by_library(robot, k_emf, start, np.float64, library),
-    ):
-        assert stance.status == exact.status
-        assert [event.kind for event in stance.events] == [event.kind for event in kept]
-        for of, error in plain_errors(robot, stance, exact, start["v2"]).items():  # type: ignore[arg-type]
-            if error > TOLERANCE[np.float64]:
-                error /= max(1.0, reference.condition(in_reference(robot, k_emf), of=of, **start))  # noqa: PLW2901
-            assert error <= TOLERANCE[np.float64], of
+    stance = by_library(robot, k_emf, start, np.float64, library)
+    assert stance.status == exact.status
+    assert [event.kind for event in stance.events] == [event.kind for event in kept]
+    for of, error in plain_errors(robot, stance, exact, start["v2"]).items():  # type: ignore[arg-type]
+        if error > TOLERANCE[np.float64]:
+            error /= max(1.0, reference.condition(in_reference(robot, k_emf), of=of, **start))  # noqa: PLW2901
+        assert error <= TOLERANCE[np.float64], of
 
 
 @CASES
@@ -238,19 +220,16 @@ def test_the_back_emf_has_an_entry_of_its_own_and_the_ledger_closes(name, packag
     share = k_emf / (robot.b1 + k_emf) if k_emf else 0.0
     theirs |= {"back_EMF_1": share * theirs["viscous_1"], "viscous_1": (1.0 - share) * theirs["viscous_1"]}
     bound = TOLERANCE[np.float64] * max(unit, *map(abs, theirs.values()))
-    for stance in (
-        by_package(robot, k_emf, start, np.float64, package),
-        by_library(robot, k_emf, start, np.float64, library),
-    ):
-        ours = stance.ledger._asdict()
-        at_once, in_all = stance.stop_loss
-        entries = package.records.LEDGER_OF_ROBOT
-        assert abs(sum(ours[entry] for entry in entries) + (in_all - at_once) - stance.gained) <= bound
-        assert abs(sum(ours[entry] for entry in package.records.LEDGER_OF_BODY) - stance.aed) <= bound
-        assert abs(in_all - theirs["stop_loss"]) <= bound
-        assert ours.keys() == {*records.Ledger._fields, "back_EMF_1"}  # it does nothing to the body
-        for entry in ours:
-            assert abs(ours[entry] - theirs[entry]) <= bound, entry
+    stance = by_library(robot, k_emf, start, np.float64, library)
+    ours = stance.ledger._asdict()
+    at_once, in_all = stance.stop_loss
+    entries = package.records.LEDGER_OF_ROBOT
+    assert abs(sum(ours[entry] for entry in entries) + (in_all - at_once) - stance.gained) <= bound
+    assert abs(sum(ours[entry] for entry in package.records.LEDGER_OF_BODY) - stance.aed) <= bound
+    assert abs(in_all - theirs["stop_loss"]) <= bound
+    assert ours.keys() == {*records.Ledger._fields, "back_EMF_1"}  # it does nothing to the body
+    for entry in ours:
+        assert abs(ours[entry] - theirs[entry]) <= bound, entry
 
 
 def test_the_cases_visit_every_mode_and_every_event(library):
@@ -264,14 +243,13 @@ def test_a_take_off_comes_before_what_else_happens_then(package, library, hopper
     """The horizon, say: a stance that is cut at its own duration takes off, and cut 64 eps earlier it does not."""
     for u in (0.0, 2.0, 3.0):
         start = {"v2": -1.93, "u": u}
-        for solve, with_what in ((by_library, library), (by_package, package)):
-            whole = solve(hopper_c, 2.0, start, np.float64, with_what)
-            assert whole.status == "takeoff"
-            endings = {
-                horizon: solve(hopper_c, 2.0, start | {"horizon": horizon}, np.float64, with_what).status
-                for horizon in (whole.duration * (1.0 - 64.0 * 2.0**-52), whole.duration)
-            }
-            assert list(endings.values()) == ["horizon", "takeoff"]
+        whole = by_library(hopper_c, 2.0, start, np.float64, library)
+        assert whole.status == "takeoff"
+        endings = {
+            horizon: by_library(hopper_c, 2.0, start | {"horizon": horizon}, np.float64, library).status
+            for horizon in (whole.duration * (1.0 - 64.0 * 2.0**-52), whole.duration)
+        }
+        assert list(endings.values()) == ["horizon", "takeoff"]
 
 
 def test_without_back_emf_the_hopper_is_that_of_the_paper(library, hopper_c):
@@ -293,19 +271,12 @@ def test_the_new_parameter_is_checked_and_documented_like_the_others(package):
 # ---- the flight and whole hops ----
 
 
-def fly_by_package(
-    parameters: tuple[float, ...], start: records.LegState, gains: tuple[float, float], package: Any, **settings: Any
-) -> FlightReference:
-    return fly_by_library(parameters, start, gains, Python(Package(package.__name__)), **settings)
-
-
 def fly_by_library(
-    parameters: tuple[float, ...], start: records.LegState, gains: tuple[float, float], by: Any,
+    parameters: tuple[float, ...], start: records.LegState, gains: tuple[float, float], by: native.Library,
     horizon: float = 3.0, max_phases: int = 200,
 ) -> FlightReference:  # fmt: skip
     law, double = records.Gains(*gains), np.dtype(np.float64)
-    back_end = C(by) if isinstance(by, native.Library) else by
-    solved = back_end.solve_flight(parameters, start, 0.0, law, horizon, max_phases, double)
+    solved = C(by).solve_flight(parameters, start, 0.0, law, horizon, max_phases, double)
     flight = solved.flight
     _, ledger = solved.energy_at(np.array([flight.duration]))
     ledger = type(ledger)(*(entry[0] for entry in ledger))
@@ -334,17 +305,14 @@ def test_a_flight_with_a_back_emf_is_that_of_the_reference(seed, package, librar
     settings = {name: inputs[name] for name in ("horizon", "max_phases")}
     summed = dataclasses.replace(robot, b1=robot.b1 + k_emf)
     theirs = outcome(exact, summed, inputs, float(exact.duration))
-    for flight in (
-        fly_by_package((*robot.parameters, k_emf), start, gains, package, **settings),
-        fly_by_library((*robot.parameters, k_emf), start, gains, library, **settings),
-    ):
-        assert flight.status == exact.status
-        assert [event.kind for event in flight.events] == [event.kind for event in exact.events]
-        ours = outcome(flight, summed, inputs, float(exact.duration))
-        error = max(abs(float(one - other)) for one, other in zip(ours, theirs, strict=True))
-        if error > TOLERANCE[np.float64]:
-            error /= max(1.0, condition(summed, inputs, np.float64, exact))
-        assert error <= TOLERANCE[np.float64]
+    flight = fly_by_library((*robot.parameters, k_emf), start, gains, library, **settings)
+    assert flight.status == exact.status
+    assert [event.kind for event in flight.events] == [event.kind for event in exact.events]
+    ours = outcome(flight, summed, inputs, float(exact.duration))
+    error = max(abs(float(one - other)) for one, other in zip(ours, theirs, strict=True))
+    if error > TOLERANCE[np.float64]:
+        error /= max(1.0, condition(summed, inputs, np.float64, exact))
+    assert error <= TOLERANCE[np.float64]
 
 
 def test_hops_with_a_back_emf_are_those_of_an_integrator(package, library, hopper_c):
@@ -352,45 +320,47 @@ def test_hops_with_a_back_emf_are_those_of_an_integrator(package, library, hoppe
     k_emf, gains, ground, currents = 35.0, (2500.0, 300.0), [0.0, 0.01, -0.01, 0.005], [3.0, 2.6, 3.0, 2.8]
     exact = integrator.hop(dataclasses.replace(hopper_c, b1=hopper_c.b1 + k_emf), ground, currents, 0.2, gains)
     parameters, loss = (*hopper_c.parameters, k_emf), math.sqrt(1.0 - hopper_c.impact_loss)
-    for stand, fly, backend in ((by_package, fly_by_package, package), (by_library, fly_by_library, library)):
-        t, x1, v1, v2, level = 0.0, 0.0, 0.0, 0.0, 0.2
-        for height, u, touchdown, takeoff in zip(ground, currents, exact.touchdowns, exact.takeoffs, strict=True):
-            flight = fly(parameters, records.LegState(x1, v1, v2, height - level), gains, backend)
-            assert flight.status == "touchdown"
-            t += flight.duration
-            x1, v1, v2 = flight.end[0], flight.end[1], flight.end[2] * loss
-            assert t == pytest.approx(touchdown[0], abs=1e-8)
-            there = [x1, v1, x1 + hopper_c.L0 + height, v2]
-            np.testing.assert_allclose(there, touchdown[1], rtol=0, atol=1e-8)
-            stance = stand(hopper_c, k_emf, {"x1": x1, "v1": v1, "v2": v2, "u": u}, np.float64, backend)
-            assert stance.status == "takeoff"
-            t += stance.duration
-            assert t == pytest.approx(takeoff[0], abs=1e-8)
-            np.testing.assert_allclose(np.array(stance.end) + [0, 0, height, 0], takeoff[1], rtol=0, atol=1e-8)
-            _, _, x2, up = takeoff[1]
-            apex = x2 - height - hopper_c.L0 + max(up, 0.0) ** 2 / (2.0 * hopper_c.g)
-            assert stance.apex == pytest.approx(apex, abs=1e-8)
-            x1, v1, v2, level = stance.end.x1, stance.end.v1, stance.end.v2, height
+    t, x1, v1, v2, level = 0.0, 0.0, 0.0, 0.0, 0.2
+    for height, u, touchdown, takeoff in zip(ground, currents, exact.touchdowns, exact.takeoffs, strict=True):
+        flight = fly_by_library(parameters, records.LegState(x1, v1, v2, height - level), gains, library)
+        assert flight.status == "touchdown"
+        t += flight.duration
+        x1, v1, v2 = flight.end[0], flight.end[1], flight.end[2] * loss
+        assert t == pytest.approx(touchdown[0], abs=1e-8)
+        there = [x1, v1, x1 + hopper_c.L0 + height, v2]
+        np.testing.assert_allclose(there, touchdown[1], rtol=0, atol=1e-8)
+        stance = by_library(hopper_c, k_emf, {"x1": x1, "v1": v1, "v2": v2, "u": u}, np.float64, library)
+        assert stance.status == "takeoff"
+        t += stance.duration
+        assert t == pytest.approx(takeoff[0], abs=1e-8)
+        np.testing.assert_allclose(np.array(stance.end) + [0, 0, height, 0], takeoff[1], rtol=0, atol=1e-8)
+        _, _, x2, up = takeoff[1]
+        apex = x2 - height - hopper_c.L0 + max(up, 0.0) ** 2 / (2.0 * hopper_c.g)
+        assert stance.apex == pytest.approx(apex, abs=1e-8)
+        x1, v1, v2, level = stance.end.x1, stance.end.v1, stance.end.v2, height
 
 
 @pytest.mark.sliced
 def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(store, hopper_c):
     """More viscous friction is a larger b1, a constant pull a larger c at the same L0 + c: within 1e-13 relative."""
-    bearing = derived(store, "bearing", "bearing").package
-    u, pull = np.array([0.0, 2.0, 3.0]), 6.0
+    made = derived(store, "bearing", "bearing")
+    bearing, own = made.package, C(made.library)
+    u, pull, hopper = (0.0, 2.0, 3.0), 6.0, DEFAULT.compiled()
     start = records.LegState(0.0, 0.0, -1.93, 0.0)
     more = pull / hopper_c.k
     robot = bearing.Robot(*hopper_c.parameters, 50.0, pull)
     same = hopper_c.parameters._replace(b1=hopper_c.b1 + 50.0, c=hopper_c.c + more, L0=hopper_c.L0 - more)
-    ours, theirs = bearing.solve(robot, bearing.LegState(*start), u), hopform_solver.solve(same, start, u)
-    np.testing.assert_array_equal(ours.ending, theirs.ending)
-    np.testing.assert_allclose(ours.duration, theirs.duration, rtol=1e-13)
-    np.testing.assert_allclose(ours.apex, theirs.apex, rtol=1e-12)
-    np.testing.assert_allclose(ours.end, theirs.end, rtol=1e-12, atol=1e-15)
+    for current in u:
+        asked = start, ((0.0, float(current)),), 2.0, 64, np.dtype(np.float64)
+        ours, theirs = (by.solve_stance(tuple(each), *asked).outcome() for by, each in ((own, robot), (hopper, same)))
+        assert ours[0] == theirs[0]
+        assert ours[1] == pytest.approx(theirs[1], rel=1e-13)
+        assert ours[3] == pytest.approx(theirs[3], rel=1e-12)
+        np.testing.assert_allclose(ours[2], theirs[2], rtol=1e-12, atol=1e-15)
     air = records.LegState(0.05, 0.3, 1.9, 0.01)
     flight, as_flown = (
-        Python(Package(name)).solve_flight(tuple(each), air, 0.0, None, 2.0, 64, np.dtype(np.float64))
-        for name, each in (("bearing_solver", robot), ("hopform_solver", same))
+        by.solve_flight(each, air, 0.0, None, 2.0, 64, np.dtype(np.float64))
+        for by, each in ((own, tuple(robot)), (hopper, tuple(same)))
     )
     assert [row[3:] for row in flight.rows()] == [row[3:] for row in as_flown.rows()]
     for ours, theirs in ((flight.flight, as_flown.flight),):
@@ -406,8 +376,8 @@ def test_a_solver_shows_an_element_wherever_the_hopper_shows_its_forces(tmp_path
     write(render(Options(hopper_with(drag, "drag"))), tmp_path)
     solver = hopform.load_solver(tmp_path)
     robot = dataclasses.replace(solver.load_robot("hopper_c"), d2=20.0)
-    stance = solver.solve_stance(robot, v2=-1.93, u=2.0, backend="python")
-    run = solver.simulate(robot, [0.0, 0.01], 3.0, height=0.2, backend="python")
+    stance = solver.solve_stance(robot, v2=-1.93, u=2.0)
+    run = solver.simulate(robot, [0.0, 0.01], 3.0, height=0.2)
     (header, *rows) = csv.reader(io.StringIO(tables.stance_csv(stance, 50)))
     column = {name: np.array(values, float) for name, *values in zip(header, *rows, strict=True)}
     t = run.times(50)
@@ -757,7 +727,7 @@ def odd_package(odd) -> Any:
 @pytest.mark.parametrize("dtype", [np.float32, np.float64])
 def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package, hopper_c, dtype):
     """The hopper with the same b1 and c, to rounding;
-    the library compiles without a warning and agrees with the package.
+    the library compiles without a warning.
     """
     further = {name: 0.01 * n for n, name in enumerate(odd_package.Robot._fields[len(hopper_c.parameters) :], 1)}
     further |= {"r_a": 0.5, "r_s": 0.25}
@@ -768,18 +738,15 @@ def test_numbers_and_quotients_of_parameters_are_what_they_say(odd, odd_package,
     shift = pull / hopper_c.k
     same = hopper_c.parameters._replace(b1=hopper_c.b1 + more, c=hopper_c.c + shift, L0=hopper_c.L0 - shift)
     start, eps = odd_package.LegState(0.0, 0.0, -1.93, 0.0), float(np.finfo(dtype).eps)
-    ours = odd_package.solve(robot, start, 2.0, dtype=dtype)
-    theirs = hopform_solver.solve(same, records.LegState(*start), 2.0, dtype=dtype)
-    np.testing.assert_allclose(ours.end, theirs.end, rtol=200 * eps, atol=20 * eps)
-    np.testing.assert_allclose(ours.duration, theirs.duration, rtol=200 * eps)
     library = odd / "libodd.so"
     if not library.exists():
         compile_solver(odd, library, "-O0", *WARNINGS)
     solver = C(native.Library(library, "hopform", Package("odd_solver")))
-    solved = solver.solve_stance(tuple(robot), start, ((0.0, 2.0),), 2.0, 64, np.dtype(dtype))
-    _, duration, state, _, _ = solved.outcome()
-    np.testing.assert_allclose(duration, ours.duration, rtol=20 * eps)
-    np.testing.assert_allclose(state, ours.end, rtol=200 * eps, atol=20 * eps)
+    asked = ((0.0, 2.0),), 2.0, 64, np.dtype(dtype)
+    _, duration, state, _, _ = solver.solve_stance(tuple(robot), start, *asked).outcome()
+    _, lasts, end, _, _ = DEFAULT.compiled().solve_stance(tuple(same), records.LegState(*start), *asked).outcome()
+    np.testing.assert_allclose(state, end, rtol=200 * eps, atol=20 * eps)
+    np.testing.assert_allclose(duration, lasts, rtol=200 * eps)
 
 
 @pytest.mark.nightly
@@ -791,11 +758,3 @@ def test_a_parameter_of_any_accepted_name_stands_in_every_class(odd_package):
 
 
 # ---- names and texts of the package ----
-
-
-def test_the_examples_of_a_package_with_a_further_parameter_run(driven):
-    """Its robot has a value for every parameter, and what is printed does not depend on it."""
-    code = "import doctest, hopform_solver; print(doctest.testmod(hopform_solver))"
-    environment = os.environ | {"PYTHONPATH": str(driven.folder / "python")}
-    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
-    assert done.stdout == "TestResults(failed=0, attempted=5)\n", done.stdout

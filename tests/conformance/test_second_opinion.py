@@ -96,7 +96,7 @@ def test_a_stance_is_that_of_the_oracle(name: str, legs: Legs) -> None:
     those of a neighbour 32 ulp away; and the work of the motor and of each friction."""
     leg, endings, events = legs[name], [], 0
     for n, (parameters, start, horizon, problem) in enumerate(stances(name)):
-        solved = leg.solve("c", parameters, start, start["u"], horizon)
+        solved = leg.solve(parameters, start, start["u"], horizon)
         verdict = compare(problem, said(name, leg, solved))
         assert verdict.outcome != WRONG, (n, verdict.errors, verdict.exact.kinds)
         endings.append(verdict.exact.status)
@@ -129,7 +129,7 @@ def assert_works(leg: Leg, solved: Any, verdict: Any, n: int) -> None:
 def test_a_leg_of_two_springs_of_unlike_lengths_begins_where_it_carries_nothing(legs: Legs) -> None:
     leg, takeoffs = legs["second_spring"], 0
     for n, (parameters, start, horizon, problem) in enumerate(islice(of_unlike_springs(), COUNT)):
-        answer = leg.answer(leg.solve("c", parameters, start, start["u"], horizon))
+        answer = leg.answer(leg.solve(parameters, start, start["u"], horizon))
         verdict = compare(problem, dataclasses.replace(answer, gains={}))
         assert verdict.outcome != WRONG, (n, verdict.errors, verdict.exact.kinds)
         takeoffs += verdict.exact.status == "takeoff"

@@ -158,7 +158,7 @@ def solved(case: Case) -> hopform.Stance:
     robot = hopform.Robot(**fields)
     return hopform.solve_stance(
         robot, x1=case.x1, v1=case.v1, v2=case.v2, x2=case.x1 + robot.L0 + robot.c - case.y,
-        u=[(0.0, case.u), (case.later, case.then)], horizon=case.horizon, max_phases=32, backend="c",
+        u=[(0.0, case.u), (case.later, case.then)], horizon=case.horizon, max_phases=32,
     )  # fmt: skip
 
 

@@ -159,17 +159,16 @@ OTHER_ENDINGS: dict[str, tuple[hopform.Robot, dict[str, Any], set[str]]] = {
 
 
 def assert_derivatives(robot: hopform.Robot, start: dict[str, Any], events: set[str], ending: str = "takeoff") -> None:
-    stances = [hopform.solve_stance(robot, backend=backend, **start) for backend in hopform.backends()]
-    assert stances[0].status == ending
-    assert events <= set(kinds(stances[0])), kinds(stances[0])
-    theirs, sizes = expected(stances[0], start)
-    for stance in stances:
-        matrix = with_stops(stance.sensitivities, stance)
-        if ending != "takeoff":
-            assert np.isnan(matrix[APEX]).all()
-            matrix[APEX] = 0.0
-        error = scaled_error(matrix, theirs, sizes)
-        assert error <= TOLERANCE, (stance.backend, kinds(stance), error)
+    stance = hopform.solve_stance(robot, **start)
+    assert stance.status == ending
+    assert events <= set(kinds(stance)), kinds(stance)
+    theirs, sizes = expected(stance, start)
+    matrix = with_stops(stance.sensitivities, stance)
+    if ending != "takeoff":
+        assert np.isnan(matrix[APEX]).all()
+        matrix[APEX] = 0.0
+    error = scaled_error(matrix, theirs, sizes)
+    assert error <= TOLERANCE, (kinds(stance), error)
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -201,14 +200,14 @@ def test_derivatives_of_random_robots_are_those_of_the_reference(ending, first, 
         assert_derivatives(robot, start, set(), ending)
 
 
-def test_a_given_height_at_touchdown_passes_the_compression_on(hopper_c, backend):
+def test_a_given_height_at_touchdown_passes_the_compression_on(hopper_c):
     """x2 = x1 + L0 + c given: from y = 0 on the leg may only be shortened, so x2 goes down by what is above 4 ulp."""
     height = 0.01 + hopper_c.L0 + hopper_c.c
     start = {"v2": -1.93, "x1": 0.01, "u": 2.0}
-    given = hopform.solve_stance(hopper_c, x2=height, backend=backend, **start).sensitivities
-    left_out = hopform.solve_stance(hopper_c, backend=backend, **start).sensitivities
+    given = hopform.solve_stance(hopper_c, x2=height, **start).sensitivities
+    left_out = hopform.solve_stance(hopper_c, **start).sensitivities
     step = 1e-6
-    states = [hopform.solve_stance(hopper_c, x2=height - n * step, backend=backend, **start) for n in range(3)]
+    states = [hopform.solve_stance(hopper_c, x2=height - n * step, **start) for n in range(3)]
     apexes = [stance.apex for stance in states]
     assert given["apex", "x2"] == pytest.approx(-(4 * apexes[1] - 3 * apexes[0] - apexes[2]) / (2 * step), rel=1e-6)
     for row in given.rows:
@@ -217,21 +216,21 @@ def test_a_given_height_at_touchdown_passes_the_compression_on(hopper_c, backend
             assert given[row, name] == pytest.approx(left_out[row, name] - given[row, "x2"], rel=1e-9, abs=1e-9)
 
 
-def test_a_common_shift_of_all_currents_is_what_u_means(hopper_c, backend):
-    one = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend=backend).sensitivities
-    in_steps = hopform.solve_stance(hopper_c, v2=-1.93, u=[(0.0, 2.0), (0.07, 2.0)], backend=backend).sensitivities
+def test_a_common_shift_of_all_currents_is_what_u_means(hopper_c):
+    one = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0).sensitivities
+    in_steps = hopform.solve_stance(hopper_c, v2=-1.93, u=[(0.0, 2.0), (0.07, 2.0)]).sensitivities
     np.testing.assert_allclose(in_steps.matrix, one.matrix, rtol=1e-12, atol=1e-13)
 
 
-def test_where_a_search_ends_there_are_no_derivatives(hopper_c, backend):
-    stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, max_phases=1, backend=backend)
+def test_where_a_search_ends_there_are_no_derivatives(hopper_c):
+    stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, max_phases=1)
     assert stance.status == "too_many_phases"
     assert np.isnan(stance.sensitivities.matrix).all()
 
 
-def test_a_stance_that_rests_at_once_stays_where_it_starts(backend):
+def test_a_stance_that_rests_at_once_stays_where_it_starts():
     """A velocity that is held at the start stays 0, so that it is no input."""
-    stance = hopform.solve_stance(own(f2=30.0), v2=0.0, x1=0.03, compression=0.01, backend=backend)
+    stance = hopform.solve_stance(own(f2=30.0), v2=0.0, x1=0.03, compression=0.01)
     assert (stance.status, stance.duration) == ("rest", 0.0)
     by = stance.sensitivities
     assert not np.any(by.matrix[[0, *map(ROWS.index, ("v1", "v2", "aed"))]])
@@ -240,30 +239,30 @@ def test_a_stance_that_rests_at_once_stays_where_it_starts(backend):
 
 
 @pytest.mark.parametrize("balanced", ["at once", "on the threshold"])
-def test_a_rest_that_a_small_change_ends_has_no_derivatives(backend, balanced):
+def test_a_rest_that_a_small_change_ends_has_no_derivatives(balanced):
     """Held without friction, the forces cancel; held at the level of friction, they may just not grow."""
     free = own(f1=0.0, f2=0.0, b1=0.0, g=0.0, gamma2=-64.0, **FREE)
     if balanced == "at once":
-        stance = hopform.solve_stance(free, v2=0.0, backend=backend)
+        stance = hopform.solve_stance(free, v2=0.0)
     else:
         robot = dataclasses.replace(free, m_eff=32.0, m_s=4.0, f1=2.0, f2=3.0)
-        stance = hopform.solve_stance(robot, v2=0.0, u=1.0, backend=backend)
-        firm = hopform.solve_stance(robot, v2=0.0, u=0.5, backend=backend)
+        stance = hopform.solve_stance(robot, v2=0.0, u=1.0)
+        firm = hopform.solve_stance(robot, v2=0.0, u=0.5)
         assert firm.status == "rest" and not np.isnan(firm.sensitivities["T", "u"])
     assert (stance.status, stance.duration) == ("rest", 0.0)
     assert np.isnan(stance.sensitivities.matrix).all()
 
 
-def test_a_leg_that_extends_from_equal_velocities_has_no_derivatives(hopper_c, backend):
-    stance = hopform.solve_stance(hopper_c, v2=-1.0, v1=-1.0, x1=0.04, u=-100.0, backend=backend)
+def test_a_leg_that_extends_from_equal_velocities_has_no_derivatives(hopper_c):
+    stance = hopform.solve_stance(hopper_c, v2=-1.0, v1=-1.0, x1=0.04, u=-100.0)
     assert stance.status == "takeoff"
     assert stance.duration == 0.0
     assert np.isnan(stance.sensitivities.matrix).all()
 
 
-def test_without_gravity_the_row_of_the_apex_alone_is_missing(hopper_c, backend):
+def test_without_gravity_the_row_of_the_apex_alone_is_missing(hopper_c):
     robot = dataclasses.replace(hopper_c, g=0.0)
-    stance = hopform.solve_stance(robot, v2=-1.93, u=2.0, backend=backend)
+    stance = hopform.solve_stance(robot, v2=-1.93, u=2.0)
     missing = np.isnan(stance.sensitivities.matrix).all(axis=1)
     assert stance.sensitivities.rows[int(np.flatnonzero(missing)[0])] == "apex"
     assert missing.sum() == 1 == np.isnan(stance.sensitivities.matrix).any(axis=1).sum()
@@ -274,10 +273,10 @@ def test_a_name_that_there_is_not_is_refused(hopper_c):
         hopform.solve_stance(hopper_c, v2=-1.93).sensitivities["T", "mass"]
 
 
-def test_single_precision_has_the_same_derivatives_to_its_own_digits(hopper_c, backend):
+def test_single_precision_has_the_same_derivatives_to_its_own_digits(hopper_c):
     for u in (-3.0, 0.5, 3.0):
         double, single = (
-            hopform.solve_stance(hopper_c, v2=-1.93, u=u, backend=backend, dtype=dtype).sensitivities.matrix
+            hopform.solve_stance(hopper_c, v2=-1.93, u=u, dtype=dtype).sensitivities.matrix
             for dtype in (np.float64, np.float32)
         )
         assert single.dtype == np.float32

@@ -81,9 +81,7 @@ def test_a_target_may_have_many_steps(servo, count):
     """As many as the engine carries: the state at the end is that of the matrix exponential of each."""
     of, horizon = STIFF | FREE | {"i_max": math.inf}, 1e-3 * count
     steps = staircase(count, horizon)
-    motion = servo.solve_motion(
-        servo.Robot(**of), start={"q": 0.1}, u=steps, horizon=horizon, max_phases=4 * count, backend="c"
-    )
+    motion = servo.solve_motion(servo.Robot(**of), start={"q": 0.1}, u=steps, horizon=horizon, max_phases=4 * count)
     assert motion.status == "horizon" and len(motion.phases) >= count
     assert np.all(np.abs(np.subtract(motion.end, linear(of, 0.1, 0.0, steps, horizon))) <= [1e-12, 1e-10])
 

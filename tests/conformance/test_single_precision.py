@@ -24,7 +24,7 @@ class Outcome(NamedTuple):
 
 
 def solve(problems: Any, kind: Any) -> list[Outcome]:
-    """Each problem by the C back end in one precision."""
+    """Each problem by the library in one precision."""
     library = native.library()
     types = library.types(np.dtype(kind))
     plan, stance, step, phases = types.Plan(), types.Stance(), types.Step(0.0, 0.0), (types.Phase * (MAX_PHASES + 1))()

@@ -22,11 +22,11 @@ def test_where_it_says_reached_the_apex_is_hit_to_1e_5_m(name):
         v1 = float(np.float32(moving * draw.uniform(-0.2, 0.2)))
         h_des = float(np.float32(draw.uniform(0.02, 0.3)))
         start = {"v2": v2, "x1": x1, "v1": v1}
-        command = hopform.choose_current(robot, **start, h_des=h_des, dtype=np.float32, backend="c")
+        command = hopform.choose_current(robot, **start, h_des=h_des, dtype=np.float32)
         assert abs(command.u) <= robot.u_max
         if command.status != "reached":
             continue
-        stance = hopform.solve_stance(robot, **start, u=command.u, backend="c")
+        stance = hopform.solve_stance(robot, **start, u=command.u)
         assert stance.status == "takeoff", (start, h_des)
         reached += 1
         worst = max(worst, abs(stance.apex - h_des))

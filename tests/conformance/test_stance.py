@@ -30,9 +30,9 @@ def other(robot: hopform.Robot, **changes: float) -> hopform.Robot:
 
 
 @pytest.mark.parametrize("u", FIGURES)
-def test_a_drop_of_20_cm_gives_the_published_figures(hopper_c, backend, u):
+def test_a_drop_of_20_cm_gives_the_published_figures(hopper_c, u):
     v2 = hopform.touchdown_velocity(hopper_c, 0.20)
-    stance = hopform.solve_stance(hopper_c, v2=v2, u=u, backend=backend)
+    stance = hopform.solve_stance(hopper_c, v2=v2, u=u)
     assert stance.takeoff is not None
     ours = {"duration": stance.duration, "apex": stance.apex, "x1": stance.takeoff.x1, "aed": stance.aed}
     for name, figure in FIGURES[u].items():
@@ -40,18 +40,18 @@ def test_a_drop_of_20_cm_gives_the_published_figures(hopper_c, backend, u):
 
 
 @pytest.mark.parametrize("height", DROPS)
-def test_hopper_c_agrees_with_the_reference_over_drops_and_currents(hopper_c, backend, height):
+def test_hopper_c_agrees_with_the_reference_over_drops_and_currents(hopper_c, height):
     for u in CURRENTS:
-        assert_same_stance(hopper_c, backend, v2=hopform.touchdown_velocity(hopper_c, height), u=u)
+        assert_same_stance(hopper_c, v2=hopform.touchdown_velocity(hopper_c, height), u=u)
 
 
 @pytest.mark.parametrize("name", hopform.ROBOTS)
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_shipped_robots_agree_with_the_reference_in_both_precisions(backend, name, dtype):
+def test_shipped_robots_agree_with_the_reference_in_both_precisions(name, dtype):
     robot = hopform.load_robot(name)
     for height in (0.05, 0.2):
         for u in (-2.0, 0.0, 2.6):
-            assert_same_stance(robot, backend, dtype, v2=hopform.touchdown_velocity(robot, height), u=u)
+            assert_same_stance(robot, dtype, v2=hopform.touchdown_velocity(robot, height), u=u)
 
 
 def coinciding_poles() -> dict[str, hopform.Robot]:
@@ -70,18 +70,18 @@ def coinciding_poles() -> dict[str, hopform.Robot]:
 
 
 @pytest.mark.parametrize("name", coinciding_poles())
-def test_coinciding_poles_lose_no_digit(backend, name):
+def test_coinciding_poles_lose_no_digit(name):
     robot = coinciding_poles()[name]
     for u in (0.0, 2.5):
-        assert_same_stance(robot, backend, v2=-1.3, v1=0.2, u=u)
+        assert_same_stance(robot, v2=-1.3, v1=0.2, u=u)
 
 
 @pytest.mark.parametrize("friction", [0.0, 1e-12, 1e-6, 1e-2])
 @pytest.mark.parametrize("which", [("b1",), ("b2",), ("b1", "b2")])
-def test_vanishing_friction_loses_no_digit(hopper_c, backend, friction, which):
+def test_vanishing_friction_loses_no_digit(hopper_c, friction, which):
     robot = other(hopper_c, **dict.fromkeys(which, friction))
     for u in (-2.0, 0.0, 3.0):
-        assert_same_stance(robot, backend, v2=-1.9, u=u)
+        assert_same_stance(robot, v2=-1.9, u=u)
 
 
 SEEDS = range(40)
@@ -90,42 +90,41 @@ SEEDS = range(40)
 @pytest.mark.parametrize("seed", SEEDS)
 def test_random_robots_agree_with_the_reference(seed):
     robot, start = random_robot(seed)
-    for backend in hopform.backends():
-        assert_same_stance(robot, backend, **start)
+    assert_same_stance(robot, **start)
 
 
-def test_a_step_of_the_current_is_exact(hopper_c, backend):
+def test_a_step_of_the_current_is_exact(hopper_c):
     steps = [(0.0, 0.0), (0.05, 3.0), (0.10, -3.0)]
     exact = reference.solve(rounded(hopper_c, np.float64), v2=-1.9, u=steps)
-    stance = hopform.solve_stance(hopper_c, v2=-1.9, u=steps, backend=backend)
+    stance = hopform.solve_stance(hopper_c, v2=-1.9, u=steps)
     assert [event.kind for event in stance.events] == [event.kind for event in exact.events]
     assert stance.duration == pytest.approx(float(exact.duration), abs=1e-13)
     assert stance.aed == pytest.approx(float(exact.aed), abs=1e-12)
 
 
-def test_a_leg_at_rest_stays_down_until_the_next_current(hopper_c, backend):
+def test_a_leg_at_rest_stays_down_until_the_next_current(hopper_c):
     """Both masses are held, and the actuator would ring about y = 0 if it slipped."""
     robot = dataclasses.replace(hopper_c, f1=5.0, f2=8.0, b2=60.0)
     steps = [(0.0, 0.0), (1.0, 0.0), (1.2, 3.0)]
-    stance = hopform.solve_stance(robot, v2=-1.5, u=steps, backend=backend)
+    stance = hopform.solve_stance(robot, v2=-1.5, u=steps)
     assert [event.kind for event in stance.events] == ["x2_sticks", "x1_slips", "x2_slips"]
     assert stance.events[1].time == 1.2
     assert stance.status == "horizon"
 
 
-def test_a_leg_that_rings_about_zero_takes_off_after_a_quarter_of_a_period(hopper_c, backend):
+def test_a_leg_that_rings_about_zero_takes_off_after_a_quarter_of_a_period(hopper_c):
     """With the body held and no force on the actuator but the spring y is a cosine."""
     robot = dataclasses.replace(hopper_c, f1=0.0, b1=0.0, f2=30.0, c=0.0, x1_min=-1.0, x1_max=1.0)
-    stance = hopform.solve_stance(robot, v2=0.0, x2=robot.L0 - 0.005, u=0.0, backend=backend)
+    stance = hopform.solve_stance(robot, v2=0.0, x2=robot.L0 - 0.005, u=0.0)
     assert stance.status == "takeoff"
     assert not stance.events
     assert stance.duration == pytest.approx(0.5 * math.pi * math.sqrt(robot.m_eff / robot.k), rel=1e-15)
 
 
-def test_states_in_between_agree_with_the_reference(hopper_c, backend):
+def test_states_in_between_agree_with_the_reference(hopper_c):
     v2 = hopform.touchdown_velocity(hopper_c, 0.2)
     exact, _ = reference_for(hopper_c, v2=v2, u=3.0)
-    stance = hopform.solve_stance(hopper_c, v2=v2, u=3.0, backend=backend)
+    stance = hopform.solve_stance(hopper_c, v2=v2, u=3.0)
     times = np.linspace(0.0, min(stance.duration, float(exact.duration)), 40)
     states = np.array(stance.at(times))
     expected = np.array([[float(value) for value in exact.at(t)] for t in times.tolist()]).T
@@ -139,10 +138,10 @@ LEDGERS = [{}, {"u": 2.0}, {"u": -3.0, "v1": 0.3, "x1": 0.02}, {"u": [(0.0, 3.0)
 
 @pytest.mark.parametrize("start", LEDGERS)
 @pytest.mark.parametrize("change", [{}, {"b1": 0.0, "b2": 0.0}, {"c": 0.01}, {"b1": 2e5}])
-def test_each_entry_of_the_ledger_equals_its_own_quadrature(hopper_c, backend, start, change):
+def test_each_entry_of_the_ledger_equals_its_own_quadrature(hopper_c, start, change):
     robot = other(hopper_c, **change)
     exact = reference.solve(rounded(robot, np.float64), v2=-1.93, **start)
-    stance = hopform.solve_stance(robot, v2=-1.93, backend=backend, **start)
+    stance = hopform.solve_stance(robot, v2=-1.93, **start)
     unit = robot.m_s * 1.93**2 / 2.0
     for share in (0.3, 0.7, 1.0):
         t = share * math.nextafter(min(stance.duration, float(exact.duration)), 0.0)
@@ -173,17 +172,17 @@ FADED = {
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("case", FADED)
-def test_a_take_off_when_nearly_all_has_faded_comes_at_its_time_to_the_last_digits(backend, case, dtype):
+def test_a_take_off_when_nearly_all_has_faded_comes_at_its_time_to_the_last_digits(case, dtype):
     """y creeps to its zero from a value many times what it still moves by: the start and the rise would cancel."""
     robot, start = FADED[case]
-    stance = hopform.solve_stance(robot, backend=backend, dtype=dtype, **start)
+    stance = hopform.solve_stance(robot, dtype=dtype, **start)
     exact, _ = reference_for(robot, dtype, **start)
     assert stance.status == exact.status == "takeoff" and len(stance.events) == len(exact.events)
     assert stance.duration == pytest.approx(float(exact.duration), rel=20.0 * float(np.finfo(dtype).eps), abs=0.0)
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_a_leg_that_hardly_any_spring_draws_takes_off_where_drag_and_start_say(backend, dtype):
+def test_a_leg_that_hardly_any_spring_draws_takes_off_where_drag_and_start_say(dtype):
     """k over the mass is 0 in the type: y = y_0 - v_2 (1 - exp(-p t))/p has faded when it meets 0,
     but settles nowhere.
     """
@@ -191,7 +190,7 @@ def test_a_leg_that_hardly_any_spring_draws_takes_off_where_drag_and_start_say(b
     robot = hopform.Robot(
         m_eff=1.0, m_s=2.0**20, k=k, L0=0.5, c=0.0, b1=1.0, b2=10.0 * 2.0**20, f1=1.0, f2=0.0, gamma2=1.0, g=1e-30
     )  # fmt: skip
-    stance = hopform.solve_stance(robot, x2=0.3125, v2=2.0, backend=backend, dtype=dtype)
+    stance = hopform.solve_stance(robot, x2=0.3125, v2=2.0, dtype=dtype)
     assert stance.status == "takeoff" and not stance.events
     exact = -np.log1p(-10.0 * 0.1875 / 2.0) / 10.0
     assert stance.duration == pytest.approx(exact, rel=20.0 * float(np.finfo(dtype).eps), abs=0.0)
@@ -216,14 +215,14 @@ def creeping_robot(seed: int, ratio: float) -> tuple[hopform.Robot, dict[str, fl
 
 @pytest.mark.parametrize("seeds", needs.the_first([range(2), range(2, 16)]), ids=str)
 @pytest.mark.parametrize("ratio", [1e-1, 1e-3, 1e-5, 1e-7, 1e-9])
-def test_what_creeps_on_by_small_forces_keeps_its_events_and_the_digits_that_the_start_leaves(backend, ratio, seeds):
+def test_what_creeps_on_by_small_forces_keeps_its_events_and_the_digits_that_the_start_leaves(ratio, seeds):
     """The zero of a velocity is where a start and a rise cancel:
     what is small beside them has fewer digits by as much.
     """
     for seed in seeds:
         robot, start = creeping_robot(seed, ratio)
         exact, inputs = reference_for(robot, **start)
-        stance = hopform.solve_stance(robot, backend=backend, **inputs)
+        stance = hopform.solve_stance(robot, **inputs)
         assert stance.status == exact.status
         assert [event.kind for event in stance.events] == [event.kind for event in exact.events]
         error = plain_errors(robot, stance, exact, inputs["v2"])["state"]
@@ -232,9 +231,9 @@ def test_what_creeps_on_by_small_forces_keeps_its_events_and_the_digits_that_the
         assert error <= 1e-13 / ratio
 
 
-def test_the_aed_equals_the_difference_of_the_energy(hopper_c, backend):
+def test_the_aed_equals_the_difference_of_the_energy(hopper_c):
     for u in CURRENTS:
-        stance = hopform.solve_stance(hopper_c, v2=-1.93, u=u, backend=backend)
+        stance = hopform.solve_stance(hopper_c, v2=-1.93, u=u)
         ledger = stance.ledger(stance.duration)
         gained = stance.energy(stance.duration).body - stance.energy(0.0).body
         predicted = ledger.spring_work + ledger.viscous_2 + ledger.coulomb_2
@@ -242,16 +241,16 @@ def test_the_aed_equals_the_difference_of_the_energy(hopper_c, backend):
         assert stance.aed == pytest.approx(predicted, abs=1e-12)
 
 
-def test_the_ledger_closes_at_every_time(hopper_c, backend):
-    stance = hopform.solve_stance(hopper_c, v2=-1.93, v1=0.4, x1=0.05, u=-3.0, backend=backend)
+def test_the_ledger_closes_at_every_time(hopper_c):
+    stance = hopform.solve_stance(hopper_c, v2=-1.93, v1=0.4, x1=0.05, u=-3.0)
     times = np.linspace(0.0, stance.duration, 101)
     ledger = stance.ledger(times)
     change = stance.energy(times).total - stance.energy(0.0).total
     np.testing.assert_allclose(sum(ledger[:7]), change, rtol=0, atol=1e-12)
 
 
-def test_velocity_lost_at_a_stop_at_the_start_is_in_the_ledger_and_no_event(hopper_c, backend):
-    stance = hopform.solve_stance(hopper_c, v2=-1.9, v1=-0.2, x1=0.0, backend=backend)
+def test_velocity_lost_at_a_stop_at_the_start_is_in_the_ledger_and_no_event(hopper_c):
+    stance = hopform.solve_stance(hopper_c, v2=-1.9, v1=-0.2, x1=0.0)
     assert stance.ledger(0.0).stop_loss == pytest.approx(-25.0 * 0.2**2 / 2.0, rel=1e-15)
     assert stance.events[0].time > 0.0
     assert stance.at(0.0).v1 == 0.0

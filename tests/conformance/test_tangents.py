@@ -40,20 +40,20 @@ CASES: dict[str, tuple[hopform.Robot, LegState, tuple[tuple[float, float], ...],
 }  # fmt: skip
 
 
-def solved(backend: str, name: str, **moved: float) -> tuple[Any, float]:
-    """A case with inputs moved, on a back end, and its duration."""
+def solved(name: str, **moved: float) -> tuple[Any, float]:
+    """A case with inputs moved, and its duration."""
     robot, start, steps, horizon, _ = CASES[name]
     start = start._replace(**{key: getattr(start, key) + by for key, by in moved.items() if key in LegState._fields})
     fields = {key: getattr(robot, key) + by for key, by in moved.items() if hasattr(robot, key)}
     current = tuple((t, u + moved.get("u", 0.0)) for t, u in steps)
     parameters = dataclasses.replace(robot, **fields).parameters
-    found = DEFAULT.back_end(backend).solve_stance(parameters, start, current, horizon, 4096, np.dtype(np.float64))
+    found = DEFAULT.compiled().solve_stance(parameters, start, current, horizon, 4096, np.dtype(np.float64))
     return found, found.outcome()[1]
 
 
 def times_of(name: str) -> np.ndarray:
     """Times up to the end, none of them within a step of the differences of an event."""
-    found, duration = solved("c", name)
+    found, duration = solved(name)
     events = np.array([t for t, _, _, event, _ in found.phase_rows() if event])
     times = np.linspace(0.0, duration, 83)[:-1]
     return times[np.abs(times[:, None] - events).min(axis=1, initial=1.0) > 1e-3]
@@ -61,17 +61,8 @@ def times_of(name: str) -> np.ndarray:
 
 @pytest.mark.parametrize("name", CASES)
 def test_the_events_that_a_case_is_about_happen(name):
-    kinds = {records.EVENTS[row[3]] for row in solved("c", name)[0].phase_rows() if row[3]}
+    kinds = {records.EVENTS[row[3]] for row in solved(name)[0].phase_rows() if row[3]}
     assert CASES[name][4] <= kinds
-
-
-@pytest.mark.parametrize("name", CASES)
-def test_both_back_ends_give_the_same_tangents(name):
-    times = times_of(name)
-    (states, rows), (others, other_rows) = (solved(backend, name)[0].tangents(times) for backend in ("c", "python"))
-    assert np.abs(np.array(states) - np.array(others)).max() < 1e-12
-    size = np.abs(rows).max(axis=(0, 1), keepdims=True) + 1e-6
-    assert np.abs((rows - other_rows) / size).max() < 1e-11
 
 
 @pytest.mark.parametrize("name", CASES)
@@ -80,9 +71,9 @@ def test_tangents_are_the_limits_of_differences(name):
     about 1e-16/1e-6 and two digits for scale.
     """
     times = times_of(name)
-    rows = solved("c", name)[0].tangents(times)[1]
+    rows = solved(name)[0].tangents(times)[1]
     robot = CASES[name][0]
-    moving = solved("c", name)[0].phase_rows()[0][2]
+    moving = solved(name)[0].phase_rows()[0][2]
     for column, key in enumerate(COLUMNS):
         size = 1e-5 * max(abs(getattr(robot, key, 0.0)), 0.1)
         if key in ("x1_min", "x1_max", "u_max", "impact_loss", "f1_excess", "f2_excess") or (
@@ -95,7 +86,7 @@ def test_tangents_are_the_limits_of_differences(name):
             continue  # a locked actuator, and a spring that cannot pull
         central = []
         for step in (size, 0.5 * size):
-            up, down = (solved("c", name, **{key: sign * step})[0] for sign in (1.0, -1.0))
+            up, down = (solved(name, **{key: sign * step})[0] for sign in (1.0, -1.0))
             ends = [min(found.outcome()[1], times[-1]) for found in (up, down)]
             used = times <= min(ends)
             pair = [np.array(found.tangents(times[used])[0]).T for found in (up, down)]
@@ -108,7 +99,7 @@ def test_tangents_are_the_limits_of_differences(name):
 
 def test_the_last_tangents_of_a_stance_lead_to_its_sensitivities():
     """At take-off: the state's change at a fixed time, plus its rate times the change of the time."""
-    found, duration = solved("c", "a stance with a stepped current")
+    found, duration = solved("a stance with a stepped current")
     rows = found.tangents(np.array([duration]))[1][0]
     matrix = found.sensitivities()
     by_time = matrix[0]

@@ -17,9 +17,10 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import ufuncs
+from hopform._solver.package import STATUS
 from hopform_solver.records import EVENTS, ROBOT_FIELDS
 from tests import needs
+from tests.columns import solved
 from tests.oracle import reference
 
 COUNT = 400
@@ -27,9 +28,6 @@ G, REST = 9.81, 0.4
 NAMES = [field.name for field in ROBOT_FIELDS]
 DEFAULTS = {"L0": 0.4, "g": G, "gamma2": -1.0, "x1_min": -math.inf, "x1_max": math.inf, "u_max": 3.0}
 
-both_functions = pytest.mark.parametrize(
-    "function", [ufuncs.stance, ufuncs.stance_on_arrays], ids=["stance", "on arrays"]
-)
 both_precisions = pytest.mark.parametrize("dtype", [np.float64, np.float32])
 
 
@@ -37,13 +35,13 @@ def over(rng: np.random.Generator, low: float, high: float) -> Any:
     return np.exp(rng.uniform(np.log(low), np.log(high), COUNT))
 
 
-def solve(function: Any, dtype: Any, robot: dict[str, Any], horizon: Any, **start: Any) -> tuple[list[str], list[int]]:
+def solve(dtype: Any, robot: dict[str, Any], horizon: Any, **start: Any) -> tuple[list[str], list[int]]:
     """Endings in words and numbers of events."""
     columns = [robot.get(name, DEFAULTS.get(name, 0.0)) for name in NAMES]
     robots = np.stack([np.broadcast_to(column, COUNT) for column in columns], axis=-1).astype(dtype)
     inputs = [np.asarray(start.get(name, 0.0), dtype=dtype) for name in ("x1", "v1", "v2", "y", "u")]
-    status, *_, events = function(*inputs, np.asarray(horizon, dtype=dtype), robots)
-    return [ufuncs.STATUS[int(code)] for code in status], events.tolist()
+    found = solved(*inputs, horizon, robots=robots)
+    return [STATUS[int(code)] for code in found["status"]], found["event_count"].tolist()
 
 
 def locked(dtype: Any, seed: int) -> tuple[dict[str, Any], Any, list[Any]]:
@@ -64,36 +62,31 @@ def locked(dtype: Any, seed: int) -> tuple[dict[str, Any], Any, list[Any]]:
     return {"m_eff": 1.0, "m_s": m_s, "k": k, "x1_min": 0.0, "x1_max": 0.0}, -v, times
 
 
-@both_functions
 @both_precisions
-def test_a_take_off_wins_against_a_horizon_that_is_the_next_number_after_it(function, dtype):
+def test_a_take_off_wins_against_a_horizon_that_is_the_next_number_after_it(dtype):
     """And 64 units in the last place earlier the horizon wins."""
     robot, v2, times = locked(dtype, 1)
     nearest = np.array([dtype(float(t)) for t in times])
     early = np.array([mpmath.mpf(float(h)) < t for h, t in zip(nearest, times, strict=True)])
     horizon = np.where(early, np.nextafter(nearest, dtype(np.inf)), nearest)
-    assert solve(function, dtype, robot, horizon, v2=v2)[0] == ["takeoff"] * COUNT
+    assert solve(dtype, robot, horizon, v2=v2)[0] == ["takeoff"] * COUNT
     before = horizon * dtype(1.0 - 64.0 * np.finfo(dtype).eps)
-    assert solve(function, dtype, robot, before, v2=v2)[0] == ["horizon"] * COUNT
+    assert solve(dtype, robot, before, v2=v2)[0] == ["horizon"] * COUNT
 
 
-@both_functions
-def test_a_spring_force_that_touches_zero_once_a_period_is_no_take_off(function):
+def test_a_spring_force_that_touches_zero_once_a_period_is_no_take_off():
     """y = A (1 - cos w t), A > 0, between two masses that fall together; three touches, neither mass ever turns."""
     rng = np.random.default_rng(2)
     k, m_s, ratio = over(rng, 1.0, 2e4), over(rng, 0.1, 10.0), over(rng, 0.05, 20.0)
     m_eff = m_s * ratio
     w = np.sqrt(k * (1.0 / m_s + 1.0 / m_eff))
     v = -10.0 * G * (1.0 + 1.0 / ratio) / w - 1.0
-    got = solve(
-        function, np.float64, {"m_eff": m_eff, "m_s": m_s, "k": k}, 3.3 * 2.0 * np.pi / w, v1=v, v2=v, u=m_s * G
-    )
+    got = solve(np.float64, {"m_eff": m_eff, "m_s": m_s, "k": k}, 3.3 * 2.0 * np.pi / w, v1=v, v2=v, u=m_s * G)
     assert got == (["horizon"] * COUNT, [0] * COUNT)
 
 
-@both_functions
 @both_precisions
-def test_a_velocity_that_fades_away_never_turns_back(function, dtype):
+def test_a_velocity_that_fades_away_never_turns_back(dtype):
     """Over 80 time constants: a body held by friction, an actuator without any that creeps to its equilibrium."""
     rng = np.random.default_rng(3)
     k, m_eff, zeta = over(rng, 50.0, 3000.0), over(rng, 0.15, 7.0), rng.uniform(1.05, 4.0, COUNT)
@@ -102,14 +95,13 @@ def test_a_velocity_that_fades_away_never_turns_back(function, dtype):
     fast = b1 / m_eff - slow
     first, second = 0.02 * rng.uniform(0.1, 1.0, COUNT), 0.01 * rng.uniform(0.0, 1.0, COUNT)
     got = solve(
-        function, dtype, {"m_eff": m_eff, "m_s": 1.0, "k": k, "b1": b1, "f2": 1e5}, 80.0 / slow,
+        dtype, {"m_eff": m_eff, "m_s": 1.0, "k": k, "b1": b1, "f2": 1e5}, 80.0 / slow,
         v1=first * slow + second * fast, y=0.1 - first - second, u=0.1 * k,
     )  # fmt: skip
     assert got == (["horizon"] * COUNT, [0] * COUNT)
 
 
-@both_functions
-def test_a_velocity_that_pauses_once_a_period_goes_on(function):
+def test_a_velocity_that_pauses_once_a_period_goes_on():
     """v2 = A (t - sin(w t)/w), whose rate touches zero, far from zero itself:
     the spring just carries the body at the start.
     """
@@ -118,13 +110,13 @@ def test_a_velocity_that_pauses_once_a_period_goes_on(function):
     m_eff, y = m_s * over(rng, 1.1, 20.0), m_s * G / k  # exactly
     w = np.sqrt(k * (1.0 / m_s + 1.0 / m_eff))
     robot = {"m_eff": m_eff, "m_s": m_s, "k": k, "c": y * over(rng, 2.0, 1e5)}
-    assert solve(function, np.float64, robot, 8.3 * 2.0 * np.pi / w, y=y) == (["horizon"] * COUNT, [0] * COUNT)
+    assert solve(np.float64, robot, 8.3 * 2.0 * np.pi / w, y=y) == (["horizon"] * COUNT, [0] * COUNT)
 
 
-def test_two_masses_that_a_step_of_the_current_lets_go_at_once_are_two_phases(backend):
+def test_two_masses_that_a_step_of_the_current_lets_go_at_once_are_two_phases():
     """Also where only one is left: the body is exactly at its threshold, and follows an actuator that gives way."""
     robot = hopform.Robot(m_eff=1.0, m_s=1.0, k=100.0, L0=0.4, f1=0.1, f2=8.0, g=8.0, gamma2=1.0)
-    start = {"v2": 0.0, "u": [(0.0, 0.0), (0.1, 5.0)], "backend": backend}
+    start = {"v2": 0.0, "u": [(0.0, 0.0), (0.1, 5.0)]}
     free = hopform.solve_stance(robot, **start)
     assert [event.kind for event in free.events] == ["x1_slips", "x2_slips"]
     assert [event.time for event in free.events] == [0.1, 0.1]
@@ -135,7 +127,7 @@ def test_two_masses_that_a_step_of_the_current_lets_go_at_once_are_two_phases(ba
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
 @pytest.mark.parametrize("stops", [("x1_min",), ("x1_max",)])
-def test_a_stop_that_is_touched_where_the_actuator_turns_is_no_event(backend, dtype, stops):
+def test_a_stop_that_is_touched_where_the_actuator_turns_is_no_event(dtype, stops):
     """Without friction, from rest at a stop and away from it, it comes back to just there:
     a reversal every half period.
     """
@@ -146,7 +138,7 @@ def test_a_stop_that_is_touched_where_the_actuator_turns_is_no_event(backend, dt
     robot = hopform.Robot(m_eff=1.0, m_s=1.0, k=1.0, L0=0.4, f2=1e5, gamma2=-1.0, g=G, u_max=1e4)
     batch = hopform.solve_stances(
         robot, k=k, m_eff=m_eff, x1=x1, x2=x1 - y + 0.4, v2=0.0, u=0.1 * k, horizon=6.5 * np.pi * np.sqrt(m_eff / k),
-        events=True, backend=backend, dtype=dtype, **{name: x1 for name in stops},
+        events=True, dtype=dtype, **{name: x1 for name in stops},
     )  # fmt: skip
     reverses = next(number for number, word in EVENTS.items() if word == "x1_reverses")
     assert (batch.words == "horizon").all()
@@ -220,39 +212,37 @@ def test_take_off_does_not_jump_where_a_slip_before_it_begins_to_count():
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_an_actuator_that_comes_to_rest_just_at_its_stop_hits_it(backend, dtype):
+def test_an_actuator_that_comes_to_rest_just_at_its_stop_hits_it(dtype):
     """Undamped, the body held: it turns 2 (a - f1)/w^2 from where it starts at rest, and stays for a = 2 f1."""
     rng = np.random.default_rng(8)
     k, m_eff, f1 = over(rng, 1.0, 2e4), over(rng, 0.1, 10.0), over(rng, 0.1, 5.0)
     robot = hopform.Robot(m_eff=1.0, m_s=1.0, k=1.0, L0=0.4, f2=1e5, gamma2=-1.0, g=G, u_max=1e6)
     batch = hopform.solve_stances(
         robot, k=k, m_eff=m_eff, f1=f1, x1=0.0, x2=0.4, v2=0.0, u=2.0 * f1 * m_eff, x1_min=-np.inf,
-        x1_max=2.0 * f1 * m_eff / k, events=True, backend=backend, dtype=dtype, horizon=3.5 * np.pi * np.sqrt(m_eff / k),
+        x1_max=2.0 * f1 * m_eff / k, events=True, dtype=dtype, horizon=3.5 * np.pi * np.sqrt(m_eff / k),
     )  # fmt: skip
     hits = next(number for number, word in EVENTS.items() if word == "x1_hits_stop")
     assert (batch.event_kind[:, 0] == hits).all()
     assert (batch.words == "rest").all()
 
 
-def test_units_in_which_the_product_of_the_masses_underflows_cost_no_digit(backend):
+def test_units_in_which_the_product_of_the_masses_underflows_cost_no_digit():
     """Forces and masses by 2^-75 of their numbers: the same phases to the last bit, in float32."""
     robot = hopform.load_robot("hopper_c")
     small = replace(
         robot, **{name: getattr(robot, name) * 2.0**-75 for name in ("m_eff", "m_s", "k", "b1", "b2", "gamma2")}
     )
-    one, other = (
-        hopform.solve_stance(each, v2=-1.93, u=0.75, dtype=np.float32, backend=backend) for each in (robot, small)
-    )
+    one, other = (hopform.solve_stance(each, v2=-1.93, u=0.75, dtype=np.float32) for each in (robot, small))
     assert one.events == other.events
     assert one.end == other.end
 
 
-def test_a_robot_too_stiff_for_the_precision_says_so(backend):
+def test_a_robot_too_stiff_for_the_precision_says_so():
     """a/w above 1e3 in float32, 1e7 in float64; a is about b1/m_eff, w = sqrt(k/m_s)."""
     robot = replace(hopform.load_robot("hopper_c"), b1=0.0)
     w = math.sqrt(robot.k / robot.m_s)
     for dtype, most in ((np.float32, 1e3), (np.float64, 1e7)):
         for share, warned in ((0.9, False), (1.1, True)):
             stiff = replace(robot, b1=share * most * w * robot.m_eff)
-            stance = hopform.solve_stance(stiff, v2=-1.93, dtype=dtype, backend=backend)
+            stance = hopform.solve_stance(stiff, v2=-1.93, dtype=dtype)
             assert any(text.startswith("ill_conditioned") for text in stance.warnings) == warned

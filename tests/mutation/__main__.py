@@ -40,8 +40,9 @@ class Result:
 
 
 def sources(names: list[str]) -> dict[str, str]:
-    """The engine's C by path, or those files of it that end so."""
-    found = {name: path.read_text("utf-8") for name, path in engine() if name.startswith("c/") and name != SELFTEST}
+    """The engine's C by path, but for what notes, which no program in C asks; or those files of it that end so."""
+    of_c = ((name, path) for name, path in engine() if name.startswith("c/") and not name.startswith("c/notes/"))
+    found = {name: path.read_text("utf-8") for name, path in of_c if name != SELFTEST}
     return {name: text for name, text in found.items() if not names or name.endswith(tuple(names))}
 
 

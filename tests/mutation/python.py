@@ -85,9 +85,7 @@ NEAREST = {
     "hopform_solver/kernels.py": ("tests/conformance/test_closed_form.py", "tests/unit/test_formulas.py"),
     "hopform_solver/ledgers.py": ("tests/conformance/test_closed_form.py",),
     "hopform_solver/linear.py": ("tests/conformance/test_closed_form.py",),
-    "hopform_solver/memory.py": ("tests/conformance/test_printed.py",),
     "hopform_solver/phases.py": ("tests/conformance/test_closed_form.py",),
-    "hopform_solver/stance.py": ("tests/unit/test_equations.py", "tests/conformance/test_printed.py"),
 }
 """Modules that are changed, in runtime/hopform or the generated package, with the tests that are about them."""
 QUICK = tuple(

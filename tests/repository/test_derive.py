@@ -32,11 +32,8 @@ LAYERS = (
     ("maths.contact",),
     ("maths.linear", "maths.formulas"),
     ("paper.register",),
-    ("emit.program", "emit.expressions", "emit.instantiate", "emit.lines", "emit.parse", "emit.facts", "emit.toml"),
-    ("emit.numpy", "emit.c", "emit.layout", "emit.forms"),
-    ("emit.values",),
-    ("emit.statements",),
-    ("emit.python",),
+    ("emit.program", "emit.expressions", "emit.instantiate", "emit.facts", "emit.toml"),
+    ("emit.numpy", "emit.c", "emit.forms"),
     ("emit.render",),
     ("emit.folder",),
     ("derivation",),
@@ -88,7 +85,7 @@ def test_a_module_imports_only_what_comes_before(name):
 @EACH
 def test_the_derivation_names_itself_relatively_so_that_it_may_be_installed_under_another_name(name):
     far = {other.split(".")[0] for other, near in imported(name) if not near} - sys.stdlib_module_names
-    assert far <= {"sympy", "jinja2", "pcpp", "pycparser"}
+    assert far <= {"sympy", "jinja2"}
 
 
 def test_every_function_of_the_program_is_defined_in_the_module_of_its_steps():

@@ -22,8 +22,8 @@ LAYERS = (
     ("hopform", "_errors", "_progress", "_warnings"),
     ("_solver", "_solver.build"), ("_solver.library", "_solver.package"), ("_solver.folder",),
     ("_checks",), ("_files",),
-    ("_solver.c", "_solver.printed"), ("_solver.choice",), ("_solver.loading",),
-    ("_show",), ("_robots", "_sensitivities", "model", "terrain", "ufuncs"),
+    ("_solver.c",), ("_solver.choice",), ("_solver.loading",),
+    ("_show",), ("_robots", "_sensitivities", "model", "terrain"),
     ("_motion",), ("_stance",), ("_flight", "_batch"),
     ("_control",), ("controllers",),
     ("_hopping", "_hopping.run", "_hopping.touchdown"),
@@ -42,7 +42,7 @@ LAYERS = (
 )  # fmt: skip
 LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
 
-PUBLIC = {"controllers", "model", "terrain", "ufuncs"}
+PUBLIC = {"controllers", "model", "terrain"}
 EXTRAS = {"scipy", "matplotlib", "xarray"}
 
 # What is handed on is no import of one's own: it waits until it is asked.

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import Robot, ufuncs
+from hopform import Robot
 from hopform_solver import formulas
 from hopform_solver import records as solver_records
 
@@ -42,16 +42,14 @@ def is_same(one: Any, other: Any, dtype: Any) -> bool:
 
 
 precisions = pytest.mark.parametrize("dtype", [np.float64, np.float32])
-back_ends = pytest.mark.parametrize("backend", hopform.backends())
 
 
-@back_ends
 @precisions
-def test_a_stance_a_batch_and_the_ufunc_give_one_height(backend, dtype):
+def test_a_stance_and_a_batch_give_one_height(dtype):
     fields = {name: np.array([getattr(robot, name) for robot in ROBOTS]) for name in ("L0", "c")}
-    batch = hopform.solve_stances(HOPPER, v2=VELOCITIES, u=2.0, **fields, backend=backend, dtype=dtype)
+    batch = hopform.solve_stances(HOPPER, v2=VELOCITIES, u=2.0, **fields, dtype=dtype)
     single = [
-        hopform.solve_stance(robot, v2=float(v2), u=2.0, backend=backend, dtype=dtype)
+        hopform.solve_stance(robot, v2=float(v2), u=2.0, dtype=dtype)
         for robot, v2 in zip(ROBOTS, VELOCITIES, strict=True)
     ]
     for stance, robot in zip(single, ROBOTS, strict=True):
@@ -59,17 +57,12 @@ def test_a_stance_a_batch_and_the_ufunc_give_one_height(backend, dtype):
         assert is_same(expected(robot, dtype, stance.end.x1, y), stance.end.x2, dtype)
     heights = [stance.end.x2 for stance in single]
     assert is_same(heights, batch.end.x2, dtype)
-    vectors = np.array([robot.parameters for robot in ROBOTS], dtype)
-    stance = ufuncs.stance if backend == "c" else ufuncs.stance_on_arrays
-    start = [np.asarray(value, dtype) for value in (0.0, 0.0, VELOCITIES, 0.0, 2.0, 2.0)]
-    assert is_same(heights, stance(*start, vectors)[ufuncs.RESULTS.index("x2")], dtype)
 
 
-@back_ends
 @precisions
-def test_states_along_a_stance_have_it_too(backend, dtype):
+def test_states_along_a_stance_have_it_too(dtype):
     for robot, v2 in zip(ROBOTS, VELOCITIES, strict=True):
-        stance = hopform.solve_stance(robot, v2=float(v2), u=2.0, backend=backend, dtype=dtype)
+        stance = hopform.solve_stance(robot, v2=float(v2), u=2.0, dtype=dtype)
         t, along = stance.grid(40)
         columns = solver_records.LegState(*np.empty((4, t.size), dtype))
         stance._solved.grid(stance.duration / (t.size - 1), columns)
@@ -82,11 +75,10 @@ def test_states_along_a_stance_have_it_too(backend, dtype):
             assert is_same(expected(robot, dtype, row[1].x1, row[1].y), phase.state.x2, dtype)
 
 
-@back_ends
 @precisions
-def test_a_flight_has_it_too(backend, dtype):
+def test_a_flight_has_it_too(dtype):
     for robot in ROBOTS:
-        flight = hopform.solve_flight(robot, x1=0.05, v1=0.1, v2=1.9, backend=backend, dtype=dtype)
+        flight = hopform.solve_flight(robot, x1=0.05, v1=0.1, v2=1.9, dtype=dtype)
         end = flight._solved.flight.end
         assert is_same(expected(robot, dtype, end.x1, end.y), flight.end.x2, dtype)
         t = np.linspace(0.0, flight.duration, 20).astype(dtype)
@@ -103,14 +95,13 @@ def test_the_formula_of_the_derivation_is_the_rule(dtype):
         assert is_same(expected(robot, dtype, x1, y), formulas.body_height(rounded, x1, y), dtype)
 
 
-@back_ends
 @precisions
-def test_a_height_given_in_single_precision_starts_a_batch_where_it_starts_a_stance(backend, dtype):
+def test_a_height_given_in_single_precision_starts_a_batch_where_it_starts_a_stance(dtype):
     draw = np.random.default_rng(14)
     x1, x2 = draw.uniform(0.0, 0.05, COUNT).astype(np.float32), draw.uniform(0.35, 0.37, COUNT).astype(np.float32)
-    batch = hopform.solve_stances(HOPPER, v2=-1.5, x1=x1, x2=x2, backend=backend, dtype=dtype)
+    batch = hopform.solve_stances(HOPPER, v2=-1.5, x1=x1, x2=x2, dtype=dtype)
     durations = [
-        hopform.solve_stance(HOPPER, v2=-1.5, x1=float(a), x2=float(b), backend=backend, dtype=dtype).duration
+        hopform.solve_stance(HOPPER, v2=-1.5, x1=float(a), x2=float(b), dtype=dtype).duration
         for a, b in zip(x1, x2, strict=True)
     ]
     assert is_same(durations, batch.duration, dtype)

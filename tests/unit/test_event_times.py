@@ -18,9 +18,9 @@ STEPS = [(0.0, 3.0), (0.06, -3.0), (0.1, 2.0)]
 
 
 @cache
-def stances(backend, dtype=np.float64):
+def stances(dtype=np.float64):
     """Stances with stops, steps, sticking, and an actuator that oscillates."""
-    how = {"backend": backend, "dtype": dtype}
+    how = {"dtype": dtype}
     return (
         hopform.solve_stance(STROKE, v2=-1.93, u=3.0, **how),
         hopform.solve_stance(STROKE, v2=-1.93, x1=0.01, v1=-0.8, u=STEPS, **how),
@@ -31,10 +31,10 @@ def stances(backend, dtype=np.float64):
 
 
 @cache
-def flights(backend):
+def flights():
     """Flights whose actuator meets a stop, sticks, and leaves the limit of the current."""
     return tuple(
-        hopform.solve_flight(STROKE, v2=1.9, gains=gains, backend=backend, **start)
+        hopform.solve_flight(STROKE, v2=1.9, gains=gains, **start)
         for gains, start in [
             ((0.0, 0.0), {"x1": 0.01, "v1": -0.9}),
             ((0.0, 0.0), {"x1": 0.01, "v1": 0.9}),
@@ -61,9 +61,9 @@ def readings(motion, t):
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_a_state_at_the_start_of_a_phase_is_that_with_which_it_starts(backend, dtype):
+def test_a_state_at_the_start_of_a_phase_is_that_with_which_it_starts(dtype):
     """To the last bit: one by one, at times of an array, and on a grid."""
-    for stance in stances(backend, dtype):
+    for stance in stances(dtype):
         for phase in stance.phases:
             if phase.start not in starts(stance):
                 continue
@@ -77,9 +77,9 @@ def test_a_state_at_the_start_of_a_phase_is_that_with_which_it_starts(backend, d
 
 
 @pytest.mark.parametrize("of", [stances, flights])
-def test_what_is_read_at_an_event_is_its_limit_from_behind(backend, of):
+def test_what_is_read_at_an_event_is_its_limit_from_behind(of):
     jumps = set()
-    for motion in of(backend):
+    for motion in of():
         for time in starts(motion):
             before, after = (np.nextafter(time, end) for end in (0.0, np.inf))
             earlier, later = (readings(motion, float(t)) for t in (before, after))
@@ -92,8 +92,8 @@ def test_what_is_read_at_an_event_is_its_limit_from_behind(backend, of):
     assert jumps >= expected
 
 
-def test_a_touchdown_is_read_after_its_impact(backend):
-    run = hopform.simulate(HOPPER, [0.0, 0.02, -0.01], 3.0, height=0.2, backend=backend)
+def test_a_touchdown_is_read_after_its_impact():
+    run = hopform.simulate(HOPPER, [0.0, 0.02, -0.01], 3.0, height=0.2)
     for hop in run.hops:
         t = hop.touchdown_time
         assert run.at(t).v2 == run.at([t]).v2[0] == hop.touchdown.v2

@@ -354,7 +354,7 @@ def test_w_is_exact_in_double_precision_for_any_poles_and_times(kind, cases):
 @pytest.mark.parametrize("sign", [-1.0, 1.0])
 @pytest.mark.parametrize("kind", KINDS)
 def test_w_is_carried_to_its_last_digit_over_the_longest_time_that_counts_as_near(kind, sign, cases):
-    """As the C back end does for the last step to an event, where d^2 (s_1^2 + s_2 + 1/t^2) <= (eps/128)^(1/3)."""
+    """As the C does for the last step to an event, where d^2 (s_1^2 + s_2 + 1/t^2) <= (eps/128)^(1/3)."""
     poles = factored(kind, *configurations(kind, 40 + KINDS.index(kind), cases))
     rng = np.random.default_rng(2)
     t = spread(rng, rng.choice([-6, -1], cases), np.log10(50), cases) / (poles.s_1 + np.sqrt(poles.s_2))

@@ -52,8 +52,8 @@ def worst(stance: hopform.Stance, t: np.ndarray, state: State) -> float:
 
 
 @pytest.mark.parametrize("name", ROBOTS)
-def test_ten_thousand_samples_lie_within_rounding_of_the_closed_form(name, backend):
-    stance = hopform.solve_stance(ROBOTS[name], v2=-1.93, u=0.0, backend=backend)
+def test_ten_thousand_samples_lie_within_rounding_of_the_closed_form(name):
+    stance = hopform.solve_stance(ROBOTS[name], v2=-1.93, u=0.0)
     t, state = stance.grid(SAMPLES)
     assert t.shape == state.x2.shape == (SAMPLES,)
     assert t[0] == 0.0 and t[-1] == stance.duration
@@ -77,44 +77,44 @@ def test_random_robots_on_a_grid(seed):
     assert worst(stance, t, state) <= 1e-13
 
 
-def test_single_precision_on_a_grid(backend):
-    stance = hopform.solve_stance(HOPPER, v2=-1.93, u=2.0, dtype=np.float32, backend=backend)
+def test_single_precision_on_a_grid():
+    stance = hopform.solve_stance(HOPPER, v2=-1.93, u=2.0, dtype=np.float32)
     t, state = stance.grid(SAMPLES)
     assert t.dtype == state.x1.dtype == np.float32
     assert worst(stance, t, state) <= 1e-5
 
 
-def test_steps_of_the_current_are_phases_like_others(backend):
-    stance = hopform.solve_stance(HOPPER, v2=-1.93, u=[(0.0, 3.0), (0.05, -1.0), (0.0500001, 2.0)], backend=backend)
+def test_steps_of_the_current_are_phases_like_others():
+    stance = hopform.solve_stance(HOPPER, v2=-1.93, u=[(0.0, 3.0), (0.05, -1.0), (0.0500001, 2.0)])
     t, state = stance.grid(SAMPLES)
     assert worst(stance, t, state) <= 1e-13
 
 
-def test_a_grid_by_its_distance_ends_before_the_stance(backend):
-    stance = hopform.solve_stance(HOPPER, v2=-1.93, backend=backend)
+def test_a_grid_by_its_distance_ends_before_the_stance():
+    stance = hopform.solve_stance(HOPPER, v2=-1.93)
     t, state = stance.grid(dt=1e-4)
     assert t.size == math.floor(stance.duration / 1e-4) + 1
     assert np.allclose(np.diff(t), 1e-4, rtol=0.0, atol=1e-15)
     assert worst(stance, t, state) <= 1e-13
 
 
-def test_a_stance_at_rest_stays_on_the_grid(backend):
+def test_a_stance_at_rest_stays_on_the_grid():
     heavy = Robot(m_eff=25.0, m_s=3.0, k=1200.0, L0=0.4, b2=500.0, f1=5.0, f2=30.0)
-    stance = hopform.solve_stance(heavy, v2=-0.5, backend=backend)
+    stance = hopform.solve_stance(heavy, v2=-0.5)
     assert stance.status == "rest"
     t, state = stance.grid(300)
     assert worst(stance, t, state) <= 1e-13
 
 
-def test_a_stance_of_no_duration_has_one_state(backend):
-    stance = hopform.solve_stance(HOPPER, v2=1.0, backend=backend)
+def test_a_stance_of_no_duration_has_one_state():
+    stance = hopform.solve_stance(HOPPER, v2=1.0)
     assert stance.duration == 0.0
     _, state = stance.grid(3)
     assert state.v2.tolist() == [1.0] * 3
 
 
-def test_the_states_go_into_arrays_of_the_caller(backend):
-    stance = hopform.solve_stance(HOPPER, v2=-1.93, u=2.0, backend=backend)
+def test_the_states_go_into_arrays_of_the_caller():
+    stance = hopform.solve_stance(HOPPER, v2=-1.93, u=2.0)
     _, fresh = stance.grid(500)
     rows, columns = State(*np.empty((4, 500))), State(*np.empty((500, 4)).T)
     for out in (rows, columns):

@@ -171,16 +171,6 @@ def test_what_nothing_was_recorded_of_is_said():
     assert any("drop it onto the ground" in each for each in fit.statements)
 
 
-@pytest.mark.sliced
-def test_both_back_ends_fit_the_same():
-    recording = record(HOPPER, "decay", height=0.04, rate=50.0, duration=1.2, seed=9)
-    c, arrays = (
-        fit_drop_test(recording, attached=True, known={"m_s": 3.0}, backend=each, **ALONE) for each in ("c", "python")
-    )
-    for name in ("k", "b2", "f2"):
-        assert arrays[name].value == pytest.approx(c[name].value, rel=1e-5), name
-
-
 @pytest.mark.nightly
 def test_intervals_hold_the_truth_in_19_of_20_cases():
     """50 random robots, parameters of one fall together: 88 to 99 %;

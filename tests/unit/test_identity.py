@@ -20,7 +20,7 @@ pytestmark = needs.library
 HANDFUL = (
     "robots", "robots hopper_b --json", "robots ideal --set k=900 --toml", "robots --c float32", "equations 14",
     "stance --height 0.2 --u 3 --json", "stance --v2 -1.9 --u-steps 0:0,0.05:2 --sensitivities --csv a.csv --plot a.svg",
-    "stance --height 0.2 --backend python --dtype float32 --json",
+    "stance --height 0.2 --dtype float32 --json",
     "hop --height 0.2 --terrain uniform --size 0.01 --hops 3 --controller exact --h-des 0.2 --json --npz a.npz",
     "hop --height 0.2 --hops 3 --u 3 --csv a.csv --hops-csv b.csv --plot a.png",
     "control --height 0.2 --h-des 0.2 --printed", "control --v2 -1.9 --h-des 0.15 --json --plot a.svg",

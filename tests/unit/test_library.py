@@ -1,14 +1,8 @@
-"""The compiled library and what stands in for it:
-one that is missing, broken or stale is refused by name, and the printed engine solves.
-"""
+"""The compiled library: one that is broken or stale is refused by name, one that is missing is made at its first use."""
 
 import os
 import shutil
-import subprocess
-import sys
-import warnings
 from collections.abc import Iterator
-from importlib.util import find_spec
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +10,6 @@ import pytest
 
 import hopform
 import hopform_solver
-from hopform import ufuncs
 from hopform._solver import build
 from hopform._solver import c as native
 from hopform._solver import library as libraries
@@ -39,19 +32,22 @@ def compile_one(library: Path, source: str) -> None:
 
 
 def forget() -> None:
-    """Back ends are chosen once a process."""
+    """A library is loaded once a process."""
     native.library.cache_clear()
     libraries.handle.cache_clear()
-    DEFAULT._compiled = DEFAULT._best = None
+    DEFAULT._compiled = None
 
 
 @pytest.fixture
 def library(tmp_path, monkeypatch) -> Iterator[Path]:
-    """Where the library is looked for in a test: a file that is not there yet. The extra `compiler` is absent."""
+    """Where the library is looked for in a test: a file that is not there yet. There is no compiler."""
     path = tmp_path / "runtime" / "hopform" / libraries.LIBRARY.name
     path.parent.mkdir(parents=True)
     monkeypatch.setattr(libraries, "LIBRARY", path)
-    monkeypatch.setattr(libraries, "find_spec", lambda name: None if name == "ziglang" else find_spec(name))
+    monkeypatch.setenv("CC", "/no/compiler")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    shutil.copy(ROOT / "generated" / "solver.toml", path.parent)
+    shutil.copytree(ROOT / "generated" / "c", path.parent / "c")
     forget()
     yield path
     forget()
@@ -103,72 +99,57 @@ UNUSABLE = pytest.mark.parametrize("prepare", [stale, outdated, missing, broken,
 
 
 def test_the_library_of_this_checkout_is_the_one_of_its_sources(tmp_path):
-    """Else every other test would judge the printed engine alone: a stale library is refused, which fails nothing."""
     try:
         compile_one(tmp_path / "nothing.so", "int nothing;\n")
     except LibraryNotBuilt:
         return
     assert hopform.library_message() is None
-    assert hopform.backends() == ("c", "python")
 
 
 @UNUSABLE
-def test_the_default_falls_back_to_python_and_says_so_once(library, hopper_c, prepare):
-    why = prepare(library)
-    with pytest.warns(RuntimeWarning, match="hopform uses its Python back end: ") as caught:
-        first = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
-    (warning,) = caught
-    assert why in str(warning.message)
-    assert warning.filename == __file__, "it points at the caller"
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        second = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
-    assert first.backend == second.backend == "python"
-    assert first.duration == second.duration
-
-
-@UNUSABLE
-def test_asking_for_c_is_refused_with_the_reason(library, hopper_c, prepare):
-    why = prepare(library)
+def test_a_library_that_cannot_be_used_is_refused_with_the_reason(library, hopper_c, monkeypatch, prepare):
+    with monkeypatch.context() as with_a_compiler:
+        with_a_compiler.delenv("CC")
+        why = prepare(library)
     with pytest.raises(hopform.BackendError) as refused:
-        hopform.solve_stance(hopper_c, v2=-1.93, backend="c")
+        hopform.solve_stance(hopper_c, v2=-1.93)
     assert why in str(refused.value)
     assert hopform.library_message() == str(refused.value)
     assert len(str(refused.value).splitlines()) == 1
-    assert hopform.backends() == ("python",)
 
 
-@UNUSABLE
-def test_asking_for_python_works_in_silence(library, hopper_c, prepare):
-    prepare(library)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend="python")
-    assert (stance.backend, stance.status) == ("python", "takeoff")
+def test_without_a_library_and_a_compiler_one_line_names_the_three_ways(library):
+    said = hopform.library_message()
+    assert said is not None
+    for way in (
+        "no C compiler makes it: install one",
+        "name it by CC",
+        "pip install 'hopform[compiler]'",
+        "a wheel of hopform",
+    ):
+        assert way in said
 
 
 @pytest.fixture
-def compiled(library, tmp_path, monkeypatch) -> list[Path]:
-    """The extra `compiler` is there, its library that of this checkout; the folders that are compiled."""
+def compiled(library, monkeypatch) -> list[Path]:
+    """There is a compiler, whose library is that of this checkout; the folders that are compiled."""
     folders = list[Path]()
 
     def compile_into(folder: Path, output: Path) -> None:
         folders.append(folder)
+        shutil.copy(build.with_notes(OWN), build.with_notes(output))
         shutil.copy(OWN, output)
 
-    shutil.copy(ROOT / "generated" / "solver.toml", library.parent)
-    shutil.copytree(ROOT / "generated" / "c", library.parent / "c")
-    monkeypatch.setattr(libraries, "find_spec", lambda name: find_spec("sys" if name == "ziglang" else name))
     monkeypatch.setattr(build, "compile_solver", compile_into)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     return folders
 
 
 @pytest.mark.skipif(not OWN.is_file(), reason="there is no compiled library")
-def test_with_the_extra_compiler_a_pure_wheel_compiles_its_library_once(library, compiled, hopper_c):
+def test_an_installation_without_a_library_compiles_it_once(library, compiled, hopper_c):
     for _ in range(2):
         forget()
-        assert hopform.solve_stance(hopper_c, v2=-1.93, u=2.0).backend == "c"
+        stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
+    assert stance.status == "takeoff" and "rule 2" in stance.explain()
     assert compiled == [library.parent]
     (library.parent / "c" / "src" / "version.c").write_text("/* of another version */\n", "utf-8")
     forget()
@@ -176,29 +157,33 @@ def test_with_the_extra_compiler_a_pure_wheel_compiles_its_library_once(library,
     assert len(compiled) == 2, "another source is another library"
 
 
-@pytest.mark.parametrize("error", [PermissionError(13, "Permission denied", "/cache"), build.NoCompiler("no zig")])
-def test_a_library_that_the_extra_compiler_cannot_make_is_one_line(library, compiled, monkeypatch, error):
+@pytest.mark.parametrize("error", [PermissionError(13, "Permission denied", "/cache"), LibraryNotBuilt("a fault in c")])
+def test_a_library_that_cannot_be_made_is_one_line(library, compiled, monkeypatch, error):
     def refuse(*_) -> None:
         raise error
 
     monkeypatch.setattr(build, "compile_solver", refuse)
     assert hopform.library_message() == f"there is no compiled library {library.name}, and it cannot be made: {error}"
-    assert hopform.backends() == ("python",)
 
 
-def test_numpy_is_another_name_for_python_and_warns_of_it(hopper_c):
-    with pytest.warns(DeprecationWarning, match='backend="numpy" is backend="python" now.* ms for each stance'):
-        named = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend="numpy")
-    assert named == hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend="python")
-
-
-def test_a_back_end_of_no_such_name_is_refused(hopper_c):
-    with pytest.raises(ValueError, match="backend must be 'c' or 'python', got 'fortran'"):
-        hopform.solve_stance(hopper_c, v2=-1.93, backend="fortran")
+@pytest.mark.skipif(not OWN.is_file(), reason="there is no compiled library")
+def test_notes_that_are_missing_or_of_other_sources_are_refused_by_name(library, hopper_c, tmp_path, monkeypatch):
+    monkeypatch.delenv("CC")
+    shutil.copy(OWN, library)
+    stance, notes = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0), build.with_notes(library)
+    with pytest.raises(hopform.BackendError, match=f"explain.. needs {notes.name}, which is not beside {library.name}"):
+        stance.explain()
+    version = (ROOT / "generated" / "c" / "src" / "version.c").read_text("utf-8")
+    compile_one(tmp_path / "other.so", version.replace('"facts.h"', f'"{ROOT}/generated/c/src/facts.h"'))
+    shutil.move(tmp_path / "other.so", notes)
+    with pytest.raises(
+        hopform.BackendError, match=rf"{notes.name} is stale: it is of the sources \w+, {library.name} of"
+    ):
+        stance.explain()
 
 
 def test_the_class_of_a_robot_names_what_solves_it(hopper_c):
-    """So that functions of hopform solve robots of another package by its own back ends, whoever calls them."""
+    """So that functions of hopform solve robots of another package by its own library, whoever calls them."""
 
     def absent() -> native.Library:
         raise hopform.BackendError("this package has no library")
@@ -207,59 +192,12 @@ def test_the_class_of_a_robot_names_what_solves_it(hopper_c):
         solver = Solver(OURS, absent)
 
     other = Other(**{field.name: getattr(hopper_c, field.name) for field in hopper_c.fields()})
-    with pytest.warns(RuntimeWarning, match="hopform uses its Python back end: this package has no library") as caught:
-        stance = hopform.solve_stance(other, v2=-1.93, u=2.0)
-    assert caught[0].filename == __file__
-    v2 = np.array([-1.93])
-    assert {
-        stance.backend,
-        hopform.solve_stances(other, v2=v2).backend,
-        hopform.solve_flight(other, v2=1.9).backend,
-    } == {"python"}
-    with pytest.raises(hopform.BackendError, match="this package has no library"):
-        hopform.choose_current(other, v2=-1.93, h_des=0.2, backend="c")
-    assert hopform.solve_stance(hopper_c, v2=-1.93).backend == hopform.backends()[0]
-
-
-WITHOUT_LIBRARY = """
-import pickle
-import sys
-import warnings
-
-import numpy as np
-
-import hopform
-from hopform import ufuncs
-
-assert hopform.backends() == ("python",), hopform.backends()
-assert ufuncs.stance is ufuncs.stance_on_arrays
-assert pickle.loads(pickle.dumps(ufuncs.stance)) is ufuncs.stance
-robot = hopform.load_robot("hopper_c")
-v2, u = np.linspace(-2.5, -0.5, 5)[:, np.newaxis], np.linspace(-3.0, 3.0, 4)
-out = tuple(np.empty((5, 4), np.intc if name in ufuncs.CODES else float) for name in ufuncs.RESULTS)
-assert all(a is b for a, b in zip(ufuncs.stance(0.0, 0.0, v2, 0.0, u, 2.0, np.array(robot.parameters), out=out), out))
-with warnings.catch_warnings(record=True) as said:
-    warnings.simplefilter("always")
-    batch = hopform.solve_stances(robot, v2=v2, u=u)
-assert ["no compiled library" in str(warning.message) for warning in said] == [True], said
-np.savez(sys.argv[1], *out, duration_of_batch=batch.duration)
-"""
-
-
-def test_the_ufunc_works_where_there_is_no_library(tmp_path):
-    """An installation without a compiler: the printed engine stands in, for the ufunc too, with its numbers."""
-    for package, folder in (("hopform", "runtime"), ("hopform_solver", "generated/python")):
-        shutil.copytree(
-            ROOT / folder / package, tmp_path / package, ignore=shutil.ignore_patterns("_lib*", "__pycache__")
-        )
-    shutil.copy(ROOT / "generated" / "solver.toml", tmp_path / "hopform")  # as a wheel has it
-    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
-    result = tmp_path / "results.npz"
-    subprocess.run([sys.executable, "-c", WITHOUT_LIBRARY, str(result)], env=environment, cwd=tmp_path, check=True)
-    found = np.load(result)
-    v2, u = np.linspace(-2.5, -0.5, 5)[:, np.newaxis], np.linspace(-3.0, 3.0, 4)
-    robot = hopform.load_robot("hopper_c")
-    expected = ufuncs.stance(0.0, 0.0, v2, 0.0, u, 2.0, np.array(robot.parameters))
-    for n, values in enumerate(expected):
-        np.testing.assert_allclose(found[f"arr_{n}"], values, rtol=1e-12, atol=1e-13)
-    np.testing.assert_array_equal(found["duration_of_batch"], found["arr_1"])
+    calls = (
+        lambda: hopform.solve_stance(other, v2=-1.93, u=2.0),
+        lambda: hopform.solve_stances(other, v2=np.array([-1.93])),
+        lambda: hopform.solve_flight(other, v2=1.9),
+        lambda: hopform.choose_current(other, v2=-1.93, h_des=0.2),
+    )
+    for call in calls:
+        with pytest.raises(hopform.BackendError, match="this package has no library"):
+            call()

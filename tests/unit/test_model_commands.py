@@ -1,7 +1,6 @@
 """`hopform model check`, `build` and `list`: what they say, what they write, and that a second build is a look-up."""
 
 import ast
-import doctest
 import json
 import os
 import re
@@ -23,7 +22,7 @@ from hopform import _cli as cli
 from hopform._cli import model as commands
 from hopform._solver import build
 from hopform.model import derive
-from tests.derived import MODELS, SHIPPED, built, loaded, solver_of
+from tests.derived import MODELS, SHIPPED, built, solver_of
 from tests.needs import the_first
 
 DAMPER = MODELS / "damper.py"
@@ -136,7 +135,7 @@ def test_a_robot_without_numbers_is_the_one_that_its_solver_comes_with(store, na
 def test_a_built_solver_solves_what_its_robot_says(store):
     solver = hopform.load_solver(built(store, "damper"))
     stance = solver.solve_stance(solver.load_robot(built(store, "damper") / "robot.toml"), v2=-1.9, u=2.0)
-    assert (stance.status, stance.backend) == ("takeoff", "c")
+    assert stance.status == "takeoff"
 
 
 @pytest.fixture
@@ -157,15 +156,6 @@ def test_the_library_of_a_joint_carries_no_cubic_no_flight_and_no_controller(joi
     for name in ("cube_root", "displacement_in_flight", "add_work", "evaluate_candidate", "report_command"):
         assert f"{name}_f32(" in sources and f"{name}_f32" not in there, name
     assert {"hopform_solve_stance_f32", "hopform_solve_flight_f32", "hopform_choose_current_f32"} <= there
-
-
-def test_the_examples_of_a_joint_run(joint):
-    """Nothing of it falls: it starts at rest."""
-    package = loaded(joint, "joint_of_examples")
-    sys.modules["hopform_solver_of_joint"] = package
-    text = (package.__doc__ or "").replace("from hopform_solver import", "from hopform_solver_of_joint import")
-    example = doctest.DocTestParser().get_doctest(text, {}, "joint", None, None)
-    assert doctest.DocTestRunner().run(example) == doctest.TestResults(failed=0, attempted=5)
 
 
 @pytest.mark.parametrize(("name", "start", "numbers"), [
@@ -227,7 +217,7 @@ def quick(monkeypatch):
 
     def texts(model, *_):
         made["derived"] += 1
-        known = toml(facts(solvers.model_of(model), "0" * 16, ()))
+        known = toml(facts(solvers.model_of(model), "0" * 16, {}))
         return {Path("solver.toml"): known, solvers.MODEL: solvers.source_of(model)}
 
     def compiled(folder, output, progress):
@@ -293,10 +283,11 @@ def test_without_a_compiler_there_is_a_solver_without_a_library(capsys, cache, q
     monkeypatch.setattr(build, "compiler", absent)
     assert cli.main(["model", "build", str(DAMPER)]) == 0
     assert (
-        "warning: there is no library, so that stances take longer: there is no C compiler" in capsys.readouterr().err
+        "warning: there is no library; where a C compiler is, its first use makes it: there is no C compiler"
+        in capsys.readouterr().err
     )
     assert cli.main(["model", "list"]) == 0
-    assert re.search(r"^damper .* python  .*solvers", capsys.readouterr().out, re.MULTILINE)
+    assert re.search(r"^damper .* no  .*solvers", capsys.readouterr().out, re.MULTILINE)
 
 
 def test_a_folder_that_is_not_the_generators_is_refused(run, quick, tmp_path):

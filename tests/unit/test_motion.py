@@ -59,7 +59,7 @@ def by_physics(by: Any, row: str) -> dict[str, float]:
 # ---- a closed form ----
 
 
-def test_a_spin_down_rests_where_and_when_the_closed_form_says(joint, backend):
+def test_a_spin_down_rests_where_and_when_the_closed_form_says(joint):
     """I w' = -b w - F from w0: T = (I/b) ln(1 + b w0/F), angle = I w0/b - (F I/b^2) ln(1 + b w0/F)."""
     inertia, b, F, w0 = sp.symbols("I b F w0", positive=True)
     numbers = {
@@ -71,7 +71,7 @@ def test_a_spin_down_rests_where_and_when_the_closed_form_says(joint, backend):
     time = inertia / b * sp.log(1 + b * w0 / F)
     angle = inertia * w0 / b - F * inertia / b**2 * sp.log(1 + b * w0 / F)
     robot = joint_of(joint, m=0.031, b=0.0085, F_plus=0.042, F_minus=0.042)
-    motion = joint.solve_motion(robot, start={V: 11.5}, horizon=20.0, backend=backend)
+    motion = joint.solve_motion(robot, start={V: 11.5}, horizon=20.0)
     assert motion.status == "rest" and [event.kind for event in motion.events] == [f"{Q}_sticks"]
     assert motion.duration == pytest.approx(4.384441212506710, rel=1e-15)
     assert motion.end[0] == pytest.approx(float(angle.evalf(40, numbers)), rel=1e-15)
@@ -84,19 +84,19 @@ def test_a_spin_down_rests_where_and_when_the_closed_form_says(joint, backend):
     assert motion.sensitivities[V, "b"] == 0.0
 
 
-def test_a_rest_begins_when_the_last_mass_is_held_whatever_steps_move_nothing(joint, backend):
+def test_a_rest_begins_when_the_last_mass_is_held_whatever_steps_move_nothing(joint):
     """A step to a current that friction holds changes nothing; one that it does not hold begins a phase."""
     robot = joint_of(joint, m=0.5, F_plus=1.0, F_minus=1.0)
     steps = [(0.0, 0.0), (2.0, 0.5), (3.0, -0.9)]
-    motion = joint.solve_motion(robot, start={V: 1.0}, u=steps, horizon=5.0, backend=backend)
+    motion = joint.solve_motion(robot, start={V: 1.0}, u=steps, horizon=5.0)
     assert (motion.status, motion.duration, motion.end) == ("rest", 0.5, (0.25, 0.0))
     assert [(phase.start, phase.end) for phase in motion.phases] == [(0.0, 0.5), (0.5, 0.5)]
     assert motion.at(4.0) == motion.end and motion.forces(0.5)[f"friction_{Q}"] == 0.0
     assert motion.sensitivities["T", V] == pytest.approx(0.5)  # v0 m/F
-    again = joint.solve_motion(robot, start={V: 1.0}, u=[*steps, (4.0, 1.5)], horizon=4.5, backend=backend)
+    again = joint.solve_motion(robot, start={V: 1.0}, u=[*steps, (4.0, 1.5)], horizon=4.5)
     assert (again.status, [event.kind for event in again.events]) == ("horizon", [f"{Q}_sticks", f"{Q}_slips"])
     assert [phase.start for phase in again.phases] == [0.0, 0.5, 2.0, 3.0, 4.0]
-    still = joint.solve_motion(robot, u=[(0.0, 0.0), (1.0, 0.5)], horizon=5.0, backend=backend)
+    still = joint.solve_motion(robot, u=[(0.0, 0.0), (1.0, 0.5)], horizon=5.0)
     assert (still.status, still.duration, len(still.phases)) == ("rest", 0.0, 1)
 
 
@@ -145,8 +145,8 @@ def test_derivatives_at_an_ending_are_those_of_sixty_digits(joint, name):
     parameters, start, u, horizon, ending = case
     robot = joint_of(joint, **parameters)
     named = {{"q": Q, "v": V}[key]: value for key, value in start.items()}
-    motions = [joint.solve_motion(robot, start=named, u=u, horizon=horizon, backend=b) for b in joint.backends()]
-    assert motions[0].status == ending
+    motion = joint.solve_motion(robot, start=named, u=u, horizon=horizon)
+    assert motion.status == ending
     columns = ["q", "u", "k", "b", "load", "m", "q_0", "gamma", "F_plus", "F_minus", "q_max", *(["v"] * ("v" in start))]
     with mp.workdps(70):
         h = mp.mpf("1e-20")
@@ -164,25 +164,23 @@ def test_derivatives_at_an_ending_are_those_of_sixty_digits(joint, name):
             assert status == ending
             for n, row in enumerate(("T", Q, V)):
                 theirs = float((up[n] - down[n]) / (2 * h))
-                for motion in motions:
-                    ours = by_physics(motion.sensitivities, row)[column]
-                    assert ours == pytest.approx(theirs, rel=1e-12, abs=1e-13), (motion.backend, row, column)
+                ours = by_physics(motion.sensitivities, row)[column]
+                assert ours == pytest.approx(theirs, rel=1e-12, abs=1e-13), (row, column)
 
 
-def test_derivatives_at_a_time_lead_to_those_at_the_ending(joint, backend):
+def test_derivatives_at_a_time_lead_to_those_at_the_ending(joint):
     """At the horizon they are the same; at rest the state stays; in between by central differences."""
     for name in ("a servo under way", "a servo that rests"):
         parameters, start, u, horizon, _ = CASES[name]
         robot, named = joint_of(joint, **parameters), {Q: start["q"]}
-        motion = joint.solve_motion(robot, start=named, u=u, horizon=horizon, backend=backend)
+        motion = joint.solve_motion(robot, start=named, u=u, horizon=horizon)
         rows, columns = motion.sensitivities.rows[1:], motion.sensitivities.columns
         last = motion.derivatives(motion.duration)
         assert (last.rows, last.columns, last.matrix.shape) == (rows, columns, (2, len(columns)))
         np.testing.assert_allclose(last.matrix, motion.sensitivities.matrix[1:], rtol=1e-12, atol=1e-14)
         t = np.array([[0.8, 0.1], [0.5, 0.3]])
         up, down = (
-            joint.solve_motion(robot, start={Q: start["q"] + h}, u=u, horizon=horizon, backend=backend).at(t)[0]
-            for h in (1e-6, -1e-6)
+            joint.solve_motion(robot, start={Q: start["q"] + h}, u=u, horizon=horizon).at(t)[0] for h in (1e-6, -1e-6)
         )
         np.testing.assert_allclose(motion.derivatives(t)[Q, Q], (up - down) / 2e-6, rtol=1e-7, atol=1e-9)
         assert motion.derivatives(t)[V, "k"].shape == (2, 2)
@@ -192,13 +190,13 @@ def test_derivatives_at_a_time_lead_to_those_at_the_ending(joint, backend):
 # ---- forces ----
 
 
-def test_forces_balance_the_motion_of_a_joint(joint, backend):
+def test_forces_balance_the_motion_of_a_joint(joint):
     """m q'' is their sum with spring, viscous friction and load; held, the sum is 0 and friction within its levels."""
     robot = joint_of(
         joint, m=0.5, k=50.0, q_0=0.1, b=0.3, load=0.25, gamma=2.0, F_plus=0.5, F_minus=1.0, q_min=-0.1, q_max=0.2
     )
     steps = [(0.0, 2.5), (0.6, 20.0), (1.0, -20.0), (1.4, 1.25)]
-    motion = joint.solve_motion(robot, start={V: 2.0}, u=steps, backend=backend)
+    motion = joint.solve_motion(robot, start={V: 2.0}, u=steps)
     edges = {0.0, *(phase.start for phase in motion.phases), motion.duration}
     t = np.array([0.5 * (a + b) for a, b in zip(sorted(edges), sorted(edges)[1:], strict=False) if b - a > 1e-3])
     state, forces = motion.at(t), motion.forces(t)
@@ -216,10 +214,10 @@ def test_forces_balance_the_motion_of_a_joint(joint, backend):
     assert set(forces[f"friction_{Q}"][carried < 0.0]) == {-0.5}  # friction takes what it can first
 
 
-def test_forces_balance_the_motion_of_two_masses(rig, backend):
+def test_forces_balance_the_motion_of_two_masses(rig):
     """Of the rig the sum of all forces on both masses is the change of their momentum, but for its bolted foot."""
     robot = dataclasses.replace(rigged(rig), x1_max=0.07)
-    motion = rig.solve_motion(robot, start={"x1": 0.02, "v1": 0.6, "x2": 0.5, "v2": 0.4}, u=1.0, backend=backend)
+    motion = rig.solve_motion(robot, start={"x1": 0.02, "v1": 0.6, "x2": 0.5, "v2": 0.4}, u=1.0)
     t = np.linspace(0.05, 0.95, 7) * motion.duration
     state, forces, h = motion.at(t), motion.forces(t), 1e-7
     after, before = motion.at(t + h), motion.at(t - h)
@@ -237,8 +235,8 @@ def test_forces_balance_the_motion_of_two_masses(rig, backend):
     assert forces.keys() == {"friction_x1", "stop_x1", "friction_x2", "input"}
 
 
-def test_a_stance_has_the_contact_among_its_forces(hopper_c, backend):
-    stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend=backend)
+def test_a_stance_has_the_contact_among_its_forces(hopper_c):
+    stance = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)
     t = np.array([0.0, 0.05, 0.1])
     np.testing.assert_array_equal(stance.forces(t)["contact"], stance.contact_force(t))
     assert isinstance(stance.forces(0.05)["friction_x2"], float)
@@ -247,24 +245,23 @@ def test_a_stance_has_the_contact_among_its_forces(hopper_c, backend):
 # ---- starts ----
 
 
-def test_a_motion_of_a_hopper_is_its_stance(hopper_c, backend):
+def test_a_motion_of_a_hopper_is_its_stance(hopper_c):
     start = {"x1": 0.01, "v1": 0.1, "v2": -1.93}
-    motion = hopform.solve_motion(hopper_c, start=start, u=2.0, backend=backend)
+    motion = hopform.solve_motion(hopper_c, start=start, u=2.0)
     assert type(motion) is hopform.Stance and isinstance(motion, hopform.Motion)
-    assert motion == hopform.solve_stance(hopper_c, **start, u=2.0, backend=backend)
-    by_leg = hopform.solve_motion(hopper_c, start=start | {"y": 0.01}, u=2.0, backend=backend)
-    assert by_leg == hopform.solve_stance(hopper_c, **start, compression=0.01, u=2.0, backend=backend)
+    assert motion == hopform.solve_stance(hopper_c, **start, u=2.0)
+    by_leg = hopform.solve_motion(hopper_c, start=start | {"y": 0.01}, u=2.0)
+    assert by_leg == hopform.solve_stance(hopper_c, **start, compression=0.01, u=2.0)
 
 
-def test_a_spring_without_a_contact_pulls(joint, rig, backend):
+def test_a_spring_without_a_contact_pulls(joint, rig):
     """Below the rest of the spring, where a hopper's leg would fly: from q_0 - 0.3 without friction to q_0 + 0.3."""
     robot = joint_of(joint, m=0.5, k=50.0, q_0=0.1)
-    motion = joint.solve_motion(robot, start={Q: -0.2}, horizon=0.1 * np.pi, backend=backend)
+    motion = joint.solve_motion(robot, start={Q: -0.2}, horizon=0.1 * np.pi)
     assert motion.end[0] == pytest.approx(0.4, abs=1e-15) and motion.warnings == ()
     hopper = rigged(rig)
     low, high = (
-        rig.solve_motion(hopper, start={"x1": 0.02, **leg}, u=1.0, horizon=0.3, backend=backend)
-        for leg in ({"y": -0.1}, {"x2": 0.52})
+        rig.solve_motion(hopper, start={"x1": 0.02, **leg}, u=1.0, horizon=0.3) for leg in ({"y": -0.1}, {"x2": 0.52})
     )
     assert low.end == pytest.approx(high.end, abs=1e-14)
     assert "y" in low.sensitivities.columns and "x2" in high.sensitivities.columns
@@ -308,14 +305,14 @@ def test_of_two_coordinates_of_a_leg_one_is_given(rig, hopper_c):
         hopform.solve_motion(hopper_c, start={"y": -0.1})
 
 
-def test_warnings_are_those_that_mean_something(joint, backend):
+def test_warnings_are_those_that_mean_something(joint):
     robot = joint_of(joint, m=0.5, k=50.0, gamma=2.0, q_min=-0.1, q_max=0.2, i_max=4.0)
-    onto = joint.solve_motion(robot, start={Q: 0.2}, u=6.0, backend=backend)
+    onto = joint.solve_motion(robot, start={Q: 0.2}, u=6.0)
     assert onto.warnings == (
         "i = 6.0 A is above its limit, 4.0 A",
         "i = 6.0 A pushes the joint onto the stop at 0.2 on which it rests",
     )
-    assert joint.solve_motion(robot, start={Q: -0.1}, u=3.0, backend=backend).warnings == ()
+    assert joint.solve_motion(robot, start={Q: -0.1}, u=3.0).warnings == ()
 
 
 # ---- what it shows ----
@@ -386,16 +383,14 @@ def test_explain_has_the_names_of_the_model(motion):
 # ---- many ----
 
 
-def test_many_motions_are_each_motion(joint, backend):
+def test_many_motions_are_each_motion(joint):
     robot = joint_of(joint, **SERVO)
     batch = joint.solve_motions(
         robot, start={Q: [0.5, 0.2, 0.125]}, u=[[0.0], [9.0]], k=40.0, horizon=4.0, sensitivities=True, events=True,
-        backend=backend,
     )  # fmt: skip
     for n in np.ndindex(2, 3):
         own = joint.solve_motion(
             dataclasses.replace(robot, k=40.0), start={Q: (0.5, 0.2, 0.125)[n[1]]}, u=(0.0, 9.0)[n[0]], horizon=4.0,
-            backend=backend,
         )  # fmt: skip
         assert (batch.words[n], batch.duration[n], batch.end[0][n]) == (own.status, own.duration, own.end[0])
         assert [word for word in batch.event_words[n] if word] == [event.kind for event in own.events]

@@ -34,19 +34,15 @@ def test_the_next_apex_broadcasts_and_keeps_its_shape():
     assert math.isnan(hopform.next_apex(HOPPER, 0.02, 1.1))
 
 
-@pytest.mark.parametrize("backend", ["c", "python"])
-def test_the_next_apex_takes_whole_numbers(backend):
-    assert hopform.next_apex(HOPPER, 1, [0, 1], backend=backend)[1] == hopform.next_apex(
-        HOPPER, 1.0, 1.0, backend=backend
-    )
+def test_the_next_apex_takes_whole_numbers():
+    assert hopform.next_apex(HOPPER, 1, [0, 1])[1] == hopform.next_apex(HOPPER, 1.0, 1.0)
 
 
-@pytest.mark.parametrize("backend", ["c", "python"])
-def test_the_next_apex_under_a_huge_current_is_that_of_an_actuator_at_its_stop(backend):
+def test_the_next_apex_under_a_huge_current_is_that_of_an_actuator_at_its_stop():
     """The time to the stop is 150 decades below that of the stance."""
-    apex = hopform.next_apex(HOPPER, 0.2, [1e100, 1e200, 1e300], backend=backend)
+    apex = hopform.next_apex(HOPPER, 0.2, [1e100, 1e200, 1e300])
     assert apex[1:] == pytest.approx(apex[0], rel=1e-12)
-    moderate = hopform.next_apex(HOPPER, 0.2, 1e12, backend=backend)
+    moderate = hopform.next_apex(HOPPER, 0.2, 1e12)
     assert apex[0] == pytest.approx(moderate, rel=1e-5)
 
 
@@ -157,14 +153,6 @@ def test_a_locked_robot_keeps_every_height():
     assert found.apex == pytest.approx(np.array([[0.1] * 3, [0.2] * 3]), abs=1e-12)
     assert found.admissible.all()
     assert found.hold.tolist() == [0.0, 0.0]
-
-
-def test_both_back_ends_map_alike():
-    maps = [hopform.reachability(HOPPER, [0.05, 0.2], [0.0, 1.5, 3.0], backend=name) for name in ("c", "python")]
-    assert maps[0].apex == pytest.approx(maps[1].apex, abs=1e-12)
-    assert np.array_equal(maps[0].admissible, maps[1].admissible)
-    assert maps[0].highest == pytest.approx(maps[1].highest, abs=1e-9)
-    assert maps[0].lowest == pytest.approx(maps[1].lowest, abs=1e-9)
 
 
 def test_progress_is_reported_and_may_stop_the_map():

@@ -24,8 +24,8 @@ HOPPER = hopform.load_robot("hopper_c")
 ROUGH = terrain.uniform(5, 0.02, seed=5)
 
 
-def hops(backend="c", controller=2.9, **how):
-    return hopform.simulate(HOPPER, ROUGH, controller, height=0.2, backend=backend, **how)
+def hops(controller=2.9, **how):
+    return hopform.simulate(HOPPER, ROUGH, controller, height=0.2, **how)
 
 
 def everything(run):
@@ -46,8 +46,8 @@ def hop_elsewhere(height):
 
 
 @pytest.mark.parametrize("copied", [lambda run: pickle.loads(pickle.dumps(run)), copy.deepcopy, copy.copy])
-def test_a_run_is_the_same_after_a_pickle_and_a_copy(backend, copied):
-    run = hops(backend)
+def test_a_run_is_the_same_after_a_pickle_and_a_copy(copied):
+    run = hops()
     again = copied(run)
     assert again == run and again.status == "completed"
     assert everything(again) == everything(run)
@@ -68,11 +68,11 @@ def test_runs_come_back_from_a_pool():
 
 
 @pytest.mark.parametrize("dtype", [np.float64, np.float32])
-def test_a_flight_of_many_phases_is_the_same_after_a_pickle(backend, dtype):
+def test_a_flight_of_many_phases_is_the_same_after_a_pickle(dtype):
     shaken = hopform.Robot(
         **{**HOPPER.parameters._asdict(), "b1": 0.0, "f1": 0.0, "x1_min": -1.0, "x1_max": 1.0, "u_max": 1e3}
     )
-    flight = hopform.solve_flight(shaken, x1=0.01, v2=2.0, gains=(1.6e7, 0.0), backend=backend, dtype=dtype)
+    flight = hopform.solve_flight(shaken, x1=0.01, v2=2.0, gains=(1.6e7, 0.0), dtype=dtype)
     again = pickle.loads(pickle.dumps(flight))
     assert len(flight.phases) > native.FIRST_CAPACITY
     assert again.phases == flight.phases and again == flight
@@ -81,7 +81,7 @@ def test_a_flight_of_many_phases_is_the_same_after_a_pickle(backend, dtype):
 
 
 def test_a_flight_of_another_library_is_refused():
-    flight = hopform.solve_flight(HOPPER, x1=0.01, v2=2.0, backend="c")
+    flight = hopform.solve_flight(HOPPER, x1=0.01, v2=2.0)
     again, (source, *rest) = flight._solved.__reduce__()
     with pytest.raises(hopform.HopformError, match=f"is of the solver of source {source[:-1]}x, which is not loaded"):
         again(source[:-1] + "x", *rest)

@@ -131,11 +131,11 @@ def test_a_hop_goes_through_flight_and_stance():
 
 
 def test_a_stance_flies_on_to_the_next_touchdown():
-    stance = hopform.solve_stance(HOPPER, v2=-1.93, u=3.0, backend="python")
+    stance = hopform.solve_stance(HOPPER, v2=-1.93, u=3.0)
     flight, apart = stance.fly(0.03, gains=(9e3, 8e2)), stance.takeoff._asdict()
     apart["x2"] -= 0.03
-    same = hopform.solve_flight(HOPPER, **apart, gains=(9e3, 8e2), backend="python")
-    assert flight == same and flight.backend == "python" and flight.status == "touchdown"
+    same = hopform.solve_flight(HOPPER, **apart, gains=(9e3, 8e2))
+    assert flight == same and flight.status == "touchdown"
     assert stance.fly().duration > flight.duration
     assert float(stance.fly().at(stance.fly().duration).x2 - stance.fly().touchdown.x1) == pytest.approx(HOPPER.L0)
     with pytest.raises(hopform.HopformError, match="needs a take-off, but the stance has the ending 'rest'"):

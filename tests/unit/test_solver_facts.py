@@ -57,23 +57,24 @@ def test_the_facts_of_a_derived_model_are_those_of_its_package(store):
     assert known["title"].startswith("A damper between the masses")
     compiled = {path.relative_to(folder).as_posix() for path in (folder / "c" / "src").glob("*.c")}
     assert compiled == {*known["build"]["sources"]}
+    assert {*known["build"]["notes"]} == {"c/notes/notes_f32.c", "c/notes/notes_f64.c", "c/src/version.c"}
 
 
 @pytest.mark.parametrize("name", ["hopper", *SOUND])
 def test_the_facts_of_every_model_are_data_that_reads_back(name):
-    known = facts(model(name), "0" * 16, ["c/src/version.c"])
+    known = facts(model(name), "0" * 16, {"sources": ["c/src/version.c"]})
     assert tomllib.loads(toml(known)) == known
 
 
 @pytest.mark.parametrize("name", ["hopper", *SOUND])
 def test_each_parameter_belongs_to_an_element(name):
-    known = facts(model(name), "", ())
+    known = facts(model(name), "", {})
     there = {each["name"] for each in known["elements"]}
     assert all(parameter["element"] in there for parameter in known["parameters"])
 
 
 def element_of(name: str, parameter: str) -> str:
-    return next(each["element"] for each in facts(model(name), "", ())["parameters"] if each["name"] == parameter)
+    return next(each["element"] for each in facts(model(name), "", {})["parameters"] if each["name"] == parameter)
 
 
 def test_a_parameter_of_a_further_element_belongs_to_it():
@@ -85,14 +86,14 @@ def test_a_parameter_of_a_further_element_belongs_to_it():
 
 def test_what_a_model_can_follows_from_its_elements():
     everything = ["motion", "stance", "flight", "hop", "command", "reach", "identify"]
-    leg = facts(model("damper"), "", ())
-    assert facts(HOPPER, "", ())["can"] == everything
+    leg = facts(model("damper"), "", {})
+    assert facts(HOPPER, "", {})["can"] == everything
     assert leg["can"] == everything[:-1] and "viscous 'damper'" in leg["lacks"]["identify"]
-    rig, joint = facts(model("rig"), "", ()), facts(model("joint"), "", ())
+    rig, joint = facts(model("rig"), "", {}), facts(model("joint"), "", {})
     assert rig["can"] == joint["can"] == ["motion"]
     assert all(known["lacks"].keys() == {*everything[1:]} for known in (rig, joint))
     assert all("contact" not in known and "flight" not in known for known in (rig, joint))
-    alone = facts(model_of(BODY), "", ())
+    alone = facts(model_of(BODY), "", {})
     assert alone["can"] == ["motion", "stance", "flight", "hop"] and "a current" in alone["lacks"]["command"]
 
 

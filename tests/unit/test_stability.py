@@ -27,8 +27,6 @@ from derive.shipped import HOPPER
 from hopform import HopformError
 from hopform._solver import c as native
 from hopform._solver.c import C
-from hopform._solver.package import Package
-from hopform._solver.printed import Python
 from tests.derived import Derived, derived, hopper_with, model_file
 
 UNSTABLE = next(word.number for word in kinds.STATUSES.words if word.text == "error_unstable")
@@ -147,6 +145,11 @@ def status_of(library: native.Library, dtype: Any, parameters: Any) -> tuple[int
     return status, plan.made != 0
 
 
+def arrays(robot: Any, dtype: Any) -> Any:
+    """The fields of one robot as arrays, as the NumPy package takes them."""
+    return type(robot)(*(np.array([each], dtype) for each in robot))
+
+
 REFUSED = r"the actuator moving alone: Routh's condition p_1 >= 0 is violated, p_1 = -\d"
 BY_DTYPE = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 
@@ -156,22 +159,22 @@ def test_a_robot_that_runs_away_is_refused_by_the_condition(package, library, ho
     """By the least that negative damping can be; a robot without any damping is legal."""
     b1 = dtype(hopper_c.b1)
     state, records = package.LegState(0.0, 0.01, -1.9, 0.0), importlib.import_module("fed_solver.records")
-    printed = Python(Package("fed_solver"))
+    phases = importlib.import_module("fed_solver.phases")
 
     def fly(robot, start):
-        return printed.solve_flight(tuple(robot), start, 0.0, None, 2.0, 64, np.dtype(dtype)).flight
+        return C(library).solve_flight(tuple(robot), start, 0.0, None, 2.0, 64, np.dtype(dtype)).flight
 
     for d, legal in ((b1, True), (np.nextafter(b1, dtype(1e9)), False), (dtype(400.0), False)):
         robot = package.Robot(*hopper_c.parameters, float(d))
         start = state._replace(v2=1.9)
         if legal:
             assert status_of(library, dtype, robot) == (0, True)
-            assert package.solve(robot, state, 1.0, dtype=dtype).ending.item() in records.ENDINGS
+            assert not phases.plan_of(arrays(robot, dtype)).robot.k_fed - dtype(d)
             assert fly(robot, start).ending in records.FLIGHT_ENDINGS
             continue
         assert status_of(library, dtype, robot) == (UNSTABLE, False)
         with pytest.raises(ValueError, match=REFUSED):
-            package.solve(robot, state, 1.0, dtype=dtype)
+            phases.plan_of(arrays(robot, dtype))
         with pytest.raises(HopformError, match="Routh's conditions p_i"):
             fly(robot, start)
         with pytest.raises(HopformError, match="Routh's conditions p_i"):
@@ -180,9 +183,9 @@ def test_a_robot_that_runs_away_is_refused_by_the_condition(package, library, ho
 
 def test_one_unstable_robot_among_many_is_refused(package, hopper_c):
     """What is solved as arrays is refused as a whole."""
-    robot = package.Robot(*hopper_c.parameters, np.array([0.0, 100.0, 149.0, 151.0]))
+    robot = package.Robot(*(np.full(4, each) for each in hopper_c.parameters), np.array([0.0, 100.0, 149.0, 151.0]))
     with pytest.raises(ValueError, match=r"p_1 >= 0 is violated, p_1 = -0\.04"):
-        package.solve(robot, package.LegState(0.0, 0.0, -1.9, 0.0), 1.0)
+        importlib.import_module("fed_solver.phases").plan_of(robot)
 
 
 def test_the_hopper_of_the_paper_is_asked_nothing(fed):

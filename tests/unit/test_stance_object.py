@@ -26,12 +26,12 @@ def values(stance: hopform.Stance) -> dict[str, Any]:
 
 
 @pytest.fixture(params=[np.float64, np.float32])
-def stance(hopper_c, backend, request) -> hopform.Stance:
-    return hopform.solve_stance(hopper_c, v2=-1.93, u=STEPS, backend=backend, dtype=request.param)
+def stance(hopper_c, request) -> hopform.Stance:
+    return hopform.solve_stance(hopper_c, v2=-1.93, u=STEPS, dtype=request.param)
 
 
 def test_every_field_of_a_stance_is_there_without_being_asked_for_before(hopper_c, stance):
-    unasked = hopform.solve_stance(hopper_c, v2=-1.93, u=STEPS, backend=stance.backend, dtype=stance.dtype)
+    unasked = hopform.solve_stance(hopper_c, v2=-1.93, u=STEPS, dtype=stance.dtype)
     assert vars(unasked).keys() == set(FIELDS)
     for name in FIELDS + LATER:
         fresh = copy.copy(stance)
@@ -59,7 +59,7 @@ def test_a_stance_stays_as_it_is(stance, asked):
 
 def test_stances_are_equal_that_have_equal_fields(hopper_c, stance):
     def again(**changes: Any) -> hopform.Stance:
-        start = {"v2": -1.93, "u": STEPS, "backend": stance.backend, "dtype": stance.dtype}
+        start = {"v2": -1.93, "u": STEPS, "dtype": stance.dtype}
         return hopform.solve_stance(hopper_c, **{**start, **changes})
 
     assert again() == stance
@@ -93,7 +93,7 @@ def test_a_copy_of_a_stance_is_the_stance(stance, asked, another):
 
 
 def test_a_stance_goes_to_another_process(hopper_c, tmp_path):
-    stance = hopform.solve_stance(hopper_c, v2=-1.93, u=STEPS, backend="c")
+    stance = hopform.solve_stance(hopper_c, v2=-1.93, u=STEPS)
     (tmp_path / "stance.pickle").write_bytes(pickle.dumps(stance))
     code = (
         "import pickle, sys\n"
@@ -107,7 +107,7 @@ def test_a_stance_goes_to_another_process(hopper_c, tmp_path):
 
 
 def test_a_stance_of_another_library_is_refused(hopper_c, monkeypatch):
-    stance = hopform.solve_stance(hopper_c, v2=-1.93, backend="c")
+    stance = hopform.solve_stance(hopper_c, v2=-1.93)
     pickled = pickle.dumps(stance)
     source = native.library().source
     assert pickled.count(source.encode()) == 1
@@ -130,14 +130,14 @@ def test_a_robot_is_what_it_was_after_it_was_used(hopper_c):
 
 def test_threads_solve_and_unfold_the_same_stances_side_by_side(hopper_c):
     velocities = np.linspace(-3.0, -0.5, 40).tolist()
-    expected = [values(hopform.solve_stance(hopper_c, v2=v2, u=2.0, backend="c")) for v2 in velocities]
-    shared = [hopform.solve_stance(hopper_c, v2=v2, u=2.0, backend="c") for v2 in velocities]
+    expected = [values(hopform.solve_stance(hopper_c, v2=v2, u=2.0)) for v2 in velocities]
+    shared = [hopform.solve_stance(hopper_c, v2=v2, u=2.0) for v2 in velocities]
     wrong: list[object] = []
 
     def work() -> None:
         for _ in range(10):
             for n, v2 in enumerate(velocities):
-                if values(hopform.solve_stance(hopper_c, v2=v2, u=2.0, backend="c")) != expected[n]:
+                if values(hopform.solve_stance(hopper_c, v2=v2, u=2.0)) != expected[n]:
                     wrong.append(v2)
                 if values(shared[n]) != expected[n]:
                     wrong.append(shared[n])
@@ -158,16 +158,16 @@ def test_threads_solve_and_unfold_the_same_stances_side_by_side(hopper_c):
 @pytest.mark.skipif(not hasattr(signal, "setitimer"), reason="there is no timer signal here")
 def test_a_signal_handler_may_solve_while_a_stance_is_solved(hopper_c):
     calls: list[float] = []
-    expected = values(hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend="c"))
+    expected = values(hopform.solve_stance(hopper_c, v2=-1.93, u=2.0))
 
     def handler(*_: object) -> None:
-        calls.append(hopform.solve_stance(hopper_c, v2=-0.7, u=-1.0, backend="c").duration)
+        calls.append(hopform.solve_stance(hopper_c, v2=-0.7, u=-1.0).duration)
 
     before = signal.signal(signal.SIGALRM, handler)
     signal.setitimer(signal.ITIMER_REAL, 1e-4, 1e-4)
     try:
         while len(calls) < 200:
-            assert values(hopform.solve_stance(hopper_c, v2=-1.93, u=2.0, backend="c")) == expected
+            assert values(hopform.solve_stance(hopper_c, v2=-1.93, u=2.0)) == expected
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0.0)
         signal.signal(signal.SIGALRM, before)
@@ -176,10 +176,10 @@ def test_a_signal_handler_may_solve_while_a_stance_is_solved(hopper_c):
 
 def test_a_stance_of_more_phases_than_there_was_room_for_has_them_all(hopper_c):
     sunk = dataclasses.replace(hopper_c, k=30.0, b1=0.0, b2=0.0, f1=0.0, f2=0.0, g=500.0, x1_min=0.0, x1_max=0.0)
-    many = hopform.solve_stance(sunk, v2=-0.1, x2=-15.0, horizon=200.0, backend="c")
+    many = hopform.solve_stance(sunk, v2=-0.1, x2=-15.0, horizon=200.0)
     assert len(many.phases) == len(many.events) + 1 > 64
     assert [phase.end for phase in many.phases[:-1]] == [phase.start for phase in many.phases[1:]]
-    capped = hopform.solve_stance(sunk, v2=-0.1, x2=-15.0, horizon=200.0, max_phases=70, backend="c")
+    capped = hopform.solve_stance(sunk, v2=-0.1, x2=-15.0, horizon=200.0, max_phases=70)
     assert capped.status == "too_many_phases"
     assert capped.phases[:69] == many.phases[:69]
 
@@ -217,9 +217,9 @@ def test_a_time_outside_is_refused_by_name(stance, of, t):
         getattr(stance, of)(t)
 
 
-def test_after_rest_any_finite_time_will_do(hopper_c, backend):
+def test_after_rest_any_finite_time_will_do(hopper_c):
     robot = dataclasses.replace(hopper_c, f1=5.0, f2=5.0)
-    stance = hopform.solve_stance(robot, v2=-0.1, horizon=60.0, backend=backend)
+    stance = hopform.solve_stance(robot, v2=-0.1, horizon=60.0)
     assert stance.status == "rest"
     assert stance.at(1e6) == stance.at(stance.duration) == stance.end
     assert stance.energy(1e6) == stance.energy(stance.duration)

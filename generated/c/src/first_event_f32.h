@@ -12,6 +12,13 @@
 
 #include "certificate_f32.h"
 
+/* Notes what is decided: which rule says of which function, by its number, that it has no root from when to when. True,
+ * so that it can stand behind the decision, and nothing else but in a library for explanation (notes_f32.c): there the
+ * interval `in` that is looked at leads to the notes. */
+#ifndef NOTE_f32
+#define NOTE_f32(rule, function, from, to) true
+#endif
+
 /* A function may be located at a later root first, and so more than once: at each of its roots in an interval, of which
  * rule 2 leaves three at most, or four in flight. */
 enum { MOST_TRIES_f32 = 4 * MOST_EVENT_FUNCTIONS_f32 };
@@ -156,15 +163,21 @@ static inline bool is_certified_f32(const event_set_f32 *set, interval_f32 *in, 
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
     const float d_then = deflated_derivative_f32(set, g, &in->high, -1.0f);
-    if (has_no_root_f32(from, d, falls_for_certain_f32(g, &in->high, to->rate), d_then)) { return true; }
+    if (has_no_root_f32(from, d, falls_for_certain_f32(g, &in->high, to->rate), d_then)
+        && NOTE_f32(has_no_root, n, in->low.t, in->high.t)) {
+        return true;
+    }
     const float h = in->high.t - in->low.t;
     const float rounding = rounding_of_f32(g, &in->high, to->rate);
-    return (!(d < 0.0f) && stays_positive_by_slope_f32(set->node->pole, from, to, h, rounding))
-           || quiet_time_f32(set, g, &in->low, from, rounding) > h
+    return (!(d < 0.0f) && stays_positive_by_slope_f32(set->node->pole, from, to, h, rounding)
+            && NOTE_f32(stays_positive_by_slope, n, in->low.t, in->high.t))
+           || (quiet_time_f32(set, g, &in->low, from, rounding) > h && NOTE_f32(quiet_time, n, in->low.t, in->high.t))
            || (set->node->half_period < HOPFORM_NEVER_f32
-               && (stays_positive_by_bernstein_f32(set->poles, g, in->high.omega, from, to, h, n == in->found,
-                                                    rounding)
-                   || has_faded_f32(set, g, &in->low, from, h, rounding)));
+               && ((stays_positive_by_bernstein_f32(set->poles, g, in->high.omega, from, to, h, n == in->found,
+                                                     rounding)
+                    && NOTE_f32(stays_positive_by_bernstein, n, in->low.t, in->high.t))
+                   || (has_faded_f32(set, g, &in->low, from, h, rounding)
+                       && NOTE_f32(has_faded, n, in->low.t, in->high.t))));
 }
 
 /* The same by rule 4, a look inside the interval. If there is a root, or still no certificate, the interval ends there,
@@ -180,13 +193,17 @@ SELDOM_f32 bool is_certified_inside_f32(const event_set_f32 *set, interval_f32 *
         const propagator_f32 lowest =
             minimum_between_f32(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t, in->evaluations);
         const jet_f32 least = short_jet_at_f32(g, &lowest);
-        if (!(least.value < -rounding_of_f32(g, &lowest, least.rate))) { return true; }
+        if (!(least.value < -rounding_of_f32(g, &lowest, least.rate))) {
+            return NOTE_f32(minimum_between, n, in->low.t, in->high.t);
+        }
         in->high = lowest;
         in->found = -1;
         return false;
     }
     const float cut = in->low.t + cut_between_f32(d, d_then, h);
-    if (!(cut > in->low.t && cut < in->high.t)) { return true; /* too short to be cut */ }
+    if (!(cut > in->low.t && cut < in->high.t)) {
+        return NOTE_f32(too_short, n, in->low.t, in->high.t); /* to be cut */
+    }
     end_interval_at_f32(set, in, cut);
     return false;
 }
@@ -200,12 +217,13 @@ static inline bool are_certified_f32(const event_set_f32 *set, interval_f32 *in)
         const float d = deflated_derivative_f32(set, g, &in->low, 1.0f);
         const bool no_root_by_signs = d < 0.0f ? falls_for_certain_f32(g, &in->high, rate_at_f32(g, &in->high))
                                               : (d > 0.0f) & !(in->from[n].rate < 0.0f);
-        if (!no_root_by_signs && !is_certified_f32(set, in, n, d) && !is_certified_inside_f32(set, in, n, d)) {
-            return false;
+        if (!(no_root_by_signs && NOTE_f32(has_no_root, n, in->low.t, in->high.t)) && !is_certified_f32(set, in, n, d)
+            && !is_certified_inside_f32(set, in, n, d)) {
+            return !NOTE_f32(cut, n, in->low.t, in->high.t);
         }
     }
     if (HOPFORM_CERTIFIES_f32 && in->found > 0) { settle_ties_f32(set, in); }
-    return true;
+    return NOTE_f32(certified, in->found, in->low.t, in->high.t);
 }
 
 /* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
@@ -302,7 +320,7 @@ static inline bool next_end_f32(const event_set_f32 *set, interval_f32 *in, floa
     const float until = root_free_until_f32(set, in);
     const bool quiet = until > in->low.t + 2.0f * set->node->t;
     *end = quiet ? lesser_f32(until, limit) : far_end_f32(set, in->low.t, limit);
-    return quiet;
+    return quiet && NOTE_f32(all_quiet, set->count, in->low.t, *end);
 }
 
 /* ---- the first event ---- */

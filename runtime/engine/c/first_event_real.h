@@ -12,6 +12,13 @@
 
 #include "certificate_real.h"
 
+/* Notes what is decided: which rule says of which function, by its number, that it has no root from when to when. True,
+ * so that it can stand behind the decision, and nothing else but in a library for explanation (notes_real.c): there the
+ * interval `in` that is looked at leads to the notes. */
+#ifndef NOTE_real
+#define NOTE_real(rule, function, from, to) true
+#endif
+
 /* A function may be located at a later root first, and so more than once: at each of its roots in an interval, of which
  * rule 2 leaves three at most, or four in flight. */
 enum { MOST_TRIES_real = 4 * MOST_EVENT_FUNCTIONS_real };
@@ -156,15 +163,21 @@ static inline bool is_certified_real(const event_set_real *set, interval_real *i
         return false; /* what the rules rest on: no function but that with its root there is below zero */
     }
     const real d_then = deflated_derivative_real(set, g, &in->high, -1.0);
-    if (has_no_root_real(from, d, falls_for_certain_real(g, &in->high, to->rate), d_then)) { return true; }
+    if (has_no_root_real(from, d, falls_for_certain_real(g, &in->high, to->rate), d_then)
+        && NOTE_real(has_no_root, n, in->low.t, in->high.t)) {
+        return true;
+    }
     const real h = in->high.t - in->low.t;
     const real rounding = rounding_of_real(g, &in->high, to->rate);
-    return (!(d < 0.0) && stays_positive_by_slope_real(set->node->pole, from, to, h, rounding))
-           || quiet_time_real(set, g, &in->low, from, rounding) > h
+    return (!(d < 0.0) && stays_positive_by_slope_real(set->node->pole, from, to, h, rounding)
+            && NOTE_real(stays_positive_by_slope, n, in->low.t, in->high.t))
+           || (quiet_time_real(set, g, &in->low, from, rounding) > h && NOTE_real(quiet_time, n, in->low.t, in->high.t))
            || (set->node->half_period < HOPFORM_NEVER_real
-               && (stays_positive_by_bernstein_real(set->poles, g, in->high.omega, from, to, h, n == in->found,
-                                                    rounding)
-                   || has_faded_real(set, g, &in->low, from, h, rounding)));
+               && ((stays_positive_by_bernstein_real(set->poles, g, in->high.omega, from, to, h, n == in->found,
+                                                     rounding)
+                    && NOTE_real(stays_positive_by_bernstein, n, in->low.t, in->high.t))
+                   || (has_faded_real(set, g, &in->low, from, h, rounding)
+                       && NOTE_real(has_faded, n, in->low.t, in->high.t))));
 }
 
 /* The same by rule 4, a look inside the interval. If there is a root, or still no certificate, the interval ends there,
@@ -180,13 +193,17 @@ SELDOM_real bool is_certified_inside_real(const event_set_real *set, interval_re
         const propagator_real lowest =
             minimum_between_real(set->poles, g, in->high.omega, from, in->low.t, to, in->high.t, in->evaluations);
         const jet_real least = short_jet_at_real(g, &lowest);
-        if (!(least.value < -rounding_of_real(g, &lowest, least.rate))) { return true; }
+        if (!(least.value < -rounding_of_real(g, &lowest, least.rate))) {
+            return NOTE_real(minimum_between, n, in->low.t, in->high.t);
+        }
         in->high = lowest;
         in->found = -1;
         return false;
     }
     const real cut = in->low.t + cut_between_real(d, d_then, h);
-    if (!(cut > in->low.t && cut < in->high.t)) { return true; /* too short to be cut */ }
+    if (!(cut > in->low.t && cut < in->high.t)) {
+        return NOTE_real(too_short, n, in->low.t, in->high.t); /* to be cut */
+    }
     end_interval_at_real(set, in, cut);
     return false;
 }
@@ -200,12 +217,13 @@ static inline bool are_certified_real(const event_set_real *set, interval_real *
         const real d = deflated_derivative_real(set, g, &in->low, 1.0);
         const bool no_root_by_signs = d < 0.0 ? falls_for_certain_real(g, &in->high, rate_at_real(g, &in->high))
                                               : (d > 0.0) & !(in->from[n].rate < 0.0);
-        if (!no_root_by_signs && !is_certified_real(set, in, n, d) && !is_certified_inside_real(set, in, n, d)) {
-            return false;
+        if (!(no_root_by_signs && NOTE_real(has_no_root, n, in->low.t, in->high.t)) && !is_certified_real(set, in, n, d)
+            && !is_certified_inside_real(set, in, n, d)) {
+            return !NOTE_real(cut, n, in->low.t, in->high.t);
         }
     }
     if (HOPFORM_CERTIFIES_real && in->found > 0) { settle_ties_real(set, in); }
-    return true;
+    return NOTE_real(certified, in->found, in->low.t, in->high.t);
 }
 
 /* Ends the interval at the first root in it, if it has one; false if no certificate is found within the bounds.
@@ -302,7 +320,7 @@ static inline bool next_end_real(const event_set_real *set, interval_real *in, r
     const real until = root_free_until_real(set, in);
     const bool quiet = until > in->low.t + 2.0 * set->node->t;
     *end = quiet ? lesser_real(until, limit) : far_end_real(set, in->low.t, limit);
-    return quiet;
+    return quiet && NOTE_real(all_quiet, set->count, in->low.t, *end);
 }
 
 /* ---- the first event ---- */

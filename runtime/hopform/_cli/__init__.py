@@ -117,9 +117,9 @@ def front(
 
         NAMED.set(solver)
     if version:
-        from hopform._solver.library import backends, library_message
+        from hopform._solver.library import library_message
 
-        print(f"hopform {__version__} (back ends: {', '.join(backends())})")
+        print(f"hopform {__version__}")
         if reason := library_message():
             print(reason)
         raise typer.Exit

@@ -15,7 +15,6 @@ import numpy as np
 
 from hopform import ROBOTS, HopformError, Reachability, Robot, Run, _export
 from hopform._checks import shown
-from hopform._cli.options import BackendName
 from hopform._cli.output import deliver, renderer, to_json
 from hopform._cli.use import core, file_of, robot_in_use, usual
 from hopform._figures import DRAWN, draw
@@ -283,10 +282,8 @@ def export(
         print(f"{len(files)} files in {name_of(folder)}; begin with {name_of(folder / 'README.md')}")
 
 
-def selftest(backend: BackendName = BackendName.c, json: bool = False) -> None:
-    """Print the digests of the C library's selftest, which a board must repeat; those of the printed Python too."""
+def selftest(json: bool = False) -> None:
+    """Print the digests of the C library's selftest, which a board must repeat."""
     dtypes = {"f32": "float32", "f64": "float64"}
-    digests = {
-        f"hopform_selftest_{name}": f"{_export.selftest(dtype, backend, core()):08x}" for name, dtype in dtypes.items()
-    }
+    digests = {f"hopform_selftest_{name}": f"{_export.selftest(dtype, core()):08x}" for name, dtype in dtypes.items()}
     print(json_module.dumps(digests, indent=2) if json else "\n".join(map(" ".join, digests.items())))

@@ -89,7 +89,7 @@ def model_check(model: str) -> None:
     The file is run as Python: read it first.
     """
     derivation = derived(model)
-    facts = door.part("emit.facts").facts(derivation.model, "", ())
+    facts = door.part("emit.facts").facts(derivation.model, "", {})
     groups = ("equations_of_motion", "energies", "event_functions")
     formulas = {group: [each for each in derivation.formulas if each.group == group] for group in groups}
     headings = door.part("maths.formulas").GROUPS
@@ -135,7 +135,7 @@ def model_build(model: str, out: Path | None = None) -> None:
 
     The file is run as Python, and the solver is a program: read the file first. Without --out it goes to the cache of
     solvers, by a hash of the model, hopform and the compiler: a second build is a look-up. Without a C compiler the
-    solver has no library and computes in Python.
+    solver has no library, and solves where there is one.
     """
     readable(model)
     with in_one_line():
@@ -149,7 +149,11 @@ def model_build(model: str, out: Path | None = None) -> None:
         with progress_bar("deriving") as bar:
             make(model, folder, bar, in_cache=out is None)
     facts, library = facts_in(folder / FACTS), folder_at(folder).library
-    warnings = () if library.is_file() else (f"there is no library, so that stances take longer: {no_compiler()}",)
+    warnings = (
+        ()
+        if library.is_file()
+        else (f"there is no library; where a C compiler is, its first use makes it: {no_compiler()}",)
+    )
     deliver((), warnings, "", lambda: summary(folder, facts, known))
 
 
@@ -231,13 +235,13 @@ def model_list(json: bool = False) -> None:
     for name, path in door.shipped().items():
         title = (ast.get_docstring(ast.parse(path.read_text("utf-8"))) or "").partition("\n")[0]
         if name not in there:
-            found.append({"name": name, "title": title, "can": [], "back_ends": [], "folder": None})
+            found.append({"name": name, "title": title, "can": [], "compiled": False, "folder": None})
     if json:
         print(json_module.dumps(found, indent=2))
         return
-    rows = [(each["name"], ", ".join(each["can"]), ", ".join(each["back_ends"]), where_of(each), each["title"])
+    rows = [(each["name"], ", ".join(each["can"]), "yes" if each["compiled"] else "no", where_of(each), each["title"])
             for each in found]  # fmt: skip
-    head = ("name", "can", "back ends", "where", "title")
+    head = ("name", "can", "compiled", "where", "title")
     show([table("", head, [tuple(map(printable, row)) for row in rows], head)])
 
 
@@ -249,6 +253,11 @@ def where_of(found: dict[str, Any]) -> str:
 
 def entry(facts: Facts, library: Path, folder: Path | None) -> dict[str, Any]:
     """A solver in the list; a folder of None is that of hopform itself."""
-    back_ends = ["c", "python"] if library.is_file() else ["python"]
     where = None if folder is None else str(folder)
-    return {"name": facts.name, "title": facts.title, "can": list(facts.can), "back_ends": back_ends, "folder": where}
+    return {
+        "name": facts.name,
+        "title": facts.title,
+        "can": list(facts.can),
+        "compiled": library.is_file(),
+        "folder": where,
+    }

@@ -22,7 +22,6 @@ MOST_DRAWS = 100_000
 """Robots that are drawn from a fit."""
 
 
-BackendName = StrEnum("BackendName", ["c", "python", "numpy"])
 ControllerName = StrEnum(
     "ControllerName", {"constant": "constant", "exact": "exact", "printed": "printed", "return_map": "return-map"}
 )
@@ -229,7 +228,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "horizon": quantity("s", "longest time of a stance"),
         "motion.horizon": quantity("s", "longest time"),
         "max_phases": count(1, "longest chain of phases"),
-        "backend": option("the fastest there is if left out"),
         "dtype": option("precision of the computation"),
     },
     "Output": {
@@ -305,7 +303,7 @@ EXAMPLES = {
     "reach": ("reach --from 0.05 --to 0.35", "reach --heights 5 --currents 4 --json"),
     "figures": ("figures pictures --only 12", "figures pictures --only 9,15 --json"),
     "export": ("export firmware --for cmake --robot hopper_c", "export single --f32 --prefix leg"),
-    "selftest": ("selftest", "selftest --backend python"),
+    "selftest": ("selftest", "selftest --json"),
     "model check": ("model check hopper", "model check leg.py"),
     "model build": ("model build leg.py --out leg", "model build leg.py"),
     "model list": ("model list", "model list --json"),

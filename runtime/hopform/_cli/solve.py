@@ -15,7 +15,7 @@ from hopform._checks import shown
 from hopform._cli import tables
 from hopform._cli.bands import robot_and_draws, shade
 from hopform._cli.model import derived, spelled
-from hopform._cli.options import BackendName, ControllerName, Form, Precision
+from hopform._cli.options import ControllerName, Form, Precision
 from hopform._cli.output import check_outputs, deliver, emit, picture, to_json
 from hopform._cli.use import file_of, in_use, robot_in_use, start_in_use
 from hopform._control import TRIED, check_map
@@ -74,14 +74,14 @@ def refuse_contradictions(
 def stance(
     robot: str | None = None, values: list[str] | None = None, height: float | None = None, v2: float | None = None, x1: float = 0.0, v1: float = 0.0,
     x2: float | None = None, compression: float | None = None, u: float = 0.0, u_steps: Any = None,
-    horizon: float = 2.0, max_phases: int = 4096, backend: BackendName | None = None,
+    horizon: float = 2.0, max_phases: int = 4096,
     dtype: Precision = Precision.float64, samples: int = 500, sensitivities: bool = False, explain: bool = False,
     json: bool = False, csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Solve one stance: its phases, events, ending, apex and energy ledger."""
     refuse_contradictions(robot, u, u_steps, explain, (json, csv, plot))
     hopper = robot_in_use(robot, values, "stance")
-    how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "backend": backend, "dtype": dtype}
+    how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "dtype": dtype}
     velocity = velocity_after_impact(hopper, height, v2)
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity, "x2": x2, "compression": compression}
     solved = hopform.solve_stance(hopper, **start, u=u_steps or u, **how)
@@ -94,14 +94,14 @@ def stance(
 
 def motion(
     robot: str | None = None, values: list[str] | None = None, start: list[str] | None = None, u: float = 0.0, u_steps: Any = None,
-    horizon: float = 2.0, max_phases: int = 4096, backend: BackendName | None = None,
+    horizon: float = 2.0, max_phases: int = 4096,
     dtype: Precision = Precision.float64, samples: int = 500, sensitivities: bool = False, explain: bool = False,
     json: bool = False, csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Solve a motion of any model: its phases, events, ending, forces and energy ledger."""
     refuse_contradictions(robot, u, u_steps, explain, (json, csv, plot))
     machine = robot_in_use(robot, values)
-    how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "backend": backend, "dtype": dtype}
+    how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "dtype": dtype}
     solved = hopform.solve_motion(machine, start=start_in_use(start), u=u_steps or u, **how)
     emit(
         lambda: tables.motion(solved, sensitivities, explain), solved.warnings,
@@ -117,7 +117,7 @@ def hop(
     stop_margin: float = 0.0, noise_x1: float = 0.0, noise_v1: float = 0.0, noise_x2: float = 0.0,
     noise_v2: float = 0.0, noise_ground: float = 0.0, current_scale: float = 1.0, quantum: float = 0.0,
     delay: float = 0.0, model: str | None = None, gains: Any = None, horizon: float = 2.0,
-    backend: BackendName | None = None, samples: int = 2000, json: bool = False, csv: str | None = None,
+    samples: int = 2000, json: bool = False, csv: str | None = None,
     hops_csv: Path | None = None, npz: Path | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Drop the robot and let it hop, over rough terrain and under a controller: heights and energy over time.
@@ -132,13 +132,13 @@ def hop(
     check_outputs(json, csv, plot, reads, [("--hops-csv", hops_csv), ("--npz", npz)])
     ground = terrain_of(terrain, size, hops, seed)
     hopper, drawn = robot_and_draws("hop", robot, values, from_fit, draws, seed, len(ground))
-    asked = controller_of(controller, u, h_des, stop_margin, horizon, backend)
+    asked = controller_of(controller, u, h_des, stop_margin, horizon)
     noise = (noise_x1, noise_v1, noise_x2, noise_v2, noise_ground)
     errors = hopform.Errors(
         *noise, current_scale, quantum, delay, None if model is None else in_use().load_robot(model)
     )
     how: dict[str, Any] = {"height": height, "gains": gains, "errors": errors, "seed": seed}
-    how |= {"horizon": horizon, "backend": backend}
+    how |= {"horizon": horizon}
     with progress_bar(f"{len(ground)} hops") as progress:
         run = hopform.simulate(hopper, ground, asked, **how, progress=progress)
     bands = drawn.runs(ground, asked, how) if drawn else None
@@ -159,7 +159,7 @@ def control(
     h_des: float, robot: str | None = None, values: list[str] | None = None, from_fit: Path | None = None, draws: int = 200, seed: int = 0,
     height: float | None = None, v2: float | None = None, x1: float = 0.0, v1: float = 0.0, x2: float | None = None,
     compression: float | None = None, datum: float = 0.0, stop_margin: float = 0.0, horizon: float = 2.0,
-    backend: BackendName | None = None, dtype: Precision = Precision.float64, printed: bool = False,
+    dtype: Precision = Precision.float64, printed: bool = False,
     json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Choose the current after which the next apex is the desired one, (25)-(27)."""
@@ -168,7 +168,7 @@ def control(
     velocity = velocity_after_impact(hopper, height, v2)
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity, "x2": x2, "compression": compression}
     asked: dict[str, Any] = {"h_des": h_des, "datum": datum}
-    how: dict[str, Any] = {"horizon": horizon, "backend": backend}
+    how: dict[str, Any] = {"horizon": horizon}
     with progress_bar("solving"):
         found = hopform.choose_current(hopper, **start, **asked, stop_margin=stop_margin, **how, dtype=dtype)
         choose, forms = hopform.choose_current_as_printed, tables.PRINTED.items() if printed else ()
@@ -192,7 +192,7 @@ def control(
 def reach(
     robot: str | None = None, values: list[str] | None = None, from_fit: Path | None = None, draws: int = 200, seed: int = 0, lowest: float = 0.02,
     highest: float = 0.4, heights: int = 39, currents: int = 61, stop_margin: float = 0.0, horizon: float = 2.0,
-    backend: BackendName | None = None, json: bool = False, plot: Path | None = None,
+    json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Map the next apex over the current one for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be
     held.
@@ -207,7 +207,7 @@ def reach(
         raise hopform.HopformError(f"the controller needs a finite u_max, got {limit!r} A")
     range_of_u = np.unique(np.linspace(-limit, limit, currents if limit > 0.0 else 1))
     range_of_h = np.linspace(lowest, highest, heights)
-    how: dict[str, Any] = {"stop_margin": stop_margin, "horizon": horizon, "backend": backend}
+    how: dict[str, Any] = {"stop_margin": stop_margin, "horizon": horizon}
     with progress_bar(f"{heights} heights") as advance:
         found = hopform.reachability(hopper, range_of_h, range_of_u, **how, progress=advance)
     bands = drawn.maps(range_of_h, range_of_u, how) if drawn else None
@@ -233,9 +233,7 @@ def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[flo
     return heights[:hops]
 
 
-def controller_of(
-    name: ControllerName, u: float, h_des: float | None, stop_margin: float, horizon: float, backend: str | None
-) -> Any:
+def controller_of(name: ControllerName, u: float, h_des: float | None, stop_margin: float, horizon: float) -> Any:
     """The controller that `hop` is asked for; HopformError for an option that it does not have."""
     if (name is ControllerName.constant) != (h_des is None):
         raise hopform.HopformError(f"--h-des goes with every controller but constant, and each needs it: {name.value}")
@@ -246,9 +244,9 @@ def controller_of(
     if h_des is None:
         return hopform.controllers.ConstantCurrent(u)
     if name is ControllerName.exact:
-        return hopform.controllers.FeedForward(h_des, stop_margin, horizon, backend)
+        return hopform.controllers.FeedForward(h_des, stop_margin, horizon)
     if name is ControllerName.printed:
-        return hopform.controllers.AsPrinted(h_des, horizon=horizon, backend=backend)
+        return hopform.controllers.AsPrinted(h_des, horizon=horizon)
     return hopform.controllers.ReturnMap(h_des, horizon=horizon)
 
 

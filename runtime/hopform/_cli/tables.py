@@ -109,7 +109,7 @@ def stance(solved: Stance, with_sensitivities: bool = False, explained: bool = F
     title = Text(f"{begin}, {current(solved.u)}; {ending(solved)}", style="bold")
     parts = [phases(solved), states(solved), ledger(solved), *([sensitivities(solved)] if with_sensitivities else [])]
     most = f"largest compression {100.0 * solved.compression_max:.4g} cm"
-    by = f"solved by the {solved.backend} back end in {solved.dtype}"
+    by = f"solved in {solved.dtype}"
     how = [solved.explain()] if explained else []
     return spaced(title, *parts, f"AED {solved.aed:+.6g} J; {most}; {by}", *how)
 
@@ -122,7 +122,7 @@ def motion(solved: Motion, with_sensitivities: bool = False, explained: bool = F
     title = Text(f"{name_of(solved.robot)}: {about}; {ending(solved)}", style="bold")
     parts = [motion_phases(solved), motion_states(solved), motion_ledger(solved)]
     parts += [sensitivities(solved)] if with_sensitivities else []
-    by = f"solved by the {solved.backend} back end in {solved.dtype}"
+    by = f"solved in {solved.dtype}"
     return spaced(title, *parts, by, *([solved.explain()] if explained else []))
 
 

@@ -284,11 +284,6 @@ class Run(_Legs):
         return rows
 
     @property
-    def backend(self) -> str:
-        """The back end that solved it: "c" or "python"."""
-        return self._first_flight().backend
-
-    @property
     def warnings(self) -> tuple[str, ...]:
         """The warnings of its stances, each once."""
         return tuple(dict.fromkeys(warning for hop in self.hops for warning in hop.stance.warnings))
@@ -378,7 +373,6 @@ def simulate(
     cell: tuple[int, int] = (0, 0),
     horizon: SupportsFloat = 2.0,
     max_phases: int = 4096,
-    backend: str | None = None,
     progress: Progress | None = None,
 ) -> Run:
     """The run that follows from a drop: each touchdown on the next height of a terrain, each stance as a controller
@@ -412,7 +406,7 @@ def simulate(
     prepared: Any = asked.prepare(model, grounds) if getattr_static(asked, "prepare", None) else asked
     if not callable(prepared):
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
-    how = {"max_phases": max_phases, "backend": backend}
+    how = {"max_phases": max_phases}
     task = _Task(plant, model, grounds, cast(Controller, prepared), gains, errors, key, longest, how, progress)
     return replace(_run(task, first), h_des=_set_points(controller, len(grounds)))
 

@@ -8,6 +8,7 @@ above `low`, a detector of n samples takes on average
 the false alarms for a signal of 0, the delay for one of its level.
 """
 
+import ctypes
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
@@ -17,9 +18,10 @@ import numpy as np
 
 from hopform._checks import MEMORY, Array, Checked, Role, by, count, finite, items, nonnegative, positive, stream
 from hopform._errors import HopformError
-from hopform._motion import Event
+from hopform._motion import DOUBLE, Event
 from hopform._robots import Robot
-from hopform._solver.package import OURS, records
+from hopform._solver.choice import DEFAULT
+from hopform._solver.package import records
 from hopform._stance import solve_stance
 
 _NUMBERS = "numbers in units of the signal"
@@ -56,11 +58,14 @@ class TouchdownDetector(Checked):
         """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that confirms it
         [s].
         """
-        engine = OURS.engine_f64
-        settings, contact = engine.Detector(self.high, self.low, self.count), engine.Contact()
+        library = DEFAULT.compiled().library
+        types = library.types(DOUBLE)
+        settings, contact = types.Detector(self.high, self.low, self.count), types.Contact()
+        advance = library.function("touchdown", types)
         found: list[Event] = []
         for n, sample in enumerate(items("samples", samples, f"a sequence of {_NUMBERS}", MEMORY // _EACH)):
-            event = engine.touchdown(settings, contact, finite(f"samples[{n}]", sample, "units of the signal"))
+            value = finite(f"samples[{n}]", sample, "units of the signal")
+            event = advance(ctypes.byref(settings), ctypes.byref(contact), types.real(value))
             if event:
                 found.append(Event(n * self.dt, records.CONTACTS[event]))
         return tuple(found)

@@ -37,7 +37,7 @@ class Options(TypedDict, total=False):
 
     loss: linear (the default), or soft_l1, huber, cauchy against outliers. compare: fit the old model (1), (2) too.
     holdout: fit without the last third of each recording too. diagnose: test what clock, logger and sensor may have
-    done. These three are done if not given. nuisances: what of `NUISANCES` is fitted too. backend: of the solver.
+    done. These three are done if not given. nuisances: what of `NUISANCES` is fitted too.
     progress: called with the name of each stage.
     """
 
@@ -46,7 +46,6 @@ class Options(TypedDict, total=False):
     holdout: bool
     diagnose: bool
     nuisances: Sequence[str]
-    backend: str | None
     progress: Progress | None
 
 
@@ -324,7 +323,7 @@ def fit(given: Mapping[Kind, Recordings], known: Values | None = None, **options
     kind, MissingExtra without scipy.
     """
     asked = checked(options)
-    return solved(problem_of(given, known, asked.backend, asked.loss), asked)
+    return solved(problem_of(given, known, asked.loss), asked)
 
 
 def solved(problem: Problem, asked: "Asked") -> Fit:
@@ -366,7 +365,6 @@ class Asked(NamedTuple):
     holdout: bool
     diagnose: bool
     nuisances: tuple[str, ...]
-    backend: str | None
     stage: Progress
 
 
@@ -379,7 +377,7 @@ def checked(options: Options) -> Asked:
     loss = word("loss", options.get("loss", "linear"), ("linear", "soft_l1", "huber", "cauchy"))
     wanted = tuple(dict.fromkeys(word("nuisances", each, nuisances.NUISANCES) for each in options.get("nuisances", ())))
     stage: Progress = options.get("progress") or (lambda _: None)
-    return Asked(loss, compare, holdout, further, wanted, options.get("backend"), stage)
+    return Asked(loss, compare, holdout, further, wanted, stage)
 
 
 def _traces(problem: Problem, solution: Solution, old: Sequence[Array], holdout: Sequence[float]) -> tuple[Trace, ...]:

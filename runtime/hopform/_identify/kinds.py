@@ -162,7 +162,7 @@ class Kind:
         """All starts from those of the guesses, by the names of parameters."""
         return list(starts)
 
-    def posed(self, group: Group, first: int, backend: str | None) -> Problem:
+    def posed(self, group: Group, first: int) -> Problem:
         """The least-squares problem of the motions, the first of which has the number `first`."""
         clean, tries = [cut.mended() for cut in group.cuts], self.start(group)
         apart, numbers = len(set(group.masses)) > 1, range(first, first + len(clean))
@@ -181,7 +181,7 @@ class Kind:
         for cut, own in zip(group.cuts, names, strict=True):
             constants, kept = {**group.known, **cut.still}, cut.independent()
             experiments.append(Experiment(cut.label, self.rig, cut.time[kept], cut.x[kept], own, constants, cut.steps,
-                                          cut.recording.added_mass, cut.begin, backend))  # fmt: skip
+                                          cut.recording.added_mass, cut.begin))  # fmt: skip
             if cut.x1 is not None:
                 experiments.append(replace(experiments[-1], label=f"{cut.label}, x1", measured=cut.x1[kept], of="x1"))
         return Problem(
@@ -244,14 +244,14 @@ def check(given: Mapping[Kind, Sequence[Recording]], known: Known = None, loss: 
     return groups
 
 
-def problem_of(given: Given, known: Known = None, backend: str | None = None, loss: str = "linear") -> Problem:
+def problem_of(given: Given, known: Known = None, loss: str = "linear") -> Problem:
     """The least-squares problem of recordings by their kind: read, checked, cut into motions, with the starts that
     these show; of several kinds that of a robot.
     """
     several, motions = list[Problem](), 0
     for group in check({kind: read_several(some, "recordings") for kind, some in given.items()}, known, loss):
         cut = group.kind.segment(group, motions)
-        several.append(cut.kind.posed(cut, motions, backend))
+        several.append(cut.kind.posed(cut, motions))
         motions += len(cut.cuts)
     return _merged(several) if len(given) > 1 else several[0]
 

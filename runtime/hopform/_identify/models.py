@@ -202,11 +202,11 @@ class Modelled(Experiment):
         return replace(found, grid=np.append(before, found.time[-1]), seen=[self.seen[-1], self.seen[-1]])
 
     def _solved(self, at: Values, robot: Any, steps: Steps, horizon: float, length: float) -> Any:
-        """The motion as its back end has it; HopformError if it ends before the last sample."""
+        """The motion as its library has it; HopformError if it ends before the last sample."""
         x1, v1, x2, v2 = (at.get(letter, 0.0) for letter in _STARTS)
         state = self.model.records.LegState(x1, v1, v2, x1 - x2 + length)
-        back_end, longest = self.model.core.back_end(self.backend), horizon * (1.0 + 1e-12)
-        found = back_end.solve_stance(robot, state, steps, longest, MAX_PHASES, DOUBLE)
+        longest = horizon * (1.0 + 1e-12)
+        found = self.model.core.compiled().solve_stance(robot, state, steps, longest, MAX_PHASES, DOUBLE)
         ending, duration, *_ = found.outcome()
         word = self.model.records.ENDINGS[ending]
         if word not in ("rest", "horizon"):
@@ -450,7 +450,7 @@ def fit_model(
     tries, left = _starts(model, view, values, free, tied, sine)
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
     for n, cut in enumerate(motions):
-        made, own = _posed(model, cut, n, values, {name: name for name in names} | tied, asked.backend, sine)
+        made, own = _posed(model, cut, n, values, {name: name for name in names} | tied, sine)
         experiments += made
         parameters |= {p.name: p for p in own}
     shared = {name: _parameter(model, name, tries[0][name]) for name in names}
@@ -573,7 +573,7 @@ def _motions(model: Model, recording: Recording, number: int) -> list[Cut]:
 
 
 def _posed(
-    model: Model, cut: Cut, n: int, values: Values, names: Mapping[str, str], backend: str | None, sine: bool
+    model: Model, cut: Cut, n: int, values: Values, names: Mapping[str, str], sine: bool
 ) -> tuple[list[Modelled], list[Parameter]]:
     """The experiments of a motion, one of each coordinate that was measured, and where it begins as parameters."""
     measured = [each for each in model.masses if len(model.masses) == 1 or f"x{each.number}" in cut.recording.columns]
@@ -602,7 +602,7 @@ def _posed(
         experiments.append(
             Modelled(
                 cut.label, "model", cut.time[kept], cast(Array, place_of)[kept], letters, constants, cut.steps,
-                begin=cut.begin, backend=backend, of="x1" if each.number == 1 else "x2", model=model, mass=each.number,
+                begin=cut.begin, of="x1" if each.number == 1 else "x2", model=model, mass=each.number,
                 grid=_grid(cut.time, clean.x) if sine else None, seen=[angle, angle],
             )
         )  # fmt: skip

@@ -29,7 +29,8 @@ from hopform._errors import HopformError
 from hopform._motion import DOUBLE
 from hopform._sensitivities import COLUMNS, in_height
 from hopform._show import of_extra
-from hopform._solver.choice import DEFAULT, SolvedStance
+from hopform._solver.c import Solved
+from hopform._solver.choice import DEFAULT
 from hopform._solver.package import ENDINGS, ROWS, LegState, Steps, records
 
 Array = NDArray[np.float64]
@@ -60,28 +61,28 @@ class Motion(NamedTuple):
     by: Array
 
 
-def stance(robot: Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None) -> Motion:
+def stance(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> Motion:
     """The motion from a state x1, v1, x2, v2 at t = 0 at times that do not decrease; HopformError if the leg takes off
     before.
     """
-    motion, found = stance_piece(robot, start, steps, times, None, backend)
+    motion, found = stance_piece(robot, start, steps, times, None)
     if motion.states.shape[0] < times.size:
         raise HopformError(f"the leg takes off after {found.outcome()[1]!r} s, before the last sample")
     return motion
 
 
-def states(robot: Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None) -> Array:
+def states(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> Array:
     """The states alone of such a motion, (times, 4), without their derivatives."""
     x1, v1, x2, v2 = start
     state = LegState(x1, v1, v2, x1 - x2 + robot.L0 + robot.c)
-    found = solved(robot, state, steps, float(times[-1]) * (1.0 + 1e-12), backend)
+    found = solved(robot, state, steps, float(times[-1]) * (1.0 + 1e-12))
     at = found.state_at(np.minimum(times, found.outcome()[1]))
     return np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1)
 
 
-def solved(robot: Robot, state: LegState, steps: Steps, horizon: float, backend: str | None) -> SolvedStance:
-    """A stance as its back end has it; HopformError for more phases than any recording has."""
-    found = DEFAULT.back_end(backend).solve_stance(robot, state, steps, horizon, MAX_PHASES, DOUBLE)
+def solved(robot: Robot, state: LegState, steps: Steps, horizon: float) -> Solved:
+    """A stance as the library has it; HopformError for more phases than any recording has."""
+    found = DEFAULT.compiled().solve_stance(robot, state, steps, horizon, MAX_PHASES, DOUBLE)
     if ENDINGS[found.outcome()[0]] == "too_many_phases":
         raise HopformError(f"the motion has more than {MAX_PHASES} phases: hardly any friction for so long a recording")
     return found
@@ -94,8 +95,8 @@ def _of_height(rows: NDArray[Any], given: bool) -> Array:
 
 
 def stance_piece(
-    robot: Robot, start: Sequence[float], steps: Steps, times: Array, y: float | None, backend: str | None
-) -> tuple[Motion, SolvedStance]:
+    robot: Robot, start: Sequence[float], steps: Steps, times: Array, y: float | None
+) -> tuple[Motion, Solved]:
     """The motion in a stance of at most the given times, and the stance; y is the compression at the start, from the
     state if None.
     """
@@ -103,7 +104,7 @@ def stance_piece(
     given = y is None
     compression = max(x1 - x2 + robot.L0 + robot.c, 0.0) if y is None else y
     horizon = max(float(times[-1]), 1e-9) * (1.0 + 1e-12) if times.size else 1e-9
-    found = solved(robot, LegState(x1, v1, v2, compression), steps, horizon, backend)
+    found = solved(robot, LegState(x1, v1, v2, compression), steps, horizon)
     ending, duration, *_ = found.outcome()
     at, rows = found.tangents(np.ascontiguousarray(times if ENDINGS[ending] == "rest" else times[times <= duration]))
     states = np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1)
@@ -131,7 +132,6 @@ class _Rig(NamedTuple):
 
     robot: Robot
     steps: Steps
-    backend: str | None
 
 
 class _Piece(NamedTuple):
@@ -156,14 +156,12 @@ class _Run(NamedTuple):
     """the foot is exactly on the ground: the compression is 0, whatever the parameters are"""
 
 
-def drop(robot: Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None) -> Motion:
+def drop(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> Motion:
     """The motion of a body that falls, as `drop_and_compression` has it."""
-    return drop_and_compression(robot, start, steps, times, backend)[0]
+    return drop_and_compression(robot, start, steps, times)[0]
 
 
-def drop_and_compression(
-    robot: Robot, start: Sequence[float], steps: Steps, times: Array, backend: str | None = None
-) -> tuple[Motion, float]:
+def drop_and_compression(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> tuple[Motion, float]:
     """The motion of a body that falls, meets the ground and hops on, at times [s] that do not decrease, and the largest
     compression of its spring [m] up to the last of them; impacts lose energy.
 
@@ -174,7 +172,7 @@ def drop_and_compression(
         raise HopformError(f"a drop needs g > 0 m/s^2, got {robot.g!r}")
     if robot.c != 0.0:
         raise HopformError(f"a drop takes the whole length as L0, c must be 0 m, got {robot.c!r}")
-    rig, state, columns = _Rig(robot, steps, backend), np.array(start, dtype=float), len(COLUMNS)
+    rig, state, columns = _Rig(robot, steps), np.array(start, dtype=float), len(COLUMNS)
     run = _Run(0.0, np.zeros(columns), state, np.eye(4, columns), bool(state[2] - state[0] > robot.L0), touches=False)
     pieces, done, deepest = list[Motion](), 0, 0.0
     for _ in range(_MOST_PIECES):
@@ -238,7 +236,7 @@ def _stance(rig: _Rig, run: _Run, times: Array) -> _Piece:
     last.
     """
     steps, y = delayed(rig.steps, -run.begin), 0.0 if run.touches else None
-    (states, by), stance = stance_piece(rig.robot, run.state.tolist(), steps, times - run.begin, y, rig.backend)
+    (states, by), stance = stance_piece(rig.robot, run.state.tolist(), steps, times - run.begin, y)
     rows = _chain(by, run.state_by, run.begin_by, _rates(rig, times[: states.shape[0]], states, flies=False))
     ending, duration, last, *_ = stance.outcome()
     if ENDINGS[ending] != "takeoff":
@@ -250,13 +248,13 @@ def _stance(rig: _Rig, run: _Run, times: Array) -> _Piece:
     return _Piece(Motion(states, rows), lifted, stance.compression_max())
 
 
-def _actuator(rig: _Rig, run: _Run, longest: float) -> SolvedStance | None:
+def _actuator(rig: _Rig, run: _Run, longest: float) -> Solved | None:
     """The actuator in the air over a longest time [s]; None where it is locked."""
     if rig.robot.x1_min == rig.robot.x1_max:
         return None
     x1, v1 = run.state[:2].tolist()
     alone = rig.robot._replace(k=_NO_SPRING, L0=0.0, c=_FAR, b2=0.0, f2=FIRM, g=0.0)
-    return solved(alone, LegState(x1, v1, 0.0, x1 + _FAR), delayed(rig.steps, -run.begin), longest, rig.backend)
+    return solved(alone, LegState(x1, v1, 0.0, x1 + _FAR), delayed(rig.steps, -run.begin), longest)
 
 
 def _flight(rig: _Rig, run: _Run, times: Array) -> _Piece:
@@ -298,7 +296,7 @@ def _landed(robot: Robot, run: _Run, airtime: float, state: Array, by: Array, ra
     return _Run(run.begin + airtime, run.begin_by + late, after, after_by, flies=False, touches=True)
 
 
-def _touchdown(rig: _Rig, run: _Run, actuator: SolvedStance | None, longest: float) -> float | None:
+def _touchdown(rig: _Rig, run: _Run, actuator: Solved | None, longest: float) -> float | None:
     """When the foot comes down after it has been above the ground [s since the flight's beginning], None if not that
     soon.
     """

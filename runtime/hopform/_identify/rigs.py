@@ -159,7 +159,7 @@ class Experiment:
 
     time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of`
     says; steps: the current. names: a letter's parameter, also of `SENSOR`. constants: letters that are known.
-    added_mass [kg] on the body. backend: of the solver, the best if None.
+    added_mass [kg] on the body.
     """
 
     label: str
@@ -171,7 +171,6 @@ class Experiment:
     steps: Steps = ((0.0, 0.0),)
     added_mass: float = 0.0
     begin: float = 0.0
-    backend: str | None = None
     of: Literal["x1", "x2"] = "x2"
 
     def preload(self, at: Values, steps: Steps) -> float:
@@ -292,9 +291,9 @@ class Experiment:
             under = tuple(zip(fine.tolist(), pull.tolist(), strict=True))
             if self.kind == "free":
                 start = (at["x1"], at["v1"], at["x"], at["v"])
-                return motion.drop(_leg_robot(self, unit), start, under, fine, self.backend).states
+                return motion.drop(_leg_robot(self, unit), start, under, fine).states
             robot = actuator_robot(unit, self.preload(unit, under))
-            return motion.states(robot, (at["x"], at["v"], 0.0, 0.0), under, fine, self.backend)
+            return motion.states(robot, (at["x"], at["v"], 0.0, 0.0), under, fine)
 
         states = moved(drive)
         (x, v, height), leg = states.T[:3], self.kind == "free"
@@ -367,9 +366,9 @@ def _ground(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, R
 
 
 @lru_cache(maxsize=2)
-def _dropped(robot: Robot, start: tuple[float, ...], steps: Steps, times: bytes, backend: str | None) -> Motion:
+def _dropped(robot: Robot, start: tuple[float, ...], steps: Steps, times: bytes) -> Motion:
     """A drop of which both x1 and x2 were measured is solved once for both."""
-    return motion.drop(robot, start, steps, np.frombuffer(times), backend)
+    return motion.drop(robot, start, steps, np.frombuffer(times))
 
 
 def _leg_robot(of: Experiment, at: Values) -> Robot:
@@ -379,7 +378,7 @@ def _leg_robot(of: Experiment, at: Values) -> Robot:
 
 def _free(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
     steps = tuple((t, u + at["offset"]) for t, u in steps)
-    moved = _dropped(_leg_robot(of, at), (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes(), of.backend)
+    moved = _dropped(_leg_robot(of, at), (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes())
     pull = -(at["b1"] * at["v1"] + at["gamma2"] * steps[0][1]) / at["m_eff"]
     onto_a_stop = (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
     first = 0.0 if at["v1"] == 0.0 and onto_a_stop else _first_acceleration(pull, at["v1"], at["f1"])
@@ -391,7 +390,7 @@ def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Mo
     """The body is held at x2 = 0; the offset of the spring puts its relaxed state at `rest`."""
     robot, offset = actuator_robot(at, of.preload(at, steps)), at.get("offset", 0.0)
     steps = tuple((t, u + offset) for t, u in steps) if offset else steps
-    moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time, of.backend)
+    moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time)
     states, by = _rows("air", moved, 0, _OF_ACTUATOR)
     by["k"], by["rest"] = moved.by[:, 0:2, AT["k"]], -moved.by[:, 0:2, AT["L0"]]
     pull = (-robot.k * (robot.L0 + at["x"]) - at["b1"] * at["v"] - at["gamma2"] * steps[0][1]) / at["m_eff"]

@@ -381,7 +381,7 @@ def _beside(recordings: Sequence[Recording], force: Fit, loss: str) -> tuple[str
     """The fit in position from that in force, and what their difference comes from."""
     known = {"gamma2": force.values["gamma2"], **force.known}
     cuts = [_coarse(each, n) for n, each in enumerate(recordings)]
-    problem = AIR.posed(Group(AIR, recordings, force.units, known, cuts=cuts, loss=loss), 0, None)
+    problem = AIR.posed(Group(AIR, recordings, force.units, known, cuts=cuts, loss=loss), 0)
     first = {p.name: force.values.get(p.name, p.start) for p in problem.parameters}
     solution = follow(replace(problem, starts=(first,), parts=(1.0,)))
     rest = np.concatenate([part[some] for part, some in zip(solution.residuals, solution.inliers, strict=True)])

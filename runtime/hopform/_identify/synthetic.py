@@ -303,7 +303,7 @@ class _Bench(NamedTuple):
         letters = {"m_eff": robot.m_eff, "b1": robot.b1, "f1": robot.f1, "gamma2": gamma2}
         letters |= {"k": robot.k} if held else {}
         leg = rigs.actuator_robot(letters, _PRELOAD)
-        found = motion.solved(leg, LegState(0.0, 0.0, 0.0, _PRELOAD), steps, float(self.time[-1]) * _PAST, None)
+        found = motion.solved(leg, LegState(0.0, 0.0, 0.0, _PRELOAD), steps, float(self.time[-1]) * _PAST)
         ending, duration, end, *_ = found.outcome()
         if ENDINGS[ending] == "takeoff":
             raise HopformError(f"current moves the actuator by more than {_PRELOAD:g} m: a smaller one is needed")

@@ -1,5 +1,5 @@
-"""Compile the folder of a solver into the shared library that Python loads, by the flags and sources that its
-solver.toml names.
+"""Compile the folder of a solver into the shared library that Python loads, and into that which explains, by the flags
+and sources that its solver.toml names.
 
 It needs Python's own library alone: the wheel's build hook and tools/build_library.py load it by its path.
 """
@@ -32,16 +32,23 @@ class NoCompiler(LibraryNotBuilt):
 
 
 class Plan(NamedTuple):
-    """What solver.toml says of a build: the flags, and the sources by their paths in the folder."""
+    """What solver.toml says of a build: the flags, and the sources of the library and of that which has notes, by their
+    paths in the folder."""
 
     flags: tuple[str, ...]
     sources: tuple[str, ...]
+    notes: tuple[str, ...] = ()
 
 
 def plan(folder: Path) -> Plan:
     """The [build] of a solver's folder."""
     said = tomllib.loads((folder / "solver.toml").read_text("utf-8"))["build"]
-    return Plan(tuple(said["flags"]), tuple(said["sources"]))
+    return Plan(tuple(said["flags"]), tuple(said["sources"]), tuple(said.get("notes", ())))
+
+
+def with_notes(library: Path) -> Path:
+    """Where the library stands that explains what a library solves: beside it."""
+    return library.with_stem(f"{library.stem}_notes")
 
 
 def compiler() -> list[str]:
@@ -59,29 +66,35 @@ def compiler() -> list[str]:
 def compile_solver(
     folder: Path, output: Path, *more: str, progress: Callable[[int, int], object] | None = None
 ) -> None:
-    """Compile the sources of a solver's folder into a library; further flags come last, so that a level of optimisation
-    takes effect. `progress` gets the number of steps that are done, and that of all.
+    """Compile the sources of a solver's folder into a library, and beside it that which has notes; further flags come
+    last, so that a level of optimisation takes effect. `progress` gets the number of steps that are done, and that of
+    all.
 
-    It is written aside and renamed: a program that runs keeps the one that it loaded, and nobody loads half a file.
-    Raises LibraryNotBuilt.
+    Both are written aside and renamed, the library last: a program that runs keeps the one that it loaded, and nobody
+    loads half a file. Raises LibraryNotBuilt.
     """
-    flags, sources = plan(folder)
+    flags, sources, notes = plan(folder)
     command = compiler()
     libraries = [] if "-nostdlib" in command else ["-lm"]
     of_object = [*command, *(flag for flag in flags if flag != "-shared"), *more]
-    of_object += ["-I", str(folder / "c" / "include"), f'-DHOPFORM_SOURCE="{source_of(folder)}"', "-c"]
+    of_object += [f"-I{folder / 'c' / each}" for each in ("include", "src")]
+    of_object += [f'-DHOPFORM_SOURCE="{source_of(folder)}"', "-c"]
+    units = list(dict.fromkeys([*sources, *notes]))
     try:
         with tempfile.TemporaryDirectory(prefix="_build_", dir=output.parent) as aside:
-            made = [Path(aside, f"{Path(source).stem}.o") for source in sources]
-            each = [[*of_object, str(folder / name), "-o", str(to)] for name, to in zip(sources, made, strict=True)]
+            made = {source: Path(aside, f"{Path(source).stem}.o") for source in units}
+            each = [[*of_object, str(folder / source), "-o", str(to)] for source, to in made.items()]
             with ThreadPoolExecutor(os.cpu_count()) as pool:
                 for done, one in enumerate(as_completed([pool.submit(run, line) for line in each]), 1):
                     one.result()
                     if progress is not None:
-                        progress(done, len(sources) + 1)
-            library = Path(aside, output.name)  # a library for Windows knows its own name
-            run([*command, *flags, *more, *map(str, made), "-o", str(library), *libraries])
-            os.replace(library, output)
+                        progress(done, len(units) + 1)
+            for target, of_it in ((with_notes(output), notes), (output, sources)):
+                if of_it:
+                    library = Path(aside, target.name)  # a library for Windows knows its own name
+                    objects = [str(made[source]) for source in of_it]
+                    run([*command, *flags, *more, *objects, "-o", str(library), *libraries])
+                    os.replace(library, target)
     except OSError as error:
         hint = "set CC, or on Debian: apt install gcc"
         raise NoCompiler(f"no C compiler: {command[0]}: {error.strerror} ({hint})") from error
@@ -91,9 +104,9 @@ def compile_solver(
 
 
 def source_of(folder: Path) -> str:
-    """The hash of what is compiled, solver.toml and the sources in c/ of a folder, by which its library knows them."""
+    """The hash of what is compiled, solver.toml and the sources in c/ of a folder, by which its libraries know them."""
     c, digest = folder / "c", sha256((folder / "solver.toml").read_bytes())
-    for path in sorted(path for part in (c / "include" / "hopform", c / "src") for path in part.iterdir()):
+    for path in sorted(path for part in (c / "include" / "hopform", c / "notes", c / "src") for path in part.glob("*")):
         digest.update(f"{path.name}\n".encode() + path.read_bytes())
     return digest.hexdigest()[:16]
 

@@ -1,4 +1,4 @@
-"""The C back end: the compiled library, loaded by ctypes. Its structs follow the records of the package.
+"""The compiled library, loaded by ctypes. Its structs follow the records of the package.
 
 A library that was built from other sources than the package is refused by name, because it would answer wrongly.
 """
@@ -6,7 +6,7 @@ A library that was built from other sources than the package is refused by name,
 import ctypes
 import struct
 from collections.abc import Callable, Iterable
-from functools import cache, lru_cache
+from functools import cache, cached_property, lru_cache
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, cast
@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 
 from hopform._errors import BackendError, HopformError
 from hopform._solver import package
-from hopform._solver.library import REINSTALL, Backend, handle, library_path, opened, text_of
+from hopform._solver.build import with_notes
+from hopform._solver.library import REINSTALL, handle, library_path, opened, text_of
 from hopform._solver.package import OURS, ROWS, Array, Columns, Events, LegState, Package, Precision, Steps, records
 
 PHASES_NOT_KEPT = 1
@@ -26,6 +27,9 @@ NO_DERIVATIVE = 2
 _FIRST_EVENTS = 16
 tuple_of: Any = cast(Any, tuple).__new__
 """A named tuple of what it holds, in half the time that its class takes."""
+
+
+_AGAIN = "`make test`, `hopform model build` or a new installation of hopform makes both"
 
 
 class Library:
@@ -38,8 +42,20 @@ class Library:
         layout = str(import_module(package.name).LAYOUT)
         self._handle = opened(path, prefix, package.name, layout, mend, folder)
         self.source = text_of(self._handle, f"{prefix}_source") or layout
-        self._prefix, self.package = prefix, package
+        self._path, self._prefix, self.package = path, prefix, package
         self._types: dict[str, Types] = {}
+
+    @cached_property
+    def notes(self) -> "Library":
+        """That which explains what this one solves; BackendError if it is not beside it, or of other sources."""
+        path = with_notes(self._path)
+        if not path.is_file():
+            raise BackendError(f"explain() needs {path.name}, which is not beside {self._path.name}: {_AGAIN}")
+        notes = Library(path, self._prefix, self.package)
+        if notes.source != self.source:
+            stale = f"{path.name} is stale: it is of the sources {notes.source}, {self._path.name} of {self.source}"
+            raise BackendError(f"{stale}; {_AGAIN}")
+        return notes
 
     def address(self, name: str) -> int:
         """Address of a function of the library."""
@@ -325,9 +341,9 @@ def with_room(types: Types, name: str, phase: Any, most: int, given: tuple[Any, 
 
 
 class C:
-    """The compiled library of a package as a back end."""
-
-    name: Backend = "c"
+    """What a compiled library solves: a state is x1, v1, v2 and the compression y. HopformError where numbers leave the
+    range of the precision.
+    """
 
     def __init__(self, library: Library) -> None:
         self.library = library

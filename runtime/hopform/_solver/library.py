@@ -1,6 +1,6 @@
 """The compiled library: where it is, and whether it is that of the generated package beside it.
 
-This loads neither NumPy nor the package, so that `hopform --version` can name the back ends.
+This loads neither NumPy nor the package, so that `hopform --version` can say it.
 """
 
 import ctypes
@@ -11,11 +11,9 @@ from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Literal
 
 from hopform._errors import BackendError
 
-Backend = Literal["c", "python"]
 SUFFIX = {"darwin": ".dylib", "win32": ".dll"}.get(sys.platform, ".so")
 LIBRARY = Path(__file__).resolve().parents[1] / f"_libhopform{SUFFIX}"
 REINSTALL = "reinstall hopform"
@@ -71,28 +69,28 @@ def handle() -> ctypes.CDLL:
 
 def library_path() -> Path:
     """Where that library is; BackendError if it is nowhere."""
-    return LIBRARY if LIBRARY.is_file() else compiled_once()
+    if LIBRARY.is_file():
+        return LIBRARY
+    of_wheel = LIBRARY.parent / "solver.toml"
+    return compiled_once(of_wheel.parent if of_wheel.is_file() else LIBRARY.parents[2] / "generated", LIBRARY.name)
 
 
-def compiled_once() -> Path:
-    """The library of a pure wheel with the extra `compiler`: zig makes it at its first use, then it is in the user's
-    cache, by the hash of its sources. BackendError without the extra, or where it cannot be made.
+def compiled_once(folder: Path, name: str) -> Path:
+    """The library of a folder that has none: made at its first use, by `cc` or the extra `compiler`, and kept in the
+    user's cache by the hash of its sources. BackendError without a compiler, or where it cannot be made.
     """
     from hopform._solver import build
 
-    absent = f"there is no compiled library {LIBRARY.name}"
-    if not find_spec("ziglang"):
-        extra = f"{sys.executable} -m pip install 'hopform[compiler]'"
-        raise BackendError(
-            f"{absent}: hopform was installed without a C compiler; after `{extra}` its next use makes it"
-        )
-    of_wheel = LIBRARY.parent / "solver.toml"
-    folder = of_wheel.parent if of_wheel.is_file() else LIBRARY.parents[2] / "generated"
+    absent = f"there is no compiled library {name}"
     try:
-        made = cache_of_user() / "libraries" / build.source_of(folder) / LIBRARY.name
+        made = cache_of_user() / "libraries" / build.source_of(folder) / name
         if not made.is_file():
             made.parent.mkdir(parents=True, exist_ok=True)
             build.compile_solver(folder, made)
+    except build.NoCompiler:
+        extra = f"{sys.executable} -m pip install 'hopform[compiler]'"
+        ways = f"install one (Debian: gcc) or name it by CC, run `{extra}`, or install a wheel of hopform that has a library"
+        raise BackendError(f"{absent}, and no C compiler makes it: {ways}") from None
     except (OSError, RuntimeError, build.LibraryNotBuilt) as error:  # RuntimeError: there is no home
         raise BackendError(f"{absent}, and it cannot be made: {error}") from None
     return made
@@ -113,18 +111,9 @@ def layout_of(package: str) -> str:
 
 
 def library_message() -> str | None:
-    """Why the C back end cannot be used; None if it can."""
+    """Why the compiled library cannot be used; None if it can."""
     try:
         handle()
     except BackendError as error:
         return str(error)
     return None
-
-
-def backends() -> tuple[Backend, ...]:
-    """The back ends that can be used here, the default first.
-
-    >>> "python" in backends()
-    True
-    """
-    return ("python",) if library_message() else ("c", "python")

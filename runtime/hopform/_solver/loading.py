@@ -14,11 +14,12 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 from hopform._checks import shown
-from hopform._errors import BackendError, HopformError
+from hopform._errors import HopformError
 from hopform._files import name_of, path_of
 from hopform._solver import c
 from hopform._solver.choice import DEFAULT, SOLVERS, Solver
 from hopform._solver.folder import FACTS, Folder, built, facts_in, folder_at
+from hopform._solver.library import compiled_once
 from hopform._solver.package import LOADED, Package
 
 
@@ -101,8 +102,10 @@ def _imported(folder: Path, source: str) -> Package:
 
 
 def _library(folder: Folder, package: Package) -> c.Library:
-    """The compiled library of a folder; BackendError if there is none, or one of other sources than the folder has."""
+    """The compiled library of a folder, which is made where it has none; BackendError if it cannot be, or for one of
+    other sources than the folder has.
+    """
     path = folder.library
     if not path.is_file():
-        raise BackendError(f"there is no compiled library {name_of(path)}: the solver was built without a C compiler")
-    return c.Library(path, "hopform", package, "`hopform model build` makes it again", path.parent)
+        path = compiled_once(path.parent, path.name)
+    return c.Library(path, "hopform", package, "`hopform model build` makes it again", folder.library.parent)

@@ -1,4 +1,4 @@
-"""The generated package that `hopform` is over, any other is a `Package` of its name; what back ends take and give.
+"""The generated package that `hopform` is over, any other is a `Package` of its name; what a library takes and gives.
 
 Stances in columns: an array or a number for each input, an array for each result.
 """
@@ -62,13 +62,11 @@ def not_loaded(what: str, source: str) -> str:
     return f"{what} is of the solver of source {source}, which is not loaded here: hopform.load_solver loads it"
 
 
-# ---- what back ends take and give ----
+# ---- what a library takes and gives ----
 
 STATES = ("x1", "v1", "v2", "y", "u", "horizon")
-INPUTS = (*STATES, "robot")
 RESULTS = ("status", "duration", "x1", "v1", "x2", "v2", "apex", "aed", "event_count")
 CODES = ("status", "event_count")
-SIGNATURE = f"{'(),' * (len(INPUTS) - 1)}(p)->{','.join(['()'] * len(RESULTS))}"
 MAX_PHASES = 4096
 CHUNK = 16384
 """Stances that are solved at a time."""

@@ -1,10 +1,9 @@
 """Solvers as people have them: `load_solver`, and what it gives. Their packages are modules of this one, by source."""
 
 from collections.abc import Callable, Sequence
-from functools import cache, cached_property, wraps
+from functools import cache, wraps
 from inspect import isfunction, signature
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
 from typing import Any, Unpack
 
 import hopform
@@ -17,10 +16,8 @@ from hopform._identify.motion import Values
 from hopform._robots import BaseRobot, checked_robot, robot_class, robot_of, shipped
 from hopform._solver import choice
 from hopform._solver.choice import SOLVERS
-from hopform._solver.library import Backend
 from hopform._solver.loading import loaded
 from hopform._solver.package import Equation, not_loaded
-from hopform.ufuncs import of as ufuncs_of
 
 IDENTIFY = ("fit_drop_test", "fit_force", "fit_robot", "fit_step_response")
 """Functions of recordings, whose robots are of the paper's equations."""
@@ -101,12 +98,8 @@ class Solver:
             )
         return checked_robot(robot)
 
-    def backends(self) -> tuple[Backend, ...]:
-        """The back ends that can be used here, the default first."""
-        return ("python",) if self.library_message() else ("c", "python")
-
     def library_message(self) -> str | None:
-        """Why the C back end cannot be used; None if it can."""
+        """Why its compiled library cannot be used; None if it can."""
         try:
             self._core.compiled()
         except hopform.BackendError as error:
@@ -117,11 +110,6 @@ class Solver:
         """The register of the paper's equations, on which every model rests."""
         register: tuple[Equation, ...] = self._core.package.equations.EQUATIONS
         return register
-
-    @cached_property
-    def ufuncs(self) -> ModuleType | SimpleNamespace:
-        """What `hopform.ufuncs` has, for robots of this solver."""
-        return ufuncs_of(self._core)
 
     def __getattr__(self, name: str) -> Any:
         """What `hopform` has of this name: a function of a robot, or of recordings, for this solver; else the same."""

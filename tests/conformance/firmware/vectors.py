@@ -1,4 +1,4 @@
-"""Stances and flights of the 50-digit reference, commands of the printed engine:
+"""Stances and flights of the 50-digit reference, commands in double precision:
 `python -m tests.conformance.firmware.vectors` writes them.
 
 A row of numbers each, one behind the other, as answers.c reads them: what goes in, what must come out, and the
@@ -122,16 +122,14 @@ def flight_row(seed: int) -> Row | None:
 
 
 def command_rows() -> Iterator[Row]:
-    """What the printed engine chooses: within reach, beyond it, in a gap, with a margin, from a moving actuator."""
+    """What the controller chooses in double precision: within reach, beyond it, in a gap, with a margin, from a moving actuator."""
     for name in ("hopper_c", "hopper_b"):
         robot = hopform.load_robot(name)
         for v2, h_des, x1, v1, margin in (
             (-1.93, 0.15, 0.0, 0.0, 0.0), (-1.93, 0.5, 0.0, 0.0, 0.001), (-0.62, 0.012, 0.0, 0.0, 0.0),
             (-1.4, 0.1, 0.01, 0.05, 0.02), (-2.2, 0.05, 0.03, -0.1, 0.0), (-0.62, 0.024, 0.0, 0.0, 0.0),
         ):  # fmt: skip
-            found = hopform.choose_current(
-                robot, x1=x1, v1=v1, v2=v2, h_des=h_des, stop_margin=margin, backend="python", horizon=2.0
-            )
+            found = hopform.choose_current(robot, x1=x1, v1=v1, v2=v2, h_des=h_des, stop_margin=margin, horizon=2.0)
             inputs = {field.name: float(getattr(robot, field.name)) for field in robot.fields()}
             apex = found.apex if math.isfinite(found.apex) else 0.0
             numbers = (x1, v1, v2, 0.0, h_des, margin, 2.0, found.u, apex)

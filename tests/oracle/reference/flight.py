@@ -184,7 +184,7 @@ def _solved(
     max_phases: int,
     _precision: int,
 ) -> FlightReference:
-    """The same problem is solved once, for both back ends."""
+    """The same problem is solved once, for both precisions."""
     r = parse_robot(dict(robot))
     force = abs(r.gamma2) * r.u_max if r.gamma2 else mp.zero
     gains = (exact(Kp), exact(Kd)) if force else (mp.zero, mp.zero)

@@ -162,7 +162,7 @@ def _solved(
     max_phases: int,
     digits: int,
 ) -> Reference:
-    """Differences and conditions start from the same stance, for each output and for each back end; it is solved once.
+    """Differences and conditions start from the same stance, for each output; it is solved once.
 
     Numbers that are equal are the same problem, whatever their type, and no Reference is changed by who reads it.
     """

@@ -2,7 +2,7 @@
 
 Both trees, the commit BASE and this checkout, are built here and compared: the instructions and constants of every
 function of the generated C (names apart, several compilers and targets), the digests of the selftest, 60 000 random
-stances by each back end, 10 000 flights, 10 000 commands, the data of every figure, and the list of
+stances, 10 000 flights, 10 000 commands, the data of every figure, and the list of
 public names. Exit code 1, and what differs, where anything moved.
 """
 

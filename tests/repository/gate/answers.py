@@ -18,8 +18,6 @@ from hopform_solver.records import ROBOT_FIELDS
 
 ROOM = 8
 RESULTS = ("status", "duration", "x1", "v1", "x2", "v2", "apex", "aed", "event_count")
-NUMPY_SINGLES = 200
-"""Flights and commands that NumPy, made for arrays, is asked for."""
 
 
 class Column(ctypes.Structure):
@@ -69,16 +67,6 @@ def stances_of_c(library: Any, p: Any, dtype: Any) -> dict[str, Any]:
     out.event_time, out.event_kind, out.event_capacity = times.ctypes.data, kinds.ctypes.data, ROOM
     getattr(library, f"hopform_solve_stances_{suffix}")(ctypes.c_int64(p.size), ctypes.byref(given), ctypes.byref(out))
     return {**results, "event_time": times, "event_kind": kinds}
-
-
-def stances_of_numpy(p: Any) -> dict[str, Any]:
-    """The results of the printed engine through the public batch, events included."""
-    parameters = {field.name: p[field.name] for field in ROBOT_FIELDS}
-    batch = hopform.solve_stances(
-        hopform.load_robot("hopper_c"), v2=p["v2"], x1=p["x1"], v1=p["v1"], u=p["u"], horizon=2.0, max_phases=100,
-        backend="python", **{name: values for name, values in parameters.items() if name != "L0"},
-    )  # fmt: skip
-    return {name: np.asarray(getattr(batch, name)) for name in ("status", "duration", "apex", "aed")}
 
 
 def flights(given: Any, **how: Any) -> list[Any]:
@@ -157,12 +145,9 @@ def main(inputs: str, out: str) -> None:
         answers = stances_of_c(library, p, dtype)
         found |= {f"stances C {precision}/{column}": values for column, values in answers.items()}
         found[f"selftest {precision}"] = digest(library, precision)
-    found |= {f"stances NumPy/{name}": values for name, values in stances_of_numpy(p[p["y"] == 0.0]).items()}
     found["flights C"] = as_array(flights(given["flights"]))
-    found["flights NumPy"] = as_array(flights(given["flights"][:NUMPY_SINGLES], backend="python"))
     robots = [hopform.load_robot("hopper_c"), hopform.load_robot("hopper_b")]
     found["commands C"] = as_array(commands(robots, given["touchdowns"]))
-    found["commands NumPy"] = as_array(commands(robots, given["touchdowns"][: NUMPY_SINGLES // 10], backend="python"))
     found |= figures()
     np.savez(out, **{name.replace("/", "|"): values for name, values in found.items()})
 
