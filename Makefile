@@ -78,10 +78,14 @@ test-slices: compiler venv-dev ## the slower tests; the slowest run at night alo
 docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors
 	$(PY) tools/build_library.py
 	@rm -rf out/site out/doxygen out/doctrees && mkdir -p out
-	.venv/bin/hopform figures out/figures --caption none --width 4.2in >out/figures.log
+	$(PY) -m docs.gallery out/figures
 	doxygen docs/site/Doxyfile
 	$(PY) -m sphinx -W --keep-going -q -d out/doctrees -c docs/site . out/site
 	$(PY) docs/play/build.py out/site/play
+
+figures: compiler venv ## draw the paper's figures 1 to 17 and the animation into out/figures, their captions beside them
+	$(PY) tools/build_library.py
+	$(PY) -m docs.gallery out/figures
 
 play: compiler venv-zig ## build the page to play with into out/play: one file, which a browser opens from the disk
 	@$(PY) tools/build_library.py
@@ -252,4 +256,4 @@ venv-site:
 .PHONY: scans fuzz fuzz-outside generate check precheck format lint nightly wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
 .PHONY: firmware-test firmware-test-all firmware-report coverage-c mutants-c frama-c test-exhaustive-kernels
-.PHONY: clean compiler venv venv-dev venv-bench venv-docs venv-site venv-wheels doxygen docs play site-test wheels
+.PHONY: clean compiler venv venv-dev venv-bench venv-docs venv-site venv-wheels doxygen docs figures play site-test wheels

@@ -100,6 +100,8 @@ def certificate() -> Figure:
     for name, word in (("g", "g = y [mm]"), ("slope", "g' [m/s]"), ("d", "d [m/s$^2$]"), ("zoom", "g = y [mm]")):
         parts[name].axhline(0.0, color=GREY, linewidth=0.8)
         parts[name].set_ylabel(word)
+    for name in ("g", "slope"):
+        parts[name].tick_params(labelbottom=False)
     for name in ("d", "zoom"):
         parts[name].set_xlabel("time [ms]")
     parts["zoom"].set(xlim=(138.5, 151.0), ylim=(-0.15, 0.85), title="samples every 5 ms")
@@ -224,6 +226,8 @@ def saltation() -> Figure:
                           xytext=(2, -2), textcoords="offset points", va="top", fontsize=7)  # fmt: skip
     velocity.set_ylabel("v1 [m/s]")
     slope.set(xlabel="time [ms]", ylabel="d v1/du [m/s/A]")
+    for axes in (velocity, slope):
+        axes.margins(x=0.02)  # markers clear of the frame
     slope.legend()
     return figure
 

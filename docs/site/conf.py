@@ -116,7 +116,7 @@ def commands() -> str:
 
 
 def gallery() -> str:
-    """The figures with their captions, as `hopform figures` has drawn them."""
+    """The figures with their captions, as docs/gallery has drawn them."""
     text = (ROOT / "out" / "figures" / "captions.md").read_text("utf-8")
     return text.partition("\n## ")[2].join(["## ", ""]).replace("](fig_", "](../../out/figures/fig_")
 

@@ -137,8 +137,7 @@ class Role(IntEnum):
     TICK_SENSORS = 3
     ROBOTS = 4
     DETECTOR_DELAYS = 5
-    FIGURE = 6
-    PLANS = 7
+    PLANS = 7  # 6 was that of the paper's figures, which docs/gallery draws
 
 
 def stream(role: Role, seed: object, *places: int) -> "np.random.Generator":

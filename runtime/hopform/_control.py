@@ -3,7 +3,7 @@ is the desired one, (25)-(27).
 
 The exact form solves apex(u) = h_des over the whole range of currents; docs/explanation/controller.md says how, and
 what is proven. The form that the paper prints, J minimised on a grid of currents, is here to be compared with;
-docs/how-to/choose-a-current.md shows how far the two are apart. Reachability is the next apex over the current one for
+docs/how-to/choose-a-current.md shows how far the two are apart. Reachability is the next apex over the apex before it for
 every current (the paper's Figs. 5, 11), and what follows from it.
 
 Heights and apexes are hop heights [m] on flat ground. The robot drops from rest, its actuator at rest at its origin, or

@@ -13,7 +13,6 @@ import secrets
 import stat
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
-from itertools import zip_longest
 from pathlib import Path
 
 import numpy as np
@@ -86,11 +85,11 @@ def rows_of(text: str, source: str) -> list[tuple[int, list[str]]]:
 
 
 def csv_of(columns: Mapping[str, ArrayLike]) -> str:
-    """Columns as CSV; every number reads back to the same bits, and shorter columns end in empty cells."""
+    """Columns of one length as CSV; every number reads back to the same bits."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
-    writer.writerows(zip_longest(*(np.asarray(column).tolist() for column in columns.values()), fillvalue=""))
+    writer.writerows(zip(*(np.asarray(column).tolist() for column in columns.values()), strict=True))
     return text.getvalue()
 
 

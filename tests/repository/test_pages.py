@@ -117,18 +117,6 @@ def test_the_commands_of_the_readme_run_and_print_what_it_says(tmp_path, monkeyp
         assert words in capsys.readouterr().out, line
 
 
-@pytest.mark.sliced
-@pytest.mark.parametrize(
-    "arguments", [words[1:] for words in commands("reference/figures.md") if "--only" in words], ids=" ".join
-)
-def test_the_commands_of_the_page_on_figures_draw_what_they_ask_for(tmp_path, monkeypatch, arguments):
-    monkeypatch.chdir(tmp_path)
-    assert cli.main(arguments) == 0
-    asked = arguments[arguments.index("--only") + 1].split(",")
-    suffix = "pdf" if "--format" in arguments else "png"
-    assert {f"fig_{int(number):02d}.{suffix}" for number in asked} <= {path.name for path in Path("DIR").iterdir()}
-
-
 def test_the_table_of_hops_under_each_controller_is_what_the_benchmark_prints():
     page = text_of("evidence/controller.md")
     assert [row for row in misses() if not row.startswith("| exact") and row not in page] == []

@@ -34,9 +34,7 @@ LAYERS = (
     ("_studies",), ("_solvers",), ("_all",),
     ("_export",),
     ("_words",), ("_explain",), ("_cli.use",), ("_cli.options", "_cli.output"),
-    ("_figures.plots",), ("_figures.results",), ("_figures.picture",),
-    ("_figures.animation", "_figures.machine", "_figures.runs", "_figures.verification"),
-    ("_figures",),
+    ("_figures",), ("_figures.plots",), ("_figures.animation", "_figures.results"),
     ("_cli.bands",), ("_cli.tables", "_cli.report"),
     ("_cli.model",), ("_cli.solve", "_cli.identify", "_cli.folders"), ("_cli.fit",), ("_cli",), ("__main__",),
 )  # fmt: skip

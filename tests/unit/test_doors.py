@@ -336,15 +336,13 @@ def test_a_run_is_saved_by_the_same_rule(tmp_path, monkeypatch, method, path):
 
 
 @pytest.mark.parametrize("folder", ["/dev/null/x", "x" * 256, "file", "file/x", "full"])
-@pytest.mark.parametrize("command", ["export", "figures"])
-def test_a_folder_that_cannot_be_made_is_known_before(tmp_path, monkeypatch, capsys, command, folder):
+def test_a_folder_that_cannot_be_made_is_known_before(tmp_path, monkeypatch, capsys, folder):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("hopform._cli.folders.drawn", None)
     monkeypatch.setattr("hopform._export.package", None)
     Path("file").write_text("old")
     Path("full").mkdir()
-    (Path("full") / "fig_02.svg").mkdir()
-    assert re.search("cannot be|must be new or empty", refused(capsys, command, folder))
+    (Path("full") / "README.md").mkdir()
+    assert re.search("cannot be|must be new or empty", refused(capsys, "export", folder))
 
 
 @pytest.mark.parametrize(

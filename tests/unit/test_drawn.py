@@ -1,123 +1,26 @@
 """What is drawn has an oracle: every line, staircase and band of every picture is read back, in the unit of its axis,
-and compared with the method that its name stands for. A line without an oracle is refused.
+and compared with the method that its name stands for. A line without an oracle is refused. The figures of the paper are
+those of docs/gallery.
 """
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from functools import cache
-from typing import Any, NamedTuple
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
 import pytest
-from matplotlib.collections import FillBetweenPolyCollection
 from matplotlib.figure import Figure
-from matplotlib.patches import Rectangle, StepPatch
 
 import hopform
-from hopform import _figures as figures
+from docs import gallery
 from hopform._figures import results
 from hopform.controllers import FeedForward
 from hopform.terrain import flat, uniform
+from tests.pictures import ANY_SHADES, Expected, Over, Panel, check, near
 
 HOPPER, HOPPER_B = hopform.load_robot("hopper_c"), hopform.load_robot("hopper_b")
-FACTORS = {"m": 1.0, "cm": 100.0, "mm": 1000.0, "s": 1.0, "ms": 1000.0, "%": 100.0} | dict.fromkeys(
-    ("A", "V", "N", "J", "m/s", "mm/s", "1/s", "index", "of the step", "of its step"), 1.0
-)
-"""Numbers of an axis to one of SI; those of an axis without a unit are taken as they are."""
-
-
-class Over(NamedTuple):
-    """A method, drawn over times from one to another."""
-
-    method: Callable[[Any], Any]
-    begin: float
-    end: float
-
-
-Expected = Any
-"""`Over`, or the values over x and y; None for what is a share of the panel."""
-
-
-class Panel(NamedTuple):
-    """The lines by their names, "" for those without, each an `Expected` or a list; bands as x, low, high; stances."""
-
-    lines: Mapping[str, Expected]
-    bands: Mapping[str, tuple[Any, Any, Any]] = {}
-    stances: Sequence[tuple[float, float]] = ()
-
-
-def factor(axes, which):
-    """What the numbers of an axis are to be divided by, from the unit in its name; a shared one has it below."""
-    shared = axes.get_shared_x_axes().get_siblings(axes) if which == "x" else [axes]
-    names = [getattr(each, f"get_{which}label")() for each in shared]
-    units = {match[1] for name in names if (match := re.search(r"\[([^]]+)\]", name))}
-    assert len(units) <= 1
-    return FACTORS[units.pop()] if units else 1.0
-
-
-def curves_of(axes):
-    """Names, x and y of the lines and staircases, in SI; None for a share of the panel."""
-    for line in axes.get_lines():
-        x, y = (
-            np.asarray(values, float) / factor(axes, which) for values, which in zip(line.get_data(), "xy", strict=True)
-        )
-        x_is_data, y_is_data = line.get_transform().contains_branch_seperately(axes.transData)
-        yield line.get_label(), x if x_is_data else None, y if y_is_data else None
-    for stairs in axes.patches:
-        if isinstance(stairs, StepPatch):
-            values, edges, _ = stairs.get_data()
-            yield stairs.get_label(), edges / factor(axes, "x"), values / factor(axes, "y")
-
-
-def corners(x, y):
-    """Points, to the nanometre."""
-    return set(zip(np.round(x, 9), np.round(y, 9), strict=True))
-
-
-def near(found, expected):
-    np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-12)
-
-
-def check_line(x, y, expected, moved):
-    """moved: milliseconds and back may have moved a time before a corner, behind which it is put again."""
-    if isinstance(expected, Over):
-        assert x.size > 100 and np.all(np.diff(x) >= 0.0)
-        near(x[[0, -1]], (expected.begin, expected.end))
-        t = np.minimum(x * (1.0 + 4e-16), expected.end) if moved else x
-        near(y, expected.method(t))
-        return
-    for found, values in zip((x, y), expected, strict=True):
-        assert (found is None) == (values is None)
-        if values is not None:
-            near(found, np.broadcast_to(values, np.shape(values) or found.shape))
-
-
-def check(axes, panel):
-    found: dict[str, list] = {}
-    for name, x, y in curves_of(axes):
-        found.setdefault("" if name.startswith("_") else name, []).append((x, y))
-    assert found.keys() == panel.lines.keys()
-    for name, curves in found.items():
-        expected = panel.lines[name] if isinstance(panel.lines[name], list) else [panel.lines[name]]
-        for (x, y), each in zip(curves, expected, strict=True):
-            check_line(x, y, each, factor(axes, "x") != 1.0)
-    bands = [each for each in axes.collections if isinstance(each, FillBetweenPolyCollection)]
-    assert {each.get_label() for each in bands} == panel.bands.keys()
-    for band in bands:
-        around = np.concatenate([path.vertices for path in band.get_paths()]) / (factor(axes, "x"), factor(axes, "y"))
-        x, low, high = map(np.asarray, panel.bands[str(band.get_label())])
-        there = np.isfinite(low + high)
-        assert corners(*around.T) == corners(x[there], low[there]) | corners(x[there], high[there])
-    spans = [(each.get_x(), each.get_x() + each.get_width()) for each in axes.patches if isinstance(each, Rectangle)]
-    if panel.stances is not ANY_SHADES:
-        near(np.reshape(spans, (-1, 2)), np.reshape(panel.stances, (-1, 2)))
-
-
-ANY_SHADES = ((0.0, 0.0),)
-"""Shades of modes, which test_plots reads."""
-
-
 # ---- runs ----
 
 
@@ -257,7 +160,7 @@ def map_panel(reach, lines, words):
     points = [each.height for each in reach.fixed_points]
     ends = reach.heights[[0, -1]]
     return Panel(
-        lines | {"fixed point": (points, points), "next = current": (ends, ends)},
+        lines | {"fixed point": (points, points), "height held": (ends, ends)},
         {words: (reach.heights, reach.lowest, reach.highest)},
     )
 
@@ -297,7 +200,7 @@ def fig_8(data):
 
 
 def fig_9(data):
-    rate = float(re.search(r"a ramp of ([\d.]+) A/s", figures.draw(9).ours)[1])
+    rate = float(re.search(r"a ramp of ([\d.]+) A/s", gallery.draw(9).ours)[1])
     curves = {name: (data[f"t, {name}"], data[f"x1, {name}"]) for name in ("spring unloaded", "standing")}
     words = {f"{name}: moves from {data['onset'][name]:.2f} A on": curve for name, curve in curves.items()}
     onsets = [(data["onset"][name] / rate, None) for name in curves]
@@ -352,7 +255,7 @@ FIGURES: dict[int, Callable[[Any], list[Panel]]] = {
 
 @cache
 def drawn(number):
-    return figures.draw(number)
+    return gallery.draw(number)
 
 
 @pytest.mark.parametrize("number", FIGURES)
@@ -363,7 +266,7 @@ def test_a_line_of_a_figure_of_the_paper_is_what_its_name_says(number):
 
 
 def test_every_figure_of_the_paper_has_an_oracle():
-    assert FIGURES.keys() | {1} == figures.DRAWN.keys()
+    assert FIGURES.keys() | {1} == gallery.DRAWN.keys()
 
 
 def test_a_curve_of_the_family_of_maps_bears_its_input():

@@ -19,8 +19,9 @@ def figures():
 
 
 def test_every_figure_stands_on_one_page(figures):
+    """But for the stance, which the README shows from docs/images."""
     marks = re.findall(r"^<!-- figure (\w+) -->$", "\n".join(p.read_text("utf-8") for p in PAGES.glob("*.md")), re.M)
-    assert sorted(marks) == sorted(figure.__name__ for figure in figures["FIGURES"])
+    assert sorted([*marks, "stance"]) == sorted(figure.__name__ for figure in figures["FIGURES"])
 
 
 @needs.library

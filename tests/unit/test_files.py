@@ -42,13 +42,12 @@ COMMANDS = {
     "identify": Files(("all",), ("files", "--robot"), {"--out": ".svg", "--report": ".md", "--plot": ".svg"}),
     "fit": Files((), ("files",), {"--out": ".svg", "--report": ".md", "--plot": ".svg"}),
     "record": Files(("drop",), ("--robot",), {"--csv": ".csv"}),
-    "figures": Files((), ("--robot", "--style"), {"folder": ""}),
     "export": Files((), ("--robot",), {"folder": ""}),
     "model check": Files((), ("model",), {}),
     "model build": Files((), ("model", "--out"), {}),
     "model show": Files((), ("model",), {}),
 }
-"""Every command that reads or writes files. The folder of `export` is empty, that of `figures` has tests of its own."""
+"""Every command that reads or writes files. The folder of `export` is empty."""
 CLASHES = [
     (command, read, write)
     for command, files in COMMANDS.items()
@@ -194,20 +193,6 @@ def test_a_report_may_stand_beside_everything_else(tmp_path, monkeypatch):
     assert cli.main(["identify", "drop", "drop.csv", "--known", "m_s=3", *outputs]) == 0
     assert Path("drop.csv").read_bytes() == before
     assert {path.name for path in tmp_path.iterdir()} == {"drop.csv", "drop.toml", "drop.md", "drop.svg", "drop.png"}
-
-
-@pytest.mark.parametrize(
-    ("made", "said"),
-    [
-        (lambda path: path.mkdir(), "it is a folder"),
-        (lambda path: path.symlink_to("captions.md"), "two outputs name the same file"),
-    ],
-)
-def test_figures_are_refused_before_they_are_drawn(tmp_path, monkeypatch, refused, made, said):
-    monkeypatch.setattr("hopform._cli.folders.draw", None)
-    (tmp_path / "out").mkdir()
-    made(tmp_path / "out" / "fig_12.svg")
-    assert said in refused("figures", "out", "--only", "12")
 
 
 LATIN_1 = os.fsdecode("Rück$.csv".encode("latin-1"))

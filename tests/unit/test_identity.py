@@ -25,13 +25,13 @@ HANDFUL = (
     "hop --height 0.2 --hops 3 --u 3 --csv a.csv --hops-csv b.csv --plot a.png",
     "control --height 0.2 --h-des 0.2 --printed", "control --v2 -1.9 --h-des 0.15 --json --plot a.svg",
     "reach --heights 5 --currents 4 --json", "reach --heights 4 --currents 3", "record drop --seed 1 --csv drop.csv",
-    "identify check drop.csv --known m_s=3", "figures pictures --only 12 --format svg",
+    "identify check drop.csv --known m_s=3",
     "export firmware --f32 --prefix leg", "selftest --json", "stance --height 0.2 --robot absent", "hop --height -1",
 )  # fmt: skip
 """Commands that are run in their order in one folder; the last two are refused."""
 MANY = (
     *(line for lines in EXAMPLES.values() for line in lines if not line.startswith(("model", "record ramp"))),
-    "record ramp --plan --seed 3", "figures all", "figures of_one --robot hopper_b --only 5,6,11,animation",
+    "record ramp --plan --seed 3",
     *(f"export for_{system} --for {system} --robot hopper_c" for system in SYSTEMS),
     *(f"record {kind} --seed 2 --csv {kind}.csv" for kind in ("free", "decay", "step", "air", "ramp")),
     "identify all step.csv decay.csv --known m_s=3 --known m_eff=25 --report report.html --json",

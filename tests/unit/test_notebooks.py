@@ -36,11 +36,11 @@ def test_the_tutorial_runs_every_step_has_a_picture_and_it_prints_little(tmp_pat
             )
             printed = str(data.get("text/plain", output.get("text", "")))
             lines, text = lines + len(printed.splitlines()), f"{text}\n{printed}"
-    assert all(pictures.get(str(number), 0) >= 1 for number in range(1, 12)), pictures
+    assert all(pictures.get(str(number), 0) >= 1 for number in range(2, 12)), pictures
     assert sum(cell.cell_type == "code" for cell in notebook.cells) >= 12 and lines < MOST_LINES
     for kind in ("Stance", "Fit", "Recording", "Command", "Hop", "Sensitivities", "Run", "Animation", "Reachability"):
         assert re.search(rf"^{kind}\b", text, re.MULTILINE), kind
-    assert {path.name for path in tmp_path.iterdir()} == {"figures", "board", "mine.toml"}
+    assert {path.name for path in tmp_path.iterdir()} == {"board", "hopping.csv", "hopping.pdf", "mine.toml"}
     assert "NOT IDENTIFIED" in (tmp_path / "mine.toml").read_text("utf-8")
 
 

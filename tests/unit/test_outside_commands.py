@@ -16,14 +16,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from hopform import _cli as cli
-from hopform._cli import folders as figures_command
 from hopform._cli import identify as identify_command
 from hopform._identify.drop import fit_drop_test
 from tests.calls import DECAY, HOPPER
 from tests.outside import command_lines, examples, furnish
 
 COMMANDS = cli.commands()
-QUICK = {name: each for name, each in COMMANDS.items() if name not in ("figures", "fit", "identify", "selftest")}
+QUICK = {name: each for name, each in COMMANDS.items() if name not in ("fit", "identify", "selftest")}
 """Commands that take no second in a process of their own."""
 
 
@@ -35,7 +34,6 @@ def quick_answers():
         for one in "fit", "fit_force":
             patch.setattr(identify_command, one, lambda *_, **__: fit)
         patch.setattr("hopform._solvers.fit_model", lambda *_, **__: replace(fit, base=HOPPER))
-        patch.setattr(figures_command, "drawn", lambda *_: ({figures_command.CAPTIONS: b"new"}, [], []))
         patch.setattr("hopform._figures.plots.render", lambda figure, suffix: b"<svg>new</svg>")
         yield
 
@@ -68,7 +66,7 @@ def check(code, output, errors, before, after, line, folder):
         assert after == before
     else:
         assert all(each.startswith("hopform: warning: ") for each in lines), errors
-    if line[:1] not in (["export"], ["figures"]):
+    if line[:1] != ["export"]:
         outputs = named_outputs(line, folder)
         changed = [name for name in before if before[name] != after.get(name)]
         assert all(os.path.realpath(folder / name) in outputs for name in changed), changed

@@ -1,13 +1,13 @@
 """The pictures: they show the numbers they claim to show, look the same every time, and need no display."""
 
 import dataclasses
-import itertools
 import os
 import re
 import runpy
 import struct
 import subprocess
 import sys
+import warnings
 import xml.etree.ElementTree
 from functools import cache
 from pathlib import Path
@@ -18,13 +18,15 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from matplotlib.colors import to_hex
+from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
 import hopform
-from hopform import _figures as figures_of_the_paper
-from hopform._figures import plots, results
+from docs import gallery
+from hopform import _cli as cli
+from hopform._figures import animation, plots, results
 from hopform._words import modes_of
+from tests.pictures import curves, faults
 
 ROOT = Path(__file__).resolve().parents[2]
 HOPPER = hopform.load_robot("hopper_c")
@@ -68,11 +70,6 @@ def texts(svg):
     return re.findall(r"<!-- (.*?) -->", svg.decode())
 
 
-def curves(axes):
-    """The curves of a panel with their legends."""
-    return {line.get_label(): line.get_xydata().T for line in axes.get_lines()}
-
-
 def test_a_stance_has_labels_with_units_and_legends(svg):
     said = texts(svg)
     for text in (
@@ -107,13 +104,6 @@ def test_events_are_named_at_their_times_in_the_panel_of_their_mass():
     assert len(stance.events) == 5
 
 
-def test_names_of_events_do_not_overlap():
-    stance = hopform.solve_stance(HOPPER, v2=-1.9, u=[(0.001 * n, 3.0 * (-1) ** n) for n in range(100)])
-    times = [each.xy[0] for each in results.figure_of(stance).axes[0].texts]
-    assert 1 < len(times) < sum(event.kind.startswith("x1") for event in stance.events)
-    assert np.diff(times).min() >= 1e3 * stance.duration / 40.0 * (1.0 - 1e-12)
-
-
 def test_the_picture_of_the_readme_is_that_stance_and_its_names_hide_nothing(monkeypatch):
     monkeypatch.syspath_prepend(str(ROOT))
     with plots.house_style():
@@ -125,9 +115,9 @@ def test_the_picture_of_the_readme_is_that_stance_and_its_names_hide_nothing(mon
     named = sorted((each.xy[0], each.get_text()) for axes in figure.axes for each in axes.texts)
     assert [1e-3 * time for time, _ in named] == pytest.approx([e.time for e in stance.events] + [stance.duration])
     assert [words for _, words in named] == ["sticks", "slips", "hits stop", "body reverses", "slips", "take-off"]
+    assert faults(figure) == []
     for axes in (strokes, force):
         boxes = [each.get_window_extent() for each in axes.texts]
-        assert not any(one.overlaps(other) for one, other in itertools.combinations(boxes, 2))
         points = axes.transData.transform(axes.lines[0].get_xydata())
         assert not any(box.contains(*point) for box in boxes for point in points)
     kept = (ROOT / "docs" / "images" / "stance_0.75A.svg").read_bytes()
@@ -199,7 +189,6 @@ def test_the_energy_of_the_ideal_hopper_is_a_line():
 def test_a_picture_is_the_same_in_every_process_which_needs_no_pyplot(stance, svg):
     code = f"""
 import sys, hopform
-from hopform import _figures as figures_of_the_paper
 from hopform._figures import plots, results
 stance = hopform.solve_stance(hopform.load_robot("hopper_c"), **{STANCES["steps"]})
 sys.stdout.buffer.write(plots.render(results.figure_of(stance), ".svg"))
@@ -312,6 +301,48 @@ def test_a_current_has_one_colour():
     run, flight = hopform.simulate(HOPPER, [0.0], 3.0, height=0.2), hopform.solve_stance(HOPPER, v2=-1.9, u=2.0).fly()
     figures = [results.figure_of(each) for each in (steps, run, flight)]
     drawn = [axes for each in figures for axes in each.axes if axes.get_ylabel() == "current $u$ [A]"]
-    drawn += [figures_of_the_paper.draw(number).figure.axes[1] for number in (6, 9, 16)]
+    drawn += [gallery.draw(number).figure.axes[1] for number in (6, 9, 16)]
     assert len(drawn) == 6
     assert [axes.get_lines()[-1].get_color() for axes in drawn] == [plots.CURRENT] * 6
+
+
+def test_the_colours_stay_apart_for_colour_blind_eyes():
+    """As seen without red or green cones, by the matrices of Vienot, Brettel and Mollon (1999) for linear RGB."""
+    blind = {
+        "red": [[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]],
+        "green": [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]],
+    }
+    colours = [plots.BLUE, plots.ORANGE, plots.GREEN, plots.MAGENTA, plots.SKY, plots.BLACK]
+    linear = np.array([to_rgb(colour) for colour in colours]) ** 2.2
+    for matrix in blind.values():
+        seen = np.clip(linear @ np.array(matrix).T, 0.0, 1.0) ** (1.0 / 2.2)
+        apart = np.linalg.norm(seen[:, None] - seen[None], axis=2)[np.triu_indices(len(colours), 1)]
+        assert apart.min() > 0.12
+
+
+def test_the_animation_moves():
+    run = hopform.simulate(
+        hopform.load_robot("hopper_c"), hopform.terrain.uniform(2, 0.04, seed=4),
+        hopform.controllers.FeedForward(0.18), height=0.18,
+    )  # fmt: skip
+    shown = hopform.animate(run, h_des=0.18, seconds=0.3, rate=12)
+    assert shown.gif[:6] == b"GIF89a" and shown.gif.count(b"\x21\xf9\x04") == 8
+
+
+def test_the_animations_foot_stands_still_in_stance():
+    run = hopform.simulate(hopform.load_robot("hopper_c"), [0.0, 0.02], 3.0, height=0.2)
+    for hop in run.hops:
+        inside = np.linspace(hop.touchdown_time, hop.takeoff_time, 5)
+        np.testing.assert_allclose(animation.position(run, inside), animation.STRIDE * hop.index, atol=1e-12)
+
+
+def test_a_name_that_no_font_has_is_drawn_without_a_word(tmp_path, capfd):
+    """Nor of a font that the user's own settings name and that is not there."""
+    robot = dataclasses.replace(HOPPER, name="\N{FROG FACE}")
+    path = tmp_path / "frog.toml"
+    path.write_text(robot.to_toml(), "utf-8")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert cli.main(["hop", "--robot", str(path), "--height", "0.1", "--plot", str(tmp_path / "hop.png")]) == 0
+        hopform.animate(hopform.simulate(robot, [0.0], 1.0, height=0.1), seconds=0.2, rate=2)
+    assert capfd.readouterr().err == ""

@@ -82,7 +82,6 @@ def test_every_command_answers_for_a_damped_leg(leg, tmp_path, monkeypatch):
     leg("stance", *DROP, "--csv", "a.csv", "--plot", "a.svg")
     with Path("a.csv").open(encoding="utf-8") as file:
         assert len(list(csv.DictReader(file))) > 400
-    leg("figures", "pictures", "--only", "12,14", "--set", "b12=5", "--format", "svg")
     leg("export", "firmware", "--robot", "hopper_c", "--set", "b12=5", "--f32")
     robot = Path("firmware/examples/hopper/robot.h").read_text("utf-8")
     assert ".b12 = 5.0f," in robot and digests["hopform_selftest_f32"] in robot
@@ -111,21 +110,12 @@ def test_every_command_answers_for_a_leg_of_which_nothing_is_called_as_in_the_pa
     call("control", "--height", "0.2", "--h-des", "0.2")
     call("export", "firmware", "--f32")
     assert len([*tmp_path.glob("*.svg")]) == 4
-    assert cli.main([*solver, "figures", "pictures"]) == 2
-    assert "the model monoped has others: --plot of stance" in capsys.readouterr().err
     names = {"m_eff": 25.0, "m_s": 3.0, "k": 1200.0, "L0": 0.4, "b1": 150.0, "b2": 5.0, "f1": 0.8, "gamma2": -65.0}
     theirs, ours = hopform.load_solver(solver[1]).Robot(), hopform.Robot(**names, u_max=10.0)
     how = {"v2": -1.9, "u": 2.0}
     assert hopform.solve_stance(theirs, **how).apex == pytest.approx(hopform.solve_stance(ours, **how).apex, rel=1e-12)
     run, other = (hopform.simulate(each, [0.0, 0.01], 2.0, height=0.2) for each in (theirs, ours))
     assert run.at(0.3).z == pytest.approx(other.at(0.3).x2, rel=1e-12)
-
-
-@pytest.mark.nightly
-def test_every_figure_is_drawn_of_a_damped_leg_that_hops(leg, tmp_path):
-    pytest.importorskip("matplotlib")
-    leg("figures", tmp_path / "pictures", "--robot", "hopper_c", "--set", "b12=1", "--format", "svg")
-    assert len([*(tmp_path / "pictures").glob("*.svg")]) == 17
 
 
 def test_bands_of_a_fit_name_what_of_the_model_was_not_identified(leg, folder, tmp_path):

@@ -151,18 +151,6 @@ ANSWERS = {
         "hopform": "string",
         "equations": "list of equation",
     },
-    "hopform figures": {
-        "hopform": "string",
-        "figures": "list of figure",
-        "files": "list of string",
-    },
-    "figure": {
-        "number": "integer",
-        "title": "string",
-        "paper": "string",
-        "ours": "string",
-        "robot": "string",
-    },
     "state": {
         "x1": "number",
         "v1": "number",

@@ -31,7 +31,7 @@ SETTINGS: dict[str, Any] = {
 
 COMMANDS = {
     "robots": "solve", "equations": "solve", "motion": "solve", "stance": "solve", "hop": "solve", "identify": "identify", "fit":
-    "fit", "record": "identify", "control": "solve", "reach": "solve", "figures": "folders", "export": "folders", "selftest":
+    "fit", "record": "identify", "control": "solve", "reach": "solve", "export": "folders", "selftest":
     "folders", "model check": "model", "model build": "model", "model list": "model", "model show": "model",
 }  # fmt: skip
 """The module of each command; one in a group has two words."""

@@ -54,7 +54,7 @@ def shade(x: Array, several: Sequence[Bands], one_each: bool, axes: "Axes") -> N
     for bands in several:
         low, high = 100.0 * bands.low, 100.0 * bands.high
         if one_each:
-            axes.plot([x, x], [low, high], "_", markersize=7.0, color=plots.MAGENTA, zorder=4)
+            axes.plot([x, x], [low, high], "_", markersize=7.0, color=plots.MAGENTA, zorder=4, clip_on=False)
             axes.vlines(x, low, high, linewidth=1.6, zorder=4, **look)
         else:
             axes.fill_between(x, low, high, alpha=0.35, linewidth=0.0, **look)

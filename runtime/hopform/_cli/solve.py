@@ -194,7 +194,7 @@ def reach(
     highest: float = 0.4, heights: int = 39, currents: int = 61, stop_margin: float = 0.0, horizon: float = 2.0,
     json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Map the next apex over the current one for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be
+    """Map the next apex over the apex before it for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be
     held.
     """
     check_outputs(json, plot=plot, reads=[("--robot", file_of(robot)), ("--from-fit", from_fit)])

@@ -31,12 +31,12 @@ def core() -> choice.Solver:
     return in_use().Robot.solver
 
 
-def usual(name: str = "hopper_c") -> str:
-    """The robot of whoever names none: a shipped one where the solver has those first, else the solver's own."""
+def usual() -> str:
+    """The robot of whoever names none: hopper_c where the solver has the shipped ones first, else the solver's own."""
     known = in_use().ROBOTS
     if not known:
         raise HopformError(f"the solver {in_use().name} comes without a robot: --robot FILE.toml gives one")
-    return name if known[0] in hopform.ROBOTS else known[0]
+    return "hopper_c" if known[0] in hopform.ROBOTS else known[0]
 
 
 def file_of(robot: str | None) -> Path | None:

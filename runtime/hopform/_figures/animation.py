@@ -15,19 +15,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
-from hopform import HopformError, Robot, Run, load_robot, simulate
+from hopform import HopformError, Run
 from hopform._checks import finite, instance, positive, whole
-from hopform._figures.picture import Array, cm, completed, movable, scale
-from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, ORANGE, house_style
+from hopform._figures.plots import BLACK, BLUE, GREEN, GREY, ORANGE, Curve, house_style
 from hopform._show import Animation, name_of
 from hopform._stance import rest_of
-from hopform.controllers import FeedForward
-from hopform.terrain import uniform
 
 STRIDE = 0.45  # [m] between two footholds, for the eye alone: the robot is constrained to its vertical
 BODY, ACTUATOR = (0.22, 0.10), (0.12, 0.045)  # [m] width, height
 SHANK = 0.08  # [m] from the body's middle to the actuator's at x1 = 0
-WANTED = 0.18
 COILS = 7
 MOST_PICTURES = 5000
 
@@ -52,15 +48,7 @@ def animated(run: Run, h_des: float | None, speed: float, rate: int, seconds: fl
         return Animation(path.read_bytes(), f"Animation of {name_of(run.robot)}: {count} pictures, {pictures} a second")
 
 
-def hopping(robot: Robot | None) -> Animation:
-    """6 hops of a robot, or of hopper_c, over rough ground under the energy-based controller."""
-    hopper = movable(load_robot("hopper_c") if robot is None else robot)
-    wanted = WANTED * scale(hopper)
-    run = simulate(hopper, uniform(6, 0.04 * scale(hopper), seed=4), FeedForward(wanted), height=wanted)
-    return animated(completed(run), wanted, 0.5, 12, None)
-
-
-def position(run: Run, t: Array) -> Array:
+def position(run: Run, t: Curve) -> Curve:
     """Position of the robot in the picture [m]: on its foothold in stance, on the way to the next one in flight."""
     corners = [0.0, *(time for hop in run.hops for time in (hop.touchdown_time, hop.takeoff_time)), run.duration]
     return STRIDE * np.interp(t, corners, [-1, *(hop.index for hop in run.hops for _ in range(2)), len(run.hops)])
@@ -75,7 +63,9 @@ def scene(axes: Axes, run: Run, wanted: float | None) -> Callable[[float], list[
     low, high = min(run.terrain) - 0.05, length + float(np.nanmax(tops)) + 0.15
     axes.stairs(run.terrain, edges, baseline=low, fill=True, facecolor="#DDDDDD", edgecolor=GREY)
     if wanted is not None:
-        axes.axhline(wanted + length, color=BLACK, linestyle="--", linewidth=1.0, label=f"wanted apex, {cm(wanted, 0)}")
+        axes.axhline(
+            wanted + length, color=BLACK, linestyle="--", linewidth=1.0, label=f"wanted apex, {100.0 * wanted:.0f} cm"
+        )
     (trace,) = axes.plot([], [], color=BLUE, linewidth=0.9, label="body")
     (spring,) = axes.plot([], [], color=BLACK, linewidth=1.4)
     (rod,) = axes.plot([], [], color=GREEN, linewidth=3.0)
@@ -106,7 +96,7 @@ def scene(axes: Axes, run: Run, wanted: float | None) -> Callable[[float], list[
     return place
 
 
-def coil(middle: float, low: float, high: float) -> tuple[Array, Array]:
+def coil(middle: float, low: float, high: float) -> tuple[Curve, Curve]:
     """A spring between two heights."""
     turns = 0.03 * np.array([0.0, *(1.0 if n % 2 else -1.0 for n in range(2 * COILS)), 0.0])
     return middle + turns, np.linspace(low, high, turns.size)

@@ -16,11 +16,9 @@ import re
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
-from contextvars import ContextVar
 from itertools import groupby
 from pathlib import Path
-from types import MappingProxyType
-from typing import Any, NamedTuple
+from typing import Any
 
 import matplotlib.style
 import numpy as np
@@ -92,28 +90,14 @@ Curve = NDArray[np.floating]
 Drawing = Callable[[Axes, Stance, Curve, Curve], None]
 
 
-class Look(NamedTuple):
-    """How figures look: their width [in], a style on top of the house's, whether the caption is set under them; and
-    whether text stays text.
-    """
-
-    width: float = 6.4
-    style: Mapping[str, Any] = MappingProxyType({})
-    with_caption: bool = True
-
-
-PLAIN = Look()
-LOOK: ContextVar[Look] = ContextVar("look", default=PLAIN)
-
-
 @contextmanager
 def house_style() -> Generator[None, None, None]:
-    """matplotlib's defaults, ours and those of the look, whatever the user's own settings are; it does not say that a
-    font or a glyph is missing, which it replaces.
+    """matplotlib's defaults and ours, whatever the user's own settings are; it does not say that a font or a glyph is
+    missing, which it replaces.
     """
     log = logging.getLogger("matplotlib.font_manager")
     before = log.level
-    style: list[str | Path | dict[str, Any]] = ["default", STYLE, dict(LOOK.get().style)]
+    style: list[str | Path | dict[str, Any]] = ["default", STYLE]
     with matplotlib.style.context(style), warnings.catch_warnings():
         warnings.filterwarnings("ignore", r"Glyph .* missing from", UserWarning)
         log.setLevel(logging.ERROR)
@@ -214,7 +198,7 @@ def draw_body(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
 def draw_force(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     axes.plot(shown, np.asarray(stance.contact_force(t)), color=BLUE)
     axes.set_ylabel("contact force [N]")
-    axes.set_ylim(bottom=0.0)
+    axes.set_ylim(bottom=-0.07 * axes.get_ylim()[1])  # the mark of a take-off stands clear of the frame
 
 
 def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
@@ -271,15 +255,16 @@ def name_events(rows: Sequence[Axes], stance: Motion, scale: float) -> None:
     """The name of an event beside its line, in the panel of its mass; that of the take-off where the force ends. Of names
     that would overlap the first one stands.
     """
-    least = stance.duration / 40.0
+    room = stance.duration / 40.0  # for a name
     for row, mass in zip(rows, masses_of(stance.robot.solver), strict=False):
         free = -math.inf
         for event in stance.events:
-            if event.kind in mass.events and event.time >= free:
-                near_end = event.time > 0.95 * stance.duration
+            near_end = event.time > 0.95 * stance.duration
+            begin = event.time - room if near_end else event.time
+            if event.kind in mass.events and begin >= free:
                 words = mass.events[event.kind].removeprefix(f"{mass.name} ")
                 label(row, event.time * scale, words, "right" if near_end else "left")
-                free = event.time + least
+                free = begin + room
     if stance.status == "takeoff":
         rows[2].plot([stance.duration * scale], [0.0], "^", label="take-off", clip_on=False, **TAKEOFF)
         label(rows[2], stance.duration * scale, "take-off", "right")
@@ -408,8 +393,8 @@ def title_of_motion(motion: Motion) -> str:
 def plot_run(figure: Figure, run: Run | Hop) -> None:
     """A run over time: hop height, actuator, energies (Figs. 12 to 14), current."""
     t = run_times(run)
-    with framed(figure, 6.4, 6.3, title_of_run(run)):
-        rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.7, 1.3, 0.6]))
+    with framed(figure, 6.4, 6.8, title_of_run(run)):
+        rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.9, 1.3, 0.75]))
         draw_heights(rows[0], run, t)
         draw_strokes(rows[1], run, t, t)
         draw_energies(rows[2], run, t)
@@ -468,9 +453,10 @@ def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:
     lifts = [hop for hop in run.hops if hop.stance.takeoff is not None]
     marks: dict[str, Any] = {"color": BLUE, "markersize": 3.5, "clip_on": False}
     times, heights = apexes(run)
-    axes.plot(times, 100.0 * heights, "o", label="apex", **marks)
-    x2 = [100.0 * (float(hop.stance.end.x2) + hop.ground - base) for hop in lifts]
-    axes.plot([hop.takeoff_time for hop in lifts], x2, "^", clip_on=False, label="take-off", **TAKEOFF)
+    if lifts:  # a line of no points that is not clipped has no extent, which the layout does not survive
+        axes.plot(times, 100.0 * heights, "o", label="apex", **marks)
+        x2 = [100.0 * (float(hop.stance.end.x2) + hop.ground - base) for hop in lifts]
+        axes.plot([hop.takeoff_time for hop in lifts], x2, "^", clip_on=False, label="take-off", **TAKEOFF)
     if run.h_des:
         draw_wanted(axes, run)
     if any(run.terrain):
@@ -547,6 +533,7 @@ def batch_panel(axes: Axes, batch: Batch) -> None:
     else:
         across = ticks[-1] if apex.ndim else np.zeros(1)
         axes.plot(across, apex.reshape(-1, across.size).T, ".-", linewidth=0.8, markersize=3.0)
+        axes.margins(x=0.02)
         axes.set_ylabel("apex [cm]")
     axes.set_xlabel(names[-1] if names else "stance [index]")
 
@@ -567,7 +554,7 @@ def sensitivities_panel(axes: Axes, found: Sensitivities) -> None:
 
 
 def plot_reach(figure: Figure, found: Reachability) -> None:
-    """The next apex over the current one (Figs. 5, 11): the reachable, each current's curve, fixed points, the
+    """The next apex over the apex before it (Figs. 5, 11): the reachable, each current's curve, fixed points, the
     stroke.
     """
     margin = f", stop margin {100.0 * found.stop_margin:.3g} cm" if found.stop_margin else ""
@@ -618,4 +605,5 @@ def command_panel(axes: Axes, found: Command) -> None:
     if found.status != "no_takeoff":
         axes.plot([found.u], [100.0 * found.apex], "o", color=MAGENTA, label=found.status)
     axes.set(xlabel="current [A]", ylabel="next apex [cm]")
+    axes.margins(x=0.02)
     axes.legend()

@@ -55,12 +55,13 @@ def plot_fit(figure: Figure, fit: Fit) -> None:
     traces, shown = [trace for trace in fit.traces if trace.time.size > 1], _with_intervals(fit)
     names = list(dict.fromkeys(name for pair in fit.correlations for name in pair))
     last = 0.7 + 0.22 * max(len(shown), len(names))
-    with plots.framed(figure, 8.0, 4.2 * len(traces) + last, f"Identification: {fit.title}"):
-        heights = [*([2.0, 1.0, 1.0] * len(traces)), max(last, 1.0)]
+    with plots.framed(figure, 8.0, 5.6 * len(traces) + last, f"Identification: {fit.title}"):
+        heights = [*([2.0, 1.3, 1.3] * len(traces)), max(last, 1.0)]
         grid = figure.add_gridspec(len(heights), 2, height_ratios=heights)
         for n, trace in enumerate(traces):
             above, below = (figure.add_subplot(grid[3 * n + row, :]) for row in range(2))
-            left, right = (figure.add_subplot(grid[3 * n + 2, column]) for column in range(2))
+            left = figure.add_subplot(grid[3 * n + 2, 0])
+            right = figure.add_subplot(grid[3 * n + 2, 1], sharey=left)
             _draw_trace(above, below, trace, fit)
             _draw_residuals(left, right, trace, fit)
         _draw_intervals(figure.add_subplot(grid[-1, 0] if names else grid[-1, :]), shown)
@@ -76,6 +77,9 @@ def _draw_residuals(left: Axes, right: Axes, trace: Trace, fit: Fit) -> None:
     left.set(xlabel=f"{fit.called(trace)} [{unit}]", ylabel=f"residual [{unit}]")
     right.plot(rate, residual, ".", ms=1.5, color=plots.BLUE)
     right.set(xlabel=f"d {fit.called(trace)}/dt [{unit}/s]")
+    right.tick_params(labelleft=False)
+    for axes in (left, right):
+        axes.margins(x=0.02)
 
 
 def _draw_correlations(axes: Axes, correlations: Mapping[tuple[str, str], float], names: Sequence[str]) -> None:
@@ -96,9 +100,8 @@ def _draw_trace(above: Axes, below: Axes, trace: Trace, fit: Fit) -> None:
     if trace.old is not None:
         below.plot(trace.time, factor * (trace.old - trace.measured), lw=0.6, color=plots.MAGENTA)
     below.plot(trace.time, factor * (trace.predicted - trace.measured), lw=0.6, color=plots.BLUE)
-    ends = (float(trace.time[0]), float(trace.time[-1]))
-    above.set(xlabel="", xticklabels=[], xlim=ends)
-    below.set(xlabel="t [s]", ylabel=f"residual [{unit}]", xlim=ends)
+    above.set(xlabel="", xticklabels=[])
+    below.set(xlabel="t [s]", ylabel=f"residual [{unit}]", xlim=above.get_xlim())
 
 
 def trace_panel(axes: Axes, trace: Trace, fit: Fit) -> None:
@@ -109,7 +112,8 @@ def trace_panel(axes: Axes, trace: Trace, fit: Fit) -> None:
         axes.plot(trace.time, factor * trace.old, "--", lw=0.9, color=plots.MAGENTA, label=old)
     axes.plot(trace.time, factor * trace.predicted, lw=1.1, color=plots.BLUE, label=new)
     axes.set(xlabel="t [s]", ylabel=f"{fit.called(trace)} [{unit}]")
-    axes.set_title(plots.literal(Path(trace.label).name), loc="left", fontsize=9)
+    axes.margins(x=0.01)
+    axes.set_title(plots.literal(Path(trace.label).name), loc="left", fontsize=9, pad=20.0)  # above the legend
     axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=3, fontsize=7, frameon=False)
 
 
@@ -151,7 +155,7 @@ PICTURES: dict[str, tuple[Whole, Panel]] = {
     "Hop": (plots.plot_run, plots.run_panel),
     "Run": (plots.plot_run, plots.run_panel),
     "Batch": (partial(alone, plots.batch_panel, 6.0, 3.6), plots.batch_panel),
-    "Sensitivities": (partial(alone, plots.sensitivities_panel, 9.0, 3.6), plots.sensitivities_panel),
+    "Sensitivities": (partial(alone, plots.sensitivities_panel, 9.0, 5.0), plots.sensitivities_panel),
     "Reachability": (plots.plot_reach, plots.reach_panel),
     "Command": (plots.plot_command, plots.command_panel),
     "Recording": (plot_recording, recording_panel),

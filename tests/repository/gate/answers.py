@@ -2,12 +2,11 @@
 `python answers.py INPUTS.npz OUT.npz`, the checkout on the path.
 
 Only names that the project promises are used: the C interface by ctypes, `hopform.solve_stances`, `solve_flight`,
-`choose_current`, and the data of the figures.
+`choose_current`.
 """
 
 import ctypes
 import sys
-from importlib import import_module
 from pathlib import Path
 from typing import Any
 
@@ -93,33 +92,6 @@ def commands(robots: Any, touchdowns: Any, **how: Any) -> list[Any]:
     return rows
 
 
-def figures() -> dict[str, Any]:
-    """The numbers behind every figure of the paper."""
-    try:
-        module = import_module("hopform.figures")
-    except ModuleNotFoundError:
-        module = import_module("hopform._figures")
-    found = {}
-    for number in module.DRAWN:
-        for name, value in flat(module.draw(number).data, f"figure {number}"):
-            found[name] = value
-    return found
-
-
-def flat(value: Any, name: str) -> Any:
-    """Every array of numbers in nested mappings, sequences and objects, by its path."""
-    if isinstance(value, dict):
-        for key, inner in value.items():
-            yield from flat(inner, f"{name}/{key}")
-    elif isinstance(value, (list, tuple)) and not all(isinstance(each, (int, float)) for each in value):
-        for key, inner in enumerate(value):
-            yield from flat(inner, f"{name}/{key}")
-    elif hasattr(value, "table"):
-        yield name, np.asarray(value.table)
-    elif isinstance(value, (int, float, list, tuple, np.ndarray, np.number)):
-        yield name, np.asarray(value)
-
-
 def as_array(rows: list[Any]) -> Any:
     """Rows of different lengths as one array, NaN behind the end of each."""
     table = np.full((len(rows), max(map(len, rows))), np.nan)
@@ -148,7 +120,6 @@ def main(inputs: str, out: str) -> None:
     found["flights C"] = as_array(flights(given["flights"]))
     robots = [hopform.load_robot("hopper_c"), hopform.load_robot("hopper_b")]
     found["commands C"] = as_array(commands(robots, given["touchdowns"]))
-    found |= figures()
     np.savez(out, **{name.replace("/", "|"): values for name, values in found.items()})
 
 

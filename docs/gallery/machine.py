@@ -6,13 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from matplotlib.patches import Circle, Rectangle
 
-from hopform import HopformError, Robot, Run, Stance, TouchdownDetector, delayed_apex, simulate, solve_stance
-from hopform._checks import Role, stream
-from hopform._figures.picture import Array, Drawn, cm, completed, legend, mm, panels, scale, standing, unloaded, volts
-from hopform._figures.plots import BLACK, BLUE, CURRENT, GREEN, GREY, LOOK, MAGENTA, ORANGE, STANCE, shade_stances
+from docs.gallery.picture import Array, Drawn, cm, completed, legend, mm, panels, standing, stream, volts
+from hopform import Robot, Run, Stance, TouchdownDetector, delayed_apex, simulate, solve_stance
+from hopform._figures.plots import BLACK, BLUE, CURRENT, GREEN, GREY, MAGENTA, ORANGE, STANCE, shade_stances
 from hopform.controllers import FeedForward
 from hopform.terrain import flat
 
@@ -27,7 +25,7 @@ def step_response(robot: Robot) -> Drawn:
     # What motor and viscous friction would do alone, had they no spring, weight and dry friction against them.
     push, decay = abs(robot.gamma2) * robot.u_max / robot.m_eff, robot.b1 / robot.m_eff
     free = push / decay * -np.expm1(-decay * t) if decay else push * t
-    figure, (top, middle, bottom) = panels(3, 4.0, sharex=True, height_ratios=[1.0, 1.0, 0.6])
+    figure, (top, middle, bottom) = panels(3, 4.9, sharex=True, height_ratios=[1.0, 1.0, 0.6])
     top.plot(1e3 * t, 100.0 * x1, color=BLUE)
     top.set_ylabel("actuator $x_1$ [cm]")
     middle.plot(1e3 * t, v1, color=BLUE, label=r"velocity $\dot x_1$")
@@ -48,7 +46,7 @@ def step_response(robot: Robot) -> Drawn:
 
 def compression_cycles(robot: Robot) -> Drawn:
     """Fig. 3: stances in steady hopping; the actuator still moves at take-off."""
-    run, shown = simulate(robot, flat(30), robot.u_max, height=0.2 * scale(robot)), 4
+    run, shown = simulate(robot, flat(30), robot.u_max, height=0.2), 4
     completed(run)
     first = run.hops[-shown]
     corners = [time for hop in run.hops[-shown:] for time in (hop.touchdown_time, hop.takeoff_time)]
@@ -57,7 +55,7 @@ def compression_cycles(robot: Robot) -> Drawn:
     takeoffs = np.array([hop.takeoff_time for hop in run.hops[-shown:]])
     x1, v1 = (np.array([float(getattr(hop.stance.end, name)) for hop in run.hops[-shown:]]) for name in ("x1", "v1"))
     peak = float(np.asarray(state.x1).max())
-    figure, (top, bottom) = panels(2, 3.4, sharex=True)
+    figure, (top, bottom) = panels(2, 4.2, sharex=True)
     for axes in (top, bottom):
         for hop in run.hops[-shown:]:
             label = "stance" if hop is first else ""
@@ -83,15 +81,15 @@ def friction_threshold(robot: Robot) -> Drawn:
     rate = round(1.6 * onset_expected / seconds, 3)
     # On a rig: level, so that nothing weighs on the spring, which is as good as unloaded; and standing, as built.
     steps = [(float(t), float(rate * t)) for t in np.linspace(0.0, seconds, 1201)[:-1]]
-    loose = solve_stance(replace(robot, g=0.0), v2=0.0, x2=unloaded(robot) - 1e-6, u=steps, horizon=seconds)
+    loose = solve_stance(replace(robot, g=0.0), v2=0.0, x2=robot.L0 + robot.c - 1e-6, u=steps, horizon=seconds)
     stands = solve_stance(robot, v2=0.0, x2=standing(robot), u=steps, horizon=seconds)
     runs = {"spring unloaded": loose, "standing": stands}
     onset = {name: moves(stance, rate) for name, stance in runs.items()}
     found = onset["spring unloaded"] * abs(robot.gamma2) / robot.m_eff
     looks = {"spring unloaded": (BLUE, "-"), "standing": (GREEN, "--")}
-    draw = stream(Role.FIGURE, 9)
+    draw = stream(9)
     data: dict[str, object] = {"onset": onset, "f1": found}
-    figure, (top, bottom) = panels(2, 3.4, sharex=True, height_ratios=[1.0, 0.8])
+    figure, (top, bottom) = panels(2, 4.2, sharex=True, height_ratios=[1.0, 0.8])
     for name, stance in runs.items():
         t = np.linspace(0.0, min(seconds, stance.duration), 1201)
         x1 = np.asarray(stance.at(t).x1) + 2e-5 * draw.standard_normal(t.size)
@@ -117,10 +115,7 @@ def friction_threshold(robot: Robot) -> Drawn:
 
 def moves(stance: Stance, rate: float) -> float:
     """The current [A] of a ramp at which the actuator begins to slip."""
-    found = [event.time for event in stance.events if event.kind == "x1_slips"]
-    if not found:
-        raise HopformError("the actuator does not begin to slip under the ramp: it needs dry friction, f1 > 0")
-    return rate * found[0]
+    return rate * next(event.time for event in stance.events if event.kind == "x1_slips")
 
 
 # ---- the schematic: actuator, spring and body, with their coordinates, forces and signs ----
@@ -135,8 +130,7 @@ def schematic(robot: Robot) -> Drawn:
     """Fig. 1: what x1, x2, L0, c, the spring force and the signs are; gravity, friction; the rotor, whose inertia behind
     its gear is the mass of the actuator.
     """
-    beside = LOOK.get().width > 5.0
-    figure, axes = panels(1, 3.1, 2) if beside else panels(2, 4.6)
+    figure, axes = panels(2, 5.7)
     hopper(axes[0], 0.0, 0.0, "unloaded:\n$F = 0$, $x_1 = 0$, $x_2 = L_0 + c$")
     hopper(axes[1], LIFT, DOWN, "in stance:\n$F = k\\,(x_1 - x_2 + L_0 + c) > 0$")
     sign = "a positive input lifts the body" if robot.gamma2 < 0.0 else "a positive input lowers the body"
@@ -144,7 +138,7 @@ def schematic(robot: Robot) -> Drawn:
         f"the foot stands on the ground and carries the spring, k = {robot.k:g} N/m. The actuator moves the spring's "
         f"upper end away from the body by x1, {cm(robot.x1_min)} to {cm(robot.x1_max)}. Its mass m_eff = "
         f"{robot.m_eff:g} kg is the rotor's inertia behind the gear, so nothing of it weighs. x2 is the height of the "
-        f"body, m_s = {robot.m_s:g} kg, over the ground, L0 + c = {cm(unloaded(robot))} unloaded. The motor pushes "
+        f"body, m_s = {robot.m_s:g} kg, over the ground, L0 + c = {cm(robot.L0 + robot.c)} unloaded. The motor pushes "
         f"the actuator by -gamma2 u along x1: with gamma2 = {robot.gamma2:g} {sign}. The spring pushes body and "
         "actuator by F, gravity pulls the body by m_s g. Friction R1 and R2, viscous and dry, acts against v1 and v2; "
         "drawn where the actuator extends and the body moves up. The leg takes off where F = 0"
@@ -200,13 +194,13 @@ NOISE = 0.12
 
 def hall_sensor(robot: Robot) -> Drawn:
     """Fig. 15: a signal with noise, what a detector makes of it, and its delay and false alarms over the noise."""
-    detector, height = TouchdownDetector(high=0.6, low=0.4, count=3, dt=1e-3), 0.2 * scale(robot)
+    detector, height = TouchdownDetector(high=0.6, low=0.4, count=3, dt=1e-3), 0.2
     run = simulate(robot, flat(3), FeedForward(height), height=height)
     completed(run)
     rate = 1.0 / detector.dt
     t = np.arange(int(run.duration * rate) + 1) / rate
     in_contact = np.any([(t >= hop.touchdown_time) & (t < hop.takeoff_time) for hop in run.hops], axis=0)
-    signal = in_contact + NOISE * stream(Role.FIGURE, 15).standard_normal(t.size)
+    signal = in_contact + NOISE * stream(15).standard_normal(t.size)
     detected = np.array([event.time for event in detector.detect(signal.tolist()) if event.kind == "touchdown"])
     true = np.array([hop.touchdown_time for hop in run.hops])
     noise = np.linspace(0.10, 0.40, 31)
@@ -216,9 +210,8 @@ def hall_sensor(robot: Robot) -> Drawn:
     delays = np.linspace(0.0, 0.02, 21)
     first = run.hops[0]
     cost = np.array([delayed_apex(robot, each, v2=first.touchdown.v2, u=first.u)[1] for each in delays])
-    width = LOOK.get().width
-    figure = Figure(figsize=(width, 4.4 if width > 5.0 else 8.0), layout="constrained")
-    places = figure.subplot_mosaic("AAA;BCD" if width > 5.0 else "A;B;C;D")
+    figure, panes = panels(4, 8.0)
+    places = dict(zip("ABCD", panes, strict=True))
     draw_signal(places["A"], run, t, signal, detector, detected)
     places["B"].plot(noise, 1e3 * mean, color=BLUE, label="closed form")
     places["B"].plot(noise[::4], 1e3 * drawn, "o", color=ORANGE, markersize=3.5, label="drawn")
@@ -226,6 +219,7 @@ def hall_sensor(robot: Robot) -> Drawn:
     places["B"].legend(loc="upper left")
     places["C"].semilogy(noise, alarms, color=BLUE)
     places["C"].set(ylabel="false alarms [1/s]", ylim=(1e-12, 1e2))
+    places["B"].margins(x=0.03)
     for name in "BC":
         places[name].set(xlabel="noise [of the step]", xticks=[0.1, 0.2, 0.3, 0.4])
     places["D"].plot(1e3 * delays, 1e3 * cost, color=BLUE)
@@ -251,5 +245,5 @@ def draw_signal(axes: Axes, run: Run, t: Array, signal: Array, detector: Touchdo
     axes.axhline(detector.low, color=MAGENTA, linestyle=":", linewidth=1.2, label="ends below")
     axes.plot(detected, np.full(detected.size, detector.high), "v", color=ORANGE, markersize=6.0, markeredgecolor=BLACK,
               markeredgewidth=0.5, label="touchdown detected")  # fmt: skip
-    axes.set(xlabel="time [s]", ylabel="Hall signal [of its step]")
-    legend(axes, 5)
+    axes.set(xlabel="time [s]", ylabel="signal [of its step]")
+    legend(axes)

@@ -1,23 +1,19 @@
-"""The model against measurements: without dry friction on hopper_b (Fig. 4), with it on hopper_c (Fig. 10); or against
-recordings of one's own.
+"""The model against measurements: without dry friction on hopper_b (Fig. 4), with it on hopper_c (Fig. 10).
 
 The measurements are synthetic: the robot itself, simulated, with noise. The initial model (1), (2) has viscous friction
 alone; its two coefficients are fitted, each to its recording, so that it is not blamed for a bad guess.
 """
 # pyright: reportUnknownMemberType=false
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
-from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from hopform import Robot, fit_drop_test, fit_step_response, read_recording, simulate, solve_stance
-from hopform._checks import Role, stream
-from hopform._figures import results
-from hopform._figures.picture import Array, Drawn, cm, legend, mm, movable, named, panels, rms, scale, standing, volts
+from docs.gallery.picture import Array, Drawn, cm, legend, mm, named, panels, rms, standing, stream, volts
+from hopform import Robot, simulate, solve_stance
 from hopform._figures.plots import BLACK, BLUE, ORANGE
 from hopform.terrain import flat
 
@@ -74,7 +70,7 @@ def recordings(robot: Robot, u: float) -> Recordings:
 
 def drop(robot: Robot) -> Array:
     """x2 [m] at `DROP_TIMES` after a drop without current; where the robot has come to rest it stays."""
-    run = simulate(robot, flat(60), 0.0, height=DROP * scale(robot), horizon=5.0)
+    run = simulate(robot, flat(60), 0.0, height=DROP, horizon=5.0)
     return np.asarray(run.at(np.minimum(DROP_TIMES, run.duration)).x2)
 
 
@@ -89,8 +85,8 @@ def tested(robot: Robot, share: float, seed: int) -> tuple[float, Recordings, Ro
     """The current of the step, a share of u_max; recordings with noise; the robot without dry friction, b1 and b2
     fitted each to the recording that shows it; and how it was tested, in words.
     """
-    u = share * movable(robot).u_max
-    draw, clean = stream(Role.FIGURE, seed), recordings(robot, u)
+    u = share * robot.u_max
+    draw, clean = stream(seed), recordings(robot, u)
     measured = Recordings(*(each + NOISE * draw.standard_normal(each.size) for each in (clean.x2, clean.x1)))
     smooth = replace(robot, f1=0.0, f2=0.0, f1_excess=0.0, f2_excess=0.0)
     some = 1e-3 * np.sqrt(robot.k * robot.m_s)  # where there is hardly any to begin with
@@ -99,7 +95,7 @@ def tested(robot: Robot, share: float, seed: int) -> tuple[float, Recordings, Ro
     b1 = least(lambda b: misfit(measured.x1, step(replace(smooth, b1=b, b2=b2), u)), b1, 8.0 * b1)
     said = (
         f"synthetic recordings of {named(robot)} with noise of {mm(NOISE)}: a step of {u:g} {volts(robot)} for "
-        f"{PULSE:g} s while standing, and a drop of {cm(DROP * scale(robot), 0)} with no input."
+        f"{PULSE:g} s while standing, and a drop of {cm(DROP, 0)} with no input."
     )
     return u, measured, replace(smooth, b1=b1, b2=b2), said
 
@@ -119,44 +115,15 @@ def least(cost: Callable[[float], float], low: float, high: float) -> float:
 
 
 def drawn(measured: Recordings, models: dict[str, tuple[Recordings, str, str]], pulse: str) -> Figure:
-    figure, (top, bottom) = panels(2, 4.2)
+    figure, (top, bottom) = panels(2, 5.2)
     top.plot(STEP_TIMES[::2], 1e3 * measured.x1[::2], "o", color=BLACK, markersize=1.8, label="recorded (synthetic)")
     bottom.plot(DROP_TIMES[::2], 1e2 * measured.x2[::2], "o", color=BLACK, markersize=1.8)
     for name, (model, colour, line) in models.items():
         top.plot(STEP_TIMES, 1e3 * model.x1, color=colour, linestyle=line, label=name)
         bottom.plot(DROP_TIMES, 1e2 * model.x2, color=colour, linestyle=line)
-    step, drop = (0.0, STEP_TIMES[-1] + STEP_TIMES[1]), (0.0, DROP_TIMES[-1] + DROP_TIMES[1])
-    top.set(xlabel=f"time since the step [s], {pulse}", ylabel="actuator $x_1$ [mm]", xlim=step)
-    bottom.set(xlabel="time since the drop [s]", ylabel="body $x_2$ [cm]", xlim=drop)
+    top.set(xlabel=f"time since the step [s], {pulse}", ylabel="actuator $x_1$ [mm]")
+    bottom.set(xlabel="time since the drop [s]", ylabel="body $x_2$ [cm]")
+    for axes in (top, bottom):
+        axes.margins(x=0.02)
     legend(top)
     return figure
-
-
-# ---- from recordings of one's own: what identification makes of them ----
-
-
-def models(sources: Mapping[str, str], robot: Robot) -> Drawn:
-    """Figs. 4 and 10: a step response and a drop test beside both models, each fitted to its recording."""
-    of_drop = fit_drop_test(read_recording(sources["drop"]), known={"m_s": robot.m_s}, holdout=False)
-    of_step = fit_step_response(read_recording(sources["step"]), known={"m_eff": robot.m_eff}, holdout=False)
-    traces = (of_step.traces[0], of_drop.traces[0])
-    figure, rows = panels(2, 4.4)
-    for axes, fit in zip(rows, (of_step, of_drop), strict=True):
-        results.trace_panel(axes, fit.traces[0], fit)
-        under(axes)
-    left = "; ".join(
-        f"in {each.quantity} {mm(each.tests.rms, 3)} rms, {mm(each.old_rms, 3)} with viscous friction alone"
-        for each in traces
-    )
-    fitted = [each for fit in (of_step, of_drop) for each in fit.estimates if not each.own]
-    numbers = ", ".join(f"{each.name} = {each.value:.4g} {each.unit}" for each in fitted)
-    ours = f"recordings of {named(robot)}, each fitted by (3), (4) and by (1), (2): {left}. Fitted: {numbers}"
-    data = {each.quantity: {"time": each.time, "measured": each.measured, "fitted": each.predicted, "viscous": each.old}
-            for each in traces if each.old is not None}  # fmt: skip
-    return figure, ours, data
-
-
-def under(axes: Axes) -> None:
-    """The legend as in the other figures, the file's name left to the caption."""
-    axes.set_title("", loc="left")
-    legend(axes, 2)

@@ -1,36 +1,30 @@
-"""The paper's figures: what each one claims holds in the numbers behind it,
-and its files say whose parameters they show.
+"""The paper's figures, docs/gallery: what each one claims holds in the numbers behind it, and captions say whose
+parameters they show. What their lines are is tried in test_drawn, whether they can be read in test_pictures.
 """
 
 import dataclasses
-import json
-import os
 import re
 import subprocess
 import sys
-import warnings
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
-from matplotlib.colors import to_rgb
 from scipy.optimize import brentq
 
 import hopform
-from hopform import _cli as cli
-from hopform import _figures as figures
-from hopform._cli import folders as figures_command
-from hopform._figures import animation, plots
+from docs import gallery
+from hopform._figures import plots
 from tests.repository.test_house import installed_by_make_run, of_a_checkout, packages
-from tests.unit.test_cli import fits
 
+ROOT = Path(__file__).resolve().parents[2]
 ALL = [*range(1, 18)]
 
 
 @cache
 def drawn(number):
-    return figures.draw(number)
+    return gallery.draw(number)
 
 
 def data(number):
@@ -59,7 +53,7 @@ def test_the_actuator_still_compresses_when_a_steady_stance_ends():
 
 def test_viscous_friction_alone_cannot_be_fitted_to_a_robot_with_dry_friction():
     """Fig. 4: the fit is the best of its neighbourhood, and yet several times the noise is left."""
-    from hopform._figures import verification
+    from docs.gallery import verification
 
     shown = data(4)
     assert shown["fitted"].f1 == shown["fitted"].f2 == 0.0
@@ -360,100 +354,8 @@ def test_the_schematic_has_every_coordinate_and_force():
     ):
         assert word in words
     assert "a positive input lifts the body" in drawn(1).ours
-    other = figures.draw(1, dataclasses.replace(hopform.load_robot("hopper_c"), gamma2=65.0))
-    assert "a positive input lowers the body" in other.ours
-
-
-# ---- of one's own robot ----
-
-MINE = dataclasses.replace(hopform.load_robot("hopper_c"), name="mine", L0=0.3, k=1500.0, gamma2=65.0, u_max=4.0)
-
-
-@pytest.mark.sliced
-@pytest.mark.parametrize("number", [1, 2, 3, 5, 9, 11, 12, 14, 16])
-def test_a_figure_is_drawn_from_ones_own_robot(number):
-    picture = figures.draw(number, MINE)
-    assert picture.caption.endswith("Parameters: mine, from its robot file.") and "hopper" not in picture.ours
-    assert not np.array_equal(*(sorted(plots.render(each.figure, ".svg")) for each in (picture, drawn(number))))
-    if number == 11:
-        reach = picture.data["reach"]
-        assert reach.robot.k == 1500.0 and reach.heights[-1] == pytest.approx(0.3)
-        assert np.nanmax(reach.highest) > np.nanmax(reach.apex[:, 0]) + 0.02, "the current counts so that it lifts"
-
-
-@pytest.mark.parametrize(
-    ("changed", "number", "said"),
-    [
-        ({"x1_min": 0.0, "x1_max": 0.0}, 16, "mine has no actuator to drive"),
-        ({"b2": 80.0}, 3, "mine does not hop on: stopped after 1 hops"),
-        ({"x1_min": 0.0, "x1_max": 0.0}, 9, "the actuator does not begin to slip"),
-        ({"g": 0.0}, 13, "hopping needs g > 0"),
-    ],
-)
-def test_what_a_robot_cannot_do_is_refused_by_name(changed, number, said):
-    with pytest.raises(hopform.HopformError, match=said):
-        figures.draw(number, dataclasses.replace(MINE, **changed))
-
-
-def test_figures_of_ones_own_in_every_form(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    Path("mine.toml").write_text(MINE.to_toml().replace("x1_max = 0.08", "x1_max = 0.0"), "utf-8")
-    Path("own.mplstyle").write_text("font.size: 6  # small\nlines.linewidth: 3\n", "utf-8")
-    how = ["--format", "pdf,svg", "--width", "84mm", "--caption", "tex", "--style", "own.mplstyle"]
-    assert cli.main(["figures", "out", "--only", "2,12,16", "--robot", "mine.toml", *how]) == 0
-    output, errors = capsys.readouterr()
-    assert "wrote 8 files to out" in output
-    assert [line.partition(":")[2][:30] for line in errors.splitlines()] == [" warning: Fig. 16 is left out:"]
-    names = {f"fig_{number}.{suffix}" for number in ("02", "12") for suffix in ("pdf", "svg", "csv")}
-    assert {path.name for path in Path("out").iterdir()} == names | {"captions.md", "captions.tex"}
-    svg = Path("out/fig_12.svg").read_text("utf-8")
-    width = re.search(r'width="([\d.]+)pt"', svg)
-    assert width is not None and float(width[1]) == pytest.approx(72.0 * 84.0 / 25.4, abs=0.1)
-    assert ">energy [J]</text>" in svg and "font-size: 6px" in svg and "Parameters:" not in svg, "text is text"
-    tex = Path("out/captions.tex").read_text("utf-8")
-    assert tex.count("\\begin{figure}") == tex.count("\\end{figure}") == 2 and "\\includegraphics{fig_12}" in tex
-    assert "\\caption{Energy without losses." in tex and not re.search(r"(?<!\\)[%&#_]", re.sub(r"{fig.*?}", "", tex))
-    head, *rows = Path("out/fig_12.csv").read_text("utf-8").splitlines()
-    assert {"t", "energy", "kinetic", "run x2"} <= set(head.split(",")) and len(rows) > 300
-
-
-def test_figures_of_a_telephones_width_have_room(tmp_path, monkeypatch, capsys):
-    """As the site draws them; the schematic stands one half below the other."""
-    monkeypatch.chdir(tmp_path)
-    how = ["--caption", "none", "--width", "4.2in", "--format", "svg,png"]
-    assert cli.main(["figures", "out", "--only", "1,9", *how]) == 0
-    assert capsys.readouterr().err == ""
-    sizes = re.search(r'width="([\d.]+)pt" height="([\d.]+)pt"', Path("out/fig_01.svg").read_text("utf-8"))
-    assert sizes is not None and float(sizes[1]) < float(sizes[2])
-
-
-def test_a_caption_is_text_to_latex():
-    escaped = r"50 \% of m\_eff \& \{x\textasciicircum{}2\} \textbackslash{} \#1 \textasciitilde{} \$"
-    assert figures_command.tex(r"50 % of m_eff & {x^2} \ #1 ~ $") == escaped
-
-
-def test_the_data_beside_a_figure_are_what_it_draws():
-    text = figures_command.table_of(data(2)).splitlines()
-    table = np.genfromtxt(text, delimiter=",", names=True)
-    for name in ("t", "x1", "v1", "u", "free"):
-        np.testing.assert_array_equal(table[name], data(2)[name])
-    ragged = figures_command.table_of({"a": np.arange(3), "b": {"c": [[1.0, 2.0]], "d": "word"}, "e": 5.0, "f": None})
-    assert ragged.splitlines() == ["a,b c 0,b c 1,b d,e", "0,1.0,2.0,word,5.0", "1,,,,", "2,,,,"]
-
-
-def test_recordings_of_ones_own_are_in_figures_4_and_10(tmp_path, monkeypatch, capsys):
-    monkeypatch.chdir(tmp_path)
-    for n, test in enumerate(("drop", "step")):
-        assert cli.main(["record", test, "--seed", str(n), "--csv", f"{test}.csv"]) == 0
-    sources = ",".join(f"{test}={test}.csv" for test in ("drop", "step"))
-    capsys.readouterr()
-    assert cli.main(["figures", "out", "--only", "10", "--format", "svg", "--recordings", sources, "--json"]) == 0
-    (ten,) = json.loads(capsys.readouterr().out)["figures"]
-    (k,) = re.findall(r"\bk = (\d+)\.? N/m", ten["ours"])[-1:]
-    assert abs(float(k) - 1200.0) < 20.0 and "mm rms" in ten["ours"]
-    table = np.genfromtxt("out/fig_10.csv", delimiter=",", names=True)
-    recorded = np.genfromtxt("step.csv", delimiter=",", names=True)
-    assert np.isin(table["x1_measured"][~np.isnan(table["x1_measured"])], recorded["x1_m"]).mean() > 0.9
+    other = dataclasses.replace(hopform.load_robot("hopper_c"), gamma2=65.0)
+    assert "a positive input lowers the body" in gallery.machine.schematic(other)[1]
 
 
 # ---- what they look like ----
@@ -462,14 +364,13 @@ def test_recordings_of_ones_own_are_in_figures_4_and_10(tmp_path, monkeypatch, c
 @pytest.mark.parametrize("number", ALL)
 def test_a_caption_says_what_the_paper_shows_what_ours_shows_and_whose_parameters_these_are(number):
     shown = drawn(number)
-    text = shown.caption
-    assert text.startswith(f"Fig. {number}. ") and "The paper shows" in text and "Here:" in text
-    assert text.endswith(f"Parameters: {shown.robot}, this project's own; the paper gives none.")
+    text = shown.in_markdown("a.svg")
+    assert text.startswith(f"## Fig. {number}. ") and f"**The paper** shows {gallery.DRAWN[number].paper}." in text
+    assert f"**Here:** {shown.ours}." in text and "![Fig." in text and "](a.svg)" in text
+    assert text.endswith(f"Parameters: {shown.robot}, this project's own; the paper gives none.\n")
     assert re.search(r"hopper_b|hopper_c|ideal", shown.robot)
     assert len(re.findall(r"\d", shown.ours)) >= 6, "no numbers"
-    assert "nan" not in text and "\n" not in text
-    (under,) = [each.get_text() for each in shown.figure.texts]
-    assert re.sub(r"\s+", " ", under) == plots.plain(text)
+    assert "nan" not in text
 
 
 @pytest.mark.parametrize("number", ALL)
@@ -481,193 +382,29 @@ def test_axes_have_names_with_units_and_the_curves_fit(number):
     assert number == 1 or any(axes.get_legend() is not None for axes in drawn(number).figure.axes)
 
 
-def test_the_colours_stay_apart_for_colour_blind_eyes():
-    """As seen without red or green cones, by the matrices of Vienot, Brettel and Mollon (1999) for linear RGB."""
-    blind = {
-        "red": [[0.11238, 0.88762, 0.0], [0.11238, 0.88762, 0.0], [0.00401, -0.00401, 1.0]],
-        "green": [[0.29275, 0.70725, 0.0], [0.29275, 0.70725, 0.0], [-0.02234, 0.02234, 1.0]],
-    }
-    colours = [plots.BLUE, plots.ORANGE, plots.GREEN, plots.MAGENTA, plots.SKY, plots.BLACK]
-    linear = np.array([to_rgb(colour) for colour in colours]) ** 2.2
-    for matrix in blind.values():
-        seen = np.clip(linear @ np.array(matrix).T, 0.0, 1.0) ** (1.0 / 2.2)
-        apart = np.linalg.norm(seen[:, None] - seen[None], axis=2)[np.triu_indices(len(colours), 1)]
-        assert apart.min() > 0.12
+# ---- how they are made ----
 
 
-# ---- the command ----
-
-
-@pytest.mark.sliced
-@pytest.mark.parametrize("number", ALL)
-def test_each_number_is_written_as_svg_and_png_with_its_caption(tmp_path, monkeypatch, capsys, number):
-    monkeypatch.setattr(figures_command, "draw", lambda number, *_: drawn(number))
-    assert cli.main(["figures", str(tmp_path / "out"), "--only", str(number), "--json"]) == 0
-    name = f"fig_{number:02d}"
-    record = json.loads(capsys.readouterr().out)
-    assert {Path(each).name for each in record["files"]} == {f"{name}.svg", f"{name}.png", f"{name}.csv", "captions.md"}
-    assert {path.name for path in (tmp_path / "out").iterdir()} == {
-        f"{name}.svg",
-        f"{name}.png",
-        f"{name}.csv",
-        "captions.md",
-    }
-    assert (tmp_path / "out" / f"{name}.png").read_bytes()[:8] == b"\x89PNG\r\n\x1a\n"
-    assert b"</svg>" in (tmp_path / "out" / f"{name}.svg").read_bytes()
-    captions = (tmp_path / "out" / "captions.md").read_text("utf-8")
-    assert drawn(number).ours in captions and drawn(number).paper in captions and "the paper gives none" in captions
-    assert record["figures"][0]["ours"] == drawn(number).ours
-    assert fits(record, "hopform figures")
-
-
-def test_only_what_is_asked_for_is_drawn_in_the_papers_order():
-    assert figures_command.asked_for("17, 5,5,animation") == (5, 17, "animation")
-    assert figures_command.asked_for(None) == (*ALL, "animation")
-
-
-def test_the_animation_moves():
-    run = hopform.simulate(
-        hopform.load_robot("hopper_c"), hopform.terrain.uniform(2, 0.04, seed=4),
-        hopform.controllers.FeedForward(animation.WANTED), height=animation.WANTED,
-    )  # fmt: skip
-    shown = hopform.animate(run, h_des=animation.WANTED, seconds=0.3, rate=12)
-    assert shown.gif[:6] == b"GIF89a" and shown.gif.count(b"\x21\xf9\x04") == 8
-
-
-def test_the_animations_foot_stands_still_in_stance():
-    run = hopform.simulate(hopform.load_robot("hopper_c"), [0.0, 0.02], 3.0, height=0.2)
-    for hop in run.hops:
-        inside = np.linspace(hop.touchdown_time, hop.takeoff_time, 5)
-        np.testing.assert_allclose(animation.position(run, inside), animation.STRIDE * hop.index, atol=1e-12)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "said"),
-    [
-        (("out", "--only", "18"), "--only takes 1, 2, 3,"),
-        (("out", "--format", "gif"), "--format takes svg, png, pdf"),
-        (("out", "--width", "3.5"), "--width must be 2in to 40in"),
-        (("out", "--width", "1in"), "--width must be 2in to 40in"),
-        (("out", "--caption", "html"), "--caption takes image, tex, none"),
-        (("out", "--recordings", "fall=a.csv"), "--recordings takes drop, step"),
-        (("out", "--robot", "nobody"), "there is no robot"),
-        (("out", "--style", "file"), "line 1: no setting of matplotlib, got 'kept'"),
-        (("out", "--only", "10", "--recordings", "drop=none.csv,step=none.csv"), "none.csv"),
-        (("out", "--only", ""), "--only takes"),
-        (("file",), "is a file, not a folder"),
-        (("file/out",), "is a file, not a folder"),
-    ],
-)
-def test_what_cannot_be_drawn_or_written_is_refused_in_one_line(tmp_path, monkeypatch, capsys, arguments, said):
-    monkeypatch.chdir(tmp_path)
-    Path("file").write_text("kept")
-    assert cli.main(["figures", *arguments]) == 2
-    output, errors = capsys.readouterr()
-    assert output == "" and said in errors and errors.count("\n") == 1
-    assert {path.name for path in tmp_path.iterdir()} == {"file"}
-
-
-STYLES = {
-    "text.usetex: True": "line 1: text.usetex is not allowed; a style has settings of looks",
-    "figure.hooks: os:system": "line 1: figure.hooks is not allowed",
-    "path.effects: [1]": "line 1: path.effects is not allowed",
-    "savefig.format: xyz": "line 1: savefig.format is not allowed",
-    "backend: agg": "line 1: backend is not allowed",
-    "axes.prop_cycle: cycler('color', [])": "--style s.mplstyle: integer modulo by zero",
-    "lines.dashed_pattern: 0,0": "--style s.mplstyle: At least one value in the dash list must be positive",
-    "lines.linewidth: wide": "s.mplstyle: Key lines.linewidth",
-    "font.family: Nonexistent": "font.family: none of its fonts is installed, got Nonexistent",
-    "font.serif: Nonexistent, Neither": "font.serif: none of its fonts is installed, got Nonexistent, Neither",
-}
-
-
-@pytest.mark.parametrize("setting", STYLES)
-def test_a_style_that_is_none_or_draws_nothing_is_one_line(tmp_path, monkeypatch, capfd, setting):
-    monkeypatch.chdir(tmp_path)
-    Path("s.mplstyle").write_text(f"{setting}\n", "utf-8")
-    assert cli.main(["figures", "out", "--only", "12", "--format", "svg", "--style", "s.mplstyle"]) == 2
-    output, errors = capfd.readouterr()
-    assert (output, errors.count("\n")) == ("", 1) and STYLES[setting] in errors
-    assert not Path("out").exists()
-
-
-def test_what_matplotlib_warns_of_a_style_is_one_line(tmp_path, monkeypatch, capfd):
-    """Letters of 3 m leave no room for axes."""
-    monkeypatch.chdir(tmp_path)
-    Path("s.mplstyle").write_text("font.size: 9000\n", "utf-8")
-    assert cli.main(["figures", "out", "--only", "12", "--format", "svg", "--style", "s.mplstyle"]) == 0
-    errors = capfd.readouterr().err
-    assert errors.startswith("hopform: warning: constrained_layout not applied") and errors.count("\n") == 1
-
-
-def test_a_name_that_no_font_has_is_drawn_without_a_word(tmp_path, capfd):
-    """Nor of a font that the user's own settings name and that is not there."""
-    robot = dataclasses.replace(MINE, name="\N{FROG FACE}")
-    path = tmp_path / "frog.toml"
-    path.write_text(robot.to_toml(), "utf-8")
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        assert cli.main(["hop", "--robot", str(path), "--height", "0.1", "--plot", str(tmp_path / "hop.png")]) == 0
-        hopform.animate(hopform.simulate(robot, [0.0], 1.0, height=0.1), seconds=0.2, rate=2)
-    assert capfd.readouterr().err == ""
-
-
-@pytest.mark.parametrize("name", ["captions.md", "captions.tex", "fig_12.csv"])
-def test_no_figure_overwrites_what_is_read(tmp_path, monkeypatch, capsys, name):
-    monkeypatch.chdir(tmp_path)
-    Path("out").mkdir()
-    Path("out", name).write_text("font.size: 7\n", "utf-8")
-    for option in ("--style", "--robot"):
-        assert cli.main(["figures", "out", "--only", "12", "--caption", "tex", option, f"out/{name}"]) == 2
-        assert "would overwrite" in capsys.readouterr().err
-    assert Path("out", name).read_text("utf-8") == "font.size: 7\n"
-
-
-def test_there_is_no_figure_18():
-    with pytest.raises(hopform.HopformError, match="figure must be one of 1, 2, 3"):
-        figures.draw(18)
-
-
-def python(code, *arguments, cwd):
-    environment = {name: value for name, value in os.environ.items() if name not in ("DISPLAY", "WAYLAND_DISPLAY")}
-    done = subprocess.run(
-        [sys.executable, "-c", code, *arguments], cwd=cwd, env=environment, capture_output=True, text=True, check=False
-    )
-    return done.returncode, done.stdout, done.stderr
-
-
-def test_a_figure_needs_no_display(tmp_path):
-    run = "import sys; from hopform._cli import main; sys.exit(main())"
-    code, output, errors = python(run, "figures", "out", "--only", "12", cwd=tmp_path)
-    assert (code, errors) == (0, "") and "wrote 4 files" in output
-
-
-def test_figures_without_matplotlib_are_refused_in_one_line(tmp_path):
-    without = "import sys; sys.modules['matplotlib'] = None; from hopform._cli import main; sys.exit(main())"
-    code, output, errors = python(without, "figures", "out", cwd=tmp_path)
-    assert (code, output) == (2, "")
-    assert errors == f"hopform: {hopform.MissingExtra('a plot', 'plot')}\n"
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_figures_are_drawn_with_what_make_run_installs(tmp_path):
-    """Fig. 6 has a run among its data, Fig. 11 a map; no other package of any extra can be imported."""
+def test_the_figures_are_written_with_what_make_run_installs(tmp_path):
+    """Fig. 11 has a map; no other package of any extra can be imported."""
     absent = of_a_checkout() - installed_by_make_run()
     assert "xarray" in absent
-    without = f"import sys; sys.modules |= dict.fromkeys({absent!r}); from hopform._cli import main; sys.exit(main())"
-    code, output, errors = python(without, "figures", "out", "--only", "6,11", "--format", "svg", cwd=tmp_path)
-    assert (code, errors) == (0, "") and "wrote 5 files" in output
-    head = (tmp_path / "out" / "fig_06.csv").read_text("utf-8").partition("\n")[0].split(",")
-    assert {"run time", "run x2", "run hop_apex", "miss"} <= set(head)
+    program = (
+        f"import runpy, sys; sys.modules |= dict.fromkeys({absent!r}); sys.argv[1:] = [{str(tmp_path)!r}, '11', '12']; "
+        "runpy.run_module('docs.gallery', run_name='__main__')"
+    )
+    done = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
+    names = {"fig_11.svg", "fig_12.svg", "captions.md", "animation.gif"}
+    assert {path.name for path in tmp_path.iterdir()} == names
+    captions = (tmp_path / "captions.md").read_text("utf-8")
+    assert captions.count("\n## Fig. ") == 2 and "](fig_11.svg)" in captions
+    assert b"</svg>" in (tmp_path / "fig_12.svg").read_bytes()
+    assert (tmp_path / "animation.gif").read_bytes()[:6] == b"GIF89a"
 
 
-def test_importing_the_figures_loads_no_matplotlib(tmp_path):
-    loaded = "import sys, hopform._figures, hopform._cli.folders; print('matplotlib' in sys.modules)"
-    assert python(loaded, cwd=tmp_path) == (0, "False\n", "")
-
-
-def test_the_figures_need_numpy_and_matplotlib_alone():
-    """The rule of the house for the runtime, in this folder of it."""
-    found = sorted(Path(figures.__file__).parent.glob("*.py"))
-    assert len(found) == 8
-    assert {name for path in found for name in packages(path)} == {"hopform", "numpy", "matplotlib"}
+def test_pictures_need_numpy_and_matplotlib_alone():
+    """The rule of the house for the runtime, where it draws, and for the gallery."""
+    for folder, known in ((Path(plots.__file__).parent, set()), (Path(gallery.__file__).parent, {"docs"})):
+        found = {name for path in folder.glob("*.py") for name in packages(path)}
+        assert found == {"hopform", "numpy", "matplotlib"} | known
