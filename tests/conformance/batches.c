@@ -1,5 +1,5 @@
 /* Batches against their stances one by one, bit for bit: by each variant of the processor, with derivatives and
- * compressions, as a loop of NumPy. A batch is one robot, runs of robots, or a robot a stance; now and then a number is
+ * compressions. A batch is one robot, runs of robots, or a robot a stance; now and then a number is
  * out of its domain. Prints what is wrong. In double precision with -DDOUBLE. With the argument `work` it prints what
  * each variant takes, in basic blocks, if the library was compiled with -fsanitize-coverage=trace-pc. */
 #include <math.h>
@@ -27,7 +27,6 @@ enum {
     RESULTS = 9,
     EVENTS = 24,
     PHASES = 64,
-    LOOP_PHASES = 4096,
     ROWS = HOPFORM_SENSITIVITY_ROWS,
     COLUMNS = HOPFORM_SENSITIVITY_COLUMNS,
     MATRIX = ROWS * COLUMNS,
@@ -292,33 +291,6 @@ static void readings(void)
     must(first == short_of && second == short_of, "the status of readings", first);
 }
 
-/* As NumPy calls it: columns of inputs, the robot's fields last, then those of results. */
-static void loop(void)
-{
-    enum { ARGUMENTS = STATES + 1 + RESULTS };
-    char *columns[ARGUMENTS];
-    ptrdiff_t dimensions[2] = {COUNT, ROBOT}, steps[ARGUMENTS + 1];
-    for (int n = 0; n < ARGUMENTS; n++) {
-        columns[n] = n < STATES ? (char *)&read_from[0][ROBOT + n] : (char *)read_from[0];
-        steps[n] = (ptrdiff_t)sizeof read_from[0];
-    }
-    memset(together, 0x55, sizeof together);
-    real *const numbers = together[0].numbers;
-    void *const results[RESULTS] = {&together[0].status, &numbers[0], &numbers[1],
-                                    &numbers[2],         &numbers[6], &numbers[3],
-                                    &numbers[4],         &numbers[5], &together[0].event_count};
-    for (int n = 0; n < RESULTS; n++) {
-        columns[STATES + 1 + n] = results[n];
-        steps[STATES + 1 + n] = (ptrdiff_t)sizeof together[0];
-    }
-    steps[ARGUMENTS] = (ptrdiff_t)sizeof(real);
-    OF(stance_loop)(columns, dimensions, steps, NULL);
-    for (int i = 0; i < COUNT; i++) {
-        memcpy(together[i].event_time, alone[i].event_time, sizeof together[i].event_time);
-        memcpy(together[i].event_kind, alone[i].event_kind, sizeof together[i].event_kind);
-    }
-}
-
 int main(int argc, char **argv)
 {
     const int prints_work = argc > 1 && strcmp(argv[1], "work") == 0;
@@ -338,10 +310,6 @@ int main(int argc, char **argv)
             seen |= alone[i].status < 0 ? 1 << 16 : 1 << alone[i].status;
         }
         readings();
-        in.max_phases = LOOP_PHASES;
-        answers_alone();
-        loop();
-        must_agree(HOPFORM_OK, 0);
     }
     must(seen
              == (1 << 16 | 1 << HOPFORM_ENDING_TAKEOFF | 1 << HOPFORM_ENDING_REST | 1 << HOPFORM_ENDING_HORIZON

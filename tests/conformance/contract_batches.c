@@ -215,11 +215,6 @@ static void no_pointer(void)
         holds(status == (fine ? HOPFORM_OK : HOPFORM_ERROR_NULL), "buffers are NULL", mask, status);
         holds(fine || is_refused(&b, HOPFORM_ERROR_NULL, -1), "buffers are NULL: results", mask, 0);
     }
-    ptrdiff_t none[2] = {0, HOPFORM_ROBOT_FIELDS};
-    char *columns[1] = {NULL};
-    OF(stance_loop)(NULL, none, none, NULL);
-    OF(stance_loop)(columns, NULL, none, NULL);
-    OF(stance_loop)(columns, none, NULL, NULL);
 }
 
 /* No phases are kept where there is room for less than none. */

@@ -11,7 +11,7 @@ times at once. They decide nothing: the search for events is C.
 
 from .records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 
-LAYOUT = "96c69900318d9944"
+LAYOUT = "0c6cf76bd2916148"
 """Of the structs and numbers that this package shares with its C library, which carries the same text."""
 
 VERSION = "0.1.0"

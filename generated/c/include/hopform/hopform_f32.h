@@ -468,12 +468,6 @@ uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *pha
 int32_t hopform_solve_stances_f32(int64_t count, const hopform_stances_in_f32 *in,
                                    const hopform_stances_out_f32 *out);
 
-/** The same as an inner loop of NumPy's generalized ufuncs: (x1, v1, v2, y, u, horizon, robot) to the nine columns of
- * hopform_stances_out, up to 4096 phases. NumPy copies what overlaps. args: their first elements; dimensions: the
- * number of stances, then the fields of the robot (refused unless HOPFORM_ROBOT_FIELDS); steps: the strides of args,
- * then that of a robot's fields. */
-void hopform_stance_loop_f32(char **args, const ptrdiff_t *dimensions, const ptrdiff_t *steps, void *data);
-
 /** Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN
  * where there is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK,
  * HOPFORM_NO_DERIVATIVE, HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an

@@ -6,8 +6,6 @@
 
 #include "columns_real.h"
 
-enum { PHASES_OF_LOOP = 4096 };
-
 /* What stances do to the processor's flags is no news to the caller. */
 static int32_t solve(int64_t count, const hopform_stances_in_real *in, const hopform_stances_out_real *out) {
     fenv_t before;
@@ -75,37 +73,4 @@ int32_t hopform_solve_stances_real(int64_t count, const hopform_stances_in_real 
         return status;
     }
     return solve(count, in, out);
-}
-
-/* The same as an inner loop of NumPy's generalized ufuncs: (x1, v1, v2, y, u, horizon, robot) to the nine columns of
- * hopform_stances_out, up to 4096 phases. NumPy copies what overlaps. args: their first elements; dimensions: the
- * number of stances, then the fields of the robot (refused unless HOPFORM_ROBOT_FIELDS); steps: the strides of args,
- * then that of a robot's fields. */
-void hopform_stance_loop_real(char **args, const ptrdiff_t *dimensions, const ptrdiff_t *steps, void *data) {
-    (void)data;
-    if (args == NULL || dimensions == NULL || steps == NULL) { return; }
-    enum { STATES = HOPFORM_INPUTS_real - HOPFORM_ROBOT_FIELDS };
-    const real none = (real)NAN;
-    const bool fits = dimensions[1] == HOPFORM_ROBOT_FIELDS;
-    hopform_stances_in_real in;
-    hopform_stances_out_real out = {.phases = NULL};
-    void *place = &in;
-    hopform_input_real *inputs = place;
-    for (int n = 0; n < STATES; n++) {
-        inputs[HOPFORM_ROBOT_FIELDS + n].first = args[n];
-        inputs[HOPFORM_ROBOT_FIELDS + n].stride = steps[n];
-    }
-    for (int n = 0; n < HOPFORM_ROBOT_FIELDS; n++) {
-        in.robot[n].first =
-            fits ? (const void *)(args[STATES] + n * steps[STATES + 1 + HOPFORM_RESULTS_real]) : (const void *)&none;
-        in.robot[n].stride = fits ? steps[STATES] : 0;
-    }
-    in.max_phases = PHASES_OF_LOOP;
-    place = &out;
-    hopform_output_real *results = place;
-    for (int n = 0; n < HOPFORM_RESULTS_real; n++) {
-        results[n].first = args[STATES + 1 + n];
-        results[n].stride = steps[STATES + 1 + n];
-    }
-    (void)solve(dimensions[0], &in, &out); /* NumPy copies what overlaps */
 }
