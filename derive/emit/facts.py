@@ -167,6 +167,12 @@ def _coordinates(model: Model) -> Iterator[dict[str, Any]]:
         yield {**said, "unit": model.unit(each.unit)}
 
 
+def shown(model: Model) -> list[dict[str, Any]]:
+    """The coordinates and velocities that a state is shown by, mass after mass, as `solver.toml` has them."""
+    found = {each["axis"]: each for each in _coordinates(model)}
+    return [found[axis] for axis in ("x1", "v1", "x2", "v2") if axis in found]
+
+
 def _inputs(model: Model) -> Iterator[dict[str, Any]]:
     """The input; of a current its limit and the force per unit of it."""
     if (own := model.input) is not None:
