@@ -36,8 +36,8 @@ HOPPER = hopform.load_robot("hopper_c").parameters
 
 
 class Verdict(NamedTuple):
-    """One motion in both: the first event that differs, the largest difference of times [s] and of states in units of
-    each coordinate's size; NaN where the lists differ.
+    """One motion in both: the first event that differs, by its kind or by more than SAME_TIME; else the largest
+    difference of times [s], and of states in units of each coordinate's size.
     """
 
     first: str
@@ -89,6 +89,8 @@ def compared(pair: Pair, case: Case) -> Verdict:
         return Verdict(f"{word[0]} is {word[1]}", np.nan, np.nan)
     times = [(a.time, b.time) for a, b in zip(ours.events, truth.events, strict=True)]
     worst = max(abs(a - b) for a, b in [*times, (ours.duration, truth.duration)])
+    if worst > SAME_TIME:
+        return Verdict("an event at another time", np.nan, np.nan)
     inner = [p.start + share * (p.end - p.start) for p in truth.phases for share in (0.25, 0.75) if p.end > p.start]
     inner = [*(t for t in inner if t <= min(ours.duration, truth.duration)), 0.0]
     states, exactly = np.array(ours.at(inner)), np.array(truth.at(inner))
@@ -108,17 +110,16 @@ def tally(pair: Pair, name: str, count: int) -> list[Verdict]:
     [*QUICK.items(), *(pytest.param(name, 100, marks=pytest.mark.sliced) for name in ZOO)],
 )
 def test_event_lists_times_and_states_are_those_of_c(store, name, count):
-    """Of 99 % of the robots; where the lists are equal every time to 1e-9 s."""
+    """Of 99 % of the robots: the lists are equal, and every time to 1e-9 s."""
     verdicts = tally(pair_of(store, name), name, count)
     misses = [each.first for each in verdicts if each.first]
     assert len(misses) <= count // 100, misses
-    assert np.nanmax([each.time for each in verdicts]) <= SAME_TIME
     assert np.nanmax([each.state for each in verdicts]) <= 1e-8
 
 
 @pytest.mark.parametrize("count", [150, pytest.param(2000, marks=pytest.mark.sliced)])
 def test_degenerate_stances_are_those_of_c(store, count):
-    """Over all orders of magnitude, a share of them degenerate: triple poles, thresholds met exactly, no friction, twins."""
+    """Over all orders of magnitude, some of them degenerate: triple poles, thresholds met exactly, twins."""
     pair, verdicts = pair_of(store, "hopper"), []
     for problem in draw_stances(SEED, count):
         robot = {name: float(problem[name]) for name in HOPPER._fields if name in problem.dtype.names}
@@ -127,7 +128,6 @@ def test_degenerate_stances_are_those_of_c(store, count):
         verdicts.append(compared(pair, case))
     misses = [each.first for each in verdicts if each.first]
     assert len(misses) <= count // 100, misses
-    assert np.nanmax([each.time for each in verdicts]) <= SAME_TIME
 
 
 @pytest.mark.parametrize(
@@ -139,11 +139,15 @@ def test_degenerate_stances_are_those_of_c(store, count):
         ({"x1": 0.08, "v1": 0.0, "v2": -1.0}, 3.0),  # pushed onto one
         ({"x1": 0.03, "x2": 0.43 + 1e-16, "v2": -1.0}, 0.0),  # no compression, but for rounding
         ({"v2": 0.0, "y": 0.02}, 0.0),  # both at rest
+        ({}, 0.0),  # the same, while the leg carries nothing
     ],
 )
-def test_what_a_start_decides_is_what_c_decides(start, u):
-    truth = hopform.solve_motion(hopform.load_robot("hopper_c"), start=start, u=u)
-    ours = readable.solve(HOPPER, start, u)
+@pytest.mark.parametrize("f1", [0.0, 0.78])
+def test_what_a_start_decides_is_what_c_decides(start, u, f1):
+    """Without friction the actuator is on its threshold: where it goes depends on what the body does."""
+    robot = replace(hopform.load_robot("hopper_c"), f1=f1)
+    truth = hopform.solve_motion(robot, start=start, u=u)
+    ours = readable.solve(robot.parameters, start, u)
     assert kinds(ours) == kinds(truth)
     assert [phase[2:4] for phase in ours.phases] == [phase[2:4] for phase in truth.phases]
     np.testing.assert_allclose([ours.duration, *ours.end], [truth.duration, *truth.end], rtol=0.0, atol=SAME_TIME)
@@ -186,7 +190,7 @@ def body_at_rest() -> Any:
 
 
 def negated(function: Any, member: str, seen: set[str]) -> Any:
-    """A formula with the wrong sign in one of its results; which of these were ever another number is put into `seen`."""
+    """A formula with the wrong sign in one of its results; `seen` takes the names of those that were ever not 0."""
 
     def wrong(*inputs: Any) -> Any:
         result = function(*inputs)
@@ -204,7 +208,7 @@ def differs(pair: Pair, case: Case) -> bool:
         verdict = compared(pair, case)
     except (ValueError, ArithmeticError):
         return True
-    return bool(verdict.first) or verdict.time > SAME_TIME or verdict.state > 1e-8
+    return bool(verdict.first) or verdict.state > 1e-8
 
 
 @pytest.mark.parametrize("name", needs.the_first(USED))

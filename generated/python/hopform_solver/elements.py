@@ -32,7 +32,7 @@ HAS_CONTACT = True
 """Whether a leg stands on the ground, which it pushes and cannot pull."""
 
 HAS_LAW = False
-"""Whether a law sets the current of the one mass: the second side of a mode is then the limit that it is at, 0 under it."""
+"""Whether a law sets the current of the one mass: the second side of a mode is then its limit, 0 under the law."""
 
 MOVES_ALONE = False
 """Whether the first element alone ever moves."""
