@@ -198,6 +198,12 @@ def _in_the_file(model: Model, member: Quantity) -> str:
     return meaning if name == member.name else f"{name}: {meaning}"
 
 
+def shown(model: Model) -> list[dict[str, Any]]:
+    """The coordinates and velocities that a state is shown by, mass after mass, as `solver.toml` has them."""
+    found = {each["axis"]: each for each in _coordinates(model)}
+    return [found[axis] for axis in ("x1", "v1", "x2", "v2") if axis in found]
+
+
 def _inputs(model: Model) -> Iterator[dict[str, Any]]:
     """The input; of a current its limit and the force per unit of it."""
     if (own := model.input) is not None:

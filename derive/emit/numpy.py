@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
 import sympy as sp
 
@@ -79,6 +79,11 @@ def entry(record: Record) -> str:
 def words(kind: Iterable[Word]) -> str:
     """A dictionary of words by their numbers, a line each with the meaning."""
     return "\n".join(("{", *(f'    {word.number}: "{word.text}",  # {word.meaning}' for word in kind), "}"))
+
+
+def mapping(table: Mapping[str, str]) -> str:
+    """A dictionary of texts, on one line."""
+    return json.dumps(table, ensure_ascii=False)
 
 
 def names(symbols: Iterable[sp.Symbol]) -> str:

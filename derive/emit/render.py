@@ -29,7 +29,7 @@ from ..model.precisions import F64, PRECISIONS, Precision
 from ..paper import register
 from ..shipped import HOPPER
 from . import c, numpy
-from .facts import ROUNDING, compression_of, facts, state_of
+from .facts import ROUNDING, compression_of, facts, shown, state_of
 from .instantiate import instantiate
 from .program import program
 from .toml import toml
@@ -337,6 +337,10 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "walked_records": [made.record(name) for name in WALKED],
         "example": ", ".join(repr(finite_example(quantity)) for quantity in made.record("Robot").quantities),
         "example_start": ", ".join(map(repr, start.values())),
+        "example_named": ", ".join(
+            f'"{each["name"]}": {start[each["axis"]]!r}' for each in shown(options.model) if each["axis"] in start
+        ),
+        "shown": shown(options.model),
         "plant": _plant(options.model),
         "public_functions": _public_functions(),
         "firmware": firmware,

@@ -163,6 +163,13 @@ def kinds_of(model: Model) -> tuple[Kind, ...]:
     return tuple(replace(kind, words=_words_of(model, kind.words)) for kind in kinds.KINDS)
 
 
+def events_by_element(model: Model) -> list[dict[str, str]]:
+    """The events of each element that the model has, by WHATS: in its words."""
+    words = {word.number: word.text for word in _words_of(model, EVENTS.words)}
+    found = ({what: words[n] for what, n in each.events.items() if n in words} for each in ELEMENTS)
+    return [each for each in found if each]
+
+
 def flight_events_of(model: Model) -> tuple[Word, ...]:
     """Those that start a phase of a flight."""
     return _words_of(model, kinds.FLIGHT_EVENTS)
@@ -188,11 +195,6 @@ def follows_of(axis: sp.Symbol) -> tuple[int, ...]:
     if axis == y:
         return tuple(map(int, MATRIX[0, 1:]))
     return tuple(int(axis in (element.velocity, element.position)) for element in ELEMENTS)
-
-
-def follows() -> tuple[tuple[int, ...], ...]:
-    """The same of each axis."""
-    return tuple(map(follows_of, AXES))
 
 
 def axis_of_event() -> tuple[int, ...]:

@@ -20,16 +20,12 @@ from hopform._figures import plots
 from hopform._figures.plots import BLUE, GREEN, GREY, MAGENTA, ORANGE, house_style, render
 from hopform._solver.c import plan_of
 from hopform._solver.package import MAX_PHASES, records
-from hopform_solver import formulas, kernels, phases
+from hopform_solver import formulas, kernels, solver
 from hopform_solver.elements import COLUMNS
 
 BODY = hopform.load_robot("hopper_c")
 WIDTH = 4.6
 """[in] Letters stay readable on a telephone."""
-
-
-def each(value: float) -> Any:
-    return np.array([value])
 
 
 # ---- near-equal poles ----
@@ -122,22 +118,19 @@ def in_one_interval(u: float) -> tuple[Any, Any, Any, Any]:
     """Times in 0.95 of a half period about the minimum of y; y there, its rate and deflated derivative, continued past
     a take-off.
     """
-    plan = phases.plan_of(records.Robot(*map(each, RINGING.parameters)))
     stance = hopform.solve_stance(RINGING, v2=V2, u=u)
     phase = next(found for found in stance.phases if found.start < 0.13 < found.end)
     state = phase.state
     y = state.x1 - state.x2 + RINGING.L0 + RINGING.c
-    leg = records.LegState(each(state.x1), each(state.v1), each(state.v2), each(y))
-    side = np.array([each(float(phase.mode_1)), each(float(phase.mode_2))])
-    motion = phases.motion_of(phases.Phase(plan, leg, each(phase.u), side))
-    numerator = formulas.contact_numerator(plan.robot, motion)
-    poles = phases.poles_of(plan, side)
-    half_period = float(np.pi / np.sqrt(poles.q - poles.p**2 / 4.0)[0])
+    chain = solver.Chain(RINGING.parameters, [(0.0, phase.u)], records.LegState(state.x1, state.v1, state.v2, y))
+    form = chain.closed_form((phase.mode_1, phase.mode_2))
+    poles, numerator = form.poles, formulas.contact_numerator(RINGING.parameters, form.numerators)
+    half_period = np.pi / np.sqrt(poles.q - poles.p**2 / 4.0)
     start = 0.143 - 0.475 * half_period
     t = np.linspace(start, start + 0.95 * half_period, 801)
-    lanes = records.Poles(*(np.full(t.shape, value[0]) for value in poles))
+    lanes = records.Poles(*(np.full(t.shape, value) for value in poles))
     w = kernels.basis_at(lanes, t - phase.start)
-    H3, H2, H1 = (value[0] for value in numerator)
+    H3, H2, H1 = numerator
     g = y + H3 * w.Wd + H2 * w.W + H1 * w.W1
     rate = H3 * w.Wdd + H2 * w.Wd + H1 * w.W
     left = formulas.deflated_numerator(poles, numerator)

@@ -1,5 +1,5 @@
-"""The room of the formulas by itself: the folder copied beside NumPy alone gives states, energies and the ledger of a
-phase, for many robots and times at once, with the digits of the 50-digit reference.
+"""The closed form of a phase by itself: the folder copied beside NumPy alone gives states and energies with the digits
+of the 50-digit reference, and solves a stance.
 """
 
 import json
@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 import hopform_solver
-from tests.oracle.reference.energy import energies, work
+from tests.oracle.reference.energy import energies
 from tests.oracle.reference.motion import Flow, advance
 from tests.oracle.reference.records import Point, State, mp, parse_robot
 
@@ -24,21 +24,21 @@ PROGRAM = """
 import json, sys
 sys.path[:0] = [sys.argv[1]]
 import numpy as np
+import hopform_solver
 from hopform_solver import formulas
-from hopform_solver.ledgers import ledger_over
-from hopform_solver.phases import Phase, plan_of, state_in_phase
 from hopform_solver.records import LegState, Robot
+from hopform_solver.solver import Chain
 
-asked = json.loads(sys.stdin.read())
-robot, start, side = (np.array(asked[name]) for name in ("robot", "start", "side"))
-phase = Phase(plan_of(Robot(*robot)), LegState(*start), np.array(asked["u"]), side)
-t = np.array(asked["t"])
-state = state_in_phase(phase, t)
-found = {"state": state._asdict(), "energy": formulas.energies(phase.plan.robot, state)._asdict()}
-found["ledger"] = ledger_over(phase, t)._asdict()
+found = []
+for asked in json.loads(sys.stdin.read()):
+    robot = Robot(**asked["robot"])
+    chain = Chain(robot, [(0.0, asked["u"])], LegState(*asked["start"]))
+    state = LegState(*(float(each[0]) for each in chain.closed_form(tuple(asked["side"])).at(np.array([asked["t"]]))))
+    found.append({"state": state._asdict(), "energy": formulas.energies(robot, state)._asdict()})
+motion = hopform_solver.solve(robot, {"v2": -1.0}, horizon=0.5)
+found.append({"status": motion.status, "duration": motion.duration})
 assert not {name.partition(".")[0] for name in sys.modules} & {"hopform", "sympy", "scipy", "mpmath"}
-print(json.dumps({kind: {name: np.broadcast_to(values, t.shape).tolist() for name, values in of.items()}
-                  for kind, of in found.items()}))
+print(json.dumps(found))
 """
 
 
@@ -67,7 +67,7 @@ def drawn_phases() -> list[dict[str, Any]]:
 
 
 def exactly(phase: dict[str, Any]) -> tuple[dict[str, Any], dict[str, float]]:
-    """State, energies and ledger with 50 digits, and the sizes that their errors are measured by."""
+    """State and energies with 50 digits, and the sizes that their errors are measured by."""
     r, (one, other) = parse_robot(phase["robot"]), phase["side"]
     x1, v1, v2, y = map(mp.mpf, phase["start"])
     u, t = mp.mpf(phase["u"]), mp.mpf(phase["t"])
@@ -76,17 +76,15 @@ def exactly(phase: dict[str, Any]) -> tuple[dict[str, Any], dict[str, float]]:
     flow, first = Flow(r, (one != 0, other != 0)), Point(x1, v1, n1, v2, n2, y)
     end, rate = advance(flow, first, t), flow.rho
     body, total = energies(r, State(end.x1, end.v1, end.x1 - end.y + r.L0 + r.c, end.v2), end.y)
-    entries = work(flow, (one, other), u, first, t)
-    entries.pop("stop_loss")
     found = {
         "state": {"x1": end.x1, "v1": end.v1, "v2": end.v2, "y": end.y},
-        "energy": {"body": body, "total": total}, "ledger": entries,
+        "energy": {"body": body, "total": total},
     }  # fmt: skip
     moved = max(abs(v1), abs(v2), abs(n1) / rate, abs(n2) / rate) * max(t, 1 / rate)
     length = max(abs(x1), abs(y), abs(end.x1), abs(end.y), moved)
     energy = (r.m_eff + r.m_s) * (length * rate) ** 2 + r.k * length**2 + r.m_s * r.g * (length + r.L0)
     sizes = {"x1": length, "y": length, "v1": length * rate, "v2": length * rate}
-    sizes |= dict.fromkeys(("body", "total", *entries), energy + abs(r.gamma2 * u) * length + r.k * r.c * length)
+    sizes |= dict.fromkeys(("body", "total"), energy)
     return found, {name: float(size) for name, size in sizes.items()}
 
 
@@ -101,26 +99,20 @@ def alone(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_states_energies_and_ledger_have_the_digits_of_the_reference(alone):
+def test_states_and_energies_have_the_digits_of_the_reference(alone):
     phases = drawn_phases()
-    columns = {
-        "robot": [[phase["robot"][name] for phase in phases] for name in FIELDS],
-        "start": [[phase["start"][axis] for phase in phases] for axis in range(4)],
-        "side": [[float(phase["side"][element]) for phase in phases] for element in range(2)],
-        "u": [phase["u"] for phase in phases],
-        "t": [phase["t"] for phase in phases],
-    }
     done = subprocess.run(
-        [sys.executable, "-I", "-S", "-c", PROGRAM, alone], input=json.dumps(columns), capture_output=True, text=True,
+        [sys.executable, "-I", "-S", "-c", PROGRAM, alone], input=json.dumps(phases), capture_output=True, text=True,
         check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    found, worst = json.loads(done.stdout), {"state": 0.0, "energy": 0.0, "ledger": 0.0}
-    for n, phase in enumerate(phases):
+    *found, solved = json.loads(done.stdout)
+    worst = {"state": 0.0, "energy": 0.0}
+    for ours, phase in zip(found, phases, strict=True):
         exact, sizes = exactly(phase)
         for kind, values in exact.items():
-            assert found[kind].keys() == values.keys()
+            assert ours[kind].keys() == values.keys()
             for name, value in values.items():
-                error = abs(float(mp.mpf(found[kind][name][n]) - value)) / sizes[name]
-                worst[kind] = max(worst[kind], error)
-    assert worst["state"] <= 4e-15 and worst["energy"] <= 4e-15 and worst["ledger"] <= 4e-15, worst
+                worst[kind] = max(worst[kind], abs(float(mp.mpf(ours[kind][name]) - value)) / sizes[name])
+    assert worst["state"] <= 4e-15 and worst["energy"] <= 4e-15, worst
+    assert solved["status"] in hopform_solver.ENDINGS.values() and 0.0 < solved["duration"] <= 0.5

@@ -353,23 +353,3 @@ def test_a_model_without_a_law_has_no_target_and_a_servo_is_not_fitted(servo):
         hopform.solve_motion(hopform.load_robot("hopper_c"), start={"y": 0.02}).target(0.0)
     with pytest.raises(hopform.HopformError, match="the model servo has a law, .* under the measured i"):
         hopform.fit(servo, [])
-
-
-def test_the_formulas_of_a_phase_are_those_of_the_engine_under_the_law_and_at_its_limit(servo):
-    """The room of NumPy's formulas: the plan of each mode, the input of it, and the limit as the second side."""
-    package = servo.Robot().solver.package
-    robot = servo.Robot()
-    motion = servo.solve_motion(robot, u=1.0, horizon=0.4)
-    records, phases = package.records, package.phases
-    columns = records.Robot(*(np.array([value]) for value in robot.parameters))
-    plans = {0: phases.plan_under_law(columns), 1: phases.plan_of(columns)}
-    for phase in motion.phases:
-        start = records.LegState(*(np.array([value]) for value in (*phase.state, 0.0, phase.state.q)))
-        side = np.array([[float(phase.mode_1)], [float(phase.mode_2)]])
-        u, length = np.array([10.0 if phase.mode_2 else 1.0]), np.array([phase.end - phase.start])
-        one = phases.Phase(plans[phase.mode_2], start, u, side)
-        later, work = phases.state_in_phase(one, length), package.ledgers.ledger_over(one, length.copy())
-        end = motion.at(np.nextafter(phase.end, 0.0))
-        np.testing.assert_allclose([later.x1[0], later.v1[0]], end, rtol=1e-12, atol=1e-12)
-        gained = motion.ledger(np.nextafter(phase.end, 0.0)).motor_work - motion.ledger(phase.start).motor_work
-        assert work.motor_work[0] == pytest.approx(gained, rel=1e-11)

@@ -83,9 +83,7 @@ NEAREST = {
     "_identify/segments.py": RECORDED,
     "_identify/step.py": RECORDED,
     "hopform_solver/kernels.py": ("tests/conformance/test_closed_form.py", "tests/unit/test_formulas.py"),
-    "hopform_solver/ledgers.py": ("tests/conformance/test_closed_form.py",),
-    "hopform_solver/linear.py": ("tests/conformance/test_closed_form.py",),
-    "hopform_solver/phases.py": ("tests/conformance/test_closed_form.py",),
+    "hopform_solver/solver.py": ("tests/conformance/test_readable_solver.py", "tests/conformance/test_closed_form.py"),
 }
 """Modules that are changed, in runtime/hopform or the generated package, with the tests that are about them."""
 QUICK = tuple(
@@ -194,7 +192,7 @@ def main() -> int:
     parser.add_argument(
         "modules",
         nargs="*",
-        help=f"modules, as {QUICK[0]} or hopform_solver/stance.py (default: those with quick tests)",
+        help=f"modules, as {QUICK[0]} or hopform_solver/solver.py (default: those with quick tests)",
     )
     chosen = parser.parse_args()
     modules = tuple(chosen.modules) or QUICK

@@ -108,6 +108,31 @@ def test_only_the_solvers_room_knows_the_generated_package(name):
     assert not known or name == "_solver.package", known
 
 
+@each
+def test_hopform_takes_no_answer_of_the_readable_solver(name):
+    """It is a second opinion, and no back end: `solve` and its module are asked by nobody, by whatever name."""
+    module = tree(name)
+    assert not {"hopform_solver.solve", "hopform_solver.solver"} & set(imported(module))
+    package = {"package", "OURS", "hopform_solver"}
+    for node in ast.walk(module):
+        if isinstance(node, ast.Attribute) and node.attr in {"solve", "solver"}:
+            of = node.value
+            assert (of.attr if isinstance(of, ast.Attribute) else getattr(of, "id", "")) not in package, ast.unparse(
+                node
+            )
+
+
+def test_what_is_solved_loads_no_readable_solver():
+    loaded = loaded_by(
+        "import hopform\n"
+        "robot = hopform.load_robot('hopper_c')\n"
+        "hopform.solve_stance(robot, v2=-1.93, u=2.0).ledger(0.05)\n"
+        "hopform.choose_current(robot, v2=-1.93, h_des=0.1)\n"
+        "hopform.solve_flight(robot, v2=1.9)"
+    )
+    assert "hopform_solver.formulas" in loaded and "hopform_solver.solver" not in loaded
+
+
 def at_import(name: str) -> set[str]:
     """What a module imports when it is imported: all but the bodies of functions and what only type checkers read."""
     module = tree(name)

@@ -1,6 +1,7 @@
 """`hopform model check`, `build` and `list`: what they say, what they write, and that a second build is a look-up."""
 
 import ast
+import doctest
 import json
 import os
 import re
@@ -22,7 +23,7 @@ from hopform import _cli as cli
 from hopform._cli import model as commands
 from hopform._solver import build
 from hopform.model import derive
-from tests.derived import MODELS, SHIPPED, built, solver_of
+from tests.derived import MODELS, SHIPPED, built, loaded, solver_of
 from tests.needs import the_first
 
 DAMPER = MODELS / "damper.py"
@@ -200,6 +201,15 @@ def test_the_example_in_c_starts_where_its_header_says(store, tmp_path, name, st
     motion = solver.solve_motion(robot, start=start, u=3.0, horizon=2.0)
     assert (status, float(duration)) == ("0", pytest.approx(motion.duration, rel=1e-5))
     assert float(end) == pytest.approx(motion.end[0], abs=1e-5) and abs(motion.end[0] - first) > 1e-4
+
+
+def test_the_examples_of_a_joint_run(joint):
+    """Nothing of it falls: it starts at rest."""
+    package = loaded(joint, "joint_of_examples")
+    sys.modules["hopform_solver_of_joint"] = package
+    text = (package.__doc__ or "").replace("from hopform_solver import", "from hopform_solver_of_joint import")
+    example = doctest.DocTestParser().get_doctest(text, {}, "joint", None, None)
+    assert doctest.DocTestRunner().run(example) == doctest.TestResults(failed=0, attempted=4)
 
 
 def test_the_page_names_what_a_robot_must_obey():

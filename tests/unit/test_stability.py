@@ -159,7 +159,6 @@ def test_a_robot_that_runs_away_is_refused_by_the_condition(package, library, ho
     """By the least that negative damping can be; a robot without any damping is legal."""
     b1 = dtype(hopper_c.b1)
     state, records = package.LegState(0.0, 0.01, -1.9, 0.0), importlib.import_module("fed_solver.records")
-    phases = importlib.import_module("fed_solver.phases")
 
     def fly(robot, start):
         return C(library).solve_flight(tuple(robot), start, 0.0, None, 2.0, 64, np.dtype(dtype)).flight
@@ -169,23 +168,16 @@ def test_a_robot_that_runs_away_is_refused_by_the_condition(package, library, ho
         start = state._replace(v2=1.9)
         if legal:
             assert status_of(library, dtype, robot) == (0, True)
-            assert not phases.plan_of(arrays(robot, dtype)).robot.k_fed - dtype(d)
+            assert package.solve(robot, {"v1": 0.01, "v2": -1.9}, 1.0).status in records.ENDINGS.values()
             assert fly(robot, start).ending in records.FLIGHT_ENDINGS
             continue
         assert status_of(library, dtype, robot) == (UNSTABLE, False)
         with pytest.raises(ValueError, match=REFUSED):
-            phases.plan_of(arrays(robot, dtype))
+            package.solve(robot, {"v1": 0.01, "v2": -1.9}, 1.0)
         with pytest.raises(HopformError, match="Routh's conditions p_i"):
             fly(robot, start)
         with pytest.raises(HopformError, match="Routh's conditions p_i"):
             C(library).solve_stance(tuple(robot), state, ((0.0, 1.0),), 2.0, 64, np.dtype(dtype))
-
-
-def test_one_unstable_robot_among_many_is_refused(package, hopper_c):
-    """What is solved as arrays is refused as a whole."""
-    robot = package.Robot(*(np.full(4, each) for each in hopper_c.parameters), np.array([0.0, 100.0, 149.0, 151.0]))
-    with pytest.raises(ValueError, match=r"p_1 >= 0 is violated, p_1 = -0\.04"):
-        importlib.import_module("fed_solver.phases").plan_of(robot)
 
 
 def test_the_hopper_of_the_paper_is_asked_nothing(fed):
@@ -214,8 +206,10 @@ def test_no_legal_robot_is_refused(package, library, dtype):
     zero = np.zeros(count, dtype)
     order = {"m_eff": m_eff, "m_s": m_s, "k": k, "b1": b1, "b2": b2, "k_fed": d}
     robots = package.Robot(*(order.get(name, zero) for name in package.Robot._fields))
+    formulas, stability = (importlib.import_module(f"fed_solver.{name}") for name in ("formulas", "stability"))
     with np.errstate(all="ignore"):
-        importlib.import_module("fed_solver.phases").stable_rates_of(robots)
+        values = [np.asarray(value) for _, value, _ in stability.conditions(formulas.rates_of(robots))]
+    assert values and not any((value < 0.0).any() for value in values)
     types = library.types(np.dtype(dtype))
     rows = np.array(robots).T.copy()
     plan, function = types.Plan(), library.function("plan_init", types)

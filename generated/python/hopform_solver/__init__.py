@@ -2,14 +2,24 @@
 # SPDX-License-Identifier: MIT-0
 """Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.
 
-The formulas by themselves, generated from the derivation; they need NumPy alone.
+A solver that one can read, generated from the derivation; it needs NumPy alone.
 
-`formulas` has a function of arrays for each formula of the derivation, (6) to (24). With it belong the kernels
-(`lanes`, `kernels`, `phases`, `linear`, `ledgers`) by which the closed form of a phase is evaluated for many robots and
-times at once. They decide nothing: the search for events is C.
+`formulas` has a function for each formula of the derivation, (6) to (24), for floats and for arrays. `kernels` has what
+they are evaluated with: the roots of the cubic, and W over time. `solver` makes motions of them:
+
+    >>> from hopform_solver import Robot, solve
+    >>> robot = Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0)
+    >>> motion = solve(robot, {"x1": 0.0, "v1": 0.0, "v2": -1.93}, u=0.0, horizon=2.0)
+    >>> motion.phases[0].start, motion.at(motion.duration) == motion.end
+    (0.0, True)
 """
 
+from typing import TYPE_CHECKING, Any
+
 from .records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
+
+if TYPE_CHECKING:
+    from .solver import solve
 
 LAYOUT = "0c6cf76bd2916148"
 """Of the structs and numbers that this package shares with its C library, which carries the same text."""
@@ -18,5 +28,14 @@ VERSION = "0.1.0"
 """Of what generated it."""
 
 __all__ = [
-    "ENDINGS", "EVENTS", "LAYOUT", "ROBOT_FIELDS", "VERSION", "Ledger", "LegState", "Robot",
+    "ENDINGS", "EVENTS", "LAYOUT", "ROBOT_FIELDS", "VERSION", "Ledger", "LegState", "Robot", "solve",
 ]  # fmt: skip
+
+
+def __getattr__(name: str) -> Any:
+    """`solve`, which is loaded when it is first asked for: the formulas are used without it."""
+    if name != "solve":
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from .solver import solve
+
+    return solve

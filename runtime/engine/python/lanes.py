@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT-0
 """Records of arrays, taken apart and put together lane by lane: each branch computes its own lanes only."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable
 from typing import Any, TypeAlias, TypeVar
 
 import numpy as np
@@ -29,11 +29,6 @@ def _at(record: Any, places: Numbers) -> Any:
 def take(record: Record, lanes: Lanes) -> Record:
     """Some lanes of an array, or of a tuple or record of such; lanes are the last axis of every array."""
     return _at(record, _places(lanes))  # type: ignore[no-any-return]
-
-
-def lanes_in(slips: Sequence[bool], side: Array) -> Flags:
-    """The lanes in which just these elements slip; side has a row for each."""
-    return np.asarray(((side != 0.0) == np.array(slips)[:, np.newaxis]).all(axis=0))
 
 
 def put(record: tuple[Any, ...], lanes: Lanes, values: Iterable[object]) -> None:
