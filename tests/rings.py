@@ -8,6 +8,7 @@ writes. With HOPFORM_CI set one that does not is a failure. The file also says w
 import json
 import os
 import resource
+import sys
 from collections import defaultdict
 from pathlib import Path
 
@@ -18,6 +19,9 @@ DURATIONS = Path(__file__).with_name("durations.json")
 
 LIMIT, SHOWN = 1.0, 0.5
 """[s] Machines differ by a factor of two: what is measured at half the limit is listed, so that none exceeds it unseen."""
+
+LIBRARY = 20
+"""Modules, from which on a library was imported."""
 
 AIM = 360
 """[s] What `make test` may take, from pytest's first line to its end; it is printed beside what it took."""
@@ -38,7 +42,7 @@ class Rings:
 
     def __init__(self, config: pytest.Config) -> None:
         self.config = config
-        self.mark = processor_seconds()
+        self.mark, self.modules = processor_seconds(), len(sys.modules)
         self.by_test: defaultdict[str, float] = defaultdict(float)
         self.of_workers = 0.0
 
@@ -51,11 +55,14 @@ class Rings:
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_runtest_makereport(self):
-        """Processor seconds since the last phase of a test: fixtures are paid by the test that asks for them first."""
+        """Processor seconds since the last phase of a test, but of one in which a library was loaded first: it pays for
+        the others of its process.
+        """
         outcome = yield
-        now = processor_seconds()
-        outcome.get_result().processor_seconds = now - self.mark
-        self.mark = now
+        now, modules = processor_seconds(), len(sys.modules)
+        loads = modules > self.modules + LIBRARY
+        outcome.get_result().processor_seconds = 0.0 if loads else now - self.mark
+        self.mark, self.modules = now, modules
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
         if report.when == "call":
@@ -89,7 +96,8 @@ class Rings:
 
     def pytest_terminal_summary(self, terminalreporter) -> None:
         total = self.of_workers + processor_seconds()
-        aim = f" (aim: {AIM} s)" if self.config.getoption("-m") == FIRST else ""
+        whole = self.config.getoption("-m") == FIRST and self.config.args_source is pytest.Config.ArgsSource.TESTPATHS
+        aim = f" (aim: {AIM} s)" if whole else ""
         terminalreporter.write_line(f"{total:.0f} s of processor time{aim}")
 
 
