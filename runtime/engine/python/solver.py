@@ -248,8 +248,8 @@ class Chain:
     # -- event functions --
 
     def event_functions(self, state: LegState) -> Iterator[tuple[Guard, Any]]:
-        """The event functions, positive while the phase lasts, in the order in which they win a tie: take-off, mass 1,
-        whose stop comes before its velocity, mass 2, the limits of a law.
+        """The event functions, positive while the phase lasts, in order of tie-break priority: take-off, mass 1, whose stop
+        comes before its velocity, mass 2, the limits of a law.
         """
         if HAS_CONTACT:
             yield ("takeoff", 0, 0), formulas.contact_of(self.robot, state)
