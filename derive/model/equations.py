@@ -131,6 +131,11 @@ class Model:
     text: str = field(default="", repr=False, compare=False)
 
     @property
+    def has_law(self) -> bool:
+        """Whether a law sets the input."""
+        return self.law is not None
+
+    @property
     def robot(self) -> Record:
         """The parameters as a record."""
         return replace(ROBOT, quantities=self.parameters)

@@ -91,3 +91,4 @@ OVERDAMPED: tuple[Case, ...] = (
 """Stances beside an overdamped actuator, evaluated by W and in modal form; costs are counted of a set of their own."""
 
 EVERY_CASE = CASES + AT_REST + OVERDAMPED
+LAST = len(EVERY_CASE) - 1

@@ -248,7 +248,7 @@ def test_every_word_for_a_parameter_is_the_one_of_the_model():
 
 def test_every_parameter_is_what_the_model_declares():
     for field, quantity in zip(records.ROBOT_FIELDS, HOPPER.parameters, strict=True):
-        assert field._asdict() == dataclasses.asdict(quantity)
+        assert field._asdict() | {"shipped_with": "hopper"} == dataclasses.asdict(quantity)
     assert records.TRAVEL._asdict() == dataclasses.asdict(quantities.TRAVEL)
 
 
@@ -426,5 +426,5 @@ def test_cpp_finds_the_names_of_the_library(tmp_path, folder):
         "int main() { hopform_plan_f64 plan; return hopform_layout() && !hopform_plan_init_f64(&plan, 0); }\n"
     )
     for cpp, compiler in zip(installed("g++"), installed("gcc"), strict=False):
-        made = objects(compiler, folder)
+        made = [path for path in objects(compiler, folder) if "notes" not in path.name]  # they define some again
         subprocess.run([cpp, "-I", C / "include", source, *made, "-lm", "-o", tmp_path / "user"], check=True)

@@ -190,7 +190,7 @@ def test_a_friction_of_the_body_in_newtons_is_noticed(monkeypatch):
 
 def test_a_taylor_step_without_its_fourth_order_is_noticed(monkeypatch):
     def proof() -> None:
-        accuracy.test_w_is_carried_to_its_last_digit_over_the_longest_time_that_counts_as_near("real", 1.0)
+        accuracy.test_w_is_carried_to_its_last_digit_over_the_longest_time_that_counts_as_near("real", 1.0, 20)
 
     assert not fails(proof)
     rest = sp.Symbol("rest", real=True)
