@@ -43,6 +43,9 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "stance, 100 steps": lambda: hopform.solve_stance(
         HOPPER, v2=-1.9, u=[(0.001 * n, 3.0 * (-1) ** n) for n in range(100)]
     ),
+    "stance, two events near its end": lambda: hopform.solve_stance(
+        HOPPER, v2=-1.63, u=[(0.0, 1.2), (0.174, -2.6), (0.185, -0.2)]
+    ),
     "stance, horizon": lambda: hopform.solve_stance(HOPPER, v2=-1.0, horizon=0.05),
     "stance, take-off at once": lambda: hopform.solve_stance(HOPPER, v2=1.0),
     "flight": lambda: hopform.solve_stance(HOPPER, **DROP, u=3.0).fly(0.01),
