@@ -2,7 +2,8 @@
 that they take, markers. All tests of pictures read figures here.
 
 `check` compares a panel with what it must show: each line by its name, and no line without an oracle. `faults` finds
-what is wrong with any picture: words that overlap or leave it, markers on the frame, axes without a name.
+what is wrong with any picture: words that overlap or leave it, markers on the frame, axes without a name, curves that no
+legend names.
 """
 
 import itertools
@@ -139,10 +140,11 @@ class Words(NamedTuple):
     box: Bbox
 
 
-def faults(figure: Figure) -> list[str]:
-    """All that is wrong with a picture, in words; its layout is computed first."""
+def faults(figure: Figure, legends: bool = True) -> list[str]:
+    """All that is wrong with a picture, in words; its layout is computed first. legends: whether it must have its own."""
     figure.draw_without_rendering()
-    return [*overlaps(figure), *beyond_the_edge(figure), *markers_on_the_frame(figure), *names_of_axes(figure)]
+    found = [overlaps, beyond_the_edge, markers_on_the_frame, names_of_axes, *([unexplained] if legends else [])]
+    return [fault for each in found for fault in each(figure)]
 
 
 def ticks_of(axis: Axis) -> Iterator[Text]:
@@ -247,3 +249,14 @@ def names_of_axes(figure: Figure) -> Iterator[str]:
         name, panel = axes.yaxis.label.get_window_extent(), axes.bbox
         if axes.get_ylabel() and name.height > panel.height + SLACK:
             yield f"{axes.get_ylabel()!r} is longer than its panel by {name.height - panel.height:.1f} px"
+
+
+def unexplained(figure: Figure) -> Iterator[str]:
+    """Lines and bands with a name that neither a legend of the figure nor a word beside them says."""
+    legends = [*figure.legends, *(axes.get_legend() for axes in figure.axes)]
+    said = {text.get_text() for each in legends if each is not None for text in each.get_texts()}
+    for axes in figure.axes:
+        words = said | {each.get_text() for each in axes.texts}
+        for name in axes.get_legend_handles_labels()[1]:
+            if name not in words:
+                yield f"{name!r} of {axes.get_ylabel()!r} is in no legend"

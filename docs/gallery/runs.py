@@ -122,8 +122,7 @@ def tracked(run: Run, compared: Mapping[str, Run]) -> Figure:
         times, heights = plots.apexes(each)
         miss = 1e3 * (heights - np.array(run.h_des[: times.size]))
         bottom.plot(times, miss, marker, color=colour, markersize=3.5, clip_on=False, label=name)
-    if len(compared) > 1:
-        legend(bottom)
+    legend(bottom)
     return figure
 
 
