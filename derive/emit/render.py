@@ -341,6 +341,7 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
             f'"{each["name"]}": {start[each["axis"]]!r}' for each in shown(options.model) if each["axis"] in start
         ),
         "shown": shown(options.model),
+        "shown_axes": [each["axis"] for each in shown(options.model)],
         "plant": _plant(options.model),
         "public_functions": _public_functions(),
         "firmware": firmware,
