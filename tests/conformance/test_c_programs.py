@@ -73,7 +73,7 @@ def output_of(image: Path, *arguments: str) -> str:
 
 
 @pytest.mark.parametrize("precision", needs.the_first([*DEFINE]))
-@pytest.mark.parametrize("program", [pytest.param("refusals", marks=pytest.mark.sliced), "garbage", "contract"])
+@pytest.mark.parametrize("program", needs.the_first(["contract", "garbage", "refusals"]))
 def test_bad_input_is_refused_by_name_and_leaves_safe_outputs(folder, program, precision):
     image = built(folder, program, [HERE / f"{program}.c", BOARDS / "board.c"], CC, precision, *CHECKS)
     assert output_of(image).endswith("wrong 0\n")

@@ -307,19 +307,19 @@ def pair_of(motion: Any) -> tuple[str, str]:
     return (events[-1] if events else "step" if at_once else "nothing"), motion.status
 
 
-SEEDS = 3
 PULLED = {("start", "takeoff"), ("x1_hits_stop", "takeoff")}
 """What ends the contact without a root of its force, where a damper acts in the leg."""
 
 
+@pytest.mark.parametrize("seeds", needs.the_first([range(1), range(1, 3)]), ids=str)
 @pytest.mark.parametrize(
     "name", needs.the_first(["leg_damper", "joint", *sorted(set(CASES) - {"leg_damper", "joint"})], 2)
 )
-def test_the_derivatives_of_an_ending_are_those_of_differences(store, name):
+def test_the_derivatives_of_an_ending_are_those_of_differences(store, name, seeds):
     """Every entry of the matrix that has a difference."""
     solver = hopform.load_solver(name) if name == "hopper" else solver_of(store, FILES[name])
     seen, compared, missing = Counter[tuple[str, str]](), 0, 0
-    for seed in range(SEEDS):
+    for seed in seeds:
         for problem in coincidences(solver, name, Draw(f"{name} endings {seed}")):
             motion = solved(solver, problem)
             pair = pair_of(motion)
@@ -331,7 +331,7 @@ def test_the_derivatives_of_an_ending_are_those_of_differences(store, name):
             assert not wrong, (seed, pair, problem, wrong)
             compared += count
             seen[pair] += 1
-    assert compared > 100 * len(seen) and missing <= 0.05 * sum(seen.values())
+    assert compared > 40 * len(seeds) * len(seen) and missing <= max(1.0, 0.05 * sum(seen.values()))
     assert set(seen) >= PULLED or "b12" not in {field.name for field in solver.Robot.fields()}
 
 

@@ -385,6 +385,7 @@ def test_axes_have_names_with_units_and_the_curves_fit(number):
 # ---- how they are made ----
 
 
+@pytest.mark.sliced
 def test_the_figures_are_written_with_what_make_run_installs(tmp_path):
     """Fig. 11 has a map; no other package of any extra can be imported."""
     absent = of_a_checkout() - installed_by_make_run()
