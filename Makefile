@@ -43,6 +43,7 @@ QUICK_TESTS = $(addprefix tests/repository/test_,words.py docs.py rooms.py deriv
 precheck: venv-dev ## in 20 s what most changes are refused for: style, format, stale files, words, links, rooms, facts
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
+	.venv/bin/lint-imports --no-cache --no-logo
 	sh tools/lint_c.sh format
 	$(PY) -m derive --check
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -q -n auto -p no:cacheprovider -k "not builds" $(QUICK_TESTS)
@@ -182,6 +183,7 @@ gate: compiler venv-dev ## instructions, answers and public names of BASE and th
 lint: venv-dev ## style and types, of Python and of C; cppcheck where it is installed
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
+	.venv/bin/lint-imports --no-cache --no-logo
 	$(PY) -m mypy
 	$(PY) -m pyright
 	sh tools/lint_c.sh

@@ -32,6 +32,24 @@ def model_of(text: str, name: str = "own") -> Model:
     return mechanism.model_of(draft, name, "A model of a test.", text)
 
 
+NO_HOPPERS = {
+    "current": "force(h.x2, h.gamma2 * h.u, 'reaction')",
+    "ground": "spring(h.x1, parameter('k1', 'N/m', 'stiffness', 'nonnegative', 0), 'ground spring')",
+    "hardening": "k3 = parameter('k3', 'N/m^3', 'how the spring hardens', 'nonnegative', 0)\n"
+    "spring(h.x1 - h.x2 + h.L0, k3 * (h.x1 - h.x2) ** 2, 'hardening spring')",
+    "rail": "viscous(h.x2, parameter('b_rail', 'N s/m', 'friction of the rail', 'nonnegative', 0), 'rail')",
+    "undeclared": "import sympy as sp\nviscous(h.x1, sp.Symbol('k_emf', real=True), 'back-EMF')",
+}
+"""Elements that no hop can carry, further ones of the hopper `h`."""
+
+
+def no_hopper(folder: Path, name: str) -> Path:
+    """A file of the hopper with one of them."""
+    file = folder / f"{name}.py"
+    file.write_text(f"from hopform.model import *\nh = include('hopper')\n{NO_HOPPERS[name]}\n", "utf-8")
+    return file
+
+
 def hopper_with(text: str, name: str = "own") -> Model:
     """The hopper with further elements: its symbols are those of `h`."""
     return model_of(f"h = include('hopper')\n{text}", name)

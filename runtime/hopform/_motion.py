@@ -522,6 +522,11 @@ def shown_of(robot: Robot, dtype: np.dtype[Any], layout: Layout, state: records.
     return [of[axis]() for axis in layout.axes]
 
 
+def force_units(motion: Motion) -> dict[str, str]:
+    """The forces of a motion with their units."""
+    return {name: str(motion._unit(name) or "N") for name in motion.forces(0.0)}  # pyright: ignore[reportPrivateUsage]
+
+
 def events_in_short(events: Sequence[Event]) -> str:
     """The first events and how many more there are."""
     first = ", ".join(f"{event.kind} {event.time:.4g} s" for event in events[:3])

@@ -5,8 +5,7 @@ arbitrary inputs under the sanitizers.
 import re
 import shutil
 import subprocess
-from concurrent.futures import ThreadPoolExecutor
-from functools import cache
+from collections.abc import Callable
 from itertools import islice
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from tests import needs
 from tests.conformance.firmware import vectors
 from tests.conformance.firmware.targets import BOARDS, COMMON, HERE, ROOT, C, sources
 from tests.conformance.test_selftest import CC, COMPILERS
-from tests.objects import compiled
+from tests.objects import compiled, run_compiler
 
 FUZZ = ROOT / "tests" / "fuzz"
 CHECKS = (
@@ -31,39 +30,18 @@ DEFINE = {"f32": "-DSINGLE", "f64": "-DDOUBLE"}
 INCLUDE = ["-I", str(C / "include"), "-I", str(C / "src"), "-I", str(BOARDS)]
 
 
-def run_compiler(*command: str | Path) -> None:
-    done = subprocess.run([*map(str, command)], capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+@pytest.fixture
+def built(store, tmp_path) -> Callable[..., Path]:
+    """A program under the sanitizers, with the library in a precision, which is compiled once for all of them."""
 
+    def program(precision: str, own: list[Path], *flags: str, more: tuple[str, ...] = ()) -> Path:
+        image, command = tmp_path / f"{own[0].stem}_{precision}", (*CC, *COMMON, *CHECKS)
+        library = [*sources((precision,)), *(C / "src" / f"{unit}_{precision}.c" for unit in more)]
+        objects = [compiled(store, command, source) for source in library]
+        run_compiler(*command, "-D_GNU_SOURCE", DEFINE[precision], *flags, *INCLUDE, *own, *objects, "-o", image, "-lm")
+        return image
 
-@cache
-def objects(folder: Path, compiler: tuple[str, ...], precision: str, *flags: str) -> list[Path]:
-    """The library's sources in a precision, for this computer."""
-    made = folder / "_".join([compiler[0], precision, *flags[:1]])
-    made.mkdir()
-
-    def make(source: Path) -> Path:
-        target = made / f"{source.stem}.o"
-        run_compiler(*compiler, *COMMON, *flags, *INCLUDE, "-c", source, "-o", target)
-        return target
-
-    with ThreadPoolExecutor(2) as pool:
-        return list(pool.map(make, sources((precision,))))
-
-
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("objects")
-
-
-def built(folder: Path, name: str, own: list[Path], compiler: list[str], precision: str, *flags: str) -> Path:
-    """A program with the library in a precision."""
-    image = folder / f"{name}_{compiler[0]}_{precision}"
-    library = objects(folder, tuple(compiler), precision, *(flag for flag in flags if not flag.startswith("-D")))
-    run_compiler(
-        *compiler, *COMMON, "-D_GNU_SOURCE", DEFINE[precision], *flags, *INCLUDE, *own, *library, "-o", image, "-lm"
-    )
-    return image
+    return program
 
 
 def output_of(image: Path, *arguments: str) -> str:
@@ -74,21 +52,17 @@ def output_of(image: Path, *arguments: str) -> str:
 
 @pytest.mark.parametrize("precision", needs.the_first([*DEFINE]))
 @pytest.mark.parametrize("program", needs.the_first(["contract", "garbage", "refusals"]))
-def test_bad_input_is_refused_by_name_and_leaves_safe_outputs(folder, program, precision):
-    image = built(folder, program, [HERE / f"{program}.c", BOARDS / "board.c"], CC, precision, *CHECKS)
+def test_bad_input_is_refused_by_name_and_leaves_safe_outputs(built, program, precision):
+    image = built(precision, [HERE / f"{program}.c", BOARDS / "board.c"])
     assert output_of(image).endswith("wrong 0\n")
 
 
 @pytest.mark.sliced
 @pytest.mark.parametrize("precision", DEFINE)
-def test_batches_keep_their_contract_and_give_the_bits_of_stances_one_by_one(folder, precision):
-    made = []
-    for unit in ("batch", "readings_of_many"):
-        made.append(folder / f"{unit}_{precision}_{CC[0]}.o")
-        run_compiler(*CC, *COMMON, *CHECKS, *INCLUDE, "-c", C / "src" / f"{unit}_{precision}.c", "-o", made[-1])
+def test_batches_keep_their_contract_and_give_the_bits_of_stances_one_by_one(built, precision):
     for program in ("contract_batches", "batches"):
-        own = [ROOT / "tests" / "conformance" / f"{program}.c", *made]
-        assert output_of(built(folder, program, own, CC, precision, *CHECKS)).endswith("wrong 0\n")
+        own = [ROOT / "tests" / "conformance" / f"{program}.c"]
+        assert output_of(built(precision, own, more=("batch", "readings_of_many"))).endswith("wrong 0\n")
 
 
 def test_the_programs_about_pointers_call_every_public_function():
@@ -127,10 +101,10 @@ def test_answers_notice_a_constant_that_is_off(tmp_path):
 
 @pytest.mark.parametrize("precision", needs.the_first([*DEFINE]))
 @pytest.mark.parametrize("entry", ["3", "4", "flight", "control", "reading"])
-def test_arbitrary_inputs_get_answers_within_bounds(folder, entry, precision):
+def test_arbitrary_inputs_get_answers_within_bounds(built, entry, precision):
     """What `make fuzz` looks for, on what it found before and on a fixed draw: nothing undefined, no endless search."""
     target = FUZZ / f"fuzz_{entry}.c" if entry.isalpha() else FUZZ / "fuzz_entry.c"
-    image = built(folder, f"fuzz_{entry}", [target, FUZZ / "replay.c"], CC, precision, *CHECKS, f"-DENTRY={entry}")
+    image = built(precision, [target, FUZZ / "replay.c"], f"-DENTRY={entry}")
     found = sorted((FUZZ / "found").iterdir())
     assert len(found) >= 10
     output_of(image, "4000", *map(str, found))

@@ -31,7 +31,7 @@ from hopform_solver import records
 from tests.conformance.errors import TOLERANCE, plain_errors, rounded
 from tests.conformance.flights import condition, outcome, random_flight
 from tests.conformance.random_stances import random_robot
-from tests.derived import MODELS, Derived, derived, hopper_with, loaded
+from tests.derived import Derived, derived, hopper_with, loaded, no_hopper
 from tests.oracle import integrator, reference
 from tests.oracle.differences import differences, scaled_error, size_of
 from tests.oracle.reference.flight import FlightReference
@@ -405,7 +405,7 @@ def test_a_solver_shows_an_element_wherever_the_hopper_shows_its_forces(tmp_path
     ],
 )
 def test_an_element_that_no_hop_can_carry_is_refused_by_name(tmp_path, capsys, name, why):
-    assert main(["--model", str(MODELS / f"{name}.py"), "--out", str(tmp_path / "out")]) == 2
+    assert main(["--model", str(no_hopper(tmp_path, name)), "--out", str(tmp_path / "out")]) == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert line.startswith("derive: ")
     for words in (f"{name}.py", *why):

@@ -22,9 +22,7 @@ from tests.seeds import SEED
 
 pytestmark = needs.library
 FIRST = ["sea", "servo"]
-REFUSED = {"current", "ground", "hardening", "rail", "undeclared"}
-"""Files of tests/models that `model build` refuses."""
-FILES = {path.stem for path in (*SHIPPED.glob("*.py"), *MODELS.glob("*.py"))} - {"__init__"} - REFUSED
+FILES = {path.stem for path in (*SHIPPED.glob("*.py"), *MODELS.glob("*.py"))} - {"__init__"}
 NAMES = FIRST + sorted(FILES - {*FIRST})
 """The first two are tried in every run: a damper between two masses, and one mass under a law."""
 STARTS = 120

@@ -11,8 +11,7 @@ import shutil
 import subprocess
 import sys
 import tomllib
-from collections.abc import Iterator
-from functools import cache
+from collections.abc import Callable, Iterator
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -31,6 +30,7 @@ from derive.model import quantities
 from derive.shipped import HOPPER
 from hopform_solver import records
 from tests.needs import the_first
+from tests.objects import compiled, run_compiler
 
 ROOT = Path(__file__).resolve().parents[2]
 DERIVE, TEMPLATES, RUNTIME = ROOT / "derive", ROOT / "templates", ROOT / "runtime" / "hopform"
@@ -328,38 +328,21 @@ def installed(*names: str) -> list[str]:
     return [name for name in names if shutil.which(name)]
 
 
-def compile_without_a_warning(command: list[str], source: Path, target: Path) -> None:
-    command = [
-        *command,
-        *WARNINGS,
-        "-I",
-        str(C / "include"),
-        "-I",
-        str(C / "src"),
-        "-c",
-        str(source),
-        "-o",
-        str(target),
-    ]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)
-    assert done.returncode == 0, done.stderr
+def with_every_warning(compiler: str, *language: str) -> tuple[str, ...]:
+    return compiler, *language, *WARNINGS
 
 
-@cache
-def objects(compiler: str, folder: Path) -> tuple[Path, ...]:
-    """Every source of the library and of its notes, compiled with every warning an error."""
-    made = []
-    for source in sorted(path for part in ("src", "notes") for path in (C / part).glob("*.c")):
-        target = folder / f"{compiler}_{source.stem}.o"
-        compile_without_a_warning([compiler, "-std=c99", "-O2", "-ffp-contract=off"], source, target)
-        made.append(target)
-    assert made
-    return tuple(made)
+@pytest.fixture
+def objects(store) -> Callable[..., list[Path]]:
+    """Every source of the library, or of its notes, compiled with every warning an error, once for all tests."""
 
+    def by(compiler: str, part: str = "src") -> list[Path]:
+        command = with_every_warning(compiler, "-std=c99", "-O2", "-ffp-contract=off", "-I", str(C / "src"))
+        found = [compiled(store, command, source) for source in sorted((C / part).glob("*.c"))]
+        assert found
+        return found
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory) -> Path:
-    return tmp_path_factory.mktemp("objects")
+    return by
 
 
 def symbols(path: Path) -> list[tuple[str, str]]:
@@ -373,22 +356,23 @@ each_compiler = pytest.mark.parametrize("compiler", the_first(installed("gcc", "
 
 @pytest.mark.sliced
 @each_compiler
-def test_the_library_compiles_as_c99_without_a_warning(folder, compiler):
+def test_the_library_compiles_as_c99_without_a_warning(objects, compiler):
     assert installed(compiler) or not os.environ.get("HOPFORM_CI"), "there is no C compiler"
     if installed(compiler):
-        objects(compiler, folder)
+        objects(compiler)
+        objects(compiler, "notes")
 
 
 @pytest.mark.sliced
 @each_compiler
-def test_the_library_keeps_no_data(folder, compiler):
-    for path in objects(compiler, folder):
+def test_the_library_keeps_no_data(objects, compiler):
+    for path in (*objects(compiler), *objects(compiler, "notes")):
         assert not [name for kind, name in symbols(path) if kind in "dDbBC"], path.name
 
 
 @each_compiler
-def test_the_library_defines_no_name_that_is_not_its_own(folder, compiler):
-    for path in objects(compiler, folder):
+def test_the_library_defines_no_name_that_is_not_its_own(objects, compiler):
+    for path in (*objects(compiler), *objects(compiler, "notes")):
         assert not [name for kind, name in symbols(path) if kind in "TRVWi" and not name.startswith("hopform_")]
 
 
@@ -398,14 +382,15 @@ KEEPS_FLAGS = {"fegetenv", "fesetenv"}
 
 
 @each_compiler
-def test_single_precision_calls_single_precision_alone(folder, compiler):
+def test_single_precision_calls_single_precision_alone(objects, compiler):
     """It needs its own, memory functions, and of libm what ends in f: no warning of a compiler sees calls."""
-    for path in objects(compiler, folder):
-        if path.stem.endswith("_f32"):
-            needed = {name for kind, name in symbols(path) if kind == "U"}
-            other = {name for name in needed if not name.endswith("f") and not name.startswith("hopform_")}
-            assert other <= {"memcpy", "memset", "memmove", *ASKS_THE_PROCESSOR, *KEEPS_FLAGS}, path.name
-            assert not {name for name in needed if name.startswith("hopform_") and not name.endswith("_f32")}
+    single = [path for path in (*objects(compiler), *objects(compiler, "notes")) if "_f32_" in path.stem]
+    assert single
+    for path in single:
+        needed = {name for kind, name in symbols(path) if kind == "U"}
+        other = {name for name in needed if not name.endswith("f") and not name.startswith("hopform_")}
+        assert other <= {"memcpy", "memset", "memmove", *ASKS_THE_PROCESSOR, *KEEPS_FLAGS}, path.name
+        assert not {name for name in needed if name.startswith("hopform_") and not name.endswith("_f32")}
 
 
 @pytest.mark.parametrize("name", [path.name for path in sorted((C / "include" / "hopform").glob("*.h"))])
@@ -416,15 +401,16 @@ def test_a_public_header_stands_alone_in_c_and_in_cpp(tmp_path, name):
     ):
         source, target = tmp_path / f"user{suffix}", tmp_path / "user.o"
         source.write_text(f'#include "hopform/{name}"\n#include "hopform/{name}"\nconst char *what(void);\n')
-        compile_without_a_warning([compiler, language], source, target)
+        include = ("-I", C / "include", "-I", C / "src")
+        run_compiler(*with_every_warning(compiler, language), *include, "-c", source, "-o", target)
 
 
-def test_cpp_finds_the_names_of_the_library(tmp_path, folder):
+def test_cpp_finds_the_names_of_the_library(tmp_path, objects):
     source = tmp_path / "user.cpp"
     source.write_text(
         '#include "hopform/hopform.h"\n'
         "int main() { hopform_plan_f64 plan; return hopform_layout() && !hopform_plan_init_f64(&plan, 0); }\n"
     )
     for cpp, compiler in zip(installed("g++"), installed("gcc"), strict=False):
-        made = [path for path in objects(compiler, folder) if "notes" not in path.name]  # they define some again
-        subprocess.run([cpp, "-I", C / "include", source, *made, "-lm", "-o", tmp_path / "user"], check=True)
+        made = objects(compiler)
+        run_compiler(cpp, "-I", C / "include", source, *made, "-lm", "-o", tmp_path / "user")

@@ -1,13 +1,19 @@
-"""The rooms of runtime/hopform: what rests on what, what is public, and what is loaded and entered when."""
+"""The rooms of hopform and derive: what import-linter cannot say of imports, what is public, what is loaded when.
+
+Which module may import which stands in pyproject.toml, [tool.importlinter].
+"""
 
 import ast
+import json
 import os
 import subprocess
 import sys
 from collections.abc import Iterable, Iterator
+from functools import cache
 from pathlib import Path
 from unittest.mock import patch
 
+import grimp
 import pytest
 
 import hopform
@@ -17,140 +23,133 @@ from hopform._show import drawing
 ROOT = Path(__file__).resolve().parents[2]
 RUNTIME = ROOT / "runtime" / "hopform"
 
-# Each module may import those of the lines above it, inside of functions too. A folder's own name is its __init__.
-LAYERS = (
-    ("hopform", "_errors", "_progress", "_warnings"),
-    ("_solver", "_solver.build"), ("_solver.library", "_solver.package"), ("_solver.folder",),
-    ("_checks",), ("_files",),
-    ("_solver.c",), ("_solver.choice",), ("_solver.loading",),
-    ("_show",), ("_robots", "_sensitivities", "model", "terrain"),
-    ("_motion",), ("_stance",), ("_flight", "_batch"),
-    ("_control",), ("controllers",),
-    ("_hopping", "_hopping.run", "_hopping.touchdown"),
-    ("_identify.motion",), ("_identify.recordings",), ("_identify.segments",),
-    ("_identify.rigs",), ("_identify.estimation",), ("_identify.search",), ("_identify.alternatives", "_identify.nuisances", "_identify.kinds", "_identify.repeats"), ("_identify.causes",),
-    ("_identify.fits",), ("_identify.drop", "_identify.step", "_identify.synthetic"),
-    ("_identify.joint", "_identify.models"), ("_identify.simulators",), ("_identify",),
-    ("_studies",), ("_solvers",), ("_all",),
-    ("_export",),
-    ("_words",), ("_explain",), ("_cli.use",), ("_cli.options", "_cli.output"),
-    ("_figures",), ("_figures.plots",), ("_figures.animation", "_figures.results"),
-    ("_cli.bands",), ("_cli.tables", "_cli.report"),
-    ("_cli.model",), ("_cli.solve", "_cli.identify", "_cli.folders"), ("_cli.fit",), ("_cli",), ("__main__",),
-)  # fmt: skip
-LEVEL = {name: level for level, names in enumerate(LAYERS) for name in names}
-
 PUBLIC = {"controllers", "model", "terrain"}
 EXTRAS = {"scipy", "matplotlib", "xarray"}
 
-# What is handed on is no import of one's own: it waits until it is asked.
-HANDS_ON = {("hopform", "_all"), ("_stance", "_flight"), ("_motion", "_explain")}
+HANDS_ON = {
+    ("hopform", "hopform._all"),
+    ("hopform._stance", "hopform._flight"),
+    ("hopform._motion", "hopform._explain"),
+    ("hopform._show", "hopform._figures."),
+}
+"""What a module imports by a string from a room above: it waits until it is asked for."""
+
+OF_A_TUPLE = {"_asdict", "_fields", "_make", "_replace"}
+"""What every NamedTuple offers."""
 
 
-def name_of(path: Path) -> str:
-    """The module of a file, without `hopform.`; that of the package itself is `hopform`."""
-    parts = path.relative_to(RUNTIME).with_suffix("").parts
-    return ".".join(parts if parts[-1] != "__init__" else parts[:-1]) or "hopform"
+def name_of(path: Path, root: Path) -> str:
+    """The module of a file."""
+    parts = path.relative_to(root).with_suffix("").parts
+    return ".".join(parts if parts[-1] != "__init__" else parts[:-1])
 
 
-MODULES = {name_of(path): path for path in sorted(RUNTIME.rglob("*.py"))}
-each = pytest.mark.parametrize("name", MODULES)
-
-
-def imported(node: ast.AST) -> Iterator[str]:
-    """What some code imports, in functions and for type checkers too; a name taken from a package may be its module."""
-    for inner in ast.walk(node):
-        if isinstance(inner, ast.Import):
-            yield from (alias.name for alias in inner.names)
-        elif isinstance(inner, ast.ImportFrom):
-            assert inner.level == 0, f"line {inner.lineno}: a relative import"
-            for alias in inner.names:
-                module = f"{inner.module}.{alias.name}"
-                yield module if module.removeprefix("hopform.") in MODULES else str(inner.module)
-        elif isinstance(inner, ast.Call) and ast.unparse(inner.func).endswith("import_module"):
-            yield from (arg.value for arg in inner.args[:1] if isinstance(arg, ast.Constant))
+MODULES = {
+    name_of(path, root): path
+    for root, package in ((ROOT / "runtime", "hopform"), (ROOT, "derive"))
+    for path in sorted((root / package).rglob("*.py"))
+    if path.parent.name != "models"  # files that are run
+}
+OF_HOPFORM = [name for name in MODULES if name.split(".")[0] == "hopform"]
 
 
 def tree(name: str) -> ast.Module:
     return ast.parse(MODULES[name].read_text("utf-8"))
 
 
-def of_hopform(names: Iterator[str]) -> set[str]:
-    """Those of this room; the derivation, which a wheel has inside, is a room of its own apart."""
-    ours = {name.removeprefix("hopform.") for name in names if name.split(".")[0] == "hopform"}
-    return {name for name in ours if not name.startswith("_derive")}
+def room_of(name: str) -> str:
+    """The folder or the module right below the package; the package's own file is a room of its own."""
+    return ".".join([*name.split("."), "__init__"][:2])
 
 
-def test_every_module_has_its_place():
-    assert set(MODULES) == LEVEL.keys()
+@cache
+def defined_in(room: str) -> set[str]:
+    """The functions, classes and variables of a room, and the attributes that it sets."""
+    found = set[str]()
+    for node in (node for name in MODULES if room_of(name) == room for node in ast.walk(tree(name))):
+        if isinstance(node, ast.FunctionDef | ast.ClassDef):
+            found.add(node.name)
+        elif isinstance(node, ast.Name | ast.Attribute) and isinstance(node.ctx, ast.Store):
+            found.add(node.id if isinstance(node, ast.Name) else node.attr)
+    return found
 
 
-@each
-def test_a_module_imports_only_what_lies_below(name):
-    above = [
-        other
-        for other in of_hopform(imported(tree(name))) - {name}
-        if LEVEL[other] >= LEVEL[name] and (name, other) not in HANDS_ON
-    ]
-    assert not above, f"{name} is not above {above}"
+def test_a_room_uses_no_underscore_of_another():
+    """What `self` has may be of a base class. A name that is imported is a module, or has no underscore."""
+    for name in MODULES:
+        taken = set[str]()
+        for node in ast.walk(tree(name)):
+            if isinstance(node, ast.Attribute) and ast.unparse(node.value) != "self":
+                taken.add(node.attr)
+            elif isinstance(node, ast.ImportFrom) and room_of(str(node.module)) != room_of(name):
+                taken |= {alias.name for alias in node.names if f"{node.module}.{alias.name}" not in MODULES}
+        private = {each for each in taken if each.startswith("_") and not each.endswith("_")}
+        assert not private - defined_in(room_of(name)) - OF_A_TUPLE, name
+
+
+def test_a_string_imports_from_its_own_room():
+    """Text that begins with a variable names a package: a generated one, or one of an extra."""
+    found = set[tuple[str, str]]()
+    for name in MODULES:
+        for node in ast.walk(tree(name)):
+            if isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in ("import_module", "__import__"):
+                text = node.args[0].values[0] if isinstance(node.args[0], ast.JoinedStr) else node.args[0]
+                if isinstance(text, ast.Constant) and text.value.split(".")[0] in ("hopform", "derive"):
+                    found.add((name, text.value))
+    assert {(name, text) for name, text in found if not text.startswith(f"{room_of(name)}.")} == HANDS_ON
+
+
+def test_no_module_imports_the_room_that_it_stands_in():
+    graph = grimp.build_graph("hopform", "derive", cache_dir=None)
+    pairs = [(name, other) for name in graph.modules for other in graph.find_modules_directly_imported_by(name)]
+    assert len(pairs) > len(MODULES)
+    assert not [pair for pair in pairs if "." in pair[1] and pair[0].startswith(f"{pair[1]}.")]
 
 
 def test_no_module_is_public_that_nobody_promised():
-    top = {name.split(".")[0] for name in MODULES} - {"hopform", "__main__"}
+    top = {name.split(".")[1] for name in OF_HOPFORM if "." in name} - {"__main__"}
     assert {name for name in top if not name.startswith("_")} == PUBLIC
     folders = {path.name for path in RUNTIME.iterdir() if path.is_dir()}
     assert all(name.startswith("_") for name in folders), folders
 
 
-@each
-def test_only_the_solvers_room_knows_the_generated_package(name):
-    known = {module for module in imported(tree(name)) if module.split(".")[0] == "hopform_solver"}
-    assert not known or name == "_solver.package", known
-
-
-@each
-def test_hopform_takes_no_answer_of_the_readable_solver(name):
+def test_hopform_takes_no_answer_of_the_readable_solver():
     """It is a second opinion, and no back end: `solve` and its module are asked by nobody, by whatever name."""
-    module = tree(name)
-    assert not {"hopform_solver.solve", "hopform_solver.solver"} & set(imported(module))
-    package = {"package", "OURS", "hopform_solver"}
-    for node in ast.walk(module):
-        if isinstance(node, ast.Attribute) and node.attr in {"solve", "solver"}:
-            of = node.value
-            assert (of.attr if isinstance(of, ast.Attribute) else getattr(of, "id", "")) not in package, ast.unparse(
-                node
-            )
+    for name in OF_HOPFORM:
+        for node in ast.walk(tree(name)):
+            if isinstance(node, ast.ImportFrom) and str(node.module).startswith("hopform_solver"):
+                assert not {"solve", "solver"} & {*str(node.module).split("."), *(each.name for each in node.names)}, (
+                    name
+                )
+            if isinstance(node, ast.Attribute) and node.attr in {"solve", "solver"}:
+                of = node.value
+                package = of.attr if isinstance(of, ast.Attribute) else getattr(of, "id", "")
+                assert package not in {"package", "OURS", "hopform_solver"}, (name, ast.unparse(node))
 
 
-def test_what_is_solved_loads_no_readable_solver():
-    loaded = loaded_by(
-        "import hopform\n"
-        "robot = hopform.load_robot('hopper_c')\n"
-        "hopform.solve_stance(robot, v2=-1.93, u=2.0).ledger(0.05)\n"
-        "hopform.choose_current(robot, v2=-1.93, h_des=0.1)\n"
-        "hopform.solve_flight(robot, v2=1.9)"
-    )
-    assert "hopform_solver.formulas" in loaded and "hopform_solver.solver" not in loaded
-
-
-def at_import(name: str) -> set[str]:
+def at_import(name: str) -> Iterator[str]:
     """What a module imports when it is imported: all but the bodies of functions and what only type checkers read."""
     module = tree(name)
     for_types = [node for node in module.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
     module.body = [node for node in module.body if node not in for_types and not isinstance(node, ast.FunctionDef)]
-    return set(imported(module))
+    for node in ast.walk(module):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            yield str(node.module)
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
 
 
 def test_what_needs_an_extra_is_imported_within_functions():
     """Pictures import matplotlib, by a door that raises MissingExtra; nothing else imports them before that."""
-    needs = {name for name in MODULES if {module.split(".")[0] for module in at_import(name)} & EXTRAS}
-    assert needs and all(name.startswith("_figures.") for name in needs)
+    needs = {name for name in OF_HOPFORM if {module.split(".")[0] for module in at_import(name)} & EXTRAS}
+    assert needs and all(name.startswith("hopform._figures.") for name in needs)
     refused = pytest.raises(hopform.MissingExtra, match="needs the extra `plot`")
     with refused, patch.dict(sys.modules, {"matplotlib": None}):
         drawing("plots")
-    for name in MODULES:
-        if not name.startswith("_figures."):
-            assert not of_hopform(iter(at_import(name))) & needs, name
+    for name in OF_HOPFORM:
+        if not name.startswith("hopform._figures."):
+            assert not {*at_import(name)} & needs, name
 
 
 def own() -> dict[str, str]:
@@ -159,14 +158,18 @@ def own() -> dict[str, str]:
     return os.environ | {"PYTHONPATH": os.pathsep.join(roots)}
 
 
-def loaded_by(code: str) -> set[str]:
-    """The modules that some code loads in a process of its own, with what it prints left out."""
-    program = f"import sys\nbefore = set(sys.modules)\n{code}\nprint('', *set(sys.modules) - before, file=sys.stderr)"
-    done = subprocess.run(
-        [sys.executable, "-c", program], env=own(), capture_output=True, text=True, check=True, encoding="utf-8"
-    )
-    return set(done.stderr.split())
-
+TABLE = """
+import json, os, sys
+for name, program in json.loads(sys.argv[1]).items():
+    sys.stdout.flush()
+    if not (child := os.fork()):
+        before = set(sys.modules)
+        exec(program, {})
+        print(json.dumps([name, sorted(set(sys.modules) - before)]), file=sys.stderr, flush=True)
+        os._exit(0)
+    os.waitpid(child, 0)
+"""
+"""Run each program in a process of its own; print the modules that it loads."""
 
 FORKED = """
 import importlib, os, sys
@@ -204,29 +207,61 @@ def test_each_public_module_may_be_the_first_that_a_program_imports():
 
 @pytest.mark.sliced
 def test_each_module_may_be_the_first_that_a_program_imports():
-    names = ["hopform" if name == "hopform" else f"hopform.{name}" for name in MODULES]
-    assert alone(names, "numpy scipy.optimize matplotlib.figure rich.console sympy") == ([], "")
+    assert alone(OF_HOPFORM, "numpy scipy.optimize matplotlib.figure rich.console sympy") == ([], "")
 
 
-@pytest.mark.parametrize("arguments", [["--version"], ["--help"], []])
-def test_the_front_of_the_command_line_loads_no_command(arguments):
-    loaded = loaded_by(f"from hopform._cli import main\nassert main({arguments!r}) == 0")
-    ours = {name for name in loaded if name.split(".")[0] == "hopform"}
-    solver = {
-        "hopform._solver",
-        "hopform._solver.library",
-        "hopform._solver.build",
-    }  # the last where no library is there
-    assert ours <= {"hopform", "hopform._cli", "hopform._errors"} | solver
-    assert not {name.split(".")[0] for name in loaded} & {"numpy", "hopform_solver", *EXTRAS}
+FRONT = "from hopform._cli import main\nassert main({!r}) == 0"
+PROGRAMS = {
+    "hopform --version": FRONT.format(["--version"]),
+    "hopform --help": FRONT.format(["--help"]),
+    "hopform": FRONT.format([]),
+    "the package": "import hopform",
+    "a function": "import hopform; hopform.solve_stance",
+    "a command": "import hopform._cli.solve, hopform._cli.use",
+    "what is solved": (
+        "import hopform\n"
+        "robot = hopform.load_robot('hopper_c')\n"
+        "hopform.solve_stance(robot, v2=-1.93, u=2.0).ledger(0.05)\n"
+        "hopform.choose_current(robot, v2=-1.93, h_des=0.1)\n"
+        "hopform.solve_flight(robot, v2=1.9)"
+    ),
+}
 
 
-def test_importing_hopform_loads_nothing_else_and_its_names_load_numpy():
-    for code, packages in (
-        ("import hopform", {"hopform"}),
-        ("import hopform\nhopform.solve_stance", {"hopform", "hopform_solver", "numpy"}),
-    ):
-        assert {name.split(".")[0] for name in loaded_by(code)} - sys.stdlib_module_names == packages
+@pytest.fixture(scope="module")
+def loaded() -> dict[str, set[str]]:
+    """The modules that each program loads, in a child of a process in which nothing of hopform is."""
+    done = subprocess.run(
+        [sys.executable, "-c", TABLE, json.dumps(PROGRAMS)], env=own(), capture_output=True, text=True, check=True
+    )
+    return {program: set(names) for program, names in map(json.loads, done.stderr.splitlines())}
+
+
+def packages(names: Iterable[str]) -> set[str]:
+    return {name.split(".")[0] for name in names}
+
+
+@pytest.mark.parametrize("program", ["hopform --version", "hopform --help", "hopform"])
+def test_the_front_of_the_command_line_loads_no_command(loaded, program):
+    ours = {name for name in loaded[program] if name.split(".")[0] == "hopform"}
+    library = {"hopform._solver", "hopform._solver.library", "hopform._solver.build"}  # where no library is there
+    assert ours <= {"hopform", "hopform._cli", "hopform._errors"} | library
+    assert not packages(loaded[program]) & {"numpy", "hopform_solver", *EXTRAS}
+
+
+def test_importing_hopform_loads_nothing_else_and_its_names_load_numpy(loaded):
+    assert packages(loaded["the package"]) - sys.stdlib_module_names == {"hopform"}
+    assert packages(loaded["a function"]) - sys.stdlib_module_names == {"hopform", "hopform_solver", "numpy"}
+
+
+def test_a_command_loads_no_extra_before_it_needs_it(loaded):
+    assert "numpy" in packages(loaded["a command"])
+    assert not packages(loaded["a command"]) & {*EXTRAS, "sympy"}
+
+
+def test_what_is_solved_loads_no_readable_solver(loaded):
+    assert "hopform_solver.formulas" in loaded["what is solved"]
+    assert "hopform_solver.solver" not in loaded["what is solved"]
 
 
 def test_every_name_of_hopform_is_there_and_no_other():

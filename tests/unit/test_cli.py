@@ -631,11 +631,6 @@ def test_a_run_above_the_limit_warns_once(run):
 # ---- as a program ----
 
 
-def test_the_command_line_loads_neither_matplotlib_nor_scipy():
-    loaded = "import sys, hopform._cli; print({'matplotlib', 'scipy', 'sympy'} & {*sys.modules})"
-    assert python(loaded) == (0, "set()\n", "")
-
-
 def test_what_is_piped_has_no_colour_codes_and_no_broken_lines(answer):
     for arguments in (DROP, ("robots", "hopper_b"), ("equations",), ("hop", "--height", "0.2")):
         output = answer(*arguments)

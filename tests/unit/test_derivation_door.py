@@ -22,7 +22,7 @@ from derive import derivation as module
 from derive.maths.formulas import GROUPS
 from hopform import _cli as cli
 from hopform.model import Derivation, ModelError, derive
-from tests.derived import MODELS, SHIPPED, model_file
+from tests.derived import MODELS, SHIPPED, model_file, no_hopper
 
 NAMES = ("hopper", "damper", "second_spring", "joint")
 EACH = pytest.mark.parametrize("name", NAMES)
@@ -462,7 +462,7 @@ def test_the_door_says_what_is_wrong(tmp_path):
     with pytest.raises(ModelError, match=r"hopper has no formula 'H22': did you mean H2_2\?"):
         derivation_of("hopper").show("H22")
     with pytest.raises(ModelError, match=r"hardening.py: spring .*not linear"):
-        derive(MODELS / "hardening.py")
+        derive(no_hopper(tmp_path, "hardening"))
     with pytest.raises(ModelError, match="s_1 of hopper takes b1"):
         derivation_of("hopper").value("s_1", {"b2": 1, "m_eff": 1, "m_s": 1})
 
@@ -473,13 +473,14 @@ def test_the_door_says_what_is_wrong(tmp_path):
         (["model", "show", "hopper", "H22"], "did you mean H2_2?"),
         (["model", "show", "nothing"], f"whose name ends in .py, or one of {THAT_SHIP}, got 'nothing'"),
         (["model", "show", "nothing.py"], "nothing.py cannot be read: No such file"),
-        (["model", "show", str(MODELS / "undeclared.py")], "damping is k_emf, and k_emf is not declared"),
+        (["model", "show", "undeclared.py"], "damping is k_emf, and k_emf is not declared"),
         (["model", "show", "hopper", "--as", "numpy", "--f32"], "--f32 is for --as c"),
         (["equations", "14", "--as", "c", "--json"], "exclude each other"),
         (["equations", "28", "--as", "c"], "known: (1) to (27)"),
     ],
 )
-def test_the_commands_refuse_in_one_line(capsys, arguments_of, said):
+def test_the_commands_refuse_in_one_line(capsys, tmp_path, monkeypatch, arguments_of, said):
+    monkeypatch.chdir(no_hopper(tmp_path, "undeclared").parent)
     assert cli.main(arguments_of) == 2
     printed = capsys.readouterr()
     assert printed.out == "" and said in printed.err and printed.err.count("\n") == 1

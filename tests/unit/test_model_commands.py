@@ -23,7 +23,7 @@ from hopform import _cli as cli
 from hopform._cli import model as commands
 from hopform._solver import build
 from hopform.model import derive
-from tests.derived import MODELS, SHIPPED, built, loaded, solver_of
+from tests.derived import MODELS, SHIPPED, built, loaded, no_hopper, solver_of
 from tests.needs import the_first
 
 DAMPER = MODELS / "damper.py"
@@ -71,11 +71,11 @@ def test_a_check_says_what_a_model_cannot_and_which_robots_are_refused(run):
 
 
 @pytest.mark.parametrize("command", ["check", "build"])
-def test_what_is_no_model_is_refused_by_name(run, cache, command):
-    assert "hardening.py: spring 'hardening spring': stiffness is k3" in run(
-        "model", command, MODELS / "hardening.py", code=2
-    )
-    assert "ground.py: spring 'ground spring' ties x1" in run("model", command, MODELS / "ground.py", code=2)
+def test_what_is_no_model_is_refused_by_name(run, cache, command, tmp_path):
+    said = run("model", command, no_hopper(tmp_path, "hardening"), code=2)
+    assert "hardening.py: spring 'hardening spring': stiffness is k3" in said
+    said = run("model", command, no_hopper(tmp_path, "ground"), code=2)
+    assert "ground.py: spring 'ground spring' ties x1" in said
     assert "FILE must be a model file, whose name ends in .py" in run("model", command, "leg", code=2)
     assert not cache.exists() or not any(cache.iterdir())
 

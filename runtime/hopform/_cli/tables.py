@@ -28,7 +28,7 @@ from hopform._cli.output import Record, number, record, spaced, table, to_json
 from hopform._errors import printable
 from hopform._files import csv_of
 from hopform._hopping.run import motion_of
-from hopform._motion import masses_of
+from hopform._motion import force_units, masses_of
 from hopform._show import name_of
 from hopform._solver.package import records
 from hopform._stance import aed_at
@@ -176,11 +176,6 @@ def motion_ledger(solved: Motion) -> Table:
     made.add_row("change of energy H", f"{change:+.6f}")
     made.add_row("difference", f"{total - change:.1e}")
     return made
-
-
-def force_units(solved: Motion) -> dict[str, str]:
-    """The forces of a motion with their units."""
-    return {name: str(solved._unit(name) or "N") for name in solved.forces(0.0)}  # pyright: ignore[reportPrivateUsage]
 
 
 def phases(solved: Stance) -> Table:
