@@ -1,11 +1,13 @@
-"""`python -m tests.bench [--quick]`: the table, docs/evidence/benchmark.*, the README's;
---quick writes into out/ instead.
+"""`python -m tests.bench [--quick | --picture]`: the table, docs/evidence/benchmark.*, the README's; --quick writes into
+out/ instead, --picture draws that of the page anew.
 """
 
 import sys
+from pathlib import Path
 
 from rich.console import Console
 
+from tests import palette
 from tests.bench import beside, native, report
 from tests.bench.jobs import COUNT, sets
 from tests.bench.pieces import pieces
@@ -35,9 +37,14 @@ def main() -> None:
     report.terminal(outcome, found, lines, console, loops)
     folder = native.OUT if quick else native.ROOT / "docs" / "evidence"
     (folder / "benchmark.md").write_text(report.markdown(outcome, found, lines, loops), "utf-8")
-    report.picture(outcome, folder / "benchmark.svg")
-    console.print(f"written: {folder.relative_to(native.ROOT)}/benchmark.md and .svg", markup=False)
+    draw(folder)
+    console.print(f"written: {folder.relative_to(native.ROOT)}/benchmark.md and .png", markup=False)
+
+
+def draw(folder: Path) -> None:
+    """The picture of the page that lies in a folder."""
+    palette.save(report.drawn((folder / "benchmark.md").read_text("utf-8")), folder / "benchmark.png")
 
 
 if __name__ == "__main__":
-    main()
+    draw(native.ROOT / "docs" / "evidence") if "--picture" in sys.argv[1:] else main()

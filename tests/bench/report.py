@@ -1,9 +1,8 @@
 """What came out: a table for the terminal, the same in Markdown, and the work-precision picture."""
 
-import io
 import math
 from collections.abc import Mapping, Sequence
-from pathlib import Path
+from typing import Any
 
 from rich.console import Console
 from rich.table import Table
@@ -172,7 +171,7 @@ hopform is compiled with the flags it ships with (-O2, portable baseline), the p
 
 {headline(outcome)}
 
-![Work and precision](benchmark.svg)
+![Work and precision](benchmark.png)
 
 The job: touchdown state and a constant current in; take-off time and state, every event with its time, and the AED
 (analytical energy delta) out,
@@ -204,44 +203,42 @@ process of its own, without event lists.
 {_markdown(LINE_TITLES, line_cells(lines, times=times), 1)}"""
 
 
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F")
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#7F7F7F", "#882255", "#999933")
+MARKS = "*PDXv^<>"
 
 
-def picture(outcome: Outcome, path: Path) -> None:
-    """Ratio over error, a line per peer; hollow where an event list is wrong."""
-    import matplotlib
+def table_of(page: str) -> list[dict[str, str]]:
+    """The rows of the page's table of solvers, by the titles of its columns."""
+    table = page[page.index("| solver |") :].partition("\n\n")[0]
+    head, _, *lines = ([cell.strip() for cell in line.strip("|").split("|")] for line in table.splitlines())
+    return [dict(zip(head, line, strict=True)) for line in lines]
 
-    matplotlib.use("svg")
+
+def drawn(page: str) -> Any:
+    """Ratio over error of every row of the page's table, a line per peer; hollow where an event list is wrong."""
     from matplotlib.figure import Figure
 
-    figure = Figure(figsize=(10.0, 4.6), layout="constrained")
-    axes = figure.subplots(1, 2, sharey=True)
-    solvers = list(dict.fromkeys(result.row.solver for result in outcome.results if not result.row.is_ours))
-    marks = [result for result in outcome.results if result.row.is_ours]
-    one = base(outcome)
-    for of, ax in zip(SETS, axes, strict=True):
-        for solver, colour in zip(solvers, COLOURS, strict=False):
-            line = [result for result in outcome.results if result.row.solver == solver]
-            xs, ys = (
-                [result.verdicts[of].error for result in line],
-                [result.times[of] / one.times[of] for result in line],
-            )
-            ax.plot(xs, ys, color=colour, label=solver, linewidth=1.2)
-            for x, y, result in zip(xs, ys, line, strict=True):
-                face = colour if result.verdicts[of].wrong == 0 else "white"
-                ax.plot(x, y, "o", color=colour, markerfacecolor=face, markersize=5)
-        for result, symbol in zip(marks, "*PDXv^<>s", strict=False):
-            x = max(result.verdicts[of].error, 1e-17)
-            ax.plot(x, result.times[of] / one.times[of], symbol, color="black", markersize=7, label=result.row.name)
+    figure = Figure(figsize=(11.0, 4.8), dpi=100, layout="constrained")
+    table = table_of(page)
+    solvers = list(dict.fromkeys(row["solver"].partition(", rtol")[0] for row in table))
+    marks, colours = iter(MARKS), iter(COLOURS)
+    styles: dict[str, dict[str, Any]] = {
+        name: {"color": "black", "marker": next(marks), "linestyle": ""} if name.startswith("hopform")
+        else {"color": next(colours), "marker": "o", "linewidth": 1.2}
+        for name in solvers
+    }  # fmt: skip
+    for of, ax in zip(SETS, figure.subplots(1, 2, sharey=True), strict=True):
+        for name, style in styles.items():
+            rows = [row for row in table if row["solver"].partition(", rtol")[0] == name]
+            errors = [max(float(row[f"{of} error"]), 1e-17) for row in rows]
+            ratios = [float(row[f"{of} ratio"]) for row in rows]
+            ax.plot(errors, ratios, label=name, markersize=6, **style)
+            wrong = [n for n, row in enumerate(rows) if row[f"{of} wrong"] != "0"]
+            ax.plot([errors[n] for n in wrong], [ratios[n] for n in wrong], "o", color="white", markersize=3)
         ax.set(xscale="log", yscale="log", xlabel="largest scaled error", title=of)
         ax.grid(alpha=0.3)
-    axes[0].set_ylabel(f"time of a stance over that of {BASE}")
-    handles, labels = axes[0].get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc="outside right center", fontsize=7, title="hollow: wrong event lists", title_fontsize=7
-    )
-    buffer = io.StringIO()
-    with matplotlib.rc_context({"svg.hashsalt": "hopform"}):
-        figure.savefig(buffer, format="svg", metadata={"Date": None, "Creator": "hopform"})
-    text = "\n".join(line.rstrip() for line in buffer.getvalue().splitlines())
-    path.write_text(text + "\n", "utf-8")
+    first = figure.axes[0]
+    first.set_ylabel(f"time of a stance over that of {BASE}")
+    handles, labels = first.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside right center", fontsize=8, title="hollow: wrong event lists")
+    return figure

@@ -163,6 +163,19 @@ def test_the_headline_is_the_ratio_to_the_fastest_peer_without_a_wrong_event_lis
     assert "hasty" not in text
 
 
+@pytest.mark.parametrize("wrong", [False, True])
+def test_the_picture_has_every_row_of_the_page_in_both_sets(wrong):
+    """That of the last release, or those rows of it whose event lists are wrong, which are hollow."""
+    page = (native.ROOT / "docs" / "evidence" / "benchmark.md").read_text("utf-8")
+    table = report.table_of(page)
+    assert len(table) > 20
+    for of, ax in zip(report.SETS, report.drawn(page).axes, strict=True):
+        rows = [row for row in table if not wrong or row[f"{of} wrong"] != "0"]
+        lines = [line for line in ax.lines if (line.get_color() == "white") == wrong]
+        points = [(x, y) for line in lines for x, y in zip(*line.get_data(), strict=True)]
+        assert sorted(points) == sorted((float(row[f"{of} error"]), float(row[f"{of} ratio"])) for row in rows)
+
+
 def test_the_page_names_what_was_left_out():
     page = report.markdown(OUTCOME, {}, (), ALONE)
     assert "Left out: absent: not installed." in page

@@ -1,10 +1,10 @@
 """Across every case distinction of the solver, from a factor of several down to the last bit: `make scans`.
 
 A parameter is swept through each switch-over. On both sides, and from each floating point number to the next one around
-it, W'', W', W and its two integrals are compared with 50 digits, in C and NumPy, and a whole stance in C, in both
-precisions. The error of a function is divided by its largest magnitude up to t, and by the condition number of the five
+it, W'', W', W and its two integrals are compared with 50 digits, by the kernels of the engine in C and by those of the NumPy
+package, and a whole stance in C, in both precisions. The error of a function is divided by its largest magnitude up to t, and by the condition number of the five
 where that is above 1; that of a stance is scaled as everywhere (tests/conformance/errors.py). Writes
-docs/evidence/switchovers.svg and docs/evidence/switchovers.md.
+docs/evidence/switchovers.png and docs/evidence/switchovers.md.
 """
 
 import argparse
@@ -452,42 +452,48 @@ def beyond(swept: Swept) -> list[str]:
 
 COLOURS = {("C", "f64"): "#1f4e79", ("NumPy", "f64"): "#6aaed6", ("C", "f32"): "#a63603", ("NumPy", "f32"): "#fdae6b"}
 COLUMNS = 4
+DECADES = 17.0
+"""Of a distance below which all of them are drawn at the switch."""
 
 
 def draw(swept: list[Swept], path: Path) -> None:
     """All curves in one picture: below the switch to the left, above it to the right, its last bits in the middle."""
-    import matplotlib as mpl
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
 
-    mpl.use("svg")
-    from matplotlib import pyplot
+    from tests import palette
 
     rows = math.ceil(len(swept) / COLUMNS)
-    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "hopform", "font.size": 7, "axes.linewidth": 0.5}):
-        figure, grid = pyplot.subplots(rows, COLUMNS, figsize=(11, 1.75 * rows), sharey=True, layout="constrained")
+    with rc_context({"font.size": 8, "axes.linewidth": 0.5}):
+        figure = Figure(figsize=(11.0, 1.5 * rows), dpi=100, layout="constrained")
+        grid = figure.subplots(rows, COLUMNS, sharey=True)
         for axes, one in zip(grid.flat, swept, strict=False):
             draw_one(axes, one)
         for axes in grid.flat[len(swept) :]:
             axes.set_axis_off()
-        for axes in grid[:, 0]:
-            axes.set_ylabel("error")
         handles, labels = grid.flat[0].get_legend_handles_labels()
-        figure.legend(handles, labels, loc="outside upper center", ncols=5, frameon=False)
-        figure.supxlabel("relative distance of the parameter from the switch, logarithmic on both sides")
-        figure.savefig(path, metadata={"Date": None, "Creator": None})
-        pyplot.close(figure)
+        figure.legend(handles, labels, loc="outside upper center", ncols=len(CURVES) + 1, frameon=False)
+        figure.supxlabel("relative distance of the parameter from the switch, logarithmic on both sides", fontsize=8)
+        figure.supylabel("error", fontsize=8)
+        palette.save(figure, path)
 
 
 def draw_one(axes: Any, one: Swept) -> None:
     for curve, scan in one.curves.items():
-        place = np.sign(scan.distance) * np.log10(1.0 + np.abs(scan.distance) / 1e-17)
-        axes.semilogy(place, np.maximum(scan.error, 1e-18), color=COLOURS[curve], linewidth=0.8, label=" ".join(curve))
-    axes.axvline(0.0, color="0.5", linewidth=0.6, linestyle=":", label="switch")
+        place = np.sign(scan.distance) * (DECADES + np.log10(10.0**-DECADES + np.abs(scan.distance)))
+        axes.semilogy(place, np.maximum(scan.error, 1e-18), color=COLOURS[curve], linewidth=0.9, label=" ".join(curve))
+    axes.axvline(0.0, color="0.5", linewidth=0.6, linestyle=":")
     for precision in DTYPES:
-        axes.axhline(limit_of(one.switch, precision), color=COLOURS["C", precision], linewidth=0.4, linestyle="--")
-    decades = [n for n in range(-49, 50, 8) if abs(n) <= max(abs(edge) for edge in axes.get_xlim())]
-    axes.set_xticks(decades, [f"{'-' if n < 0 else ''}1e{abs(n) - 17}" for n in decades], rotation=90, fontsize=5)
+        label = "limit" if precision == "f64" else None
+        colour = COLOURS["C", precision]
+        axes.axhline(limit_of(one.switch, precision), color=colour, linewidth=0.7, linestyle="--", label=label)
+    low, high = axes.get_xlim()
+    marked = {-17: "-1", -9: "-1e-8", 0: "0", 9: "1e-8", 17: "1"} if high < 30.0 else {0: "0", 17: "1", 47: "1e30"}
+    ticks = [n for n in marked if low <= n <= high]
+    axes.set_xticks(ticks, [marked[n] for n in ticks], fontsize=7)
     axes.set_ylim(1e-18, 1e-3)
-    axes.set_title(f"{one.switch.name}\n{one.switch.where}", fontsize=6.5)
+    axes.set_yticks([1e-16, 1e-11, 1e-6])
+    axes.set_title(f"{one.switch.name}\n{one.switch.where}", fontsize=8)
 
 
 def page(swept: list[Swept], count: int) -> str:
@@ -498,13 +504,14 @@ def page(swept: list[Swept], count: int) -> str:
         f"Written by `make scans`. A parameter is swept through each case distinction of the solver: {count} values",
         f"on each side, from a factor of several down to the last bit, and {NEIGHBOURS} floating point numbers in",
         "succession next to the switch. W'', W', W and its two integrals, or whole stances, are compared with 50",
-        "digits, in both precisions. The error of a function is in units of its largest magnitude up to t, divided by",
-        "the condition number of the five where that is above 1; a stance's is scaled as in accuracy.md. Worst of",
-        "C and NumPy. *Jump*: the largest change of the error from one number to the next at the switch. Limits, held",
-        f"by `make test`: {ULPS:.0f} units in the last place",
-        "(1.4e-14, 7.6e-6) for functions, 1e-12 and 1e-5 for stances.",
+        "digits, in both precisions. Functions are evaluated by the kernels of the engine in C and by those of the NumPy",
+        "package, `hopform_solver.kernels`, and the worse of the two stands in the table; stances are solved in C. The",
+        "error of a function is in units of its largest magnitude up to t, divided by the condition number of the five",
+        "where that is above 1; a stance's is scaled as in accuracy.md. *Jump*: the largest change of the error from one",
+        f"number to the next at the switch. Limits, held by `make test`: {ULPS:.0f} units in the last place (1.4e-14,",
+        "7.6e-6) for functions, 1e-12 and 1e-5 for stances.",
         "",
-        "![Error curves across each switch](switchovers.svg)",
+        "![Error curves across each switch](switchovers.png)",
         "",
         "| switch | where | f64 below | above | jump | f32 below | above | jump |",
         "| --- | --- | --: | --: | --: | --: | --: | --: |",
@@ -540,7 +547,7 @@ def main() -> None:
         numbers = "  ".join(f"{of} " + " ".join(f"{value:.1e}" for value in worst_of(one, of)) for of in DTYPES)
         print(f"{one.switch.name:<46} {numbers}", flush=True)
         wrong += beyond(one)
-    draw(swept, chosen.out / "switchovers.svg")
+    draw(swept, chosen.out / "switchovers.png")
     (chosen.out / "switchovers.md").write_text(page(swept, chosen.count), "utf-8")
     for line in wrong:
         print(line)

@@ -13,7 +13,7 @@ from pathlib import Path
 from derive.emit.instantiate import instantiate
 from derive.emit.render import instance
 from derive.model.precisions import F32, F64, Precision
-from tests.conformance.firmware.targets import BOARDS, COMMON, HERE, ROOT, C, Failed, run
+from tests.conformance.firmware.targets import BOARDS, COMMON, HERE, ROOT, C, Failed, run, tables
 
 FUZZ = ROOT / "tests" / "fuzz"
 BOARD, REPLAY = BOARDS / "board.c", FUZZ / "replay.c"
@@ -94,7 +94,7 @@ class Bench:
             if program.once and precision != F64:
                 continue
             image = f"{program.name}_{precision.name}"
-            include = [f"-I{folder}" for folder in (C / "include", BOARDS)]
+            include = [f"-I{folder}" for folder in (C / "include", BOARDS, tables())]
             run(["gcc", *COMMON, "-D_GNU_SOURCE", "-w", "-O1", *DEFINE[precision], *program.define, *include,
                  *map(str, program.sources), f"-L{self.folder}", "-lhopform", "-Wl,-rpath,$ORIGIN", "-lm",
                  "-o", str(self.folder / image)])  # fmt: skip

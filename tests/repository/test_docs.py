@@ -24,6 +24,8 @@ from tests.conformance.firmware import costs
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+LARGEST_PICTURE, LONGEST_PICTURE = 200_000, 2000
+"""Bytes of a picture, lines of one in text."""
 each_page = pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 
 
@@ -65,6 +67,14 @@ def test_links_and_anchors_are_found():
     assert sum(bool(anchor) for page in PAGES for _, anchor in links(page)) > 10
     assert "what-right-means" in anchors(ROOT / "docs" / "reference" / "model.md")
     assert "14" in anchors(ROOT / "generated" / "EQUATIONS.md")
+
+
+def test_a_still_picture_of_the_pages_is_small():
+    """Each version of it stays in the repository. A drawing in text has a line for each point."""
+    pictures = [path for path in (ROOT / "docs").rglob("*") if path.suffix in (".png", ".svg")]
+    large = [path.name for path in pictures if path.stat().st_size > LARGEST_PICTURE]
+    large += [path.name for path in pictures if path.suffix == ".svg" and text_of(path).count("\n") > LONGEST_PICTURE]
+    assert len(pictures) >= 5 and not large
 
 
 def test_the_index_lists_every_page():

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from derive.model.selftest import CASES
-from tests.conformance.firmware import golden
+from tests.conformance.firmware.cases import HOPS
 from tests.conformance.firmware.targets import BY_NAME, ROOT, Build, Failed, emulate, link, objects, run
 
 RECORD = ROOT / "docs" / "evidence" / "firmware-costs.json"
@@ -281,7 +281,7 @@ Set `modes`: {len(CASES)} stances of `hopform_selftest`, which visit every mode,
 `hopper_c` and `hopper_b` at -0.7, -1.93 and -2.6 m/s under three currents each; `choose_current` for hop heights of 5,
 10 and 15 cm from each of them. `choose_current_step` solves one stance more. `choose_current_near` is the search for
 the same height, where it was reached, from a touchdown 1 % faster, begun near the command before. Set `hops`: the
-flights of `hopper_c` in a run of {len(golden.HOPS)} hops of {100 * min(golden.HOPS):.0f} to {100 * max(golden.HOPS):.0f} cm,
+flights of `hopper_c` in a run of {len(HOPS)} hops of {100 * min(HOPS):.0f} to {100 * max(HOPS):.0f} cm,
 from take-offs with the actuator out and moving.
 
 ## Cortex-M4F, gcc -O2

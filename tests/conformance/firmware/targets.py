@@ -14,6 +14,7 @@ from pathlib import Path
 
 from derive.emit.facts import ROUNDING
 from derive.solver import solver
+from tests.conformance.firmware.headers import make
 
 ROOT = Path(__file__).resolve().parents[3]
 C = ROOT / "generated" / "c"
@@ -125,6 +126,13 @@ def derived(model: str) -> Path:
     return folder / "c"
 
 
+@cache
+def tables() -> Path:
+    """The folder of the headers that programs of this folder include, made of tables once a process."""
+    make(OUT / "tables")
+    return OUT / "tables"
+
+
 def needed() -> list[str]:
     """Programs that are not installed, among those that the targets take."""
     tools = {"clang", *(target.gcc for target in TARGETS), *(target.machine[0] for target in TARGETS)}
@@ -178,8 +186,8 @@ def link(
     library = objects(build, precisions)
     main, board, startup = folder / f"{program}.o", folder / "board.o", folder / "startup.o"
     gcc = [target.gcc, *target.processor]
-    flags = ["-I", str(build.c / "include"), "-I", str(BOARDS), *define]
-    run([*build.command(), "-I", str(BOARDS), *define, "-c", str(HERE / f"{program}.c"), "-o", str(main)])
+    flags = ["-I", str(build.c / "include"), "-I", str(BOARDS), "-I", str(tables()), *define]
+    run([*build.command(), *flags, "-c", str(HERE / f"{program}.c"), "-o", str(main)])
     run([*gcc, "-std=c99", "-Os", "-ffunction-sections", *flags, "-c", str(BOARDS / "board.c"), "-o", str(board)])
     run([*gcc, "-c", str(BOARDS / target.startup), "-o", str(startup)])
     image = folder / f"{program}.elf"

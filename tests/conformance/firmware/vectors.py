@@ -1,39 +1,45 @@
 """Stances and flights of the 50-digit reference, commands in double precision:
-`python -m tests.conformance.firmware.vectors` writes them.
+`python -m tests.conformance.firmware.vectors` writes them into tables/{stances,flights,commands}.csv.
 
-A row of numbers each, one behind the other, as answers.c reads them: what goes in, what must come out, and the
-condition number by which an error may grow. Random robots are those of tests/conformance/random_stances.py and
-tests/conformance/flights.py.
+A row holds what goes in, what must come out, and the condition number by which an error may grow. Random robots are
+those of tests/conformance/random_stances.py and tests/conformance/flights.py.
 """
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor
-from functools import partial
-from pathlib import Path
 from typing import Any
 
 import hopform
 from derive.model.selftest import CASES, ROBOTS
 from hopform_solver.records import Robot
 from tests.conformance import flights
-from tests.conformance.firmware.golden import ENDINGS, KINDS, folded
+from tests.conformance.firmware import headers
 from tests.conformance.random_stances import draw_stances
 from tests.oracle import reference
 from tests.oracle.reference.flight import solve_flight
 
-HEADER = Path(__file__).with_name("vectors.h")
 STANCES, FLIGHTS = 70, 50
 MOST_EVENTS = 24
 LEDGER = ("motor_work", "offset_work", "viscous_1", "viscous_2", "coulomb_1", "coulomb_2", "spring_work")
-FLIGHT_KINDS = {"u_saturates": 8, "u_desaturates": 9} | {kind: 1 + n for n, kind in enumerate(KINDS)}
-FLIGHT_ENDINGS = {"touchdown": 1, "tripped": 2, "horizon": 3, "too_many_phases": 4}
-COMMANDS = {"reached": 1, "nearest": 2, "no_takeoff": 3}
 CREEPING = {"m_eff": 1.0, "m_s": 1.0, "k": 900.0, "L0": 0.3, "b1": 400.0, "b2": 300.0, "gamma2": 65.0}
 """A leg without weight that is damped far more than critically."""
 MOST_CONDITION = 1e4
 
-Row = list[Any]
+
+def number(value: Any) -> str:
+    """In double precision."""
+    return repr(float(value))
+
+
+def items(rows: Any) -> str:
+    """A list, of words and numbers."""
+    return ";".join(" ".join(value if isinstance(value, str) else number(value) for value in row) for row in rows)
+
+
+def texts(row: dict[str, Any]) -> headers.Row:
+    """A row with its numbers as text: mpmath's do not go from process to process."""
+    return {name: value if isinstance(value, str) else number(value) for name, value in row.items()}
 
 
 def fields(robot: dict[str, float]) -> dict[str, float]:
@@ -61,7 +67,7 @@ def stance_inputs() -> list[tuple[dict[str, float], dict[str, Any]]]:
     return found
 
 
-def stance_row(robot: dict[str, float], start: dict[str, Any]) -> Row | None:
+def stance_row(robot: dict[str, float], start: dict[str, Any]) -> headers.Row | None:
     """None where an error would say too little: too many events, or a condition that forgives anything."""
     arguments = start | {"max_phases": MOST_EVENTS + 1}
     exact = reference.solve(robot, **arguments)
@@ -76,33 +82,27 @@ def stance_row(robot: dict[str, float], start: dict[str, Any]) -> Row | None:
     if not max(conditions) < MOST_CONDITION:
         return None
     unit = reference.scales(robot, exact, start["v2"])
-    steps = arguments["u"]
-    row: Row = [1, *robot.values(), *(start[name] for name in ("x1", "v1", "v2", "y")), len(steps), *sum(steps, ())]
-    row += [start["horizon"], ENDINGS[exact.status], len(exact.events)]
-    for event in exact.events:
-        row += [1 + KINDS.index(event.kind), event.time]
+    end = {"x1_end": exact.final.x1, "v1_end": exact.final.v1, "v2_end": exact.final.v2, "y_end": exact.end.y}
     apex = exact.apex if robot["g"] and exact.apex is not None else 0.0
-    row += [exact.duration, exact.final.x1, exact.final.v1, exact.final.v2, exact.end.y, exact.aed, apex]
-    row += [unit["time"], unit["energy"], *conditions]
-    times = [float(exact.duration) * share for share in (0.137, 0.41, 0.83)]
-    row.append(len(times))
-    for t in times:
+    samples = []
+    for t in (float(exact.duration) * share for share in (0.137, 0.41, 0.83)):
         state, ledger = exact.at(t), exact.ledger(t)
         y = exact.point(t)[1].y
-        row += [
-            t,
-            state.x1,
-            state.v1,
-            state.v2,
-            y,
-            *exact.energy(t),
-            *(ledger[name] for name in LEDGER),
-            ledger["stop_loss"],
-        ]
-    return row
+        works = (ledger[name] for name in LEDGER)
+        samples.append([t, state.x1, state.v1, state.v2, y, *exact.energy(t), *works, ledger["stop_loss"]])
+    return texts(
+        {
+            **robot, **{name: start[name] for name in ("x1", "v1", "v2", "y")}, "steps": items(arguments["u"]),
+            "horizon": start["horizon"], "ending": exact.status,
+            "events": items((event.kind, event.time) for event in exact.events),
+            "duration": exact.duration, **end, "aed": exact.aed, "apex": apex,
+            "time_scale": unit["time"], "energy_scale": unit["energy"],
+            "condition": conditions[0], "condition_aed": conditions[1], "samples": items(samples),
+        }
+    )  # fmt: skip
 
 
-def flight_row(seed: int) -> Row | None:
+def flight_row(seed: int) -> headers.Row | None:
     robot, inputs = flights.random_flight(seed)
     rounded = {field.name: float(getattr(robot, field.name)) for field in robot.fields()}
     exact = solve_flight(rounded, **inputs)
@@ -111,17 +111,22 @@ def flight_row(seed: int) -> Row | None:
     size = max(1.0, flights.condition(robot, inputs, float, exact))
     if not size < MOST_CONDITION:
         return None
-    row: Row = [2, *fields(rounded).values(), *(inputs[name] for name in ("x1", "v1", "v2", "y")), *inputs["gains"]]
-    row += [inputs["horizon"], FLIGHT_ENDINGS[exact.status], len(exact.events)]
-    for event in exact.events:
-        row += [FLIGHT_KINDS[event.kind], event.time]
     fastest = max(abs(inputs["v1"]), abs(inputs["v2"]), 1.0)
     energy = max(max(robot.m_s, robot.m_eff) * fastest**2, inputs["gains"][0] * inputs["x1"] ** 2) / 2.0
-    time = max(float(exact.duration), math.sqrt(robot.m_s / robot.k))
-    return [*row, exact.duration, *exact.end, *exact.ledger, time, energy, size]
+    return texts(
+        {
+            **fields(rounded), **{name: inputs[name] for name in ("x1", "v1", "v2", "y")},
+            **dict(zip(("Kp", "Kd"), inputs["gains"], strict=True)), "horizon": inputs["horizon"],
+            "ending": exact.status, "events": items((event.kind, event.time) for event in exact.events),
+            "duration": exact.duration, **dict(zip(("x1_end", "v1_end", "v2_end", "y_end"), exact.end, strict=True)),
+            **exact.ledger._asdict(),
+            "time_scale": max(float(exact.duration), math.sqrt(robot.m_s / robot.k)), "energy_scale": energy,
+            "condition": size,
+        }
+    )  # fmt: skip
 
 
-def command_rows() -> Iterator[Row]:
+def command_rows() -> Iterator[headers.Row]:
     """What the controller chooses in double precision: within reach, beyond it, in a gap, with a margin, from a moving actuator."""
     for name in ("hopper_c", "hopper_b"):
         robot = hopform.load_robot(name)
@@ -131,43 +136,19 @@ def command_rows() -> Iterator[Row]:
         ):  # fmt: skip
             found = hopform.choose_current(robot, x1=x1, v1=v1, v2=v2, h_des=h_des, stop_margin=margin, horizon=2.0)
             inputs = {field.name: float(getattr(robot, field.name)) for field in robot.fields()}
-            apex = found.apex if math.isfinite(found.apex) else 0.0
-            numbers = (x1, v1, v2, 0.0, h_des, margin, 2.0, found.u, apex)
-            yield [3, *fields(inputs).values(), *numbers, COMMANDS[found.status]]
-
-
-def number(value: Any) -> str:
-    value = float(value)
-    return repr(value) if math.isfinite(value) else ("ENDLESS" if value > 0.0 else "-ENDLESS")
-
-
-def line(make: Callable[..., Row | None], *arguments: Any) -> str | None:
-    """A row as text; mpmath's numbers do not go from process to process."""
-    row = make(*arguments)
-    return None if row is None else folded(["    " + ", ".join(map(number, row)) + ","])
-
-
-def text() -> str:
-    inputs = stance_inputs()
-    with ProcessPoolExecutor(2) as pool:
-        stances = list(pool.map(partial(line, stance_row), *zip(*inputs, strict=True)))
-        flown = list(pool.map(partial(line, flight_row), range(FLIGHTS)))
-    commands = [line(list, row) for row in command_rows()]
-    body = "\n".join(filter(None, (*stances, *flown, *commands)))
-    return f"""/* Written by `python -m tests.conformance.firmware.vectors`. Do not edit. */
-#ifndef VECTORS_H
-#define VECTORS_H
-
-#define ENDLESS 9e307 /* stands for infinity, which is no constant to every compiler */
-
-static const double vectors[] = {{
-{body}
-    0,
-}};
-
-#endif
-"""
+            yield texts(
+                {
+                    **fields(inputs), "x1": x1, "v1": v1, "v2": v2, "y": 0.0, "h_des": h_des, "stop_margin": margin,
+                    "horizon": 2.0, "u": found.u, "apex": found.apex if math.isfinite(found.apex) else 0.0,
+                    "status": found.status,
+                }
+            )  # fmt: skip
 
 
 if __name__ == "__main__":
-    HEADER.write_text(text(), "utf-8")
+    with ProcessPoolExecutor(2) as pool:
+        stances = pool.map(stance_row, *zip(*stance_inputs(), strict=True))
+        flown = pool.map(flight_row, range(FLIGHTS))
+        headers.write("stances", [row for row in stances if row])
+        headers.write("flights", [row for row in flown if row])
+    headers.write("commands", [*command_rows()])

@@ -19,7 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hopform._solver.build import source_of
-from tests.conformance.firmware.targets import BOARDS, COMMON, HERE, ROOT, C, run
+from tests.conformance.firmware.targets import BOARDS, COMMON, HERE, ROOT, C, run, tables
 
 OUT = ROOT / "out" / "coverage"
 LEAST = 95.0
@@ -75,7 +75,7 @@ def compile_library() -> Path:
     shutil.rmtree(OUT, ignore_errors=True)
     OUT.mkdir(parents=True)
     (OUT / "counters.c").write_text(COUNTERS, "utf-8")
-    include = ["-I", str(C / "include"), "-I", str(C / "src"), "-I", str(BOARDS)]
+    include = ["-I", str(C / "include"), "-I", str(C / "src"), "-I", str(BOARDS), "-I", str(tables())]
     flags = ["gcc", *COMMON, "-O0", "-g", "-fPIC", "--coverage", "-fprofile-update=atomic", *include]
     flags.append(f'-DHOPFORM_SOURCE="{source_of(C.parent)}"')
     objects = []
