@@ -89,7 +89,8 @@ def kinds(motion: Any) -> list[str]:
 
 def that_of_the_integrator(solver: Any, case: Case) -> tuple[Motion, dict[str, float], float]:
     """The integrator's motion, which the solver's is; the units of its numbers, and by how much of them it may differ."""
-    truth = integrate(case.mechanism, case.q, case.v, case.steps, case.horizon, 0.5 / case.fastest)
+    longest = 0.1 / case.fastest  # a contact force may dip below zero for a short time
+    truth = integrate(case.mechanism, case.q, case.v, case.steps, case.horizon, longest)
     motion = solver.solve_motion(solver.Robot(**case.robot), start=case.start, u=case.u, horizon=case.horizon)
     unit, known = units(case, truth), resolved(truth)
     allowed = 1e-10 * condition(motion, case, unit)
