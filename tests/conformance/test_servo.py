@@ -212,28 +212,8 @@ def moved_integrator(case: Case, name: str, by: float):
         start[name] += by
     else:
         steps = tuple((t, target + by) for t, target in steps)
-    other = physics(robot, start, steps, case)
+    other = replace(case, robot=robot, start=start)
     return integrate(other.mechanism, other.q, other.v, steps, case.horizon, 0.5 / case.fastest)
-
-
-def physics(of: dict, start: dict, steps, like: Case) -> Case:
-    """The mechanism of other numbers: J q'' = clip(K_p (target - q) - K_d q', +-k_t i_max) - b q' + load - F."""
-    most = of["k_t"] * of["i_max"]
-
-    def asked(q, v, target):
-        return float(of["K_p"] * (target - q[0]) - of["K_d"] * v[0])
-
-    def force(q, v, target):
-        return np.array([np.clip(asked(q, v, target), -most, most) - of["b"] * v[0] + of["load"]])
-
-    kinks = tuple(lambda q, v, u, side=side: asked(q, v, u) - side * most for side in (-1.0, 1.0))
-    (mass,) = like.mechanism.masses
-    mass = replace(mass, inertia=of["J"], sliding=(of["F_p"], of["F_m"]),
-                   at_rest=(of["F_p"] + of["F_sp"], of["F_m"] + of["F_sm"]), low=of["q_min"], high=of["q_max"])  # fmt: skip
-    mechanism = replace(like.mechanism, masses=(mass,), force=force, kinks=kinks if most < math.inf else ())
-    return replace(
-        like, robot=of, start=start, u=tuple(steps), mechanism=mechanism, q=(start["q"],), v=(start["q_dot"],)
-    )
 
 
 @pytest.mark.parametrize(

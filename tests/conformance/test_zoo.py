@@ -8,7 +8,7 @@ import pytest
 
 import hopform
 from tests import needs
-from tests.conformance.zoo import ZOO, Case, cases
+from tests.conformance.zoo import EQUATIONS, Case, cases
 from tests.derived import SHIPPED, solver_of
 from tests.oracle.numeric import Motion, integrate
 
@@ -16,7 +16,7 @@ pytestmark = needs.library
 QUICK = ("hopper", "joint")
 CASES = [
     pytest.param(name, count, stiffest, marks=() if name in QUICK and count == 20 else mark)
-    for name in ZOO
+    for name in EQUATIONS
     for count, stiffest, mark in (
         (20, 3e2, pytest.mark.sliced), (10, 1e4, pytest.mark.sliced), (200, 2e3, pytest.mark.nightly),
     )
@@ -25,7 +25,28 @@ ULPS, TRIES, FADED = 32, 60, 1e-6
 
 
 def test_every_model_that_ships_is_in_the_zoo():
-    assert {path.stem for path in SHIPPED.glob("*.py")} - {"__init__"} == set(ZOO)
+    assert {path.stem for path in SHIPPED.glob("*.py")} - {"__init__"} == set(EQUATIONS)
+
+
+@pytest.mark.parametrize("name", EQUATIONS)
+def test_the_elements_of_a_file_are_its_equations(name):
+    """Masses, forces, levels of friction and stops, with other numbers each time, and what the leg carries."""
+    draw = np.random.default_rng(1)
+    for case in cases(name, 2, 20, 1e6):
+        made, given = case.mechanism, {**case.robot, "clip": np.clip, "inf": np.inf}
+        q, v = draw.normal(size=(2, len(case.q)))
+        here = given | dict(zip(case.start, [*q, *v], strict=True)) | {"u": draw.normal()}
+        said = {of: [eval(each, here) for each in texts] for of, texts in EQUATIONS[name].items()}  # noqa: S307
+        forces = made.force(q, v, here["u"])
+        found = {
+            mass.name: [mass.inertia, force, *mass.sliding, *mass.level, mass.low, mass.high]
+            for mass, force in zip(made.masses, forces, strict=True)
+        }
+        found |= {"N": [made.contact(q, v)]} if made.contact else {}
+        assert found.keys() == said.keys()
+        for of, numbers in said.items():
+            scale = sum(abs(value) for value in forces) + 1e-300
+            np.testing.assert_allclose(found[of], numbers, rtol=1e-9, atol=1e-9 * scale, err_msg=of)
 
 
 def units(case: Case, truth: Motion) -> dict[str, float]:
@@ -66,27 +87,31 @@ def kinds(motion: Any) -> list[str]:
     return [*(event.kind for event in motion.events), motion.status]
 
 
+def that_of_the_integrator(solver: Any, case: Case) -> tuple[Motion, dict[str, float], float]:
+    """The integrator's motion, which the solver's is; the units of its numbers, and by how much of them it may differ."""
+    longest = 0.1 / case.fastest  # a contact force may dip below zero for a short time
+    truth = integrate(case.mechanism, case.q, case.v, case.steps, case.horizon, longest)
+    motion = solver.solve_motion(solver.Robot(**case.robot), start=case.start, u=case.u, horizon=case.horizon)
+    unit, known = units(case, truth), resolved(truth)
+    allowed = 1e-10 * condition(motion, case, unit)
+    assert kinds(motion)[:known] == [*truth.kinds, truth.status][:known], case
+    for event, exact in zip(motion.events[:known], truth.events[:known], strict=True):
+        assert abs(event.time - exact.t) <= allowed * unit["T"], case
+    assert abs(motion.duration - truth.duration) <= allowed * unit["T"], case
+    for key, value in zip(case.start, np.concatenate(truth.final), strict=True):
+        assert abs(getattr(motion.end, key) - value) <= allowed * unit[key], (key, case)
+    return truth, unit, allowed
+
+
 @pytest.mark.parametrize(("name", "count", "stiffest"), CASES)
 def test_a_motion_is_that_of_the_integrator(store, name, count, stiffest):
     """Events, ending, times and states in double precision, and in single precision."""
     solver = hopform.load_solver(name) if name == "hopper" else solver_of(store, SHIPPED / f"{name}.py")
     seen = set()
-    for n, case in enumerate(cases(name, 1, count, stiffest)):
-        truth = integrate(case.mechanism, case.q, case.v, case.steps, case.horizon, 0.5 / case.fastest)
-        robot = solver.Robot(**case.robot)
-        how = {"start": case.start, "u": case.u, "horizon": case.horizon}
-        motion = solver.solve_motion(robot, **how)
-        unit, known = units(case, truth), resolved(truth)
-        allowed = 1e-10 * condition(motion, case, unit)
-        assert kinds(motion)[:known] == [*truth.kinds, truth.status][:known], (n, case)
-        for event, exact in zip(motion.events[:known], truth.events[:known], strict=True):
-            assert abs(event.time - exact.t) <= allowed * unit["T"], (n, case)
-        assert abs(motion.duration - truth.duration) <= allowed * unit["T"], (n, case)
-        final = dict(zip(case.start, np.concatenate(truth.final), strict=True))
-        for key, value in final.items():
-            assert abs(getattr(motion.end, key) - value) <= allowed * unit[key], (n, key, case)
+    for case in cases(name, 1, count, stiffest):
+        truth, unit, allowed = that_of_the_integrator(solver, case)
         seen.update(truth.kinds, [truth.status])
-        assert_single_precision(solver, robot, case, unit, allowed * 1e5)
+        assert_single_precision(solver, solver.Robot(**case.robot), case, unit, allowed * 1e5)
     assert len(seen) > 2 or count < 20
 
 

@@ -7,7 +7,6 @@ import subprocess
 import sys
 import tracemalloc
 from concurrent.futures import ThreadPoolExecutor
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -70,6 +69,7 @@ VIEW = np.broadcast_to(-1.0, (10**7, 10**7))
     ("call", "said"),
     [
         (lambda: hopform.solve_stances(HOPPER, v2=VIEW), "v2 must have at most"),
+        (lambda: hopform.solve_stances(HOPPER, v2=range(10**12)), "v2 must have at most"),
         (lambda: hopform.solve_stances(HOPPER, v2=[VIEW]), "v2 must have at most"),
         (lambda: hopform.solve_stances(HOPPER, v2=VIEW[0], x1=np.zeros((10**7, 1))), "at most 16777216 stances"),
         (lambda: hopform.solve_stances(HOPPER, v2=VIEW[0, : 10**6], sensitivities=True), "stances, got shape"),
@@ -135,55 +135,21 @@ def test_masked_numbers_are_refused():
     masked = np.ma.array([-1.0, -2.0], mask=[False, True])
     with pytest.raises(hopform.HopformError, match="v2 must have no masked numbers"):
         hopform.solve_stances(HOPPER, v2=masked)
-    with pytest.raises(hopform.HopformError, match="v2 must be a number in m/s, got masked"):
-        hopform.solve_stance(HOPPER, v2=np.ma.masked)
     assert hopform.solve_stances(HOPPER, v2=np.ma.array([-1.0])).duration.shape == (1,)
 
 
 @pytest.mark.parametrize(
-    "value", [[True], np.array([True]), ["1.0"], [1j], np.array(["2020"], "M8[Y]"), [None], [[1], []]]
+    "value",
+    [[True], np.array([True]), ["1.0"], [1j], np.array(["2020"], "M8[Y]"), [None], [[1], []], {0.1: 0.2}, {0.1}],
 )
 def test_what_is_no_real_number_is_refused_in_an_array_too(value):
     with pytest.raises(hopform.HopformError, match="^v2 must be numbers in m/s, got "):
         hopform.solve_stances(HOPPER, v2=value)
 
 
-class Broken:
-    """An object that raises whatever is asked of it."""
-
-    def __repr__(self):
-        raise RuntimeError("no")
-
-    __float__ = __len__ = __iter__ = __bool__ = __array__ = __fspath__ = __repr__
-
-
-def test_an_object_that_raises_is_refused_by_its_class():
-    for call in (
-        partial(hopform.solve_stance, HOPPER, v2=Broken()),
-        partial(hopform.solve_stances, HOPPER, v2=Broken()),
-        partial(hopform.load_robot, Broken()),
-        partial(hopform.terrain.flat, Broken()),
-        partial(hopform.record, HOPPER, "drop", free_stroke=Broken()),
-    ):
-        with pytest.raises(hopform.HopformError, match="got an object of Broken, which cannot be shown$"):
-            call()
-
-
 def test_no_current_is_no_ampere():
     with pytest.raises(hopform.HopformError, match=r"^current must be > 0 A, got 0\.0$"):
         hopform.record(HOPPER, "step", current=0.0)
-
-
-@pytest.mark.parametrize("seed", ["x", -1, 1.0, [1, 2], np.random.default_rng(1)])
-def test_a_seed_is_a_whole_number(seed):
-    for call in (
-        partial(hopform.record, HOPPER, "drop"),
-        partial(hopform.simulate, HOPPER, [0.0], height=0.2),
-        partial(hopform.terrain.uniform, 3, 0.1),
-        partial(hopform.TouchdownDetector().simulated_delays, 0.1, trials=1),
-    ):
-        with pytest.raises(hopform.HopformError, match="^seed must be a whole number >= 0, got "):
-            call(seed=seed)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
@@ -427,26 +393,6 @@ def test_threads_refuse_and_solve_side_by_side():
 
     with ThreadPoolExecutor(8) as pool:
         assert list(pool.map(both, range(200))) == [duration(-1.0 - n / 200.0) for n in range(200)]
-
-
-def test_a_gaussian_terrain_whose_tails_overflow_is_refused():
-    with pytest.raises(hopform.HopformError, match="10 size must be finite"):
-        hopform.terrain.gaussian(3, 1e308, seed=1)
-
-
-@pytest.mark.parametrize("one", [np.float32(0.5), np.float64(0.5), np.array(0.5), np.int8(1) / np.int8(2)])
-def test_a_number_of_numpy_is_a_number(one):
-    assert _checks.is_scalar(one)
-    assert _checks.real("x", one, "m") == 0.5
-
-
-@pytest.mark.parametrize(
-    "other", [np.array([0.5]), np.bool_(True), np.complex64(1), np.ma.masked, np.ma.array(0.5), True]
-)
-def test_what_numpy_has_beside_real_numbers_is_none(other):
-    assert not _checks.is_scalar(other)
-    with pytest.raises(hopform.HopformError, match="^x must be"):
-        _checks.real("x", other, "m")
 
 
 def test_lists_in_a_list_are_counted_before_an_array_is_made_of_them(monkeypatch):

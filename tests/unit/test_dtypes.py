@@ -95,12 +95,3 @@ def test_halves_of_a_float_are_not_computed_in_halves():
     for given in (heights, labelled):
         one, other = (hopform.sweep(HOPPER, height=each, u=2.0).apex for each in (given, given.astype(float)))
         np.testing.assert_array_equal(one, other)
-
-
-@pytest.mark.parametrize("value", [range(10**12), bytearray(3), {0.1: 0.2}, {0.1}])
-def test_what_is_no_array_of_numbers_is_refused_as_one(value):
-    if isinstance(value, bytearray):
-        assert hopform.solve_stances(HOPPER, v2=-1.0, u=value).apex.shape == (3,)
-        return
-    with pytest.raises(HopformError, match="u must"):
-        hopform.solve_stances(HOPPER, v2=-1.0, u=value)

@@ -4,6 +4,7 @@ object's own value; so is every number of the lines beside the tables.
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -107,16 +108,28 @@ STARTS = {
         ("--v2", -1.9, "--x1", 0.07, "--v1", 0.3, "--u", 2),
         {"v2": -1.9, "x1": 0.07, "v1": 0.3, "u": 2.0},
     ),
-}
+    "is cut short": (
+        ("--v2", -1.2, "--x1", 0.02, "--v1", -0.3, "--x2", 0.38, "--u-steps", "0:1,0.05:3", "--horizon", 0.08),
+        {"v2": -1.2, "x1": 0.02, "v1": -0.3, "x2": 0.38, "u": [(0.0, 1.0), (0.05, 3.0)], "horizon": 0.08},
+    ),
+    "rests": (("--v2", -0.3, "--u", 1), {"v2": -0.3, "u": 1.0}),
+    "takes seconds": (
+        ("--robot", "soft.toml", "--v2", -0.05, "--u", 0, "--horizon", 1.5), {"v2": -0.05, "u": 0.0, "horizon": 1.5},
+    ),
+}  # fmt: skip
+SOFT = hopform.Robot(m_eff=25.0, m_s=9.0, k=60.0, L0=5.0, b1=30.0, b2=4.0, name="soft")
 ACTUATOR = {1: "extends", -1: "retracts", 0: "held"}
 BODY = {1: "slips up", -1: "slips down", 0: "held"}
 
 
 @pytest.fixture(params=STARTS)
-def stance(request, printed):
+def stance(request, printed, tmp_path, monkeypatch):
     """A stance, and what `hopform stance` prints of it."""
     options, start = STARTS[request.param]
-    return hopform.solve_stance(HOPPER, **start), *printed("stance", *options, "--sensitivities")
+    monkeypatch.chdir(tmp_path)
+    Path("soft.toml").write_text(SOFT.to_toml())
+    robot = SOFT if "--robot" in options else HOPPER
+    return hopform.solve_stance(robot, **start), *printed("stance", *options, "--sensitivities")
 
 
 def test_the_phases_of_a_stance_are_printed(stance):
@@ -138,13 +151,14 @@ def test_the_phases_of_a_stance_are_printed(stance):
 
 def test_the_states_of_a_stance_are_printed(stance):
     solved, shown, _ = stance
+    robot = solved.robot
     columns = {
         "": lambda t: "touchdown" if t == 0.0 else solved.status,
         "x1 [cm]": lambda t: float(solved.at(t).x1),
         "v1 [m/s]": lambda t: float(solved.at(t).v1),
         "x2 [cm]": lambda t: float(solved.at(t).x2),
         "v2 [m/s]": lambda t: float(solved.at(t).v2),
-        "N [N]": lambda t: HOPPER.k * float(solved.at(t).x1 - solved.at(t).x2 + HOPPER.L0 + HOPPER.c),
+        "N [N]": lambda t: robot.k * float(solved.at(t).x1 - solved.at(t).x2 + robot.L0 + robot.c),
         "E [J]": lambda t: float(solved.energy(t).body),
         "H [J]": lambda t: float(solved.energy(t).total),
     }
@@ -222,9 +236,10 @@ def test_the_hops_of_a_run_are_printed(printed):
     assert [name for name, _, _ in found] == ["Kp", "Kd"]
 
 
-def test_the_currents_of_the_controllers_are_printed(printed):
-    shown, lines = printed("control", "--height", 0.2, "--h-des", 0.21, "--printed")
-    start = {"v2": hopform.touchdown_velocity(HOPPER, 0.2), "h_des": 0.21}
+@pytest.mark.parametrize(("height", "h_des"), [(0.2, 0.21), (0.2, 0.4), (0.05, 0.02)])
+def test_the_currents_of_the_controllers_are_printed(printed, height, h_des):
+    shown, lines = printed("control", "--height", height, "--h-des", h_des, "--printed")
+    start = {"v2": hopform.touchdown_velocity(HOPPER, height), "h_des": h_des}
     found = {"exact": hopform.choose_current(HOPPER, **start)}
     found |= {
         words: hopform.choose_current_as_printed(HOPPER, **start, **options)
@@ -235,17 +250,17 @@ def test_the_currents_of_the_controllers_are_printed(printed):
         "controller": str,
         "u [A]": lambda name: found[name].u,
         "apex [cm]": lambda name: apexes[name],
-        "off by [cm]": lambda name: float(f"{100.0 * (apexes[name] - 0.21):.2g}") / 100.0,
+        "off by [cm]": lambda name: float(f"{100.0 * (apexes[name] - h_des):.2g}") / 100.0,
     }
     check(shown["Currents"], columns, list(found))
     assert line(lines, f"{found['exact'].solved} stances were solved")
 
 
 def test_a_map_is_printed(printed):
-    shown, lines = printed("reach", "--from", 0.02, "--to", 0.3, "--heights", 5, "--currents", 7)
-    currents = np.linspace(-3.0, 3.0, 7)
-    found = hopform.reachability(HOPPER, np.linspace(0.02, 0.3, 5), currents)
-    gaps = [", ".join(f"{low:g}..{high:g}" for low, high in found.gaps(row)) or "-" for row in range(5)]
+    shown, lines = printed("reach", "--heights", 7, "--currents", 13)
+    found = hopform.reachability(HOPPER, np.linspace(0.02, 0.4, 7), np.linspace(-3.0, 3.0, 13))
+    gaps = [", ".join(f"{low:.3g}..{high:.3g}" for low, high in found.gaps(row)) or "-" for row in range(7)]
+    assert len(found.fixed_points) > 1 and set(gaps) != {"-"}
     of_heights = {
         "height [cm]": lambda row: found.heights[row],
         "lowest [cm]": lambda row: found.lowest[row],
@@ -256,7 +271,7 @@ def test_a_map_is_printed(printed):
         "gaps [A]": lambda row: gaps[row],
         "limited by stroke": lambda row: f"{100.0 * np.mean(found.limited[row]):.0f} %",
     }
-    check(shown["Next apex"], of_heights, range(5))
+    check(shown["Next apex"], of_heights, range(7))
     columns = {
         "u [A]": lambda point: point.u,
         "height [cm]": lambda point: point.height,
@@ -264,7 +279,7 @@ def test_a_map_is_printed(printed):
         "hop": lambda point: "settles" if abs(point.multiplier) < 1.0 else "leaves",
     }
     check(shown["Fixed points"], columns, found.fixed_points)
-    assert line(lines, f"hopper_c: {np.isfinite(found.hold).sum()} of 5 heights can be held")
+    assert line(lines, f"hopper_c: {np.isfinite(found.hold).sum()} of 7 heights can be held")
 
 
 def test_robots_are_printed(printed):
