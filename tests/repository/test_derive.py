@@ -32,7 +32,7 @@ LAYERS = (
     ("maths.contact",),
     ("maths.linear", "maths.formulas"),
     ("paper.register",),
-    ("emit.program", "emit.expressions", "emit.instantiate", "emit.facts", "emit.toml"),
+    ("emit.program", "emit.expressions", "emit.instantiate", "emit.facts", "emit.toml", "emit.markdown"),
     ("emit.numpy", "emit.c", "emit.forms"),
     ("emit.render",),
     ("emit.folder",),
