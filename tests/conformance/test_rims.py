@@ -68,7 +68,10 @@ def test_a_model_at_a_rim_is_built_and_solved(name, store, tmp_path):
     assert many is None or many.end[0].tolist() == [motion.at(0.5)[0]] * 3
 
 
-@pytest.mark.parametrize("name", [*RIMS, *(path.stem for path in sorted(SHIPPED.glob("[a-z]*.py")))])
+LIMITS = ("a current without a limit", *RIMS, *(path.stem for path in sorted(SHIPPED.glob("[a-z]*.py"))))
+
+
+@pytest.mark.parametrize("name", needs.the_first([*dict.fromkeys(LIMITS)]))
 def test_a_limit_that_is_none_is_left_out_of_the_facts(name):
     made = model_of_text(RIMS[name]) if name in RIMS else model_of(name)
     text = render(Options(made))[Path("solver.toml")]

@@ -259,6 +259,18 @@ def test_mujoco_reads_back_what_was_fitted():
     assert hung.qpos_spring[0] == decay()["rest@0"].value  # in radians: MJCF's default is degrees
 
 
+@pytest.mark.parametrize(
+    "name", ["a--b.csv", "a---b.csv", "-----", "a-->b.csv", "<a & b>-.csv", "a\"b'c.csv", "a\nb.csv"]
+)
+def test_a_recording_of_any_name_leaves_every_file_one_that_is_read(name):
+    fit = air()
+    named = replace(fit, traces=tuple(replace(each, label=name) for each in fit.traces))
+    for form in ("mjcf", "urdf"):
+        assert ElementTree.fromstring(exported(named, form)) is not None
+    assert of_mjcf(named).model.nkey == 1
+    assert of_python(exported(named, "isaac"))[0]["GEAR"] == 0.05
+
+
 def test_the_friction_of_what_slides_is_as_large_as_it_was():
     """19.6 N: of a link that weighs nothing MuJoCo takes a microNewton."""
     model = of_mjcf(sliding_in_air(0).fit).model
