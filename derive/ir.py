@@ -140,6 +140,8 @@ class Member:
     meaning: str = ""
     unit: str = ""
     count: int = 1
+    is_array: bool = False
+    """Whether C declares an array also of one."""
 
     @property
     def comment(self) -> str:

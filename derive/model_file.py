@@ -32,7 +32,7 @@ def read_model(path: Path) -> Model:
         raise ModelError(f"{path}: {error}") from None
 
 
-def _run(path: Path) -> str | None:
+def _run(path: Path) -> object:
     """Run a file, which fills the draft, and return its docstring; an exception becomes one line with the place."""
     try:
         with _door():
@@ -76,9 +76,10 @@ def _name_of(path: Path) -> str:
     return re.sub(r"[^A-Za-z0-9_-]+", "_", path.stem)
 
 
-def _title_of(path: Path, docstring: str | None) -> str:
+def _title_of(path: Path, docstring: object) -> str:
     """The first line of the docstring."""
-    title = next(iter((docstring or "").strip().splitlines()), "")
+    lines = docstring.strip().splitlines() if isinstance(docstring, str) else []
+    title = next(iter(lines), "")
     return title if title and title.isprintable() else f"The model {_name_of(path)}."
 
 

@@ -8,6 +8,7 @@ import sympy as sp
 from . import VERSION
 from .derivation import Derivation, HeldSet
 from .emit.facts import facts
+from .emit.markdown import cell
 from .ir import Quantity
 from .maths.formulas import GROUPS, Formula
 from .model.equations import Model
@@ -34,7 +35,7 @@ def page(derivation: Derivation, file: str = "model.py") -> str:
 def _lines(derivation: Derivation, file: str) -> Iterator[str]:
     known = facts(derivation.model, "", {})
     yield from (
-        f"# {derivation.model.title.rstrip('.')}",
+        f"# {cell(derivation.model.title.rstrip('.'))}",
         "",
         INTRODUCTION.format(file=file, version=VERSION, coordinates=_coordinates(derivation.model)),
     )
@@ -55,7 +56,7 @@ def _lines(derivation: Derivation, file: str) -> Iterator[str]:
 def _coordinates(model: Model) -> str:
     """What is called x_1 and x_2."""
     both = zip(("x_1", "x_2"), model.names, strict=True)
-    return ", ".join(f"${x}$ is `{own.coordinate}` of the {own.thing}" for x, own in both if own is not None)
+    return ", ".join(f"${x}$ is `{own.coordinate}` of the {cell(own.thing)}" for x, own in both if own is not None)
 
 
 def _parameters(quantities: Iterable[Quantity]) -> Iterator[str]:
@@ -63,13 +64,13 @@ def _parameters(quantities: Iterable[Quantity]) -> Iterator[str]:
     for each in quantities:
         default = "" if each.default is None else each.default
         domain = each.interval.allowed
-        yield f"| `{each.name}` | ${each.glyph}$ | {each.unit} | {domain} | {default} | {_cell(each.meaning)} |"
+        yield f"| `{each.name}` | ${each.glyph}$ | {each.unit} | {domain} | {default} | {cell(each.meaning)} |"
 
 
 def _formulas(derivation: Derivation, members: Iterable[Formula]) -> Iterator[str]:
     for each in members:
         numbers = f" {', '.join(f'({number})' for number in each.numbers)}" if each.numbers else ""
-        said = f"{_cell(each.quantity.meaning)} [{each.quantity.unit}]"
+        said = f"{cell(each.quantity.meaning)} [{each.quantity.unit}]"
         yield from (f"`{each.name}`{numbers} {said}", "", "```math", derivation.latex(each.name), "```", "")
 
 
@@ -80,7 +81,7 @@ def _held_sets(derivation: Derivation) -> Iterator[str]:
     for each in derivation.held_sets:
         denominator = _polynomial(each.denominator, derivation.glyphs)
         held, slips = (", ".join(names) or "nothing" for names in (each.held, each.slipping))
-        yield f"| {held} | {slips} | {each.order} | ${denominator}$ | {', '.join(f'`{n}`' for n in each.held_while)} |"
+        yield f"| {cell(held)} | {cell(slips)} | {each.order} | ${denominator}$ | {', '.join(f'`{n}`' for n in each.held_while)} |"
 
 
 def _polynomial(polynomial: sp.Poly, glyphs: dict[sp.Symbol, str]) -> str:
@@ -116,8 +117,4 @@ def _conditions(held_sets: Iterable[HeldSet]) -> Iterator[str]:
     yield "A robot that violates one of these is refused: a motion of the held set would grow (Routh)."
     yield from ("", "| held | condition |", "| --- | --- |")
     for each, name, value in asked:
-        yield f"| {', '.join(each.held) or 'nothing'} | `{name}` = `{value}` >= 0 |"
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
+        yield f"| {cell(', '.join(each.held)) or 'nothing'} | `{name}` = `{value}` >= 0 |"

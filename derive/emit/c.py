@@ -52,9 +52,9 @@ def in_domain(domain: Domain) -> str:
 
 
 def for_each_member(record: Record) -> str:
-    """The macro that has X(name, DOMAIN) for each member."""
-    calls = " ".join(f"X({quantity.name}, {quantity.domain.upper()})" for quantity in record.quantities)
-    return f"#define HOPFORM_{snake(record.name).upper()}_MEMBERS(X) {calls}"
+    """The macro that has EACH(name, DOMAIN) for each member; no member of a model is called EACH."""
+    calls = " ".join(f"EACH({quantity.name}, {quantity.domain.upper()})" for quantity in record.quantities)
+    return f"#define HOPFORM_{snake(record.name).upper()}_MEMBERS(EACH) {calls}"
 
 
 def type_of(name: str) -> str:
@@ -74,7 +74,7 @@ def members(struct: Struct) -> Iterator[str]:
 
 
 def _member(member: Member) -> str:
-    many = f"[{member.count}]" if member.count > 1 else ""
+    many = f"[{member.count}]" if member.is_array or member.count > 1 else ""
     return f"{type_of(member.type)} {member.name}{many};".replace("* ", "*")
 
 

@@ -222,8 +222,10 @@ def _of_input(own: Input) -> dict[str, Any]:
 
 
 def _per_unit(model: Model) -> dict[str, Any]:
-    """The limit of a current and the force per unit of it, against x_1."""
-    return {key: str(model.constants[letter]) for key, letter in (("limit", Q.u_max), ("per_unit", Q.gamma2))}
+    """The limit of a current, if it has one, and the force per unit of it, against x_1."""
+    limit = model.constants[Q.u_max]
+    given = {} if limit == LARGEST else {"limit": str(limit)}
+    return given | {"per_unit": str(model.constants[Q.gamma2])}
 
 
 def _masses(model: Model) -> Iterator[dict[str, Any]]:

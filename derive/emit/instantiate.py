@@ -1,7 +1,8 @@
 """Engine sources and rendered templates, written in `real`, as C of one precision.
 
 Three things change and nothing else: the word `real`, the suffix `_real`, and literals without a suffix (in single
-precision: the shortest that reads back as the same number, with its f). Lines keep their numbers, so that what a compiler or debugger says of an instance names the line of its source.
+precision: the shortest that reads back as the same number, with its f). Names of templates stay. Lines keep their
+numbers, so that what a compiler or debugger says of an instance names the line of its source.
 """
 
 import re
@@ -27,7 +28,7 @@ def instantiate(text: str, precision: Precision) -> str:
             return single(float(text))
         return precision.type if text == "real" else text
 
-    return re.sub(r"_real\b", f"_{precision.name}", _TOKEN.sub(token, text))
+    return re.sub(r"_real\b(?!\.[ch]\.j2)", f"_{precision.name}", _TOKEN.sub(token, text))
 
 
 def single(value: float) -> str:

@@ -17,7 +17,7 @@ import sympy as sp
 
 from ..ir import DOMAINS, Parameter
 from .equations import ModelError
-from .names import why_not
+from .names import why_no_column, why_not
 from .units import dimension, scaled
 
 __all__ = [
@@ -148,7 +148,7 @@ def _wrong(what: str, wanted: str, got: object) -> ModelError:
 
 def _text(value: object, what: str, *, backslash: bool = False) -> str:
     """Texts stand in strings, docstrings, comments and tables."""
-    barred = ('"', "*/", "/*", "@header@", *(() if backslash else ("\\",)))
+    barred = ('"', "*/", "/*", *(() if backslash else ("\\",)))
     if not isinstance(value, str) or not value.isprintable() or any(part in value for part in barred):
         raise _wrong(what, f"a printable line without {' '.join(barred)}", value)
     return value
@@ -175,6 +175,14 @@ def _name(value: object, what: str) -> str:
     name = str(value)
     if name in taken:
         raise ModelError(f"the name of {what} is {name!r}: it is {taken[name]} already")
+    return name
+
+
+def _column(value: object, what: str) -> str:
+    """The name of what results have over time."""
+    name = _name(value, what)
+    if (why := why_no_column(name)) is not None:
+        raise ModelError(f"the name of {what} is {name!r}: {why}")
     return name
 
 
@@ -290,7 +298,7 @@ def coordinate(
     positive and a negative velocity. velocity: its name, by default v1 of x1, q_dot of q. held: whether it is bolted,
     at 0.
     """
-    own = _name(name, "a coordinate")
+    own = _column(name, "a coordinate")
     what = f"the coordinate {own}"
     if unit not in ("m", "rad"):
         raise _wrong(f"the unit of {what}", "'m' or 'rad'", unit)
@@ -309,7 +317,7 @@ def coordinate(
     words = tuple(_text(each, f"directions of {what}") for each in directions)
     made = DeclaredCoordinate(
         symbol, unit, _expression(inertia, f"the inertia of {what}"), _text(thing or own, f"the thing of {what}"), (words[0], words[1]),
-        _name(rate, f"the velocity of {own}"), held, _text(meaning, f"the meaning of {what}"),
+        _column(rate, f"the velocity of {own}"), held, _text(meaning, f"the meaning of {what}"),
     )  # fmt: skip
     _draft().coordinates.append(made)
     return symbol
@@ -327,7 +335,7 @@ def current(
 
     limit: the largest size that a controller may choose.
     """
-    own = _name(name, "a current")
+    own = _column(name, "a current")
     if _draft().currents:
         raise ModelError(f"the current {own}: a model has one input, which is {_draft().currents[0].symbol}")
     symbol = Current(own, real=True)
@@ -490,6 +498,6 @@ def law(
         raise _wrong(f"what law '{own}' acts on", "what `coordinate` returns", on)
     if _draft().laws:
         raise ModelError(f"law '{own}': a model has one law, which sets {_draft().laws[0].current}")
-    called = _name(target, f"the target of law '{own}'")
+    called = _column(target, f"the target of law '{own}'")
     _draft().laws.append(DeclaredLaw(of, called, _text(meaning, f"the meaning of law '{own}'")))
     _element("law", own, on, proportional=proportional, derivative=derivative)

@@ -46,6 +46,17 @@ OF_ROBOTS = frozenset(
 ALLOWED = "letters, digits and _, a letter first"
 
 
+OF_RESULTS = re.compile(
+    "t|N|E|H|AED|time|total_energy|status|duration|input|contact|event_time|event_kind|(friction|stop)_.*"
+)
+"""Columns that results have beside coordinates, velocities and the input."""
+
+
+def why_no_column(name: str) -> str | None:
+    """Why a name cannot be that of a coordinate, a velocity or the input; None if it can."""
+    return f"a column of results has this name: {name}" if OF_RESULTS.fullmatch(name) else None
+
+
 def why_not(name: object) -> str | None:
     """Why a name cannot stand in generated code; None if it can."""
     if not isinstance(name, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name):

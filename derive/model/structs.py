@@ -176,7 +176,9 @@ def stances_in(robot: Record) -> Struct:
     """Where a batch reads, with a column for each parameter of the robot."""
     fields = len(robot.quantities)
     return Struct("StancesIn", "Where robots, states after the impact, currents and longest times are read.").of(
-        Member("robot", "Input", "HOPFORM_ROBOT_FIELDS, in the order of the robot's members", count=fields),
+        Member(
+            "robot", "Input", "HOPFORM_ROBOT_FIELDS, in the order of the robot's members", count=fields, is_array=True
+        ),
         *of_quantities((*STATE.quantities, CURRENT), "Input"),
         Member("horizon", "Input", "", "s"),
         Member("max_phases", "int32"),

@@ -72,9 +72,9 @@ def read_text(path: Path, most: int = LARGEST) -> str:
         raise HopformError(f"{name_of(path)}, line {line}: is no text in UTF-8, {got}") from None
 
 
-def rows_of(text: str, source: str) -> list[tuple[int, list[str]]]:
+def rows_of(text: str, source: str, separator: str = ",") -> list[tuple[int, list[str]]]:
     """The rows of a CSV text that are not blank, each with its line; HopformError for what is no CSV."""
-    reader = csv.reader(io.StringIO(text, newline=None))
+    reader = csv.reader(io.StringIO(text, newline=None), delimiter=separator)
     try:
         return [(reader.line_num, row) for row in reader if any(map(str.strip, row))]
     except csv.Error as error:

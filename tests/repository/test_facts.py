@@ -52,7 +52,7 @@ def lines(altered: Path, name: str, word: str) -> list[str]:
 def test_a_new_parameter_stands_in_every_table(altered, package):
     for precision in ("f32", "f64"):
         assert lines(altered, f"c/include/hopform/hopform_{precision}.h", "seal;")
-    assert "X(seal, FRACTION)" in lines(altered, "c/src/facts.h", "HOPFORM_ROBOT_MEMBERS")[0]
+    assert "EACH(seal, FRACTION)" in lines(altered, "c/src/facts.h", "HOPFORM_ROBOT_MEMBERS")[0]
     assert lines(altered, "c/README.md", "`seal`") == ["| `seal` | \\zeta | N s/m | >= 0 and < 1 | drag of a seal |"]
     structs = importlib.import_module("sealed_solver.structs").STRUCTS
     assert structs["Robot"][-1] == ("seal", "real", 1)
@@ -71,7 +71,7 @@ def test_a_new_parameter_stands_in_every_table(altered, package):
 def test_a_new_entry_of_the_ledger_stands_in_every_table(altered, package):
     for precision in ("f32", "f64"):
         assert lines(altered, f"c/include/hopform/hopform_{precision}.h", f"{ENTRY};")
-    assert f"X({ENTRY}, REAL)" in lines(altered, "c/src/facts.h", "HOPFORM_LEDGER_MEMBERS")[0]
+    assert f"EACH({ENTRY}, REAL)" in lines(altered, "c/src/facts.h", "HOPFORM_LEDGER_MEMBERS")[0]
     records = importlib.import_module("sealed_solver.records")
     assert records.Ledger._fields[-1] == records.LEDGER_OF_ROBOT[-1] == ENTRY
     assert ENTRY not in records.LEDGER_OF_BODY

@@ -129,7 +129,7 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit, stops: Sequ
     what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units.position, 96)
     explained = f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit"
     message = f"{explained}; it is off most here, by {abs(left[at]):.3g} {unit}: {', '.join(asked)}"
-    line = own.line + int(np.count_nonzero(own.time < trace.time[at] - 1e-9))
+    line = own.line_of(int(np.count_nonzero(own.time < trace.time[at] - 1e-9)))
     return own.error(message, line, drives if force else position)
 
 

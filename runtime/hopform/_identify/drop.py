@@ -210,7 +210,7 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     """
     rig = kind.rig
     values = recording.oscillation("x2") if rig == "attached" else recording.position("x2")
-    unit = recording.units("x2").position
+    unit = recording.units("x2", driven=False).position
     if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE[unit]:
         most = f"a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at most"
         message = f"moves over {np.ptp(values):.3g} {unit}; {most}: is its unit right?"

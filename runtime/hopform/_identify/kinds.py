@@ -142,6 +142,11 @@ class Kind:
         """Whether a current moves it."""
         return "gamma2" in self.letters
 
+    @property
+    def uses(self) -> tuple[str, ...]:
+        """What it takes of a recording: x1, x2, the current u."""
+        return (self.position, *(("u",) if self.driven else ()), *(("x1",) if self.rig == "free" else ()))
+
     def check(self, group: Group, scaled: bool) -> Group:
         """The group with what fixes its scale; HopformError for what cannot be of this kind. scaled: by others."""
         return group
@@ -228,7 +233,7 @@ def check(given: Mapping[Kind, Sequence[Recording]], known: Known = None, loss: 
     """
     allowed = tuple(dict.fromkeys(letter for kind in given for letter in (*kind.letters, *kind.defaults)))
     named = mapping("known", known, MOST_KNOWN)
-    some = {kind: several for kind, several in given.items() if several}
+    some = {kind: [each.whole(*kind.uses) for each in several] for kind, several in given.items() if several}
     if not some:
         raise HopformError("a fit needs at least one recording, got none")
     shared = any("k" in kind.letters and kind.position == "x2" for kind in some) or "k" in named

@@ -532,7 +532,7 @@ def _view(model: Model, recording: Recording) -> Recording:
     columns = dict[str, Column]()
     alone = len(model.masses) == 1
     for each in model.masses:
-        column = recording.columns.get(each.coordinate.lower()) or (recording.column_of("x1") if alone else None)
+        column = recording.named(each.coordinate) or (recording.column_of("x1") if alone else None)
         if column is None:
             continue
         if SI[column.quantity] != each.unit:
@@ -545,14 +545,14 @@ def _view(model: Model, recording: Recording) -> Recording:
             f"no column is one of {', '.join(each.coordinate for each in model.masses)}", recording.head
         )
     if model.input is not None:
-        drive = recording.columns.get(model.input["name"].lower()) or recording.found("u")
+        drive = recording.named(model.input["name"]) or recording.found("u")
         if drive is not None:
             if DRIVES.get(drive.quantity) != model.input["unit"]:
                 raise recording.error(
                     f"must be in {model.input['unit']}: the model's {model.input['name']} is", recording.head, drive
                 )
             columns["current"] = drive
-    return replace(recording, columns=columns)
+    return replace(recording, columns=columns, unfit={}).of_columns([*columns.values()])
 
 
 def seen_by(core: Solver, recording: Recording) -> Recording:

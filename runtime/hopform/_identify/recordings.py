@@ -1,13 +1,17 @@
 """Recordings: a CSV with named columns and units, read into SI units, and what its samples show by themselves.
 
 The first line names the columns, each with its unit: `time_s,x_mm,current_A`, `time (s),x [mm]`, or a line of units
-below it. Lines that begin with # are remarks. Every fault is one line with file, line, column. A rotary recording has its position as an angle. Then masses are moments of inertia about its axis [kg m^2],
-forces are torques [N m], lengths are angles [rad]; the equations of motion stay as they are.
+below it. Columns are separated by commas, semicolons, tabs or bars. Lines that begin with # are remarks. Every fault is
+one line with file, line, column. Only the time is judged here; any other column is judged when a fit asks for it, so
+that one which no fit uses may hold anything.
+
+A rotary recording has its position as an angle. Then masses are moments of inertia about its axis [kg m^2], forces are
+torques [N m], lengths are angles [rad]; the equations of motion stay as they are.
 """
 
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from itertools import pairwise
@@ -25,7 +29,7 @@ from hopform._show import Arrays, Card, Curve, Shown, span
 from hopform._solver.package import Steps, records
 
 COLUMNS: dict[str, tuple[str, float]] = {
-    "s": ("time", 1.0), "ms": ("time", 1e-3), "us": ("time", 1e-6),
+    "s": ("time", 1.0), "ms": ("time", 1e-3), "us": ("time", 1e-6), "ns": ("time", 1e-9),
     "m": ("length", 1.0), "cm": ("length", 1e-2), "mm": ("length", 1e-3), "um": ("length", 1e-6),
     "rad": ("angle", 1.0), "mrad": ("angle", 1e-3), "deg": ("angle", math.pi / 180.0), "rev": ("angle", 2.0 * math.pi),
     "A": ("current", 1.0), "mA": ("current", 1e-3),
@@ -89,7 +93,7 @@ TITLES = {
 }  # fmt: skip
 """Names of the columns of both positions and of the current, the one to be taken first."""
 _NAMED = {*TIMES, *TITLES["x1"], *TITLES["x2"], *TITLES["u"]} - {"torque", "force"}
-"""Columns that a fit may use, so they must have a unit that is known; `torque_on` is none."""
+"""Names of columns that need a unit where a fit uses them; `torque_on` is none."""
 UNUSED = ""
 """The quantity of a column that no fit uses."""
 FEWEST = 20
@@ -123,20 +127,54 @@ class Column(NamedTuple):
 class Recording(Shown):
     """A recording: times [s] that increase, and columns in SI units by their names without the unit.
 
-    line, head: that of the first sample in the file, and that of the names. added_mass [kg]: what the body carried
-    beside itself. remarks: lines that begin with #.
+    A sample that the file leaves empty is NaN until `whole` leaves it out. lines: of the samples in the file; head: of
+    the names. added_mass [kg]: what the body carried beside itself. remarks: lines that begin with #. unfit: why a
+    column is none of `columns`, raised where a fit asks for it.
     """
 
     source: str
     time: Array
     columns: Mapping[str, Column]
-    line: int = 2
+    lines: Sequence[int] = (2,)
     added_mass: float = 0.0
     notes: tuple[str, ...] = field(default=(), compare=False)
     remarks: tuple[str, ...] = ()
     head: int = 1
     digest: str = field(default="", compare=False)
     """SHA-256 of the text that it was read from"""
+    unfit: Mapping[str, HopformError] = field(default_factory=dict[str, HopformError], compare=False)
+
+    @property
+    def line(self) -> int:
+        """That of the first sample in the file."""
+        return self.line_of(0)
+
+    def line_of(self, sample: int) -> int:
+        """The line of a sample in the file; of a recording that was made, the one that `to_csv` gives it."""
+        known = len(self.lines) - 1
+        return self.lines[min(sample, known)] + max(sample - known, 0)
+
+    def whole(self, *of: str) -> "Recording":
+        """The same where each of x1, x2 or the current u that is recorded has a number, with a note of what is left out;
+        HopformError for too few such samples.
+        """
+        return self.of_columns([column for each in of if (column := self.found(each)) is not None])
+
+    def of_columns(self, used: Sequence[Column]) -> "Recording":
+        """The same where each of these columns has a number."""
+        empty = [(column.title, np.isnan(column.values)) for column in used]
+        kept = ~np.any([np.zeros(self.time.size, dtype=bool), *(gone for _, gone in empty)], axis=0)
+        if bool(kept.all()):
+            return self
+        titles = ", ".join(title for title, gone in empty if gone.any())
+        first, left = int(np.argmin(kept)), int(np.count_nonzero(kept))
+        note = f"{kept.size - left} of {kept.size} samples without a number in {titles}, so left out"
+        if left < FEWEST:
+            raise self.error(f"{note}: at least {FEWEST} must have one in each", self.line_of(first))
+        columns = {name: each._replace(values=each.values[kept]) for name, each in self.columns.items()}
+        lines = [self.line_of(n) for n in np.flatnonzero(kept).tolist()]
+        notes = (*self.notes, f"{note}, the first in line {self.line_of(first)}")
+        return replace(self, time=self.time[kept], columns=columns, lines=lines, notes=notes)
 
     def _card(self) -> Card:
         rate = (self.time.size - 1) / float(np.ptp(self.time)) if self.time.size > 1 else 0.0
@@ -159,10 +197,6 @@ class Recording(Shown):
         values, reach = column.values, float(np.ptp(column.values))
         if reach == 0.0:
             raise self.error("is constant: nothing moves", self.line, column)
-        others = [c for c in self.columns.values() if c.quantity in DRIVES]
-        if others and _jump(values) > 0.3 and min(_jump(c.values) for c in others) < 0.1:
-            smooth = min(others, key=lambda c: _jump(c.values))
-            raise self.error(f"jumps and column {smooth.title!r} is smooth: are the two swapped?", self.head, column)
         unit, most = SI[column.quantity], _MOST_WAY[column.quantity]
         allowed, small = f"{1e3 * _LEAST_WAY:g} m{unit} to {most:g} {unit}", f"{1e3 * reach:.2g} m{unit}"
         if float(np.abs(values).max()) > most:
@@ -209,9 +243,18 @@ class Recording(Shown):
     def has_current(self) -> bool:
         return self.found("u") is not None
 
+    def named(self, name: str) -> Column | None:
+        """The column of a coordinate or an input by its name, or None; HopformError for one that cannot be read."""
+        if (key := name.lower()) in self.unfit:
+            raise self.unfit[key]
+        return self.columns.get(key)
+
     def found(self, of: str) -> Column | None:
-        """The column of x1, x2 or the current u, or None."""
-        return next((self.columns[name] for name in TITLES[of] if name in self.columns), None)
+        """The column of x1, x2 or the current u, or None; HopformError for one that cannot be read."""
+        name = next((name for name in TITLES[of] if name in self.columns or name in self.unfit), "")
+        if name in self.unfit:
+            raise self.unfit[name]
+        return self.columns.get(name)
 
     def column_of(self, of: str) -> Column:
         """The column of the measured x1, x2 or current u; HopformError if there is none."""
@@ -225,9 +268,9 @@ class Recording(Shown):
             raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", self.head, column)
         return column
 
-    def units(self, of: str) -> Units:
-        """The units of x1 or x2, and of what drives it."""
-        drive = self.found("u")
+    def units(self, of: str, *, driven: bool = True) -> Units:
+        """The units of x1 or x2, and of what drives it, A if nothing does."""
+        drive = self.found("u") if driven else None
         position = "m" if self.column_of(of).quantity == "length" else "rad"
         return Units(position, DRIVES.get(drive.quantity, "A") if drive else "A")
 
@@ -237,27 +280,18 @@ class Recording(Shown):
 
     def error_of(self, of: str, message: str, sample: int = 0) -> HopformError:
         """An error about the measured x1, x2 or current u at a sample."""
-        return self.error(message, self.line + sample, self.column_of(of))
+        return self.error(message, self.line_of(sample), self.column_of(of))
 
     def _beyond(self, column: Column, allowed: str) -> HopformError:
         """The error about values that are too large or too small, at the largest."""
         worst = int(np.abs(column.values).argmax())
         message = f"reaches {column.values[worst]:.6g} {SI[column.quantity]}; {allowed}: is its unit right?"
-        return self.error(message, self.line + worst, column)
-
-
-def _jump(values: Array) -> float:
-    """The largest step from sample to sample, outliers and noise apart, as a share of the range: of a motion a small
-    one.
-    """
-    steady = calm(values)
-    reach = float(np.ptp(steady))
-    return float(np.abs(np.diff(steady)).max()) / reach if reach > 10.0 * noise_of(values) else 0.0
+        return self.error(message, self.line_of(worst), column)
 
 
 def units_of(recordings: Sequence[Recording], of: str, *, driven: bool) -> Units:
     """The units of recordings that are fitted together; HopformError where they differ. driven: by what drives too."""
-    found = [each.units(of) if driven else Units(each.units(of).position) for each in recordings]
+    found = [each.units(of, driven=driven) for each in recordings]
     for each, units in zip(recordings, found, strict=True):
         if units != found[0]:
             ours, first = (" by ".join(one if driven else one[:1]) for one in (units, found[0]))
@@ -283,91 +317,134 @@ def read_recording(path: str | Path, *, added_mass: float = 0.0) -> Recording:
 def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recording:
     """The recording in a CSV text; source is what errors call it."""
     mass = nonnegative("added_mass", added_mass, "kg")
+    body, separator = _separated(text, source)
     rows, remarks = list[tuple[int, list[str]]](), list[str]()
-    for line, row in rows_of(text, source):
+    for line, row in rows_of(body, source, separator):
         if row[0].lstrip().startswith("#"):
-            remarks.append(printable(",".join(row).strip().lstrip("# ")))
+            remarks.append(printable(separator.join(row).strip().lstrip("# ")))
         else:
             rows.append((line, row))
     if not rows:
         raise HopformError(f"{source}: is empty")
-    head_line, titles, known = _head(rows, source)
-    cut = rows.pop()[0] if len(rows) > 1 and _is_cut(rows[-1][1], len(titles)) else None
-    table = np.array([_numbers(row, titles, source, number) for number, row in rows], dtype=float)
-    if len(table) < FEWEST:
+    head_line, titles, known, unfit = _head(rows, source)
+    cut = rows.pop()[0] if len(rows) > 2 and _is_cut(rows[-1][1], rows[-2][1]) else None
+    if len(rows) < FEWEST:
         last = rows[-1][0] if rows else head_line
-        raise fault(source, f"ends after {len(table)} samples, at least {FEWEST} are needed", last)
-    first = rows[0][0]
-    columns = {
-        name: Column(title, quantity, place + 1, table[:, place] * factor)
-        for place, (title, (name, quantity, factor)) in enumerate(zip(titles, known, strict=True))
-    }
-    time = _time(columns, source, head_line, first)
-    rest = {name: each for name, each in columns.items() if name not in TIMES and each.quantity != UNUSED}
-    unused = [each.title for each in columns.values() if each.quantity == UNUSED]
+        raise fault(source, f"ends after {len(rows)} samples, at least {FEWEST} are needed", last)
+    used = {name: place for place, (name, quantity, _) in enumerate(known) if quantity != UNUSED}
+    cells = [_cells(row, titles, used.values(), source, line) for line, row in rows]
+    columns = dict[str, Column]()
+    for name, place in used.items():
+        _, quantity, factor = known[place]
+        comma = separator != "," and not any("." in row[place] for row in cells)
+        try:
+            values = factor * np.array([_number(row[place], comma, source, line, titles[place])
+                                        for (line, _), row in zip(rows, cells, strict=True)], dtype=float)  # fmt: skip
+        except HopformError as error:
+            unfit.setdefault(name, error)
+        else:
+            columns[name] = Column(titles[place], quantity, place + 1, values)
+    columns = {name: each for name, each in columns.items() if name not in unfit}
+    clock = _clock(columns, unfit, source, head_line)
+    lines = [line for line, _ in rows]
+    rest = {name: each for name, each in columns.items() if name not in TIMES}
+    read = Recording(source, clock.values, rest, lines, mass, (), tuple(remarks), head_line,
+                     sha256(text.encode("utf-8", "surrogatepass")).hexdigest(), unfit).of_columns([clock])  # fmt: skip
+    time = _time(read, clock)
+    unused = [title for title, (_, quantity, _) in zip(titles, known, strict=True) if quantity == UNUSED and title]
     left_out = [f"without a unit that is known, so left out: {', '.join(map(shown, unused))}"] if unused else []
     left_out += [f"line {cut} is cut short, so left out"] if cut else []
-    notes = (*remarks, *_notes(time, rest), *left_out)
-    return Recording(source, time - time[0], rest, first, mass, notes, tuple(remarks), head_line,
-                     sha256(text.encode("utf-8", "surrogatepass")).hexdigest())  # fmt: skip
+    return replace(read, time=time, notes=(*remarks, *_notes(time, read.columns), *read.notes, *left_out))
+
+
+SEPARATORS = ",;\t|"
+"""What may separate columns; the first one counts where the names do not tell."""
+_SEPARATOR = re.compile(r"\ufeff?sep=([,;\t|])[ \t]*(?=\r?\n)", re.IGNORECASE)
+"""A first line that tells a spreadsheet what separates columns."""
+
+
+def _separated(text: str, source: str) -> tuple[str, str]:
+    """A text whose line `sep=` is blank, and what separates its columns: what that line says, else that by which the
+    first line has a time and the most names.
+    """
+    if (given := _SEPARATOR.match(text)) is not None:
+        return text[given.end() :], given[1]
+    head = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")
+
+    def told(separator: str) -> tuple[bool, int]:
+        titles = next((row for _, row in rows_of(head, source, separator)), [])
+        names = {part for title in titles for part in (_spelt(title).lower(), _spelt(title).lower().rpartition("_")[0])}
+        return not names.isdisjoint(TIMES), len(titles)
+
+    return text, max(SEPARATORS, key=told)
 
 
 _BRACKETS = re.compile(r"(.*?)\s*[(\[]\s*([^()\[\]]*?)\s*[)\]]")
 """A title with its unit in brackets, or a unit alone."""
 
 
-def _head(rows: list[tuple[int, list[str]]], source: str) -> tuple[int, list[str], list[tuple[str, str, float]]]:
-    """The line of the names, these as they stand, and of each column its name, quantity and factor; it is taken off the
-    rows, as a line of units below it.
+def _head(
+    rows: list[tuple[int, list[str]]], source: str
+) -> tuple[int, list[str], list[tuple[str, str, float]], dict[str, HopformError]]:
+    """The line of the names, these as they stand, and of each column its name, quantity and factor, then by names what is
+    wrong with them; it is taken off the rows, as a line of units below it.
     """
     line, head = rows.pop(0)
     titles = [title.strip() for title in head]
+    if all(number_of(title) is not None for title in titles):
+        raise fault(source, f"the first line must name the columns, as in time_s,x2_mm, got {shown(titles[0])}", line)
     spelt = [_spelt(title) for title in titles]
     units = [_spelt(cell).lstrip("_") for cell in rows[0][1]] if rows else []
-    if len(units) == len(titles) and any(map(unit_of, units)) and all(unit_of(each) or not each for each in units):
+    if len(units) == len(titles) and any(map(unit_of, units)) and all(number_of(each) is None for each in rows[0][1]):
         del rows[0]
         spelt = [f"{name}_{unit}" if unit else name for name, unit in zip(spelt, units, strict=True)]
-    known = [_title(title, spelt, source, line, n) for n, title in enumerate(titles)]
-    names = [name for name, _, _ in known]
-    for n, name in enumerate(names):
-        if name in names[:n]:
-            raise fault(source, f"{titles[names.index(name)]!r} is named {name} too", line, titles[n])
-    return line, titles, known
+    known, lacks, doubles = [_title(each) for each in spelt], dict[str, HopformError](), dict[str, HopformError]()
+    good = dict[str, str]()
+    for n, (title, (name, quantity, _)) in enumerate(zip(titles, known, strict=True)):
+        if quantity != UNUSED and name in good:
+            doubles[name] = fault(source, f"{good[name]!r} is named {name} too", line, title)
+        elif quantity != UNUSED:
+            good[name] = title
+        elif (named := next((each for each in (name, name.rpartition("_")[0]) if each in _NAMED), "")) != "":
+            lacks.setdefault(named, _without_unit(title, spelt, source, line, n))
+    return line, titles, known, {name: each for name, each in lacks.items() if name not in good} | doubles
 
 
 def _spelt(title: str) -> str:
     """A title as name_unit, whether its unit is in brackets or not."""
     found = _BRACKETS.fullmatch(title.strip())
     name, unit = (found[1], f"_{found[2]}") if found else (title.strip(), "")
-    unit = unit.replace(" ", "").replace("\N{MICRO SIGN}", "u").replace("\N{GREEK SMALL LETTER MU}", "u")
-    return name.replace(" ", "_") + unit
+    return (name.replace(" ", "_") + unit.replace(" ", "")).translate(_SIGNS)
 
 
-def _is_cut(row: Sequence[str], count: int) -> bool:
-    """Whether a last line is one that a logger could not end."""
-    return len(row) < count or number_of(row[-1]) is None
+_SIGNS = {ord("\N{MICRO SIGN}"): "u", ord("\N{GREEK SMALL LETTER MU}"): "u", ord("\N{DEGREE SIGN}"): "deg"}
+"""Signs of units in the letters of `COLUMNS`."""
 
 
-def _title(title: str, spelt: Sequence[str], source: str, line: int, place: int) -> tuple[str, str, float]:
-    name, _, unit = spelt[place].rpartition("_")
-    apart = next((mark for mark in ";\t|" if mark in title), None)
-    if apart is not None:
-        raise fault(source, f"columns must be separated by commas, got {apart!r} in {shown(title)}", line)
+def _is_cut(row: Sequence[str], before: Sequence[str]) -> bool:
+    """Whether a last line is one that a logger could not end: shorter than the one before, or without its number."""
+    last = len(before) - 1
+    return len(row) <= last or (number_of(before[last]) is not None and number_of(row[last]) is None)
+
+
+def _title(spelt: str) -> tuple[str, str, float]:
+    """Name, quantity and factor of a column by its title as name_unit; `UNUSED` without a unit that is known."""
+    name, _, unit = spelt.rpartition("_")
     found = unit_of(unit)
+    if not name or found is None:
+        return spelt.lower(), UNUSED, 1.0
     if name.endswith("_counts") and COUNTS.fullmatch(unit):
         name = name.removesuffix("_counts")
-    if not name or found is None:
-        if not name and number_of(title) is not None:
-            words = "the first line must name the columns, as in time_s,x2_mm"
-            raise fault(source, f"{words}, got {shown(title)}", line)
-        if not {spelt[place].lower(), name.lower()} & _NAMED:
-            return spelt[place].lower(), UNUSED, 1.0
-        raise HopformError(
-            f"{source}, line {line}, column {place + 1}: {shown(title)} has no unit that is known: a name ends in one "
-            f"of {', '.join('_' + known for known in COLUMNS)}, or in counts of an encoder as position_4096perrev; "
-            f"the line might be {shown(','.join(map(_with_unit, spelt)))}"
-        )
     return name.lower(), *found
+
+
+def _without_unit(title: str, spelt: Sequence[str], source: str, line: int, place: int) -> HopformError:
+    """The error about a column that a fit asks for and that has no unit."""
+    return HopformError(
+        f"{source}, line {line}, column {place + 1}: {shown(title)} has no unit that is known: a name ends in one "
+        f"of {', '.join('_' + known for known in COLUMNS)}, or in counts of an encoder as position_4096perrev; "
+        f"the line might be {shown(','.join(map(_with_unit, spelt)))}"
+    )
 
 
 def _with_unit(name: str) -> str:
@@ -381,39 +458,60 @@ def _with_unit(name: str) -> str:
     return f"{bare}_{of[bare.lower()]}" if bare.lower() in of else name
 
 
-def _numbers(row: list[str], titles: list[str], source: str, line: int) -> list[float]:
-    if len(row) != len(titles):
-        raise fault(source, f"has {len(row)} columns, the first line names {len(titles)}", line)
-    numbers = list[float]()
-    for title, cell in zip(titles, row, strict=True):
-        number = number_of(cell)
-        if number is None or not math.isfinite(number):
-            wanted = "a number" if number is None else "finite"
-            raise fault(source, f"must be {wanted}, got {shown(cell.strip())}", line, title)
-        numbers.append(number)
-    return numbers
+_EMPTY = ("", "nan", "na", "n/a", "null")
+"""What loggers write where there was no sample."""
 
 
-def _time(columns: Mapping[str, Column], source: str, head: int, first: int) -> Array:
-    name = next((name for name in TIMES if name in columns), None)
-    if name is None:
-        raise fault(source, "no column is the time: one must be named time or t, with its unit, as in time_s", head)
-    column = columns[name]
-    if column.quantity != "time":
-        raise fault(source, f"is to be the time, but its unit is that of a {column.quantity}", head, column.title)
-    steps = np.diff(column.values)
+def _cells(row: list[str], titles: Sequence[str], used: Iterable[int], source: str, line: int) -> list[str]:
+    """The cells of a row, empty ones for columns at its end that no fit uses; HopformError for another number of them."""
+    count = len(titles)
+    if len(row) <= max(used, default=-1) or any(each.strip() for each in row[count:]):
+        raise fault(source, f"has {len(row)} columns, the first line names {count}", line)
+    return [*row[:count], *[""] * (count - len(row))]
+
+
+def _number(cell: str, comma: bool, source: str, line: int, title: str) -> float:
+    """The number of a cell, NaN where it is empty; comma: its decimals are behind a comma."""
+    if cell.strip().lower() in _EMPTY:
+        return math.nan
+    number = number_of(cell.replace(",", ".") if comma else cell)
+    if number is None or not math.isfinite(number):
+        wanted = "a number" if number is None else "finite"
+        raise fault(source, f"must be {wanted}, got {shown(cell.strip())}", line, title)
+    return number
+
+
+def _clock(columns: Mapping[str, Column], unfit: Mapping[str, HopformError], source: str, head: int) -> Column:
+    """The column of the time."""
+    name = next((name for name in TIMES if name in columns and columns[name].quantity == "time"), None)
+    if name is not None:
+        return columns[name]
+    for name in TIMES:
+        if name in unfit:
+            raise unfit[name]
+        if name in columns:
+            quantity = columns[name].quantity
+            raise fault(source, f"is to be the time, but its unit is that of a {quantity}", head, columns[name].title)
+    raise fault(source, "no column is the time: one must be named time or t, with its unit, as in time_s", head)
+
+
+def _time(read: Recording, clock: Column) -> Array:
+    """The times [s] of a recording from 0 on; HopformError unless they increase as those of a logger do."""
+    steps = np.diff(read.time)
     if not bool((steps > 0.0).all()):
         back = int(np.argmin(steps > 0.0)) + 1
-        rising = [c.title for n, c in columns.items() if n != name and bool((np.diff(c.values) > 0.0).all())]
+        rising = [c.title for c in read.columns.values() if bool((np.diff(c.values) > 0.0).all())]
         hint = f"; column {rising[0]!r} does: are the two swapped?" if rising else ""
-        went = "stands still" if steps[back - 1] == 0.0 else "goes back"
-        before, after = column.values[back - 1 : back + 1].tolist()
-        words = f"time {went}, from {before!r} to {after!r} s; it must increase{hint}"
-        raise fault(source, words, first + back, column.title)
+        still = steps[back - 1] == 0.0
+        went = "stands still" if still else "goes back"
+        cure = ": write it with more digits, or leave out all but one sample of a time" if still and not rising else ""
+        before, after = read.time[back - 1 : back + 1].tolist()
+        words = f"time {went}, from {before!r} to {after!r} s; it must increase{hint}{cure}"
+        raise fault(read.source, words, read.line_of(back), clock.title)
     if not 2e-5 <= float(np.median(steps)) <= 0.5:
         words = f"samples are {float(np.median(steps)):.3g} s apart, 2e-05 to 0.5 s are allowed: is its unit right?"
-        raise fault(source, words, first + 1, column.title)
-    return column.values
+        raise fault(read.source, words, read.line_of(1), clock.title)
+    return np.asarray(read.time - read.time[0])
 
 
 def runs(values: NDArray[Any]) -> list[tuple[int, int]]:
@@ -552,6 +650,8 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
     if float(np.ptp(steps)) > 0.02 * float(np.median(steps)) and not gaps:
         notes.append(f"time stamps are uneven: {steps.min():.3g} to {steps.max():.3g} s apart")
     for column in columns.values():
+        if np.isnan(column.values).any():
+            continue
         least = max(2.0 * quantum_of(column.values), 3e-5 * float(np.ptp(column.values)))
         noisy = noise_of(column.values) > least  # so much that a rest shows it
         may = column.quantity in DRIVES or (column.quantity in _MOST_WAY and noisy)
@@ -579,8 +679,10 @@ def steps_of(recording: Recording, start: int = 0, end: int | None = None) -> St
     """
     time, u = recording.time[start:end], recording.current()[start:end]
     if time.size > records.MOST_STEPS:
-        message = f"has {time.size} samples; a fit in position takes up to {records.MOST_STEPS}: record at a lower rate"
-        raise recording.error_of("x1", message, records.MOST_STEPS)
+        every = -(-time.size // records.MOST_STEPS)
+        most = f"a fit in position takes up to {records.MOST_STEPS}"
+        cure = f"keep every {every}{'nd' if every == 2 else 'rd' if every == 3 else 'th'} sample, or cut it"
+        raise recording.error_of("x1", f"has {time.size} samples; {most}: {cure}", start + records.MOST_STEPS)
     return current_steps(time, u)
 
 

@@ -16,6 +16,7 @@ that MuJoCo allows: it raises a smaller one to that, and its default of 0.02 s l
 """
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -196,8 +197,8 @@ def _head(fit: Fit, found: Mapping[str, Quantity]) -> list[str]:
 
 
 def _xml(lines: list[str]) -> list[str]:
-    """Comments of XML, which hold no double hyphen."""
-    return [f"  <!-- {printable(each).replace('--', '- -')} -->" for each in lines]
+    """Comments of XML, which hold no two hyphens in a row."""
+    return [f"  <!-- {re.sub('-(?=-)', '- ', printable(each))} -->" for each in lines]
 
 
 def _inertial(fit: Fit, found: Mapping[str, Quantity]) -> tuple[str, str]:
@@ -233,7 +234,22 @@ def _mjcf(fit: Fit, found: Mapping[str, Quantity]) -> str:
         bias = f' biastype="affine" biasprm="{found["bias"].value!r} 0 0"' if "bias" in found else ""
         gear = f'<general name="{NAME}" joint="{NAME}" gear="{found["gear"].value!r}" gainprm="1"{bias}/>'
         lines += ["  <actuator>", f"    {gear}", "  </actuator>"]
-    return "\n".join([*lines, "</mujoco>", ""])
+    return "\n".join([*lines, *_keyframe(fit, found), "</mujoco>", ""])
+
+
+def _keyframe(fit: Fit, found: Mapping[str, Quantity]) -> list[str]:
+    """Where each motion of the recordings begins by the fit, as a key to replay it from."""
+    place, speed, of = "x", "v", "x1" if "gear" in found else "x2"
+    if fit.kind == "model":
+        mass = _modelled(fit).model.masses[0]
+        place, speed, of = mass.coordinate, mass.velocity, f"x{mass.number}"
+    keys = list[str]()
+    for n, trace in enumerate(fit.traces):
+        if trace.quantity == of and f"{place}@{n}" in fit.values:
+            q, v = fit.values[f"{place}@{n}"], fit.values.get(f"{speed}@{n}", 0.0)
+            keys += [f"  {each}" for each in _xml([f"start_{n}: {trace.label} from {trace.time[0]:.6g} s on"])]
+            keys.append(f'    <key name="start_{n}" qpos="{q!r}" qvel="{v!r}"/>')
+    return ["  <keyframe>", *keys, "  </keyframe>"] if keys else []
 
 
 def _urdf(fit: Fit, found: Mapping[str, Quantity]) -> str:

@@ -178,7 +178,7 @@ def fit_force(
     the delay of the drive, one of all recordings. It takes none of `NUISANCES`. Residuals of the traces are in N.
     """
     began = clock.perf_counter()
-    several = read_some(recordings)
+    several = [each.whole("x1", "u") for each in read_some(recordings)]
     units = units_of(several, "x1", driven=True)
     values = checked_known(known, ("gamma2", "m_eff"), units)
     if units.drive == units.force and not values:

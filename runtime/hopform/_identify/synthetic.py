@@ -121,7 +121,7 @@ def record(
         columns["x1"] = _column("x1_m", 4 if test == "free" else 2, made.x1, *encoder)
     remarks = (FREE_STROKE,) if free_stroke else ()
     name = f"{robot.name or 'robot'}, {test}"
-    return Recording(name, time, columns, 2 + len(remarks), bench.mass, remarks, remarks)
+    return Recording(name, time, columns, (2 + len(remarks),), bench.mass, remarks, remarks)
 
 
 def hardest(robots: Sequence[Robot], test: str, duration: float) -> tuple[str, float, str]:
