@@ -223,6 +223,7 @@ def quick(monkeypatch):
     def compiled(folder, output, progress):
         made["compiled"] += 1
         output.write_bytes(b"a library")
+        build.sealed(output)
         progress(1, 1)
 
     monkeypatch.setattr(solvers, "solver", texts)
@@ -309,6 +310,17 @@ def test_zig_compiles_where_nothing_else_does(monkeypatch):
         build.compiler()
     monkeypatch.setenv("CC", "gcc -m32")
     assert build.compiler() == ["gcc", "-m32"]
+
+
+@pytest.mark.parametrize("where", [(), ("--out", "out")])
+@pytest.mark.parametrize("said", ["gcc '", 'gcc "', "gcc \\"])
+def test_a_compiler_that_is_no_command_is_refused_before_anything_is_derived(
+    run, quick, tmp_path, monkeypatch, said, where
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("CC", said)
+    found = run("model", "build", DAMPER, *where, code=2)
+    assert "CC must be a command, as a shell splits it, got" in found and quick["derived"] == 0
 
 
 # ---- list ----

@@ -6,6 +6,7 @@ import pickle
 import shutil
 import sys
 from dataclasses import replace
+from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -37,11 +38,14 @@ def damped(leg) -> hopform.Robot:
 
 
 def edited(folder: Path, to: Path, name: str, old: str, new: str) -> Path:
-    """A copy of a solver's folder with one text in one file changed."""
+    """A copy of a solver's folder with one text in one file changed, which its MANIFEST knows as its own."""
     shutil.copytree(folder, to)
     text = (to / name).read_text("utf-8")
     assert text.count(old) == 1
     (to / name).write_text(text.replace(old, new), "utf-8")
+    was, now = (sha256(each.encode()).hexdigest() for each in (text, text.replace(old, new)))
+    manifest = (to / "MANIFEST").read_text("utf-8")
+    (to / "MANIFEST").write_text(manifest.replace(f"{was}  {name}\n", f"{now}  {name}\n"), "utf-8")
     return to
 
 

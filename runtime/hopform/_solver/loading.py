@@ -18,8 +18,8 @@ from hopform._errors import HopformError
 from hopform._files import name_of, path_of
 from hopform._solver import c
 from hopform._solver.choice import DEFAULT, SOLVERS, Solver
-from hopform._solver.folder import FACTS, Folder, built, facts_in, folder_at
-from hopform._solver.library import compiled_once
+from hopform._solver.folder import FACTS, MADE_AGAIN, PACKAGE, Folder, built, facts_in, folder_at, programs_of
+from hopform._solver.library import whole
 from hopform._solver.package import LOADED, Package
 
 
@@ -70,7 +70,7 @@ def _of_folder(path: Path) -> Solver:
     facts = folder.facts
     source = _source_of(path)
     if source not in SOLVERS:
-        package = _imported(path / "python" / "hopform_solver", source)
+        package = _imported(path / PACKAGE, source)
         if (layout := str(sys.modules[package.name].LAYOUT)) != facts.layout:
             raise HopformError(f"{name_of(path)}: {FACTS} has the layout {facts.layout}, its package {layout}")
         library = cache(partial(_library, folder, package))
@@ -79,10 +79,10 @@ def _of_folder(path: Path) -> Solver:
 
 
 def _source_of(path: Path) -> str:
-    """A word for the facts and the package of a solver."""
+    """A word for the facts and the package of a solver; HopformError where they are not those that were built."""
     digest = sha256()
-    for file in (path / FACTS, *sorted((path / "python" / "hopform_solver").glob("*.py"))):
-        digest.update(f"{file.name}\n".encode() + file.read_bytes())
+    for name, content in programs_of(path).items():
+        digest.update(f"{name.rpartition('/')[2]}\n".encode() + content)
     return digest.hexdigest()[:16]
 
 
@@ -95,17 +95,17 @@ def _imported(folder: Path, source: str) -> Package:
     sys.modules[name] = module = module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except BaseException:
+    except BaseException as error:
         del sys.modules[name]
-        raise
+        if not isinstance(error, Exception):
+            raise
+        raise HopformError(f"{name_of(folder)} cannot be loaded: {type(error).__name__}: {error}") from error
     return Package(name)
 
 
 def _library(folder: Folder, package: Package) -> c.Library:
     """The compiled library of a folder, which is made where it has none; BackendError if it cannot be, or for one of
-    other sources than the folder has.
+    other sources than the folder has, or one that is not whole.
     """
-    path = folder.library
-    if not path.is_file():
-        path = compiled_once(path.parent, path.name)
-    return c.Library(path, "hopform", package, "`hopform model build` makes it again", folder.library.parent)
+    path = whole(folder.library, folder.library.parent, MADE_AGAIN)
+    return c.Library(path, "hopform", package, MADE_AGAIN, folder.library.parent)
