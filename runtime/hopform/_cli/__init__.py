@@ -40,7 +40,7 @@ GROUPS = {"model": "Model files: mechanisms of your own. A model file is a progr
 """What the commands of a group are about."""
 
 
-SOLVER = "a solver that was built of a model: its programs are run; hopper if left out"
+SOLVER = "solver to use, a name from `model list` or a folder, as in ./DIR (its programs are run); hopper if left out"
 
 LONGEST = 2000
 """Characters of a message at most."""

@@ -24,7 +24,8 @@ from hopform._solver.package import LOADED, Package
 
 
 def loaded(name_or_folder: str | Path) -> Solver:
-    """The solver of a folder, or of a name: "hopper", or that of a model that was built.
+    """The solver of a folder, which is a Path or a text with a separator; or of a name, any other text: "hopper", or
+    that of a model that was built. What lies in the current folder never changes what a name means.
 
     Raises HopformError: no such solver, a model file, a folder that is no solver's.
     """
@@ -32,6 +33,8 @@ def loaded(name_or_folder: str | Path) -> Solver:
     if path.suffix == ".py":
         build = f"`hopform model build {name_of(path)}` makes its solver"
         raise HopformError(f"{name_of(path)} is a model, a text, and a solver is a program: {build}")
+    if isinstance(name_or_folder, str) and not {os.sep, os.altsep} & {*name_or_folder}:
+        return _of_name(name_or_folder)
     if os.path.isdir(path):
         if not os.path.isfile(path / FACTS):
             made = f"`hopform model build FILE --out {name_of(path)}` makes one"
@@ -39,7 +42,7 @@ def loaded(name_or_folder: str | Path) -> Solver:
         return _of_folder(path.resolve())
     if os.path.lexists(path):
         raise HopformError(f"{name_of(path)} is no solver: that is a folder with {FACTS}")
-    return _of_name(str(name_or_folder))
+    raise HopformError(f"there is no folder {name_of(path)}: `hopform model build FILE --out {name_of(path)}` makes it")
 
 
 def _of_name(name: str) -> Solver:
@@ -50,9 +53,12 @@ def _of_name(name: str) -> Solver:
     if name in known:
         return _of_folder(known[name])
     names = ", ".join([DEFAULT.name, *sorted(known.keys() - {DEFAULT.name})])
+    folder = (
+        f"the folder is {name_of(os.path.join(os.curdir, name))}" if os.path.isdir(name) else "a folder has a separator"
+    )
     raise HopformError(
-        f"there is no solver {shown(name)}; known: {names}, or a folder that `hopform model build` made; models that it "
-        "can make are in `hopform model list`"
+        f"there is no solver {shown(name)}; known: {names}; {folder}, as in ./joint; `hopform model list` has the models of "
+        "which `hopform model build NAME` makes one"
     )
 
 
