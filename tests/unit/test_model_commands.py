@@ -323,6 +323,29 @@ def test_a_compiler_that_is_no_command_is_refused_before_anything_is_derived(
     assert "CC must be a command, as a shell splits it, got" in found and quick["derived"] == 0
 
 
+WARNED = """
+import warnings
+import numpy as np
+warnings.warn("a thing of\\n two lines, \\x1b[1m loud")
+warnings.warn("an old thing", FutureWarning)
+np.float64(1.0) / np.float64(0.0)
+assert 1 is 1
+"""
+
+
+@pytest.mark.parametrize("words", [("check",), pytest.param(("show",), marks=pytest.mark.sliced)])
+def test_a_warning_of_python_is_its_text_alone(tmp_path, words):
+    """Of the author, of a library, of the interpreter: no file, no number, no line of a source."""
+    (tmp_path / "leg.py").write_text(DAMPER.read_text("utf-8") + WARNED)
+    command = [sys.executable, "-m", "hopform", "model", *words, "leg.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    lines = done.stderr.splitlines()
+    assert len(lines) == 4 and all(line.startswith("hopform: warning: ") for line in lines), done.stderr
+    assert "hopform: warning: a thing of two lines, \\x1b[1m loud" in lines
+    assert "hopform: warning: divide by zero encountered in scalar divide" in lines
+    assert not any(".py" in line for line in lines)
+
+
 # ---- list ----
 
 
