@@ -25,8 +25,8 @@ from hopform._files import check_folder, name_of, path_of, read_text
 from hopform._progress import progress_bar
 from hopform._solver import build
 from hopform._solver.choice import DEFAULT
-from hopform._solver.folder import FACTS, Facts, built, facts_in, folder_at, programs_of
-from hopform._solver.loading import built_solvers
+from hopform._solver.folder import FACTS, Facts, built, facts_in, folder_at
+from hopform._solver.loading import built_solvers, programs_of
 
 LARGEST_MODEL = 2**20
 """[B] the largest model file."""

@@ -4,24 +4,18 @@ A folder is what `hopform model build --out DIR` writes, with the compiled libra
 the wheel beside this package, or in a checkout in generated/.
 """
 
-import re
 import tomllib
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
 from hopform._errors import HopformError
-from hopform._files import name_of
 from hopform._solver.library import LIBRARY, SUFFIX, cache_of_user
 
 FORMAT = 1
 """Of solver.toml, as it is read here."""
 FACTS = "solver.toml"
-PACKAGE = "python/hopform_solver"
-MANIFEST = "MANIFEST"
 LARGEST = 2**20
 """[B] the largest file of facts."""
 _HOPFORM = Path(__file__).resolve().parents[1]
@@ -114,45 +108,6 @@ class Folder:
 
 SHIPPED = Folder((_HOPFORM, _HOPFORM.parents[1] / "generated"), LIBRARY)
 """That of the hopper of the paper."""
-
-
-def programs_of(path: Path) -> dict[str, bytes]:
-    """The facts and the package in a folder of one's own, by path in it, each as MANIFEST has it, to be asked before
-    any of it is run. HopformError otherwise: a build was killed, a copy was cut short, a file was edited.
-    """
-    made = dict(_digests(path))
-    names = [FACTS, *sorted(each for each in made if each.startswith(f"{PACKAGE}/") and each.endswith(".py"))]
-    found = {name: _read(path / name) for name in names}
-    for name, content in found.items():
-        if sha256(content).hexdigest() != made.get(name):
-            raise HopformError(f"{name_of(path / name)} is not the one that its build made: {MADE_AGAIN}")
-    return found
-
-
-def _digests(path: Path) -> Iterator[tuple[str, str]]:
-    """What MANIFEST has of the files that a folder was built with: path in it, SHA-256. Of a file that a build was about
-    to replace it has two, the new one behind.
-    """
-    text = _read(path / MANIFEST).decode("utf-8", "replace")
-    if not (whole := re.fullmatch(rf"# made\n((?:{_LINE})*)# made from\n(?:{_LINE})*", text)):
-        raise HopformError(f"{name_of(path / MANIFEST)} is not the one that its build made: {MADE_AGAIN}")
-    for line in whole[1].splitlines():
-        digest, _, name = line.partition("  ")
-        yield name, digest
-
-
-_LINE = r"[0-9a-f]{64}  [^\x00-\x1f]+\n"
-
-
-MADE_AGAIN = "`hopform model build FILE --out DIR` makes it again"
-
-
-def _read(path: Path) -> bytes:
-    """The bytes of a file of a solver; HopformError where there is none."""
-    try:
-        return path.read_bytes()
-    except OSError as error:
-        raise HopformError(f"{name_of(path)} cannot be read: {error.strerror}; {MADE_AGAIN}") from None
 
 
 def folder_at(path: Path) -> Folder:

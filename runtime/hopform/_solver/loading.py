@@ -5,6 +5,7 @@ Loading runs the programs that the folder holds. Two of them stand side by side:
 """
 
 import os
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
@@ -18,9 +19,12 @@ from hopform._errors import HopformError
 from hopform._files import name_of, path_of
 from hopform._solver import c
 from hopform._solver.choice import DEFAULT, SOLVERS, Solver
-from hopform._solver.folder import FACTS, MADE_AGAIN, PACKAGE, Folder, built, facts_in, folder_at, programs_of
+from hopform._solver.folder import FACTS, Folder, built, facts_in, folder_at
 from hopform._solver.library import whole
 from hopform._solver.package import LOADED, Package
+
+PACKAGE = "python/hopform_solver"
+MANIFEST = "MANIFEST"
 
 
 def loaded(name_or_folder: str | Path) -> Solver:
@@ -90,6 +94,45 @@ def _source_of(path: Path) -> str:
     for name, content in programs_of(path).items():
         digest.update(f"{name.rpartition('/')[2]}\n".encode() + content)
     return digest.hexdigest()[:16]
+
+
+def programs_of(path: Path) -> dict[str, bytes]:
+    """The facts and the package in a folder of one's own, by path in it, each as MANIFEST has it, to be asked before
+    any of it is run. HopformError otherwise: a build was killed, a copy was cut short, a file was edited.
+    """
+    made = dict(_digests(path))
+    names = [FACTS, *sorted(each for each in made if each.startswith(f"{PACKAGE}/") and each.endswith(".py"))]
+    found = {name: _read(path / name) for name in names}
+    for name, content in found.items():
+        if sha256(content).hexdigest() != made.get(name):
+            raise HopformError(f"{name_of(path / name)} is not the one that its build made: {MADE_AGAIN}")
+    return found
+
+
+def _digests(path: Path) -> Iterator[tuple[str, str]]:
+    """What MANIFEST has of the files that a folder was built with: path in it, SHA-256. Of a file that a build was about
+    to replace it has two, the new one behind.
+    """
+    text = _read(path / MANIFEST).decode("utf-8", "replace")
+    if not (whole := re.fullmatch(rf"# made\n((?:{_LINE})*)# made from\n(?:{_LINE})*", text)):
+        raise HopformError(f"{name_of(path / MANIFEST)} is not the one that its build made: {MADE_AGAIN}")
+    for line in whole[1].splitlines():
+        digest, _, name = line.partition("  ")
+        yield name, digest
+
+
+_LINE = r"[0-9a-f]{64}  [^\x00-\x1f]+\n"
+
+
+MADE_AGAIN = "`hopform model build FILE --out DIR` makes it again"
+
+
+def _read(path: Path) -> bytes:
+    """The bytes of a file of a solver; HopformError where there is none."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise HopformError(f"{name_of(path)} cannot be read: {error.strerror}; {MADE_AGAIN}") from None
 
 
 def _imported(folder: Path, source: str) -> Package:
