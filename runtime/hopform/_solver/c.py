@@ -20,10 +20,10 @@ from hopform._solver.build import with_notes
 from hopform._solver.library import REINSTALL, opened, own_library, refuse_damage, text_of
 from hopform._solver.package import OURS, ROWS, Array, Columns, Events, LegState, Package, Precision, Steps, records
 
-PHASES_NOT_KEPT = 1
+PHASES_NOT_KEPT = package.NUMBERS["phases_not_kept"]
 FIRST_CAPACITY = 64
 """Phases that the buffer holds at first; hardly any stance has more."""
-NO_DERIVATIVE = 2
+NO_DERIVATIVE = package.NUMBERS["no_derivative"]
 _FIRST_EVENTS = 16
 tuple_of: Any = cast(Any, tuple).__new__
 """A named tuple of what it holds, in half the time that its class takes."""
