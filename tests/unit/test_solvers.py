@@ -6,7 +6,6 @@ import pickle
 import shutil
 import sys
 from dataclasses import replace
-from hashlib import sha256
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,7 @@ import hopform
 from hopform import _cli as cli
 from hopform._solver.choice import SOLVERS
 from tests import needs
-from tests.derived import built, solver_of
+from tests.derived import built, edited, solver_of
 
 HOPPER = hopform.load_robot("hopper_c")
 
@@ -36,18 +35,6 @@ def stranger(store) -> hopform.Solver:
 @pytest.fixture
 def damped(leg) -> hopform.Robot:
     return replace(leg.load_robot("hopper_c"), b12=5.0)
-
-
-def edited(folder: Path, to: Path, name: str, old: str, new: str) -> Path:
-    """A copy of a solver's folder with one text in one file changed, which its MANIFEST knows as its own."""
-    shutil.copytree(folder, to)
-    text = (to / name).read_text("utf-8")
-    assert text.count(old) == 1
-    (to / name).write_text(text.replace(old, new), "utf-8")
-    was, now = (sha256(each.encode()).hexdigest() for each in (text, text.replace(old, new)))
-    manifest = (to / "MANIFEST").read_text("utf-8")
-    (to / "MANIFEST").write_text(manifest.replace(f"{was}  {name}\n", f"{now}  {name}\n"), "utf-8")
-    return to
 
 
 # ---- figures of an independent integration ----
