@@ -1,8 +1,10 @@
 """Models of a user as packages and libraries: each is derived and compiled once per run of the tests."""
 
+import shutil
 import sys
 from dataclasses import dataclass
 from functools import cached_property
+from hashlib import sha256
 from importlib import import_module
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -118,6 +120,18 @@ def built(store: Path, model: str | Path) -> Path:
             assert cli.main(["model", "build", str(file), "--out", str(aside)]) == 0
 
     return once(store / f"solver_of_{file.stem}_{key(file.read_text('utf-8'))}", make)
+
+
+def edited(folder: Path, to: Path, name: str, old: str, new: str) -> Path:
+    """A copy of a solver's folder with one text in one file changed, which its MANIFEST knows as its own."""
+    shutil.copytree(folder, to)
+    text = (to / name).read_text("utf-8")
+    assert text.count(old) == 1
+    (to / name).write_text(text.replace(old, new), "utf-8")
+    was, now = (sha256(each.encode()).hexdigest() for each in (text, text.replace(old, new)))
+    manifest = (to / "MANIFEST").read_text("utf-8")
+    (to / "MANIFEST").write_text(manifest.replace(f"{was}  {name}\n", f"{now}  {name}\n"), "utf-8")
+    return to
 
 
 def solver_of(store: Path, model: str | Path) -> hopform.Solver:

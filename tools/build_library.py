@@ -22,10 +22,12 @@ def library(root: Path = ROOT, folder: Path | None = None) -> Path:
 
 
 def is_fresh(root: Path = ROOT) -> bool:
-    """Whether the libraries have the hash of what generated/ says now. They are not loaded: they may be another computer's."""
+    """Whether the libraries are whole and have the hash of what generated/ says now. They are not loaded: they may be
+    another computer's.
+    """
     source = _build["source_of"](root / "generated").encode()
-    both = (library(root), with_notes(library(root)))
-    return all(path.is_file() and source in path.read_bytes() for path in both)
+    whole = not any(_build["damage"](library(root), notes) for notes in (False, True))
+    return whole and all(source in path.read_bytes() for path in (library(root), with_notes(library(root))))
 
 
 def build_library(root: Path = ROOT, folder: Path | None = None) -> Path:

@@ -107,7 +107,7 @@ def tried(found: Path, folder: Path, target: Target) -> str:
     if target.run and shutil.which(target.run[0]) is None:
         return f"not run: {target.run[0]} is absent"
     with zipfile.ZipFile(found) as archive:
-        (name,) = (name for name in archive.namelist() if "_libhopform." in name)
+        (name,) = (name for name in archive.namelist() if "_libhopform." in name and not name.endswith(".sha256"))
         library = Path(archive.extract(name, folder / "tried"))
     program = library.with_name("selftest.exe")
     files = [PROGRAM / "selftest.c", PROGRAM / "boards" / "board.c", library]

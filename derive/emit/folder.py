@@ -22,12 +22,15 @@ def write(texts: dict[Path, str], folder: Path) -> None:
     """Write what differs, each file aside and then renamed; remove what an earlier run made and this one does not.
 
     generated/ holds nothing else, so whatever lies there is replaced or removed. Any other folder must be empty, or one
-    that derive made and nobody edited where this run would write; files of other names stay.
+    that derive made and nobody edited where this run would write; files of other names stay. Its MANIFEST is written
+    first with the hashes of before and of now, and last with those of now: what a killed run leaves is ours.
     """
+    refuse_what_is_not_ours(texts, folder)
     texts = _with_manifest(texts, folder)
-    if not _is_generated(folder):
-        _refuse_what_is_not_ours(texts, folder)
     strays = _stray(texts, folder)
+    if not _is_generated(folder):
+        before, head = _read(folder / MANIFEST).partition("# made from\n")[0], "# made\n"
+        _replace(folder / MANIFEST, (before or head) + texts[MANIFEST].removeprefix(head))
     for path, text in texts.items():
         target = folder / path
         if not target.is_file() or _read(target) != text:
@@ -40,8 +43,11 @@ def _with_manifest(texts: dict[Path, str], folder: Path) -> dict[Path, str]:
     return texts | {MANIFEST: listing(texts) if _is_generated(folder) else manifest(texts)}
 
 
-def _refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
+def refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
     """Refuse a folder by the first file that derive did not make, or that was edited, where it would write."""
+    if _is_generated(folder):
+        return
+    texts = _with_manifest(texts, folder)
     _refuse_what_is_no_folder(folder)
     if not folder.is_dir() or not any(folder.iterdir()):
         return
@@ -57,7 +63,7 @@ def _refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
                 raise FolderError(f"--out {folder}: {parent} is not a folder: {_NOT_OURS}")
         if target.exists() and not target.is_file():
             raise FolderError(f"--out {folder}: {path} is not a file: {_NOT_OURS}")
-        allowed = (None, made.get(path), hashlib.sha256(text.encode()).hexdigest())  # None: there is no file
+        allowed = {None, *made.get(path, ()), hashlib.sha256(text.encode()).hexdigest()}  # None: there is no file
         if path != MANIFEST and _digest(target) not in allowed:
             reason = f"{path} was edited by hand: move it away" if path in made else f"{path} was {_NOT_OURS}"
             raise FolderError(f"--out {folder}: {reason}")
@@ -87,7 +93,7 @@ def _stray(texts: dict[Path, str], folder: Path) -> list[Path]:
         present = {path for path in there if "__pycache__" not in path.parts}
     else:
         made, _ = _read_manifest(folder)
-        present = {path for path, digest in made.items() if _digest(folder / path) == digest}
+        present = {path for path, digests in made.items() if _digest(folder / path) in digests}
     return sorted(present - texts.keys())
 
 
@@ -140,7 +146,7 @@ def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> lis
         for path in differing
         if path != MANIFEST and current.get(path) != made.get(path)
     ]
-    changed = {path for path, _ in makers.items() ^ makers_now.items()}
+    changed = {path for path in makers.keys() | makers_now.keys() if makers.get(path) != makers_now.get(path)}
     reasons += [f"the {_kind(path)} was changed since: {path}" for path in sorted(changed)]
     return reasons or ["all hashes agree but the text differs: a tool's version did it"]
 
@@ -160,8 +166,12 @@ _MANIFEST_LINE = r"[0-9a-f]{64}  [^\x00-\x1f]+\n"
 _MANIFEST = re.compile(rf"# made\n(?:{_MANIFEST_LINE})*# made from\n(?:{_MANIFEST_LINE})*")
 
 
-def _read_manifest(folder: Path) -> tuple[dict[Path, str], dict[Path, str]]:
-    """Hashes of what was made and of what it was made from, by path; none without a MANIFEST.
+Hashes = dict[Path, set[str]]
+
+
+def _read_manifest(folder: Path) -> tuple[Hashes, Hashes]:
+    """Hashes of what was made and of what it was made from, by path; none without a MANIFEST. A run that was killed
+    leaves two of what it would replace.
 
     Whoever handed a folder over may have written its MANIFEST: one that names a file outside the folder is refused.
     """
@@ -177,9 +187,9 @@ def _read_manifest(folder: Path) -> tuple[dict[Path, str], dict[Path, str]]:
     return made, makers
 
 
-def _parse_manifest(text: str) -> tuple[dict[Path, str], dict[Path, str]]:
-    made, makers = (
-        {Path(path): digest for digest, path in re.findall("^(.+?)  (.+)$", part, re.MULTILINE)}
-        for part in text.partition("# made from\n")[::2]
-    )
+def _parse_manifest(text: str) -> tuple[Hashes, Hashes]:
+    made, makers = Hashes(), Hashes()
+    for part, found in zip(text.partition("# made from\n")[::2], (made, makers), strict=True):
+        for digest, path in re.findall("^(.+?)  (.+)$", part, re.MULTILINE):
+            found.setdefault(Path(path), set()).add(digest)
     return made, makers

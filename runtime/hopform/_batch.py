@@ -147,7 +147,7 @@ class Batch(Motions):
     @property
     def takeoff(self) -> State[NDArray[Any]]:
         """The state at take-off, NaN where there is none."""
-        lifts = self.status == 1
+        lifts = self.status == package.TAKEOFF
         end: State[NDArray[Any]] = self.end
         found = [np.where(lifts, value, value.dtype.type(math.nan)) for value in map(np.asarray, end)]
         return type(end)(*found)

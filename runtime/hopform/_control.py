@@ -25,7 +25,7 @@ from hopform._errors import HopformError
 from hopform._motion import precision_of
 from hopform._robots import Robot, checked_robot, falling_robot
 from hopform._show import Arrays, Card, Curve, Shown, name_of, span
-from hopform._solver.package import COMMANDS, MAX_PHASES, Target, records
+from hopform._solver.package import COMMANDS, MAX_PHASES, NUMBERS, Target, records
 from hopform._stance import solve_stance, start_of
 from hopform._warnings import RISES, said
 
@@ -255,7 +255,7 @@ def next_apex(robot: Robot, height: ArrayLike, u: ArrayLike, *, horizon: Support
     v2 = np.reshape([start.v2 for start in _drops(robot, heights.reshape(-1))], heights.shape)
     found = solve_stances(robot, x1=home_of(robot), v2=v2, u=currents, horizon=longest)
     if np.any(found.status < 0):
-        raise HopformError(records.REFUSALS[-8])
+        raise HopformError(records.REFUSALS[NUMBERS["error_numbers"]])
     return shaped(found.apex, found.apex)
 
 

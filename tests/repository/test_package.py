@@ -16,6 +16,7 @@ import venv
 import zipfile
 from email import message_from_bytes
 from email.message import Message
+from hashlib import sha256
 from pathlib import Path
 
 import pytest
@@ -64,7 +65,14 @@ def metadata(wheel: Path) -> Message:
 
 
 def libraries(wheel: Path) -> list[str]:
-    return [name for name in contents(wheel) if "_libhopform" in name]
+    """The compiled libraries of a wheel; they are as their hashes beside them say."""
+    found = [name for name in contents(wheel) if "_libhopform" in name]
+    seals = [name for name in found if name.endswith(".sha256")]
+    with zipfile.ZipFile(wheel) as archive:
+        said = {line for seal in seals for line in archive.read(seal).decode().splitlines()}
+        own = [name for name in found if name not in seals]
+        assert said == {f"{sha256(archive.read(name)).hexdigest()}  {Path(name).name}" for name in own}
+    return own
 
 
 @pytest.fixture(scope="module")

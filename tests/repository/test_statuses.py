@@ -11,7 +11,8 @@ from hopform._hopping import run, touchdown
 from hopform._identify import kinds, synthetic
 from hopform._solver import c as native
 
-C = Path(__file__).resolve().parents[2] / "generated" / "c"
+ROOT = Path(__file__).resolve().parents[2]
+C = ROOT / "generated" / "c"
 HEADER = (C / "include" / "hopform" / "hopform.h").read_text("utf-8")
 README = (C / "README.md").read_text("utf-8")
 
@@ -48,9 +49,16 @@ def test_python_has_a_reason_for_each_error_and_for_nothing_else():
         assert str(native.refusal("stance_at", number)) == reason
 
 
-def test_the_warnings_that_python_acts_on_have_the_numbers_of_the_header():
-    for name in ("PHASES_NOT_KEPT", "NO_DERIVATIVE"):
-        assert getattr(native, name) == statuses()[name][0]
+def test_python_takes_every_number_of_a_status_from_the_table_of_the_header():
+    """Its names and numbers are the header's; in runtime/hopform no status is a number."""
+    assert {name.lower(): number for name, (number, _) in statuses().items()} == native.package.NUMBERS
+    for path in sorted((ROOT / "runtime" / "hopform").rglob("*.py")):
+        text = path.read_text("utf-8")
+        assert not re.findall(
+            r"^(?:PHASES_NOT_KEPT|NO_DERIVATIVE|\w*STATUS\w*|\w*REFUS\w*) = -?\d", text, re.MULTILINE
+        ), path
+        assert not re.findall(r"^ +-\d+: ['\"]|(?:REFUSALS|STATUS)\[-?\d", text, re.MULTILINE), path
+        assert not re.findall(r"\bstatus (?:==|!=|<=|>=|in) \(?-?[1-9]", text), path
 
 
 LIMITS = {

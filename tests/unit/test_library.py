@@ -69,7 +69,7 @@ def outdated(library: Path) -> str:
     shutil.copy(ROOT / "generated" / "solver.toml", generated)
     if not OWN.is_file():
         pytest.skip("there is no compiled library")
-    shutil.copy(OWN, library)
+    copied(library)
     before, formulas = build.source_of(generated), generated / "c" / "src" / "formulas_f64.h"
     text, old = formulas.read_text("utf-8"), "a1_v1 = -b1/m_eff;"
     assert text.count(old) == 1
@@ -81,12 +81,34 @@ def outdated(library: Path) -> str:
     )
 
 
+def copied(library: Path) -> None:
+    """The library of this checkout, with its hashes and without its notes."""
+    shutil.copy(OWN, library)
+    shutil.copy(build.seal_of(OWN), build.seal_of(library))
+
+
+def cut_short(library: Path) -> str:
+    """As by a full disk or a killed copy: where such a file is loaded, a signal ends the process."""
+    if not OWN.is_file():
+        pytest.skip("there is no compiled library")
+    copied(library)
+    library.write_bytes(OWN.read_bytes()[:5000])
+    return f"the compiled library {library.name} is damaged: its SHA-256 is not the one in {library.stem}.sha256; reinstall"
+
+
+def killed(library: Path) -> str:
+    """A build that did not come to its last file."""
+    library.write_bytes(b"a library")
+    return f"{library.name} is not complete: there is no {library.stem}.sha256, which its build writes last; reinstall"
+
+
 def missing(library: Path) -> str:
     return f"there is no compiled library {library.name}"
 
 
 def broken(library: Path) -> str:
-    library.write_bytes(b"half a library")
+    library.write_bytes(b"for another computer")
+    build.sealed(library)
     return f"the compiled library {library.name} cannot be loaded"
 
 
@@ -95,7 +117,7 @@ def foreign(library: Path) -> str:
     return library.name
 
 
-UNUSABLE = pytest.mark.parametrize("prepare", [stale, outdated, missing, broken, foreign])
+UNUSABLE = pytest.mark.parametrize("prepare", [stale, outdated, missing, cut_short, killed, broken, foreign])
 
 
 def test_the_library_of_this_checkout_is_the_one_of_its_sources(tmp_path):
@@ -138,7 +160,7 @@ def compiled(library, monkeypatch) -> list[Path]:
     def compile_into(folder: Path, output: Path) -> None:
         folders.append(folder)
         shutil.copy(build.with_notes(OWN), build.with_notes(output))
-        shutil.copy(OWN, output)
+        copied(output)
 
     monkeypatch.setattr(build, "compile_solver", compile_into)
     return folders
@@ -169,13 +191,16 @@ def test_a_library_that_cannot_be_made_is_one_line(library, compiled, monkeypatc
 @pytest.mark.skipif(not OWN.is_file(), reason="there is no compiled library")
 def test_notes_that_are_missing_or_of_other_sources_are_refused_by_name(library, hopper_c, tmp_path, monkeypatch):
     monkeypatch.delenv("CC")
-    shutil.copy(OWN, library)
+    copied(library)
     stance, notes = hopform.solve_stance(hopper_c, v2=-1.93, u=2.0), build.with_notes(library)
     with pytest.raises(hopform.BackendError, match=f"explain.. needs {notes.name}, which is not beside {library.name}"):
         stance.explain()
     version = (ROOT / "generated" / "c" / "src" / "version.c").read_text("utf-8")
     compile_one(tmp_path / "other.so", version.replace('"facts.h"', f'"{ROOT}/generated/c/src/facts.h"'))
     shutil.move(tmp_path / "other.so", notes)
+    with pytest.raises(hopform.BackendError, match=f"{notes.name} is damaged: its SHA-256 is not the one in"):
+        stance.explain()
+    build.sealed(library)
     with pytest.raises(
         hopform.BackendError, match=rf"{notes.name} is stale: it is of the sources \w+, {library.name} of"
     ):

@@ -233,6 +233,7 @@ def quick(monkeypatch):
     def compiled(folder, output, progress):
         made["compiled"] += 1
         output.write_bytes(b"a library")
+        build.sealed(output)
         progress(1, 1)
 
     monkeypatch.setattr(solvers, "solver", texts)
@@ -319,6 +320,40 @@ def test_zig_compiles_where_nothing_else_does(monkeypatch):
         build.compiler()
     monkeypatch.setenv("CC", "gcc -m32")
     assert build.compiler() == ["gcc", "-m32"]
+
+
+@pytest.mark.parametrize("where", [(), ("--out", "out")])
+@pytest.mark.parametrize("said", ["gcc '", 'gcc "', "gcc \\"])
+def test_a_compiler_that_is_no_command_is_refused_before_anything_is_derived(
+    run, quick, tmp_path, monkeypatch, said, where
+):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("CC", said)
+    found = run("model", "build", DAMPER, *where, code=2)
+    assert "CC must be a command, as a shell splits it, got" in found and quick["derived"] == 0
+
+
+WARNED = """
+import warnings
+import numpy as np
+warnings.warn("a thing of\\n two lines, \\x1b[1m loud")
+warnings.warn("an old thing", FutureWarning)
+np.float64(1.0) / np.float64(0.0)
+assert 1 is 1
+"""
+
+
+@pytest.mark.parametrize("words", [("check",), pytest.param(("show",), marks=pytest.mark.sliced)])
+def test_a_warning_of_python_is_its_text_alone(tmp_path, words):
+    """Of the author, of a library, of the interpreter: no file, no number, no line of a source."""
+    (tmp_path / "leg.py").write_text(DAMPER.read_text("utf-8") + WARNED)
+    command = [sys.executable, "-m", "hopform", "model", *words, "leg.py"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    lines = done.stderr.splitlines()
+    assert len(lines) == 4 and all(line.startswith("hopform: warning: ") for line in lines), done.stderr
+    assert "hopform: warning: a thing of two lines, \\x1b[1m loud" in lines
+    assert "hopform: warning: divide by zero encountered in scalar divide" in lines
+    assert not any(".py" in line for line in lines)
 
 
 # ---- list ----

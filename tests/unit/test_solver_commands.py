@@ -2,7 +2,6 @@
 
 import csv
 import json
-import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -12,7 +11,7 @@ import pytest
 import hopform
 from hopform import _cli as cli
 from hopform._robots import Provenance
-from tests.derived import MODELS, built
+from tests.derived import MODELS, built, edited
 
 DROP = ("--height", "0.2", "--u", "3", "--set", "b12=5")
 
@@ -135,10 +134,8 @@ def test_what_a_model_cannot_do_is_said_by_the_command(folder, refused):
 
 def test_a_solver_without_a_robot_asks_for_one(store, tmp_path, refused):
     """A rig or a joint has none of the hopper's; a folder of `python -m derive` has no robot.toml."""
-    folder = tmp_path / "bare"
-    shutil.copytree(built(store, "joint"), folder, ignore=shutil.ignore_patterns("robot.toml"))
-    facts = folder / "solver.toml"
-    facts.write_text(facts.read_text("utf-8").replace('title = "', 'title = "Bare. '), "utf-8")
+    folder = edited(built(store, "joint"), tmp_path / "bare", "solver.toml", 'title = "', 'title = "Bare. ')
+    (folder / "robot.toml").unlink()
     for line in (["robots"], ["robots", "--toml"], ["robots", "--set", "k=1"]):
         said = refused("--solver", folder, *line)
         assert "the solver joint comes without a robot: --robot FILE.toml gives one" in said

@@ -12,9 +12,10 @@ import numpy as np
 import pytest
 
 import hopform
+from hopform import _cli as cli
 from hopform._solver.choice import SOLVERS
 from tests import needs
-from tests.derived import built, solver_of
+from tests.derived import built, edited, solver_of
 
 HOPPER = hopform.load_robot("hopper_c")
 
@@ -34,15 +35,6 @@ def stranger(store) -> hopform.Solver:
 @pytest.fixture
 def damped(leg) -> hopform.Robot:
     return replace(leg.load_robot("hopper_c"), b12=5.0)
-
-
-def edited(folder: Path, to: Path, name: str, old: str, new: str) -> Path:
-    """A copy of a solver's folder with one text in one file changed."""
-    shutil.copytree(folder, to)
-    text = (to / name).read_text("utf-8")
-    assert text.count(old) == 1
-    (to / name).write_text(text.replace(old, new), "utf-8")
-    return to
 
 
 # ---- figures of an independent integration ----
@@ -263,7 +255,7 @@ def test_what_is_no_solver_is_refused_by_its_name(tmp_path):
         (model, "is a model, a text, and a solver is a program: `hopform model build"),
         (file, "is no solver: that is a folder with solver.toml"),
         (empty, "is no solver, it has no solver.toml"),
-        (tmp_path / "absent", "there is no solver"),
+        (tmp_path / "absent", "there is no folder .*absent: `hopform model build FILE --out"),
         (7, "solver must be a path, got 7"),
     ):
         with pytest.raises(hopform.HopformError, match=message):
@@ -308,9 +300,48 @@ def test_a_solver_is_found_by_its_name_where_models_are_built_the_newest_first(s
     (place / "c" / "solver.toml").write_text("half of a fi")
     assert hopform.load_solver("stranger").title == "The hopper of the paper, of today."
     with pytest.raises(
-        hopform.HopformError, match="there is no solver 'strange'; known: hopper, stranger, or a folder"
+        hopform.HopformError, match="there is no solver 'strange'; known: hopper, stranger; a folder has a separator"
     ):
         hopform.load_solver("strange")
+
+
+@pytest.mark.parametrize("name", ["stranger", "hopper", "absent", "joint", ".", ".."])
+@pytest.mark.parametrize("there", ["a program", "recordings", "a file", "nothing"])
+def test_a_word_without_a_separator_is_a_name_whatever_the_current_folder_has(
+    store, tmp_path, monkeypatch, capsys, name, there
+):
+    """Its meaning is that of another folder, in Python and on the command line; nothing of the current one is run."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    shutil.copytree(built(store, "stranger"), tmp_path / "cache" / "hopform" / "solvers" / "a")
+    here, elsewhere = tmp_path / "here" / "there", tmp_path / "elsewhere"
+    here.mkdir(parents=True)
+    elsewhere.mkdir()
+    if there == "a file":
+        (here / name).write_text("t,q\n") if name not in (".", "..") else None
+    elif there != "nothing":
+        (here / name).mkdir(exist_ok=True)
+        (here / name / "log.csv").write_text("t,q\n")
+    if there == "a program":
+        shutil.copytree(built(store, "stranger"), here / name, dirs_exist_ok=True)
+        (here / name / "python" / "hopform_solver" / "__init__.py").write_text("raise SystemExit('it was run')")
+
+    def meaning() -> tuple[object, ...]:
+        code = cli.main(["--solver", name, "robots", "--json"])
+        printed = capsys.readouterr()
+        try:
+            return code, printed.out, hopform.load_solver(name)
+        except hopform.HopformError as error:
+            return code, str(error).partition(";")[0], printed.err.partition(";")[0]
+
+    monkeypatch.chdir(elsewhere)
+    wanted = meaning()
+    monkeypatch.chdir(here)
+    assert meaning() == wanted and (wanted[0] == 0) == (name in ("stranger", "hopper"))
+    if there in ("a program", "recordings"):
+        why = "is not the one that its build made" if there == "a program" else "is no solver, it has no solver.toml"
+        for folder in (Path(name), f".{os.sep}{name}", f"{name}{os.sep}"):
+            with pytest.raises(hopform.HopformError, match=why):
+                hopform.load_solver(folder)
 
 
 def test_the_same_folder_is_loaded_once(store, stranger):

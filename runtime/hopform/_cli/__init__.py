@@ -9,6 +9,7 @@ import ast
 import os
 import re
 import sys
+import warnings
 from collections.abc import Sequence
 from contextvars import copy_context
 from importlib import import_module
@@ -40,7 +41,7 @@ GROUPS = {"model": "Model files: mechanisms of your own. A model file is a progr
 """What the commands of a group are about."""
 
 
-SOLVER = "a solver that was built of a model: its programs are run; hopper if left out"
+SOLVER = "solver to use, a name from `model list` or a folder, as in ./DIR (its programs are run); hopper if left out"
 
 LONGEST = 2000
 """Characters of a message at most."""
@@ -133,7 +134,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     if reconfigure is not None and sys.stdout.errors == "strict":  # names of files may hold what no encoding does
         reconfigure(errors="backslashreplace")
     try:
-        code = copy_context().run(app, args=arguments, prog_name="hopform", standalone_mode=False)
+        with warnings.catch_warnings():
+            warnings.showwarning = warn
+            code = copy_context().run(app, args=arguments, prog_name="hopform", standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
     except HopformError as error:
@@ -154,8 +157,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return code if isinstance(code, int) else 0
 
 
+def warn(message: Warning | str, *_: object, **__: object) -> None:
+    """A warning of Python is its text alone: where in which file it arose is no concern of whoever calls a command."""
+    if sys.stderr is not None:
+        print("hopform: warning:", one_line(str(message)), file=sys.stderr)
+
+
+def one_line(message: str) -> str:
+    """A message as a line of limited length."""
+    text = printable(" ".join(message.split()))
+    return text if len(text) <= LONGEST else f"{text[:LONGEST]}..."
+
+
 def refuse(message: str) -> int:
     """Say in one line what is wrong with the input."""
-    text = printable(" ".join(message.split()))
-    print("hopform:", text if len(text) <= LONGEST else f"{text[:LONGEST]}...", file=sys.stderr)
+    print("hopform:", one_line(message), file=sys.stderr)
     return 2

@@ -6,9 +6,7 @@ A model file is a program, and reading it runs it. The derivation, and what comp
 import ast
 import json as json_module
 import os
-import shutil
 import subprocess
-import tempfile
 from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager
 from hashlib import sha256
@@ -28,7 +26,7 @@ from hopform._progress import progress_bar
 from hopform._solver import build
 from hopform._solver.choice import DEFAULT
 from hopform._solver.folder import FACTS, Facts, built, facts_in, folder_at
-from hopform._solver.loading import built_solvers
+from hopform._solver.loading import built_solvers, programs_of
 
 LARGEST_MODEL = 2**20
 """[B] the largest model file."""
@@ -140,9 +138,14 @@ def model_build(model: str, out: Path | None = None) -> None:
     readable(model)
     with in_one_line():
         text = str(door.part("solver").source_of(model))
-    folder = built() / hash_of(text) if out is None else out
-    known = out is None and (folder / FACTS).is_file()
-    check_folder(folder)
+    try:
+        folder = built() / hash_of(text) if out is None else out
+        check_folder(folder)
+    except (HopformError, RuntimeError) as error:  # RuntimeError: there is no home
+        elsewhere = "; --out DIR builds it elsewhere" if out is None else ""
+        raise HopformError(f"{error}{elsewhere}") from None
+    compiler_in_words()  # which refuses a $CC that is no command
+    known = out is None and is_whole(folder)
     if known:
         os.utime(folder / FACTS)  # the newest of its name is the one that its name means
     else:
@@ -170,9 +173,14 @@ def compiler_in_words() -> str:
     """The compiler and its version; nothing where there is none."""
     try:
         command = build.compiler()
-        done = subprocess.run([*command, "--version"], capture_output=True, text=True, check=False, errors="replace")
+        asked = [*command, "--version"]
+        done = subprocess.run(
+            asked, stdin=subprocess.DEVNULL, capture_output=True, check=False, text=True, errors="replace"
+        )
     except (build.NoCompiler, OSError):
         return ""
+    except build.LibraryNotBuilt as error:
+        raise HopformError(error.args[0]) from None
     return " ".join([*command, *done.stdout.splitlines()[:1]])
 
 
@@ -183,35 +191,47 @@ def no_compiler() -> str:
         return str(error)
 
 
+def is_whole(folder: Path) -> bool:
+    """Whether a solver in the cache is as it was built; one without a compiler has no library."""
+    library = folder_at(folder).library
+    try:
+        programs_of(folder)
+    except HopformError:
+        return False
+    return not library.exists() or build.damage(library) is None
+
+
 def make(model: str, folder: Path, bar: Callable[..., None], *, in_cache: bool) -> None:
-    """Write and compile a solver: in the cache aside and then renamed, so that it is there in whole or not at all."""
+    """Derive and compile a solver aside, and rename it as a whole. A folder of the user's that is there already keeps
+    its files of other names: the library goes first and comes last, the MANIFEST says what is ours at any time.
+    """
     with in_one_line():
         texts = door.part("solver").solver(model)
-    if not in_cache:
-        write_and_compile(texts, folder, bar)
-        return
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    aside = Path(tempfile.mkdtemp(prefix=".", dir=folder.parent))
-    try:
-        write_and_compile(texts, aside, bar)
-        aside.chmod(0o755)
-        if not folder.exists():
+    files, renamed = door.part("emit.folder"), in_cache or not folder.exists()
+    if not renamed:
+        with in_one_line():
+            files.refuse_what_is_not_ours(texts, folder)
+    parent = folder.parent if renamed else folder
+    parent.mkdir(parents=True, exist_ok=True)
+    with build.aside_in(parent, folder.resolve().name or "solver") as aside:
+        with in_one_line():
+            files.write(texts, aside)
+        made, target = folder_at(aside).library, folder_at(folder).library
+        try:
+            build.compile_solver(aside, made, progress=lambda done, of: bar(done, of, "compiling"))
+        except build.NoCompiler:
+            pass
+        except build.LibraryNotBuilt as error:
+            raise HopformError(f"{name_of(folder)}: {error.args[0]}") from None
+        if in_cache:
+            build.put(aside, folder)
+        elif renamed:
             aside.rename(folder)
-    finally:
-        shutil.rmtree(aside, ignore_errors=True)
-
-
-def write_and_compile(texts: dict[Path, str], folder: Path, bar: Callable[..., None]) -> None:
-    with in_one_line():
-        door.part("emit.folder").write(texts, folder)
-    library = folder_at(folder).library
-    library.unlink(missing_ok=True)  # an old one would pass for the new sources'
-    try:
-        build.compile_solver(folder, library, progress=lambda done, of: bar(done, of, "compiling"))
-    except build.NoCompiler:
-        return
-    except build.LibraryNotBuilt as error:
-        raise HopformError(f"{name_of(folder)}: {error.args[0]}") from None
+        else:
+            target.unlink(missing_ok=True)  # an old one would pass for the new sources'
+            with in_one_line():
+                files.write(texts, folder)
+            build.move_libraries(made, target)
 
 
 def summary(folder: Path, facts: Facts, known: bool) -> Iterator[RenderableType]:

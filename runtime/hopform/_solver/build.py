@@ -10,9 +10,11 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from concurrent.futures import ThreadPoolExecutor, as_completed
+from contextlib import contextmanager
 from hashlib import sha256
 from importlib.util import find_spec
 from pathlib import Path
@@ -52,8 +54,14 @@ def with_notes(library: Path) -> Path:
 
 
 def compiler() -> list[str]:
-    """$CC; where it is not set cc, or zig of the extra `compiler`. NoCompiler without any."""
-    chosen = shlex.split(os.environ.get("CC", ""))
+    """$CC; where it is not set cc, or zig of the extra `compiler`. NoCompiler without any, LibraryNotBuilt where $CC
+    is no command.
+    """
+    said = os.environ.get("CC", "")
+    try:
+        chosen = shlex.split(said)
+    except ValueError as error:
+        raise LibraryNotBuilt(f"CC must be a command, as a shell splits it, got {said!r}: {error}") from None
     if chosen:
         return chosen
     if shutil.which("cc"):
@@ -70,8 +78,8 @@ def compile_solver(
     last, so that a level of optimisation takes effect. `progress` gets the number of steps that are done, and that of
     all.
 
-    Both are written aside and renamed, the library last: a program that runs keeps the one that it loaded, and nobody
-    loads half a file. Raises LibraryNotBuilt.
+    All is written aside and renamed, last the file of hashes without which neither library is loaded: a program that
+    runs keeps the one that it loaded, and nobody loads half a file. Raises LibraryNotBuilt.
     """
     flags, sources, notes = plan(folder)
     command = compiler()
@@ -81,26 +89,104 @@ def compile_solver(
     of_object += [f'-DHOPFORM_SOURCE="{source_of(folder)}"', "-c"]
     units = list(dict.fromkeys([*sources, *notes]))
     try:
-        with tempfile.TemporaryDirectory(prefix="_build_", dir=output.parent) as aside:
+        with aside_in(output.parent, "objects") as aside:
             made = {source: Path(aside, f"{Path(source).stem}.o") for source in units}
             each = [[*of_object, str(folder / source), "-o", str(to)] for source, to in made.items()]
-            with ThreadPoolExecutor(os.cpu_count()) as pool:
+            pool = ThreadPoolExecutor(os.cpu_count())
+            try:
                 for done, one in enumerate(as_completed([pool.submit(run, line) for line in each]), 1):
                     one.result()
                     if progress is not None:
                         progress(done, len(units) + 1)
+            finally:
+                pool.shutdown(cancel_futures=True)  # after an error or an interrupt no further source is begun
             for target, of_it in ((with_notes(output), notes), (output, sources)):
                 if of_it:
                     library = Path(aside, target.name)  # a library for Windows knows its own name
                     objects = [str(made[source]) for source in of_it]
                     run([*command, *flags, *more, *objects, "-o", str(library), *libraries])
-                    os.replace(library, target)
+            move_libraries(sealed(aside / output.name), output)
     except OSError as error:
         hint = "set CC, or on Debian: apt install gcc"
         raise NoCompiler(f"no C compiler: {command[0]}: {error.strerror} ({hint})") from error
     except subprocess.CalledProcessError as error:
         first = next((line for line in error.stderr.splitlines() if "error" in line), f"exit code {error.returncode}")
         raise LibraryNotBuilt(f"{command[0]} does not compile {folder.name}/c: {first}", error.stderr) from error
+
+
+# ---- a library is complete or not there ----
+
+
+def seal_of(library: Path) -> Path:
+    """The file that is written last of a build: lines of `sha256sum`, of the library and of that which has notes."""
+    return library.with_suffix(".sha256")
+
+
+def sealed(library: Path) -> Path:
+    """The library, whose hash and that of its notes, where there are some, are written beside it now."""
+    both = (each for each in (library, with_notes(library)) if each.is_file())
+    lines = (f"{sha256(each.read_bytes()).hexdigest()}  {each.name}\n" for each in both)
+    seal_of(library).write_text("".join(lines), "utf-8", newline="\n")
+    return library
+
+
+def move_libraries(library: Path, target: Path) -> None:
+    """Rename a library with its notes and hashes to where they are looked for, the hashes last."""
+    for file, to in ((with_notes(library), with_notes(target)), (library, target), (seal_of(library), seal_of(target))):
+        if file.is_file():
+            os.replace(file, to)
+
+
+def damage(library: Path, notes: bool = False) -> str | None:
+    """What is wrong with a library, or with that which has notes; None where it is whole, byte for byte that which was
+    built. To be asked before it is loaded: a file that was cut short ends the process by a signal.
+    """
+    file, seal = with_notes(library) if notes else library, seal_of(library)
+    try:
+        lines = seal.read_text("utf-8").splitlines(keepends=True)
+        if f"{sha256(file.read_bytes()).hexdigest()}  {file.name}\n" in lines:
+            return None
+    except FileNotFoundError as error:
+        return f"is not complete: there is no {Path(str(error.filename)).name}, which its build writes last"
+    except (OSError, ValueError) as error:
+        return f"cannot be read: {error}"
+    return f"is damaged: its SHA-256 is not the one in {seal.name}"
+
+
+ASIDE = ".hopform-build-"
+LEFT_BEHIND = 86400.0
+"""[B] the age in seconds of what a killed build has left; no build takes as long."""
+
+
+@contextmanager
+def aside_in(parent: Path, name: str) -> Generator[Path, None, None]:
+    """An empty folder of a name to build in, on the disk of its parent, gone in the end but for what was renamed out of
+    it. What killed builds have left in the parent goes, too.
+    """
+    for left in parent.glob(f"{ASIDE}*"):
+        if time.time() - left.lstat().st_mtime > LEFT_BEHIND:
+            shutil.rmtree(left, ignore_errors=True)
+    outer = Path(tempfile.mkdtemp(prefix=ASIDE, dir=parent))
+    try:
+        aside = outer / name
+        aside.mkdir()
+        yield aside
+    finally:
+        shutil.rmtree(outer, ignore_errors=True)
+
+
+def put(aside: Path, place: Path) -> None:
+    """Rename a folder that is complete to its place, in which whatever stands is not complete, and goes."""
+    try:
+        if place.exists():
+            place.rename(aside.with_name("replaced"))
+        aside.rename(place)
+    except OSError:
+        if not place.is_dir():  # another process was faster, and what it put there is complete
+            raise
+
+
+# ---- how it is compiled ----
 
 
 def source_of(folder: Path) -> str:

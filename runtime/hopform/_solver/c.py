@@ -17,13 +17,13 @@ from numpy.typing import NDArray
 from hopform._errors import BackendError, HopformError
 from hopform._solver import package
 from hopform._solver.build import with_notes
-from hopform._solver.library import REINSTALL, handle, library_path, opened, text_of
+from hopform._solver.library import REINSTALL, opened, own_library, refuse_damage, text_of
 from hopform._solver.package import OURS, ROWS, Array, Columns, Events, LegState, Package, Precision, Steps, records
 
-PHASES_NOT_KEPT = 1
+PHASES_NOT_KEPT = package.NUMBERS["phases_not_kept"]
 FIRST_CAPACITY = 64
 """Phases that the buffer holds at first; hardly any stance has more."""
-NO_DERIVATIVE = 2
+NO_DERIVATIVE = package.NUMBERS["no_derivative"]
 _FIRST_EVENTS = 16
 tuple_of: Any = cast(Any, tuple).__new__
 """A named tuple of what it holds, in half the time that its class takes."""
@@ -51,6 +51,7 @@ class Library:
         path = with_notes(self._path)
         if not path.is_file():
             raise BackendError(f"explain() needs {path.name}, which is not beside {self._path.name}: {_AGAIN}")
+        refuse_damage(self._path, _AGAIN, notes=True)
         notes = Library(path, self._prefix, self.package)
         if notes.source != self.source:
             stale = f"{path.name} is stale: it is of the sources {notes.source}, {self._path.name} of {self.source}"
@@ -145,8 +146,8 @@ def layout(structure: Any) -> struct.Struct:
 @cache
 def library() -> Library:
     """The library that belongs to this installation; BackendError if there is none or it is stale."""
-    handle()
-    return Library(library_path(), "hopform", OURS)
+    path, mend, folder = own_library()
+    return Library(path, "hopform", OURS, mend, folder)
 
 
 LIBRARIES: dict[str, Callable[[], Library]] = {OURS.name: library}

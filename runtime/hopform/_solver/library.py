@@ -61,18 +61,37 @@ def text_of(handle: ctypes.CDLL, name: str) -> str:
 @cache
 def handle() -> ctypes.CDLL:
     """The library that belongs to this installation; BackendError if there is none or it is stale."""
-    folder, layout = LIBRARY.parents[2] / "generated", layout_of("hopform_solver")
-    if not (folder / "solver.toml").is_file():  # a wheel: its library was made with it
-        return opened(library_path(), "hopform", "hopform_solver", layout, REINSTALL)
-    return opened(library_path(), "hopform", "hopform_solver", layout, REBUILD, folder)
+    path, mend, folder = own_library()
+    return opened(path, "hopform", "hopform_solver", layout_of("hopform_solver"), mend, folder)
 
 
-def library_path() -> Path:
-    """Where that library is; BackendError if it is nowhere."""
-    if LIBRARY.is_file():
-        return LIBRARY
-    of_wheel = LIBRARY.parent / "solver.toml"
-    return compiled_once(of_wheel.parent if of_wheel.is_file() else LIBRARY.parents[2] / "generated", LIBRARY.name)
+def own_library() -> tuple[Path, str, Path | None]:
+    """Where that library is, what mends it, and in a checkout the folder of whose sources it must be: that of a wheel
+    was made with it. BackendError if it is nowhere, or not whole.
+    """
+    checkout = LIBRARY.parents[2] / "generated"
+    if (checkout / "solver.toml").is_file():
+        return whole(LIBRARY, checkout, REBUILD), REBUILD, checkout
+    return whole(LIBRARY, LIBRARY.parent, REINSTALL), REINSTALL, None
+
+
+def whole(library: Path, folder: Path, mend: str) -> Path:
+    """The library, byte for byte as it was built; one of a folder's sources in its place where there is none.
+    BackendError, with what mends it, for one that is damaged.
+    """
+    if not library.is_file():
+        return compiled_once(folder, library.name)
+    refuse_damage(library, mend)
+    return library
+
+
+def refuse_damage(library: Path, mend: str, notes: bool = False) -> None:
+    """BackendError for a library, or that of its notes, which is not whole."""
+    from hopform._solver import build
+
+    if (damage := build.damage(library, notes)) is not None:
+        name = build.with_notes(library).name if notes else library.name
+        raise BackendError(f"the compiled library {name} {damage}; {mend}")
 
 
 def compiled_once(folder: Path, name: str) -> Path:
@@ -83,17 +102,21 @@ def compiled_once(folder: Path, name: str) -> Path:
 
     absent = f"there is no compiled library {name}"
     try:
-        made = cache_of_user() / "libraries" / build.source_of(folder) / name
-        if not made.is_file():
-            made.parent.mkdir(parents=True, exist_ok=True)
-            build.compile_solver(folder, made)
+        place = cache_of_user() / "libraries" / build.source_of(folder)
+        if build.damage(place / name) is not None:
+            place.parent.mkdir(parents=True, exist_ok=True)
+            with build.aside_in(place.parent, place.name) as aside:
+                build.compile_solver(folder, aside / name)
+                build.put(aside, place)
     except build.NoCompiler:
         extra = f"{sys.executable} -m pip install 'hopform[compiler]'"
         ways = f"install one (Debian: gcc) or name it by CC, run `{extra}`, or install a wheel of hopform that has a library"
         raise BackendError(f"{absent}, and no C compiler makes it: {ways}") from None
-    except (OSError, RuntimeError, build.LibraryNotBuilt) as error:  # RuntimeError: there is no home
+    except build.LibraryNotBuilt as error:
+        raise BackendError(f"{absent}, and it cannot be made: {error.args[0]}") from None
+    except (OSError, RuntimeError) as error:  # RuntimeError: there is no home
         raise BackendError(f"{absent}, and it cannot be made: {error}") from None
-    return made
+    return place / name
 
 
 def cache_of_user() -> Path:

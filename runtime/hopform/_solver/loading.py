@@ -5,6 +5,7 @@ Loading runs the programs that the folder holds. Two of them stand side by side:
 """
 
 import os
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import suppress
@@ -19,12 +20,16 @@ from hopform._files import name_of, path_of
 from hopform._solver import c
 from hopform._solver.choice import DEFAULT, SOLVERS, Solver
 from hopform._solver.folder import FACTS, Folder, built, facts_in, folder_at
-from hopform._solver.library import compiled_once
+from hopform._solver.library import whole
 from hopform._solver.package import LOADED, Package
+
+PACKAGE = "python/hopform_solver"
+MANIFEST = "MANIFEST"
 
 
 def loaded(name_or_folder: str | Path) -> Solver:
-    """The solver of a folder, or of a name: "hopper", or that of a model that was built.
+    """The solver of a folder, which is a Path or a text with a separator; or of a name, any other text: "hopper", or
+    that of a model that was built. What lies in the current folder never changes what a name means.
 
     Raises HopformError: no such solver, a model file, a folder that is no solver's.
     """
@@ -32,6 +37,8 @@ def loaded(name_or_folder: str | Path) -> Solver:
     if path.suffix == ".py":
         build = f"`hopform model build {name_of(path)}` makes its solver"
         raise HopformError(f"{name_of(path)} is a model, a text, and a solver is a program: {build}")
+    if isinstance(name_or_folder, str) and not {os.sep, os.altsep} & {*name_or_folder}:
+        return _of_name(name_or_folder)
     if os.path.isdir(path):
         if not os.path.isfile(path / FACTS):
             made = f"`hopform model build FILE --out {name_of(path)}` makes one"
@@ -39,7 +46,7 @@ def loaded(name_or_folder: str | Path) -> Solver:
         return _of_folder(path.resolve())
     if os.path.lexists(path):
         raise HopformError(f"{name_of(path)} is no solver: that is a folder with {FACTS}")
-    return _of_name(str(name_or_folder))
+    raise HopformError(f"there is no folder {name_of(path)}: `hopform model build FILE --out {name_of(path)}` makes it")
 
 
 def _of_name(name: str) -> Solver:
@@ -50,9 +57,12 @@ def _of_name(name: str) -> Solver:
     if name in known:
         return _of_folder(known[name])
     names = ", ".join([DEFAULT.name, *sorted(known.keys() - {DEFAULT.name})])
+    folder = (
+        f"the folder is {name_of(os.path.join(os.curdir, name))}" if os.path.isdir(name) else "a folder has a separator"
+    )
     raise HopformError(
-        f"there is no solver {shown(name)}; known: {names}, or a folder that `hopform model build` made; models that it "
-        "can make are in `hopform model list`"
+        f"there is no solver {shown(name)}; known: {names}; {folder}, as in ./joint; `hopform model list` has the models of "
+        "which `hopform model build NAME` makes one"
     )
 
 
@@ -70,7 +80,7 @@ def _of_folder(path: Path) -> Solver:
     facts = folder.facts
     source = _source_of(path)
     if source not in SOLVERS:
-        package = _imported(path / "python" / "hopform_solver", source)
+        package = _imported(path / PACKAGE, source)
         if (layout := str(sys.modules[package.name].LAYOUT)) != facts.layout:
             raise HopformError(f"{name_of(path)}: {FACTS} has the layout {facts.layout}, its package {layout}")
         library = cache(partial(_library, folder, package))
@@ -79,11 +89,50 @@ def _of_folder(path: Path) -> Solver:
 
 
 def _source_of(path: Path) -> str:
-    """A word for the facts and the package of a solver."""
+    """A word for the facts and the package of a solver; HopformError where they are not those that were built."""
     digest = sha256()
-    for file in (path / FACTS, *sorted((path / "python" / "hopform_solver").glob("*.py"))):
-        digest.update(f"{file.name}\n".encode() + file.read_bytes())
+    for name, content in programs_of(path).items():
+        digest.update(f"{name.rpartition('/')[2]}\n".encode() + content)
     return digest.hexdigest()[:16]
+
+
+def programs_of(path: Path) -> dict[str, bytes]:
+    """The facts and the package in a folder of one's own, by path in it, each as MANIFEST has it, to be asked before
+    any of it is run. HopformError otherwise: a build was killed, a copy was cut short, a file was edited.
+    """
+    made = dict(_digests(path))
+    names = [FACTS, *sorted(each for each in made if each.startswith(f"{PACKAGE}/") and each.endswith(".py"))]
+    found = {name: _read(path / name) for name in names}
+    for name, content in found.items():
+        if sha256(content).hexdigest() != made.get(name):
+            raise HopformError(f"{name_of(path / name)} is not the one that its build made: {MADE_AGAIN}")
+    return found
+
+
+def _digests(path: Path) -> Iterator[tuple[str, str]]:
+    """What MANIFEST has of the files that a folder was built with: path in it, SHA-256. Of a file that a build was about
+    to replace it has two, the new one behind.
+    """
+    text = _read(path / MANIFEST).decode("utf-8", "replace")
+    if not (whole := re.fullmatch(rf"# made\n((?:{_LINE})*)# made from\n(?:{_LINE})*", text)):
+        raise HopformError(f"{name_of(path / MANIFEST)} is not the one that its build made: {MADE_AGAIN}")
+    for line in whole[1].splitlines():
+        digest, _, name = line.partition("  ")
+        yield name, digest
+
+
+_LINE = r"[0-9a-f]{64}  [^\x00-\x1f]+\n"
+
+
+MADE_AGAIN = "`hopform model build FILE --out DIR` makes it again"
+
+
+def _read(path: Path) -> bytes:
+    """The bytes of a file of a solver; HopformError where there is none."""
+    try:
+        return path.read_bytes()
+    except OSError as error:
+        raise HopformError(f"{name_of(path)} cannot be read: {error.strerror}; {MADE_AGAIN}") from None
 
 
 def _imported(folder: Path, source: str) -> Package:
@@ -95,17 +144,17 @@ def _imported(folder: Path, source: str) -> Package:
     sys.modules[name] = module = module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except BaseException:
+    except BaseException as error:
         del sys.modules[name]
-        raise
+        if not isinstance(error, Exception):
+            raise
+        raise HopformError(f"{name_of(folder)} cannot be loaded: {type(error).__name__}: {error}") from error
     return Package(name)
 
 
 def _library(folder: Folder, package: Package) -> c.Library:
     """The compiled library of a folder, which is made where it has none; BackendError if it cannot be, or for one of
-    other sources than the folder has.
+    other sources than the folder has, or one that is not whole.
     """
-    path = folder.library
-    if not path.is_file():
-        path = compiled_once(path.parent, path.name)
-    return c.Library(path, "hopform", package, "`hopform model build` makes it again", folder.library.parent)
+    path = whole(folder.library, folder.library.parent, MADE_AGAIN)
+    return c.Library(path, "hopform", package, MADE_AGAIN, folder.library.parent)

@@ -71,14 +71,17 @@ MAX_PHASES = 4096
 CHUNK = 16384
 """Stances that are solved at a time."""
 
-REFUSED = {
-    -2: "robot_refused",
-    -3: "state_refused",
-    -4: "spring_pulls",
-    -5: "current_refused",
-    -6: "horizon_refused",
-    -8: "out_of_range",
+NUMBERS = {word: number for number, word in records.STATUSES.items()}
+"""The number of each status in the C library by its word: negative an error, positive an answer with a warning."""
+_REFUSED: dict[records.Status, str] = {
+    "error_robot": "robot_refused",
+    "error_state": "state_refused",
+    "error_extended": "spring_pulls",
+    "error_steps": "current_refused",
+    "error_horizon": "horizon_refused",
+    "error_numbers": "out_of_range",
 }
+REFUSED = {NUMBERS[name]: word for name, word in _REFUSED.items()}
 STATUS = ENDINGS | REFUSED
 """Statuses: how the stance ended, or why there is none ("out_of_range": the numbers left the precision's
 range).

@@ -146,7 +146,8 @@ class Solver:
 
 def load_solver(name_or_folder: str | Path) -> Solver:
     """A solver: that of a folder which `hopform model build FILE --out DIR` has filled, that of a model that was
-    built under a name, the newest, or "hopper", which `hopform` itself is.
+    built under a name, the newest, or "hopper", which `hopform` itself is. A folder is a Path or a text with a separator,
+    as in "./joint"; any other text is a name.
 
     Loading runs the programs in the folder: load what you have built, or trust. Raises HopformError for a name or a
     folder without a solver, and for a model file, which is to be built first.
