@@ -95,7 +95,8 @@ class Rings:
             session.exitstatus = pytest.ExitCode.TESTS_FAILED
 
     def pytest_terminal_summary(self, terminalreporter) -> None:
-        total = self.of_workers + processor_seconds()
+        own = resource.getrusage(resource.RUSAGE_SELF)  # its children are the workers, if there are any
+        total = self.of_workers + own.ru_utime + own.ru_stime if self.of_workers else processor_seconds()
         whole = self.config.getoption("-m") == FIRST and self.config.args_source is pytest.Config.ArgsSource.TESTPATHS
         aim = f" (aim: {AIM} s)" if whole else ""
         terminalreporter.write_line(f"{total:.0f} s of processor time{aim}")

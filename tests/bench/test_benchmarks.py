@@ -211,6 +211,7 @@ def test_many_stances_are_the_jobs_over_and_over():
         assert fields.tolist() == [of.robot(n % 3)["k"] for n in range(7)]
 
 
+@pytest.mark.sliced
 @pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="a process's peak is read from /proc")
 def test_a_batch_of_a_million_stances_stays_below_400_megabytes():
     """Without event lists, measured in a process of its own."""

@@ -188,7 +188,7 @@ def hoppers() -> dict[str, tuple[hopform.Robot, float, dict[str, Any]]]:
     return cases
 
 
-CASES = pytest.mark.parametrize("name", hoppers())
+CASES = pytest.mark.parametrize("name", needs.the_first([*hoppers()], 10))
 
 
 @CASES
@@ -369,6 +369,7 @@ def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(store, hop
         np.testing.assert_allclose(*ends, rtol=1e-12, atol=1e-15)
 
 
+@pytest.mark.sliced
 def test_a_solver_shows_an_element_wherever_the_hopper_shows_its_forces(tmp_path):
     """Fields, ledger and AED have it, in tables and over time."""
     drag = 'viscous(h.x2, parameter("d2", "N s/m", "drag of the body", "nonnegative", 0), "drag", where="stance")'
@@ -687,6 +688,7 @@ import fractions
 import numpy
 import sympy as sp
 from hopform.model import *
+from tests import needs
 
 h = include("hopper")
 names = ("tau", "size_t", "R_a", "L_2", "in_series", "n", "w", "plan", "columns", "stance", "self", "np",

@@ -151,6 +151,7 @@ def test_nothing_is_named_where_nothing_was_done():
         assert not fit_drop_test(made, known={"m_s": 3.0, "k": 1200.0}, compare=False).diagnoses
 
 
+@pytest.mark.sliced
 def test_a_gain_and_a_clock_that_a_fall_alone_does_not_separate_are_named_together():
     """Of a body of unknown spring a fall shows gain clock^2 alone."""
     rig = Rig(3.0, 1200.0, 5.0, 0.6, rest=0.4, drops=1.0, g=9.81, loss=0.05, start=0.6, held=0.1, gain=1.03)
@@ -160,6 +161,7 @@ def test_a_gain_and_a_clock_that_a_fall_alone_does_not_separate_are_named_togeth
     assert "these recordings do not separate them" in fit.warnings[-1]
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("loss", needs.the_first(["soft_l1", "huber", "cauchy"]))
 def test_a_robust_fit_has_the_delay_too(loss):
     late = step(delay=0.006)
@@ -187,6 +189,7 @@ def test_a_nuisance_that_there_is_not_is_refused():
         fit_drop_test(record(HOPPER, "drop", seed=1), nuisances=["drift"])
 
 
+@pytest.mark.sliced
 def test_the_command_names_a_lag_and_fits_it_on_request(tmp_path, capsys):
     file = tmp_path / "slow.csv"
     file.write_text(to_csv(step(lag=0.004, noise=2e-5)), "utf-8")

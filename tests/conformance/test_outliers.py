@@ -188,6 +188,7 @@ def within(fit, truth, errors: float = 3.0) -> None:
         assert abs(each.value - value) <= errors * 0.5 * (each.high - each.low) / 1.96, each
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize(
     ("loss", "share", "seed"), [("huber", 0.024, 5), pytest.param("cauchy", 0.0, 2, marks=pytest.mark.sliced)]
 )

@@ -124,7 +124,7 @@ def test_a_long_text_that_is_no_number_takes_no_time():
 def test_a_cell_with_an_underscore_is_no_number(tmp_path):
     text = re.sub(r"^0\.002,\S+", "0.002,1_0", to_csv(DECAY), flags=re.MULTILINE)
     with pytest.raises(hopform.HopformError, match="line 3, column 'x2_m': must be a number, got '1_0'"):
-        parse_recording(text, "a.csv")
+        parse_recording(text, "a.csv").position("x2")
     heights = tmp_path / "heights.csv"
     heights.write_text("0\n1_0\n")
     with pytest.raises(hopform.HopformError, match="line 2, column 1: a height must be .* m, got '1_0'"):

@@ -17,6 +17,7 @@ from hopform._identify.kinds import problem_of
 from hopform._identify.recordings import Column, Recording, parse_recording
 from hopform._identify.step import fit_force, fit_step_response
 from hopform._identify.synthetic import record, to_csv
+from tests import needs
 from tests.conformance import confidence
 from tests.fits import ALONE
 from tests.unit.test_cli import fits, strict_json
@@ -185,7 +186,7 @@ def test_intervals_hold_the_truth_in_19_of_20_cases():
 # ---- the actuator free, several motions in a recording ----
 
 
-@pytest.mark.parametrize("with_x1", [True, False])
+@pytest.mark.parametrize("with_x1", needs.the_first([True, False]))
 def test_a_drop_with_the_actuator_free_identifies_both_masses(with_x1):
     made = record(HOPPER, "free", seed=1)
     columns = {name: column for name, column in made.columns.items() if with_x1 or name != "x1"}
@@ -197,6 +198,7 @@ def test_a_drop_with_the_actuator_free_identifies_both_masses(with_x1):
     assert all(trace.tests.white for trace in fit.traces)
 
 
+@pytest.mark.sliced
 def test_without_a_current_a_free_actuator_identifies_no_force_constant_and_states_it():
     still = dataclasses.replace(HOPPER, x1_min=-math.inf, x1_max=math.inf, gamma2=1e-9)
     made = record(still, "free", seed=2, current=1e-9)

@@ -125,9 +125,7 @@ def test_numbers_to_start_from_are_the_defaults_that_the_file_declares(name):
 WITH_DEFAULTS = {each for each in THAT_SHIP if all(q.default is not None for q in derive(each).model.parameters)}
 
 
-@pytest.mark.parametrize(
-    "name", the_first(sorted(WITH_DEFAULTS, key=lambda each: (each not in ("relief_valve", "servo"), each)), 2)
-)
+@pytest.mark.parametrize("name", the_first(sorted(WITH_DEFAULTS, key=lambda each: (each != "relief_valve", each))))
 def test_a_robot_without_numbers_is_the_one_that_its_solver_comes_with(store, name):
     solver = solver_of(store, name)
     assert solver.Robot().parameters == solver.load_robot(name).parameters
@@ -160,7 +158,7 @@ def test_the_library_of_a_joint_carries_no_cubic_no_flight_and_no_controller(joi
 
 
 @pytest.mark.parametrize(("name", "start", "numbers"), [
-    ("joint", {"phi": 0.3}, {"phi_0": 0.5, "phi_max": 0.6, "k": 40.0}),
+    pytest.param("joint", {"phi": 0.3}, {"phi_0": 0.5, "phi_max": 0.6, "k": 40.0}, marks=pytest.mark.sliced),
     ("relief_valve", {"x": 0.001}, {"x_0": 0.007}),
     pytest.param("sea", {"theta": 0.2, "q": 0.05}, {"k": 90.0}, marks=pytest.mark.sliced),
 ])  # fmt: skip

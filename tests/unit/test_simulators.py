@@ -193,7 +193,7 @@ def missed_by(made: Recorded, form: str) -> tuple[float, float]:
     return float(np.sqrt(np.mean((x - trace.measured) ** 2))), trace.tests.rms
 
 
-FEW = {turning_on_a_spring, sliding_in_air, hanging_decay}
+FEW = {turning_on_a_spring}
 
 
 def cases(seeds: int) -> list[Any]:

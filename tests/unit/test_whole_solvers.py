@@ -173,7 +173,7 @@ def steps_of(many: int) -> list[int]:
     return sorted({1, 2, many // 2, *range(many - 6, many + 1)})
 
 
-@pytest.mark.parametrize("where", needs.the_first(["folder of before", "new folder", "cache"]))
+@pytest.mark.parametrize("where", needs.the_first(["folder of before", "new folder", "cache"], 0))
 def test_a_build_that_is_killed_at_any_change_leaves_a_whole_solver_or_none(
     title_of, quick, cache, tmp_path, monkeypatch, capsys, where
 ):
