@@ -28,6 +28,7 @@ from hopform._solver.c import C
 from hopform._solver.choice import DEFAULT
 from hopform._solver.package import Package
 from hopform_solver import records
+from tests import needs
 from tests.conformance.errors import TOLERANCE, plain_errors, rounded
 from tests.conformance.flights import condition, outcome, random_flight
 from tests.conformance.random_stances import random_robot
@@ -688,7 +689,6 @@ import fractions
 import numpy
 import sympy as sp
 from hopform.model import *
-from tests import needs
 
 h = include("hopper")
 names = ("tau", "size_t", "R_a", "L_2", "in_series", "n", "w", "plan", "columns", "stance", "self", "np",
