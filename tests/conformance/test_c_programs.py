@@ -50,7 +50,7 @@ def output_of(image: Path, *arguments: str) -> str:
 
 
 @pytest.mark.parametrize("precision", needs.the_first([*DEFINE]))
-@pytest.mark.parametrize("program", needs.the_first(["contract", "garbage", "refusals"]))
+@pytest.mark.parametrize("program", needs.the_first(["contract", "garbage", "refusals"], 0))
 def test_bad_input_is_refused_by_name_and_leaves_safe_outputs(built, program, precision):
     image = built(precision, [HERE / f"{program}.c", BOARDS / "board.c"])
     assert output_of(image).endswith("wrong 0\n")
@@ -93,6 +93,7 @@ def test_answers_are_those_of_the_reference_and_obey_what_any_must(store, tmp_pa
     assert output_of(tmp_path / "answers", "aloud").endswith("wrong 0\n")
 
 
+@pytest.mark.sliced
 def test_answers_notice_a_constant_that_is_off(tmp_path):
     """It can fail: the Coulomb friction of the body counts a hundred-thousandth more."""
     shutil.copytree(C / "src", tmp_path / "src")

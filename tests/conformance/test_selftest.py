@@ -162,6 +162,7 @@ def solved(case: Case) -> hopform.Stance:
     )  # fmt: skip
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("flags", the_first(["-O2", "-O2 -DHOPFORM_LIBM"]))
 def test_the_golden_vectors_hold_on_this_computer(tmp_path, library, flags):
     assert ", wrong 0" in output_of(built(tmp_path, library, "golden", *CC, *flags.split()))

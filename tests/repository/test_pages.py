@@ -38,8 +38,18 @@ sys.exit(outcome.attempted < 2 or outcome.failed > 0)
 """
 
 
+SLOW = ("identification.md", "hop-over-terrain.md", "many-stances.md")
+"""Pages whose examples fit, hop or solve for more than a second."""
+
+
 @pytest.mark.parametrize(
-    "page", [page for page in PAGES if ">>> " in page.read_text("utf-8")], ids=lambda page: page.name
+    "page",
+    [
+        pytest.param(page, marks=pytest.mark.sliced if page.name in SLOW else ())
+        for page in PAGES
+        if ">>> " in page.read_text("utf-8")
+    ],
+    ids=lambda page: page.name,
 )
 def test_the_examples_of_a_page_run(page):
     """As a reader runs them: in a process of their own, in which nothing is imported yet."""
