@@ -372,7 +372,7 @@ def _separated(text: str, source: str) -> tuple[str, str]:
     head = next((line for line in text.splitlines() if line.strip() and not line.lstrip().startswith("#")), "")
 
     def told(separator: str) -> tuple[bool, int]:
-        titles = next((row for _, row in rows_of(head, source, separator)), [])
+        titles = next((row for _, row in rows_of(head, source, separator)), list[str]())
         names = {part for title in titles for part in (_spelt(title).lower(), _spelt(title).lower().rpartition("_")[0])}
         return not names.isdisjoint(TIMES), len(titles)
 
