@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from tests.conformance.firmware.targets import C
+from tests.rings import made_for_all, processor_seconds
 
 SHARED = ("-std=c99", "-O2", "-ffp-contract=off", "-fPIC", "-shared")
 
@@ -21,9 +22,10 @@ def once(made: Path, make: Callable[[Path], object]) -> Path:
     with made.with_suffix(".lock").open("w") as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)
         if not made.exists():
-            aside = made.with_name(f"{made.stem}.{os.getpid()}.tmp")
+            aside, before = made.with_name(f"{made.stem}.{os.getpid()}.tmp"), processor_seconds()
             make(aside)
             aside.replace(made)
+            made_for_all.append(processor_seconds() - before)
     return made
 
 

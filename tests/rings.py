@@ -37,6 +37,10 @@ def durations() -> dict[str, float]:
     return dict(json.loads(DURATIONS.read_text("utf-8")))
 
 
+made_for_all: list[float] = []
+"""[s] What each thing took that this process made for all tests of the run, whichever asked for it first."""
+
+
 class Rings:
     """Measures in each process; the one that prints the summary collects."""
 
@@ -55,10 +59,12 @@ class Rings:
 
     @pytest.hookimpl(hookwrapper=True)
     def pytest_runtest_makereport(self):
-        """Processor seconds since the last phase of a test, but of one in which a library was loaded first: it pays for
-        the others of its process.
+        """Processor seconds since the last phase of a test, less what it made for others; none of a test in which a
+        library was loaded first, which pays for the others of its process.
         """
         outcome = yield
+        self.mark += sum(made_for_all)
+        made_for_all.clear()
         now, modules = processor_seconds(), len(sys.modules)
         loads = modules > self.modules + LIBRARY
         outcome.get_result().processor_seconds = 0.0 if loads else now - self.mark

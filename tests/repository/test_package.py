@@ -291,7 +291,7 @@ def test_a_wheel_gives_the_first_number_within_20_s_of_a_processor_and_the_diges
 def test_a_stranger_derives_a_model_without_a_compiler_and_is_told_what_solving_needs(stranger):
     shutil.copy(ROOT / "derive" / "models" / "back_emf.py", stranger.folder)
     assert "driven" in stranger("model", "build", "back_emf.py", "--out", "driven")
-    why = "import hopform; print(hopform.load_solver('driven').library_message())"
+    why = "import hopform; print(hopform.load_solver('./driven').library_message())"
     said = stranger("-c", why, program="python")
     assert "no C compiler makes it" in said and "hopform[compiler]" in said
 
