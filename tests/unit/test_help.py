@@ -40,9 +40,7 @@ def test_the_examples_of_the_help_run(tmp_path, monkeypatch, capsys, store):
             assert f"\n  hopform {line}\n" in shown
             assert cli.main(shlex.split(line)) == 0, line
             assert capsys.readouterr().out, line
-    assert {"drop.csv", "mine.toml", "pictures", "firmware", "single", "stance.csv"} <= {
-        path.name for path in tmp_path.iterdir()
-    }
+    assert {"drop.csv", "mine.toml", "firmware", "single", "stance.csv"} <= {path.name for path in tmp_path.iterdir()}
 
 
 def test_options_stand_under_what_they_are_about(capsys):
