@@ -50,6 +50,11 @@ class Rings:
         self.by_test: defaultdict[str, float] = defaultdict(float)
         self.of_workers = 0.0
 
+    @property
+    def is_whole(self) -> bool:
+        """Whether all of the first ring runs, and not some files of it."""
+        return self.config.getoption("-m") == FIRST and self.config.args_source is pytest.Config.ArgsSource.TESTPATHS
+
     def pytest_collection_modifyitems(self, items: list[pytest.Item]) -> None:
         """Begin with the longest files, so that no worker is left alone with one; the tests of each stay together."""
         known, count = durations(), defaultdict[str, float](float)
@@ -91,8 +96,7 @@ class Rings:
             listed = {name: round(s, 1) for name, s in sorted(by_function.items()) if s >= SHOWN}
             DURATIONS.write_text(json.dumps(listed, indent=1) + "\n", "utf-8")
         unnamed = [f"{s:.1f} s  {name}" for name, s in by_function.items() if s > LIMIT and name not in durations()]
-        is_first = self.config.getoption("-m") == FIRST
-        if is_first and unnamed and os.environ.get("HOPFORM_CI") and session.exitstatus == 0:
+        if self.is_whole and unnamed and os.environ.get("HOPFORM_CI") and session.exitstatus == 0:
             print(
                 f"\nMore than {LIMIT} s and not in {DURATIONS.name}: mark it sliced, or `make durations`",
                 *unnamed,
@@ -103,8 +107,7 @@ class Rings:
     def pytest_terminal_summary(self, terminalreporter) -> None:
         own = resource.getrusage(resource.RUSAGE_SELF)  # its children are the workers, if there are any
         total = self.of_workers + own.ru_utime + own.ru_stime if self.of_workers else processor_seconds()
-        whole = self.config.getoption("-m") == FIRST and self.config.args_source is pytest.Config.ArgsSource.TESTPATHS
-        aim = f" (aim: {AIM} s)" if whole else ""
+        aim = f" (aim: {AIM} s)" if self.is_whole else ""
         terminalreporter.write_line(f"{total:.0f} s of processor time{aim}")
 
 
