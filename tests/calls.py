@@ -9,6 +9,8 @@ from typing import Any
 import numpy as np
 
 import hopform
+import hopform.hopping
+import hopform.identify
 
 GOOD = {"m_eff": 25.0, "m_s": 3.0, "k": 1200.0, "L0": 0.4}
 HOPPER = hopform.load_robot("hopper_c")
@@ -24,13 +26,15 @@ def prepared(controller):
     return made
 
 
-DECAY = hopform.record(HOPPER, "decay", height=0.04, duration=0.5, seed=1)
-STEP = hopform.record(HOPPER, "step", duration=0.5, rate=200.0, seed=1)
-FIT = hopform.fit_drop_test(DECAY, attached=True, known={"m_s": 3.0}, compare=False, holdout=False, diagnose=False)
+DECAY = hopform.identify.record(HOPPER, "decay", height=0.04, duration=0.5, seed=1)
+STEP = hopform.identify.record(HOPPER, "step", duration=0.5, rate=200.0, seed=1)
+FIT = hopform.identify.fit_drop_test(
+    DECAY, attached=True, known={"m_s": 3.0}, compare=False, holdout=False, diagnose=False
+)
 START = {"robot": HOPPER, "v2": -1.9}
 FLOOR = {"hops": 3, "size": 0.02}
-TOUCHDOWN = hopform.controllers.Touchdown(0, 0.2, 0.0, 0.0, -1.9, 0.0, 0.2, HOPPER)
-RUN = hopform.simulate(HOPPER, [0.0], 3.0, height=0.2)
+TOUCHDOWN = hopform.hopping.controllers.Touchdown(0, 0.2, 0.0, 0.0, -1.9, 0.0, 0.2, HOPPER)
+RUN = hopform.hopping.simulate(HOPPER, [0.0], 3.0, height=0.2)
 CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "solve_stance": (hopform.solve_stance, START),
     "solve_motion": (hopform.solve_motion, {"robot": HOPPER, "start": {"v2": -1.9}}),
@@ -40,47 +44,50 @@ CALLS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "solve_flight": (hopform.solve_flight, START | {"v2": 1.9}),
     "choose_current": (hopform.choose_current, START | {"h_des": 0.2}),
     "choose_current_as_printed": (hopform.choose_current_as_printed, START | {"h_des": 0.2}),
-    "simulate": (hopform.simulate, {"robot": HOPPER, "terrain": [0.0], "height": 0.2}),
+    "simulate": (hopform.hopping.simulate, {"robot": HOPPER, "terrain": [0.0], "height": 0.2}),
     "next_apex": (hopform.next_apex, {"robot": HOPPER, "height": 0.2, "u": 1.0}),
     "reachability": (hopform.reachability, {"robot": HOPPER, "heights": [0.1, 0.2], "currents": [0.0]}),
     "touchdown_velocity": (hopform.touchdown_velocity, {"robot": HOPPER, "height": 0.2}),
     "design_return": (hopform.design_return, {"robot": HOPPER, "time": 0.3}),
-    "delayed_apex": (hopform.delayed_apex, START | {"delay": 0.01, "u": 1.0}),
+    "delayed_apex": (hopform.hopping.delayed_apex, START | {"delay": 0.01, "u": 1.0}),
     "sweep": (hopform.sweep, START),
-    "compare": (hopform.compare, {"robot": HOPPER, "controllers": {"0 A": 0.0}, "grounds": [[0.0]], "height": 0.2}),
-    "animate": (hopform.animate, {"run": RUN, "seconds": 0.1, "rate": 5}),
-    "record": (hopform.record, {"robot": HOPPER, "test": "drop"}),
+    "compare": (
+        hopform.hopping.compare,
+        {"robot": HOPPER, "controllers": {"0 A": 0.0}, "grounds": [[0.0]], "height": 0.2},
+    ),
+    "animate": (hopform.hopping.animate, {"run": RUN, "seconds": 0.1, "rate": 5}),
+    "record": (hopform.identify.record, {"robot": HOPPER, "test": "drop"}),
     "Robot": (hopform.Robot, dict(GOOD)),
-    "Errors": (hopform.Errors, {}),
-    "TouchdownDetector": (hopform.TouchdownDetector, {}),
-    "flat": (hopform.terrain.flat, {"hops": 3}),
-    "steps": (hopform.terrain.steps, FLOOR),
-    "uniform": (hopform.terrain.uniform, FLOOR),
-    "gaussian": (hopform.terrain.gaussian, FLOOR),
-    "generate": (hopform.terrain.generate, FLOOR | {"name": "steps"}),
-    "ConstantCurrent": (hopform.controllers.ConstantCurrent, {}),
-    "FeedForward": (hopform.controllers.FeedForward, {"h_des": 0.2}),
-    "AsPrinted": (prepared(hopform.controllers.AsPrinted), {"h_des": 0.2}),
-    "ReturnMap": (prepared(hopform.controllers.ReturnMap), {"h_des": 0.2, "heights": 3, "currents": 3}),
-    "Sampled": (hopform.controllers.Sampled, {"period": 0.001, "law": lambda t, state: 0.0}),
+    "Errors": (hopform.hopping.Errors, {}),
+    "TouchdownDetector": (hopform.hopping.TouchdownDetector, {}),
+    "flat": (hopform.hopping.terrain.flat, {"hops": 3}),
+    "steps": (hopform.hopping.terrain.steps, FLOOR),
+    "uniform": (hopform.hopping.terrain.uniform, FLOOR),
+    "gaussian": (hopform.hopping.terrain.gaussian, FLOOR),
+    "generate": (hopform.hopping.terrain.generate, FLOOR | {"name": "steps"}),
+    "ConstantCurrent": (hopform.hopping.controllers.ConstantCurrent, {}),
+    "FeedForward": (hopform.hopping.controllers.FeedForward, {"h_des": 0.2}),
+    "AsPrinted": (prepared(hopform.hopping.controllers.AsPrinted), {"h_des": 0.2}),
+    "ReturnMap": (prepared(hopform.hopping.controllers.ReturnMap), {"h_des": 0.2, "heights": 3, "currents": 3}),
+    "Sampled": (hopform.hopping.controllers.Sampled, {"period": 0.001, "law": lambda t, state: 0.0}),
 }
 """What takes numbers."""
 OTHERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "load_robot": (hopform.load_robot, {"name_or_path": "hopper_c"}),
-    "read": (hopform.terrain.read, {"path": "nowhere.csv"}),
-    "read_recording": (hopform.read_recording, {"path": "nowhere.csv"}),
-    "fit": (hopform.fit, {"solver": "hopper", "recordings": DECAY, "known": {"q": 1.0}}),
-    "fit_drop_test": (hopform.fit_drop_test, {"recordings": DECAY, "attached": True, "known": {"q": 1.0}}),
-    "fit_step_response": (hopform.fit_step_response, {"recordings": STEP, "known": {"q": 1.0}}),
-    "fit_force": (hopform.fit_force, {"recordings": STEP, "known": {"q": 1.0}}),
-    "fit_robot": (hopform.fit_robot, {"decays": [DECAY], "known": {"q": 1.0}}),
-    "simulator_file": (hopform.simulator_file, {"fit": FIT, "form": "mjcf"}),
-    "heights_of": (hopform.terrain.heights_of, {"terrain": [0.0]}),
-    "prepare exact": (hopform.controllers.FeedForward(0.2).prepare, {"robot": HOPPER, "terrain": [0.0]}),
-    "prepare printed": (hopform.controllers.AsPrinted(0.2).prepare, {"robot": HOPPER, "terrain": [0.0]}),
-    "ask exact": (hopform.controllers.FeedForward(0.2), {"touchdown": TOUCHDOWN}),
-    "ask printed": (hopform.controllers.AsPrinted(0.2), {"touchdown": TOUCHDOWN}),
-    "ask return map": (hopform.controllers.ReturnMap(0.2, heights=3, currents=3), {"touchdown": TOUCHDOWN}),
+    "read": (hopform.hopping.terrain.read, {"path": "nowhere.csv"}),
+    "read_recording": (hopform.identify.read_recording, {"path": "nowhere.csv"}),
+    "fit": (hopform.identify.fit, {"solver": "hopper", "recordings": DECAY, "known": {"q": 1.0}}),
+    "fit_drop_test": (hopform.identify.fit_drop_test, {"recordings": DECAY, "attached": True, "known": {"q": 1.0}}),
+    "fit_step_response": (hopform.identify.fit_step_response, {"recordings": STEP, "known": {"q": 1.0}}),
+    "fit_force": (hopform.identify.fit_force, {"recordings": STEP, "known": {"q": 1.0}}),
+    "fit_robot": (hopform.identify.fit_robot, {"decays": [DECAY], "known": {"q": 1.0}}),
+    "simulator_file": (hopform.identify.simulator_file, {"fit": FIT, "form": "mjcf"}),
+    "heights_of": (hopform.hopping.terrain.heights_of, {"terrain": [0.0]}),
+    "prepare exact": (hopform.hopping.controllers.FeedForward(0.2).prepare, {"robot": HOPPER, "terrain": [0.0]}),
+    "prepare printed": (hopform.hopping.controllers.AsPrinted(0.2).prepare, {"robot": HOPPER, "terrain": [0.0]}),
+    "ask exact": (hopform.hopping.controllers.FeedForward(0.2), {"touchdown": TOUCHDOWN}),
+    "ask printed": (hopform.hopping.controllers.AsPrinted(0.2), {"touchdown": TOUCHDOWN}),
+    "ask return map": (hopform.hopping.controllers.ReturnMap(0.2, heights=3, currents=3), {"touchdown": TOUCHDOWN}),
     "equations": (hopform.equations, {}),
     "library_message": (hopform.library_message, {}),
 }
@@ -106,7 +113,7 @@ OBJECTS: dict[str, Any] = {
     "run": RUN,
     "hop": RUN.hops[0],
     "command": hopform.choose_current(HOPPER, v2=-1.9, h_des=0.2),
-    "detector": hopform.TouchdownDetector(),
+    "detector": hopform.hopping.TouchdownDetector(),
     "batch": hopform.solve_stances(HOPPER, v2=[-1.9, -1.0], events=True, sensitivities=True),
     "map": hopform.reachability(HOPPER, [0.1, 0.2], [0.0]),
     "sensitivities": hopform.solve_stance(HOPPER, v2=-1.9).sensitivities,

@@ -16,7 +16,7 @@ from derive.__main__ import main
 from derive.model import mechanism
 from derive.model.declare import drafted
 from derive.model.equations import Model
-from hopform import _cli as cli
+from hopform import _front as cli
 from hopform._solver import build
 from hopform._solver import c as native
 from hopform._solver.build import compile_solver

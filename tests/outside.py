@@ -185,7 +185,7 @@ def tables() -> st.SearchStrategy[bytes]:
 
 
 def _of_recording(recording: Any) -> str:
-    from hopform._identify.synthetic import to_csv
+    from hopform.identify._synthetic import to_csv
 
     return to_csv(recording)
 

@@ -9,10 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle, Rectangle
 
 from docs.gallery.picture import Array, Drawn, cm, completed, legend, mm, panels, standing, stream, volts
-from hopform import Robot, Run, Stance, TouchdownDetector, delayed_apex, simulate, solve_stance
+from hopform import Robot, Stance, solve_stance
 from hopform._figures.plots import BLACK, BLUE, CURRENT, GREEN, GREY, MAGENTA, ORANGE, STANCE, shade_stances
-from hopform.controllers import FeedForward
-from hopform.terrain import flat
+from hopform.hopping import Run, TouchdownDetector, delayed_apex, simulate
+from hopform.hopping.controllers import FeedForward
+from hopform.hopping.terrain import flat
 
 
 def step_response(robot: Robot) -> Drawn:

@@ -11,8 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from hopform import Robot, Run
+from hopform import Robot
 from hopform._figures.plots import house_style, render
+from hopform.hopping import Run
 
 Array = NDArray[np.float64]
 

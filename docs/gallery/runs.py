@@ -16,11 +16,12 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from docs.gallery.picture import Array, Drawn, cm, completed, legend, mm, panels, rms, stream, volts
-from hopform import Errors, Reachability, Robot, Run, animate, choose_current, load_robot, reachability, simulate
+from hopform import Reachability, Robot, choose_current, load_robot, reachability
 from hopform._figures import plots
 from hopform._figures.plots import BLACK, BLUE, MAGENTA, ORANGE, SKY, colours_of
-from hopform.controllers import AsPrinted, FeedForward, ReturnMap, Sampled, Touchdown
-from hopform.terrain import Heights, flat, uniform
+from hopform.hopping import Errors, Run, animate, simulate
+from hopform.hopping.controllers import AsPrinted, FeedForward, ReturnMap, Sampled, Touchdown
+from hopform.hopping.terrain import Heights, flat, uniform
 
 REFERENCE = (0.16,) * 6 + (0.20,) * 6 + (0.14,) * 6
 SETTLED = 3  # hops after a step of the reference that are not counted

@@ -13,9 +13,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from docs.gallery.picture import Array, Drawn, cm, legend, mm, named, panels, rms, standing, stream, volts
-from hopform import Robot, simulate, solve_stance
+from hopform import Robot, solve_stance
 from hopform._figures.plots import BLACK, BLUE, ORANGE
-from hopform.terrain import flat
+from hopform.hopping import simulate
+from hopform.hopping.terrain import flat
 
 NOISE = 2e-4  # [m]
 DROP = 0.12  # [m]

@@ -19,6 +19,18 @@ if TYPE_CHECKING:
 
 __version__: str
 
+MOVED = {
+    "hopping": (
+        "Errors", "Hop", "Run", "TouchdownDetector", "animate", "compare", "controllers", "delayed_apex", "simulate",
+        "terrain",
+    ),
+    "identify": (
+        "fit", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "read_recording", "record",
+        "simulator_file",
+    ),
+}  # fmt: skip
+"""What was here up to 0.1 and is in a room of its own."""
+
 
 def __getattr__(name: str) -> Any:
     """What `_all` has of this name; from then on it is an attribute like any other."""
@@ -27,7 +39,10 @@ def __getattr__(name: str) -> Any:
     # `from hopform import _control` asks here for a module that is not loaded yet: `_all` would import it in a circle.
     private = name.startswith("_") and name != "__all__"
     if private or name not in ("__all__", *(offered := import_module("hopform._all")).__all__):
-        raise AttributeError(f"module 'hopform' has no attribute {name!r}", name=name)
+        moved = next((room for room, names in MOVED.items() if name in names), None)
+        place = f": it is in hopform.{moved}, `from hopform.{moved} import {name}`" if moved else ""
+        place = f" before `import hopform.{name}`" if name in MOVED else place
+        raise AttributeError(f"module 'hopform' has no attribute {name!r}{place}", name=name)
     globals().update({each: getattr(offered, each) for each in ("__all__", *offered.__all__)})
     return globals()[name]
 

@@ -2,7 +2,7 @@
 
 import sys
 
-from hopform._cli import main
+from hopform._front import main
 
 if __name__ == "__main__":
     sys.exit(main())

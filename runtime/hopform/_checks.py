@@ -88,13 +88,15 @@ class _Shown(str):
     __repr__ = str.__str__
 
 
-def finite(name: str, value: object, unit: str) -> float:
-    """The value as a float; HopformError unless it is a finite number."""
-    if type(value) is float and math.isfinite(value):  # the common case, before a protocol is asked
+def finite(name: str, value: object, unit: str, least: float = -math.inf) -> float:
+    """The value as a float; HopformError unless it is a finite number, and at least `least`."""
+    if type(value) is float and least <= value < math.inf and value > -math.inf:  # the common case
         return value
     number = real(name, value, unit)
     if not math.isfinite(number):
         raise HopformError(f"{name} must be finite {unit}, got {number!r}")
+    if number < least:
+        raise HopformError(f"{name} must be >= {least:g} {unit}, got {number!r}")
     return number
 
 
@@ -108,10 +110,7 @@ def positive(name: str, value: object, unit: str) -> float:
 
 def nonnegative(name: str, value: object, unit: str) -> float:
     """The value as a float; HopformError unless it is finite and not below zero."""
-    number = finite(name, value, unit)
-    if number < 0.0:
-        raise HopformError(f"{name} must be >= 0 {unit}, got {number!r}")
-    return abs(number)
+    return abs(finite(name, value, unit, 0.0))
 
 
 def whole(name: str, value: object, least: int = 1, most: float = LARGEST) -> int:
@@ -129,18 +128,15 @@ def count(name: str, value: object, each: int, least: int = 1) -> int:
 
 
 class Role(IntEnum):
-    """What random numbers are drawn for. The number is part of a stream's key: a released role keeps its own."""
+    """What random numbers are drawn for. The number is part of a stream's key: a released role keeps its own. 0 to 3 and
+    5 are those of hopform.hopping; 6 was that of the paper's figures, which docs/gallery draws.
+    """
 
-    UNIFORM_TERRAIN = 0
-    GAUSSIAN_TERRAIN = 1
-    TOUCHDOWN_SENSORS = 2
-    TICK_SENSORS = 3
     ROBOTS = 4
-    DETECTOR_DELAYS = 5
-    PLANS = 7  # 6 was that of the paper's figures, which docs/gallery draws
+    PLANS = 7
 
 
-def stream(role: Role, seed: object, *places: int) -> "np.random.Generator":
+def stream(role: int, seed: object, *places: int) -> "np.random.Generator":
     """The random stream of a seed, a role and places, such as those of a ground and of a hop; independent of all
     others.
 

@@ -230,11 +230,6 @@ class Reachability(Shown):
         return tuple((float(self.currents[lifts[n]]), float(self.currents[lifts[n + 1]])) for n in jumps)
 
 
-def home_of(robot: Robot) -> float:
-    """Displacement of the actuator at touchdown [m]: 0, or the end of its stroke next to it."""
-    return float(min(max(0.0, robot.letters.x1_min), robot.letters.x1_max))
-
-
 def next_apex(robot: Robot, height: ArrayLike, u: ArrayLike, *, horizon: SupportsFloat = 2.0) -> Any:
     """The apex [m] that follows a drop from hop heights [m] under currents [A], which broadcast; NaN without take-off.
 
@@ -253,7 +248,7 @@ def next_apex(robot: Robot, height: ArrayLike, u: ArrayLike, *, horizon: Support
     check_map(size, 1)
     longest = checked_target(robot, 0.0, 0.0, 0.0, horizon)[3]
     v2 = np.reshape([start.v2 for start in _drops(robot, heights.reshape(-1))], heights.shape)
-    found = solve_stances(robot, x1=home_of(robot), v2=v2, u=currents, horizon=longest)
+    found = solve_stances(robot, x1=robot.home, v2=v2, u=currents, horizon=longest)
     if np.any(found.status < 0):
         raise HopformError(records.REFUSALS[NUMBERS["error_numbers"]])
     return shaped(found.apex, found.apex)
@@ -324,7 +319,7 @@ def _increasing(name: str, value: ArrayLike, unit: str) -> Array:
 
 def _drops(robot: Robot, heights: Array) -> list[records.LegState]:
     """The touchdowns after drops from heights."""
-    home = home_of(robot)
+    home = robot.home
     for height in heights.tolist():
         if not height > home:
             raise HopformError(f"height must be > {home!r} m, the foot must be above the ground, got {height!r}")

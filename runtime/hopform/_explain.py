@@ -11,16 +11,13 @@ import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from hopform._motion import force_unit, masses_of
+from hopform._motion import Motion, Phase, force_unit, masses_of
 from hopform._show import name_of
 from hopform._solver.c import FIRST_CAPACITY, PHASES_NOT_KEPT, Library, Solved, Types, plan_of
 from hopform._solver.package import LegState, Precision, Steps
-from hopform._words import ending, input_of, limit_in, modes_of
-
-if TYPE_CHECKING:
-    from hopform import Motion, Phase
+from hopform._words import limit_in, modes_of
 
 MONOTONE = "monotone, so its end says all"
 RULES = {
@@ -220,7 +217,7 @@ def searches_in(notes: Iterable[Note]) -> dict[int, Search]:
     return found
 
 
-def searches_of(stance: "Motion", asked: tuple[LegState, float, int]) -> tuple[Solved, dict[int, Search]]:
+def searches_of(stance: Motion, asked: tuple[LegState, float, int]) -> tuple[Solved, dict[int, Search]]:
     """The motion solved again from what was asked, start, horizon and bound on phases, and how."""
     robot, (start, horizon, most) = stance.robot, asked
     library = robot.solver.compiled().library.notes
@@ -231,19 +228,19 @@ def searches_of(stance: "Motion", asked: tuple[LegState, float, int]) -> tuple[S
 # ---- in words ----
 
 
-def text_of(stance: "Motion", asked: tuple[LegState, float, int]) -> str:
+def text_of(stance: Motion, asked: tuple[LegState, float, int]) -> str:
     """How the motion was solved, phase by phase."""
     solved, searches = searches_of(stance, asked)
     rows, words = solved.phase_rows(), stance.robot.solver.package.records.EVENTS
-    about = ", ".join(each for each in (name_of(stance.robot), input_of(stance)) if each)
-    lines = [f"{about}; {ending(stance)}"]
+    about = ", ".join(each for each in (name_of(stance.robot), stance.input_in_words) if each)
+    lines = [f"{about}; {stance.outcome}"]
     for n, phase in enumerate(stance.phases):
         kind = kind_of(rows[n], rows[n + 1], words, stance) if n + 1 < len(rows) else stance.status
         lines += ["", *of_phase(n + 1, stance, phase, kind, searches.get(n))]
     return "\n".join([*lines, "", *NOTE])
 
 
-def kind_of(row: tuple[Any, ...], following: tuple[Any, ...], words: Mapping[int, str], motion: "Motion") -> str:
+def kind_of(row: tuple[Any, ...], following: tuple[Any, ...], words: Mapping[int, str], motion: Motion) -> str:
     """What ends a phase, by its row and the next one."""
     *_, mode, event, step = following
     if motion.robot.solver.facts.currents:
@@ -253,7 +250,7 @@ def kind_of(row: tuple[Any, ...], following: tuple[Any, ...], words: Mapping[int
     return words.get(event, "a step of the current" if step != row[-1] else "a touch, which is no event")
 
 
-def of_phase(number: int, stance: "Motion", phase: "Phase", kind: str, search: Search | None) -> Iterator[str]:
+def of_phase(number: int, stance: Motion, phase: Phase, kind: str, search: Search | None) -> Iterator[str]:
     """A phase: its poles, then a row for each event function."""
     solver = stance.robot.solver
     named = zip(masses_of(solver), modes_of(phase, stance.robot), strict=True)
@@ -275,7 +272,7 @@ def of_phase(number: int, stance: "Motion", phase: "Phase", kind: str, search: S
         yield f"  {name:{widths[0]}}  {start:>{widths[1]}}  {end:>{widths[2]}}  {why}"
 
 
-def in_names(function: EventFunction, motion: "Motion") -> EventFunction:
+def in_names(function: EventFunction, motion: Motion) -> EventFunction:
     """An event function under the names and in the units of the model."""
     names, units = dict[str, str](), {"N/k": "m"}
     for mass in masses_of(motion.robot.solver):
@@ -310,3 +307,6 @@ def rows_of(function: EventFunction, begin: float) -> Iterator[tuple[str, str, s
         where = f", {begin + each.start:.5g} to {begin + each.end:.5g} s" if several else ""
         yield name, start, end, f"{each.rule}{where}{ends}"
         name = start = end = ""
+
+
+Motion._explained = staticmethod(text_of)  # what `Motion.explain` calls, from below

@@ -16,14 +16,15 @@ import numpy as np
 from numpy.typing import DTypeLike
 
 from hopform._checks import shown
+from hopform._control import choose_current
 from hopform._errors import HopformError
 from hopform._files import check_folder, name_of, write_folder
-from hopform._hopping.run import simulate
+from hopform._flight import solve_flight
 from hopform._robots import Robot
 from hopform._solver.choice import DEFAULT, Solver
 from hopform._solver.folder import SHIPPED, Folder
 from hopform._solver.package import records
-from hopform.controllers import FeedForward
+from hopform._stance import solve_stance
 
 System = Literal["plain", "cmake", "arduino", "platformio", "zephyr", "esp-idf", "cmsis-pack"]
 SYSTEMS: tuple[System, ...] = get_args(System)
@@ -179,8 +180,16 @@ def heights_kept(robot: Robot) -> list[float]:
     """Those of HEIGHTS that a robot can keep for HOPS hops, the first a drop from there with the actuator at x1 = 0."""
     kept: list[float] = []
     for h in HEIGHTS:
-        run = simulate(robot, [0.0] * HOPS, FeedForward(h), height=h)
-        if len(run.hops) == HOPS and all(math.isclose(hop.apex, h, rel_tol=1e-6) for hop in run.hops):
+        flight = solve_flight(robot, x1=robot.home, x2=h + robot.standing_height)
+        for _ in range(HOPS):
+            if (at := flight.touchdown) is None:
+                break
+            start = {"x1": at.x1, "v1": at.v1, "v2": at.v2, "compression": flight.end_compression}
+            stance = solve_stance(robot, **start, u=choose_current(robot, **start, h_des=h).u)
+            if not math.isclose(stance.apex, h, rel_tol=1e-6):
+                break
+            flight = stance.fly()
+        else:
             kept.append(h)
     if not kept:
         between = f"between {HEIGHTS[0]:g} m and {HEIGHTS[-1]:g} m"

@@ -14,6 +14,7 @@ import stat
 from collections.abc import Generator, Iterable, Mapping
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -81,6 +82,15 @@ def rows_of(text: str, source: str, separator: str = ",") -> list[tuple[int, lis
         raise HopformError(f"{source}, line {reader.line_num}: is no CSV: {error}") from None
 
 
+def read_rows(path: object) -> tuple[str, list[tuple[int, list[str]]]]:
+    """A CSV file: how messages call it, and its rows that are not blank, each with its line.
+
+    Raises HopformError for what is no path, no regular file of a limited size in UTF-8, or no CSV.
+    """
+    file = path_of("path", path)
+    return name_of(file), rows_of(read_text(file), name_of(file))
+
+
 # ---- out ----
 
 
@@ -139,11 +149,25 @@ def are_one(first: str | Path, second: str | Path) -> bool:
     return os.path.exists(first) and os.path.exists(second) and os.path.samefile(first, second)
 
 
-def write(files: Iterable[tuple[Path, bytes]]) -> None:
-    """Write all files aside, then rename them all; a device is written as it is, if somebody reads it."""
+Content = bytes | str | Mapping[str, ArrayLike]
+"""What is written: bytes, a text, or columns of one length, which become a CSV."""
+
+
+def text_of(content: str | Mapping[str, ArrayLike]) -> str:
+    """A text, or columns as CSV."""
+    return content if isinstance(content, str) else csv_of(content)
+
+
+def write(files: Mapping[Any, Content]) -> None:
+    """Write files, by their paths, aside, then rename them all; a device is written as it is, if somebody reads it.
+
+    Raises HopformError for what is no path, and where a file cannot be written.
+    """
     asides = list[tuple[Path, Path, Path]]()
     try:
-        for path, content in files:
+        for name, given in files.items():
+            path = path_of("path", name)
+            content = given if isinstance(given, bytes) else text_of(given).encode()
             with _possible(path, "written"):
                 target = Path(os.path.realpath(path))
                 if target.exists() and not target.is_file():
@@ -171,7 +195,7 @@ def write_folder(folder: Path, files: Mapping[Path, bytes]) -> None:
                 with _possible(folder, "made"):
                     each.mkdir()
                 made.append(each)
-        write((folder / path, content) for path, content in files.items())
+        write({folder / path: content for path, content in files.items()})
     except HopformError:
         for each in reversed(made):
             each.rmdir()

@@ -23,7 +23,7 @@ from hopform._robots import Robot, checked_robot, falling_robot
 from hopform._show import Arrays, Card, OverTime, events_of, name_of
 from hopform._solver.c import SolvedFlight
 from hopform._solver.package import FLIGHT_ENDINGS, Energy, FlightLedger, Gains, records
-from hopform._stance import TOUCHING_ULP, placed, rest_of, with_height
+from hopform._stance import TOUCHING_ULP, Stance, placed, with_height
 
 
 class FlightPhase(NamedTuple):
@@ -246,9 +246,12 @@ def _start(
     released = robot.solver.package.formulas.compression_at_takeoff
     y = float(released(robot.parameters, v_1, v_2)) if compression is None else finite("compression", compression, "m")
     L0, c = robot.letters.L0, robot.letters.c
-    ground = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + L0 + c - rest_of(robot) - y
+    ground = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + L0 + c - robot.compression_at_rest - y
     return records.LegState(x_1, v_1, v_2, y), 0.0 if abs(ground) <= TOUCHING_ULP * math.ulp(L0) else ground
 
 
 def _gains(gains: Sequence[SupportsFloat]) -> Gains:
     return Gains(*map(nonnegative, Gains._fields, pair("gains", gains, "(Kp, Kd) in N/m and N s/m"), ("N/m", "N s/m")))
+
+
+Stance._flown = staticmethod(solve_flight)  # what `Stance.fly` calls, from below

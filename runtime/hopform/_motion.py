@@ -7,7 +7,6 @@ from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
-from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, SupportsFloat, TypeAlias, cast, overload
 
 import numpy as np
@@ -44,6 +43,14 @@ Start: TypeAlias = Mapping[str, SupportsFloat] | None
 """Coordinates and velocities by their names."""
 
 EACH = 128  # [B] a time of a grid
+WORDS_OF_ENDINGS = {
+    "takeoff": "takes off after",
+    "rest": "comes to rest after",
+    "horizon": "still moves after",
+    "too_many_phases": "has had the allowed number of phases after",
+    "uncertified": "is certified up to",
+}
+"""What a motion does at its ending."""
 DOUBLE = np.dtype(np.float64)
 _SPELT: dict[Any, Precision] = {
     **dict.fromkeys(("float64", "double", "f8", "d", "float", float, np.float64, DOUBLE), DOUBLE),
@@ -475,8 +482,28 @@ class Motion(OverTime):
         >>> print(solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).explain().splitlines()[0])
         hopper_c, u = 2 A; takes off after 184.08 ms, apex 13.98 cm
         """
-        text: Callable[..., str] = import_module("hopform._explain").text_of
-        return text(self, self._asked)
+        return self._explained(self, self._asked)
+
+    _explained: ClassVar[Callable[..., str]]
+    """What explains a motion; `_explain`, which stands above, binds it."""
+
+    _endings: ClassVar[Mapping[str, str]] = WORDS_OF_ENDINGS
+
+    @property
+    def outcome(self) -> str:
+        """How it ended, in words.
+
+        >>> from hopform import load_robot, solve_motion
+        >>> solve_motion(load_robot("hopper_c"), start={"y": 0.02}, horizon=0.05).outcome
+        'still moves after 50 ms'
+        """
+        scale, unit = unit_of_time(self.duration)
+        return f"{self._endings[self.status]} {self.duration * scale:.5g} {unit}"
+
+    @property
+    def input_in_words(self) -> str:
+        """The input, in words; nothing of a model without one."""
+        return ", ".join(steps_in_words(self.u, each["name"], each["unit"]) for each in self.inputs)
 
     def _card(self) -> Card:
         inputs, u = self.robot.solver.facts.inputs, [each for _, each in self.u]
@@ -509,6 +536,18 @@ class Motion(OverTime):
         if type(t) is float and 0.0 <= t <= self.duration:  # the common case
             return np.array([t], self.dtype)
         return times_within(t, self.dtype, self.duration, endless=self.status == "rest")
+
+
+def unit_of_time(longest: float) -> tuple[float, str]:
+    """Milliseconds for what is over within a second."""
+    return (1000.0, "ms") if longest < 1.0 else (1.0, "s")
+
+
+def steps_in_words(steps: Sequence[tuple[float, float]], name: str, unit: str) -> str:
+    """An input, or steps of it, in words."""
+    if len(steps) == 1:
+        return f"{name} = {steps[0][1]:g} {unit}"
+    return f"{name} in {len(steps)} steps, {min(u for _, u in steps):g} to {max(u for _, u in steps):g} {unit}"
 
 
 def shown_of(robot: Robot, dtype: np.dtype[Any], layout: Layout, state: records.LegState) -> list[Any]:

@@ -3,22 +3,19 @@
 A result gives a `Card`, the figures that a reader looks for first, and its arrays by name; everything else is here.
 """
 
-import base64
 import html
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import fields, is_dataclass
 from importlib import import_module
 from operator import attrgetter
-from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import numbers
+from hopform._checks import numbers, shaped, times_within
 from hopform._errors import HopformError, MissingExtra, printable
-from hopform._files import path_of, write
 
 if TYPE_CHECKING:
     import xarray
@@ -43,6 +40,19 @@ UNITS: dict[str, str] = {
 """Units of what results hold, by name; what is not here is a number without one, or a word. Those of parameters are
 facts of their solver.
 """
+
+Picture = tuple[Callable[[Any, Any], None], Callable[[Any, Any], object]]
+"""What fills a figure of matplotlib with a result, and what draws its main panel into axes."""
+PICTURES: dict[type, Callable[[], Mapping[type, Picture]]] = {}
+"""By the type of a result what imports the pictures of its room."""
+
+
+def pictures(imported: Callable[[], Mapping[type, Picture]], *results: type) -> None:
+    """Let `.plot()` and `--plot` draw some types of results: `imported` gives their pictures, by type, once one of them
+    is asked for, so that a room loads no matplotlib before that.
+    """
+    PICTURES.update(dict.fromkeys(results, imported))
+
 
 duration_of: Callable[[Any], float] = attrgetter("duration")
 """The duration [s] of a `OverTime`, whose subclasses have one each in its own way."""
@@ -109,7 +119,7 @@ class Shown(ABC):
 
     def __repr__(self) -> str:
         card = self._card()
-        lines = [card.title, *(f"  {self._worded(figures)}" for figures in (card.given, card.found))]
+        lines = [printable(card.title), *(f"  {self._worded(figures)}" for figures in (card.given, card.found))]
         return "\n".join(line if len(line) <= WIDEST else f"{line[: WIDEST - 3]}..." for line in lines)
 
     def _repr_html_(self) -> str:
@@ -129,7 +139,10 @@ class Shown(ABC):
         The figure is one of pyplot, so that `plt.show()` and notebooks show it, and `.plot().figure.savefig(...)`
         writes it. Raises MissingExtra without matplotlib.
         """
-        return cast("Axes", drawing("results").drawn(self, ax))
+        return cast("Axes", self._drawn(self, ax))
+
+    _drawn: ClassVar[Callable[..., Any]]
+    """What draws; `_figures`, which stands above, binds it."""
 
     def to_xarray(self) -> "xarray.Dataset":
         """Its arrays with named dimensions, units in `attrs`; `.to_dataframe()` is one call from there.
@@ -159,6 +172,13 @@ class OverTime(Shown):
     def _over(self, t: NDArray[np.float64]) -> Mapping[str, ArrayLike]:
         """What moves, at times."""
 
+    def _read(self, t: ArrayLike, values: Callable[[NDArray[np.float64]], Sequence[ArrayLike]]) -> list[Any]:
+        """What a function gives at times t [s] of one dimension, in t's shape; HopformError for a time that is not of
+        this result.
+        """
+        found = values(times_within(t, np.dtype(np.float64), duration_of(self)))
+        return [shaped(each, t) for each in found]
+
     def _curve(self) -> Curve:
         """The height of the body over time."""
         t = np.linspace(0.0, duration_of(self), 121)
@@ -184,7 +204,9 @@ def worded(figure: tuple[str, object], unit: str | None) -> str:
 
 
 def shown_value(value: object) -> str:
-    """Five digits of a number, a text without what no terminal shows."""
+    """Five digits of a number, the span of several, a text without what no terminal shows."""
+    if isinstance(value, (np.ndarray, list)):
+        return span(cast(ArrayLike, value))
     if isinstance(value, (float, np.floating)):
         return f"{value:.5g}"
     return printable(str(value))
@@ -234,7 +256,7 @@ def _share(values: NDArray[np.float64], within: NDArray[np.float64]) -> NDArray[
         return (values - low) / width if width > 0.0 else np.full_like(values, 0.5)
 
 
-def of_extra(package: str, extra: str, what: str) -> Any:
+def needs(package: str, extra: str, what: str) -> Any:
     """A package that an extra brings; MissingExtra without it."""
     try:
         return import_module(package)
@@ -246,7 +268,7 @@ def of_extra(package: str, extra: str, what: str) -> Any:
 
 def xarray_of() -> Any:
     """xarray, of the extra with that name."""
-    return of_extra("xarray", "xarray", "a Dataset")
+    return needs("xarray", "xarray", "a Dataset")
 
 
 def dataset(arrays: Arrays, title: str) -> "xarray.Dataset":
@@ -261,12 +283,6 @@ def dataset(arrays: Arrays, title: str) -> "xarray.Dataset":
     return cast("xarray.Dataset", of_xarray.Dataset(rest, coords, {"title": title}))
 
 
-def drawing(module: str) -> Any:
-    """A module of what draws, imported when a picture is asked for; MissingExtra without matplotlib."""
-    of_extra("matplotlib", "plot", "a plot")
-    return import_module(f"hopform._figures.{module}")
-
-
 def events_of(events: Sequence[Any]) -> dict[str, Array]:
     """Times and kinds of events, as arrays."""
     kinds = np.array([each.kind for each in events], dtype=str)
@@ -276,41 +292,3 @@ def events_of(events: Sequence[Any]) -> dict[str, Array]:
 def name_of(robot: Any) -> str:
     """A robot's name for a terminal; one made in Python may have none."""
     return printable(robot.name) or "robot"
-
-
-def animate(
-    run: Any, *, h_des: float | None = None, speed: float = 0.5, rate: int = 12, seconds: float | None = None
-) -> "Animation":
-    """The hopper of a `Run` on its ground, moving: foot, actuator, body, with time and current.
-
-    h_des [m]: a wanted apex, drawn as a line. speed: 1 is real time. rate [1/s]: pictures. seconds: of the run, all of
-    it if left out. Raises HopformError for a value that is not allowed, MissingExtra without matplotlib.
-
-    >>> import hopform
-    >>> run = hopform.simulate(hopform.load_robot("hopper_c"), [0.0], 3.0, height=0.2)
-    >>> hopform.animate(run, seconds=0.1, rate=4)
-    Animation of hopper_c: 1 pictures, 4 a second
-    """
-    return cast("Animation", drawing("animation").animated(run, h_des, speed, rate, seconds))
-
-
-@dataclass(frozen=True, repr=False)
-class Animation:
-    """A GIF: a notebook shows it, `save` writes it."""
-
-    gif: bytes
-    title: str
-
-    def __repr__(self) -> str:
-        return self.title
-
-    def _repr_html_(self) -> str:
-        picture = base64.b64encode(self.gif).decode()
-        return f"<img alt='{html.escape(self.title)}' src='data:image/gif;base64,{picture}'>"
-
-    def save(self, path: str | Path) -> None:
-        """Write it to a file; HopformError for one whose name does not end in .gif."""
-        file = path_of("path", path)
-        if file.suffix.lower() != ".gif":
-            raise HopformError(f"path must end in .gif, which an animation is, got {str(file)!r}")
-        write([(file, self.gif)])

@@ -4,7 +4,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
-from importlib import import_module
 from inspect import getattr_static
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, SupportsFloat, overload
@@ -17,6 +16,7 @@ from hopform._checks import finite, items, pair, positive, shaped, shown, whole
 from hopform._errors import HopformError
 from hopform._motion import (
     DOUBLE,
+    WORDS_OF_ENDINGS,
     Layout,
     Motion,
     Number,
@@ -106,7 +106,7 @@ class Stance(Motion):
         readings: dict[str, Callable[[], Any]] = {
             **{name: partial(getattr, start, name) for name in start._fields},
             "force": lambda: -robot.letters.gamma2 * super(Stance, self)._reading("u"),
-            "spring": lambda: self.compression_max + rest_of(robot),
+            "spring": lambda: self.compression_max + robot.compression_at_rest,
             "lowest": self._lowest,
             "takes_off": lambda: float(self.status == "takeoff"),
         }
@@ -158,10 +158,38 @@ class Stance(Motion):
             raise HopformError(f"a flight needs a take-off, but the stance has the ending {self.status!r}")
         rise = finite("step", step, "m")
         x1, v1, x2, v2 = map(float, self.takeoff)
-        solve: Callable[..., Flight] = import_module("hopform._flight").solve_flight
         how = {"gains": gains, "horizon": horizon, "dtype": self.dtype}
         leg = self.end_compression
-        return solve(self.robot, x1=x1, v1=v1, v2=v2, x2=x2 - rise if rise else None, compression=leg, **how)
+        start = {"x1": x1, "v1": v1, "v2": v2, "x2": x2 - rise if rise else None, "compression": leg}
+        return self._flown(self.robot, **start, **how)
+
+    _flown: ClassVar[Callable[..., Any]]
+    """What solves a flight; `_flight`, which stands above, binds it."""
+
+    @property
+    def outcome(self) -> str:
+        """How it ended, in words, and the apex that follows a take-off.
+
+        >>> from hopform import load_robot
+        >>> solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).outcome
+        'takes off after 184.08 ms, apex 13.98 cm'
+        """
+        words = super().outcome
+        return words if math.isnan(self.apex) else f"{words}, apex {100.0 * self.apex:.4g} cm"
+
+    _endings = WORDS_OF_ENDINGS | {"horizon": "is still on the ground after"}
+
+    def aed_at(self, t: Number | Times) -> Real:
+        """The AED (24) [J], the change of the body's energy since touchdown, at times t [s], in t's shape: the sum of
+        the body's entries of its ledger.
+
+        >>> from hopform import load_robot
+        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
+        >>> round(stance.aed_at(stance.duration) - stance.aed, 12)
+        0.0
+        """
+        entries = self.ledger(t)
+        return shaped(sum(getattr(entries, name) for name in self.robot.solver.package.records.LEDGER_OF_BODY), t)
 
     @overload
     def compression(self, t: Number) -> float: ...
@@ -327,12 +355,6 @@ def _solve(
     return _stance(robot, steps, precision, solved, x2_is_given, (start, longest, most))
 
 
-def aed_at(stance: Stance, t: Number | Times) -> NDArray[np.floating]:
-    """The AED (24) [J], the change of the body's energy since touchdown, at times t [s], by its ledger's entries."""
-    entries = stance.ledger(t)
-    return np.asarray(sum(getattr(entries, name) for name in stance.robot.solver.package.records.LEDGER_OF_BODY))
-
-
 def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     """Velocity of the body [m/s] after the impact of a drop from rest at a hop height [m], x1 = 0; negative.
 
@@ -376,11 +398,6 @@ def with_height(robot: Robot, dtype: np.dtype[Any], state: Any) -> State[Any]:
     return state_of_leg(robot.solver)(state.x1, state.v1, body_height(robot, dtype, state.x1, state.y), state.v2)
 
 
-def rest_of(robot: Robot) -> float:
-    """Compression of the spring [m] where that of the leg is 0: L0 + c less it is the leg's length without load."""
-    return float(robot.solver.package.formulas.compression_at_rest(robot.parameters))
-
-
 def placed(robot: Robot, act: str, x1: Any, v1: Any, v2: Any) -> tuple[float, float, float]:
     """x1, v1, v2 as floats; HopformError for what is not finite, for an actuator beyond its stroke, and for a robot
     whose model cannot do what it starts.
@@ -407,7 +424,7 @@ def start_of(
     if x2 is not None and compression is not None:
         raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
     height = None if x2 is None else finite("x2", x2, "m")
-    rest = rest_of(robot)
+    rest = robot.compression_at_rest
     L0, c = robot.letters.L0, robot.letters.c
     y = finite("compression", compression, "m") if height is None else x_1 - height + L0 + c - rest
     if abs(y) <= TOUCHING_ULP * math.ulp(L0):

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 import hopform
+import hopform.hopping
 from hopform_solver import records
 from tests.bench import native, truth
 from tests.bench.jobs import ROBOT, Jobs, hopper_c, random_robots
@@ -198,8 +199,8 @@ def hopping(repetitions: int) -> list[Line]:
     jobs, library = hopper_c(), native.hopform("f64")
     stances, flights = (library.function(name, jobs) for name in ("planned", "only_flight"))
     library.prepare(jobs)
-    robot, ground = hopform.load_robot("hopper_c"), hopform.terrain.uniform(1000, 0.02, seed=3)
-    exact, axis = hopform.controllers.FeedForward(0.2), np.linspace(0.02, 0.35, 200)
+    robot, ground = hopform.load_robot("hopper_c"), hopform.hopping.terrain.uniform(1000, 0.02, seed=3)
+    exact, axis = hopform.hopping.controllers.FeedForward(0.2), np.linspace(0.02, 0.35, 200)
     takeoff = hopform.solve_stance(robot, v2=hopform.touchdown_velocity(robot, 0.2), u=3.0).end._asdict()
     speeds = np.linspace(-2.2, -1.6, 100).tolist()
     calls: dict[str, tuple[int, Callable[[], object]]] = {
@@ -212,10 +213,10 @@ def hopping(repetitions: int) -> list[Line]:
             len(speeds), lambda: [hopform.choose_current(robot, v2=v2, h_des=0.2) for v2 in speeds],
         ),
         "a hop under the exact controller, of 1000 on rough ground": (
-            len(ground), lambda: hopform.simulate(robot, ground, exact, height=0.2),
+            len(ground), lambda: hopform.hopping.simulate(robot, ground, exact, height=0.2),
         ),
         "a hop at a constant current, of 1000 on rough ground": (
-            len(ground), lambda: hopform.simulate(robot, ground, 3.0, height=0.2),
+            len(ground), lambda: hopform.hopping.simulate(robot, ground, 3.0, height=0.2),
         ),
         "a cell of a map, reachability of 200 x 200": (
             axis.size**2, lambda: hopform.reachability(robot, axis, np.linspace(-3.0, 3.0, axis.size)),

@@ -5,8 +5,9 @@
 import numpy as np
 
 import hopform
-from hopform import terrain
-from hopform.controllers import AsPrinted, FeedForward, ReturnMap
+import hopform.hopping
+from hopform.hopping import terrain
+from hopform.hopping.controllers import AsPrinted, FeedForward, ReturnMap
 from tests.bench.beside import hopping
 
 H_DES, HOPS = 0.20, 20
@@ -28,7 +29,7 @@ def misses() -> list[str]:
     for name, controller in CONTROLLERS.items():
         cells: list[str] = []
         for ground in grounds:
-            run = hopform.simulate(robot, ground, controller, height=H_DES)
+            run = hopform.hopping.simulate(robot, ground, controller, height=H_DES)
             miss = 100.0 * np.abs(run.table["apex"][1:] - H_DES)
             cells.append(f"{miss.mean():.2g}, {miss.max():.2g} cm")
         rows.append(f"| {name} | {' | '.join(cells)} |")

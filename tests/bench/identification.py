@@ -16,12 +16,12 @@ from scipy.linalg import expm
 from scipy.optimize import brentq, least_squares
 
 import hopform
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.joint import fit_robot
-from hopform._identify.motion import Array
-from hopform._identify.rigs import Experiment
-from hopform._identify.step import fit_step_response
-from hopform._identify.synthetic import record
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._joint import fit_robot
+from hopform.identify._motion import Array
+from hopform.identify._rigs import Experiment
+from hopform.identify._step import fit_step_response
+from hopform.identify._synthetic import record
 
 LETTERS = ("k", "b2", "f2", "rest", "x", "v")
 MASS = 3.0

@@ -17,12 +17,12 @@ from collections import defaultdict
 import numpy as np
 
 import hopform
-from hopform._identify import estimation
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.fits import Fit
-from hopform._identify.motion import of_scipy
-from hopform._identify.step import fit_step_response
-from hopform._identify.synthetic import record
+from hopform.identify import _estimation as estimation
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._fits import Fit
+from hopform.identify._motion import of_scipy
+from hopform.identify._step import fit_step_response
+from hopform.identify._synthetic import record
 
 QUIET, COUNT = 2e-5, 2e-4
 """[m] noise and step of a coarse encoder, whose last digit rests."""

@@ -23,10 +23,10 @@ from typing import Any
 import numpy as np
 
 import hopform
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.fits import Fit
-from hopform._identify.recordings import Column, Recording
-from hopform._identify.step import fit_step_response
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._fits import Fit
+from hopform.identify._recordings import Column, Recording
+from hopform.identify._step import fit_step_response
 from tests.conformance.confidence import TRUTH
 from tests.conformance.nuisances import quick_robot
 from tests.oracle.recordings import Rig, simulate

@@ -14,9 +14,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from hopform import HopformError, fit_drop_test, fit_force, fit_step_response, read_recording
-from hopform._identify.fits import Fit
-from hopform._identify.recordings import Recording, parse_recording
+from hopform import HopformError
+from hopform.identify import fit_drop_test, fit_force, fit_step_response, read_recording
+from hopform.identify._fits import Fit
+from hopform.identify._recordings import Recording, parse_recording
 
 CART, TWO_MASSES, SPRING, FORCE_CONSTANT = 0.5685, 0.986, 712.6, 2.0
 DECAYS = ("cart_free_decay_khigh_nomass.csv", "cart_free_decay_khigh_2mass.csv")

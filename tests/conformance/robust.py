@@ -15,13 +15,14 @@ from collections import defaultdict
 import numpy as np
 
 import hopform
-from hopform._identify import estimation, kinds
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.fits import Fit
-from hopform._identify.joint import KINDS as ALL_KINDS
-from hopform._identify.recordings import Column, Recording
-from hopform._identify.search import Problem
-from hopform._identify.step import fit_step_response
+from hopform.identify import _estimation as estimation
+from hopform.identify import _kinds as kinds
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._fits import Fit
+from hopform.identify._joint import KINDS as ALL_KINDS
+from hopform.identify._recordings import Column, Recording
+from hopform.identify._search import Problem
+from hopform.identify._step import fit_step_response
 from tests.conformance.confidence import TRUTH, random_robot
 from tests.oracle.recordings import Rig, simulate
 

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 import hopform
+import hopform.hopping
 from derive.model.equations import ModelError
 from tests import needs
 from tests.conformance.drawn_models import drawn
@@ -62,7 +63,7 @@ def test_a_leg_of_other_names_answers_to_them_and_to_those_of_a_stance(store):
     assert stance.fly().at(0.01).h == stance.fly().at(0.01).x2
     many = solver.solve_motions(robot, start={"h": 0.3, "rise": [-1.5, -1.0]})
     assert many.end.h[0] == many.takeoff.h[0] == stance.end.h
-    run = hopform.simulate(robot, [0.0], height=0.1)
+    run = hopform.hopping.simulate(robot, [0.0], height=0.1)
     assert run.at(0.05).h == run.at(0.05).x2
 
 

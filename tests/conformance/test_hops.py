@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import terrain
-from hopform.controllers import FeedForward
+import hopform.hopping
+from hopform.hopping import terrain
+from hopform.hopping.controllers import FeedForward
 from tests import needs
 from tests.oracle import integrator
 
@@ -17,7 +18,7 @@ GAINS = (2000.0, 300.0)
 
 
 def hops(ground, controller, robot=HOPPER, gains=GAINS):
-    return hopform.simulate(robot, ground, controller, height=0.2, gains=gains)
+    return hopform.hopping.simulate(robot, ground, controller, height=0.2, gains=gains)
 
 
 def scheduled(currents):

@@ -20,6 +20,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import hopform
+import hopform.hopping
 from hopform._robots import robot_class
 from hopform._solver.c import C
 from hopform._solver.package import results_like
@@ -440,7 +441,7 @@ def hopped(robot: Any, height: float, u: float, hops: int) -> list[dict[str, Any
 def test_hops_are_those_of_an_integrator(name, legs):
     """Touchdowns, take-offs and apexes; what the flight leaves in the leg is what the next stance starts from."""
     robot = robot_of(legs[name], **FREE, **HOPPING[name])
-    run = hopform.simulate(robot, [0.0] * 3, 3.0, height=0.2, gains=GAINS)
+    run = hopform.hopping.simulate(robot, [0.0] * 3, 3.0, height=0.2, gains=GAINS)
     expected = hopped(robot, 0.2, 3.0, 3)
     assert run.status == "completed"
     for hop, other in zip(run.hops, expected, strict=True):
@@ -458,7 +459,7 @@ def test_hops_are_those_of_an_integrator(name, legs):
 def test_energy_is_continuous_over_take_off_and_touchdown(name, legs):
     """That of the robot, but for what the impact takes; a damper holds k y^2/2 in the leg, which the flight loses."""
     robot = robot_of(legs[name], **HOPPING[name])
-    run = hopform.simulate(robot, [0.0, 0.01, -0.01], 3.0, height=0.2)
+    run = hopform.hopping.simulate(robot, [0.0, 0.01, -0.01], 3.0, height=0.2)
     assert run.status == "completed" and run.last is not None
     flights = [*(hop.flight for hop in run.hops[1:]), run.last]
     for hop, after, ahead in zip(run.hops, flights, [0.01, -0.02, 0.0], strict=True):
@@ -476,8 +477,8 @@ def test_energy_is_continuous_over_take_off_and_touchdown(name, legs):
 def test_the_controller_knows_what_a_flight_has_left_in_the_leg(legs):
     """The apex is the one that is asked for, though the leg has not relaxed at touchdown."""
     robot, start = robot_of(legs["damper"], b12=5.0), {"x1": 0.0, "v1": 0.0, "v2": DROP, "compression": 0.01}
-    touchdown = hopform.controllers.Touchdown(1, 0.5, ground=0.0, apex=0.2, robot=robot, **start)
-    u = hopform.controllers.FeedForward(0.12)(touchdown)
+    touchdown = hopform.hopping.controllers.Touchdown(1, 0.5, ground=0.0, apex=0.2, robot=robot, **start)
+    u = hopform.hopping.controllers.FeedForward(0.12)(touchdown)
     assert hopform.solve_stance(robot, **start, u=u).apex == pytest.approx(0.12, abs=1e-9)
     assert abs(hopform.solve_stance(robot, **start | {"compression": 0.0}, u=u).apex - 0.12) > 1e-4
 

@@ -6,7 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
-from hopform._identify import estimation
+from hopform.identify import _estimation as estimation
 from tests.conformance import robust
 from tests.conformance.confidence import random_robot
 

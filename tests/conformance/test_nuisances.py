@@ -9,13 +9,13 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._cli import main
-from hopform._identify import causes
-from hopform._identify.drop import ATTACHED, GROUND, fit_drop_test
-from hopform._identify.kinds import problem_of
-from hopform._identify.recordings import Column, Recording, parse_recording
-from hopform._identify.step import fit_force, fit_step_response
-from hopform._identify.synthetic import record, to_csv
+from hopform._front import main
+from hopform.identify import _causes as causes
+from hopform.identify._drop import ATTACHED, GROUND, fit_drop_test
+from hopform.identify._kinds import problem_of
+from hopform.identify._recordings import Column, Recording, parse_recording
+from hopform.identify._step import fit_force, fit_step_response
+from hopform.identify._synthetic import record, to_csv
 from tests import needs
 from tests.conformance import nuisances
 from tests.conformance.nuisances import RANGES, measured

@@ -14,12 +14,14 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._identify import estimation, kinds, search
-from hopform._identify.drop import ATTACHED, GROUND, fit_drop_test
-from hopform._identify.joint import fit_robot
-from hopform._identify.recordings import Column, Recording, outliers
-from hopform._identify.step import HELD, fit_force, fit_step_response
-from hopform._identify.synthetic import record
+from hopform.identify import _estimation as estimation
+from hopform.identify import _kinds as kinds
+from hopform.identify import _search as search
+from hopform.identify._drop import ATTACHED, GROUND, fit_drop_test
+from hopform.identify._joint import fit_robot
+from hopform.identify._recordings import Column, Recording, outliers
+from hopform.identify._step import HELD, fit_force, fit_step_response
+from hopform.identify._synthetic import record
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 

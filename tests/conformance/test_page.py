@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import hopform
+import hopform.hopping
 from hopform._export import selftest
 from hopform._robots import Provenance
 
@@ -142,11 +143,11 @@ def test_a_run_has_the_bits_of_python(page, robot, state):
     hopper = replace(hopper, **{name: float(state[name]) for name in ("travel", "k") if name in state})
     constant, wrong = state.get("mode") == "constant", state.get("wrong", 0.0)
     model = replace(hopper, gamma2=hopper.gamma2 * (1.0 + wrong / 100.0)) if wrong else None
-    controller = state["u"] if constant else hopform.controllers.FeedForward(state.get("h_des", 0.2))
+    controller = state["u"] if constant else hopform.hopping.controllers.FeedForward(state.get("h_des", 0.2))
     count = state.get("hops", 12)
     terrain = [*found["ground"], *[found["ground"][-1]] * (count - len(found["ground"]))]
-    run = hopform.simulate(
-        hopper, terrain, controller, height=state.get("height", 0.2), errors=hopform.Errors(model=model)
+    run = hopform.hopping.simulate(
+        hopper, terrain, controller, height=state.get("height", 0.2), errors=hopform.hopping.Errors(model=model)
     )
     compare(found, run)
     shown = "return [...document.querySelectorAll('#warnings li')].map(e => e.textContent)"
@@ -165,7 +166,7 @@ def test_samples_of_a_run_are_those_of_python(page, hopper_c):
         "c.play_sample(0, end, 501); done([String(end), all('samples', 501 * 15)]); });",
         [getattr(hopper_c, field.name) for field in hopform.Robot.fields()], terrain,
     )  # fmt: skip
-    run = hopform.simulate(hopper_c, terrain, hopform.controllers.FeedForward(0.2), height=0.2)
+    run = hopform.hopping.simulate(hopper_c, terrain, hopform.hopping.controllers.FeedForward(0.2), height=0.2)
     assert float(numbers[0]) == run.duration
     t, x1, v1, x2, v2, foot, ground, u, y, spring, motor, body, energy, predicted, hop = (
         np.array(numbers[1], float).reshape(501, 15).T
@@ -216,7 +217,7 @@ def test_a_robot_file_is_loaded_saved_and_kept_in_the_address(page, tmp_path, tm
     wait(lambda: "m_s=3.25" in driver.current_url)
     found = values(driver)
     robot = hopform.load_robot(own)
-    compare(found, hopform.simulate(robot, found["ground"], 3.0, height=0.2))
+    compare(found, hopform.hopping.simulate(robot, found["ground"], 3.0, height=0.2))
     driver.find_element("id", "save").click()
     saved = tmp_path_factory.getbasetemp() / "downloads" / "mine.toml"
     wait(saved.exists)

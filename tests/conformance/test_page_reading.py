@@ -16,6 +16,7 @@ import pytest
 from hypothesis import given
 
 import hopform
+import hopform.hopping
 from hopform._robots import Provenance
 from hopform._warnings import WARNINGS, said
 from tests.outside import HOPPER, examples, robot_files, with_value
@@ -194,7 +195,7 @@ def test_a_robot_is_refused_in_the_words_of_python(facts):
     )
     for robot, found in zip(robots, answers, strict=True):
         try:
-            hopform.simulate(hopform.Robot(**robot), [0.0], 0.0, height=0.1)
+            hopform.hopping.simulate(hopform.Robot(**robot), [0.0], 0.0, height=0.1)
             expected = ""
         except hopform.HopformError as error:
             expected = str(error)

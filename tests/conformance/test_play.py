@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import hopform
+import hopform.hopping
 from hopform._export import Wanted, amalgamated, sources
-from hopform.controllers import FeedForward
+from hopform.hopping.controllers import FeedForward
 from tests.conformance.test_selftest import CC
 
 PAGE = Path(__file__).resolve().parents[2] / "docs" / "play"
@@ -94,7 +95,7 @@ def drawn():
 
 
 def test_a_curve_of_the_page_is_what_its_name_says(samples):
-    run = hopform.simulate(HOPPER, TERRAIN, FeedForward(0.2), height=0.2)
+    run = hopform.hopping.simulate(HOPPER, TERRAIN, FeedForward(0.2), height=0.2)
     t = samples["t"]
     assert t[0] == 0.0 and t[-1] == pytest.approx(run.duration, rel=1e-15)
     plots = dict(drawn())
@@ -108,7 +109,7 @@ def test_a_curve_of_the_page_is_what_its_name_says(samples):
 
 def test_the_energy_of_the_body_on_the_page_has_no_jump_at_take_off(samples):
     """Between two samples, 1.7 ms apart, it moves by less than 0.1 J; that with the spring as in (23) falls."""
-    run = hopform.simulate(HOPPER, TERRAIN, FeedForward(0.2), height=0.2)
+    run = hopform.hopping.simulate(HOPPER, TERRAIN, FeedForward(0.2), height=0.2)
     t = samples["t"]
     for hop in run.hops:
         behind = int(np.searchsorted(t, hop.takeoff_time, side="right"))

@@ -15,7 +15,8 @@ import pytest
 from scipy.linalg import expm
 
 import hopform
-from hopform import _cli as cli
+import hopform.identify
+from hopform import _front as cli
 from tests import needs
 from tests.conformance.zoo import Case, Draw, cases
 from tests.derived import SHIPPED, built, solver_of
@@ -332,4 +333,4 @@ def test_a_model_without_a_law_has_no_target_and_a_servo_is_not_fitted(servo):
     with pytest.raises(hopform.HopformError, match="the model hopper has no law, and so no target"):
         hopform.solve_motion(hopform.load_robot("hopper_c"), start={"y": 0.02}).target(0.0)
     with pytest.raises(hopform.HopformError, match="the model servo has a law, .* under the measured i"):
-        hopform.fit(servo, [])
+        hopform.identify.fit(servo, [])

@@ -19,7 +19,8 @@ from unittest import mock
 import pytest
 
 import hopform
-from hopform import _cli as cli
+import hopform.hopping
+from hopform import _front as cli
 from tests.conformance.firmware import costs
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
@@ -193,7 +194,7 @@ def test_the_controllers_of_the_page_on_hopping_have_the_defaults_that_it_names(
     shown = re.findall(r"^\|[^|`]*`(\w+)\((\w+(?:, \w+=[^,`]+)+)\)`", page, re.MULTILINE)
     assert {name for name, _ in shown} == {"FeedForward", "AsPrinted", "ReturnMap"}
     for name, arguments in shown:
-        known = inspect.signature(getattr(hopform.controllers, name)).parameters
+        known = inspect.signature(getattr(hopform.hopping.controllers, name)).parameters
         for default in re.findall(r"(\w+)=([^,]+)", arguments):
             assert known[default[0]].default == ast.literal_eval(default[1]), (name, default)
 

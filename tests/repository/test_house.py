@@ -154,7 +154,7 @@ class Absent(importlib.abc.MetaPathFinder):
             raise ModuleNotFoundError(name=name)
 
 sys.meta_path.insert(0, Absent())
-from hopform._cli import main
+from hopform._front import main
 sys.exit([command for command in {commands!r} if main(command) != 0] or 0)
 """
     done = subprocess.run([sys.executable, "-c", program], cwd=tmp_path, capture_output=True, text=True, check=False)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from hopform import _cli as cli
+from hopform import _front as cli
 from tests.bench.hopping import misses
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())

@@ -210,7 +210,7 @@ def test_each_module_may_be_the_first_that_a_program_imports():
     assert alone(OF_HOPFORM, "numpy scipy.optimize matplotlib.figure rich.console sympy") == ([], "")
 
 
-FRONT = "from hopform._cli import main\nassert main({!r}) == 0"
+FRONT = "from hopform._front import main\nassert main({!r}) == 0"
 PROGRAMS = {
     "hopform --version": FRONT.format(["--version"]),
     "hopform --help": FRONT.format(["--help"]),

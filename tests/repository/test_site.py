@@ -12,7 +12,8 @@ from urllib.parse import unquote
 import pytest
 
 import hopform
-from hopform import _cli as cli
+import hopform.hopping
+from hopform import _front as cli
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
 SITE = ROOT / "out" / "site"
@@ -99,7 +100,7 @@ def test_the_api_has_every_public_name_of_python_and_c(pages):
     assert {f"hopform.{name}" for name in named} <= python
     controllers = ast.parse((ROOT / "runtime" / "hopform" / "controllers.py").read_text("utf-8"))
     classes = {node.name for node in controllers.body if isinstance(node, ast.ClassDef)}
-    assert {f"hopform.controllers.{name}" for name in classes if not name.startswith("_")} <= python
+    assert {f"hopform.hopping.controllers.{name}" for name in classes if not name.startswith("_")} <= python
     c = (SITE / "docs" / "site" / "c.html").read_text("utf-8")
     header = (ROOT / "generated" / "c" / "include" / "hopform" / "hopform_f64.h").read_text("utf-8")
     functions = {line.split("(")[0].split()[-1] for line in header.splitlines() if "hopform_" in line.split("(")[0]

@@ -4,12 +4,15 @@ import re
 from pathlib import Path
 
 from derive.model.kinds import LONGEST_PREFIX, MOST_STEPS
-from hopform import _batch, _checks, _files, _motion, _robots, _studies, terrain
+from hopform import _batch, _checks, _files, _motion, _robots, _studies
 from hopform import _control as reach
 from hopform._cli import model, options
-from hopform._hopping import run, touchdown
-from hopform._identify import kinds, synthetic
 from hopform._solver import c as native
+from hopform.hopping import _run as run
+from hopform.hopping import _touchdown as touchdown
+from hopform.hopping import terrain
+from hopform.identify import _kinds as kinds
+from hopform.identify import _synthetic as synthetic
 
 ROOT = Path(__file__).resolve().parents[2]
 C = ROOT / "generated" / "c"

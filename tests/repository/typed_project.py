@@ -6,7 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hopform
-from hopform import Energy, Ledger, State, controllers
+import hopform.hopping
+from hopform import Energy, Ledger, State
+from hopform.hopping import controllers
 
 robot = hopform.load_robot("hopper_c")
 stance = hopform.solve_stance(robot, v2=-1.93, u=2.0)
@@ -36,7 +38,7 @@ def law(t: float, state: State) -> float:
     return 2.0 - 10.0 * state.x1 if t < 0.02 else 0.0
 
 
-run = hopform.simulate(robot, [0.0, 0.01], lambda _: controllers.Sampled(1e-3, law), height=0.2)
+run = hopform.hopping.simulate(robot, [0.0, 0.01], lambda _: controllers.Sampled(1e-3, law), height=0.2)
 assert_type(run.at(0.3).x2, float)
 assert_type(run.at(run.times(5)).x2, NDArray[np.float64])
 assert_type(run.hops[0].at(0.3).x2, float)

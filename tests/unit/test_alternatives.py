@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._identify import alternatives, estimation
-from hopform._identify.fits import Fit
+from hopform.identify import _alternatives as alternatives
+from hopform.identify import _estimation as estimation
+from hopform.identify._fits import Fit
 from tests.conformance import faults
 from tests.conformance.faults import CELLS, FAULTS
 from tests.conformance.nuisances import quick_robot

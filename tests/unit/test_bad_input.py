@@ -16,9 +16,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import hopform
-from hopform._identify.recordings import parse_recording
-from hopform._identify.synthetic import to_csv
+import hopform.hopping
+import hopform.identify
 from hopform._robots import robot_from_toml
+from hopform.identify._recordings import parse_recording
+from hopform.identify._synthetic import to_csv
 from tests.calls import CALLS, DECAY, GOOD, HOPPER, METHODS, OBJECTS, OF_RECORDINGS, START, every
 from tests.outside import hostile
 
@@ -300,11 +302,11 @@ def test_every_function_with_a_seed_is_tried():
 
 def by(law):
     """A controller that answers with a sampled law."""
-    return lambda touchdown: hopform.controllers.Sampled(0.01, law)
+    return lambda touchdown: hopform.hopping.controllers.Sampled(0.01, law)
 
 
 def touchdown(**changes):
-    first = hopform.controllers.Touchdown(0, 0.2, 0.0, 0.0, -1.9, 0.0, 0.2, HOPPER)
+    first = hopform.hopping.controllers.Touchdown(0, 0.2, 0.0, 0.0, -1.9, 0.0, 0.2, HOPPER)
     return first._replace(**changes)
 
 
@@ -319,24 +321,24 @@ WITHIN: dict[str, tuple[str, Any]] = {
     "a gain": ("Kp", lambda huge: hopform.solve_flight(HOPPER, v2=1.9, gains=(huge, 1.0))),
     "a start in the air": (
         "v1",
-        lambda huge: hopform.simulate(HOPPER, [0.0], start=hopform.State(0.0, huge, 0.6, 0.0)),
+        lambda huge: hopform.hopping.simulate(HOPPER, [0.0], start=hopform.State(0.0, huge, 0.6, 0.0)),
     ),
-    "a height of the ground": ("terrain", lambda huge: hopform.simulate(HOPPER, [0.0, huge], height=0.2)),
-    "a controller's answer": ("u", lambda huge: hopform.simulate(**HOP, controller=lambda touchdown: huge)),
-    "a law's answer": ("u", lambda huge: hopform.simulate(**HOP, controller=by(lambda t, state: huge))),
-    "a desired height of many": ("h_des", lambda huge: hopform.controllers.FeedForward([0.2, huge])),
+    "a height of the ground": ("terrain", lambda huge: hopform.hopping.simulate(HOPPER, [0.0, huge], height=0.2)),
+    "a controller's answer": ("u", lambda huge: hopform.hopping.simulate(**HOP, controller=lambda touchdown: huge)),
+    "a law's answer": ("u", lambda huge: hopform.hopping.simulate(**HOP, controller=by(lambda t, state: huge))),
+    "a desired height of many": ("h_des", lambda huge: hopform.hopping.controllers.FeedForward([0.2, huge])),
     "ground below a desired height": (
         "terrain",
-        lambda huge: hopform.controllers.AsPrinted(0.2).prepare(HOPPER, (huge,)),
+        lambda huge: hopform.hopping.controllers.AsPrinted(0.2).prepare(HOPPER, (huge,)),
     ),
-    "a known value": ("k", lambda huge: hopform.fit_drop_test(DECAY, attached=True, known={"k": huge})),
+    "a known value": ("k", lambda huge: hopform.identify.fit_drop_test(DECAY, attached=True, known={"k": huge})),
     "a mass beside a file": ("added_mass", lambda huge: parse_recording(to_csv(DECAY), "a.csv", huge)),
     "a sample": ("samples", lambda huge: OBJECTS["detector"].detect([0.0, huge])),
     "a known signal": ("signal", lambda huge: OBJECTS["detector"].chances(0.1, [0.0, huge])),
     **{
         f"{name} at touchdown": (
             name,
-            lambda huge, name=name: hopform.controllers.FeedForward(0.2)(touchdown(**{name: huge})),
+            lambda huge, name=name: hopform.hopping.controllers.FeedForward(0.2)(touchdown(**{name: huge})),
         )
         for name in ("x1", "v1", "v2", "ground")
     },
@@ -362,7 +364,8 @@ def test_a_whole_number_that_a_float_holds_is_taken(dtype):
 
 def test_a_clock_finer_than_the_last_digit_of_time_delays_nothing():
     fine, none = (
-        hopform.simulate(**HOP, controller=1.0, errors=hopform.Errors(quantum=quantum)) for quantum in (5e-324, 0.0)
+        hopform.hopping.simulate(**HOP, controller=1.0, errors=hopform.hopping.Errors(quantum=quantum))
+        for quantum in (5e-324, 0.0)
     )
     assert fine.table.tolist() == none.table.tolist()
 
@@ -377,7 +380,7 @@ def test_a_clock_finer_than_the_last_digit_of_time_delays_nothing():
 )
 def test_a_recording_that_cannot_be_is_refused(settings, message):
     with pytest.raises(hopform.HopformError, match=f"^{re.escape(message)}$"):
-        hopform.record(HOPPER, "drop", **settings)
+        hopform.identify.record(HOPPER, "drop", **settings)
 
 
 @pytest.mark.parametrize(
@@ -386,7 +389,7 @@ def test_a_recording_that_cannot_be_is_refused(settings, message):
 )
 def test_a_range_that_no_float_holds_is_refused(terrain, message):
     with pytest.raises(hopform.HopformError, match=f"^{message}$"):
-        hopform.terrain.generate(terrain, 3, 1e308, seed=1)
+        hopform.hopping.terrain.generate(terrain, 3, 1e308, seed=1)
 
 
 def test_an_archive_that_is_not_written_leaves_the_old_one(tmp_path):

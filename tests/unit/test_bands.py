@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import _cli as cli
+import hopform.hopping
+from hopform import _front as cli
 from hopform._robots import Provenance
 from tests.unit.test_cli import fits
 
@@ -68,13 +69,13 @@ def test_the_band_of_control_is_that_of_drawn_robots_under_the_current_chosen_fo
 
 
 def test_the_bands_of_a_run_are_those_of_robots_that_a_controller_of_the_fit_drives(ask):
-    ground = hopform.terrain.generate("uniform", 4, 0.02, 5)
+    ground = hopform.hopping.terrain.generate("uniform", 4, 0.02, 5)
     asked = ("--height", 0.2, "--terrain", "uniform", "--hops", 4, "--seed", 5, "--controller", "exact", "--h-des", 0.2)
     answer = ask(identified(), "hop", *asked, "--noise-x1", 1e-3, "--json")[1]
     assert fits(answer, "hopform hop")
-    errors = hopform.Errors(1e-3, model=identified())
-    law = hopform.controllers.FeedForward(0.2)
-    runs = [hopform.simulate(each, ground, law, height=0.2, errors=errors, seed=5)
+    errors = hopform.hopping.Errors(1e-3, model=identified())
+    law = hopform.hopping.controllers.FeedForward(0.2)
+    runs = [hopform.hopping.simulate(each, ground, law, height=0.2, errors=errors, seed=5)
             for each in identified().sample(DRAWS, 5)]  # fmt: skip
     for n, hop in enumerate(answer["hops"]):
         assert listed(hop["band"]) == pytest.approx(band_of([run.hops[n].apex for run in runs]), rel=1e-12)

@@ -7,13 +7,14 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._cli import main
-from hopform._identify import alternatives
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.joint import check, fit_robot
-from hopform._identify.recordings import Column, Recording
-from hopform._identify.step import fit_step_response
-from hopform._identify.synthetic import TESTS, record, to_csv
+import hopform.identify
+from hopform._front import main
+from hopform.identify import _alternatives as alternatives
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._joint import check, fit_robot
+from hopform.identify._recordings import Column, Recording
+from hopform.identify._step import fit_step_response
+from hopform.identify._synthetic import TESTS, record, to_csv
 from tests import needs
 from tests.oracle.recordings import Rig, simulate
 
@@ -168,7 +169,7 @@ def test_a_fit_reads_files_as_it_takes_recordings(tmp_path):
     for n, file in enumerate(files):
         file.write_text(to_csv(record(HOPPER, "decay", height=0.04, seed=n)))
     how = {"attached": True, "known": {"m_s": 3.0}, "compare": False, "holdout": False, "diagnose": False}
-    read = fit_drop_test([hopform.read_recording(file) for file in files], **how)
+    read = fit_drop_test([hopform.identify.read_recording(file) for file in files], **how)
     assert fit_drop_test([str(files[0]), files[1]], **how).values == read.values
     with pytest.raises(hopform.HopformError, match=r"recordings\[1\] must be a Recording.*, or a file of one, got 3"):
         fit_drop_test([files[0], 3], **how)

@@ -18,7 +18,8 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import _cli as cli
+import hopform.hopping
+from hopform import _front as cli
 from hopform import _progress
 from hopform._cli import output, tables
 from tests.conformance.test_selftest import CC
@@ -395,9 +396,11 @@ def test_what_hop_is_asked_reaches_the_simulation(answer, tmp_path):
     arguments = ["--height", 0.2, "--terrain", ground, "--controller", "return-map", "--h-des", 0.19, *options]
     table, archive = tmp_path / "hops.csv", tmp_path / "run.npz"
     answer("hop", *arguments, "--hops-csv", table, "--npz", archive)
-    errors = hopform.Errors(**noise, current_scale=0.95, quantum=0.002, delay=0.001, model=hopform.load_robot(wrong))
-    run = hopform.simulate(
-        HOPPER, [0.0, 0.01, -0.01], hopform.controllers.ReturnMap(0.19), height=0.2, errors=errors, seed=7
+    errors = hopform.hopping.Errors(
+        **noise, current_scale=0.95, quantum=0.002, delay=0.001, model=hopform.load_robot(wrong)
+    )
+    run = hopform.hopping.simulate(
+        HOPPER, [0.0, 0.01, -0.01], hopform.hopping.controllers.ReturnMap(0.19), height=0.2, errors=errors, seed=7
     )
     with np.load(archive) as found:
         assert (found["table"] == run.table).all()
@@ -408,7 +411,7 @@ def test_what_hop_is_asked_reaches_the_simulation(answer, tmp_path):
 def test_the_gains_of_the_return_are_those_given_or_designed_and_are_said(answer):
     arguments = ("hop", "--height", "0.2", "--u", "3", "--hops", "3")
     free, given = (strict_json(answer(*arguments, *more, "--json")) for more in ((), ("--gains", "2000,300")))
-    run = hopform.simulate(HOPPER, [0.0] * 3, 3.0, height=0.2)
+    run = hopform.hopping.simulate(HOPPER, [0.0] * 3, 3.0, height=0.2)
     assert [hop["gains"] for hop in free["hops"]] == [hop.flight.gains._asdict() for hop in run.hops]
     assert [hop["gains"] for hop in given["hops"]] == [{"Kp": 2000.0, "Kd": 300.0}] * 3
     assert given["hops"][2]["apex"] != free["hops"][2]["apex"]
@@ -606,7 +609,7 @@ def test_an_old_file_survives_a_refusal(run, tmp_path):
 
 
 def test_a_picture_without_matplotlib_is_refused_with_the_name_of_the_extra(tmp_path):
-    without = "import sys; sys.modules['matplotlib'] = None; from hopform._cli import main; sys.exit(main())"
+    without = "import sys; sys.modules['matplotlib'] = None; from hopform._front import main; sys.exit(main())"
     picture, table = str(tmp_path / "out.svg"), str(tmp_path / "out.csv")
     code, output, errors = python(without, *DROP, "--csv", table, "--plot", picture)
     assert (code, output) == (2, "")
@@ -640,7 +643,7 @@ def test_what_is_piped_has_no_colour_codes_and_no_broken_lines(answer):
 def test_a_closed_pipe_is_no_traceback():
     reader, writer = os.pipe()
     os.close(reader)
-    code = "import sys; from hopform._cli import main; sys.exit(main())"
+    code = "import sys; from hopform._front import main; sys.exit(main())"
     command = [sys.executable, "-c", code, *DROP, "--csv", "-"]
     done = subprocess.run(command, stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
     os.close(writer)

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import hopform
-from hopform import _cli as cli
+from hopform import _front as cli
 from tests.unit.test_cli import fits
 
 HOPPER = hopform.load_robot("hopper_c")

@@ -7,7 +7,7 @@ import json
 import pytest
 
 import hopform
-from hopform import _cli as cli
+from hopform import _front as cli
 from hopform._sensitivities import COLUMNS
 
 DROP = ("stance", "--height", "0.2", "--u", "3")

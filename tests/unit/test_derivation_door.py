@@ -20,7 +20,7 @@ import sympy as sp
 import hopform
 from derive import derivation as module
 from derive.maths.formulas import GROUPS
-from hopform import _cli as cli
+from hopform import _front as cli
 from hopform.model import Derivation, ModelError, derive
 from tests.derived import MODELS, SHIPPED, model_file, no_hopper
 

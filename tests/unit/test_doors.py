@@ -13,15 +13,17 @@ import numpy as np
 import pytest
 
 import hopform
+import hopform.hopping
+import hopform.identify
 from derive.model.equations import ModelError
 from derive.model_file import read_model
 from hopform import _checks
-from hopform import _cli as cli
+from hopform import _front as cli
 from hopform._checks import number_of, whole_of
-from hopform._cli.report import markdown
 from hopform._files import LARGEST, check_writable, printable, read_text, write
-from hopform._identify.recordings import parse_recording
-from hopform._identify.synthetic import to_csv
+from hopform.identify._recordings import parse_recording
+from hopform.identify._report import markdown
+from hopform.identify._synthetic import to_csv
 from tests.calls import DECAY, HOPPER
 
 HUGE = "100000000000000"
@@ -76,16 +78,19 @@ VIEW = np.broadcast_to(-1.0, (10**7, 10**7))
         (lambda: hopform.solve_stances(HOPPER, v2=-1.0, threads=2**31 - 1), "threads"),
         (lambda: hopform.next_apex(HOPPER, -VIEW[0], -VIEW[:, :1]), "at most"),
         (lambda: hopform.reachability(HOPPER, np.arange(1.0, 1e5), np.arange(1e5)), "heights x currents"),
-        (lambda: hopform.simulate(HOPPER, iter(lambda: 0.0, None), height=0.2), "terrain must have at most 65536"),
-        (lambda: hopform.terrain.uniform(2**31 - 1, 0.1), "hops"),
+        (
+            lambda: hopform.hopping.simulate(HOPPER, iter(lambda: 0.0, None), height=0.2),
+            "terrain must have at most 65536",
+        ),
+        (lambda: hopform.hopping.terrain.uniform(2**31 - 1, 0.1), "hops"),
         (lambda: hopform.solve_stance(HOPPER, v2=-1.0).grid(2**31 - 1), "count"),
         (lambda: hopform.solve_stance(HOPPER, v2=-1.0).grid(dt=1e-9), "dt must be >"),
         (lambda: hopform.solve_stance(HOPPER, v2=-1.0).at(VIEW), "t must have at most"),
-        (lambda: hopform.TouchdownDetector(count=2**31 - 1), "count"),
-        (lambda: hopform.TouchdownDetector().detect(np.broadcast_to(0.0, 10**9)), "samples must have at most"),
-        (lambda: hopform.TouchdownDetector().simulated_delays(0.1, trials=2**31 - 1), "trials"),
-        (lambda: hopform.TouchdownDetector().simulated_delays(0.1, 0.2), "trials must be at most"),
-        (lambda: hopform.controllers.ReturnMap(0.2, heights=2**20, currents=2**20), "heights x currents"),
+        (lambda: hopform.hopping.TouchdownDetector(count=2**31 - 1), "count"),
+        (lambda: hopform.hopping.TouchdownDetector().detect(np.broadcast_to(0.0, 10**9)), "samples must have at most"),
+        (lambda: hopform.hopping.TouchdownDetector().simulated_delays(0.1, trials=2**31 - 1), "trials"),
+        (lambda: hopform.hopping.TouchdownDetector().simulated_delays(0.1, 0.2), "trials must be at most"),
+        (lambda: hopform.hopping.controllers.ReturnMap(0.2, heights=2**20, currents=2**20), "heights x currents"),
     ],
 )
 def test_a_call_refuses_a_count_before_it_allocates(call, said):
@@ -99,9 +104,9 @@ def test_a_call_refuses_a_count_before_it_allocates(call, said):
 
 
 def test_a_law_that_would_be_asked_for_ever_is_refused():
-    law = hopform.controllers.Sampled(1e-300, lambda t, state: 0.0)
+    law = hopform.hopping.controllers.Sampled(1e-300, lambda t, state: 0.0)
     with pytest.raises(hopform.HopformError, match="period must be >="):
-        hopform.simulate(HOPPER, [0.0], lambda touchdown: law, height=0.2)
+        hopform.hopping.simulate(HOPPER, [0.0], lambda touchdown: law, height=0.2)
 
 
 # ---- numbers ----
@@ -128,7 +133,7 @@ def test_a_cell_with_an_underscore_is_no_number(tmp_path):
     heights = tmp_path / "heights.csv"
     heights.write_text("0\n1_0\n")
     with pytest.raises(hopform.HopformError, match="line 2, column 1: a height must be .* m, got '1_0'"):
-        hopform.terrain.read(heights)
+        hopform.hopping.terrain.read(heights)
 
 
 def test_masked_numbers_are_refused():
@@ -149,18 +154,18 @@ def test_what_is_no_real_number_is_refused_in_an_array_too(value):
 
 def test_no_current_is_no_ampere():
     with pytest.raises(hopform.HopformError, match=r"^current must be > 0 A, got 0\.0$"):
-        hopform.record(HOPPER, "step", current=0.0)
+        hopform.identify.record(HOPPER, "step", current=0.0)
 
 
 @pytest.mark.parametrize("count", [1, 2, 3])
 @pytest.mark.parametrize("level", [-1.9, -1.0, -0.4, 0.0, 10.0])
 def test_a_level_below_the_thresholds_has_a_mean_delay(level, count):
-    delay = hopform.TouchdownDetector(count=count).mean_delay(0.1, level)
+    delay = hopform.hopping.TouchdownDetector(count=count).mean_delay(0.1, level)
     assert delay > 0.0
 
 
 def test_a_quantum_that_is_finer_than_the_last_digit_rounds_nothing():
-    fine, none = (hopform.record(HOPPER, "drop", seed=1, quantum=quantum) for quantum in (1e-320, 0.0))
+    fine, none = (hopform.identify.record(HOPPER, "drop", seed=1, quantum=quantum) for quantum in (1e-320, 0.0))
     assert np.array_equal(fine.columns["x2"].values, none.columns["x2"].values)
 
 
@@ -173,7 +178,7 @@ def test_a_recording_beyond_all_numbers_is_refused(capsys):
             assert code in (0, 2) and "inf" not in output and "nan" not in output
 
 
-@pytest.mark.parametrize("call", [hopform.solve_stances, hopform.simulate, hopform.reachability])
+@pytest.mark.parametrize("call", [hopform.solve_stances, hopform.hopping.simulate, hopform.reachability])
 def test_a_progress_that_cannot_be_called_is_refused(call):
     needs = {"v2": -1.0} if call is hopform.solve_stances else {"terrain": [0.0], "height": 0.2}
     needs = {"heights": [0.1], "currents": [0.0]} if call is hopform.reachability else needs
@@ -213,14 +218,14 @@ def test_files_with_a_byte_order_mark_are_read(tmp_path):
     for path, text in ((robot, HOPPER.to_toml()), (recording, to_csv(DECAY)), (heights, "height\n0.5\n")):
         path.write_text(text, "utf-8-sig")
     assert hopform.load_robot(robot) == HOPPER
-    assert hopform.read_recording(recording).time.size == DECAY.time.size
-    assert hopform.terrain.read(heights) == (0.5,)
+    assert hopform.identify.read_recording(recording).time.size == DECAY.time.size
+    assert hopform.hopping.terrain.read(heights) == (0.5,)
 
 
 def test_a_long_field_is_no_csv(tmp_path):
     path = tmp_path / "a.csv"
     path.write_text("time_s,x2_m\n0," + "1" * 131073)
-    for read in (hopform.read_recording, hopform.terrain.read):
+    for read in (hopform.identify.read_recording, hopform.hopping.terrain.read):
         with pytest.raises(hopform.HopformError, match="is no CSV: field larger than field limit"):
             read(path)
 
@@ -229,7 +234,7 @@ def test_lines_are_counted_as_an_editor_counts_them(tmp_path):
     path = tmp_path / "h.csv"
     path.write_text('height,what\n0,"two\nlines"\n0,a\x0bb\nx,c\n')
     with pytest.raises(hopform.HopformError, match="line 5, column 'height': a height must be"):
-        hopform.terrain.read(path)
+        hopform.hopping.terrain.read(path)
 
 
 def test_what_is_read_is_a_regular_file_of_a_limited_size(tmp_path):
@@ -296,7 +301,7 @@ def test_a_pipe_that_nobody_reads_is_not_waited_for(tmp_path):
 @pytest.mark.parametrize("path", ["nowhere/x", "/dev/null/x", 3, "a\0b", b"x"])
 def test_a_run_is_saved_by_the_same_rule(tmp_path, monkeypatch, method, path):
     monkeypatch.chdir(tmp_path)
-    run = hopform.simulate(HOPPER, [0.0], height=0.2)
+    run = hopform.hopping.simulate(HOPPER, [0.0], height=0.2)
     with pytest.raises(hopform.HopformError, match="cannot be written|path must be a path"):
         getattr(run, method)(path)
 
@@ -409,12 +414,12 @@ def test_dir_lists_what_is_public_and_nothing_else():
     assert dir(hopform) == sorted(hopform.__all__)
 
 
-@pytest.mark.parametrize("u", [lambda t, state: 3.0, hopform.controllers.Sampled(1e-3, lambda t, state: 3.0)])
+@pytest.mark.parametrize("u", [lambda t, state: 3.0, hopform.hopping.controllers.Sampled(1e-3, lambda t, state: 3.0)])
 def test_a_law_in_place_of_a_current_is_told_where_laws_go(u):
     with pytest.raises(hopform.HopformError, match=r"^u must be a current in A or steps .* controllers\.Sampled"):
         hopform.solve_stance(HOPPER, v2=-1.0, u=u)
     with pytest.raises(hopform.HopformError, match=r"^hop 0: u must be .* controllers\.Sampled"):
-        hopform.simulate(HOPPER, [0.0], lambda _: lambda t, state: 3.0, height=0.2)
+        hopform.hopping.simulate(HOPPER, [0.0], lambda _: lambda t, state: 3.0, height=0.2)
     with pytest.raises(hopform.HopformError, match="^u must be "):
         hopform.solve_stances(HOPPER, v2=-1.0, u=u)
 

@@ -14,10 +14,12 @@ import pytest
 from matplotlib.figure import Figure
 
 import hopform
+import hopform.hopping
+import hopform.identify
 from docs import gallery
 from hopform._figures import results
-from hopform.controllers import FeedForward
-from hopform.terrain import flat, uniform
+from hopform.hopping.controllers import FeedForward
+from hopform.hopping.terrain import flat, uniform
 from tests.pictures import ANY_SHADES, Expected, Over, Panel, check, near
 
 HOPPER, HOPPER_B = hopform.load_robot("hopper_c"), hopform.load_robot("hopper_b")
@@ -25,7 +27,7 @@ HOPPER, HOPPER_B = hopform.load_robot("hopper_c"), hopform.load_robot("hopper_b"
 
 
 def stances(run):
-    if isinstance(run, hopform.Hop):
+    if isinstance(run, hopform.hopping.Hop):
         return [(run.flight.duration, run.duration)]
     return [(hop.touchdown_time, hop.takeoff_time) for hop in run.hops]
 
@@ -126,7 +128,7 @@ def fig_2(_):
 
 
 def fig_3(_):
-    run = hopform.simulate(HOPPER, flat(30), HOPPER.u_max, height=0.2)
+    run = hopform.hopping.simulate(HOPPER, flat(30), HOPPER.u_max, height=0.2)
     hops = run.hops[-4:]
     begin, end = hops[0].touchdown_time - 0.03, hops[-1].takeoff_time + 0.1
     takeoffs = np.array([hop.takeoff_time for hop in hops])
@@ -150,7 +152,7 @@ def models_of_tests(data, u, models):
         standing = model.L0 + model.c - robot.m_s * robot.g / robot.k
         stance = hopform.solve_stance(model, v2=0.0, x2=standing, u=[(0.0, u), (0.3, 0.0)], horizon=1.0)
         above[name] = (pushed, np.asarray(stance.at(np.minimum(pushed, stance.duration)).x1))
-        run = hopform.simulate(model, flat(60), 0.0, height=0.12, horizon=5.0)
+        run = hopform.hopping.simulate(model, flat(60), 0.0, height=0.12, horizon=5.0)
         below.append((fallen, np.asarray(run.at(np.minimum(fallen, run.duration)).x2)))
     return [Panel(above), Panel({"": below})]
 
@@ -216,11 +218,11 @@ def energy_panels(data):
 
 
 def fig_15(data):
-    run = hopform.simulate(HOPPER, flat(3), FeedForward(0.2), height=0.2)
-    detector = hopform.TouchdownDetector(high=0.6, low=0.4, count=3, dt=1e-3)
+    run = hopform.hopping.simulate(HOPPER, flat(3), FeedForward(0.2), height=0.2)
+    detector = hopform.hopping.TouchdownDetector(high=0.6, low=0.4, count=3, dt=1e-3)
     noise, delays = data["noise"], data["delays"]
     first = run.hops[0]
-    costs = [hopform.delayed_apex(HOPPER, each, v2=first.touchdown.v2, u=first.u)[1] for each in delays]
+    costs = [hopform.hopping.delayed_apex(HOPPER, each, v2=first.touchdown.v2, u=first.u)[1] for each in delays]
     found = [event.time for event in detector.detect(data["signal"].tolist()) if event.kind == "touchdown"]
     signal = {"signal": (data["t"], data["signal"]), "touch begins above": (None, 0.6), "ends below": (None, 0.4),
               "touchdown detected": (found, 0.6)}  # fmt: skip
@@ -284,7 +286,7 @@ def test_a_curve_of_the_family_of_maps_bears_its_input():
 @cache
 def made(name):
     """A result of each type that has a plot."""
-    rough = hopform.simulate(HOPPER, uniform(3, 0.02, seed=1), FeedForward(0.2), height=0.2)
+    rough = hopform.hopping.simulate(HOPPER, uniform(3, 0.02, seed=1), FeedForward(0.2), height=0.2)
     drop, fast = np.linspace(-2.0, -1.0, 5), {"v2": -1.93}
     kinds: dict[str, Callable[[], Any]] = {
         "Stance": lambda: hopform.solve_stance(HOPPER, v2=-0.61, u=[(0.0, 0.0), (0.05, 2.0), (0.1, -3.0)]),
@@ -296,9 +298,9 @@ def made(name):
             HOPPER, np.linspace(0.02, 0.3, 15), np.linspace(0.0, 3.0, 5), stop_margin=0.015
         ),
         "Command": lambda: hopform.choose_current(HOPPER, **fast, h_des=0.2),
-        "Recording": lambda: hopform.record(HOPPER, "air", duration=4.0, seed=1),
-        "Fit": lambda: hopform.fit_drop_test(
-            hopform.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3), attached=True, known={"m_s": 3.0},
+        "Recording": lambda: hopform.identify.record(HOPPER, "air", duration=4.0, seed=1),
+        "Fit": lambda: hopform.identify.fit_drop_test(
+            hopform.identify.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3), attached=True, known={"m_s": 3.0},
             holdout=False,
         ),
         "Sensitivities": lambda: hopform.solve_stance(HOPPER, **fast, u=3.0).sensitivities,

@@ -9,13 +9,14 @@ import pytest
 import xarray
 
 import hopform
+import hopform.identify
 from hopform import HopformError
 from tests.calls import CALLS, HOPPER, methods
 
 DTYPES = ("f2", "f4", ">f4", ">f8", "i1", "u1", "i8", "u8", "g")
 SLOW = {"animate"}
 EVERY = {name: (call, arguments) for name, (call, arguments) in CALLS.items() if name not in SLOW}
-EVERY["record"] = (hopform.record, EVERY["record"][1] | {"seed": 1})
+EVERY["record"] = (hopform.identify.record, EVERY["record"][1] | {"seed": 1})
 EVERY |= {name: (call, arguments) for name, call, arguments in methods() if not name.endswith("__getitem__")}
 
 

@@ -10,14 +10,15 @@ import pytest
 from scipy import optimize, signal, stats
 
 import hopform
-from hopform._identify import estimation, fits
-from hopform._identify.drop import ATTACHED, fit_drop_test
-from hopform._identify.estimation import Parameter
-from hopform._identify.fits import fit as fit_of
-from hopform._identify.search import Problem
-from hopform._identify.segments import low_passed
-from hopform._identify.step import fit_step_response
-from hopform._identify.synthetic import record
+from hopform.identify import _estimation as estimation
+from hopform.identify import _fits as fits
+from hopform.identify._drop import ATTACHED, fit_drop_test
+from hopform.identify._estimation import Parameter
+from hopform.identify._fits import fit as fit_of
+from hopform.identify._search import Problem
+from hopform.identify._segments import low_passed
+from hopform.identify._step import fit_step_response
+from hopform.identify._synthetic import record
 from tests import needs
 from tests.fits import ALONE
 

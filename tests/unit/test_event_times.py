@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 import hopform
+import hopform.hopping
 
 HOPPER = hopform.load_robot("hopper_c")
 STROKE = replace(HOPPER, x1_max=0.02)
@@ -93,7 +94,7 @@ def test_what_is_read_at_an_event_is_its_limit_from_behind(of):
 
 
 def test_a_touchdown_is_read_after_its_impact():
-    run = hopform.simulate(HOPPER, [0.0, 0.02, -0.01], 3.0, height=0.2)
+    run = hopform.hopping.simulate(HOPPER, [0.0, 0.02, -0.01], 3.0, height=0.2)
     for hop in run.hops:
         t = hop.touchdown_time
         assert run.at(t).v2 == run.at([t]).v2[0] == hop.touchdown.v2

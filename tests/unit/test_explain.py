@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import _cli as cli
+from hopform import _front as cli
 from hopform._explain import RULES, searches_of
 from tests.conformance.random_stances import random_robot
 from tests.unit.test_explanations import PAGES, figures  # noqa: F401

@@ -14,8 +14,8 @@ import yaml
 
 import hopform
 from derive.__main__ import main as derive
-from hopform._cli import main
 from hopform._export import SYSTEMS, Wanted, amalgamated, export, package, sources
+from hopform._front import main
 from tests import needs
 from tests.needs import the_first
 

@@ -12,8 +12,8 @@ from urllib.parse import unquote_to_bytes
 import pytest
 
 import hopform
-from hopform import _cli as cli
-from hopform._cli.report import markdown
+from hopform import _front as cli
+from hopform.identify._report import markdown
 from tests import needs
 
 ROBOT = hopform.load_robot("hopper_c").to_toml()

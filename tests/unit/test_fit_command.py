@@ -14,7 +14,8 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import _cli as cli
+import hopform.identify
+from hopform import _front as cli
 from tests.derived import SHIPPED, built
 from tests.oracle.recordings import Rig, simulate
 
@@ -78,7 +79,7 @@ def test_json_is_the_fit_of_python_and_fits_its_schema(call, folder, log):
     objects = json.loads((folder / "schema.json").read_text("utf-8"))["$defs"]
     jsonschema.Draft202012Validator({"$defs": objects, **objects["hopform identify"]}).validate(found)
     known = {"J": RIG.mass, "F_m": "F_p"}
-    same = hopform.fit(folder, str(log), fitted=["k", "b", "F_p", "k_t"], known=known)
+    same = hopform.identify.fit(folder, str(log), fitted=["k", "b", "F_p", "k_t"], known=known)
     assert code == 0 and (found["kind"], found["units"]) == ("model", {"position": "rad", "drive": "A"})
     assert [(each["name"], each["value"], each["low"], each["high"]) for each in found["parameters"]] == [
         (each.name, each.value, each.low, each.high) for each in same.estimates

@@ -8,13 +8,15 @@ import sys
 import pytest
 
 import hopform
-from hopform import _cli as cli
-from hopform._cli.report import results, rounded, verdict
-from hopform._identify import joint, synthetic
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.estimation import Estimate
-from hopform._identify.synthetic import record, to_csv
+import hopform.identify
+from hopform import _front as cli
 from hopform._robots import robot_from_toml
+from hopform.identify import _joint as joint
+from hopform.identify import _synthetic as synthetic
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._estimation import Estimate
+from hopform.identify._report import results, rounded, verdict
+from hopform.identify._synthetic import record, to_csv
 from tests.fits import ALONE
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -95,7 +97,7 @@ def test_a_plan_is_as_hard_as_every_robot_in_its_ranges_bears():
     with pytest.raises(hopform.HopformError, match="current must be <="):
         record(soft, "step", current=1.1 * min(alone), duration=step.duration, seed=1)
     made = record(HOPPER, "step", current=step.value, duration=step.duration, seed=4)
-    fit = hopform.fit_step_response(made, known={"m_eff": 25.0}, **ALONE)
+    fit = hopform.identify.fit_step_response(made, known={"m_eff": 25.0}, **ALONE)
     for name, share in step.gives.items():
         assert fit[name].high - fit[name].low <= 2.0 * 2.0 * share * abs(fit[name].value), name
     assert any("another amplitude or load" in each for each in plan.statements)

@@ -14,6 +14,7 @@ import pytest
 from scipy.optimize import brentq
 
 import hopform
+import hopform.hopping
 from docs import gallery
 from hopform._figures import plots
 from tests.repository.test_house import installed_by_make_run, of_a_checkout, packages
@@ -94,7 +95,7 @@ def test_a_fixed_point_is_where_steady_hopping_settles(number, u, height):
     reach = data(number)["reach"]
     (point,) = [point for point in reach.fixed_points if point.u == u]
     assert point.height == pytest.approx(height, abs=5e-4) and 0.0 < point.multiplier < 1.0
-    run = hopform.simulate(reach.robot, hopform.terrain.flat(40), u, height=0.2)
+    run = hopform.hopping.simulate(reach.robot, hopform.hopping.terrain.flat(40), u, height=0.2)
     assert run.hops[-1].apex == pytest.approx(point.height, abs=0.035)
     assert np.all(np.diff(run.table["apex"][1:]) > -1e-5)
 
@@ -323,7 +324,7 @@ def test_models_whose_errors_do_not_cancel_are_in_the_band(number):
 def test_terrain_hops_show_ground_wanted_height_current_and_shaded_stances(number):
     top, middle, bottom, *_ = drawn(number).figure.axes
     run = next(each for name, each in {"": None, **data(number), **data(number).get("runs", {})}.items()
-               if isinstance(each, hopform.Run) and name != "printed")  # fmt: skip
+               if isinstance(each, hopform.hopping.Run) and name != "printed")  # fmt: skip
     words = [each.get_text() for each in top.get_legend().get_texts()]
     assert {"body", "apex", "take-off", "wanted", "stance"} <= set(words) and ("ground" in words) == any(run.terrain)
     assert re.search(r"\$u\$ \[[AV]\]", middle.get_ylabel())

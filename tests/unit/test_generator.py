@@ -262,7 +262,7 @@ def test_an_edited_equation_reaches_the_commands(tree):
         return Ran(done.returncode, done.stdout, done.stderr)
 
     def stance() -> Ran:
-        code = "import sys; from hopform._cli import main; sys.exit(main())"
+        code = "import sys; from hopform._front import main; sys.exit(main())"
         drop = ("stance", "--robot", "hopper_c", "--height", "0.2", "--u", "3")
         return ran(sys.executable, "-W", "always", "-c", code, *drop)
 

@@ -11,7 +11,7 @@ import sys
 import pytest
 
 import hopform
-from hopform import _cli as cli
+from hopform import _front as cli
 from hopform._cli.options import EXAMPLES, OPTIONS
 from tests.derived import MODELS, built
 

@@ -9,9 +9,18 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import terrain
-from hopform._hopping.run import COLUMNS
-from hopform.controllers import AsPrinted, ConstantCurrent, FeedForward, ReturnMap, ReturnMaps, Sampled, Touchdown
+import hopform.hopping
+from hopform.hopping import terrain
+from hopform.hopping._run import COLUMNS
+from hopform.hopping.controllers import (
+    AsPrinted,
+    ConstantCurrent,
+    FeedForward,
+    ReturnMap,
+    ReturnMaps,
+    Sampled,
+    Touchdown,
+)
 
 HOPPER = hopform.load_robot("hopper_c")
 ROUGH = terrain.uniform(30, 0.02, seed=5)
@@ -21,7 +30,7 @@ OFFSET = dataclasses.replace(HOPPER, c=0.01, x1_min=-0.1, x1_max=0.2, b1=60.0)
 
 
 def hops(ground=ROUGH, controller=3.0, robot=HOPPER, **how):
-    return hopform.simulate(robot, ground, controller, **({"height": 0.2} | how))
+    return hopform.hopping.simulate(robot, ground, controller, **({"height": 0.2} | how))
 
 
 def scheduled(currents):
@@ -145,7 +154,7 @@ def test_a_set_point_below_the_ground_as_measured_is_a_set_point_on_it(controlle
 
 
 def test_a_run_whose_ground_is_measured_above_its_set_points_goes_on():
-    run = hops([0.0] * 12, FeedForward(0.01), height=0.05, errors=hopform.Errors(ground=0.03), seed=4)
+    run = hops([0.0] * 12, FeedForward(0.01), height=0.05, errors=hopform.hopping.Errors(ground=0.03), seed=4)
     assert len(run.hops) > 2
 
 
@@ -164,7 +173,7 @@ STRONG = {
 @pytest.mark.parametrize("name", STRONG)
 def test_no_current_that_a_controller_asks_for_is_above_the_limit(name, limit):
     robot = dataclasses.replace(HOPPER, u_max=limit)
-    run = hops(ROUGH[:4], STRONG[name], robot, errors=hopform.Errors(x1=0.004, v2=0.2), seed=3)
+    run = hops(ROUGH[:4], STRONG[name], robot, errors=hopform.hopping.Errors(x1=0.004, v2=0.2), seed=3)
     asked = [abs(u) for hop in run.hops for _, u in hop.stance.u]
     assert max(asked) == limit  # they all want more
     assert not any("u_max" in warning for warning in run.warnings)
@@ -244,7 +253,7 @@ def test_a_sampled_law_is_asked_at_every_tick_for_the_state_there():
 @pytest.mark.parametrize(
     "value",
     [ConstantCurrent(2.0), FeedForward(0.2), AsPrinted(0.2), ReturnMap(0.2), ReturnMap(0.2).prepare(HOPPER, (0.0,)),
-     ReturnMap(0.2).prepare(HOPPER, (0.0,)).maps, hopform.Errors()],
+     ReturnMap(0.2).prepare(HOPPER, (0.0,)).maps, hopform.hopping.Errors()],
     ids=lambda value: type(value).__name__,
 )  # fmt: skip
 def test_controllers_and_errors_are_values(value):
@@ -267,14 +276,14 @@ def test_a_controller_that_prepares_is_asked_by_what_it_returns():
 
 
 def test_the_same_seed_gives_the_same_run_and_another_another():
-    errors = hopform.Errors(x1=1e-3, v1=1e-2, v2=1e-2, ground=1e-3)
+    errors = hopform.hopping.Errors(x1=1e-3, v1=1e-2, v2=1e-2, ground=1e-3)
     one, same, other = (hops(ROUGH, FeedForward(0.2), errors=errors, seed=seed) for seed in (1, 1, 2))
     assert (one.table == same.table).all() and one.table["u"][0] != other.table["u"][0]
 
 
 def test_what_is_measured_scatters_as_asked_and_within_the_stroke():
     given = []
-    errors = hopform.Errors(x1=1e-3, v1=2e-2, v2=1e-2, ground=5e-3, x2=3e-3)
+    errors = hopform.hopping.Errors(x1=1e-3, v1=2e-2, v2=1e-2, ground=5e-3, x2=3e-3)
     run = hops(terrain.flat(2000), lambda seen: given.append(seen) or 2.7, errors=errors)
     truth = np.array([[*hop.touchdown[:2], hop.touchdown[3], hop.ground, hop.height] for hop in run.hops])
     seen = np.array([[each.x1, each.v1, each.v2, each.ground, each.apex] for each in given])
@@ -287,7 +296,7 @@ def test_what_is_measured_scatters_as_asked_and_within_the_stroke():
 
 def test_what_a_sampled_law_sees_scatters_as_asked():
     seen = []
-    errors = hopform.Errors(x1=1e-3, v1=2e-2, x2=3e-3, v2=1e-2)
+    errors = hopform.hopping.Errors(x1=1e-3, v1=2e-2, x2=3e-3, v2=1e-2)
     run = hops(
         terrain.flat(12), lambda _: Sampled(1e-3, lambda t, state: seen.append((t, state)) or 3.0), errors=errors
     )
@@ -305,7 +314,7 @@ def test_what_a_sampled_law_sees_scatters_as_asked():
 def test_the_return_is_designed_for_the_fall_that_the_model_predicts():
     """From x1 above the ground at take-off; the motor's force is the plant's."""
     believed = dataclasses.replace(HOPPER, gamma2=0.8 * HOPPER.gamma2, b1=HOPPER.b1 / 2.0, g=9.5)
-    run = hops(terrain.flat(3), 3.0, errors=hopform.Errors(model=believed))
+    run = hops(terrain.flat(3), 3.0, errors=hopform.hopping.Errors(model=believed))
     for before, hop in itertools.pairwise(run.hops):
         x1, v2 = float(before.stance.takeoff.x1), float(before.stance.takeoff.v2)
         assert x1 > 0.01
@@ -316,7 +325,7 @@ def test_the_return_is_designed_for_the_fall_that_the_model_predicts():
 
 def test_a_current_that_flows_less_than_asked_for_is_a_weaker_motor():
     weak = dataclasses.replace(HOPPER, gamma2=0.9 * HOPPER.gamma2)
-    one = hops(ROUGH, 2.5, errors=hopform.Errors(current_scale=0.9), gains=GAINS)
+    one = hops(ROUGH, 2.5, errors=hopform.hopping.Errors(current_scale=0.9), gains=GAINS)
     factor = 0.9
     other = hops(ROUGH, 2.5, weak, gains=(GAINS[0] * factor, GAINS[1] * factor))
     assert (one.table == other.table).all()
@@ -325,7 +334,7 @@ def test_a_current_that_flows_less_than_asked_for_is_a_weaker_motor():
 
 def test_a_controller_with_a_wrong_model_misses_and_the_plant_stays_as_it_is():
     wrong = dataclasses.replace(HOPPER, m_s=2.9, b2=6.0)
-    run = hops(ROUGH, FeedForward(0.2), errors=hopform.Errors(model=wrong))
+    run = hops(ROUGH, FeedForward(0.2), errors=hopform.hopping.Errors(model=wrong))
     assert run.robot == HOPPER
     assert 1e-3 < np.abs(run.table["apex"] - 0.2).max() < 0.05
     start = run.hops[0].touchdown
@@ -335,14 +344,14 @@ def test_a_controller_with_a_wrong_model_misses_and_the_plant_stays_as_it_is():
 
 def test_without_errors_a_model_that_is_right_changes_nothing():
     same = dataclasses.replace(HOPPER, name="the same")
-    one, other = hops(ROUGH, FeedForward(0.2)), hops(ROUGH, FeedForward(0.2), errors=hopform.Errors(model=same))
+    one, other = hops(ROUGH, FeedForward(0.2)), hops(ROUGH, FeedForward(0.2), errors=hopform.hopping.Errors(model=same))
     assert (one.table["u"] == other.table["u"]).all()
 
 
 @pytest.mark.parametrize("controller", [FeedForward(0.2), lambda _: [(0.0, 2.0), (0.03, 3.0)], ReturnMap(0.2)])
 def test_a_touchdown_that_is_seen_late_delays_the_current(controller):
     prompt = hops([0.0], controller)
-    late = hops([0.0], controller, errors=hopform.Errors(delay=0.008))
+    late = hops([0.0], controller, errors=hopform.hopping.Errors(delay=0.008))
     asked = prompt.hops[0].stance.u
     assert late.hops[0].stance.u[:2] == ((0.0, 0.0), (0.008, asked[0][1]))
     if len(asked) == 2:
@@ -351,13 +360,13 @@ def test_a_touchdown_that_is_seen_late_delays_the_current(controller):
 
 
 def test_a_delay_costs_what_the_detectors_page_says():
-    (hop,) = hops([0.0], 3.0, errors=hopform.Errors(delay=0.008)).hops
+    (hop,) = hops([0.0], 3.0, errors=hopform.hopping.Errors(delay=0.008)).hops
     start = hop.touchdown
-    assert hop.apex == hopform.delayed_apex(HOPPER, 0.008, x1=start.x1, v1=start.v1, v2=start.v2, u=3.0)[0]
+    assert hop.apex == hopform.hopping.delayed_apex(HOPPER, 0.008, x1=start.x1, v1=start.v1, v2=start.v2, u=3.0)[0]
 
 
 def test_a_clock_sees_a_touchdown_at_its_next_tick():
-    run = hops(ROUGH, 3.0, errors=hopform.Errors(quantum=0.004, delay=0.001))
+    run = hops(ROUGH, 3.0, errors=hopform.hopping.Errors(quantum=0.004, delay=0.001))
     for hop in run.hops:
         seen = hop.touchdown_time + hop.stance.u[1][0] - 0.001
         assert 0.0 <= seen - hop.touchdown_time < 0.004
@@ -552,10 +561,13 @@ def test_a_bad_file_is_refused_with_line_and_column(tmp_path, text, said):
         ({"controller": lambda _: []}, "hop 0: .*at least one step"),
         ({"controller": lambda _: None}, r"hop 0: .*current in A or steps \(t, u\), got None"),
         (
-            {"controller": lambda _: None, "errors": hopform.Errors(delay=1e-3)},
+            {"controller": lambda _: None, "errors": hopform.hopping.Errors(delay=1e-3)},
             r"hop 0: .*steps \(t, u\), got None",
         ),
-        ({"controller": lambda _: [(0.0,)], "errors": hopform.Errors(delay=1e-3)}, r"hop 0: u\[0\] must be a pair"),
+        (
+            {"controller": lambda _: [(0.0,)], "errors": hopform.hopping.Errors(delay=1e-3)},
+            r"hop 0: u\[0\] must be a pair",
+        ),
         ({"robot": "hopper_c"}, "robot must be a Robot, as load_robot gives it, got 'hopper_c'"),
         ({"errors": 0.1}, "errors must be Errors, got 0.1"),
         ({"controller": FeedForward(-0.01)}, "h_des must not lie below the ground"),
@@ -606,7 +618,7 @@ def test_a_controller_is_checked_where_it_is_made(controller, change, said):
 )
 def test_errors_are_checked(field, value, said):
     with pytest.raises(hopform.HopformError, match=said):
-        hopform.Errors(**{field: value})
+        hopform.hopping.Errors(**{field: value})
 
 
 @pytest.mark.parametrize(

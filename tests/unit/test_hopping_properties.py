@@ -8,7 +8,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hopform
-from hopform.controllers import FeedForward
+import hopform.hopping
+from hopform.hopping.controllers import FeedForward
 from tests.unit.test_properties import over, robots
 
 SOME = settings(max_examples=40, deadline=None, derandomize=True)
@@ -26,7 +27,7 @@ def scale_of(robot):
 @given(robots(), losses, heights, st.floats(-3.0, 3.0))
 def test_every_run_says_how_it_ends_and_its_energies_add_up(robot, loss, ground, u):
     robot = dataclasses.replace(robot, impact_loss=loss)
-    run = hopform.simulate(robot, ground, u, height=0.2, horizon=5.0)
+    run = hopform.hopping.simulate(robot, ground, u, height=0.2, horizon=5.0)
     assert run.status in {"completed", "stopped", "tripped"}
     assert (len(run.hops) == len(ground)) or run.status != "completed"
     rounding = 1e-12 * scale_of(robot)
@@ -43,7 +44,7 @@ def test_every_run_says_how_it_ends_and_its_energies_add_up(robot, loss, ground,
 @SOME
 @given(robots(), heights, st.floats(0.1, 0.3))
 def test_the_exact_controller_reaches_what_it_says_over_any_ground(robot, ground, h_des):
-    run = hopform.simulate(robot, ground, FeedForward(h_des, horizon=5.0), height=0.2, horizon=5.0)
+    run = hopform.hopping.simulate(robot, ground, FeedForward(h_des, horizon=5.0), height=0.2, horizon=5.0)
     for hop in run.hops:
         start = hop.touchdown
         command = hopform.choose_current(

@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._cli import main
-from hopform._identify.drop import ATTACHED, GROUND, fit_drop_test
-from hopform._identify.joint import fit_robot
-from hopform._identify.kinds import problem_of
-from hopform._identify.recordings import Column, Recording, parse_recording
-from hopform._identify.step import fit_force, fit_step_response
-from hopform._identify.synthetic import record, to_csv
+from hopform._front import main
+from hopform.identify._drop import ATTACHED, GROUND, fit_drop_test
+from hopform.identify._joint import fit_robot
+from hopform.identify._kinds import problem_of
+from hopform.identify._recordings import Column, Recording, parse_recording
+from hopform.identify._step import fit_force, fit_step_response
+from hopform.identify._synthetic import record, to_csv
 from tests import needs
 from tests.conformance import confidence
 from tests.fits import ALONE

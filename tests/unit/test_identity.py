@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from hopform import _cli as cli
+from hopform import _front as cli
 from hopform._cli.options import EXAMPLES
 from hopform._export import SYSTEMS
 from tests import needs

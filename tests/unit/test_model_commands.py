@@ -19,7 +19,7 @@ from derive import solver as solvers
 from derive.emit import render
 from derive.emit.facts import facts
 from derive.emit.toml import toml
-from hopform import _cli as cli
+from hopform import _front as cli
 from hopform._cli import model as commands
 from hopform._solver import build
 from hopform.model import derive

@@ -11,8 +11,9 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._identify import models
-from hopform._identify.recordings import parse_recording
+import hopform.identify
+from hopform.identify import _models as models
+from hopform.identify._recordings import parse_recording
 from tests.derived import solver_of
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
@@ -52,7 +53,7 @@ def test_the_parameters_of_a_joint_are_found_by_their_names(joint):
     for seed in range(2):
         rig, recording = driven(seed)
         fitted = ["k", "b", "F_plus", "F_minus", "k_t"]
-        fit = hopform.fit(joint, recording, fitted=fitted, known={"J": rig.mass}, **ALONE)
+        fit = hopform.identify.fit(joint, recording, fitted=fitted, known={"J": rig.mass}, **ALONE)
         friction = rig.mass * rig.f
         truth = {"k": rig.k, "b": rig.b, "F_plus": friction, "F_minus": friction, "k_t": rig.gamma}
         assert holds(fit, **truth) == [], seed
@@ -79,12 +80,14 @@ def test_what_is_tied_is_drawn_alike_and_a_combination_is_refused_by_name(joint)
     rig = Rig(0.03, 6.0, 0.02, 4.0, start=0.5, held=0.05)
     phi = simulate(rig, np.zeros(900), RATE) + 3e-4 * np.random.default_rng(2).standard_normal(900)
     recording, known = table("time_s,phi_rad", phi), {"k": rig.k, "phi_0": 0.0}
-    fit = hopform.fit(joint, recording, fitted=["J", "b", "F_plus"], known=known | {"F_minus": "F_plus"}, **ALONE)
+    fit = hopform.identify.fit(
+        joint, recording, fitted=["J", "b", "F_plus"], known=known | {"F_minus": "F_plus"}, **ALONE
+    )
     drawn = fit.sample(500, 1)
     tied = np.array([(each.F_plus, each.F_minus) for each in drawn])
     np.testing.assert_allclose(tied[:, 0], tied[:, 1], rtol=1e-6)
     assert np.std(tied[:, 0]) == pytest.approx(fit["F_plus"].stderr, rel=0.15)
-    loose = hopform.fit(joint, recording, fitted=["J", "b", "F_plus", "F_minus", "load"], known=known, **ALONE)
+    loose = hopform.identify.fit(joint, recording, fitted=["J", "b", "F_plus", "F_minus", "load"], known=known, **ALONE)
     assert any({"F_plus", "F_minus", "load"} >= {*some} for some in loose.combinations)
     with pytest.raises(
         hopform.HopformError, match="no robots are drawn: the recordings fix .*load in combination alone"
@@ -119,12 +122,12 @@ def test_a_pendulum_that_swings_through_80_degrees_is_found_by_gravity_s_sine(jo
     phi = own.swings(1.4, 800) + 1e-3 * np.random.default_rng(4).standard_normal(800)
     recording, known = table("time_s,phi_rad", phi), {"k": own.K, "k_t": 1.0, "F_minus": "F_plus"}
     how = {"fitted": ["J", "b", "F_plus"], "known": known, "compare": False, "holdout": False}
-    fit = hopform.fit(joint, recording, sine=True, **how)
+    fit = hopform.identify.fit(joint, recording, sine=True, **how)
     assert holds(fit, J=own.J, b=own.b, F_plus=own.F) == []
     assert fit["J"].high / fit["J"].low < 1.002 and fit.rms == pytest.approx(1e-3, rel=0.1)
     noise = 1e-3 * np.random.default_rng(5).standard_normal(800)
     small = table("time_s,phi_rad", own.swings(0.4, 800) + noise)
-    plain = hopform.fit(joint, small, **how)
+    plain = hopform.identify.fit(joint, small, **how)
     assert math.isinf(plain["J"].high) and plain["J"].value > 1.005 * own.J
     assert any("gravity's sine" in each and "sine=True" in each for each in plain.warnings)
 
@@ -133,7 +136,9 @@ def test_a_pendulum_that_is_let_go_at_160_degrees_is_found_to_its_noise(joint):
     own = Pendulum()
     phi = own.swings(2.8, 1600) + 1e-3 * np.random.default_rng(4).standard_normal(1600)
     known = {"k": own.K, "k_t": 1.0, "F_minus": "F_plus"}
-    fit = hopform.fit(joint, table("time_s,phi_rad", phi), sine=True, fitted=["J", "b", "F_plus"], known=known, **ALONE)
+    fit = hopform.identify.fit(
+        joint, table("time_s,phi_rad", phi), sine=True, fitted=["J", "b", "F_plus"], known=known, **ALONE
+    )
     assert holds(fit, J=own.J, b=own.b, F_plus=own.F) == []
     assert fit["phi@0"].value > 2.7 and fit.rms == pytest.approx(1e-3, rel=0.05)
     assert fit["J"].value == pytest.approx(own.J, rel=1e-4)
@@ -143,7 +148,7 @@ def test_derivatives_under_gravity_s_sine_are_those_of_the_motion(joint):
     """Against differences, while the pendulum swings."""
     own = Pendulum(F=0.0)
     recording = table("time_s,phi_rad", own.swings(1.0, 700))
-    fit = hopform.fit(joint, recording, fitted=["J", "b"], known={"k": own.K, "k_t": 1.0}, sine=True, **ALONE)
+    fit = hopform.identify.fit(joint, recording, fitted=["J", "b"], known={"k": own.K, "k_t": 1.0}, sine=True, **ALONE)
     experiment, values = fit.solution.experiments[0], fit.solution.values
     _, by = experiment.predict(values)
     for name, rows in by.items():
@@ -173,7 +178,7 @@ def test_a_leg_of_two_masses_is_found_from_both_positions():
     noisy = np.array(rows).T + 1e-4 * rng.standard_normal((2, u.size))
     recording = table("time_s,x1_m,x2_m,u_A", *noisy, u, rate=rate)
     known = {"m_s": robot.m_s, "L0": robot.L0}
-    fit = hopform.fit(
+    fit = hopform.identify.fit(
         "hopper", recording, fitted=["m_eff", "k", "b1", "b2", "f1", "f2", "gamma2"], known=known, **ALONE
     )
     truth = {name: getattr(robot, name) for name in ("m_eff", "k", "b1", "b2", "f1", "f2", "gamma2")}
@@ -193,7 +198,7 @@ def test_a_leg_of_two_masses_is_found_from_both_positions():
 )
 def test_what_is_no_parameter_is_refused_by_name(joint, given, said):
     with pytest.raises(hopform.HopformError, match=said):
-        hopform.fit(joint, driven(1)[1], **given)
+        hopform.identify.fit(joint, driven(1)[1], **given)
 
 
 def test_columns_that_are_not_the_model_s_are_refused(joint):
@@ -204,9 +209,9 @@ def test_columns_that_are_not_the_model_s_are_refused(joint):
         "time_s,q_rad,i_A": "no column is a position x1",
     }.items():
         with pytest.raises(hopform.HopformError, match=said):
-            hopform.fit(joint, table(head, phi, zero), known={"J": 1.0})
+            hopform.identify.fit(joint, table(head, phi, zero), known={"J": 1.0})
     with pytest.raises(hopform.HopformError, match="gravity's sine is a torque on one angle .* x1 .m., x2 .m."):
-        hopform.fit("hopper", table("time_s,x1_m,x2_m,u_A", phi, phi, zero), sine=True)
+        hopform.identify.fit("hopper", table("time_s,x1_m,x2_m,u_A", phi, phi, zero), sine=True)
 
 
 def test_the_power_of_time_of_a_parameter_follows_from_its_unit():
@@ -220,7 +225,7 @@ def test_the_power_of_time_of_a_parameter_follows_from_its_unit():
 def replayed(fit: Any, start: tuple[float, float], drive: np.ndarray) -> np.ndarray:
     """What the file of a fit does in MuJoCo under a drive, from a start on."""
     mujoco = pytest.importorskip("mujoco", reason="mujoco is absent, which reads this file")
-    model = mujoco.MjModel.from_xml_string(hopform.simulator_file(fit, "mjcf"))
+    model = mujoco.MjModel.from_xml_string(hopform.identify.simulator_file(fit, "mjcf"))
     data, found = mujoco.MjData(model), np.empty(drive.size)
     data.qpos[0], data.qvel[0] = start
     for n, u in enumerate(drive.tolist()):
@@ -250,6 +255,6 @@ def test_a_pendulum_in_mujoco_is_a_link_with_its_weight(joint):
     rms = float(np.sqrt(np.mean((replayed(fit, (1.4, 0.0), np.zeros(800)) - other) ** 2)))
     print(f"replay {1e3 * rms:.3f} mrad, fit {1e3 * fit.rms:.3f} mrad")
     assert rms <= 1.5 * fit.rms
-    assert 'gravity="0 -9.81 0"' in hopform.simulator_file(fit, "mjcf")
+    assert 'gravity="0 -9.81 0"' in hopform.identify.simulator_file(fit, "mjcf")
     with pytest.raises(hopform.HopformError, match="a pendulum's gravity is the weight of a link: mjcf writes it"):
-        hopform.simulator_file(fit, "urdf")
+        hopform.identify.simulator_file(fit, "urdf")

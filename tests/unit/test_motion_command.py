@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import _cli as cli
+from hopform import _front as cli
 from tests.derived import SHIPPED, built
 
 SERVO = ("--set", "k=1.5", "--set", "q_min=-0.1", "--set", "q_max=0.3", "--start", "q=0.2", "--start", "q_dot=-1")

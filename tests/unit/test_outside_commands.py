@@ -15,9 +15,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from hopform import _cli as cli
-from hopform._cli import identify as identify_command
-from hopform._identify.drop import fit_drop_test
+from hopform import _front as cli
+from hopform.identify import _commands as identify_command
+from hopform.identify._drop import fit_drop_test
 from tests.calls import DECAY, HOPPER
 from tests.outside import command_lines, examples, furnish
 

@@ -8,6 +8,8 @@ import numpy as np
 from hypothesis import given
 
 import hopform
+import hopform.hopping
+import hopform.identify
 from derive.model.equations import Model, ModelError
 from derive.model_file import read_model
 from hopform._robots import robot_from_toml
@@ -48,11 +50,11 @@ def test_any_table_is_read_or_refused():
     @given(tables())
     @examples(100)
     def each(content):
-        recording = outcome(hopform.read_recording, content, "table.csv")
+        recording = outcome(hopform.identify.read_recording, content, "table.csv")
         if recording is not None:
             assert all(np.isfinite(column.values).all() for column in recording.columns.values())
             assert (np.diff(recording.time) > 0.0).all()
-        heights = outcome(hopform.terrain.read, content, "table.csv")
+        heights = outcome(hopform.hopping.terrain.read, content, "table.csv")
         assert heights is None or (heights and np.isfinite(heights).all())
         found.append((recording is not None, heights is not None))
 

@@ -10,6 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import hopform
+import hopform.hopping
 from hopform._files import write
 from tests.calls import ANSWERS, INSIDE, every, parameters_of
 from tests.outside import examples, objects
@@ -28,12 +29,12 @@ def a_folder_of_its_own(tmp_path_factory):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        patch.setattr("hopform._hopping.run.write", inside)
+        patch.setattr("hopform.hopping._run.write", inside)
         yield
 
 
 def test_every_public_function_is_in_the_catalogue():
-    for module in (hopform, hopform.controllers, hopform.terrain):
+    for module in (hopform, hopform.hopping.controllers, hopform.hopping.terrain):
         own = {name for name, found in vars(module).items() if getattr(found, "__module__", "") == module.__name__}
         for name in hopform.__all__ if module is hopform else own:
             found = getattr(module, name)
@@ -101,7 +102,7 @@ class Endless(Mapping[str, float]):
 
 @pytest.mark.parametrize("name", sorted(EVERY))
 def test_no_argument_is_read_without_a_bound(name, monkeypatch):
-    monkeypatch.setattr("hopform._hopping.touchdown.MEMORY", 2**20)
+    monkeypatch.setattr("hopform.hopping._touchdown.MEMORY", 2**20)
     function, arguments = EVERY[name]
     for each in parameters_of(function, arguments):
         for value in (endless(), Endless()):

@@ -14,11 +14,13 @@ import pytest
 from matplotlib.figure import Figure
 
 import hopform
+import hopform.hopping
+import hopform.identify
 from docs import gallery
-from hopform import _cli as cli
+from hopform import _front as cli
 from hopform._figures import animation, plots, results
-from hopform.controllers import FeedForward
-from hopform.terrain import uniform
+from hopform.hopping.controllers import FeedForward
+from hopform.hopping.terrain import uniform
 from tests import needs
 from tests.derived import solver_of
 from tests.needs import sliced
@@ -30,8 +32,10 @@ HOPPER = hopform.load_robot("hopper_c")
 DROP = {"v2": -1.93}
 
 
-def run(count: int = 3, name: str = "hopper_c", height: float = 0.2) -> hopform.Run:
-    return hopform.simulate(hopform.load_robot(name), uniform(count, 0.02, seed=1), FeedForward(height), height=height)
+def run(count: int = 3, name: str = "hopper_c", height: float = 0.2) -> hopform.hopping.Run:
+    return hopform.hopping.simulate(
+        hopform.load_robot(name), uniform(count, 0.02, seed=1), FeedForward(height), height=height
+    )
 
 
 RESULTS: dict[str, Callable[[], Any]] = {
@@ -51,9 +55,9 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "flight": lambda: hopform.solve_stance(HOPPER, **DROP, u=3.0).fly(0.01),
     "hop": lambda: run().hops[1],
     "first hop": lambda: run().hops[0],
-    "one hop": lambda: hopform.simulate(HOPPER, [0.0], 3.0, height=0.2),
-    "no hop": lambda: hopform.simulate(HOPPER, [0.0, 0.0], 0.0, height=0.001),
-    "run at 0 A": lambda: hopform.simulate(HOPPER, [0.0] * 7, 0.0, height=0.2),
+    "one hop": lambda: hopform.hopping.simulate(HOPPER, [0.0], 3.0, height=0.2),
+    "no hop": lambda: hopform.hopping.simulate(HOPPER, [0.0, 0.0], 0.0, height=0.001),
+    "run at 0 A": lambda: hopform.hopping.simulate(HOPPER, [0.0] * 7, 0.0, height=0.2),
     **{f"run of {name}": lambda name=name: run(3, name, 0.1) for name in hopform.ROBOTS},
     "batch": lambda: hopform.solve_stances(HOPPER, v2=np.linspace(-2.0, -1.0, 5), u=2.0),
     "batch of two dimensions": lambda: hopform.solve_stances(
@@ -67,10 +71,10 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "reachability of one current": lambda: hopform.reachability(HOPPER, np.linspace(0.02, 0.3, 15), [3.0]),
     "command": lambda: hopform.choose_current(HOPPER, **DROP, h_des=0.2),
     "command, nearest": lambda: hopform.choose_current(HOPPER, **DROP, h_des=2.0),
-    "recording": lambda: hopform.record(HOPPER, "air", duration=4.0, seed=1),
-    "recording of a drop": lambda: hopform.record(HOPPER, "drop", seed=1),
-    "fit": lambda: hopform.fit_drop_test(
-        hopform.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3), attached=True, known={"m_s": 3.0},
+    "recording": lambda: hopform.identify.record(HOPPER, "air", duration=4.0, seed=1),
+    "recording of a drop": lambda: hopform.identify.record(HOPPER, "drop", seed=1),
+    "fit": lambda: hopform.identify.fit_drop_test(
+        hopform.identify.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3), attached=True, known={"m_s": 3.0},
         holdout=False,
     ),
     "motion of a hopper": lambda: hopform.solve_motion(HOPPER, start={"x1": 0.02, "v2": -1.9}, u=3.0),

@@ -22,8 +22,10 @@ from matplotlib.colors import to_hex, to_rgb
 from matplotlib.figure import Figure
 
 import hopform
+import hopform.hopping
+import hopform.identify
 from docs import gallery
-from hopform import _cli as cli
+from hopform import _front as cli
 from hopform._figures import animation, plots, results
 from hopform._words import modes_of
 from tests.pictures import curves, faults
@@ -47,7 +49,7 @@ def stance():
 
 @pytest.fixture(scope="module")
 def run():
-    return hopform.simulate(HOPPER, [0.0] * 3, 3.0, height=0.2)
+    return hopform.hopping.simulate(HOPPER, [0.0] * 3, 3.0, height=0.2)
 
 
 @pytest.fixture(scope="module")
@@ -174,12 +176,12 @@ def test_every_ending_can_be_drawn_without_a_warning(arguments):
 @pytest.mark.parametrize("name", hopform.ROBOTS)
 @pytest.mark.filterwarnings("error")
 def test_every_shipped_robot_can_be_drawn_hopping(name):
-    run = hopform.simulate(hopform.load_robot(name), [0.0, 0.01], height=0.1)
+    run = hopform.hopping.simulate(hopform.load_robot(name), [0.0, 0.01], height=0.1)
     assert len(plots.render(results.figure_of(run), ".png")) > 20_000
 
 
 def test_the_energy_of_the_ideal_hopper_is_a_line():
-    ideal = hopform.simulate(hopform.load_robot("ideal"), [0.0] * 3, height=0.2)
+    ideal = hopform.hopping.simulate(hopform.load_robot("ideal"), [0.0] * 3, height=0.2)
     axes = results.figure_of(ideal).axes[2]
     energy = curves(axes)["with the spring as in (23) in stance"][1]
     assert np.ptp(energy) < 1e-12
@@ -257,7 +259,7 @@ def test_a_robots_name_is_drawn_as_it_is(name, kind):
     if kind == "stance":
         figure = results.figure_of(hopform.solve_stance(odd, v2=-1.0))
     elif kind == "run":
-        figure = results.figure_of(hopform.simulate(odd, [0.0], height=0.2))
+        figure = results.figure_of(hopform.hopping.simulate(odd, [0.0], height=0.2))
     elif kind == "reach":
         figure = results.figure_of(hopform.reachability(odd, [0.1, 0.2], [0.0]))
     else:
@@ -275,8 +277,8 @@ def test_a_recordings_name_is_drawn_as_it_is(name):
 
 @cache
 def a_fit():
-    recording = hopform.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3)
-    return hopform.fit_drop_test(recording, attached=True, known={"m_s": 3.0}, compare=False, holdout=False)
+    recording = hopform.identify.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3)
+    return hopform.identify.fit_drop_test(recording, attached=True, known={"m_s": 3.0}, compare=False, holdout=False)
 
 
 @given(st.text(st.characters()))
@@ -298,7 +300,10 @@ def test_a_suffix_that_cannot_be_drawn_is_refused():
 def test_a_current_has_one_colour():
     """Orange over time, and one scale where several currents have a curve each."""
     steps = hopform.solve_stance(HOPPER, **STANCES["steps"])
-    run, flight = hopform.simulate(HOPPER, [0.0], 3.0, height=0.2), hopform.solve_stance(HOPPER, v2=-1.9, u=2.0).fly()
+    run, flight = (
+        hopform.hopping.simulate(HOPPER, [0.0], 3.0, height=0.2),
+        hopform.solve_stance(HOPPER, v2=-1.9, u=2.0).fly(),
+    )
     figures = [results.figure_of(each) for each in (steps, run, flight)]
     drawn = [axes for each in figures for axes in each.axes if axes.get_ylabel() == "current $u$ [A]"]
     drawn += [gallery.draw(number).figure.axes[1] for number in (6, 9, 16)]
@@ -321,16 +326,16 @@ def test_the_colours_stay_apart_for_colour_blind_eyes():
 
 
 def test_the_animation_moves():
-    run = hopform.simulate(
-        hopform.load_robot("hopper_c"), hopform.terrain.uniform(2, 0.04, seed=4),
-        hopform.controllers.FeedForward(0.18), height=0.18,
+    run = hopform.hopping.simulate(
+        hopform.load_robot("hopper_c"), hopform.hopping.terrain.uniform(2, 0.04, seed=4),
+        hopform.hopping.controllers.FeedForward(0.18), height=0.18,
     )  # fmt: skip
-    shown = hopform.animate(run, h_des=0.18, seconds=0.3, rate=12)
+    shown = hopform.hopping.animate(run, h_des=0.18, seconds=0.3, rate=12)
     assert shown.gif[:6] == b"GIF89a" and shown.gif.count(b"\x21\xf9\x04") == 8
 
 
 def test_the_animations_foot_stands_still_in_stance():
-    run = hopform.simulate(hopform.load_robot("hopper_c"), [0.0, 0.02], 3.0, height=0.2)
+    run = hopform.hopping.simulate(hopform.load_robot("hopper_c"), [0.0, 0.02], 3.0, height=0.2)
     for hop in run.hops:
         inside = np.linspace(hop.touchdown_time, hop.takeoff_time, 5)
         np.testing.assert_allclose(animation.position(run, inside), animation.STRIDE * hop.index, atol=1e-12)
@@ -344,5 +349,5 @@ def test_a_name_that_no_font_has_is_drawn_without_a_word(tmp_path, capfd):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         assert cli.main(["hop", "--robot", str(path), "--height", "0.1", "--plot", str(tmp_path / "hop.png")]) == 0
-        hopform.animate(hopform.simulate(robot, [0.0], 1.0, height=0.1), seconds=0.2, rate=2)
+        hopform.hopping.animate(hopform.hopping.simulate(robot, [0.0], 1.0, height=0.1), seconds=0.2, rate=2)
     assert capfd.readouterr().err == ""

@@ -14,9 +14,9 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._cli import main
 from hopform._errors import HopformError
 from hopform._export import DTYPES, SYSTEMS, Wanted, export, package, selftest, struct_of
+from hopform._front import main
 from tests import needs
 from tests.derived import solver_of
 

@@ -9,13 +9,13 @@ import pytest
 from scipy.signal import lfilter
 
 import hopform
-from hopform._identify import estimation
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.joint import fit_robot
-from hopform._identify.simulators import exported
-from hopform._identify.step import fit_step_response
-from hopform._identify.synthetic import record
 from hopform._robots import Provenance, robot_from_toml
+from hopform.identify import _estimation as estimation
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._joint import fit_robot
+from hopform.identify._simulators import exported
+from hopform.identify._step import fit_step_response
+from hopform.identify._synthetic import record
 from tests.fits import ALONE
 
 HOPPER = hopform.load_robot("hopper_c")

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._cli import main
-from hopform._identify.drop import fit_drop_test, oscillation_of
-from hopform._identify.recordings import (
+from hopform._front import main
+from hopform.identify._drop import fit_drop_test, oscillation_of
+from hopform.identify._recordings import (
     COLUMNS,
     Column,
     Recording,
@@ -23,8 +23,8 @@ from hopform._identify.recordings import (
     read_recording,
     saturated,
 )
-from hopform._identify.step import fit_force, fit_step_response
-from hopform._identify.synthetic import record, to_csv
+from hopform.identify._step import fit_force, fit_step_response
+from hopform.identify._synthetic import record, to_csv
 from tests import needs
 
 HOPPER = hopform.load_robot("hopper_c")

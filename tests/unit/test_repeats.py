@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._cli.report import verdict
 from hopform._figures import results
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.repeats import REPEATABILITY
-from hopform._identify.step import fit_step_response
-from hopform._identify.synthetic import record
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._repeats import REPEATABILITY
+from hopform.identify._report import verdict
+from hopform.identify._step import fit_step_response
+from hopform.identify._synthetic import record
 from tests.fits import ALONE
 
 HOPPER = hopform.load_robot("hopper_c")

@@ -10,8 +10,8 @@ import pytest
 from scipy import signal
 
 import hopform
-from hopform._identify import motion
-from hopform._identify.rigs import LETTERS, Experiment
+from hopform.identify import _motion as motion
+from hopform.identify._rigs import LETTERS, Experiment
 from tests import needs
 
 HOPPER = hopform.load_robot("hopper_c")

@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.fits import Fit
-from hopform._identify.recordings import Units, parse_recording
-from hopform._identify.step import fit_force, fit_step_response
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._fits import Fit
+from hopform.identify._recordings import Units, parse_recording
+from hopform.identify._step import fit_force, fit_step_response
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 

@@ -15,17 +15,19 @@ import pytest
 import rich.progress
 
 import hopform
-from hopform import _cli as cli
-from hopform import _progress, terrain
+import hopform.hopping
+from hopform import _front as cli
+from hopform import _progress
 from hopform._solver import c as native
-from hopform.controllers import FeedForward, ReturnMap
+from hopform.hopping import terrain
+from hopform.hopping.controllers import FeedForward, ReturnMap
 
 HOPPER = hopform.load_robot("hopper_c")
 ROUGH = terrain.uniform(5, 0.02, seed=5)
 
 
 def hops(controller=2.9, **how):
-    return hopform.simulate(HOPPER, ROUGH, controller, height=0.2, **how)
+    return hopform.hopping.simulate(HOPPER, ROUGH, controller, height=0.2, **how)
 
 
 def everything(run):
@@ -42,7 +44,7 @@ def read_elsewhere(pickled):
 
 
 def hop_elsewhere(height):
-    return hopform.simulate(HOPPER, ROUGH, FeedForward(0.2), height=height)
+    return hopform.hopping.simulate(HOPPER, ROUGH, FeedForward(0.2), height=height)
 
 
 @pytest.mark.parametrize("copied", [lambda run: pickle.loads(pickle.dumps(run)), copy.deepcopy, copy.copy])
@@ -107,7 +109,7 @@ def test_an_interrupt_in_the_middle_leaves_nothing_that_a_next_run_would_notice(
 
 def test_ctrl_c_ends_the_command_with_130_no_traceback_and_no_file(tmp_path):
     code = (
-        "import signal, sys; from hopform._cli import main; from hopform._hopping import run; begin = run._run; "
+        "import signal, sys; from hopform._front import main; from hopform._hopping import run; begin = run._run; "
         "run._run = lambda *given: (print('ready', flush=True), begin(*given))[1]; "
         "signal.signal(signal.SIGINT, signal.default_int_handler); sys.exit(main())"
     )  # as from a terminal; who runs tests in the background may have it ignored
@@ -143,5 +145,5 @@ def test_the_bar_of_hop_shows_how_far_it_is(monkeypatch, capsys):
 
 
 def test_a_run_under_a_sampled_law_can_be_pickled_too():
-    run = hopform.simulate(HOPPER, [0.0, 0.01], ReturnMap(0.2), height=0.2)
+    run = hopform.hopping.simulate(HOPPER, [0.0, 0.01], ReturnMap(0.2), height=0.2)
     assert everything(pickle.loads(pickle.dumps(run))) == everything(run)

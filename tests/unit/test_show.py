@@ -13,6 +13,8 @@ import pytest
 import xarray
 
 import hopform
+import hopform.hopping
+import hopform.identify
 from hopform import _show
 from hopform._figures import results
 from hopform._solver import package
@@ -23,7 +25,7 @@ mpl.use("Agg")
 
 def made() -> dict[str, _show.Shown]:
     stance = hopform.solve_stance(HOPPER, v2=-1.93, u=3.0)
-    run = hopform.simulate(HOPPER, [0.0, 0.02, -0.01], hopform.controllers.FeedForward(0.2), height=0.2)
+    run = hopform.hopping.simulate(HOPPER, [0.0, 0.02, -0.01], hopform.hopping.controllers.FeedForward(0.2), height=0.2)
     two = hopform.solve_stances(HOPPER, v2=[[-2.0], [-1.0]], u=[0.0, 1.0, 3.0], events=True, sensitivities=True)
     assert two.sensitivities is not None
     return {
@@ -31,7 +33,7 @@ def made() -> dict[str, _show.Shown]:
         "Command": hopform.choose_current(HOPPER, v2=-1.93, h_des=0.2),
         "Reachability": hopform.reachability(HOPPER, np.linspace(0.05, 0.3, 6), np.linspace(-3.0, 3.0, 5)),
         "Sensitivities": stance.sensitivities, "ManySensitivities": two.sensitivities, "Fit": a_fit(),
-        "Recording": hopform.record(HOPPER, "free", seed=1),
+        "Recording": hopform.identify.record(HOPPER, "free", seed=1),
     }  # fmt: skip
 
 
@@ -199,7 +201,7 @@ def test_the_type_of_a_word_has_the_words_of_its_table(alias, table):
 
 def test_an_animation_shows_foot_time_and_current_and_is_saved(tmp_path):
     run = SHOWN["Run"]
-    shown = hopform.animate(run, h_des=0.2, seconds=0.5, rate=4, speed=1.0)
+    shown = hopform.hopping.animate(run, h_des=0.2, seconds=0.5, rate=4, speed=1.0)
     assert repr(shown) == "Animation of hopper_c: 2 pictures, 4 a second"
     assert shown._repr_html_().startswith("<img alt='Animation of hopper_c")
     shown.save(tmp_path / "a.gif")
@@ -208,9 +210,9 @@ def test_an_animation_shows_foot_time_and_current_and_is_saved(tmp_path):
         shown.save(tmp_path / "run.mp4")
     for wrong in ({"rate": 0}, {"speed": -1.0}, {"seconds": 0.0}, {"h_des": "x"}, {"rate": 100, "speed": 1e-5}):
         with pytest.raises(hopform.HopformError, match=next(iter(wrong))):
-            hopform.animate(run, **wrong)
+            hopform.hopping.animate(run, **wrong)
     with pytest.raises(hopform.HopformError, match="run must be a Run"):
-        hopform.animate(SHOWN["Hop"])
+        hopform.hopping.animate(SHOWN["Hop"])
 
 
 @pytest.mark.parametrize("module", ["xarray", "matplotlib"])

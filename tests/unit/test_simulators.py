@@ -17,13 +17,14 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import _cli as cli
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.fits import Fit
-from hopform._identify.joint import fit_robot
-from hopform._identify.segments import filtered
-from hopform._identify.simulators import exported, quantities
-from hopform._identify.step import fit_force, fit_step_response
+import hopform.identify
+from hopform import _front as cli
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._fits import Fit
+from hopform.identify._joint import fit_robot
+from hopform.identify._segments import filtered
+from hopform.identify._simulators import exported, quantities
+from hopform.identify._step import fit_force, fit_step_response
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 from tests.unit.test_rotary import COUNT, DRIVE, PENDULUM, RATE, SERVO, SPRUNG, TIME, air, angles, decay, recorded
@@ -332,7 +333,7 @@ def test_isaac_lab_has_friction_as_an_effort():
 
 
 def test_a_hopper_s_actuator_slides():
-    step = hopform.record(hopform.load_robot("hopper_c"), "step", seed=2)
+    step = hopform.identify.record(hopform.load_robot("hopper_c"), "step", seed=2)
     fit = fit_step_response(step, known={"m_eff": 25.0}, **ALONE)
     assert {word: each.unit for word, each in quantities(fit).items()} == {
         "inertia": "kg", "damping": "N s/m", "stiffness": "N/m", "springref": "m", "gear": "N/A", "frictionloss": "N",

@@ -9,7 +9,8 @@ import jsonschema
 import pytest
 
 import hopform
-from hopform import _cli as cli
+import hopform.hopping
+from hopform import _front as cli
 from hopform._robots import Provenance
 from tests.derived import MODELS, built, edited
 
@@ -113,7 +114,7 @@ def test_every_command_answers_for_a_leg_of_which_nothing_is_called_as_in_the_pa
     theirs, ours = hopform.load_solver(solver[1]).Robot(), hopform.Robot(**names, u_max=10.0)
     how = {"v2": -1.9, "u": 2.0}
     assert hopform.solve_stance(theirs, **how).apex == pytest.approx(hopform.solve_stance(ours, **how).apex, rel=1e-12)
-    run, other = (hopform.simulate(each, [0.0, 0.01], 2.0, height=0.2) for each in (theirs, ours))
+    run, other = (hopform.hopping.simulate(each, [0.0, 0.01], 2.0, height=0.2) for each in (theirs, ours))
     assert run.at(0.3).z == pytest.approx(other.at(0.3).x2, rel=1e-12)
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import _cli as cli
+from hopform import _front as cli
 from hopform._solver.choice import SOLVERS
 from tests import needs
 from tests.derived import built, edited, solver_of

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import terrain
+import hopform.hopping
 from hopform._robots import Provenance
-from hopform.controllers import Sampled
+from hopform.hopping import terrain
+from hopform.hopping.controllers import Sampled
 from tests.calls import CALLS, OBJECTS
 
 HOPPER = replace(hopform.load_robot("hopper_c"), x1_min=-1.0, x1_max=1.0)
@@ -28,8 +29,8 @@ SIGMA = {"small": 1e-4, "middle": 1e-3, "large": 2e-3}
 Streams = dict[tuple[object, ...], np.ndarray]
 
 
-def errors_of(sigma: float) -> hopform.Errors:
-    return hopform.Errors(x1=sigma, v1=sigma, x2=sigma, v2=sigma, ground=sigma)
+def errors_of(sigma: float) -> hopform.hopping.Errors:
+    return hopform.hopping.Errors(x1=sigma, v1=sigma, x2=sigma, v2=sigma, ground=sigma)
 
 
 def compared(currents: tuple[float, ...], grounds: int, seeds: list[int], hops: int = HOPS) -> Streams:
@@ -42,9 +43,9 @@ def compared(currents: tuple[float, ...], grounds: int, seeds: list[int], hops: 
     def law(u):
         return lambda t: seen.append((t.x1, t.v1, t.v2, t.ground, t.apex)) or u
 
-    kinds = {"none": hopform.Errors(), **{name: errors_of(sigma) for name, sigma in SIGMA.items()}}
+    kinds = {"none": hopform.hopping.Errors(), **{name: errors_of(sigma) for name, sigma in SIGMA.items()}}
     rough = [terrain.uniform(hops, 0.02, seed=n) for n in range(grounds)]
-    hopform.compare(HOPPER, {str(u): law(u) for u in currents}, rough, kinds, seeds, height=0.2)
+    hopform.hopping.compare(HOPPER, {str(u): law(u) for u in currents}, rough, kinds, seeds, height=0.2)
     found = np.array(seen).reshape(len(currents), grounds, len(kinds), len(seeds), -1)
     return {
         (u, ground, name, seed): (found[i, ground, k, n] - found[i, ground, 0, n]) / SIGMA[name]
@@ -57,7 +58,7 @@ def ticks(seed: int) -> Streams:
     """What the sensors add at the ticks of a sampled law, by hop."""
     seen = []
     law = Sampled(1e-3, lambda t, state: seen.append((t, *state)) or 3.0)
-    run = hopform.simulate(HOPPER, [0.0, 0.0], lambda _: law, height=0.2, errors=errors_of(1e-3), seed=seed)
+    run = hopform.hopping.simulate(HOPPER, [0.0, 0.0], lambda _: law, height=0.2, errors=errors_of(1e-3), seed=seed)
     begins = [n for n, (t, *_) in enumerate(seen) if t == 0.0]
     parts = (np.array(seen[begin:end]) for begin, end in zip(begins, [*begins[1:], None], strict=True))
     return {
@@ -69,7 +70,7 @@ def ticks(seed: int) -> Streams:
 def drawn() -> Streams:
     """Streams of everything that takes a seed, many with the same one."""
     fit = Provenance(("k",), (1200.0,), (1190.0,), (1210.0,), ((25.0,),), (), "", True)
-    identified, detector = replace(HOPPER, k=1200.0, fit=fit), hopform.TouchdownDetector(count=1)
+    identified, detector = replace(HOPPER, k=1200.0, fit=fit), hopform.hopping.TouchdownDetector(count=1)
     found = compared((3.0,), 3, [0, 1, 2, 3]) | ticks(0) | ticks(1)
     for seed in range(55):
         found["uniform", seed] = np.array(terrain.uniform(SIZE, 1.0, seed))
@@ -105,14 +106,14 @@ def test_the_errors_of_a_touchdown_do_not_depend_on_how_often_was_measured_befor
             seen[name].append(touchdown.ground)
             return answer
 
-        hopform.simulate(HOPPER, [0.0] * 4, controller, height=0.2, errors=errors_of(1e-3), seed=6)
+        hopform.hopping.simulate(HOPPER, [0.0] * 4, controller, height=0.2, errors=errors_of(1e-3), seed=6)
     assert seen["sampled"] == seen["constant"] and len(set(seen["constant"])) == 4
 
 
 def test_a_tick_does_not_repeat_the_errors_of_its_touchdown():
     ticks, touchdowns = [], []
     law = Sampled(0.05, lambda t, state: ticks.append(state.v1) or 3.0)
-    run = hopform.simulate(
+    run = hopform.hopping.simulate(
         HOPPER, [0.0], lambda seen: touchdowns.append(seen.v1) or law, height=0.2, errors=errors_of(1e-3)
     )
     assert run.hops[0].touchdown.v1 != ticks[0] != touchdowns[0]
@@ -143,4 +144,4 @@ def test_the_package_seeds_generators_in_one_place():
 )
 def test_a_cell_is_a_pair_of_whole_numbers(cell, said):
     with pytest.raises(hopform.HopformError, match=said):
-        hopform.simulate(HOPPER, [0.0], 3.0, height=0.2, cell=cell)
+        hopform.hopping.simulate(HOPPER, [0.0], 3.0, height=0.2, cell=cell)

@@ -5,6 +5,7 @@ import pytest
 import xarray
 
 import hopform
+import hopform.hopping
 from hopform import HopformError
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -73,17 +74,21 @@ def test_labels_that_contradict_each_other_are_refused():
 
 
 def test_a_comparison_has_the_runs_that_simulate_makes():
-    laws = {"exact": hopform.controllers.FeedForward(0.2), "printed": hopform.controllers.AsPrinted(0.2), "3 A": 3.0}
+    laws = {
+        "exact": hopform.hopping.controllers.FeedForward(0.2),
+        "printed": hopform.hopping.controllers.AsPrinted(0.2),
+        "3 A": 3.0,
+    }
     grounds = {"even": [0.0] * 3, "rough": [0.0, 0.02]}
-    noisy = {"none": hopform.Errors(), "noise": hopform.Errors(v2=0.05)}
+    noisy = {"none": hopform.hopping.Errors(), "noise": hopform.hopping.Errors(v2=0.05)}
     calls: list[tuple[int, int]] = []
-    found = hopform.compare(
+    found = hopform.hopping.compare(
         HOPPER, laws, grounds, noisy, seeds=[3, 4], height=0.2, progress=lambda *done: calls.append(done)
     )
     assert dict(found.sizes) == {"controller": 3, "ground": 2, "errors": 2, "seed": 2, "hop": 3}
     assert calls == [(n, 24) for n in range(1, 25)]
     how = {"height": 0.2, "errors": noisy["noise"], "seed": 4, "cell": (1, 1)}
-    run = hopform.simulate(HOPPER, grounds["rough"], laws["printed"], **how)
+    run = hopform.hopping.simulate(HOPPER, grounds["rough"], laws["printed"], **how)
     here = found.sel(controller="printed", ground="rough", errors="noise", seed=4)
     np.testing.assert_array_equal(here.apex, [*run.table["apex"], np.nan])
     np.testing.assert_array_equal(here.miss, [*(run.table["apex"] - 0.2), np.nan])
@@ -103,13 +108,13 @@ def test_a_comparison_has_the_runs_that_simulate_makes():
         ({"seeds": []}, "hops to compare must be 1 to"),
         ({"seeds": [-1]}, r"seeds\[0\] must be"),
         ({"errors": {"a": 1.0}}, "errors a, seed 0: errors must be Errors"),
-        ({"controllers": {"low": hopform.controllers.FeedForward(-0.2)}}, "controller low, ground 0"),
+        ({"controllers": {"low": hopform.hopping.controllers.FeedForward(-0.2)}}, "controller low, ground 0"),
     ],
 )
 def test_what_cannot_be_compared_is_refused_by_name(changed, said):
     asked = {"controllers": {"none": 0.0}, "grounds": [[0.0]], "height": 0.2} | changed
     with pytest.raises(HopformError, match=said):
-        hopform.compare(HOPPER, **asked)
+        hopform.hopping.compare(HOPPER, **asked)
 
 
 def test_a_name_that_is_not_known_is_refused_before_its_value_and_before_anything_that_lacks():

@@ -11,13 +11,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import hopform
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.fits import Fit
-from hopform._identify.kinds import problem_of
-from hopform._identify.recordings import Column, Recording
-from hopform._identify.search import minimise
-from hopform._identify.step import HELD, fit_force, fit_step_response
-from hopform._identify.synthetic import record
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._fits import Fit
+from hopform.identify._kinds import problem_of
+from hopform.identify._recordings import Column, Recording
+from hopform.identify._search import minimise
+from hopform.identify._step import HELD, fit_force, fit_step_response
+from hopform.identify._synthetic import record
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 

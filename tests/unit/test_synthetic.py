@@ -12,12 +12,12 @@ from hypothesis import strategies as st
 from scipy.stats import binom
 
 import hopform
-from hopform import record
-from hopform._cli import main
-from hopform._identify.drop import fit_drop_test
-from hopform._identify.recordings import parse_recording
-from hopform._identify.step import fit_step_response
-from hopform._identify.synthetic import FREE_STROKE, TESTS, to_csv
+from hopform._front import main
+from hopform.identify import record
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._recordings import parse_recording
+from hopform.identify._step import fit_step_response
+from hopform.identify._synthetic import FREE_STROKE, TESTS, to_csv
 from tests.fits import ALONE
 
 HOPPER, OTHER = hopform.load_robot("hopper_c"), hopform.load_robot("hopper_b")

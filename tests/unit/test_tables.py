@@ -10,10 +10,12 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform import _cli as cli
+import hopform.hopping
+import hopform.identify
+from hopform import _front as cli
 from hopform._cli import output, report, tables
-from hopform.controllers import FeedForward
-from hopform.terrain import uniform
+from hopform.hopping.controllers import FeedForward
+from hopform.hopping.terrain import uniform
 
 HOPPER = hopform.load_robot("hopper_c")
 FACTORS = {"cm": 100.0, "mm": 1000.0, "ms": 1000.0, "%": 100.0}
@@ -212,7 +214,7 @@ def test_the_lines_of_a_stance_have_its_numbers(stance):
 def test_the_hops_of_a_run_are_printed(printed):
     options = ("--terrain", "uniform", "--seed", 3, "--controller", "exact", "--h-des", 0.2, "--hops", 5)
     shown, lines = printed("hop", "--height", 0.15, *options)
-    run = hopform.simulate(HOPPER, uniform(5, 0.02, seed=3), FeedForward(0.2), height=0.15)
+    run = hopform.hopping.simulate(HOPPER, uniform(5, 0.02, seed=3), FeedForward(0.2), height=0.15)
     columns = {
         "hop": lambda hop: str(hop.index + 1),
         "ground [cm]": lambda hop: hop.ground,
@@ -303,8 +305,8 @@ def shown_of(answer, capsys):
 
 
 def test_a_fit_is_printed(capsys):
-    recordings = [hopform.record(HOPPER, "decay", height=0.04, duration=1.0, seed=seed) for seed in (3, 4)]
-    fit = hopform.fit_drop_test(recordings, attached=True, known={"m_s": 3.0}, holdout=True)
+    recordings = [hopform.identify.record(HOPPER, "decay", height=0.04, duration=1.0, seed=seed) for seed in (3, 4)]
+    fit = hopform.identify.fit_drop_test(recordings, attached=True, known={"m_s": 3.0}, holdout=True)
     shown, _ = shown_of(fit, capsys)
     values = {each.name: (each.value, each.low, each.high, each.unit, each.method) for each in fit.estimates}
     values |= {name: (value, None, None, "", "known") for name, value in fit.known.items()}

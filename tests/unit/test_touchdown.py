@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._hopping.touchdown import TouchdownDetector, delayed_apex
 from hopform._solver import c as native
+from hopform.hopping._touchdown import TouchdownDetector, delayed_apex
 from tests import needs
 
 DETECTORS = [

@@ -16,7 +16,7 @@ import pytest
 
 import hopform
 from derive import solver as solvers
-from hopform import _cli as cli
+from hopform import _front as cli
 from hopform._cli import model as commands
 from hopform._solver import build
 from hopform._solver.choice import SOLVERS

@@ -8,13 +8,12 @@ A controller has the fitted robot, the one that hops is drawn. A band goes from 
 
 import warnings
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from hopform import HopformError, Robot, reachability, simulate, solve_stances, touchdown_velocity
+from hopform import HopformError, Robot, reachability, solve_stances, touchdown_velocity
 from hopform._checks import MEMORY, Array
 from hopform._cli.output import Record, ends
 from hopform._cli.use import robot_in_use
@@ -39,28 +38,27 @@ class Bands(NamedTuple):
         """One of them."""
         return Bands(*(each[index] for each in self))
 
+    def text(self, scale: float = 100.0, form: str = ".4g") -> str:
+        """A band in a table, with the share of the robots if that is not all."""
+        text = ends(self.low, self.high, form, scale)
+        return text if self.share == 1.0 else f"{text} ({100.0 * self.share:.3g} % of robots)"
 
-def text_of(band: Bands, scale: float = 100.0, form: str = ".4g") -> str:
-    """A band in a table, with the share of the robots if that is not all."""
-    text = ends(band.low, band.high, form, scale)
-    return text if band.share == 1.0 else f"{text} ({100.0 * band.share:.3g} % of robots)"
+    @staticmethod
+    def draw(several: "Sequence[Bands]", x: Array, axes: "Axes", bars: bool = False) -> None:
+        """Shade bands [m] over x, in cm, or draw a bar for each; the legend of the panel has them, or one of their own."""
+        from hopform._figures.plots import MAGENTA, house_style
 
-
-def shade(x: Array, several: Sequence[Bands], one_each: bool, axes: "Axes") -> None:
-    """Shade bands [m] over x, in cm, or draw a bar for each; the legend of the panel has them, or one of their own."""
-    from hopform._figures import plots
-
-    look: Record = {"color": plots.MAGENTA, "label": "95 % by the fit"}
-    for bands in several:
-        low, high = 100.0 * bands.low, 100.0 * bands.high
-        if one_each:
-            axes.plot([x, x], [low, high], "_", markersize=7.0, color=plots.MAGENTA, zorder=4, clip_on=False)
-            axes.vlines(x, low, high, linewidth=1.6, zorder=4, **look)
-        else:
-            axes.fill_between(x, low, high, alpha=0.35, linewidth=0.0, **look)
-    shown = axes.get_legend_handles_labels()[0]
-    with plots.house_style():
-        axes.legend(handles=shown if axes.get_legend() else shown[-1:])
+        look: Record = {"color": MAGENTA, "label": "95 % by the fit"}
+        for bands in several:
+            low, high = 100.0 * bands.low, 100.0 * bands.high
+            if bars:
+                axes.plot([x, x], [low, high], "_", markersize=7.0, color=MAGENTA, zorder=4, clip_on=False)
+                axes.vlines(x, low, high, linewidth=1.6, zorder=4, **look)
+            else:
+                axes.fill_between(x, low, high, alpha=0.35, linewidth=0.0, **look)
+        shown = axes.get_legend_handles_labels()[0]
+        with house_style():
+            axes.legend(handles=shown if axes.get_legend() else shown[-1:])
 
 
 class Draws(NamedTuple):
@@ -105,27 +103,23 @@ class Draws(NamedTuple):
             )
             own["x2"] = own["x2"] + each - own_length
         batch = solve_stances(self.model, **own, u=np.atleast_1d(u), **how, **columns)
-        return bands_of(batch.apex.astype(np.float64) - datum)
-
-    def runs(self, ground: tuple[float, ...], asked: Any, how: Record) -> Bands:
-        """Bands of the apexes [m] of a run, a robot without one from where it hops no more."""
-        found = np.full((len(self.robots), len(ground)), np.nan)
-        errors = how["errors"]
-        believed = self.model if errors.model is None else errors.model
-        prepared = asked.prepare(believed, ground) if hasattr(asked, "prepare") else asked
-        how = {**how, "errors": replace(errors, model=believed)}
-        for row, each in enumerate(self._counted()):
-            run = simulate(each, ground, prepared, **how)
-            found[row, : len(run.hops)] = run.table["apex"]
-        return bands_of(found)
+        return self.bands(batch.apex.astype(np.float64) - datum)
 
     def maps(self, heights: Array, currents: Array, how: Record) -> dict[str, Bands]:
         """Bands of a map's `apex` (heights, currents), and of its `lowest`, `highest`, `hold` (heights)."""
-        found = [reachability(each, heights, currents, **how) for each in self._counted()]
+        found = [reachability(each, heights, currents, **how) for each in self.each()]
         names = ("apex", "lowest", "highest", "hold")
-        return {name: bands_of(np.array([getattr(each, name) for each in found])) for name in names}
+        return {name: self.bands(np.array([getattr(each, name) for each in found])) for name in names}
 
-    def _counted(self) -> Iterator[Robot]:
+    @staticmethod
+    def bands(values: Array) -> Bands:
+        """Bands over the first axis, that of the robots; NaN is a robot without a value."""
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", RuntimeWarning)  # where no robot has one
+            low, high = np.nanquantile(values, (0.025, 0.975), axis=0)
+        return Bands(low, high, np.isfinite(values).mean(axis=0))
+
+    def each(self) -> Iterator[Robot]:
         """The robots one by one, with a bar that shows how many are done."""
         with progress_bar(f"{len(self.robots)} robots") as step:
             for done, each in enumerate(self.robots):
@@ -150,11 +144,3 @@ def robot_and_draws(
     if robot.fit is None:
         raise HopformError(f"--from-fit takes a robot that `identify --out` wrote; {name_of(file)} has no fit")
     return robot, Draws(robot, robot.fit, robot.sample(count, seed), seed)
-
-
-def bands_of(values: Array) -> Bands:
-    """Bands over the first axis, that of the robots; NaN is a robot without a value."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", RuntimeWarning)  # where no robot has one
-        low, high = np.nanquantile(values, (0.025, 0.975), axis=0)
-    return Bands(low, high, np.isfinite(values).mean(axis=0))

@@ -1,7 +1,7 @@
 """Types and texts of the commands' options."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from enum import StrEnum
 from typing import Annotated, Any, get_type_hints
 
@@ -12,7 +12,6 @@ from hopform._checks import LARGEST, MEMORY, MOST_DIGITS, number_of, shown, whol
 from hopform._cli import use
 from hopform._control import MOST_CELLS
 from hopform._export import SYSTEMS
-from hopform.terrain import MOST_HOPS
 
 MOST_ROWS = MEMORY // 1024
 """Rows of a table over time at most: in arrays and as text each takes up to 1 kB."""
@@ -22,9 +21,6 @@ MOST_DRAWS = 100_000
 """Robots that are drawn from a fit."""
 
 
-ControllerName = StrEnum(
-    "ControllerName", {"constant": "constant", "exact": "exact", "printed": "printed", "return_map": "return-map"}
-)
 Precision = StrEnum("Precision", ["float64", "float32"])
 SimulatorFormat = StrEnum("SimulatorFormat", ["mjcf", "urdf", "isaac"])
 Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air", "all", "motion"])
@@ -78,24 +74,17 @@ def steps_in(unit: str) -> Callable[[str], list[tuple[float, float]]]:
     return parse
 
 
-def gains_of_return(text: str) -> tuple[float, float]:
-    """Gains of the return in flight from "Kp,Kd"."""
-    parts = text.split(",")
-    if len(parts) != 2:
-        raise typer.BadParameter(f"takes Kp,Kd in N/m and N s/m, as in 2000,300, got {shown(text)}")
-    return number_in("N/m")(parts[0]), number_in("N s/m")(parts[1])
-
-
-def option(meaning: str, **how: Any) -> Any:
+def option(
+    meaning: str, *, unit: str | None = None, least: int | None = None, most: float = LARGEST, **how: Any
+) -> Any:
+    """An option of a command: a number in a unit, a whole number from `least` to `most`, or, without either, what its
+    parameter's type says; `how` goes to typer.
+    """
+    if unit is not None:
+        return typer.Option(help=f"[{unit}] {meaning}", parser=number_in(unit), metavar=unit.upper(), **how)
+    if least is not None:
+        return typer.Option(help=meaning, parser=number_from(least, most), metavar="N", **how)
     return typer.Option(help=meaning, **how)
-
-
-def quantity(unit: str, meaning: str) -> Any:
-    return option(f"[{unit}] {meaning}", parser=number_in(unit), metavar=unit.upper())
-
-
-def count(least: int, meaning: str, most: float = LARGEST) -> Any:
-    return option(meaning, parser=number_from(least, most), metavar="N")
 
 
 _INPUTS = {"motion": "", "record": "of a motion: "}
@@ -122,27 +111,20 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "robot": option("one of `hopform robots`, or a TOML file; hopper_c if left out", metavar="NAME|FILE.toml"),
         "values": option("another value of a parameter, in SI units; repeatable", metavar="NAME=VALUE"),
         "export.robot": option("write it as robot.h, and a program that makes it hop", metavar="NAME|FILE.toml"),
-        "height": quantity("m", "hop height of the drop; or give --v2"),
-        "hop.height": quantity("m", "hop height of the drop"),
-        "record.height": quantity("m", "hop height of a drop, 0.2 if left out; pull of a decay, 0.04"),
-        "v2": quantity("m/s", "velocity of the body after the impact, < 0 downwards"),
-        "x1": quantity("m", "displacement of the actuator at touchdown"),
-        "v1": quantity("m/s", "its velocity"),
-        "x2": quantity("m", "height of the body; from zero contact force if left out"),
-        "compression": quantity("m", "of the leg, in place of --x2: as a flight has left it"),
+        "height": option("hop height of the drop; or give --v2", unit="m"),
+        "record.height": option("hop height of a drop, 0.2 if left out; pull of a decay, 0.04", unit="m"),
+        "v2": option("velocity of the body after the impact, < 0 downwards", unit="m/s"),
+        "x1": option("displacement of the actuator at touchdown", unit="m"),
+        "v1": option("its velocity", unit="m/s"),
+        "x2": option("height of the body; from zero contact force if left out", unit="m"),
+        "compression": option("of the leg, in place of --x2: as a flight has left it", unit="m"),
         "start": option("a coordinate or velocity of the model at the start, 0 if left out; repeatable",
                         metavar="NAME=VALUE"),
         "record.start": option("of a motion: a coordinate or velocity at the start, 0 if left out; repeatable",
                                metavar="NAME=VALUE"),
     },
-    "Ground": {
-        "terrain": option("flat, steps, uniform, gaussian, or a CSV of heights", metavar="NAME|FILE"),
-        "size": quantity("m", "of the terrain: step, half width or standard deviation"),
-        "hops": count(1, "how often it meets the ground; 8, or the whole file, if left out", MOST_HOPS),
-    },
     "Current": {
-        "controller": option("what chooses the current"),
-        "u": quantity("A", "current, constant over each stance"),
+        "u": option("current, constant over each stance", unit="A"),
         "u_steps": option("[s:A] steps of the current", parser=steps_in("A"), metavar="0:U,T:U,..."),
         **{
             f"{name}.u": option(f"{of}the input, in its unit, constant", parser=number_in("the input's unit"), metavar="U")
@@ -153,44 +135,29 @@ OPTIONS: dict[str, dict[str, Any]] = {
                                       metavar="0:U,T:U,...")
             for name, of in _INPUTS.items()
         },
-        "hop.h_des": quantity("m", "hop height wanted, over the terrain's zero"),
-        "control.h_des": quantity("m", "desired hop height of the next apex"),
-        "datum": quantity("m", "level that heights count from, less the ground under the foot"),
-        "stop_margin": quantity("m", "x1 stays below x1_max by more than this"),
-        "gains": option("of the return in flight, for a pull Kp x1 + Kd v1; designed if left out",
-                        parser=gains_of_return, metavar="KP,KD"),
-        "model": option("the robot the controller believes in", metavar="NAME|FILE.toml"),
+        "control.h_des": option("desired hop height of the next apex", unit="m"),
+        "datum": option("level that heights count from, less the ground under the foot", unit="m"),
+        "stop_margin": option("x1 stays below x1_max by more than this", unit="m"),
         "printed": option("compare with (26), (27) as printed, on a grid of 0.01 A"),
     },
-    "Errors of sensors and motor": {
-        "noise_x1": quantity("m", "standard deviation of the actuator as measured"),
-        "noise_v1": quantity("m/s", "of its velocity"),
-        "noise_x2": quantity("m", "of the body's height: of the apex before, and at the ticks of return-map"),
-        "noise_v2": quantity("m/s", "of the body's velocity"),
-        "noise_ground": quantity("m", "of the height of the ground"),
-        "current_scale": quantity("1", "current that flows over current asked for"),
-        "hop.quantum": quantity("s", "touchdown is seen at the next tick of this clock"),
-        "hop.delay": quantity("s", "and so much later"),
-        "hop.seed": count(0, "of terrain, errors and draws", math.inf),
-    },
     "Map": {
-        "lowest": quantity("m", "lowest hop height of the map"),
-        "highest": quantity("m", "highest hop height of the map"),
-        "heights": count(2, "hop heights of the map", MOST_CELLS // 2),
-        "currents": count(1, "currents of the map, over all that is allowed", MOST_CELLS // 2),
+        "lowest": option("lowest hop height of the map", unit="m"),
+        "highest": option("highest hop height of the map", unit="m"),
+        "heights": option("hop heights of the map", least=2, most=MOST_CELLS // 2),
+        "currents": option("currents of the map, over all that is allowed", least=1, most=MOST_CELLS // 2),
     },
     "Experiment": {
-        "duration": quantity("s", "how long; 2 if left out"),
-        "rate": quantity("Hz", "samples per second"),
-        "record.noise": quantity("m", "standard deviation of the position's noise"),
-        "record.quantum": quantity("m", "step of the encoder, 0 for none"),
-        "current": quantity("A", "largest current; the largest up to u_max that fits if left out"),
-        "hold": quantity("s", "stillness at first; 0.2 if left out"),
-        "record.added_mass": quantity("kg", "mass that the body carries beside its own"),
+        "duration": option("how long; 2 if left out", unit="s"),
+        "rate": option("samples per second", unit="Hz"),
+        "record.noise": option("standard deviation of the position's noise", unit="m"),
+        "record.quantum": option("step of the encoder, 0 for none", unit="m"),
+        "current": option("largest current; the largest up to u_max that fits if left out", unit="A"),
+        "hold": option("stillness at first; 0.2 if left out", unit="s"),
+        "record.added_mass": option("mass that the body carries beside its own", unit="kg"),
         "identify.added_mass": option("[kg] what the body carried, one per file", metavar="M,M,..."),
-        "repeats": count(1, "drops or decays in the recording"),
+        "repeats": option("drops or decays in the recording", least=1),
         "free_stroke": option("on a rig without stops, whose spring's travel has no limit"),
-        "record.seed": count(0, "of the noise", math.inf),
+        "record.seed": option("of the noise", least=0, most=math.inf),
         "plan": option("show the intervals that a fit of it would give, instead of the recording; of all: what to record"),
         "ranges": option("what is known of a parameter for `record all --plan`; repeatable", metavar="NAME=LOW:HIGH"),
     },
@@ -211,25 +178,23 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "Uncertainty of a fit": {
         "from_fit": option("in place of --robot: an identified robot, and 95 % bands from its fit",
                            metavar="FILE.toml"),
-        "draws": count(2, "robots that are drawn for --from-fit", MOST_DRAWS),
-        "seed": count(0, "of these draws", math.inf),
+        "draws": option("robots that are drawn for --from-fit", least=2, most=MOST_DRAWS),
+        "seed": option("of these draws", least=0, most=math.inf),
     },
     "Solver": {
-        "horizon": quantity("s", "longest time of a stance"),
-        "motion.horizon": quantity("s", "longest time"),
-        "max_phases": count(1, "longest chain of phases"),
+        "horizon": option("longest time of a stance", unit="s"),
+        "motion.horizon": option("longest time", unit="s"),
+        "max_phases": option("longest chain of phases", least=1),
         "dtype": option("precision of the computation"),
     },
     "Output": {
-        "samples": count(2, "uniform times in the CSV", MOST_ROWS),
+        "samples": option("uniform times in the CSV", least=2, most=MOST_ROWS),
         "sensitivities": option("show what the ending depends on, which JSON always has"),
         "explain": option("show how it was solved: poles, event functions, rules of the certificate"),
         "json": option("print JSON (its schema: schema.json of the package)"),
         "toml": option("print a TOML to start from (of hopper_c if no NAME)"),
         "c": option("print a struct for the C library (of hopper_c if no NAME)", metavar="float32|float64"),
         "csv": option("write a table over time; - prints it", metavar="FILE|-"),
-        "hops_csv": option("write a table of the hops", metavar="FILE"),
-        "npz": option("write table and states for NumPy", metavar="FILE"),
         "plot": option("draw it: .svg, .pdf or .png", metavar="FILE"),
         "out": option("write the robot as TOML; --robot gives what is not fitted", metavar="FILE"),
         "fit.out": option("write the model's robot as TOML, or its file for a simulator", metavar="FILE"),
@@ -257,18 +222,26 @@ NAMES = {"values": "set", "lowest": "from", "highest": "to", "system": "for", "f
 """Options that are not named as the parameter."""
 
 
-def key_of(command: str, parameter: str) -> tuple[str, str]:
+Options = Mapping[str, Mapping[str, Any]]
+
+
+def options_beside(own: Options) -> Options:
+    """The options of commands that have more than those above: their groups in their order, then the others."""
+    return {group: OPTIONS.get(group, {}) | dict(own.get(group, {})) for group in (*own, *OPTIONS)}
+
+
+def key_of(options: Options, command: str, parameter: str) -> tuple[str, str]:
     """Group and key of a command's parameter."""
     keys = (f"{command}.{parameter}", parameter)
-    return next((group, key) for key in keys for group, options in OPTIONS.items() if key in options)
+    return next((group, key) for key in keys for group, several in options.items() if key in several)
 
 
-def described(command: str, function: Callable[..., None]) -> Callable[..., None]:
+def described(command: str, function: Callable[..., None], options: Options) -> Callable[..., None]:
     """A command's function, its parameters annotated with their options."""
     for parameter, kind in get_type_hints(function).items():
         if parameter != "return":
-            group, key = key_of(command, parameter)
-            about = OPTIONS[group][key]
+            group, key = key_of(options, command, parameter)
+            about = options[group][key]
             if group != "Arguments":
                 about.param_decls = (f"--{NAMES.get(parameter, parameter).replace('_', '-')}",)
             function.__annotations__[parameter] = Annotated[kind, about]
@@ -282,7 +255,6 @@ EXAMPLES = {
     "equations": ("equations 14", "equations 14 --as numpy"),
     "motion": ("motion --start y=0.02", "motion --start x1=0.02 --start v2=-1.9 --u 3 --json"),
     "stance": ("stance --height 0.20 --u 3", "stance --v2 -1.9 --u-steps 0:0,0.05:2.0 --csv stance.csv"),
-    "hop": ("hop --height 0.20 --u 3", "hop --height 0.20 --terrain uniform --controller exact --h-des 0.20"),
     "record": ("record drop --seed 1 --csv drop.csv",
                "record motion --start x1=0.02 --start x2=0.4 --u-steps 0:1.2,0.3:-0.4,0.6:1,0.9:-0.3,1.2:1 --seed 1 --csv motion.csv"),
     "fit": ("fit motion.csv --fitted m_eff,k,b1,b2,f1,f2,gamma2 --known m_s=3 --known L0=0.4",
@@ -304,15 +276,17 @@ class GroupedCommand(TyperCommand):
     """A command whose help groups its options."""
 
     words: str
+    options: Options
+    examples: Sequence[str]
 
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Arguments, then each group that the command has, then what is in none."""
-        groups: dict[str, list[tuple[str, str]]] = {name: [] for name in OPTIONS}
+        groups: dict[str, list[tuple[str, str]]] = {name: [] for name in self.options}
         for parameter in self.get_params(ctx):
             record = parameter.get_help_record(ctx)
             if record is not None:
                 own = parameter.name == "help"
-                groups["Options" if own else key_of(self.words, str(parameter.name))[0]].append(record)
+                groups["Options" if own else key_of(self.options, self.words, str(parameter.name))[0]].append(record)
         for name, records in (*groups.items(), *use.described(self.words)):
             if records:
                 with formatter.section(name):
@@ -321,5 +295,5 @@ class GroupedCommand(TyperCommand):
     def format_epilog(self, ctx: Any, formatter: Any) -> None:
         """The examples, each on a line of its own."""
         with formatter.section("Examples"):
-            for line in use.examples(self.words) or EXAMPLES[self.words]:
+            for line in use.examples(self.words) or self.examples:
                 formatter.write(f"  hopform {line}\n")

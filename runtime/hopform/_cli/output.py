@@ -9,8 +9,7 @@ import math
 import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
-from types import ModuleType
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 from rich import box
@@ -20,17 +19,16 @@ from rich.table import Table
 from hopform import __version__
 from hopform._cli.use import core
 from hopform._errors import HopformError, printable
-from hopform._files import Named, check_files, name_of, write
+from hopform._figures import figure_of
+from hopform._files import Content, Named, check_files, name_of, text_of, write
 from hopform._progress import progress_bar
-from hopform._show import Shown, drawing
+from hopform._show import Shown, needs
 
 Record = dict[str, Any]
 Several = Iterable[Named]
 Over = Callable[[Any], None]
 """What draws more on axes of matplotlib."""
 Readable = Callable[[], Iterable[RenderableType]]
-Content = Callable[[Path], str | bytes]
-"""What makes the content of the file of that name."""
 
 UNBROKEN = 240
 """Columns that a line may have where no terminal limits it."""
@@ -115,45 +113,89 @@ SCALARS: dict[str, Callable[[Any], Any]] = {"string": str, "integer": int, "bool
 # ---- files, then print ----
 
 
-def renderer() -> ModuleType:
-    """`hopform._figures.plots`, which needs the extra `plot`."""
-    return cast("ModuleType", drawing("plots"))
+class Outputs:
+    """What a command writes and prints.
+
+    It is checked when it is made, before anything is computed, what could not be printed or written afterwards: json, a
+    CSV (`-` prints it), a plot and `more` files by what they are to the command; `reads` are files that it must not
+    overwrite.
+    """
+
+    def __init__(
+        self,
+        json: bool = False,
+        csv: str | None = None,
+        plot: Path | None = None,
+        reads: Several = (),
+        more: Several = (),
+    ) -> None:
+        self.json, self.csv, self.plot, self.more = json, csv, plot, list(more)
+        if json and csv == "-":
+            raise HopformError("--json and --csv - both print; give --csv a file")
+        if plot is not None:
+            needs("matplotlib", "plot", "a plot")
+            from hopform._figures.plots import check_suffix
+
+            check_suffix(plot)
+        check_files(reads, [("--csv", csv if csv and csv != "-" else None), *self.more, ("--plot", plot)])
+
+    def emit(
+        self,
+        readable: Readable,
+        warnings: Iterable[str] = (),
+        *,
+        json: Callable[[], str] = str,
+        csv: Callable[[], Content] | None = None,
+        more: Sequence[Callable[[], Content]] = (),
+        picture_of: Shown | None = None,
+        over: Over | None = None,
+    ) -> None:
+        """Make every file that is named; only then write them, then print: JSON or the CSV if it is asked for, else what
+        is readable. picture_of: what --plot draws; over: what draws more on its first axes. more: in the order of the
+        files.
+        """
+        made = list[tuple[str | Path, Content]]()
+        with progress_bar("writing"):
+            if csv is not None and self.csv:
+                made.append((self.csv, csv()))
+            if picture_of is not None and self.plot is not None:
+                made.append((self.plot, picture(self.plot, picture_of, over)))
+            for (_, path), content in zip(self.more, more, strict=True):
+                if path is not None:
+                    made.append((path, content()))
+            if self.json:
+                made.append(("-", json()))
+        printed = "".join(text_of(text) for path, text in made if path == "-" and not isinstance(text, bytes))
+        files = [(Path(path), content) for path, content in made if path != "-"]
+        deliver(files, warnings, printed, readable)
+
+    @staticmethod
+    def record(kind: str, thing: Any, /, **own: Any) -> Record:
+        """An object of generated/JSON.md: its fields are those given, the others attributes of the thing."""
+        return record(kind, thing, **own)
+
+    @staticmethod
+    def to_json(command: str, thing: Any = None, /, **own: Any) -> str:
+        """Strict JSON of what a command answers: an object of generated/JSON.md, with the version of hopform."""
+        return to_json(command, thing, **own)
 
 
 def picture(path: Path, answer: Shown, over: Over | None = None) -> bytes:
     """The picture of an answer, in the format that the file's name asks for; `over` draws more on its first axes."""
-    figure = drawing("results").figure_of(answer)
+    from hopform._figures.plots import render
+
+    figure = figure_of(answer)
     if over is not None:
         over(figure.axes[0])
-    return cast("bytes", renderer().render(figure, path.suffix))
+    return render(figure, path.suffix)
 
 
-def check_outputs(
-    json: bool, csv: str | None = None, plot: Path | None = None, reads: Several = (), more: Several = ()
-) -> None:
-    """Refuse, before anything is computed, what could not be printed or written afterwards."""
-    if json and csv == "-":
-        raise HopformError("--json and --csv - both print; give --csv a file")
-    if plot is not None:
-        renderer().check_suffix(plot)
-    check_files(reads, [("--csv", csv if csv and csv != "-" else None), *more, ("--plot", plot)])
-
-
-def emit(readable: Readable, warnings: Iterable[str], *wanted: tuple[str | Path | None, Content]) -> None:
-    """Make every file that is named; only then write them, then print: what is called `-`, else what is readable."""
-    with progress_bar("writing"):
-        made = [(path, content(Path(path))) for path, content in wanted if path]
-    printed = "".join(str(text) for path, text in made if path == "-")
-    files = [(Path(path), text.encode() if isinstance(text, str) else text) for path, text in made if path != "-"]
-    deliver(files, warnings, printed, readable)
-
-
-def deliver(files: Sequence[tuple[Path, bytes]], warnings: Iterable[str], printed: str, readable: Readable) -> None:
+def deliver(files: Sequence[tuple[Path, Content]], warnings: Iterable[str], printed: str, readable: Readable) -> None:
     """Write the files, then print: warnings on the error stream; the text if there is one, else the tables and which
     files were written.
     """
     shown = [] if printed else [*readable(), *(f"wrote {name_of(path)}" for path, _ in files)]
-    write(files)
+    write(dict(files))
     for warning in warnings:
         print(f"hopform: warning: {printable(warning)}", file=sys.stderr)
     print(printed, end="")

@@ -1,10 +1,6 @@
-"""The commands that solve: robots, equations, motion, stance, hop, control, reach. `tables` writes what they print, `plots`
-draws.
-"""
+"""The commands that solve: robots, equations, motion, stance, control, reach. `tables` writes what they print."""
 
 import math
-import os
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -13,15 +9,13 @@ import numpy as np
 import hopform
 from hopform._checks import shown
 from hopform._cli import tables
-from hopform._cli.bands import robot_and_draws, shade
+from hopform._cli.bands import Bands, robot_and_draws
 from hopform._cli.model import derived, spelled
-from hopform._cli.options import ControllerName, Form, Precision
-from hopform._cli.output import check_outputs, deliver, emit, picture, to_json
-from hopform._cli.use import file_of, in_use, robot_in_use, start_in_use
+from hopform._cli.options import Form, Precision
+from hopform._cli.output import Outputs, deliver, to_json
+from hopform._cli.use import in_use, robot_in_use, start_in_use
 from hopform._control import TRIED, check_map
 from hopform._export import struct_of
-from hopform._files import Named, name_of
-from hopform._hopping.run import csv_of_hops
 from hopform._progress import progress_bar
 
 
@@ -60,15 +54,16 @@ def equations(number: str | None = None, json: bool = False, form: Form | None =
     deliver((), why, text, lambda: tables.equations(found) if number is None else tables.equation(found[0]))
 
 
-def refuse_contradictions(
-    robot: str | None, u: float, u_steps: Any, explain: bool, outputs: tuple[bool, str | None, Path | None]
-) -> None:
-    """HopformError for options of a stance or a motion that exclude each other, before anything is solved."""
-    check_outputs(*outputs, reads=[("--robot", file_of(robot))])
+def outputs_of(
+    robot: str | None, u: float, u_steps: Any, explain: bool, json: bool, csv: str | None, plot: Path | None
+) -> Outputs:
+    """The outputs of a stance or a motion; HopformError for options that exclude each other, before anything is solved."""
+    outputs = Outputs(json, csv, plot, reads=[("--robot", in_use().robot_file(robot))])
     if u and u_steps:
         raise hopform.HopformError("give either --u or --u-steps")
-    if outputs[0] and explain:
+    if json and explain:
         raise hopform.HopformError("--json and --explain exclude each other")
+    return outputs
 
 
 def stance(
@@ -79,16 +74,15 @@ def stance(
     json: bool = False, csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Solve one stance: its phases, events, ending, apex and energy ledger."""
-    refuse_contradictions(robot, u, u_steps, explain, (json, csv, plot))
+    outputs = outputs_of(robot, u, u_steps, explain, json, csv, plot)
     hopper = robot_in_use(robot, values, "stance")
     how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "dtype": dtype}
     velocity = velocity_after_impact(hopper, height, v2)
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity, "x2": x2, "compression": compression}
     solved = hopform.solve_stance(hopper, **start, u=u_steps or u, **how)
-    emit(
-        lambda: tables.stance(solved, sensitivities, explain), solved.warnings,
-        (csv, lambda _: tables.stance_csv(solved, samples)), (plot, lambda path: picture(path, solved)),
-        ("-" if json else None, lambda _: tables.stance_json(solved, height)),
+    outputs.emit(
+        lambda: tables.stance(solved, sensitivities, explain), solved.warnings, picture_of=solved,
+        csv=lambda: tables.stance_csv(solved, samples), json=lambda: tables.stance_json(solved, height),
     )  # fmt: skip
 
 
@@ -99,59 +93,13 @@ def motion(
     json: bool = False, csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Solve a motion of any model: its phases, events, ending, forces and energy ledger."""
-    refuse_contradictions(robot, u, u_steps, explain, (json, csv, plot))
+    outputs = outputs_of(robot, u, u_steps, explain, json, csv, plot)
     machine = robot_in_use(robot, values)
     how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "dtype": dtype}
     solved = hopform.solve_motion(machine, start=start_in_use(start), u=u_steps or u, **how)
-    emit(
-        lambda: tables.motion(solved, sensitivities, explain), solved.warnings,
-        (csv, lambda _: tables.motion_csv(solved, samples)), (plot, lambda path: picture(path, solved)),
-        ("-" if json else None, lambda _: tables.motion_json(solved)),
-    )  # fmt: skip
-
-
-def hop(
-    height: float, robot: str | None = None, values: list[str] | None = None, from_fit: Path | None = None, draws: int = 200, terrain: str = "flat",
-    size: float = 0.02, hops: int | None = None, seed: int = 0,
-    controller: ControllerName = ControllerName.constant, u: float = 0.0, h_des: float | None = None,
-    stop_margin: float = 0.0, noise_x1: float = 0.0, noise_v1: float = 0.0, noise_x2: float = 0.0,
-    noise_v2: float = 0.0, noise_ground: float = 0.0, current_scale: float = 1.0, quantum: float = 0.0,
-    delay: float = 0.0, model: str | None = None, gains: Any = None, horizon: float = 2.0,
-    samples: int = 2000, json: bool = False, csv: str | None = None,
-    hops_csv: Path | None = None, npz: Path | None = None, plot: Path | None = None,
-) -> None:  # fmt: skip
-    """Drop the robot and let it hop, over rough terrain and under a controller: heights and energy over time.
-
-    The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of heights. The controllers:
-    constant (--u), exact (the energy-based feedforward), printed (the same as the paper prints it), return-map (Hopper
-    B's first one).
-    """
-    reads: list[Named] = [("--robot", file_of(robot)), ("--from-fit", from_fit)]
-    reads.append(("--model", None if model is None else file_of(model)))
-    reads.append(("--terrain", None if terrain in hopform.terrain.NAMES else terrain))
-    check_outputs(json, csv, plot, reads, [("--hops-csv", hops_csv), ("--npz", npz)])
-    ground = terrain_of(terrain, size, hops, seed)
-    hopper, drawn = robot_and_draws("hop", robot, values, from_fit, draws, seed, len(ground))
-    asked = controller_of(controller, u, h_des, stop_margin, horizon)
-    noise = (noise_x1, noise_v1, noise_x2, noise_v2, noise_ground)
-    errors = hopform.Errors(
-        *noise, current_scale, quantum, delay, None if model is None else in_use().load_robot(model)
-    )
-    how: dict[str, Any] = {"height": height, "gains": gains, "errors": errors, "seed": seed}
-    how |= {"horizon": horizon}
-    with progress_bar(f"{len(ground)} hops") as progress:
-        run = hopform.simulate(hopper, ground, asked, **how, progress=progress)
-    bands = drawn.runs(ground, asked, how) if drawn else None
-
-    apexes = np.array([hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / hopper.fall for hop in run.hops])
-    over = partial(shade, apexes, (bands,), True) if bands else None
-    settings = {"height": height, "controller": controller.value, "u": u if h_des is None else None}
-    settings |= {"h_des": h_des, "seed": seed}
-    emit(
-        lambda: tables.run(run, gains is None, drawn, bands), [*run.warnings, *(drawn.warnings() if drawn else ())],
-        (csv, lambda _: tables.run_csv(run, samples)), (plot, lambda path: picture(path, run, over)),
-        (hops_csv, lambda _: csv_of_hops(run)), (npz, lambda _: run.archive(samples)),
-        ("-" if json else None, lambda _: tables.run_json(run, settings, drawn, bands)),
+    outputs.emit(
+        lambda: tables.motion(solved, sensitivities, explain), solved.warnings, picture_of=solved,
+        csv=lambda: tables.motion_csv(solved, samples), json=lambda: tables.motion_json(solved),
     )  # fmt: skip
 
 
@@ -163,7 +111,7 @@ def control(
     json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Choose the current after which the next apex is the desired one, (25)-(27)."""
-    check_outputs(json, plot=plot, reads=[("--robot", file_of(robot)), ("--from-fit", from_fit)])
+    outputs = Outputs(json, plot=plot, reads=[("--robot", in_use().robot_file(robot)), ("--from-fit", from_fit)])
     hopper, drawn = robot_and_draws("command", robot, values, from_fit, draws, seed, TRIED if plot else 1)
     velocity = velocity_after_impact(hopper, height, v2)
     start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity, "x2": x2, "compression": compression}
@@ -177,15 +125,14 @@ def control(
     def over(axes: Any) -> None:
         if drawn:
             u, _ = found.curve()
-            shade(u, (drawn.apexes(start, height, datum, u, how),), False, axes)
+            Bands.draw([drawn.apexes(start, height, datum, u, how)], u, axes)
 
     band = drawn.apexes(start, height, datum, found.u, how).at(0) if drawn else None
     settings = start | asked | {"stop_margin": stop_margin}
-    emit(
+    outputs.emit(
         lambda: tables.command(hopper, h_des, found, others, drawn, band),
-        [*found.warnings, *(drawn.warnings() if drawn else ())],
-        (plot, lambda path: picture(path, found, over)),
-        ("-" if json else None, lambda _: tables.command_json(hopper, settings, found, others, drawn, band)),
+        [*found.warnings, *(drawn.warnings() if drawn else ())], picture_of=found, over=over,
+        json=lambda: tables.command_json(hopper, settings, found, others, drawn, band),
     )  # fmt: skip
 
 
@@ -197,7 +144,7 @@ def reach(
     """Map the next apex over the apex before it for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be
     held.
     """
-    check_outputs(json, plot=plot, reads=[("--robot", file_of(robot)), ("--from-fit", from_fit)])
+    outputs = Outputs(json, plot=plot, reads=[("--robot", in_use().robot_file(robot)), ("--from-fit", from_fit)])
     check_map(heights, currents)
     hopper, drawn = robot_and_draws("reach", robot, values, from_fit, draws, seed, heights * currents)
     if not lowest < highest:
@@ -212,42 +159,14 @@ def reach(
         found = hopform.reachability(hopper, range_of_h, range_of_u, **how, progress=advance)
     bands = drawn.maps(range_of_h, range_of_u, how) if drawn else None
 
-    over = partial(shade, 100.0 * range_of_h, (bands["lowest"], bands["highest"]), False) if bands else None
-    emit(
-        lambda: tables.reach(found, drawn, bands), drawn.warnings() if drawn else (),
-        (plot, lambda path: picture(path, found, over)),
-        ("-" if json else None, lambda _: tables.reach_json(found, drawn, bands)),
+    def over(axes: Any) -> None:
+        if bands:
+            Bands.draw([bands["lowest"], bands["highest"]], 100.0 * range_of_h, axes)
+
+    outputs.emit(
+        lambda: tables.reach(found, drawn, bands), drawn.warnings() if drawn else (), picture_of=found, over=over,
+        json=lambda: tables.reach_json(found, drawn, bands),
     )  # fmt: skip
-
-
-def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:
-    """The heights that `hop` is asked for: as many as the file has, 8 or as said otherwise."""
-    if name in hopform.terrain.NAMES:
-        return hopform.terrain.generate(name, 8 if hops is None else hops, size, seed)
-    if not os.path.exists(name):
-        message = f"there is no terrain {shown(name)}; known: {', '.join(hopform.terrain.NAMES)}, or a CSV file"
-        raise hopform.HopformError(message)
-    heights = hopform.terrain.read(name)
-    if hops is not None and hops > len(heights):
-        raise hopform.HopformError(f"{name_of(name)} has {len(heights)} heights, too few for --hops {hops}")
-    return heights[:hops]
-
-
-def controller_of(name: ControllerName, u: float, h_des: float | None, stop_margin: float, horizon: float) -> Any:
-    """The controller that `hop` is asked for; HopformError for an option that it does not have."""
-    if (name is ControllerName.constant) != (h_des is None):
-        raise hopform.HopformError(f"--h-des goes with every controller but constant, and each needs it: {name.value}")
-    if u and name is not ControllerName.constant:
-        raise hopform.HopformError(f"--u goes with the constant controller, not with {name.value}")
-    if stop_margin and name is not ControllerName.exact:
-        raise hopform.HopformError(f"--stop-margin goes with the exact controller, not with {name.value}")
-    if h_des is None:
-        return hopform.controllers.ConstantCurrent(u)
-    if name is ControllerName.exact:
-        return hopform.controllers.FeedForward(h_des, stop_margin, horizon)
-    if name is ControllerName.printed:
-        return hopform.controllers.AsPrinted(h_des, horizon=horizon)
-    return hopform.controllers.ReturnMap(h_des, horizon=horizon)
 
 
 def velocity_after_impact(robot: hopform.Robot, height: float | None, v2: float | None) -> float:

@@ -14,30 +14,25 @@ from hopform import (
     Command,
     Equation,
     FixedPoint,
-    Hop,
     Motion,
     Phase,
     PrintedCommand,
     Reachability,
     Robot,
-    Run,
     Stance,
 )
-from hopform._cli.bands import Bands, Draws, text_of
+from hopform._cli.bands import Bands, Draws
 from hopform._cli.output import Record, number, record, spaced, table, to_json
 from hopform._errors import printable
 from hopform._files import csv_of
-from hopform._hopping.run import motion_of
-from hopform._motion import force_units, masses_of
+from hopform._motion import force_units, masses_of, unit_of_time
 from hopform._show import name_of
 from hopform._solver.package import records
-from hopform._stance import aed_at
-from hopform._words import current, ending, input_of, limit_in, modes_of, start_of, unit_of_time
+from hopform._words import limit_in, modes_of, start_of
 
 READABLE = 90
 """Columns of a paragraph, however wide the line may be."""
 
-OUTCOMES = {"completed": "hops on", "stopped": "stays on the ground", "tripped": "trips over the ground ahead"}
 OURS = "Values of shipped robots are this project's own: the paper gives none."
 
 
@@ -106,7 +101,7 @@ def stance(solved: Stance, with_sensitivities: bool = False, explained: bool = F
     """
     first = solved.phases[0].state
     begin = f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
-    title = Text(f"{begin}, {current(solved.u)}; {ending(solved)}", style="bold")
+    title = Text(f"{begin}, {solved.input_in_words}; {solved.outcome}", style="bold")
     parts = [phases(solved), states(solved), ledger(solved), *([sensitivities(solved)] if with_sensitivities else [])]
     most = f"largest compression {100.0 * solved.compression_max:.4g} cm"
     by = f"solved in {solved.dtype}"
@@ -118,8 +113,8 @@ def motion(solved: Motion, with_sensitivities: bool = False, explained: bool = F
     """A motion: its ending, phases with the events that begin them, states and forces, the ledger by element; where asked
     for, derivatives and how it was solved.
     """
-    about = ", ".join(each for each in (f"from {start_of(solved)}", input_of(solved)) if each)
-    title = Text(f"{name_of(solved.robot)}: {about}; {ending(solved)}", style="bold")
+    about = ", ".join(each for each in (f"from {start_of(solved)}", solved.input_in_words) if each)
+    title = Text(f"{name_of(solved.robot)}: {about}; {solved.outcome}", style="bold")
     parts = [motion_phases(solved), motion_states(solved), motion_ledger(solved)]
     parts += [sensitivities(solved)] if with_sensitivities else []
     by = f"solved in {solved.dtype}"
@@ -243,43 +238,6 @@ def sensitivities(solved: Motion) -> Table:
     return table(f"Sensitivities: change of the {what} per unit of", heads, rows, ("",))
 
 
-def run(solved: Run, designed: bool, drawn: Draws | None, bands: Bands | None) -> Iterator[RenderableType]:
-    """A run: a row per hop, with bands of apexes if there are; whether the gains of the return in flight were designed
-    for each.
-    """
-    count = len(solved.hops)
-    head = f"{name_of(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
-    title = Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
-    columns = (
-        "hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]", "ending", "apex [cm]", "AED [J]",
-        "impact [J]", "stops", *(["apex, 95 % [cm]"] if bands else ()),
-    )  # fmt: skip
-    rows = ((*hop_row(hop), *([text_of(bands.at(hop.index))] if bands else ())) for hop in solved.hops)
-    heights = "Heights are hop heights over the terrain's zero: 0 where the unloaded leg touches ground of height 0."
-    notes = [heights, *gains_of(solved, designed), *([drawn.said()] if drawn else [])]
-    return spaced(title, table("Hops", columns, rows, ("ending", "stops")), "\n".join(notes))
-
-
-def gains_of(solved: Run, designed: bool) -> Iterator[str]:
-    """The law of the actuator in the flights between the hops, in words."""
-    flights = [each for each in (*(hop.flight for hop in solved.hops[1:]), solved.last) if each is not None]
-    if not flights:
-        return
-    ranges = [sorted({getattr(flight.gains, name) for flight in flights}) for name in ("Kp", "Kd")]
-    kp, kd = (f"{each[0]:.4g}" if each[0] == each[-1] else f"{each[0]:.4g} to {each[-1]:.4g}" for each in ranges)
-    yield f"Return in flight, gains {'designed for each' if designed else 'as given'}: Kp = {kp} N/m, Kd = {kd} N s/m."
-
-
-def hop_row(hop: Hop) -> tuple[str, ...]:
-    """A hop in the table of a run."""
-    return (
-        str(hop.index + 1), f"{100.0 * hop.ground + 0.0:.4g}", f"{100.0 * hop.height:.5g}", f"{hop.touchdown_time:.5g}",
-        f"{hop.u + 0.0:.4g}", f"{1000.0 * hop.stance.duration:.5g}", hop.stance.status.replace("_", " "),
-        number(hop.apex, scale=100.0), f"{hop.stance.aed:+.4f}", f"{-hop.energy_lost_at_impact + 0.0:+.4f}",
-        "bottoms out" if hop.bottoms_out else "hits a stop" if hop.hits_stop else "",
-    )  # fmt: skip
-
-
 def command(
     robot: Robot, h_des: float, found: Command, printed: Printed, drawn: Draws | None, band: Bands | None
 ) -> Iterator[RenderableType]:
@@ -292,7 +250,7 @@ def command(
     currents = table("Currents", ("controller", "u [A]", "apex [cm]", "off by [cm]"), rows, ("controller",))
     note = f"{found.solved} stances were solved. Heights are hop heights."
     if drawn and band:
-        note = f"Under the exact current 95 % of the apexes are {text_of(band)} cm. {drawn.said()}\n{note}"
+        note = f"Under the exact current 95 % of the apexes are {band.text()} cm. {drawn.said()}\n{note}"
     return spaced(Text(f"{name_of(robot)}: {STATUSES[found.status]}", style="bold"), currents, note)
 
 
@@ -323,7 +281,7 @@ def _height_row(found: Reachability, row: int, bands: Mapping[str, Bands] | None
     share = float(np.count_nonzero(found.limited[row])) / found.currents.size
     bounds = (number(float(getattr(found, name)[row]), scale=scale) for name, scale in BOUNDS.items())
     gaps = ", ".join(f"{low:.3g}..{high:.3g}" for low, high in found.gaps(row)) or "-"
-    shown = (text_of(each.at(row), BOUNDS[name]) for name, each in (bands or {}).items() if name in BANDS)
+    shown = (each.at(row).text(BOUNDS[name]) for name, each in (bands or {}).items() if name in BANDS)
     return f"{100.0 * float(found.heights[row]):.5g}", *bounds, gaps, f"{100.0 * share:.0f} %", *shown
 
 
@@ -376,17 +334,6 @@ def sides_of(solved: Motion, phase: Phase) -> list[int]:
     return [(phase.mode_1, phase.mode_2)[mass.number - 1] for mass in masses_of(solved.robot.solver)]
 
 
-def run_json(solved: Run, settings: Record, drawn: Draws | None, bands: Bands | None) -> str:
-    """A run with the settings that it was asked with; each hop with the ending of its stance, and its band."""
-    hops = [
-        record("hop", hop, gains=hop.flight.gains, u=hop.stance.u, takeoff=hop.stance.takeoff,
-               takeoff_time=None if hop.stance.takeoff is None else hop.takeoff_time,
-               band=bands and bands.at(hop.index)) for hop in solved.hops
-    ]  # fmt: skip
-    warnings = [*solved.warnings, *(drawn.warnings() if drawn else ())]
-    return to_json("hop", solved, **settings, hops=hops, draws=drawn and drawn.record(), warnings=warnings)
-
-
 def command_json(
     robot: Robot, asked: Record, found: Command, printed: Printed, drawn: Draws | None, band: Bands | None
 ) -> str:
@@ -416,7 +363,7 @@ def stance_csv(solved: Stance, samples: int) -> str:
     """A stance over time: uniform times, and those of the events."""
     t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
     force, energy = solved.contact_force(t), solved.energy(t).body
-    return csv_of({"t": t, **solved.at(t)._asdict(), "N": force, "E": energy, "AED": aed_at(solved, t)})
+    return csv_of({"t": t, **solved.at(t)._asdict(), "N": force, "E": energy, "AED": solved.aed_at(t)})
 
 
 def motion_csv(solved: Motion, samples: int) -> str:
@@ -425,9 +372,3 @@ def motion_csv(solved: Motion, samples: int) -> str:
     t = t[t <= solved.duration]
     columns = {"t": t, **solved.at(t)._asdict(), **solved.driven(t), **solved.forces(t)}
     return csv_of(columns | {"H": solved.total_energy(t)})
-
-
-def run_csv(solved: Run, samples: int) -> str:
-    """A run over time: uniform times, and those of touchdowns and take-offs."""
-    columns = motion_of(solved, solved.times(samples))
-    return csv_of(columns | {"AED": columns["AED"] - columns["AED"][0]})

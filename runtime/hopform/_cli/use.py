@@ -13,7 +13,7 @@ from typing import cast
 import hopform
 from hopform import HopformError, Robot
 from hopform._checks import number_of, shown
-from hopform._robots import nearest, robot_file
+from hopform._robots import nearest
 from hopform._solver import choice
 from hopform._solver.folder import Table
 
@@ -37,11 +37,6 @@ def usual() -> str:
     if not known:
         raise HopformError(f"the solver {in_use().name} comes without a robot: --robot FILE.toml gives one")
     return "hopper_c" if known[0] in hopform.ROBOTS else known[0]
-
-
-def file_of(robot: str | None) -> Path | None:
-    """The file that gives a robot; None for one that the solver has."""
-    return None if robot is None else robot_file(robot, in_use().Robot)
 
 
 def robot_in_use(name: str | Path | None, values: Sequence[str] | None, act: str = "motion") -> Robot:

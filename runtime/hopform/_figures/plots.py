@@ -1,4 +1,4 @@
-"""Pictures of stances, flights and runs, ready for a paper: units, legends, colours that colour-blind readers
+"""Pictures of motions, stances and flights, ready for a paper: units, legends, colours that colour-blind readers
 distinguish.
 
 `plot_...(figure, result)` fills a figure: matplotlib's Figure, which needs no display, or pyplot's.
@@ -16,6 +16,7 @@ import re
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from itertools import groupby
 from pathlib import Path
 from typing import Any
@@ -29,23 +30,17 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
-from hopform import (
-    Batch,
-    Command,
-    Flight,
-    Hop,
-    HopformError,
-    Motion,
-    Phase,
-    Reachability,
-    Robot,
-    Run,
-    Sensitivities,
-    Stance,
-)
-from hopform._motion import Mass, force_unit, masses_of
-from hopform._stance import rest_of
-from hopform._words import current, ending, input_of, modes_of, name_of, start_of, unit_of_time
+from hopform._batch import Batch
+from hopform._control import Command, Reachability
+from hopform._errors import HopformError
+from hopform._figures.palette import PALETTE
+from hopform._flight import Flight
+from hopform._motion import Mass, Motion, Phase, force_unit, masses_of, unit_of_time
+from hopform._robots import Robot
+from hopform._sensitivities import Sensitivities
+from hopform._show import Picture
+from hopform._stance import Stance
+from hopform._words import modes_of, name_of, start_of
 
 SUFFIXES = {
     ".svg": {"Date": None, "Creator": "hopform"},
@@ -54,9 +49,8 @@ SUFFIXES = {
 }
 """Suffixes of files with their metadata, without date or version."""
 
-BLUE, PALE_BLUE, MAGENTA, GREY, BLACK = "#0072B2", "#8CC4E8", "#A6257A", "#666666", "#222222"
-ORANGE, GREEN, SKY = "#D55E00", "#009E73", "#56B4E9"
-"""Of the palette of Okabe and Ito, which colour-blind readers distinguish."""
+BLUE, MAGENTA, GREY, BLACK = (PALETTE[name] for name in ("blue", "magenta", "grey", "black"))
+ORANGE, GREEN, SKY, PALE_BLUE = (PALETTE[name] for name in ("orange", "green", "sky", "pale blue"))
 CURRENT, CURRENTS = ORANGE, "viridis_r"
 """The colour of a current over time, and matplotlib's scale of colours for curves of several currents."""
 SHADES: dict[str, dict[str, Any]] = {
@@ -72,15 +66,12 @@ TAKEOFF: dict[str, Any] = {"color": BLACK, "markersize": 4.0, "linestyle": "none
 """The mark of a take-off."""
 NAME: dict[str, Any] = {"textcoords": "offset points", "fontsize": 7, "color": BLACK}
 """The name of an event."""
-STANCE: dict[str, Any] = {"facecolor": "#EDEDED", "edgecolor": "none"}
 STYLE: dict[str, Any] = {
     "figure.dpi": 100, "savefig.dpi": 160, "font.size": 9, "figure.titlesize": 9.5, "axes.labelsize": 9,
     "axes.spines.top": False, "axes.spines.right": False, "axes.xmargin": 0.0, "legend.frameon": False,
     "legend.fontsize": 8, "lines.linewidth": 1.4, "lines.solid_capstyle": "round", "hatch.linewidth": 0.6,
     "svg.hashsalt": "hopform", "svg.fonttype": "path", "pdf.fonttype": 42,
 }  # fmt: skip
-BODY_ENERGY, WITH_SPRING = "kinetic + gravitational", "with the spring as in (23) in stance"
-"""The energies of a run."""
 SAMPLES = 400
 """Points along a stance's curves."""
 LEAST_SPAN = 0.5
@@ -122,13 +113,15 @@ def render(figure: Figure, suffix: str) -> bytes:
 
 
 @contextmanager
-def framed(figure: Figure, width: float, height: float, title: str) -> Generator[None, None, None]:
-    """An empty figure in its size [in] and the house style, to be filled, then titled."""
+def framed(figure: Figure, width: float, height: float, name: str, words: str = "") -> Generator[None, None, None]:
+    """An empty figure in its size [in] and the house style, to be filled, then titled: by a name, which is shown as it
+    is, and words, whose minus signs and squares are true ones.
+    """
     with house_style():
         figure.set_size_inches(width, height)
         figure.set_layout_engine("constrained")
         yield
-        figure.suptitle(title)
+        figure.suptitle(literal(name) + plain(words))
 
 
 # ---- one stance ----
@@ -151,7 +144,7 @@ def plot_stance(figure: Figure, stance: Stance) -> None:
     if len(stance.u) > 1:
         panels.append(draw_current)
         shares.append(0.8)
-    with framed(figure, 6.4, 1.45 * sum(shares) + 1.1, title_of(stance)):
+    with framed(figure, 6.4, 1.45 * sum(shares) + 1.1, *title_of(stance)):
         rows: list[Axes] = list(figure.subplots(len(panels), 1, sharex=True, height_ratios=shares))
         for draw, axes in zip(panels, rows, strict=True):
             draw(axes, stance, t, t * scale)
@@ -185,7 +178,7 @@ def stance_times(stance: Motion) -> Curve:
     return np.asarray(np.minimum(t, stance.duration))
 
 
-def draw_strokes(axes: Axes, moved: Stance | Run | Hop | Flight, t: Curve, shown: Curve) -> None:
+def draw_strokes(axes: Axes, moved: Stance | Flight, t: Curve, shown: Curve) -> None:
     axes.plot(shown, 1000.0 * np.asarray(moved.at(t).x1), color=BLUE)
     name_axis(axes, "actuator $x_1$ [mm]")
 
@@ -206,23 +199,8 @@ def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     name_axis(axes, "energy E (23) [J]")
 
 
-def draw_energies(axes: Axes, run: Run | Hop, t: Curve) -> None:
-    """The energy of the body, and that with the spring as in (23)."""
-    axes.plot(t, sum(energies_of_body(run, t)), color=BLACK, linewidth=0.8, linestyle=(0, (3, 1)), label=BODY_ENERGY)
-    axes.plot(t, np.asarray(run.energy(t).body), color=BLUE, label=WITH_SPRING)
-    name_axis(axes, "energy [J]")
-
-
-def energies_of_body(run: Run | Hop, t: Curve) -> tuple[Curve, Curve]:
-    """Kinetic and gravitational energy [J] of the body, from level 0 on; an impact alone makes their sum jump."""
-    state, robot = run.at(t), run.robot
-    return 0.5 * robot.letters.m_s * np.asarray(state.v2) ** 2, robot.letters.m_s * robot.letters.g * np.asarray(
-        state.x2
-    )
-
-
-def draw_current(axes: Axes, moved: Stance | Run | Hop | Flight, t: Curve, shown: Curve) -> None:
-    axes.plot(shown, moved.current(t), color=CURRENT, linewidth=0.9 if isinstance(moved, Run | Hop) else 1.4)
+def draw_current(axes: Axes, moved: Stance | Flight, t: Curve, shown: Curve) -> None:
+    axes.plot(shown, moved.current(t), color=CURRENT)
     name_axis(axes, "current $u$ [A]")
 
 
@@ -287,10 +265,10 @@ def legend_of_modes(figure: Figure, stance: Motion) -> None:
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
 
 
-def title_of(stance: Stance) -> str:
+def title_of(stance: Stance) -> tuple[str, str]:
     first = stance.phases[0].state
-    start = f"touchdown at {float(first.v2) + 0.0:.3g} m/s, {current(stance.u)}"
-    return literal(name_of(stance.robot)) + plain(f": {start}\n{ending(stance)}")
+    start = f"touchdown at {float(first.v2) + 0.0:.3g} m/s, {stance.input_in_words}"
+    return name_of(stance.robot), f": {start}\n{stance.outcome}"
 
 
 _NO_CHARACTER = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
@@ -318,7 +296,7 @@ def plot_motion(figure: Figure, motion: Motion) -> None:
     t, masses, facts = stance_times(motion), masses_of(motion.robot.solver), motion.robot.solver.facts
     steps = int(len(motion.u) > 1 or len(facts.currents) > 0)
     count = len(masses) + 3 + steps
-    with framed(figure, 6.4, 1.45 * count + 1.1, title_of_motion(motion)):
+    with framed(figure, 6.4, 1.45 * count + 1.1, *title_of_motion(motion)):
         rows: list[Axes] = list(figure.subplots(count, 1, sharex=True))
         for n, mass in enumerate(masses):
             draw_coordinate(rows[n], motion, mass, t, t * scale)
@@ -382,109 +360,9 @@ def carried(motion: Motion, t: Curve) -> list[tuple[str, Curve]]:
     return [(f"{name} [{force_unit(mass.unit)}]", found[name]) for mass, name in names if name in found]
 
 
-def title_of_motion(motion: Motion) -> str:
-    about = ", ".join(each for each in (f"from {start_of(motion)}", input_of(motion)) if each)
-    return literal(name_of(motion.robot)) + plain(f": {about}\n{ending(motion)}")
-
-
-# ---- a run ----
-
-
-def plot_run(figure: Figure, run: Run | Hop) -> None:
-    """A run over time: hop height, actuator, energies (Figs. 12 to 14), current."""
-    t = run_times(run)
-    with framed(figure, 6.4, 6.8, title_of_run(run)):
-        rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.9, 1.3, 0.75]))
-        draw_heights(rows[0], run, t)
-        draw_strokes(rows[1], run, t, t)
-        draw_energies(rows[2], run, t)
-        draw_current(rows[3], run, t, t)
-        for axes in rows:
-            shade_stances(axes, run)
-        lines = [line for axes in (rows[0], rows[2]) for line in axes.get_legend_handles_labels()[0]]
-        figure.legend(handles=[Patch(label="stance", **STANCE), *lines], loc="outside lower center", ncols=3)
-        rows[-1].set_xlabel(since(run))
-        figure.align_ylabels(rows)
-
-
-def run_panel(axes: Axes, run: Run | Hop) -> None:
-    """The hop height over the ground."""
-    draw_heights(axes, run, run_times(run))
-    shade_stances(axes, run)
-    axes.set_xlabel(since(run))
-
-
-def stances_of(run: Run | Hop) -> list[tuple[float, float]]:
-    """Touchdown and end of each stance [s]."""
-    if isinstance(run, Hop):
-        return [(run.flight.duration, run.duration)]
-    return [(hop.touchdown_time, hop.takeoff_time) for hop in run.hops]
-
-
-def shade_stances(axes: Axes, run: Run | Hop, label: str = "") -> None:
-    """The stances behind the curves; the first one has the label."""
-    for n, (begin, end) in enumerate(stances_of(run)):
-        axes.axvspan(begin, end, zorder=0, label="" if n else label, **STANCE)
-
-
-def since(run: Run | Hop) -> str:
-    return f"time since the {'flight began' if isinstance(run, Hop) else 'start'} [s]"
-
-
-def title_of_run(run: Run | Hop) -> str:
-    if isinstance(run, Hop):
-        words = f", hop {run.index}: {current(run.stance.u)}, {ending(run.stance)}"
-        return literal(name_of(run.robot)) + plain(words)
-    start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.letters.L0 - run.robot.letters.c + rest_of(run.robot)):.4g} cm"
-    currents = {hop.stance.u for hop in run.hops}
-    words = current(currents.pop()) if len(currents) == 1 else f"{len(run.hops)} hops"
-    return literal(name_of(run.robot)) + plain(f" {start}, {words}")
-
-
-def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:
-    """The body over the level at which the leg stands unloaded; of a run apexes, take-offs, ground and set points
-    too.
-    """
-    base = run.robot.letters.L0 + run.robot.letters.c - rest_of(run.robot)
-    axes.plot(t, 100.0 * (np.asarray(run.at(t).x2) - base), color=BLUE, linewidth=1.0, label="body")
-    axes.set_ylabel("hop height [cm]")
-    if isinstance(run, Hop):
-        return
-    lifts = [hop for hop in run.hops if hop.stance.takeoff is not None]
-    marks: dict[str, Any] = {"color": BLUE, "markersize": 3.5, "clip_on": False}
-    times, heights = apexes(run)
-    if lifts:  # a line of no points that is not clipped has no extent, which the layout does not survive
-        axes.plot(times, 100.0 * heights, "o", label="apex", **marks)
-        x2 = [100.0 * (float(hop.stance.end.x2) + hop.ground - base) for hop in lifts]
-        axes.plot([hop.takeoff_time for hop in lifts], x2, "^", clip_on=False, label="take-off", **TAKEOFF)
-    if run.h_des:
-        draw_wanted(axes, run)
-    if any(run.terrain):
-        axes.plot(t, 100.0 * np.asarray(run.ground(t)), color=GREY, linewidth=1.6, label="ground")
-
-
-def draw_wanted(axes: Axes, run: Run) -> None:
-    """The set point of each hop, from one touchdown to the next."""
-    edges = [0.0, *(hop.touchdown_time for hop in run.hops[1:]), run.duration]
-    if run.hops:
-        values = 100.0 * np.array(run.h_des[: len(run.hops)])
-        axes.stairs(values, edges, baseline=None, color=BLACK, linestyle="--", linewidth=1.0, label="wanted")
-
-
-def apexes(run: Run) -> tuple[Curve, Curve]:
-    """Times [s] and heights [m] of a run's apexes, up to its end; hops without take-off are left out."""
-    lifts = [hop for hop in run.hops if hop.stance.takeoff is not None]
-    found = [(hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / run.robot.fall, hop.apex) for hop in lifts]
-    times, heights = np.array(found).reshape(-1, 2).T
-    return times[times <= run.duration], heights[times <= run.duration]
-
-
-def run_times(run: Run | Hop) -> Curve:
-    """Uniform times, and both sides of every touchdown and take-off, where the energy jumps."""
-    corners = np.array(stances_of(run)).reshape(-1)
-    both = np.concatenate([np.nextafter(corners, -np.inf), corners, np.nextafter(corners, np.inf)])
-    uniform = np.linspace(0.0, run.duration, min(200 * (1 + corners.size // 2), 6000))
-    return np.asarray(np.minimum(np.union1d(uniform, both), run.duration))
+def title_of_motion(motion: Motion) -> tuple[str, str]:
+    about = ", ".join(each for each in (f"from {start_of(motion)}", motion.input_in_words) if each)
+    return name_of(motion.robot), f": {about}\n{motion.outcome}"
 
 
 # ---- a flight ----
@@ -493,8 +371,8 @@ def run_times(run: Run | Hop) -> Curve:
 def plot_flight(figure: Figure, flight: Flight) -> None:
     """A flight over time: body and foot over the ground ahead, the actuator on its way back, its current."""
     t = np.linspace(0.0, flight.duration, SAMPLES)
-    title = literal(name_of(flight.robot)) + plain(f": {flight.status} after {flight.duration:.4g} s")
-    with framed(figure, 6.4, 4.6, title):
+    words = f": {flight.status} after {flight.duration:.4g} s"
+    with framed(figure, 6.4, 4.6, name_of(flight.robot), words):
         rows: list[Axes] = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.5, 1.0, 0.8]))
         flight_panel(rows[0], flight)
         rows[0].set_xlabel("")
@@ -559,7 +437,7 @@ def plot_reach(figure: Figure, found: Reachability) -> None:
     """
     margin = f", stop margin {100.0 * found.stop_margin:.3g} cm" if found.stop_margin else ""
     words = f", {found.currents[0]:.4g} to {found.currents[-1]:.4g} A{margin}"
-    with framed(figure, 5.2, 4.8, literal(name_of(found.robot)) + plain(words)):
+    with framed(figure, 5.2, 4.8, name_of(found.robot), words):
         axes: Axes = figure.subplots()
         reach_panel(axes, found)
         figure.legend(*axes.get_legend_handles_labels(), loc="outside lower center", ncols=3)
@@ -593,7 +471,7 @@ def colours_of(values: Curve) -> ScalarMappable:
 
 def plot_command(figure: Figure, found: Command) -> None:
     """The next apex over the current and the current that was chosen."""
-    with framed(figure, 6.0, 3.4, literal(name_of(found.question.robot)) + plain(f": {found.u:.5g} A")):
+    with framed(figure, 6.0, 3.4, name_of(found.question.robot), f": {found.u:.5g} A"):
         command_panel(figure.subplots(), found)
 
 
@@ -607,3 +485,21 @@ def command_panel(axes: Axes, found: Command) -> None:
     axes.set(xlabel="current [A]", ylabel="next apex [cm]")
     axes.margins(x=0.02)
     axes.legend()
+
+
+def alone(panel: Callable[[Axes, Any], object], width: float, height: float, figure: Figure, result: Any) -> None:
+    """A figure of that panel alone [in]."""
+    with framed(figure, width, height, repr(result).partition("\n")[0]):
+        panel(figure.subplots(), result)
+
+
+OF_RESULTS: Mapping[type, Picture] = {
+    Motion: (plot_motion, motion_panel),
+    Stance: (plot_stance, stance_panel),
+    Flight: (plot_flight, flight_panel),
+    Batch: (partial(alone, batch_panel, 6.0, 3.6), batch_panel),
+    Sensitivities: (partial(alone, sensitivities_panel, 9.0, 5.0), sensitivities_panel),
+    Reachability: (plot_reach, reach_panel),
+    Command: (plot_command, command_panel),
+}
+"""The whole picture of each type of result, and its main panel."""

@@ -248,6 +248,33 @@ class BaseRobot:
         """
         return float(self.solver.package.formulas.fall_of(cast(Any, self).parameters))
 
+    @cached_property
+    def standing_height(self) -> float:
+        """Height [m] of the body where the leg carries nothing and x1 = 0: where a hop height of 0 is.
+
+        >>> load_robot("hopper_c").standing_height
+        0.4
+        """
+        return float(self.letters.L0 + self.letters.c - self.compression_at_rest)
+
+    @property
+    def home(self) -> float:
+        """Displacement of the actuator [m] at a drop: 0, or the end of its stroke next to it.
+
+        >>> load_robot("hopper_c").home
+        0.0
+        """
+        return float(min(max(0.0, self.letters.x1_min), self.letters.x1_max))
+
+    @cached_property
+    def compression_at_rest(self) -> float:
+        """Compression of the spring [m] where that of the leg is 0.
+
+        >>> load_robot("hopper_c").compression_at_rest
+        0.0
+        """
+        return float(self.solver.package.formulas.compression_at_rest(cast(Any, self).parameters))
+
     @classmethod
     def fields(cls) -> "tuple[records.Field, ...]":
         """The parameters of the equations: name, the paper's glyph, unit, domain, meaning, default."""

@@ -1,26 +1,21 @@
 """Solvers as people have them: `load_solver`, and what it gives. Their packages are modules of this one, by source."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Mapping
+from ctypes import byref
 from functools import cache, wraps
 from inspect import isfunction, signature
 from pathlib import Path
-from typing import Any, Unpack
+from typing import Any
 
 import hopform
 from hopform._checks import shown
 from hopform._errors import HopformError
-from hopform._identify.fits import Fit, Options
-from hopform._identify.kinds import Recordings
-from hopform._identify.models import Given, fit_model
-from hopform._identify.motion import Values
-from hopform._robots import BaseRobot, checked_robot, robot_class, robot_of, shipped
+from hopform._motion import DOUBLE
+from hopform._robots import BaseRobot, checked_robot, robot_class, robot_file, robot_of, shipped
 from hopform._solver import choice
 from hopform._solver.choice import SOLVERS
 from hopform._solver.loading import loaded
-from hopform._solver.package import Equation, not_loaded
-
-IDENTIFY = ("fit_drop_test", "fit_force", "fit_robot", "fit_step_response")
-"""Functions of recordings, whose robots are of the paper's equations."""
+from hopform._solver.package import Equation, not_loaded, records
 
 
 class Solver:
@@ -75,18 +70,9 @@ class Solver:
         """
         return robot_of(self.Robot, name_or_path)
 
-    def fit(
-        self,
-        recordings: Recordings,
-        *,
-        fitted: Sequence[str] | None = None,
-        known: Given = None,
-        start: Values | None = None,
-        sine: bool = False,
-        **options: Unpack[Options],
-    ) -> Fit:
-        """The parameters of the model from recordings of its motion; as `hopform.fit`."""
-        return fit_model(self._core, recordings, fitted, known, start, sine, options)
+    def robot_file(self, name_or_path: str | Path | None) -> Path | None:
+        """The file that gives a robot; None for one that the solver has by that name, and for no robot."""
+        return None if name_or_path is None else robot_file(name_or_path, self.Robot)
 
     def own(self, robot: object) -> "hopform.Robot":
         """The robot; HopformError for one of another solver."""
@@ -106,13 +92,34 @@ class Solver:
             return str(error)
         return None
 
+    @property
+    def answers(self) -> Mapping[str, Mapping[str, str]]:
+        """What JSON and tables of the commands hold: the fields of each object, with their types or units."""
+        known: Mapping[str, Mapping[str, str]] = self._core.package.answers.ANSWERS
+        return known
+
+    def contacts(self, samples: Iterable[float], high: float, low: float, count: int) -> list[tuple[int, str]]:
+        """Where a signal says that contact begins or ends: the number of the sample that confirms it, and "touchdown" or
+        "takeoff". By the C that a board runs, `hopform_touchdown`: it begins with `count` samples in a row of which the
+        first is at least `high`, the others at least `low`, and it ends with as many below `low`.
+
+        >>> load_solver("hopper").contacts([0.0, 0.7, 0.9, 0.1, 0.0], 0.6, 0.4, 2)
+        [(2, 'touchdown'), (4, 'takeoff')]
+        """
+        library = self._core.compiled().library
+        types = library.types(DOUBLE)
+        settings, contact = types.Detector(high, low, count), types.Contact()
+        advance = library.function("touchdown", types)
+        events = (advance(byref(settings), byref(contact), types.real(each)) for each in samples)
+        return [(n, records.CONTACTS[event]) for n, event in enumerate(events) if event]
+
     def equations(self) -> tuple[Equation, ...]:
         """The register of the paper's equations, on which every model rests."""
         register: tuple[Equation, ...] = self._core.package.equations.EQUATIONS
         return register
 
     def __getattr__(self, name: str) -> Any:
-        """What `hopform` has of this name: a function of a robot, or of recordings, for this solver; else the same."""
+        """What `hopform` has of this name: a function of a robot for this solver; else the same."""
         if name not in hopform.__all__:
             raise AttributeError(f"a solver has no attribute {name!r}", name=name, obj=self)
         found = getattr(hopform, name)
@@ -122,23 +129,14 @@ class Solver:
         return found
 
     def _bound(self, function: Callable[..., Any]) -> Callable[..., Any]:
-        if next(iter(signature(function).parameters), "") == "robot":
-
-            @wraps(function)
-            def of_robot(robot: object, *arguments: Any, **named: Any) -> Any:
-                return function(self.own(robot), *arguments, **named)
-
-            return of_robot
-        if function.__name__ not in IDENTIFY:
+        if next(iter(signature(function).parameters), "") != "robot":
             return function
 
         @wraps(function)
-        def of_recordings(*arguments: Any, **named: Any) -> Any:
-            if "identify" not in self._core.can:
-                raise self._core.cannot("identify")
-            return function(*arguments, **named)
+        def of_robot(robot: object, *arguments: Any, **named: Any) -> Any:
+            return function(self.own(robot), *arguments, **named)
 
-        return of_recordings
+        return of_robot
 
     def __dir__(self) -> list[str]:
         return sorted({*object.__dir__(self), *hopform.__all__} - {"load_solver"})
@@ -156,33 +154,6 @@ def load_solver(name_or_folder: str | Path) -> Solver:
     True
     """
     return _solver(loaded(name_or_folder))
-
-
-def fit(
-    solver: Solver | str | Path,
-    recordings: Recordings,
-    *,
-    fitted: Sequence[str] | None = None,
-    known: Given = None,
-    start: Values | None = None,
-    sine: bool = False,
-    **options: Unpack[Options],
-) -> Fit:
-    """The parameters of any solver's model, by least squares on its exact motions, with their 95 % intervals.
-
-    solver: or its name or folder. recordings: one, several, or their files, each with a column named as a coordinate of
-    the model with its unit, or `position` of a model with one, and one named as the input, if there is one; without it
-    the largest free decay is fitted. fitted: names of parameters; if not given all that are not known, but for stops,
-    limits and friction that is higher at rest. known: values of others, or the name of a fitted one that it is alike;
-    what is neither has its default. start: of fitted ones, where the search may begin. sine: the spring of an angle is
-    gravity's, K sin(z) about where it rests in place of K z. options: as of `fit_step_response`.
-
-    The fit's `robot()` has its numbers. Raises HopformError for recordings that are not of the model, and for names that
-    are none of its parameters, MissingExtra without scipy.
-    """
-    return (solver if isinstance(solver, Solver) else load_solver(solver)).fit(
-        recordings, fitted=fitted, known=known, start=start, sine=sine, **options
-    )
 
 
 @cache

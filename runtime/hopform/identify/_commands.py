@@ -1,0 +1,310 @@
+"""What `hopform identify` does between its options and its output: files to recordings, recordings to a fit, a fit to
+files.
+"""
+
+import math
+import shlex
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from hopform import HopformError, Robot
+from hopform._checks import number_of, shown
+from hopform._cli.options import Identification, Recordable, SimulatorFormat
+from hopform._cli.output import Outputs, deliver, picture, show
+from hopform._cli.use import in_use, robot_in_use, start_in_use
+from hopform._errors import printable
+from hopform._files import Named
+from hopform._progress import progress_bar
+from hopform._show import needs
+from hopform.identify import _report as reports
+from hopform.identify import _synthetic as synthetic
+from hopform.identify._causes import said
+from hopform.identify._fits import Fit, Options, Trace, fit, is_no_fit, missed
+from hopform.identify._joint import KINDS, LETTERS, Check, check
+from hopform.identify._joint import plan as planned
+from hopform.identify._kinds import problem_of
+from hopform.identify._motion import Values
+from hopform.identify._recordings import Recording, flat_top, read_recording
+from hopform.identify._simulators import exported, notes
+from hopform.identify._step import fit_force
+
+STAGES = 6
+"""Of a fit, about: it, the old model, intervals, what is left out."""
+
+
+def known_values(pairs: Sequence[str]) -> dict[str, float]:
+    """Known parameters from name=value."""
+    values = dict[str, float]()
+    for pair in pairs:
+        name, equals, value = pair.partition("=")
+        number = number_of(value)
+        if not equals or number is None or not math.isfinite(number):
+            raise HopformError(f"--known takes name=value in SI units, as in m_s=3.0, got {shown(pair)}")
+        if name not in LETTERS:
+            raise HopformError(f"--known: there is no parameter {shown(name)}; there are {', '.join(LETTERS)}")
+        values[name] = number
+    return values
+
+
+def ranges_of(pairs: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """Ranges of parameters from name=low:high."""
+    found = dict[str, tuple[float, float]]()
+    for pair in pairs:
+        name, equals, ends = pair.partition("=")
+        low, high = (number_of(each) for each in (ends.split(":") + [""])[:2])
+        if not equals or low is None or high is None or not -math.inf < low < high < math.inf:
+            raise HopformError(f"--ranges takes name=low:high in SI units, as in k=800:1600, got {shown(pair)}")
+        found[name] = low, high
+    return found
+
+
+def added_masses(text: str) -> tuple[float, ...]:
+    """Masses [kg] from "0,0.986"."""
+    found = [number_of(each) for each in text.split(",")] if text else []
+    masses = tuple(each for each in found if each is not None and 0.0 <= each < math.inf)
+    if len(masses) < len(found):
+        raise HopformError(f"--added-mass takes masses >= 0 in kg, one per file, as in 0,0.986, got {shown(text)}")
+    return masses
+
+
+def answer_to(
+    kind: str, files: Sequence[str], read: Sequence[tuple[str, Recording]], known: Values, force: bool,
+    how: Options,
+) -> reports.Answer:  # fmt: skip
+    """The answer to recordings of one kind, or of their roles; HopformError names what is wrong with a file."""
+    recordings = [recording for _, recording in read]
+    by_role: dict[str, list[Recording]] = {role: [one for own, one in read if own == role] for role in synthetic.TESTS}
+    try:
+        if kind == "check":
+            return check(by_role, known)
+        if force:
+            found = fit_force(recordings, known=known, **how)
+        else:
+            roles = {kind: recordings} if kind in KINDS else by_role
+            found = fit({of: roles[role] for role, of in KINDS.items() if role in roles}, known, **how)
+    except HopformError as error:
+        hints = [
+            f"; it was taken for a {role}: name its kind, as in {_OTHER[role]}:{name}"
+            for name, (role, each) in zip(files, read, strict=True)
+            if str(error).startswith(f"{each.source}, ") and role_and_path(name)[0] is None and kind not in KINDS
+        ]
+        if kind in KINDS and not force and str(error).startswith(tuple(each.source for each in recordings)):
+            hints = [_other_kind(kind, recordings, known)]
+        raise HopformError(f"{error}{''.join(hints[:1])}") from None
+    unstopped = all({"x1", "x2"} <= each.columns.keys() for each in recordings)
+    refuse_no_fit(found, recordings, ("x1_min", "x1_max") if unstopped else ())
+    return found
+
+
+_OTHER = {"drop": "decay", "free": "drop", "step": "air"}
+"""What a recording without a kind may be instead of what its columns show."""
+
+
+def refuse_no_fit(fit: Fit, recordings: Sequence[Recording], stops: Sequence[str]) -> None:
+    """HopformError for a fit that explains too little; stops: parameters of stops that the motion may have met."""
+    off = [trace for trace in fit.traces if is_no_fit(trace)]
+    if off:
+        worst = max(off, key=lambda each: each.tests.rms / float(np.std(each.measured)))
+        raise _no_fit(worst, recordings, fit, stops)
+
+
+def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit, stops: Sequence[str]) -> HopformError:
+    """The error about a fit that explains too little: where it is off most, and what may be wrong."""
+    own = max((each for each in recordings if trace.label.startswith(each.source)), key=lambda each: len(each.source))
+    left = trace.measured - trace.predicted
+    at = int(np.abs(left).argmax())
+    share = max(1.0 - float(np.var(left)) / float(np.var(trace.measured)), 0.0)
+    force = trace.quantity == "force"
+    position, drives = own.column_of("x1" if force else trace.quantity), own.found("u")
+    lengths = " and ".join(each.title for each in own.columns.values() if each.quantity in ("length", "angle"))
+    asked = [f"is the unit of {lengths} right"]
+    asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
+    missing = [] if {*stops} & fit.known.keys() else [f"{name}=..." for name in stops]
+    asked += [f"does it reach a stop, which --known {' or '.join(missing)} gives"] if missing else []
+    asked += ["does it reach a stop"] if drives and position.title[:2] != "x2" and flat_top(own) else []
+    asked += ["is it of this rig?", *said(fit.diagnoses, fit.shown)]
+    what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units.position, 96)
+    explained = f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit"
+    message = f"{explained}; it is off most here, by {abs(left[at]):.3g} {unit}: {', '.join(asked)}"
+    line = own.line_of(int(np.count_nonzero(own.time < trace.time[at] - 1e-9)))
+    return own.error(message, line, drives if force else position)
+
+
+def _other_kind(kind: str, recordings: Sequence[Recording], known: Values) -> str:
+    """A question about the kind, where recordings are none of this kind but could be of the other."""
+    other = {"drop": "decay", "free": "drop", "decay": "drop"}.get(kind)
+    if other is None:
+        return ""
+    shared = {name: value for name, value in known.items() if name in ("m_s", "k", "b2", "f2")}
+    try:
+        problem_of({KINDS[other]: recordings}, shared)
+    except HopformError:
+        return ""
+    return f"; or is it a {other}: hopform identify {other}?"
+
+
+def _read(kind: str, files: Sequence[str], masses: Sequence[float]) -> Iterator[tuple[str, Recording]]:
+    """The recordings with their roles, where the files are of one kind; masses [kg]: one per file or none."""
+    if masses and len(masses) != len(files):
+        raise HopformError(f"--added-mass names {len(masses)} masses for {len(files)} files")
+    for name, mass in zip(files, masses or (0.0,) * len(files), strict=True):
+        role, path = role_and_path(name)
+        recording = replace(read_recording(path), added_mass=mass)
+        yield role or (kind if kind in synthetic.TESTS else _role(recording)), recording
+
+
+def role_and_path(name: str) -> tuple[str | None, str]:
+    """The role that ROLE:FILE gives a file, None where it gives none, and the file."""
+    role, colon, rest = name.partition(":")
+    return (role, rest) if colon and role in synthetic.TESTS else (None, name)
+
+
+def _role(recording: Recording) -> str:
+    """The role of a recording without one: without a current a drop; with one and x2 a drop with the actuator
+    free, else steps against the spring."""
+    if not recording.has_current():
+        return "drop"
+    return "free" if "x2" in recording.columns else "step"
+
+
+def model_of(answer: reports.Answer, form: str | None) -> tuple[str, list[str]]:
+    """A fit for a simulator, and what to know of it; nothing for no form."""
+    if form is None:
+        return "", []
+    if not isinstance(answer, Fit):
+        raise HopformError("--export needs a fit: of a decay, step, air or force recording")
+    _refuse_missed(answer)
+    return exported(answer, form), notes(answer)
+
+
+def _refuse_missed(fit: Fit) -> None:
+    if any(missed(trace) for trace in fit.traces):
+        warning = next(each for each in fit.warnings if "misses the recording" in each)
+        raise HopformError(f"{warning}; no robot is written")
+
+
+def files_of(
+    answer: reports.Answer, base: Robot | None, out: Path | None, written: Path | None, plot: Path | None, model: str
+) -> list[tuple[Path, bytes]]:
+    """The files that were asked for: a robot's TOML, or its model for a simulator, a report, a picture."""
+    files = list[tuple[Path, bytes]]()
+    if isinstance(answer, Fit):
+        answer = replace(answer, origin=(*answer.origin, *command()))
+    if isinstance(answer, Check):
+        if out or written or plot:
+            raise HopformError("--out, --report and --plot need a fit: check says what one could tell")
+        return files
+    if out:
+        _refuse_missed(answer)
+        name = out.stem.encode("utf-8", "backslashreplace").decode()
+        robot = model or replace(answer.robot(base), name=name, description="identified").to_toml()
+        files.append((out, robot.encode()))
+    if written:
+        files += reports.files_of(answer, written)
+    if plot:
+        files.append((plot, picture(plot, answer)))
+    return files
+
+
+def command() -> tuple[str, ...]:
+    """The command line of this process, if it is hopform's."""
+    program, *arguments = sys.argv
+    ours = Path(program).stem in ("hopform", "__main__")
+    return (printable(shlex.join(["hopform", *arguments])),) if ours else ()
+
+
+def check_fit_outputs(
+    reads: Sequence[Named], json: bool, out: Path | None, export: str | None, report: Path | None, plot: Path | None
+) -> None:
+    """Refuse, before anything is read, outputs of a fit that exclude each other, and files that would be overwritten."""
+    pages: list[Named] = []
+    if report is not None:
+        reports.check_suffix(report)
+        needs("matplotlib", "plot", "a plot")
+        pages += zip(("--report", "the picture of --report"), reports.paths_of(report), strict=False)
+    Outputs(json, plot=plot, reads=reads, more=[("--out", out), *pages])
+    if json and export and not out:
+        raise HopformError("--json and --export both print; give --export a file by --out")
+
+
+def options_of(loss: str, wanted: Mapping[str, bool], advance: Callable[[int, int], None]) -> Options:
+    """The options of a fit: its loss, the nuisances that are wanted, and a progress bar that advances with its stages."""
+    stages = iter(range(STAGES))
+    return {
+        "loss": loss,
+        "nuisances": tuple(name for name, each in wanted.items() if each),
+        "progress": lambda _: advance(next(stages, STAGES), STAGES),
+    }
+
+
+def give(
+    answer: reports.Answer, written: Sequence[tuple[Path, bytes]], notes: Sequence[str], model: str, json: bool
+) -> None:
+    """Write the files of an answer, then print: its model for a simulator if there is one, JSON, or tables."""
+    text = reports.json_of(answer) if json else ""
+    deliver(written, (*answer.warnings, *notes), model or text, lambda: reports.tables_of(answer))
+
+
+# ---- the commands ----
+
+
+def identify(
+    kind: Identification, files: list[str], known: list[str] | None = None, force: bool = False,
+    gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "",
+    loss: str = "linear", robot: str | None = None, values: list[str] | None = None, out: Path | None = None, export: SimulatorFormat | None = None,
+    report: Path | None = None, json: bool = False, plot: Path | None = None,
+) -> None:  # fmt: skip
+    """Identify a robot from CSV recordings of one kind, or of all; check says what they could tell."""
+    read = (("the recording", role_and_path(each)[1]) for each in files)
+    check_fit_outputs([("--robot", in_use().robot_file(robot)), *read], json, out, export, report, plot)
+    base = robot_in_use(robot, values, "identify")
+    masses, given = added_masses(added_mass), known_values(known or [])
+    with progress_bar("identification") as advance:
+        how = options_of(loss, {"gain": gain, "clock": clock, "lag": lag}, advance)
+        answer = answer_to(kind, files, [*_read(kind, files, masses)], given, force, how)
+        model, more = model_of(answer, export)
+        written = files_of(answer, base, out, report, plot, model)
+    give(answer, written, more, "" if out else model, json)
+
+
+def record(
+    test: Recordable, robot: str | None = None, values: list[str] | None = None, duration: float | None = None, rate: float = 500.0,
+    noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float | None = None,
+    current: float | None = None, hold: float | None = None, added_mass: float = 0.0, repeats: int = 1,
+    free_stroke: bool = False, start: list[str] | None = None, u: float = 0.0, u_steps: Any = None,
+    seed: int | None = None, plan: bool = False,
+    known: list[str] | None = None, ranges: list[str] | None = None, csv: str | None = "-",
+) -> None:  # fmt: skip
+    """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with.
+
+    motion is that of any model from --start under --u, for `hopform fit`.
+    """
+    outputs = Outputs(csv=csv or "-", reads=[("--robot", in_use().robot_file(robot))])
+    every, any_model = str(test) == "all", str(test) == synthetic.MOTION
+    base = robot_in_use(robot, values, "motion" if any_model else "identify")
+    if plan and any_model:
+        raise HopformError("record motion has no --plan: `hopform fit` of the recording shows its intervals")
+    if u and u_steps:
+        raise HopformError("give either --u or --u-steps")
+    if (ranges and not every) or (every and not plan):
+        raise HopformError("record all, and ranges, are for a plan: `record all --plan --ranges NAME=LOW:HIGH`")
+    if every:
+        show(reports.plan_of(planned(base, ranges_of(ranges or []), known_values(known or []) or None, seed or 0)))
+        return
+    made = synthetic.record(
+        base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
+        hold=hold, added_mass=added_mass, repeats=repeats, free_stroke=free_stroke, start=start_in_use(start),
+        u=u_steps or u, seed=seed,
+    )  # fmt: skip
+    if plan:
+        weighed = "m_eff" if test in ("step", "air") else "m_s"  # what is taken as known if nothing is given
+        given = known_values(known or []) or {weighed: getattr(base, weighed)}
+        letters = {field.name: getattr(base, field.name) for field in base.fields()} | {"length": base.L0 + base.c}
+        show(reports.tables_of(check({str(test): [made]}, given, letters)))
+        return
+    outputs.emit(list, csv=lambda: synthetic.to_csv(made))

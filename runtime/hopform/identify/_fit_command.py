@@ -1,0 +1,57 @@
+"""`hopform --solver DIR|NAME fit`: the parameters of any model from recordings of its motion, as `hopform.identify.fit` has them."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+from typing import cast
+
+from hopform import HopformError
+from hopform._checks import number_of, shown
+from hopform._cli.options import SimulatorFormat
+from hopform._cli.use import core, in_use
+from hopform._progress import progress_bar
+from hopform.identify._commands import check_fit_outputs, files_of, give, model_of, options_of, refuse_no_fit
+from hopform.identify._models import fit as fit_model_of
+from hopform.identify._models import seen_by
+from hopform.identify._motion import Values
+from hopform.identify._recordings import read_recording
+
+
+def fit(
+    files: list[str], fitted: str | None = None, known: list[str] | None = None, near: list[str] | None = None,
+    sine: bool = False, gain: bool = False, clock: bool = False, lag: bool = False, loss: str = "linear",
+    out: Path | None = None, export: SimulatorFormat | None = None, report: Path | None = None, json: bool = False,
+    plot: Path | None = None,
+) -> None:  # fmt: skip
+    """Fit the parameters of any model to CSV recordings of its motion: a joint, a cart, a pendulum.
+
+    Columns are named as the model's coordinates and input, each with its unit, as in time_s,q_rad,i_A.
+    """
+    check_fit_outputs([("the recording", each) for each in files], json, out, export, report, plot)
+    names = None if fitted is None else [each.strip() for each in fitted.split(",")]
+    given, starts = pairs_of("--known", known, names_too=True), cast(Values, pairs_of("--near", near))
+    with progress_bar("identification") as advance:
+        how = options_of(loss, {"gain": gain, "clock": clock, "lag": lag}, advance)
+        recordings = [read_recording(each) for each in files]
+        found = fit_model_of(in_use(), recordings, fitted=names, known=given, start=starts, sine=sine, **how)
+        stops = [each["name"] for each in core().facts.parameters if each["domain"] in ("lower", "upper")]
+        refuse_no_fit(found, [seen_by(core(), each) for each in recordings], stops)
+        model, more = model_of(found, export)
+        written = files_of(found, None, out, report, plot, model)
+    give(found, written, more, "" if out else model, json)
+
+
+def pairs_of(option: str, pairs: Sequence[str] | None, names_too: bool = False) -> dict[str, float | str]:
+    """What an option NAME=VALUE has; names_too: a value may be the name of a fitted parameter."""
+    values = dict[str, float | str]()
+    for pair in pairs or ():
+        name, equals, text = pair.partition("=")
+        value = number_of(text)
+        if not equals or not (names_too and text.isidentifier() if value is None else math.isfinite(value)):
+            first = core().facts.parameters[0]["name"]
+            tied = ", or the name of one that is fitted" if names_too else ""
+            raise HopformError(f"{option} takes NAME=VALUE in SI units, as in {first}=0.1{tied}, got {shown(pair)}")
+        if name in values:
+            raise HopformError(f"{option}: {shown(name)} is given twice")
+        values[name] = text if value is None else value
+    return values

@@ -1,0 +1,748 @@
+"""Fits over any solver, by its facts: which coordinate was recorded, under which input, and which parameters are asked for.
+
+A model's motion, its derivatives and its accelerations are those of its package, so nothing here knows an equation of
+motion. Starts come from the accelerations: those of the filtered recording against those of the model, a least squares
+without any motion. The rest is the recipe of every fit.
+
+Gravity's sine, where the model has the spring of a small angle: its torque is K sin(z) for K z, z the angle from where
+the joint rests. The difference, K (z - sin z), is a further drive of the angle that the fit itself makes, and the
+motion under it is solved again until that angle stays. The drive is constant over steps: its mean f by Simpson's rule,
+less a twelfth of the second difference of f, which is what mean and hold together add.
+"""
+
+import math
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, NamedTuple, Self, Unpack, cast
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform import HopformError, Solver, load_solver
+from hopform._checks import flag, items, mapping, real, shown
+from hopform._motion import DOUBLE
+from hopform._robots import checked_value, robot_class
+from hopform._sensitivities import STARTS, in_height, lengths_of
+from hopform._solver.choice import Solver as Core
+from hopform._solver.package import Steps, records
+from hopform.identify._estimation import Parameter, Solution
+from hopform.identify._fits import Fit, Options, checked, solved
+from hopform.identify._kinds import MOST_KNOWN, Cut, Recordings, cuts_of, files_of, read_some
+from hopform.identify._motion import MAX_PHASES, Array, Values, delayed, of_scipy
+from hopform.identify._recordings import (
+    DRIVES,
+    SI,
+    Column,
+    Recording,
+    Units,
+    current_steps,
+    half_period,
+    known_spans,
+    mended,
+    noise_of,
+    quantum_of,
+)
+from hopform.identify._rigs import SINGULAR, Along, Experiment, Force, Moved, Rates, in_recorded_time
+from hopform.identify._search import Problem
+from hopform.identify._segments import CUTOFFS, decays, filtered_part
+
+Given = Mapping[str, float | str] | None
+"""Known values; a name in place of one says that a parameter is as one that is fitted."""
+_UNFITTED = ("lower", "upper", "bound")
+"""Domains of stops and limits, which are known or absent."""
+
+
+@dataclass(frozen=True)
+class Mass:
+    """A mass of a model: the names of its coordinate and velocity, its number, and the SI unit of the former."""
+
+    coordinate: str
+    velocity: str
+    number: int
+    unit: str
+
+
+class Model:
+    """What the facts of a solver say of its motion: masses that move, input, parameters."""
+
+    def __init__(self, core: Core) -> None:
+        self.core, facts = core, core.facts
+        if facts.currents:
+            name = facts.currents[0]["name"]
+            raise HopformError(
+                f"the model {facts.name} has a law, whose target no recording has: fit the mechanism without the law, "
+                f"under the measured {name}"
+            )
+        numbers = [n for n in (1, 2) if f"x{n}" in facts.axes]
+        self.masses = [Mass(facts.axes[f"x{n}"]["name"], facts.axes[f"v{n}"]["name"], n, facts.axes[f"x{n}"]["unit"])
+                       for n in numbers]  # fmt: skip
+        self.input = facts.inputs[0] if facts.inputs else None
+        self.parameters = {each["name"]: each for each in facts.parameters}
+        self.records, self.formulas = core.package.records, core.package.formulas
+        self.columns = {name: n for n, name in enumerate((*STARTS, *self.records.Robot._fields))}
+
+    def robot(self, at: Values) -> Any:
+        """The parameters as the solver takes them."""
+        return self.records.Robot(**{name: at[name] for name in self.records.Robot._fields})
+
+    def accelerations(self, robot: Any, number: int, x: Any, v: Any, u: Any, side: Any) -> Any:
+        """Those of a mass that slips to a side, at places x and velocities v of the masses."""
+        places, speeds = dict(zip(self._numbers, x, strict=True)), dict(zip(self._numbers, v, strict=True))
+        zero, sides = np.zeros_like(np.asarray(u, dtype=float)), dict(zip(self._numbers, side, strict=True))
+        x1, v1, v2 = places.get(1, zero), speeds.get(1, zero), speeds.get(2, zero)
+        y = x1 - places.get(2, zero) + self.formulas.body_height(robot, 0.0, 0.0)
+        state, rates = self.records.LegState(x1, v1, v2, y), self.formulas.rates_of(robot)
+        each = sides.get(1, zero), sides.get(2, zero)
+        drive = self.formulas.drive_of(robot, rates, u, *each)
+        speeds_of = self.formulas.speeds_of(rates, drive, *each, state)
+        return speeds_of.v1_rate if number == 1 else speeds_of.v2_rate
+
+    @property
+    def _numbers(self) -> list[int]:
+        return [each.number for each in self.masses]
+
+    @property
+    def excess(self) -> set[str]:
+        """The parameters of friction that is higher at rest, which are fitted where they are asked for."""
+        return {name for each in self.core.facts.elements for name in each.get("excess", ())}
+
+    @property
+    def friction(self) -> dict[str, str]:
+        """The parameters of friction, by kind: Coulomb's as the facts of the masses name them, viscous ones by their unit."""
+        levels = [level for each in self.core.facts.elements for level in each.get("friction", ())]
+        named = {word for level in levels for word in re.findall(r"\w+", level)}
+        found = dict[str, str]()
+        for name, each in self.parameters.items():
+            if name in named and each["domain"] != "positive":
+                found[name] = "coulomb"
+            elif re.match(r"N( m)? s(/|$)", each["unit"]):
+                found[name] = "viscous"
+        return found
+
+    @property
+    def powers(self) -> dict[str, int]:
+        """The powers of 1/s in which parameters count."""
+        return {name: power_of(each["unit"]) for name, each in self.parameters.items()}
+
+
+def power_of(unit: str) -> int:
+    """The power of 1/s in which a quantity of a unit counts, where N is kg m/s^2: 1 of N s/m, 2 of N/A."""
+    above, _, below = unit.partition("/")
+
+    def of(words: str) -> int:
+        found = [re.fullmatch(r"(\w+?)(?:\^(\d+))?", each) for each in words.replace("*", " ").split()]
+        return sum({"N": 2, "J": 2, "s": -1}.get(each[1], 0) * int(each[2] or 1) for each in found if each)
+
+    return of(above) - of(below.replace("/", " "))
+
+
+@dataclass(frozen=True)
+class Modelled(Experiment):
+    """A recording of a coordinate of a model. grid: times of all samples, between which gravity's sine is constant, if it
+    is asked for; seen: the angle that settled last, and the one that was measured.
+    """
+
+    model: Model = cast(Model, None)  # noqa: RUF009
+    mass: int = 1
+    grid: Array | None = None
+    seen: "list[Seen]" = field(default_factory=list["Seen"])
+
+    @property
+    def driven(self) -> bool:
+        return self.model.input is not None
+
+    @property
+    def powers(self) -> Mapping[str, int]:
+        return self.model.powers
+
+    @property
+    def own_letters(self) -> tuple[str, ...]:
+        starts = (letter for each in self.model.masses for letter in _start_letters(each.number))
+        return (*self.model.parameters, *starts)
+
+    def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
+        model, robot = self.model, self.model.robot(at)
+        under, fed = self._with_sine(at, robot, steps) if self.grid is not None else (steps, None)
+        length = float(model.formulas.body_height(robot, 0.0, 0.0))
+        found = self._solved(at, robot, under, float(time[-1]), length)
+        state, rows = found.tangents(np.ascontiguousarray(time))
+        lengths = lengths_of(model.core.package, robot)
+        by = in_height(rows, True, lengths)
+        if self.mass == 1:
+            states, rows = np.stack([state.x1, state.v1], axis=1), by[:, 0:2]
+        else:
+            states = np.stack([state.x1 - state.y + length, state.v2], axis=1)
+            x2 = by[:, 0] - by[:, 3]
+            for column, change in lengths.items():
+                x2[:, column] += float(change[0])
+            rows = np.stack([x2, by[:, 2]], axis=1)
+        columns = {letter: rows[:, :, column] for letter, column in self._columns(at).items()}
+        if fed is not None:
+            more = fed.at(time)
+            columns = {letter: rows + more[:, :, n] for n, (letter, rows) in enumerate(columns.items())}
+        return (states, columns), self._rates(at, robot, under[0][1])
+
+    def _columns(self, at: Values) -> dict[str, int]:
+        """Where derivatives by letters are: those of the start, and of what is fitted; under another clock all."""
+        names = {**{name: name for name in self.model.parameters}, **_STARTS}
+        every = "clock" in self.names or at["clock"] != 1.0
+        return {letter: self.model.columns[name] for letter, name in names.items()
+                if letter in at and (every or letter in self.names or letter in _STARTS)}  # fmt: skip
+
+    def only(self, chosen: NDArray[np.bool_] | slice) -> Self:
+        """As of every rig; the drive is the angle's up to the last sample, and of a thinned recording over twice as long
+        steps.
+        """
+        found = super().only(chosen)
+        if self.grid is None:
+            return found
+        every = 2 if isinstance(chosen, slice) and (chosen.step or 1) > 1 else 1
+        before = self.grid[self.grid < found.time[-1]][::every]
+        return replace(found, grid=np.append(before, found.time[-1]), seen=[self.seen[-1], self.seen[-1]])
+
+    def _solved(self, at: Values, robot: Any, steps: Steps, horizon: float, length: float) -> Any:
+        """The motion as its library has it; HopformError if it ends before the last sample."""
+        x1, v1, x2, v2 = (at.get(letter, 0.0) for letter in _STARTS)
+        state = self.model.records.LegState(x1, v1, v2, x1 - x2 + length)
+        longest = horizon * (1.0 + 1e-12)
+        found = self.model.core.compiled().solve_stance(robot, state, steps, longest, MAX_PHASES, DOUBLE)
+        ending, duration, *_ = found.outcome()
+        word = self.model.records.ENDINGS[ending]
+        if word not in ("rest", "horizon"):
+            raise HopformError(f"the motion ends by {word} after {duration:.6g} s, before the last sample")
+        return found
+
+    def _rates(self, at: Values, robot: Any, u: float) -> Rates:
+        """The rates of the letters of the start."""
+        found = Rates()
+        for each in self.model.masses:
+            x, v = _start_letters(each.number)
+            free = (
+                self._acceleration(at, robot, u, each.number, 1.0),
+                self._acceleration(at, robot, u, each.number, -1.0),
+            )
+            side = 0.0 if at[v] == 0.0 and free[0] <= 0.0 <= free[1] else at[v] or free[0] + free[1]
+            found |= {x: at[v], v: 0.0 if side == 0.0 else free[0 if side > 0.0 else 1]}
+        return found
+
+    def _acceleration(self, at: Values, robot: Any, u: float, number: int, side: float) -> float:
+        """Of a mass at the start, if it slips to a side."""
+        pairs = [_start_letters(each.number) for each in self.model.masses]
+        x, v = ([np.asarray(at[pair[n]]) for pair in pairs] for n in (0, 1))
+        sides = [side if each.number == number else float(np.sign(at[pair[1]]))
+                 for each, pair in zip(self.model.masses, pairs, strict=True)]  # fmt: skip
+        return float(self.model.accelerations(robot, number, x, v, u, sides))
+
+    # ---- of one mass: its accelerations as numbers ----
+
+    def _linear(self, robot: Any) -> "Linear":
+        """Of a model of one mass what its accelerations are made of."""
+
+        def a(x: float = 0.0, v: float = 0.0, u: float = 0.0, side: float = 1.0) -> float:
+            return float(self.model.accelerations(robot, self.mass, [np.asarray(x)], [np.asarray(v)], u, [side]))
+
+        up, down = a(), a(side=-1.0)
+        stiffness = up - a(x=1.0)
+        middle = 0.5 * (up + down)
+        rest = middle / stiffness if stiffness > 0.0 else 0.0
+        return Linear(stiffness, up - a(v=1.0), a(u=1.0) - up, rest, 0.5 * (down - up), middle)
+
+    def words(self, at: Values) -> dict[str, float]:
+        """What a simulator calls the numbers of a joint: the inertia from the kinetic energy, all else times it."""
+        robot, formulas = self.model.robot(at), self.model.formulas
+        length = float(formulas.body_height(robot, 0.0, 0.0))
+        still, moving = (self.model.records.LegState(0.0, v, 0.0, length) for v in (0.0, 1.0))
+        inertia = 2.0 * float(formulas.energies(robot, moving).total - formulas.energies(robot, still).total)
+        of = self._linear(robot)
+        found = {"inertia": inertia, "damping": of.damping * inertia, "frictionloss": of.friction * inertia}
+        if of.stiffness > 0.0:
+            found |= {"stiffness": of.stiffness * inertia, "springref": of.rest}
+        if self.model.input is not None and of.gain != 0.0:
+            found |= {"gear": of.gain * inertia}
+            found |= {} if of.stiffness > 0.0 else {"bias": of.middle / of.gain}
+        return found
+
+    def _with_sine(self, at: Values, robot: Any, steps: Steps) -> "tuple[Steps, FedBack]":
+        """The drive with what gravity's sine is less than its spring, of the angle that it leads to, and by how much more
+        this changes the derivatives. First by Newton's steps, then, where these lead nowhere, by those of Picard.
+        """
+        of, grid = self._linear(robot), cast(Array, self.grid)
+        if of.gain == 0.0:
+            raise HopformError("gravity's sine is a further drive, and the model's has no force here")
+        begins, levels = np.array(steps, dtype=float).T
+        times = np.unique(np.concatenate([grid, begins[(begins >= 0.0) & (begins < grid[-1])]]))
+        base = levels[np.searchsorted(begins, times, side="right") - 1]
+        length = float(self.model.formulas.body_height(robot, 0.0, 0.0))
+        reach, widths = max(float(np.ptp(self.seen[-1].x)), 1e-12), np.diff(times)
+        wanted = self._columns(at)
+        columns, starts = [*wanted.values()], [[*wanted].index(letter) for letter in ("x", "v")]
+        letters = np.array([at[letter] for letter in wanted])
+        tries = [(self.seen[0].near(letters), True), (self.seen[-1], True), (self.seen[-1], False)]
+        for seen, newton in tries:
+            z, v = np.interp(times, seen.time, seen.x) - of.rest, np.interp(times, seen.time, seen.v)
+            last = math.inf
+            for _ in range(_MOST_SINES):
+                middle = 0.5 * (z[1:] + z[:-1]) + widths * (v[:-1] - v[1:]) / 8.0
+                more = [each - np.sin(each) for each in (z[:-1], middle, z[1:])]
+                extra = of.stiffness / of.gain * (more[0] + 4.0 * more[1] + more[2]) / 6.0
+                extra[1:-1] -= np.diff(extra, 2) / 12.0
+                under = (base + np.append(extra, extra[-1:])).tolist()
+                sines = tuple(zip(times.tolist(), under, strict=True))
+                state, rows = self._solved(at, robot, sines, float(times[-1]), length).tangents(times)
+                off = np.stack([np.asarray(state.x1) - of.rest - z, np.asarray(state.v1) - v], axis=1)
+                moved = float(np.abs(off[:, 0]).max())
+                if not math.isfinite(moved) or moved > 100.0 * reach:
+                    break
+                by = in_height(rows, True, lengths_of(self.model.core.package, robot))[:, 0:2][:, :, columns]
+                softer = of.stiffness * (1.0 - np.cos(z))
+                if moved <= _SAME_ANGLE * reach:
+                    whole = _fed_back(times, by[:, :, starts], softer, by)
+                    self.seen[0] = Seen(times, z + of.rest, v, letters, whole)
+                    return sines, FedBack(times, whole - by)
+                change = off
+                if newton and moved <= 0.3 * last:  # else beside a kink, where a joint comes to stick
+                    change, last = _fed_back(times, by[:, :, starts], softer, off[:, :, np.newaxis])[:, :, 0], moved
+                else:
+                    last = math.inf
+                z, v = z + change[:, 0], v + change[:, 1]
+        raise HopformError("the angle under gravity's sine does not settle: these parameters are far from the motion's")
+
+    def response_to(self, values: Values, force: Force, size: float) -> Array:
+        """As of every rig; 0 of a model of several masses, or without a drive."""
+        letters = self.letters(values)
+        at = in_recorded_time(letters, letters["clock"], self.powers)
+        robot, steps = self.model.robot(at), delayed(self.steps, letters["delay"])
+        of = self._linear(robot) if len(self.model.masses) == 1 else None
+        if of is None or of.gain == 0.0:
+            return np.zeros(self.time.size)
+        try:
+            steps = self._with_sine(at, robot, steps)[0] if self.grid is not None else steps
+        except HopformError:
+            return np.zeros(self.time.size)
+        begins, levels = np.array(steps, dtype=float).T
+        finer = max(min(4, records.MOST_STEPS // self.time.size), 1)
+        places = np.arange(finer * (self.time.size - 1) + 1) / finer
+        fine = np.interp(places, np.arange(self.time.size), self.time)
+        drive = levels[np.searchsorted(begins, fine, side="right") - 1]
+        length = float(self.model.formulas.body_height(robot, 0.0, 0.0))
+
+        def moved(u: Array) -> tuple[Array, Array]:
+            found = self._solved(at, robot, current_steps(fine, u), float(fine[-1]), length)
+            state = found.state_at(np.minimum(fine, found.outcome()[1]))
+            return np.asarray(state.x1), np.asarray(state.v1)
+
+        x, v = moved(drive)
+        fastest = float(np.abs(v).max())
+        if fastest == 0.0:
+            return np.zeros(self.time.size)
+        pull = of.middle + of.gain * drive - of.stiffness * x
+        largest = max(float(np.abs(of.gain * drive).max()), of.stiffness * float(np.abs(x - of.rest).max()))
+        way, level = np.where(v != 0.0, v, pull), np.full(x.size, of.friction)
+        along = Along(fine, x - of.rest, v, way, fastest, level, largest, of.stiffness, of.damping)
+        shifted, _ = moved(drive - size * force(along) / of.gain)
+        return np.asarray(letters["gain"] * (shifted - x) / size)[::finer]
+
+
+_STARTS = {"x": "x1", "v": "v1", "x'": "x2", "v'": "v2"}
+"""Letters of where the masses begin, with the columns of their derivatives."""
+_MOST_SINES, _SAME_ANGLE = 40, 1e-6
+"""Rounds in which the angle under gravity's sine settles, and the share of its reach by which it then still moves."""
+
+
+def _start_letters(number: int) -> tuple[str, str]:
+    return ("x", "v") if number == 1 else ("x'", "v'")
+
+
+class Seen(NamedTuple):
+    """A motion of an angle: times [s], places [rad], velocities [rad/s]; of a solved one the letters, and the derivatives
+    of both by them.
+    """
+
+    time: Array
+    x: Array
+    v: Array
+    letters: Array = np.empty(0)
+    by: Array = np.empty((0, 2, 0))
+
+    def near(self, letters: Array) -> "Seen":
+        """About what it is under other letters, to first order; as it is where it has no derivatives by them."""
+        if letters.size != self.letters.size:
+            return self
+        change = self.by @ (letters - self.letters)
+        return Seen(self.time, self.x + change[:, 0], self.v + change[:, 1])
+
+
+class FedBack(NamedTuple):
+    """What a drive that follows the angle adds to derivatives (times, 2, columns)."""
+
+    times: Array
+    more: Array
+
+    def at(self, time: Array) -> Array:
+        """At other times, by lines."""
+        n = np.clip(np.searchsorted(self.times, time, side="right") - 1, 0, self.times.size - 2)
+        share = (time - self.times[n]) / (self.times[n + 1] - self.times[n])
+        low, high = self.more[n], self.more[n + 1]
+        return np.asarray(low + share[:, np.newaxis, np.newaxis] * (high - low))
+
+
+def _fed_back(time: Array, transition: Array, softer: Array, plain: Array) -> Array:
+    """Changes (times, 2, ...) of places and velocities which change the drive, from what they are under a drive that stays
+    as it is: d = plain + P(t) w, w = int P(s)^-1 (0, softer d) ds, P the derivatives by the start, up to where it sticks.
+
+    By trapezia w is the solution of a system of two rows a time, which know no w but their own and the one before.
+    """
+    determinant = transition[:, 0, 0] * transition[:, 1, 1] - transition[:, 0, 1] * transition[:, 1, 0]
+    moves = int(np.argmax(np.append(np.abs(determinant) < SINGULAR, True)))
+    if moves < 2:
+        return plain
+    p, first = transition[:moves], plain[:moves]
+    inverse = np.stack([-p[:, 0, 1], p[:, 0, 0]], axis=1) / determinant[:moves, np.newaxis]
+    half = 0.5 * np.diff(time[:moves])[:, np.newaxis]
+    weights = inverse * softer[:moves, np.newaxis]
+    inside, own = weights[:, :, np.newaxis] * first[:, 0:1], weights[:, :, np.newaxis] * p[:, 0:1]
+    now, before = np.eye(2) - half[:, :, np.newaxis] * own[1:], -np.eye(2) - half[:, :, np.newaxis] * own[:-1]
+    band = np.zeros((5, 2 * (moves - 1)))  # row 1 + i - j, column j
+    band[0, 1::2], band[1, ::2], band[1, 1::2], band[2, ::2] = now[:, 0, 1], now[:, 0, 0], now[:, 1, 1], now[:, 1, 0]
+    band[2, 1:-2:2], band[3, :-2:2], band[3, 1:-2:2], band[4, :-2:2] = (
+        before[1:, 0, 1], before[1:, 0, 0], before[1:, 1, 1], before[1:, 1, 0]
+    )  # fmt: skip
+    driven = (half[:, :, np.newaxis] * (inside[1:] + inside[:-1])).reshape(2 * (moves - 1), -1)
+    whole = np.zeros_like(inside)
+    whole[1:] = of_scipy("linalg").solve_banded((3, 1), band, driven, check_finite=False).reshape(moves - 1, 2, -1)
+    return np.concatenate([first + p @ whole, plain[moves:]])
+
+
+class Linear(NamedTuple):
+    """Of a mass alone, per its inertia: stiffness [1/s^2], damping [1/s], acceleration per drive, where it rests without a
+    drive, the mean level of its friction, and the acceleration at 0 without friction.
+    """
+
+    stiffness: float
+    damping: float
+    gain: float
+    rest: float
+    friction: float
+    middle: float
+
+
+# ---- from recordings to a problem ----
+
+
+def fit_model(
+    core: Core,
+    recordings: Recordings,
+    fitted: Sequence[str] | None,
+    known: Given,
+    start: Values | None,
+    sine: bool,
+    options: Options,
+) -> Fit:
+    """What `hopform.identify.fit` says, of a solver."""
+    model, asked = Model(core), checked(options)
+    several = read_some(recordings)
+    _refuse(model, sine)
+    values, names, tied = _chosen(model, fitted, known)
+    view = [_view(model, each) for each in several]
+    motions = [cut for n, each in enumerate(view) for cut in _motions(model, each, n)]
+    free = {name: _start(model, name, start) for name in names}
+    tries, left = _starts(model, view, values, free, tied, sine)
+    experiments, parameters = list[Experiment](), dict[str, Parameter]()
+    for n, cut in enumerate(motions):
+        made, own = _posed(model, cut, n, values, {name: name for name in names} | tied, sine)
+        experiments += made
+        parameters |= {p.name: p for p in own}
+    shared = {name: _parameter(model, name, tries[0][name]) for name in names}
+    first = {name: p.start for name, p in {**shared, **parameters}.items()}
+    mass = model.masses[0]
+    units = Units(mass.unit, model.input["unit"] if model.input else "A")
+    warnings = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
+    problem = Problem(
+        "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
+        tuple(first | each for each in tries), {n: values[n] for n in known or {} if n in values}, (), warnings, parts=(0.35, 1.0),
+        units=units, loss=asked.loss, friction=model.friction, files=files_of(several),
+    )  # fmt: skip
+    found = solved(problem, asked)
+    driven = any(len(each.steps) > 1 for each in experiments)
+    if driven and left > _UNDRIVEN and not all(cast(Solution, found.solution).explained):
+        found = replace(found, statements=(*found.statements, _undriven(model, left)))
+    ours = {name: found.values[name] for name in names}
+    every = values | ours | {name: ours[other] for name, other in tied.items()}
+    return replace(found, base=cast(Any, robot_class(core))(**every, name=core.name), tied=tied)
+
+
+_UNDRIVEN = 0.2
+"""Share of the accelerations that drive and model leave, from where it is said."""
+
+
+def _undriven(model: Model, left: float) -> str:
+    """What is said of a drive that is not the one which moved the mass."""
+    name = cast("dict[str, Any]", model.input)["name"]
+    return (
+        f"{name} and the model leave {100.0 * left:.0f} % of the accelerations: is {name} what was commanded, is it late, "
+        "or is a term missing? inertia and stiffness are no better than that; a free decay does not need it"
+    )
+
+
+def _refuse(model: Model, sine: bool) -> None:
+    """HopformError for a sine of what is no angle, or is not alone."""
+    if flag("sine", sine) and (len(model.masses) > 1 or model.masses[0].unit != "rad" or model.input is None):
+        raise HopformError(
+            f"sine: gravity's sine is a torque on one angle with a drive; the model {model.core.name} moves "
+            f"{', '.join(f'{each.coordinate} [{each.unit}]' for each in model.masses)}"
+        )
+
+
+def _chosen(
+    model: Model, fitted: Sequence[str] | None, known: Given
+) -> tuple[dict[str, float], list[str], dict[str, str]]:
+    """The values of the parameters that are not fitted, the names of those that are, and which are as one of them."""
+    given, tied = dict[str, float](), dict[str, str]()
+    fields = {each.name: each for each in model.records.ROBOT_FIELDS}
+    for name, value in mapping("known", known, MOST_KNOWN).items():
+        if name not in fields:
+            raise HopformError(f"known: {model.core.name} has no parameter {shown(name)}; it has {', '.join(fields)}")
+        if isinstance(value, str):
+            tied[cast(str, name)] = value
+        else:
+            given[cast(str, name)] = checked_value(fields[cast(str, name)], value)
+    if fitted is None:
+        names = [n for n, each in fields.items()
+                 if n not in given and n not in tied and n not in model.excess and each.domain not in _UNFITTED]  # fmt: skip
+    else:
+        names = [cast(str, each) for each in items("fitted", fitted, "names of parameters", len(fields))]
+        for name in names:
+            if name not in fields or name in given or name in tied:
+                may = ", ".join(n for n in fields if n not in given and n not in tied)
+                raise HopformError(f"fitted: {shown(name)} is no parameter that is not known; there are {may}")
+    for name, other in tied.items():
+        if other not in names:
+            raise HopformError(f"known: {name} is to be as {shown(other)}, which is none of {', '.join(names)}")
+    values = given | {n: each.default for n, each in fields.items()
+                      if n not in given and n not in tied and n not in names and each.default is not None}  # fmt: skip
+    missing = [n for n in fields if n not in names and n not in tied and n not in values]
+    if missing:
+        raise HopformError(f"fitted: {', '.join(missing)} must be fitted or known; they have no default")
+    return values, names, tied
+
+
+def _view(model: Model, recording: Recording) -> Recording:
+    """The columns of a recording that the model has: positions, and what drives it."""
+    columns = dict[str, Column]()
+    alone = len(model.masses) == 1
+    for each in model.masses:
+        column = recording.named(each.coordinate) or (recording.column_of("x1") if alone else None)
+        if column is None:
+            continue
+        if SI[column.quantity] != each.unit:
+            raise recording.error(
+                f"must be in {each.unit} or a unit of it: the model's {each.coordinate} is", recording.head, column
+            )
+        columns["position" if alone else f"x{each.number}"] = column
+    if not columns:
+        raise recording.error(
+            f"no column is one of {', '.join(each.coordinate for each in model.masses)}", recording.head
+        )
+    if model.input is not None:
+        drive = recording.named(model.input["name"]) or recording.found("u")
+        if drive is not None:
+            if DRIVES.get(drive.quantity) != model.input["unit"]:
+                raise recording.error(
+                    f"must be in {model.input['unit']}: the model's {model.input['name']} is", recording.head, drive
+                )
+            columns["current"] = drive
+    return replace(recording, columns=columns, unfit={}).of_columns([*columns.values()])
+
+
+def seen_by(core: Core, recording: Recording) -> Recording:
+    """A recording with the columns that the model of a solver has, as every fit names them."""
+    return _view(Model(core), recording)
+
+
+def _motions(model: Model, recording: Recording, number: int) -> list[Cut]:
+    """The motions of a recording: what its drive shows, or its free decays."""
+    titles = [title for title in ("position", "x1", "x2") if title in recording.columns]
+    x = recording.position("x2" if titles[0] == "x2" else "x1")
+    other = recording.columns[titles[1]].values if len(titles) > 1 else None
+    if recording.has_current():
+        spans = known_spans(recording)
+    else:
+        spans = decays(recording, mended(x)) if len(model.masses) == 1 else [(0, x.size)]
+    return cuts_of(recording, number, spans, x, other)
+
+
+def _posed(
+    model: Model, cut: Cut, n: int, values: Values, names: Mapping[str, str], sine: bool
+) -> tuple[list[Modelled], list[Parameter]]:
+    """The experiments of a motion, one of each coordinate that was measured, and where it begins as parameters."""
+    measured = [each for each in model.masses if len(model.masses) == 1 or f"x{each.number}" in cut.recording.columns]
+    kept, clean = cut.independent(), cut.mended()
+    own, letters, constants = list[Parameter](), dict(names), dict(values)
+    for each in model.masses:
+        x, v = _start_letters(each.number)
+        seen = {1: clean.x, 2: clean.x1}[measured.index(each) + 1] if each in measured else None
+        place = speed = 0.0
+        if seen is not None:
+            place, speed = float(np.median(seen[:5])), float(np.polyfit(cut.time[:5], seen[:5], 1)[0])
+        reach = float(np.ptp(cut.x))
+        letters[x] = f"{each.coordinate}@{n}"
+        start = Parameter(letters[x], each.unit, place, 0.1 * reach, own=True)
+        if "v" in cut.still and seen is not None:
+            constants[v] = 0.0
+            wide = 8.0 * max(noise_of(seen), quantum_of(seen), 1e-9)
+            start = start._replace(low=place - wide, high=place + wide)
+        else:
+            letters[v] = f"{each.velocity}@{n}"
+            own.append(Parameter(letters[v], f"{each.unit}/s", speed, reach, own=True))
+        own.append(start)
+    angle = Seen(cut.time, clean.x, np.gradient(clean.x, cut.time))
+    experiments = list[Modelled]()
+    for each, place_of in zip(measured, (cut.x, cut.x1), strict=False):
+        experiments.append(
+            Modelled(
+                cut.label, "model", cut.time[kept], cast(Array, place_of)[kept], letters, constants, cut.steps,
+                begin=cut.begin, of="x1" if each.number == 1 else "x2", model=model, mass=each.number,
+                grid=_grid(cut.time, clean.x) if sine else None, seen=[angle, angle],
+            )
+        )  # fmt: skip
+    return experiments, own
+
+
+_ANGLE = 0.06
+"""[rad] of an oscillation in a step of gravity's sine at most: what is left of its hold, corrected to second order, is
+its fourth power.
+"""
+
+
+def _grid(time: Array, x: Array) -> Array:
+    """Times between which gravity's sine is constant."""
+    half = half_period(time, x)
+    step = _ANGLE / math.pi * half if half > 0.0 else 0.0
+    every = max(int(step / float(np.median(np.diff(time)))), 1)
+    return np.append(time[:-1:every], time[-1])
+
+
+def _start(model: Model, name: str, start: Values | None) -> float:
+    """Where the search for a start begins: what is given, the default, or 1."""
+    each = model.parameters[name]
+    given = mapping("start", start, MOST_KNOWN).get(name, each.get("default", 1.0))
+    value = real(f"start: {name}", given, each["unit"])
+    return value if value or each["domain"] == "real" else 0.1
+
+
+def _parameter(model: Model, name: str, start: float) -> Parameter:
+    each = model.parameters[name]
+    domain = each["domain"] if each["domain"] in ("positive", "nonnegative", "fraction") else "real"
+    scale = abs(start) if domain == "positive" else max(abs(start), 1e-3)
+    return Parameter(name, each["unit"], start, scale, domain, profiled=True)
+
+
+_SPREAD = (1.0, 0.05, 20.0)
+"""Times what is given of positive parameters, where the search for a start begins."""
+_MOST_LEFT = 0.05
+"""Share of the accelerations that a start leaves which is good enough: the search for it ends."""
+
+
+def _starts(
+    model: Model, recordings: Sequence[Recording], values: Values, free: Values, tied: Mapping[str, str], sine: bool
+) -> tuple[list[dict[str, float]], float]:
+    """Where the fit begins: the least squares of the accelerations through each filter; of several coordinates that were
+    not all recorded what is given. And the least share of the accelerations that is left.
+    """
+    if len(model.masses) > 1 and any(len([t for t in each.columns if t != "current"]) < 2 for each in recordings):
+        return [dict(free)], 0.0
+    rows = [[_filtered(model, each, cutoff) for each in recordings] for cutoff in CUTOFFS]
+    tries = [found for some in rows for found in [_regressed(model, some, values, free, tied, sine)]]
+    tries.sort(key=lambda each: each[0])
+    return [found for _, found in tries], tries[0][0]
+
+
+class Rows(NamedTuple):
+    """Places, velocities and accelerations of each mass, and the drive, filtered alike; scale: of the accelerations."""
+
+    x: list[Array]
+    v: list[Array]
+    a: list[Array]
+    u: Array
+
+
+def _filtered(model: Model, recording: Recording, cutoff: float) -> Rows:
+    titles = ["position"] if len(model.masses) == 1 else ["x1", "x2"]
+    time, step = recording.time, float(np.median(np.diff(recording.time)))
+    u = recording.current() if recording.has_current() else np.zeros(time.size)
+    u = np.interp(time - 0.5 * step, time, u)
+    parts = [filtered_part(time, mended(recording.columns[t].values), u, step, min(cutoff, 0.2 / step)) for t in titles]
+    return Rows([p.x for p in parts], [p.v for p in parts], [p.acceleration for p in parts], parts[0].u)
+
+
+def _regressed(
+    model: Model, rows: Sequence[Rows], values: Values, free: Values, tied: Mapping[str, str], sine: bool
+) -> tuple[float, dict[str, float]]:
+    """The least squares of accelerations where something moves, from several sizes of positive parameters: its cost, and
+    the parameters.
+    """
+    optimize, names = of_scipy("optimize"), list(free)
+    log = np.array([model.parameters[name]["domain"] == "positive" for name in names])
+    scale = np.array([abs(free[name]) or 1.0 for name in names])
+    low = np.where([model.parameters[n]["domain"] == "nonnegative" for n in names], 0.0, -np.inf)
+    size = max(float(np.sqrt(np.mean(np.concatenate([a for each in rows for a in each.a]) ** 2))), 1e-12)
+
+    def out(z: Array) -> dict[str, float]:
+        found = np.where(log, scale * np.exp(np.clip(np.where(log, z, 0.0), -30.0, 30.0)), scale * z)
+        return dict(zip(names, found.tolist(), strict=True))
+
+    def off(z: Array) -> Array:
+        free_values = out(z)
+        same = {name: free_values[other] for name, other in tied.items()}
+        robot, parts = model.robot({**values, **free_values, **same}), list[Array]()
+        for each in rows:
+            moving = np.all([np.abs(v) > 0.05 * np.abs(v).max() for v in each.v], axis=0)
+            x, v = [p[moving] for p in each.x], [p[moving] for p in each.v]
+            for mass, a in zip(model.masses, each.a, strict=True):
+                made = model.accelerations(robot, mass.number, x, v, each.u[moving], [np.sign(p) for p in v])
+                if sine:
+                    none, zero, side = np.zeros_like(x[0]), np.zeros_like(v[0]), [np.ones_like(v[0])]
+                    flat, slope = (
+                        float(model.accelerations(robot, 1, [none + d], [zero], zero, side)[0]) for d in (0.0, 1.0)
+                    )
+                    made = made + (flat - slope) * (x[0] - np.sin(x[0]))
+                parts.append((made - a[moving]) / size)
+        return np.nan_to_num(np.concatenate(parts), nan=1e6, posinf=1e6, neginf=-1e6)
+
+    found = list[tuple[float, float, Array]]()
+    for by in _SPREAD:
+        z = np.where(log, math.log(by), np.array([free[name] for name in names]) / scale)
+        one = optimize.least_squares(off, np.maximum(z, low + 1e-6), bounds=(low, np.inf), loss="soft_l1", max_nfev=200)
+        found.append((float(one.cost), float(np.mean(np.asarray(one.fun) ** 2)), np.asarray(one.x)))
+        if found[-1][1] <= _MOST_LEFT:
+            break
+    _, left, best = min(found, key=lambda each: each[0])
+    return left, out(best)
+
+
+def fit(
+    solver: Solver | str | Path,
+    recordings: Recordings,
+    *,
+    fitted: Sequence[str] | None = None,
+    known: Given = None,
+    start: Values | None = None,
+    sine: bool = False,
+    **options: Unpack[Options],
+) -> Fit:
+    """The parameters of any solver's model, by least squares on its exact motions, with their 95 % intervals.
+
+    solver: or its name or folder. recordings: one, several, or their files, each with a column named as a coordinate of
+    the model with its unit, or `position` of a model with one, and one named as the input, if there is one; without it
+    the largest free decay is fitted. fitted: names of parameters; if not given all that are not known, but for stops,
+    limits and friction that is higher at rest. known: values of others, or the name of a fitted one that it is alike;
+    what is neither has its default. start: of fitted ones, where the search may begin. sine: the spring of an angle is
+    gravity's, K sin(z) about where it rests in place of K z. options: as of `fit_step_response`.
+
+    The fit's `robot()` has its numbers. Raises HopformError for recordings that are not of the model, and for names that
+    are none of its parameters, MissingExtra without scipy.
+    """
+    of = solver if isinstance(solver, Solver) else load_solver(solver)
+    return fit_model(of.Robot.solver, recordings, fitted, known, start, sine, options)

@@ -1,0 +1,319 @@
+"""Motions at sample times with exact derivatives by everything that they depend on, through sticking and reversals:
+stances, and drops, in which flights and stances follow each other.
+
+A stance is solved in the compression y = x_1 - x_2 + L0 + c, and pulls nothing: at y = 0 it ends in a take-off. A rig
+whose spring is fixed at both ends pushes and pulls. Under c -> c + P the compression grows by P while (3) stays as it
+is: k (x_2 - x_1 - L0) knows no c. So a spring that pulls is one that is preloaded by more than it ever moves.
+
+A drop has its actuator locked, or free under a given current. In flight the body is ballistic and the actuator moves
+alone,
+
+    x_2'' = -g,      m_eff x_1'' = -b_1 x_1' - gamma_2 u - m_eff f_1 sign(x_1')
+
+which is the actuator's motion over a spring that is none. The foot is down where x_2 - x_1 - (L0 + c) = 0.
+
+Each piece is solved from its own beginning, at a time that depends on the parameters as its state does. Steps of the
+current do not: they come at times of the clock. So a piece that begins with an event is followed up to the next step
+under one current, and from there on, where time is the clock's again, under all that are left.
+"""
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from importlib import import_module
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._errors import HopformError
+from hopform._motion import DOUBLE
+from hopform._sensitivities import COLUMNS, in_height
+from hopform._show import needs
+from hopform._solver.c import Solved
+from hopform._solver.choice import DEFAULT
+from hopform._solver.package import ENDINGS, ROWS, LegState, Steps, records
+
+Array = NDArray[np.float64]
+Robot = records.Robot
+Values = Mapping[str, float]
+"""Letters of a rig, or parameters, by their names."""
+Known = Values | None
+"""Known parameters, if any are."""
+STATE = ("x1", "v1", "x2", "v2")
+AT = {name: number for number, name in enumerate(COLUMNS)}
+"""Where a derivative's column is: initial state x1, v1, x2, v2, the current u (all steps alike), the robot's fields."""
+MAX_PHASES = 200_000
+FIRM = 1e12
+"""[m/s^2] friction under which no body ever moves: how a body is held."""
+_LENGTH_BY = np.array([1.0 if name in ("L0", "c") else 0.0 for name in COLUMNS])
+
+
+def of_scipy(module: str) -> Any:
+    """A module of scipy; MissingExtra without it."""
+    needs("scipy", "identify", "identification")
+    return import_module(f"scipy.{module}")
+
+
+class Motion(NamedTuple):
+    """States (times, 4), rows x1, v1, x2, v2, and their derivatives (times, 4, columns)."""
+
+    states: Array
+    by: Array
+
+
+def stance(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> Motion:
+    """The motion from a state x1, v1, x2, v2 at t = 0 at times that do not decrease; HopformError if the leg takes off
+    before.
+    """
+    motion, found = stance_piece(robot, start, steps, times, None)
+    if motion.states.shape[0] < times.size:
+        raise HopformError(f"the leg takes off after {found.outcome()[1]!r} s, before the last sample")
+    return motion
+
+
+def states(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> Array:
+    """The states alone of such a motion, (times, 4), without their derivatives."""
+    x1, v1, x2, v2 = start
+    state = LegState(x1, v1, v2, x1 - x2 + robot.L0 + robot.c)
+    found = solved(robot, state, steps, float(times[-1]) * (1.0 + 1e-12))
+    at = found.state_at(np.minimum(times, found.outcome()[1]))
+    return np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1)
+
+
+def solved(robot: Robot, state: LegState, steps: Steps, horizon: float) -> Solved:
+    """A stance as the library has it; HopformError for more phases than any recording has."""
+    found = DEFAULT.compiled().solve_stance(robot, state, steps, horizon, MAX_PHASES, DOUBLE)
+    if ENDINGS[found.outcome()[0]] == "too_many_phases":
+        raise HopformError(f"the motion has more than {MAX_PHASES} phases: hardly any friction for so long a recording")
+    return found
+
+
+def _of_height(rows: NDArray[Any], given: bool) -> Array:
+    """Derivatives of x1, v1, x2, v2 by the columns from those of x1, v1, v2, y."""
+    x1, v1, v2, y = np.moveaxis(in_height(rows, given), 1, 0)
+    return np.stack([x1, v1, x1 - y + _LENGTH_BY, v2], axis=1)
+
+
+def stance_piece(
+    robot: Robot, start: Sequence[float], steps: Steps, times: Array, y: float | None
+) -> tuple[Motion, Solved]:
+    """The motion in a stance of at most the given times, and the stance; y is the compression at the start, from the
+    state if None.
+    """
+    x1, v1, x2, v2 = start
+    given = y is None
+    compression = max(x1 - x2 + robot.L0 + robot.c, 0.0) if y is None else y
+    horizon = max(float(times[-1]), 1e-9) * (1.0 + 1e-12) if times.size else 1e-9
+    found = solved(robot, LegState(x1, v1, v2, compression), steps, horizon)
+    ending, duration, *_ = found.outcome()
+    at, rows = found.tangents(np.ascontiguousarray(times if ENDINGS[ending] == "rest" else times[times <= duration]))
+    states = np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1)
+    return Motion(states, _of_height(rows, given)), found
+
+
+# ---- drops ----
+
+_MOST_PIECES = 400
+_PLACES = 256
+"""Places at which the foot is looked at for the touchdown, over a flight and over the first of it: one between may be
+missed.
+"""
+_ROUNDS = 8
+"""As many more between two of them, so often that the time has all its digits: 256^8 = 2^64."""
+_SHARES = np.arange(1, _PLACES + 1) / _PLACES
+_NO_SPRING, _FAR = 1e-15, 100.0
+"""[N/m], [m]: a spring that is none, and the compression at which it still pushes, with 1e-13 N."""
+_AIRBORNE = [AT[name] for name in ("x1", "v1", "u", "m_eff", "b1", "f1", "gamma2", "x1_min", "x1_max")]
+"""Inputs of the actuator's motion in the air."""
+
+
+class _Rig(NamedTuple):
+    """The dropped rig: the robot, whose c is 0 (a constant force on the actuator is a current's), and the current."""
+
+    robot: Robot
+    steps: Steps
+
+
+class _Piece(NamedTuple):
+    """A flight or a stance: the motion at the times that lie in it, the run after it if it ends before the last, and
+    the largest compression of the spring [m].
+    """
+
+    motion: Motion
+    after: "_Run | None"
+    deepest: float = 0.0
+
+
+class _Run(NamedTuple):
+    """A drop under way: time, state, and the derivatives of both by the columns."""
+
+    begin: float
+    begin_by: Array
+    state: Array
+    state_by: Array
+    flies: bool
+    touches: bool
+    """the foot is exactly on the ground: the compression is 0, whatever the parameters are"""
+
+
+def drop(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> Motion:
+    """The motion of a body that falls, as `drop_and_compression` has it."""
+    return drop_and_compression(robot, start, steps, times)[0]
+
+
+def drop_and_compression(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> tuple[Motion, float]:
+    """The motion of a body that falls, meets the ground and hops on, at times [s] that do not decrease, and the largest
+    compression of its spring [m] up to the last of them; impacts lose energy.
+
+    start: x1, v1, x2, v2 at t = 0, in the air or compressed. The actuator is free within its stops, locked where these
+    are equal. HopformError without gravity, with an offset c, or for more hops than any recording has.
+    """
+    if not robot.g > 0.0:
+        raise HopformError(f"a drop needs g > 0 m/s^2, got {robot.g!r}")
+    if robot.c != 0.0:
+        raise HopformError(f"a drop takes the whole length as L0, c must be 0 m, got {robot.c!r}")
+    rig, state, columns = _Rig(robot, steps), np.array(start, dtype=float), len(COLUMNS)
+    run = _Run(0.0, np.zeros(columns), state, np.eye(4, columns), bool(state[2] - state[0] > robot.L0), touches=False)
+    pieces, done, deepest = list[Motion](), 0, 0.0
+    for _ in range(_MOST_PIECES):
+        piece = _piece(rig, run, times[done:])
+        pieces.append(piece.motion)
+        deepest, done, run = max(deepest, piece.deepest), done + piece.motion.states.shape[0], piece.after or run
+        if done == times.size:
+            return Motion(*map(np.concatenate, zip(*pieces, strict=True))), deepest
+    message = f"the drop has more than {_MOST_PIECES} flights and stances: give a shorter recording, or more friction"
+    raise HopformError(message)
+
+
+def _piece(rig: _Rig, run: _Run, times: Array) -> _Piece:
+    """The motion up to the next event, or to the step of the current that makes time the clock's again."""
+    move: Callable[[_Rig, _Run, Array], _Piece] = _flight if run.flies else _stance
+    later = [t for t, _ in rig.steps if t > run.begin] if run.begin_by.any() else []
+    if not later or later[0] >= times[-1]:
+        return move(rig, run, times)
+    piece = move(rig, run, np.append(times[times <= later[0]], later[0]))
+    if piece.after is not None:
+        return piece
+    (states, by), still = piece.motion, np.zeros(len(COLUMNS))
+    after = _Run(later[0], still, states[-1], by[-1], run.flies, touches=False)
+    return _Piece(Motion(states[:-1], by[:-1]), after, piece.deepest)
+
+
+def delayed(steps: Steps, delay: float) -> Steps:
+    """Steps of a current that arrive later by a delay [s]; the first holds from the beginning, also where all come
+    earlier.
+    """
+    moved = [(max(t + delay, 0.0), u) for t, u in steps]
+    begun = max((n for n, (t, _) in enumerate(moved) if t <= 0.0), default=0)
+    return ((0.0, moved[begun][1]), *moved[begun + 1 :])
+
+
+def _chain(by: Array, state_by: Array, begin_by: Array, rates: Array) -> Array:
+    """Derivatives (..., rows, columns) of a piece from those of the state that it starts with and of its beginning's
+    time.
+    """
+    total = np.asarray(by[..., : len(STATE)] @ state_by)
+    total[..., len(STATE) :] += by[..., len(STATE) :]
+    return np.asarray(total - rates[..., np.newaxis] * begin_by)
+
+
+def _rates(rig: _Rig, times: Array, states: Array, *, flies: bool) -> Array:
+    """Rates of x1, v1, x2, v2 at times of the clock, at a step under the current of before; 0 of a velocity that is
+    held.
+    """
+    robot, (x1, v1, x2, v2) = rig.robot, states.T
+    begins, currents = np.array(rig.steps, dtype=float).T
+    pull = robot.gamma2 * currents[np.maximum(np.searchsorted(begins, times, side="left") - 1, 0)]
+    spring = np.zeros_like(x1) if flies else robot.k * (x1 - x2 + robot.L0)
+    a1 = -(spring + robot.b1 * v1 + pull) / robot.m_eff - robot.f1 * np.sign(v1)
+    a2 = (spring - robot.b2 * v2) / robot.m_s - robot.g - robot.f2 * np.sign(v2)
+    body = np.full_like(v2, -robot.g) if flies else np.where(v2 != 0.0, a2, 0.0)
+    return np.stack([v1, np.where(v1 != 0.0, a1, 0.0), v2, body], axis=-1)
+
+
+def _stance(rig: _Rig, run: _Run, times: Array) -> _Piece:
+    """The stance that a run is in: the motion at the times that lie in it, and the take-off if it comes before the
+    last.
+    """
+    steps, y = delayed(rig.steps, -run.begin), 0.0 if run.touches else None
+    (states, by), stance = stance_piece(rig.robot, run.state.tolist(), steps, times - run.begin, y)
+    rows = _chain(by, run.state_by, run.begin_by, _rates(rig, times[: states.shape[0]], states, flies=False))
+    ending, duration, last, *_ = stance.outcome()
+    if ENDINGS[ending] != "takeoff":
+        return _Piece(Motion(states, rows), None, stance.compression_max())
+    ends = in_height(stance.sensitivities(), y is None)[[ROWS.index(name) for name in (*STATE, "T")]]
+    ends = _chain(ends, run.state_by, np.zeros(len(COLUMNS)), np.zeros(5))
+    end = np.array([last.x1, last.v1, last.x1 + rig.robot.L0, last.v2])
+    lifted = _Run(run.begin + duration, run.begin_by + ends[4], end, ends[:4], flies=True, touches=False)
+    return _Piece(Motion(states, rows), lifted, stance.compression_max())
+
+
+def _actuator(rig: _Rig, run: _Run, longest: float) -> Solved | None:
+    """The actuator in the air over a longest time [s]; None where it is locked."""
+    if rig.robot.x1_min == rig.robot.x1_max:
+        return None
+    x1, v1 = run.state[:2].tolist()
+    alone = rig.robot._replace(k=_NO_SPRING, L0=0.0, c=_FAR, b2=0.0, f2=FIRM, g=0.0)
+    return solved(alone, LegState(x1, v1, 0.0, x1 + _FAR), delayed(rig.steps, -run.begin), longest)
+
+
+def _flight(rig: _Rig, run: _Run, times: Array) -> _Piece:
+    """A flight: the motion at the times that lie in it, and the state after the impact if it comes before the last."""
+    robot, longest = rig.robot, max(float(times[-1]) - run.begin, 1e-9) * (1.0 + 1e-12)
+    actuator = _actuator(rig, run, longest)
+    airtime = _touchdown(rig, run, actuator, longest)
+    t = times - run.begin
+    t = t if airtime is None else t[t <= airtime]
+    moments = t if airtime is None else np.append(t, airtime)
+    by = np.zeros((moments.size, 4, len(COLUMNS)))
+    x1, v1 = np.full(moments.size, run.state[0]), np.zeros(moments.size)
+    if actuator is not None:
+        state, rows = actuator.tangents(np.ascontiguousarray(moments))
+        x1, v1 = np.asarray(state.x1), np.asarray(state.v1)
+        by[:, :2, _AIRBORNE] = rows[:, :2][:, :, _AIRBORNE]
+    x2, v2 = run.state[2:]
+    fall = v2 - robot.g * moments
+    states = np.stack([x1, v1, x2 + v2 * moments - 0.5 * robot.g * moments**2, fall], axis=1)
+    by[:, 2, AT["x2"]], by[:, 2, AT["v2"]], by[:, 2, AT["g"]] = 1.0, moments, -0.5 * moments**2
+    by[:, 3, AT["v2"]], by[:, 3, AT["g"]] = 1.0, -moments
+    rates = _rates(rig, run.begin + moments, states, flies=True)
+    local = _chain(by, run.state_by, np.zeros(len(COLUMNS)), rates)
+    rows = local[: t.size] - rates[: t.size, :, np.newaxis] * run.begin_by
+    moved = Motion(states[: t.size], rows)
+    return _Piece(moved, None if airtime is None else _landed(robot, run, airtime, states[-1], local[-1], rates[-1]))
+
+
+def _landed(robot: Robot, run: _Run, airtime: float, state: Array, by: Array, rates: Array) -> _Run:
+    """The run after a touchdown: its time moves so that the foot stays at 0; the impact takes its share of v2."""
+    late = (by[2] - by[0] - _LENGTH_BY) / -(rates[2] - rates[0])
+    at_event = by + rates[:, np.newaxis] * late
+    kept = math.sqrt(1.0 - robot.impact_loss)
+    after_by = at_event.copy()
+    after_by[2] = at_event[0] + _LENGTH_BY
+    after_by[3] = kept * at_event[3]
+    after_by[3, AT["impact_loss"]] -= state[3] / (2.0 * kept)
+    after = np.array([state[0], state[1], state[0] + robot.L0, kept * state[3]])
+    return _Run(run.begin + airtime, run.begin_by + late, after, after_by, flies=False, touches=True)
+
+
+def _touchdown(rig: _Rig, run: _Run, actuator: Solved | None, longest: float) -> float | None:
+    """When the foot comes down after it has been above the ground [s since the flight's beginning], None if not that
+    soon.
+    """
+    robot, (_, v1, x2, v2) = rig.robot, run.state.tolist()
+    if actuator is None:
+        height = max(x2 - run.state[0] - robot.L0, 0.0)
+        airtime = (v2 + math.sqrt(v2 * v2 + 2.0 * robot.g * height)) / robot.g
+        return airtime if airtime <= longest else None
+    soon = min(4.0 * abs(v2 - v1) / robot.g, longest)
+    places: Array = np.sort(np.concatenate([soon * _SHARES, longest * _SHARES]))
+    low, landed = 0.5 * float(places[0]), None
+    for _ in range(_ROUNDS):
+        heights: Array = x2 + v2 * places - 0.5 * robot.g * places**2 - actuator.state_at(places).x1 - robot.L0
+        below = np.flatnonzero(heights < 0.0)
+        if not below.size:
+            break
+        first = int(below[0])
+        landed = low = float(places[first - 1]) if first else low
+        places = np.linspace(low, float(places[first]), _PLACES + 1)[1:]
+    return landed

@@ -1,0 +1,81 @@
+"""What clock, logger and sensor do to a recording, as further parameters: a delay of the current, one of each recording
+and fitted wherever a current changes; on request a gain and a lag of each sensor, and one clock.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from hopform.identify import _estimation as estimation
+from hopform.identify._estimation import Parameter, Solution
+from hopform.identify._motion import Array
+from hopform.identify._rigs import SENSOR, UNITS, Experiment
+from hopform.identify._search import Problem
+
+DELAY = ("delay",)
+"""What is fitted wherever it can be."""
+NUISANCES = tuple(letter for letter in SENSOR if letter not in DELAY)
+"""What can be fitted on request."""
+_SHAPES: Mapping[str, Parameter] = {
+    "delay": Parameter("delay", UNITS["delay"], 0.0, 1e-3, "real", own=True, low=-0.1, high=0.1),
+    "gain": Parameter("gain", UNITS["gain"], 1.0, 1.0, "positive"),
+    "clock": Parameter("clock", UNITS["clock"], 1.0, 1.0, "positive"),
+    "lag": Parameter("lag", UNITS["lag"], 0.0, 1e-3, "nonnegative"),
+}
+
+
+def with_nuisances(problem: Problem, wanted: Sequence[str]) -> Problem:
+    """A problem with sensor, clock or logger among its parameters: where the recordings have a current for a delay, one
+    per recording; a gain and a lag per sensor (gain1 of x1, gain2 of x2); one clock.
+    """
+    experiments, made = list[Experiment](), dict[str, Parameter]()
+    for each in problem.experiments:
+        names = dict(each.names)
+        for letter in wanted:
+            name = _name(each, letter)
+            if name and letter not in names:
+                names[letter] = name
+                made.setdefault(name, _SHAPES[letter]._replace(name=name))
+        experiments.append(replace(each, names=names))
+    new = tuple(p for name, p in made.items() if all(name != other.name for other in problem.parameters))
+    return replace(problem, experiments=tuple(experiments), parameters=(*problem.parameters, *new))
+
+
+def _name(experiment: Experiment, letter: str) -> str | None:
+    """The parameter that a letter of the sensor is in a recording; None where it has none."""
+    if letter == "delay":
+        driven = experiment.driven and len({u for _, u in experiment.steps}) > 1
+        return f"delay@{experiment.names['x'].partition('@')[2]}" if driven else None
+    return "clock" if letter == "clock" else f"{letter}{experiment.quantity[1]}"
+
+
+_INDEPENDENT = 1e-3
+"""Share of a derivative's size that the fitted parameters must leave of it."""
+
+
+def extended(problem: Problem, solution: Solution) -> tuple[float, bool, list[Parameter]]:
+    """The score of a problem's further parameters at a solution without them: the decrease of the sum of squares that
+    they predict, whether the fitted ones leave anything of their derivatives, and all parameters one step of Gauss and
+    Newton on.
+    """
+    own = len(solution.parameters)
+    further = problem.parameters[own:]
+    at = {p.name: p.start for p in further} | solution.values
+    parts, rows = estimation.residuals(problem.experiments, problem.parameters, at)
+    weight = weights(solution)
+    jacobian = rows * weight[:, np.newaxis]
+    size = np.sqrt((jacobian**2).sum(axis=0))
+    alive, whole = np.flatnonzero(size[:own] > 0.0), size[own:]
+    columns = [jacobian[:, alive] / size[alive], jacobian[:, own:], np.concatenate(parts) * weight]
+    r = estimation.triangle(np.column_stack(columns))[alive.size : alive.size + whole.size, alive.size :]
+    left, rest = r[:, :-1], r[:, -1]
+    independent = bool((np.sqrt((left**2).sum(axis=0)) > _INDEPENDENT * whole).all() and whole.all())
+    step = -np.linalg.lstsq(left, rest, rcond=1e-9)[0] if independent else np.zeros(whole.size)
+    moved = [p._replace(start=estimation.clip(p, p.start + float(each))) for p, each in zip(further, step, strict=True)]
+    return float((rest**2).sum()) if independent else 0.0, independent, [*estimation.started(solution), *moved]
+
+
+def weights(solution: Solution) -> Array:
+    """Of each sample, 1/sigma; 0 for an outlier."""
+    return np.concatenate([some / sigma for some, sigma in zip(solution.inliers, solution.sigma, strict=True)])

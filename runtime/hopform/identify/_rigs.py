@@ -1,0 +1,410 @@
+"""Rigs: what a recording was made on, as a motion of the model in the letters that are fitted.
+
+| rig | what moves | model |
+|---|---|---|
+| attached | a body on a spring that pushes and pulls | (3) in the letters of (4); it rests at `rest` without gravity |
+| ground | a body that falls, meets the ground and may hop | (4), actuator locked, flight and impact between stances |
+| free | the same over an actuator that moves under a given current | (3), (4), the actuator alone in flight |
+| held | an actuator on a spring whose other end is held | (3), body held; the spring is relaxed at x1 = `rest` |
+| air | an actuator without a spring: the leg in the air, an axis | (3) with k = 0; `offset` is a constant current |
+
+Sensor, clock and logger make of a motion x(t) under a current u(t)
+
+    measured(t) = gain * y(t),    lag y' + y = x(clock t; u(clock (t - delay)))
+
+Each changes the prediction with exact derivatives. A clock that runs at another speed rescales the letters of the rig
+by dimension (k by clock^2, b by clock, accelerations by clock^2), so that time is that of the recording. A delay moves
+the steps of the current: the motion from the state s_0 is then the one that begins earlier by the delay, so that
+
+    dx/d delay = -x'(t) + (dx/ds_0) s_0'
+
+A lag is the exact response of the first-order filter to the cubic through positions and velocities of neighbouring
+samples.
+"""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import Literal, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._errors import HopformError
+from hopform._solver.package import Steps, records
+from hopform.identify import _motion as motion
+from hopform.identify._motion import AT, STATE, Array, Motion, Robot, Values, delayed, of_scipy
+
+Moved = tuple[Array, dict[str, Array]]
+"""Position and velocity at the samples, (samples, 2), and their derivatives by each letter."""
+
+_POWERS = {"k": 2, "b1": 1, "b2": 1, "f1": 2, "f2": 2, "g": 2, "gamma2": 2}
+"""The powers of 1/s in which a letter counts, masses and lengths apart."""
+
+
+SENSOR = {"delay": 0.0, "gain": 1.0, "clock": 1.0, "lag": 0.0}
+"""The letters of a recording's sensor, clock and logger, delay and lag in s, with values that change nothing."""
+
+
+def in_recorded_time(at: Values, clock: float, powers: Mapping[str, int] = _POWERS) -> dict[str, float]:
+    """Letters of a rig in the time of the recording, of which true time is `clock` times as much."""
+    return {name: value * clock ** powers.get(name, 0) for name, value in at.items()}
+
+
+def by_clock(
+    at: Values, by: Mapping[str, Array], clock: float, all_powers: Mapping[str, int] = _POWERS
+) -> dict[str, Array]:
+    """Derivatives by the letters in true time, and by the clock, from those by letters in recorded time."""
+    powers = {name: power for name, power in all_powers.items() if name in by and name in at}
+    found = {name: rows * clock ** powers.get(name, 0) for name, rows in by.items()}
+    slopes = (power * at[name] * clock ** (power - 1) * by[name] for name, power in powers.items())
+    found["clock"] = sum(slopes, np.zeros_like(next(iter(by.values()))))
+    return found
+
+
+def lagged(time: Array, moved: Moved, lag: float, before: float) -> Moved:
+    """A motion through lag y' + y = x, which at first is in its steady state; before: acceleration at the beginning.
+
+    dy/d lag = -(y' through the same filter).
+    """
+    states, by = moved
+    x, v = states.T
+    response = _Filter(time, lag)
+    if lag == 0.0:
+        y, rate = x, v
+    else:
+        y = response(x, v, float(x[0] - lag * v[0] + lag * lag * before))
+        rate = (x - y) / lag
+    found = {name: np.stack([response(rows[:, 0], rows[:, 1]), rows[:, 1]], axis=1) for name, rows in by.items()}
+    slope = (v - rate) / lag if lag > 0.0 else np.gradient(v, time) if time.size > 1 else np.zeros_like(v)
+    found["lag"] = np.stack([-response(rate, slope), -slope], axis=1)
+    return np.stack([y, rate], axis=1), found
+
+
+class _Filter:
+    """The response of lag y' + y = x to cubics between samples."""
+
+    def __init__(self, time: Array, lag: float) -> None:
+        self.lag, self.step = lag, np.diff(time)
+        h = self.step / max(lag, 1e-300)
+        self.decay = np.exp(-h)
+        # Those of a cubic's powers, int_0^1 s^n e^(-h (1 - s)) h ds = h/(n + 1) 1F1(1; n + 2; -h) (DLMF 13.4.1).
+        self.moments = [h / (n + 1) * of_scipy("special").hyp1f1(1, n + 2, -h) for n in range(4)]
+
+    def __call__(self, x: Array, v: Array, first: float | None = None) -> Array:
+        """y at the samples; from `first`, or from the steady state of a motion without acceleration."""
+        if self.lag == 0.0 or x.size < 2:
+            return x
+        h, (m0, m1, m2, m3) = self.step, self.moments
+        rise, left, right = np.diff(x), h * v[:-1], h * v[1:]
+        gain = x[:-1] * m0 + left * m1 + (3.0 * rise - 2.0 * left - right) * m2 + (left + right - 2.0 * rise) * m3
+        gain = np.concatenate([[x[0] - self.lag * v[0] if first is None else first], gain])
+        # y_(n+1) = decay_n y_n + gain_(n+1) from y_0 = gain_0: a system of equations with two diagonals.
+        bands = np.stack([np.ones_like(gain), np.append(-self.decay, 0.0)])
+        return np.asarray(of_scipy("linalg").solve_banded((1, 0), bands, gain, check_finite=False))
+
+
+Kind = Literal["attached", "ground", "free", "held", "air", "model"]
+
+LETTERS: dict[str, tuple[str, ...]] = {
+    "attached": ("m_s", "k", "b2", "f2", "g", "rest", "x", "v"),
+    "ground": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "x", "v"),
+    "free": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min",
+             "x1_max", "x", "v", "x1", "v1"),
+    "held": ("m_eff", "k", "b1", "f1", "gamma2", "rest", "x", "v"),
+    "air": ("m_eff", "b1", "f1", "gamma2", "offset", "x", "v"),
+}  # fmt: skip
+"""What a rig's motion depends on; x, v are position and velocity of what is measured at its start (of the body, if it
+is free, with x1, v1 of the actuator)."""
+
+UNITS = {each.name: each.unit for each in records.ROBOT_FIELDS} | {
+    "impact_loss": "", "rest": "m", "length": "m", "x": "m", "v": "m/s", "x1": "m", "v1": "m/s", "offset": "A",
+    "delay": "s", "gain": "", "clock": "", "lag": "s",
+}  # fmt: skip
+
+SOFT = 1e-9
+"""[1/s^2] of k/m_eff of a spring that is none: in a minute it moves nothing by more than two parts in a million."""
+
+_NOTHING = Robot(**dict.fromkeys(Robot._fields, 0.0))._replace(
+    m_eff=1.0, m_s=1.0, k=1.0, x1_min=-math.inf, x1_max=math.inf, u_max=math.inf
+)
+"""Unit masses on a unit spring, without anything else."""
+
+
+class Along(NamedTuple):
+    """A motion along which a further force acts: times [s], place from the spring's rest [m], velocity [m/s], what has
+    the sign of the slip or, at rest, of the pull; the largest velocity, Coulomb friction [m/s^2], the largest force of
+    drive or spring per mass [m/s^2], stiffness per mass [1/s^2], viscous friction per mass [1/s].
+    """
+
+    t: Array
+    x: Array
+    v: Array
+    way: Array
+    fastest: float
+    friction: Array
+    force: float
+    sprung: float
+    damping: float
+
+
+Force = Callable[[Along], Array]
+"""A force per mass against the motion [m/s^2]."""
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A recording on its rig: what was measured when, under which current, and which parameter each letter stands for.
+
+    time [s] from 0, not decreasing; measured [m]: x2 of a body, x1 of an actuator, of a free drop the one that `of`
+    says; steps: the current. names: a letter's parameter, also of `SENSOR`. constants: letters that are known.
+    added_mass [kg] on the body.
+    """
+
+    label: str
+    kind: Kind
+    time: Array
+    measured: Array
+    names: Mapping[str, str]
+    constants: Values
+    steps: Steps = ((0.0, 0.0),)
+    added_mass: float = 0.0
+    begin: float = 0.0
+    of: Literal["x1", "x2"] = "x2"
+
+    def preload(self, at: Values, steps: Steps) -> float:
+        """Preload of a spring that pushes and pulls [m]: more than it moves at these letters.
+
+        From its rest a mass goes as far as it begins, and further by what the largest force does: against the spring,
+        or in so much time without it.
+        """
+        mass, omega = at["m_eff"], math.sqrt(at.get("k", 0.0) / at["m_eff"])
+        force = abs(at["gamma2"]) * (max(abs(u) for _, u in steps) + abs(at.get("offset", 0.0))) / mass
+        duration, speed = float(self.time[-1]), abs(at["v"])
+        free = speed * duration + 0.5 * force * duration**2
+        sprung = speed / omega + 4.0 * force / omega**2 if omega > 0.0 else math.inf
+        return 4.0 * (float(np.ptp(self.measured)) + abs(at["x"] - at.get("rest", 0.0)) + min(free, sprung) + 0.01)
+
+    @property
+    def quantity(self) -> Literal["x1", "x2"]:
+        """Which position is measured."""
+        return {"attached": "x2", "ground": "x2", "held": "x1", "air": "x1"}.get(self.kind, self.of)  # type: ignore[return-value]
+
+    @property
+    def driven(self) -> bool:
+        """Whether a current moves it."""
+        return self.kind in ("held", "air", "free")
+
+    @property
+    def powers(self) -> Mapping[str, int]:
+        """The powers of 1/s in which letters count."""
+        return _POWERS
+
+    @property
+    def own_letters(self) -> tuple[str, ...]:
+        """What the motion depends on."""
+        return LETTERS[self.kind]
+
+    def letters(self, values: Values) -> dict[str, float]:
+        """The letters of the rig, of its sensor, clock and logger under values of the parameters."""
+        names, known = self.names, SENSOR | dict(self.constants)
+        letters = (*self.own_letters, *SENSOR)
+        return {letter: values[names[letter]] if letter in names else known[letter] for letter in letters}
+
+    def predict(self, values: Values, time: Array | None = None) -> tuple[Array, dict[str, Array]]:
+        """The predicted measurement, and its derivatives by the parameters; HopformError for no motion up to the last
+        sample.
+        """
+        try:
+            return self._predicted(values, time)
+        except HopformError as error:
+            raise HopformError(f"{self.label}: {error}") from None
+
+    def _predicted(self, values: Values, time: Array | None) -> tuple[Array, dict[str, Array]]:
+        time, at = self.time if time is None else time, self.letters(values)
+        clock, gain, lag = at["clock"], at["gain"], at["lag"]
+        moved, rate = self.moved(in_recorded_time(at, clock, self.powers), delayed(self.steps, at["delay"]), time)
+        states, by = moved
+        if "delay" in self.names:
+            by["delay"] = _by_delay(states, by, rate, time)
+        if "clock" in self.names or clock != 1.0:
+            by = by_clock(at, by, clock, self.powers)
+        if "lag" in self.names or lag != 0.0:
+            before = rate.get("v1" if self.kind == "free" and self.of == "x1" else "v", 0.0)
+            states, by = lagged(time, (states, by), lag, before)
+        by["gain"] = states
+        found: dict[str, Array] = {}
+        for letter, name in self.names.items():
+            found[name] = found.get(name, 0.0) + (1.0 if letter == "gain" else gain) * by[letter][:, 0]
+        return gain * states[:, 0], found
+
+    def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, "Rates"]:
+        """The motion at times by letters in recorded time, under a current, with the rates of the letters of its start."""
+        return _PREDICT[self.kind](self, at, steps, time)
+
+    def response_to(self, values: Values, force: "Force", size: float) -> Array:
+        """The change of the prediction by a force against the motion, times a size, per this: on the actuator where both
+        masses move. 0 where nothing moves. Of a body that is dropped it is that of a vanishing size.
+        """
+        letters = self.letters(values)
+        at = in_recorded_time(letters, letters["clock"], self.powers)
+        steps = delayed(self.steps, letters["delay"])
+        finer = max(min(4, records.MOST_STEPS // self.time.size), 1)
+        places = np.arange(finer * (self.time.size - 1) + 1) / finer
+        fine = np.interp(places, np.arange(self.time.size), self.time)
+        respond = self._response if self.kind == "ground" else self._driven_response
+        if self.kind == "attached":
+            at, steps = _as_actuator(self, at), ((0.0, at["g"]),)
+        return np.asarray(letters["gain"] * respond(at, steps, fine, force, size)[::finer])
+
+    def _response(self, at: Values, steps: Steps, fine: Array, force: "Force", _: float) -> Array:
+        """Of a body that is dropped, which sticks once, at its end. With P(t) the derivatives of its state by that at
+        the start it is P(t) int P(s)^-1 (0, e(s)) ds, through touchdowns and reversals, up to where it sticks.
+        """
+        states, by = _PREDICT[self.kind](self, at, steps, fine)[0]
+        (x, v), transition = states.T, np.stack([by["x"], by["v"]], axis=2)
+        determinant = transition[:, 0, 0] * transition[:, 1, 1] - transition[:, 0, 1] * transition[:, 1, 0]
+        moves = int(np.argmax(np.append(np.abs(determinant) < SINGULAR, True)))
+        stance = x < at["length"]
+        rows = np.stack([-transition[:moves, 0, 1], transition[:moves, 0, 0]], axis=1) / determinant[:moves, np.newaxis]
+        mass = at["m_s"] + self.added_mass
+        left, square, damping = x - at["length"], at["k"] / mass, at["b2"] / mass
+        largest = square * float(np.abs(left * stance).max())
+        along = Along(fine, left, v, v, float(np.abs(v).max()), at["f2"] * stance, largest, square, damping)
+        if along.fastest == 0.0 or moves == 0:
+            return np.zeros(fine.size)
+        inside = -rows * force(along)[:moves, np.newaxis]
+        parts = 0.5 * (inside[1:] + inside[:-1]) * np.diff(fine[:moves])[:, np.newaxis]
+        whole = np.concatenate([np.zeros((1, 2)), np.cumsum(parts, axis=0)])
+        found = (transition[:moves, 0] * whole).sum(axis=1)
+        return np.append(found, np.full(fine.size - moves, found[-1]))
+
+    def _driven_response(self, at: Values, steps: Steps, fine: Array, force: "Force", size: float) -> Array:
+        """Of an actuator, which sticks at every turn of its drive: the difference that the force makes, in what is
+        measured."""
+        begins, levels = np.array(steps).T
+        drive = at["gamma2"] * (levels + at.get("offset", 0.0))[np.searchsorted(begins, fine, side="right") - 1]
+        unit, place = {**at, "gamma2": 1.0, "offset": 0.0}, STATE.index(self.of) if self.kind == "free" else 0
+
+        def moved(pull: Array) -> Array:
+            under = tuple(zip(fine.tolist(), pull.tolist(), strict=True))
+            if self.kind == "free":
+                start = (at["x1"], at["v1"], at["x"], at["v"])
+                return motion.drop(_leg_robot(self, unit), start, under, fine).states
+            robot = actuator_robot(unit, self.preload(unit, under))
+            return motion.states(robot, (at["x"], at["v"], 0.0, 0.0), under, fine)
+
+        states = moved(drive)
+        (x, v, height), leg = states.T[:3], self.kind == "free"
+        spring = np.maximum(x - height + at["length"], 0.0) if leg else x - at.get("rest", 0.0)
+        pull = np.asarray(-at.get("k", 0.0) * spring - drive, dtype=np.float64)
+        mass, fastest = at["m_eff"], float(np.abs(v).max())
+        way, friction = np.where(v != 0.0, v, pull), np.full(x.size, at["f1"])
+        k = at.get("k", 0.0)
+        largest = max(float(np.abs(drive).max()), k * float(np.abs(spring).max())) / mass
+        along = Along(fine, spring, v, way, fastest, friction, largest, k / mass, at["b1"] / mass)
+        if fastest == 0.0:
+            return np.zeros(fine.size)
+        return np.asarray((moved(drive + size * mass * force(along)) - states)[:, place] / size)
+
+    def only(self, chosen: NDArray[np.bool_] | slice) -> Self:
+        """The samples that a mask or a slice selects."""
+        return replace(self, time=self.time[chosen], measured=self.measured[chosen])
+
+
+SINGULAR = 1e-12
+"""Determinant of the derivatives of a state by that at the start below which the body has come to rest."""
+
+Rates = dict[str, float]
+"""Derivatives by time of the letters of a start."""
+
+
+def _by_delay(states: Array, by: Mapping[str, Array], rate: Rates, time: Array) -> Array:
+    """Derivatives by a delay of the current: -x'(t) and what a start so much earlier changes."""
+    slope = np.gradient(states[:, 1], time) if time.size > 1 else np.zeros(time.size)
+    start = sum((by[letter] * each for letter, each in rate.items() if letter in by), np.zeros_like(states))
+    return np.asarray(start - np.stack([states[:, 1], slope], axis=1))
+
+
+def _first_acceleration(pull: float, velocity: float, friction: float) -> float:
+    """Of a mass under a pull [m/s^2] and Coulomb friction, by the hold rule."""
+    side = velocity if velocity != 0.0 else pull
+    return 0.0 if velocity == 0.0 and abs(pull) <= friction else pull - math.copysign(friction, side)
+
+
+_OF_BODY = {"length": "L0", "x": "x2", "v": "v2", "offset": "u"}
+_OF_ACTUATOR = {"x": "x1", "v": "v1", "offset": "u"}
+"""Columns of derivatives by letters that are not named as they are."""
+
+
+def _rows(of: Kind, moved: Motion, place: int, names: Mapping[str, str]) -> Moved:
+    """Position and velocity of one mass, and their derivatives by the letters of a rig."""
+    both, letters = slice(place, place + 2), (letter for letter in LETTERS[of] if letter != "rest")
+    return moved.states[:, both], {letter: moved.by[:, both, AT[names.get(letter, letter)]] for letter in letters}
+
+
+def _as_actuator(of: Experiment, at: Values) -> dict[str, float]:
+    """The letters of a body that is fixed to its spring, and those of an actuator that moves as it."""
+    mass = at["m_s"] + of.added_mass
+    return {**at, "m_eff": mass, "b1": at["b2"], "f1": at["f2"], "gamma2": mass}
+
+
+def _attached(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
+    """An actuator's motion in the letters of a body: its weight is the force of a current g."""
+    (states, by), rates = _actuator(of, _as_actuator(of, at), ((0.0, at["g"]),), time)
+    by |= {"m_s": by["m_eff"] + by["gamma2"], "b2": by["b1"], "f2": by["f1"], "g": by["offset"]}
+    return (states, by), rates
+
+
+_LOCKED = dict.fromkeys(("b1", "f1", "gamma2", "offset", "x1", "v1", "x1_min", "x1_max"), 0.0) | {"m_eff": 1.0}
+"""The letters of an actuator that is held."""
+
+
+def _ground(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
+    return _free(replace(of, of="x2"), _LOCKED | dict(at), ((0.0, 0.0),), time)
+
+
+@lru_cache(maxsize=2)
+def _dropped(robot: Robot, start: tuple[float, ...], steps: Steps, times: bytes) -> Motion:
+    """A drop of which both x1 and x2 were measured is solved once for both."""
+    return motion.drop(robot, start, steps, np.frombuffer(times))
+
+
+def _leg_robot(of: Experiment, at: Values) -> Robot:
+    own = {letter: value for letter, value in at.items() if letter in Robot._fields}
+    return _NOTHING._replace(**own | {"m_s": at["m_s"] + of.added_mass, "L0": at["length"]})
+
+
+def _free(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
+    steps = tuple((t, u + at["offset"]) for t, u in steps)
+    moved = _dropped(_leg_robot(of, at), (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes())
+    pull = -(at["b1"] * at["v1"] + at["gamma2"] * steps[0][1]) / at["m_eff"]
+    onto_a_stop = (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
+    first = 0.0 if at["v1"] == 0.0 and onto_a_stop else _first_acceleration(pull, at["v1"], at["f1"])
+    rates = {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
+    return _rows("free", moved, STATE.index(of.of), _OF_BODY), rates
+
+
+def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
+    """The body is held at x2 = 0; the offset of the spring puts its relaxed state at `rest`."""
+    robot, offset = actuator_robot(at, of.preload(at, steps)), at.get("offset", 0.0)
+    steps = tuple((t, u + offset) for t, u in steps) if offset else steps
+    moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time)
+    states, by = _rows("air", moved, 0, _OF_ACTUATOR)
+    by["k"], by["rest"] = moved.by[:, 0:2, AT["k"]], -moved.by[:, 0:2, AT["L0"]]
+    pull = (-robot.k * (robot.L0 + at["x"]) - at["b1"] * at["v"] - at["gamma2"] * steps[0][1]) / at["m_eff"]
+    return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f1"])}
+
+
+def actuator_robot(at: Values, preload: float) -> Robot:
+    """The actuator in the letters of `held` or `air`, its body held at x2 = 0 by friction; preload [m]: of its spring,
+    which so pushes and pulls.
+    """
+    own, k = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}, at.get("k", SOFT * at["m_eff"])
+    return _NOTHING._replace(**own, k=k, L0=-at.get("rest", 0.0), c=preload, f2=motion.FIRM)
+
+
+_PREDICT: Mapping[Kind, Callable[[Experiment, Values, Steps, Array], tuple[Moved, Rates]]] = {
+    "attached": _attached, "ground": _ground, "free": _free, "held": _actuator, "air": _actuator,
+}  # fmt: skip

@@ -1,0 +1,297 @@
+"""An actuator's fit in the words of simulators: MJCF (MuJoCo), URDF, Isaac Lab.
+
+| word | of the fit | linear, rotary |
+|---|---|---|
+| inertia | m, all that moves | kg, kg m^2 about the axis |
+| damping | b | N s/m, N m s/rad |
+| frictionloss | m f | N, N m |
+| gear | -gamma2, force per drive | N/A, N m/A; per V, N, N m as recorded |
+| stiffness | k | N/m, N m/rad |
+| springref | where the joint rests: rest, less m g/k of a known g | m, rad |
+| bias | offset, a constant load as a drive | A, or as recorded |
+
+MuJoCo's friction is a soft constraint, scaled by the inertia of the link without its armature: a slide whose link
+weighs nothing has no friction. So the link has what moves. The constraint's time constant is two time steps, the least
+that MuJoCo allows: it raises a smaller one to that, and its default of 0.02 s lets a joint creep.
+"""
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from hopform._checks import instance, word
+from hopform._errors import HopformError, printable
+from hopform.identify._fits import Fit, mean_of
+from hopform.identify._models import Modelled
+from hopform.identify._motion import Array, Values
+from hopform.identify._rigs import UNITS
+
+NAME = "identified"
+_G = 9.81
+"""[m/s^2] gravity in the file of a pendulum, whose weight follows from its m g l."""
+_TINY = 1e-9
+"""[kg, kg m^2] what a link has that must have some: a mass on its axis if it turns, an inertia if it slides."""
+_STEP = 1e-4
+"""[s] time step of an MJCF file. At 0.5 ms a servo at 20 rad/s misses its recording by 7 times the encoder's noise."""
+
+
+class Quantity(NamedTuple):
+    """A number of a simulator with its 95 % interval, NaN where it was known, infinite without one, and its unit."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+    def said(self) -> str:
+        """Unit and interval, for a comment."""
+        if math.isnan(self.low):
+            return f"[{self.unit or '1'}] known"
+        given = math.isfinite(self.high - self.low)
+        return f"[{self.unit or '1'}] {f'95 % {self.low:.6g} .. {self.high:.6g}' if given else 'no interval'}"
+
+
+def simulator_file(fit: Fit, form: str) -> str:
+    """The file of a simulator for a fit of one mass: a joint, an actuator, a body on its spring; its comments have the
+    intervals.
+
+    form: mjcf (MuJoCo), urdf, isaac (Isaac Lab). A model's fit with gravity's sine becomes a link with its weight, in
+    mjcf alone. Raises HopformError for a fit that does not fix its forces or that misses what a simulator needs.
+    """
+    return exported(instance("fit", fit, Fit, "a fit of recordings"), word("form", form, tuple(_FORMATS)))
+
+
+def exported(fit: Fit, form: str) -> str:
+    """A text in one of `_FORMATS`; HopformError for a fit that is of no actuator, or that misses what a simulator
+    needs.
+    """
+    if not fit.scale:
+        scale = "give --known gamma2, k or a mass"
+        raise HopformError(f"--export needs forces in N or N m, and motion fixes them only up to a factor: {scale}")
+    return _FORMATS[form](fit, quantities(fit))
+
+
+def quantities(fit: Fit) -> dict[str, Quantity]:
+    """What of `exported`'s words a fit has."""
+    if fit.kind == "model":
+        return _of_model(fit)
+    values = {name.partition("@")[0] for name in fit.values}
+    actuator = {"m_eff", "b1", "f1"} <= values
+    if not actuator and (not {"m_s", "b2", "f2"} <= values or "length" in values):
+        raise HopformError("--export takes the fit of an actuator or a joint: a decay, step, air or force recording")
+    mass, damping, friction = ("m_eff", "b1", "f1") if actuator else ("m_s", "b2", "f2")
+    words = {"inertia": mass, "damping": damping} | ({"gear": "gamma2", "bias": "offset"} if actuator else {})
+    found = {word: _single(fit, letter) for word, letter in words.items() if letter in values}
+    rests = _rests(fit, "x1" if actuator else "x2")
+    if rests.any():
+        _refuse_blind(fit, "rest")
+        m, k, g = found["inertia"].value, _single(fit, "k"), 0.0 if actuator else fit.known["g"]
+        rest = float(rests @ [each.value for each in fit.estimates])
+        slope = rests - g / k.value * _weights(fit, mass) + m * g / k.value**2 * _weights(fit, "k")
+        found |= {"stiffness": k, "springref": _spread(fit, rest - m * g / k.value, slope, fit.units.position)}
+    m, f = found["inertia"].value, _single(fit, friction).value
+    slope = f * _weights(fit, mass) + m * _weights(fit, friction)
+    loss = _spread(fit, m * f, slope, fit.units.force)
+    found["frictionloss"] = loss._replace(low=max(loss.low, 0.0)) if math.isfinite(loss.low) else loss
+    if "gear" in found:
+        gear = found["gear"]
+        found["gear"] = Quantity(-gear.value, -gear.high, -gear.low, gear.unit)
+    return found
+
+
+def _modelled(fit: Fit) -> Modelled:
+    """The recording of a model's fit; HopformError for a model of several masses."""
+    of = fit.solution.experiments[0] if fit.solution else None
+    if not isinstance(of, Modelled) or len(of.model.masses) > 1:
+        raise HopformError("a simulator's file takes the fit of one mass, an actuator or a joint")
+    return of
+
+
+def _of_model(fit: Fit) -> dict[str, Quantity]:
+    """The words of a model's fit, from its energy and its accelerations; intervals to first order."""
+    of, units = _modelled(fit), fit.units
+    blind = [each.name for each in fit.estimates if each.method == "not identifiable"]
+    if blind:
+        raise HopformError(f"--export needs {blind[0]}, which these recordings do not identify: see the notes")
+
+    def words(values: Values) -> dict[str, float]:
+        return of.words(of.letters(values))
+
+    values = {each.name: each.value for each in fit.estimates}
+    slopes: dict[str, list[float]] = {name: [] for name in words(values)}
+    for each in fit.estimates:
+        step = 1e-6 * max(abs(each.value), 1e-3)
+        ends = [words({**values, each.name: each.value + side * step}) for side in (1.0, -1.0)]
+        for name, rows in slopes.items():
+            rows.append((ends[0][name] - ends[1][name]) / (2.0 * step))
+    unit = {
+        "inertia": "kg", "damping": "N s/m", "frictionloss": "N", "gear": "N/A", "bias": "A", "stiffness": "N/m",
+        "springref": "m",
+    }  # fmt: skip
+    return {name: _spread(fit, value, np.array(slopes[name]), units.of(unit[name]))
+            for name, value in words(values).items()}  # fmt: skip
+
+
+def _swings(fit: Fit) -> bool:
+    """Whether gravity's sine is the spring."""
+    return fit.kind == "model" and _modelled(fit).grid is not None
+
+
+def notes(fit: Fit) -> list[str]:
+    """What a file cannot say in its words: whether the stiffness of what turns is a spring's or gravity's."""
+    if fit.units.position != "rad" or "stiffness" not in quantities(fit) or _swings(fit):
+        return []
+    gravity = "for a pendulum, whose m g l it is, leave it out and give the link its mass m at the lever l"
+    return [f"stiffness is exported as a torsion spring; {gravity}"]
+
+
+def _refuse_blind(fit: Fit, letter: str) -> None:
+    own = (each for each in fit.estimates if each.name.partition("@")[0] == letter)
+    blind = [each.name for each in own if each.method == "not identifiable"]
+    if blind:
+        raise HopformError(f"--export needs {blind[0]}, which these recordings do not identify: see the notes")
+
+
+def _single(fit: Fit, letter: str) -> Quantity:
+    """A letter with its interval, the mean over recordings where each has its own."""
+    _refuse_blind(fit, letter)
+    known = (fit.known[letter], math.nan, math.nan) if letter in fit.known else None
+    value, low, high = known or mean_of(fit.estimates, letter)[1].tolist()
+    return Quantity(value, low, high, fit.units.of(UNITS[letter]))
+
+
+def _weights(fit: Fit, letter: str) -> Array:
+    return mean_of(fit.estimates, letter)[0]
+
+
+def _rests(fit: Fit, quantity: str) -> Array:
+    """Weights of the estimates in the mean rest of the motions of one mass; a motion's number is that of its trace."""
+    numbered = [each.name.partition("@") for each in fit.estimates]
+    own = [name == "rest" and fit.traces[int(n)].quantity == quantity for name, _, n in numbered]
+    return np.array(own, dtype=float) / max(sum(own), 1)
+
+
+def _spread(fit: Fit, value: float, slope: Array, unit: str) -> Quantity:
+    """A function of the estimates, of which slope has the derivatives: its interval to first order."""
+    spread = np.where(np.isfinite(fit.covariance), fit.covariance, 0.0)
+    half = 1.96 * math.sqrt(max(float(slope @ spread @ slope), 0.0)) if slope.any() else math.nan
+    if any(each.method == "not explained" for each, own in zip(fit.estimates, slope, strict=True) if own):
+        half = math.inf
+    return Quantity(value, value - half, value + half, unit)
+
+
+def _head(fit: Fit, found: Mapping[str, Quantity]) -> list[str]:
+    """What the numbers come from, and each with unit and interval."""
+    white = all(trace.tests.white for trace in fit.traces)
+    sources = ", ".join(Path(trace.label).name for trace in fit.traces)
+    lines = [f"identified by hopform from {sources}; residuals {'' if white else 'NOT '}white"]
+    lines += [f"{word} {each.value:.9g} {each.said()}" for word, each in found.items()]
+    lines += ["inertia is all that moved: give it to the link or to the joint's armature, once"]
+    if not _swings(fit):
+        lines += ["gravity acts on nothing here: springref and bias hold the load of the recording"]
+    return lines + notes(fit)
+
+
+def _xml(lines: list[str]) -> list[str]:
+    """Comments of XML, which hold no two hyphens in a row."""
+    return [f"  <!-- {re.sub('-(?=-)', '- ', printable(each))} -->" for each in lines]
+
+
+def _inertial(fit: Fit, found: Mapping[str, Quantity]) -> tuple[str, str]:
+    """Mass and moment of inertia of the link: it has all that moves."""
+    moving = repr(found["inertia"].value)
+    return (repr(_TINY), moving) if fit.units.position == "rad" else (moving, repr(_TINY))
+
+
+def _mjcf(fit: Fit, found: Mapping[str, Quantity]) -> str:
+    """A link on its joint. `angle` is set, since springref would be in degrees without; the bias acts through gear."""
+    kind = "slide" if fit.units.position == "m" else "hinge"
+    spring = () if _swings(fit) else ("stiffness", "springref")
+    attributes = [word for word in ("damping", "frictionloss", *spring) if word in found]
+    words = "".join(f' {word}="{found[word].value!r}"' for word in attributes)
+    mass, inertia = _inertial(fit, found)
+    place, pull, turned = "0 0 0", "0 0 0", ""
+    if _swings(fit):  # a point mass at half of the radius of gyration's lever, so that both m l^2 and the rest are > 0
+        lever = 0.5 * _G * found["inertia"].value / found["stiffness"].value
+        weight = found["stiffness"].value / (_G * lever)
+        place, pull, mass = f"0 {-lever!r} 0", f"0 {-_G!r} 0", repr(weight)
+        inertia = repr(found["inertia"].value - weight * lever**2)
+        turned = f' euler="0 0 {-found["springref"].value!r}"'
+    more = ["solreffriction is two time steps; MuJoCo raises it to two of a longer step, with which friction creeps"]
+    lines = [
+        f'<mujoco model="{NAME}">', *_xml([*_head(fit, found), *more]), '  <compiler angle="radian"/>',
+        f'  <option timestep="{_STEP}" integrator="RK4" gravity="{pull}"/>', "  <worldbody>",
+        f'    <body name="{NAME}"{turned}>',
+        f'      <joint name="{NAME}" type="{kind}" axis="0 0 1"{words} solreffriction="{2.0 * _STEP} 1"/>',
+        f'      <inertial pos="{place}" mass="{mass}" diaginertia="{inertia} {inertia} {inertia}"/>', "    </body>",
+        "  </worldbody>",
+    ]  # fmt: skip
+    if "gear" in found:
+        bias = f' biastype="affine" biasprm="{found["bias"].value!r} 0 0"' if "bias" in found else ""
+        gear = f'<general name="{NAME}" joint="{NAME}" gear="{found["gear"].value!r}" gainprm="1"{bias}/>'
+        lines += ["  <actuator>", f"    {gear}", "  </actuator>"]
+    return "\n".join([*lines, *_keyframe(fit, found), "</mujoco>", ""])
+
+
+def _keyframe(fit: Fit, found: Mapping[str, Quantity]) -> list[str]:
+    """Where each motion of the recordings begins by the fit, as a key to replay it from."""
+    place, speed, of = "x", "v", "x1" if "gear" in found else "x2"
+    if fit.kind == "model":
+        mass = _modelled(fit).model.masses[0]
+        place, speed, of = mass.coordinate, mass.velocity, f"x{mass.number}"
+    keys = list[str]()
+    for n, trace in enumerate(fit.traces):
+        if trace.quantity == of and f"{place}@{n}" in fit.values:
+            q, v = fit.values[f"{place}@{n}"], fit.values.get(f"{speed}@{n}", 0.0)
+            keys += [f"  {each}" for each in _xml([f"start_{n}: {trace.label} from {trace.time[0]:.6g} s on"])]
+            keys.append(f'    <key name="start_{n}" qpos="{q!r}" qvel="{v!r}"/>')
+    return ["  <keyframe>", *keys, "  </keyframe>"] if keys else []
+
+
+def _urdf(fit: Fit, found: Mapping[str, Quantity]) -> str:
+    """A link on its joint. URDF has no gear, stiffness, springref and bias."""
+    _refuse_pendulum(fit)
+    rotary, (mass, inertia) = fit.units.position == "rad", _inertial(fit, found)
+    places = np.concatenate([trace.measured for trace in fit.traces])
+    limit = f'    <limit lower="{places.min():.6g}" upper="{places.max():.6g}" effort="1e9" velocity="1e9"/>'
+    damping, friction = found["damping"].value, found["frictionloss"].value
+    lines = [
+        '<?xml version="1.0"?>', f'<robot name="{NAME}">', *_xml(_head(fit, found)),
+        *_xml(["the file has no word for gear, stiffness, springref, bias and gravity",
+               *([] if rotary else ["the limits are the way of the recordings; effort and velocity are not limited"])]),
+        '  <link name="base"/>', f'  <link name="{NAME}_link">', "    <inertial>", f'      <mass value="{mass}"/>',
+        f'      <inertia ixx="{inertia}" ixy="0" ixz="0" iyy="{inertia}" iyz="0" izz="{inertia}"/>',
+        "    </inertial>", "  </link>",
+        f'  <joint name="{NAME}" type="{"continuous" if rotary else "prismatic"}">', '    <parent link="base"/>',
+        f'    <child link="{NAME}_link"/>', '    <axis xyz="0 0 1"/>', *([] if rotary else [limit]),
+        f'    <dynamics damping="{damping!r}" friction="{friction!r}"/>', "  </joint>", "</robot>", "",
+    ]  # fmt: skip
+    return "\n".join(lines)
+
+
+def _refuse_pendulum(fit: Fit) -> None:
+    if _swings(fit):
+        raise HopformError(
+            "a pendulum's gravity is the weight of a link: mjcf writes it, the other forms have a joint alone"
+        )
+
+
+def _isaac(fit: Fit, found: Mapping[str, Quantity]) -> str:
+    """An actuator of Isaac Lab (from 2.3 on), whose friction is an effort, and whose units are those of the fit."""
+    _refuse_pendulum(fit)
+    friction, loose = found["frictionloss"], Quantity(0.0, math.nan, math.nan, "none")
+    numbers = {"stiffness": found.get("stiffness", loose), "armature": found["inertia"]}
+    numbers |= {"friction": friction, "dynamic_friction": friction, "viscous_friction": found["damping"]}
+    lines = [f"# {printable(each)}" for each in _head(fit, found)]
+    lines += ["# the effort of the joint is GEAR (drive + BIAS); its spring has the position target SPRINGREF", ""]
+    lines += ["from isaaclab.actuators import ImplicitActuatorCfg", ""]
+    lines += [f"{word.upper()} = {found[word].value!r}" for word in ("gear", "bias", "springref") if word in found]
+    lines += [f"{NAME.upper()} = ImplicitActuatorCfg(", f'    joint_names_expr=["{NAME}"],', "    damping=0.0,"]
+    return "\n".join([*lines, *(f"    {word}={each.value!r}," for word, each in numbers.items()), ")", ""])
+
+
+_FORMATS: Mapping[str, Callable[[Fit, Mapping[str, Quantity]], str]] = {"mjcf": _mjcf, "urdf": _urdf, "isaac": _isaac}

@@ -1,0 +1,396 @@
+"""Step responses and current pulses: x1 over time, by (3), with the body held or the leg in the air; and the fit in
+force.
+
+    m_eff x1'' = -k (x1 - rest) - b1 x1' - gamma2 u - m_eff f1 sign(x1')
+
+The measured current enters as a piecewise constant input, each piece exact. A fit in force filters both sides alike,
+decimates them and solves a linear least squares: that is what a recording in closed loop wants, where position and
+current depend on each other through the controller; an error of the current then does not add up twice into position.
+"""
+
+import math
+import time as clock
+from collections.abc import Sequence
+from dataclasses import replace
+from typing import Any, NamedTuple, Unpack
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hopform._checks import flag, positive
+from hopform._errors import HopformError
+from hopform.identify import _estimation as estimation
+from hopform.identify._causes import SPEEDS, Diagnosis, brought, said, stiffest
+from hopform.identify._estimation import LEVEL, Estimate, Parameter
+from hopform.identify._fits import Fit, Options, Trace, checked, coloured, fit
+from hopform.identify._kinds import Cut, Group, Guess, Kind, Recordings, checked_known, cuts_of, read_some
+from hopform.identify._motion import Array, Known, Values
+from hopform.identify._recordings import (
+    Recording,
+    Units,
+    calm,
+    known_spans,
+    mended,
+    noise_of,
+    quantum_of,
+    units_of,
+)
+from hopform.identify._rigs import UNITS
+from hopform.identify._search import follow
+from hopform.identify._segments import CUTOFFS, Filtered, filtered, joined, moving_rows, robust_linear
+
+
+def fit_step_response(
+    recordings: Recordings, *, spring: bool = True, known: Known = None, **options: Unpack[Options]
+) -> Fit:
+    """Mass, friction and force constant of an actuator from recordings of x1 and the current.
+
+    spring: the actuator works against its spring, the body being held; False: the leg is in the air, there is no spring
+    and `offset` [A] is a constant force as a current. known: values of m_eff, k, b1, f1, gamma2, offset: one of m_eff,
+    k, gamma2 at least, else m_eff is taken as 1 kg and k, b1, gamma2 are per kg of it. options: `Options`. Raises
+    HopformError for data that cannot be a step response, MissingExtra without scipy.
+    """
+    return fit({HELD if flag("spring", spring) else AIR: recordings}, known, **options)
+
+
+class _Actuator(Kind):
+    """An actuator under a current: against its spring, or in the air."""
+
+    def check(self, group: Group, scaled: bool) -> Group:
+        """With what fixes the scale: something known, or a spring that other recordings show."""
+        known = dict(group.known)
+        if group.units.drive == group.units.force:
+            known.setdefault("gamma2", -1.0)
+        if scaled or {"m_eff", "k", "gamma2"} & set(known):
+            return replace(group, known=known)
+        statement = (
+            "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per "
+            f"{group.units.of('kg')} of m_eff; give a weighed mass, the stiffness or the force constant as known"
+        )
+        return replace(group, known={**known, "m_eff": 1.0}, statements=(statement,), scale=False)
+
+    def segment(self, group: Group, first: int) -> Group:
+        """With each recording as one motion, which may begin at rest; as several where its current is unknown between
+        them.
+        """
+        cuts = list[Cut]()
+        for n, each in enumerate(group.recordings, first):
+            x = each.position("x1") if self.rig == "air" else each.oscillation("x1")
+            cuts += cuts_of(each, n, known_spans(each), x)
+        return replace(group, cuts=cuts)
+
+    def start(self, group: Group) -> list[list[Guess]]:
+        """Least squares on the equation through each filter, of which a short recording leaves little, and on its
+        second integral.
+        """
+        cuts, known, first = group.cuts, group.known, group.cuts[0].number
+        through = [[_regress(each, self.letters, known, cutoff) for each in group.recordings] for cutoff in CUTOFFS]
+        tries = [[some[cut.number - first] for cut in cuts] for some in through]
+        tries.append([_integrated(cut, self.letters, known) for cut in cuts])
+        return [[_begun(start, cut) for start, cut in zip(some, cuts, strict=True)] for some in tries]
+
+    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Values) -> Parameter:
+        """A recording that begins at rest begins within the noise of what is measured there, whatever the fit would
+        gain.
+        """
+        if letter != "x" or "v" not in cut.still:
+            return parameter
+        wide = 8.0 * max(noise_of(cut.x), quantum_of(cut.x), 1e-9)
+        return parameter._replace(low=parameter.start - wide, high=parameter.start + wide)
+
+    def further(self, starts: Sequence[Guess]) -> list[Guess]:
+        """Of the most trusted two also with more and less Coulomb friction."""
+        some = [each for each in starts[:2] if {"f1", "b1"} <= each.keys()]
+        less = [each | {"f1": 0.3 * each["f1"] + 0.02, "b1": 1.5 * each["b1"]} for each in some]
+        return [*starts, *less, *(each | {"f1": 1.5 * each["f1"] + 0.1, "b1": 0.5 * each["b1"]} for each in some)]
+
+
+HELD = _Actuator("step", "held", "x1", parts=(0.35, 1.0))
+AIR = _Actuator("step", "air", "x1", parts=(0.35, 1.0))
+
+
+def _regress(recording: Recording, letters: Sequence[str], known: Values, cutoff: float) -> Guess:
+    """A start from the filtered equation, a linear least squares."""
+    rows = filtered(recording, cutoff, mend=True)
+    columns = [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if "k" in letters else [])
+    return _scaled(moving_rows(rows, columns), known)
+
+
+def _integrated(cut: Cut, letters: Sequence[str], known: Values) -> Guess:
+    """A start from the second integral of the equation, a linear least squares that needs no derivative,
+
+    x = x_0 + v_0 t - int int (b v + f sign(v) + gamma u + k (x - rest)), per unit of m_eff
+    """
+    t, x = cut.time, mended(cut.x)
+    begins, levels = np.array(cut.steps, dtype=float).T
+    u = levels[np.searchsorted(begins, t, side="right") - 1]
+    v = np.gradient(calm(x, 3), t)
+    side = np.where(np.abs(v) > 0.05 * float(np.abs(v).max()), np.sign(v), 0.0)
+    once = {"x": _integral(t, x), "side": _integral(t, side), "u": np.append(0.0, np.cumsum(u[:-1] * np.diff(t)))}
+    columns = [-once["x"], -_integral(t, once["side"]), -_integral(t, once["u"]), 0.5 * t * t]
+    columns += [-_integral(t, once["x"])] if "k" in letters else []
+    rows = np.stack([*columns, np.ones_like(t), t], axis=1)
+    found: list[float] = np.linalg.lstsq(rows, x, rcond=None)[0].tolist()
+    return _scaled(found[: len(columns)], known)
+
+
+def _integral(t: Array, y: Array) -> Array:
+    """The integral of samples from the first one on, by trapezia."""
+    return np.append(0.0, np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(t)))
+
+
+def _scaled(found: Sequence[float], known: Values) -> Guess:
+    """A start from viscous and Coulomb friction, force constant, constant force and stiffness per unit of m_eff, by
+    what is known.
+    """
+    b, f, gamma, constant = found[:4]
+    spring = len(found) > 4
+    k = max(found[4], 1e-3) if spring else 0.0
+    scales = (("m_eff", 1.0), ("k", k), ("gamma2", gamma))
+    mass = next((known[name] / per for name, per in scales if name in known and per != 0.0), 1.0)
+    mass = mass if mass > 0.0 else 1.0
+    start = {"m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass, "k": k * mass}
+    return start | {"rest": constant / k if spring else 0.0, "offset": -constant / gamma if gamma else 0.0}
+
+
+def _begun(start: Guess, cut: Cut) -> Guess:
+    """A start with where a motion begins."""
+    x = mended(cut.x)[:5]
+    return start | {"x": float(np.median(x)), "v": float(np.polyfit(cut.time[:5], x, 1)[0])}
+
+
+def fit_force(
+    recordings: Recordings,
+    *,
+    known: Values,
+    cutoff: float | None = None,
+    position: bool = True,
+    **options: Unpack[Options],
+) -> Fit:
+    """Mass and friction of an actuator without a spring by its equation of motion itself, for recordings in closed
+    loop.
+
+        -gamma2 u = m_eff a + b1 v + m_eff f1 sign(v) + offset force
+
+    Both sides go through the same filters (`filtered`), then a linear least squares. known: gamma2, which gives the
+    scale, or m_eff. cutoff [Hz]: of the filters. position: fit the position too and set it beside this in the
+    statements. The estimates hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters, and
+    the delay of the drive, one of all recordings. It takes none of `NUISANCES`. Residuals of the traces are in N.
+    """
+    began = clock.perf_counter()
+    several = [each.whole("x1", "u") for each in read_some(recordings)]
+    units = units_of(several, "x1", driven=True)
+    values = checked_known(known, ("gamma2", "m_eff"), units)
+    if units.drive == units.force and not values:
+        values["gamma2"] = -1.0
+    flag("position", position)
+    if cutoff is not None:
+        positive("cutoff", cutoff, "Hz")
+    asked = checked(options)
+    loss, wanted = asked.loss, asked.nuisances
+    if len(values) != 1:
+        raise HopformError("known: a fit in force needs gamma2 or m_eff, one of them: it is the scale of all forces")
+    if wanted:
+        raise HopformError(f"nuisances: a fit in force takes none, got {', '.join(wanted)}")
+    asked.stage("fit in force")
+    equation = _late(several, values, cutoff, loss)
+    a, b, parts = equation.a, equation.b, equation.parts
+    if np.linalg.matrix_rank(a / np.abs(a).max(axis=0, initial=1e-300)) < a.shape[1]:
+        message = "does not distinguish friction, mass and load: move both ways, at several speeds"
+        raise several[0].error_of("x1", message)
+    found, covariance, residual = _linear(a, b, loss)
+    diagnoses = _causes(equation, loss) if asked.diagnose else ()
+    explained = not diagnoses and all(estimation.tests_of(part).white for part in equation.split(residual))
+    estimates, spread = _force_estimates(equation, found, covariance, units, explained=explained)
+    scale = -equation.of("gamma2", found)
+    kept = a[:, [n for n, name in enumerate(equation.names) if name != "coulomb"]]
+    viscous = b - kept @ np.linalg.lstsq(kept, b, rcond=None)[0] if asked.compare else np.full_like(b, np.nan)
+    left_out = _left_out(equation) if asked.holdout else [math.nan] * len(parts)
+    each_part = zip(several, parts, equation.split(residual), equation.split(viscous), left_out, strict=True)
+    traces = list[Trace]()
+    for each, part, rest, worse, error in each_part:
+        force_of, tests = scale * part.u, estimation.tests_of(rest)
+        old = None if np.isnan(worse).any() else force_of - worse
+        fitted = force_of, force_of - rest, old, tests, estimation.rms(worse), error
+        traces.append(Trace(each.source, "force", part.time, *fitted))
+    notes = (*coloured(traces, [trace.tests.white for trace in traces]), *said(diagnoses, units.shown("force")))
+    force = Fit("force", estimates, values, {}, tuple(traces), (), notes, 1, 0.0, None, diagnoses, spread, units=units)
+    if position:
+        asked.stage("fit in position")
+        force = replace(force, statements=_beside(several, force, loss))
+    return replace(force, seconds=clock.perf_counter() - began)
+
+
+class _Equation(NamedTuple):
+    """The equation of filtered recordings, in N: names of the coefficients, their columns, and the known side; the
+    parameter that is known, and the delay [s] by which the currents come later.
+    """
+
+    names: list[str]
+    a: Array
+    b: Array
+    parts: list[Filtered]
+    known: Values
+    delay: float
+
+    def split(self, values: NDArray[Any]) -> list[NDArray[Any]]:
+        """Values by recording."""
+        return np.split(values, np.cumsum([part.time.size for part in self.parts])[:-1])
+
+    def of(self, name: str, found: Sequence[float]) -> float:
+        """A coefficient, known or found; NaN if it is neither."""
+        return self.known.get(name, found[self.names.index(name)] if name in self.names else math.nan)
+
+    def late(self, found: Sequence[float]) -> float:
+        """The delay [s] that is left, by its coefficient, -gamma2 delay."""
+        return -self.of("late", found) / self.of("gamma2", found)
+
+
+def _equation(
+    recordings: Sequence[Recording], known: Values, cutoff: float | None, delay: float, *, mend: bool
+) -> _Equation:
+    """Both sides of the equation, filtered, the current later by a delay [s]; what is left of it is a coefficient."""
+    later = [each.with_late_current(delay) for each in recordings]
+    parts = [filtered(each, cutoff, mend=mend) for each in later]
+    rows = joined(parts)
+    # gamma2 u(t - delay) is gamma2 u - (gamma2 delay) u'
+    columns = {"b1": rows.v, "coulomb": rows.side, "constant": rows.one, "late": rows.rate}
+    if "gamma2" in known:
+        columns, b = {"m_eff": rows.acceleration, **columns}, -known["gamma2"] * rows.u
+    else:
+        columns, b = {"gamma2": rows.u, **columns}, -known["m_eff"] * rows.acceleration
+    return _Equation(list(columns), np.stack(list(columns.values()), axis=1), b, parts, known, delay)
+
+
+def _late(recordings: Sequence[Recording], known: Values, cutoff: float | None, loss: str) -> _Equation:
+    """The equation at the delay that Gauss and Newton lead to."""
+    delay, mend = 0.0, loss != "linear"
+    for _ in range(_MOST_STEPS):
+        equation = _equation(recordings, known, cutoff, delay, mend=mend)
+        more = equation.late(_linear(equation.a, equation.b, loss)[0])
+        if abs(more) <= _ALIKE:
+            break
+        delay = min(max(delay + more, -_LONGEST), _LONGEST)
+    return _equation(recordings, known, cutoff, delay, mend=mend)
+
+
+_MOST_STEPS, _ALIKE, _LONGEST = 12, 1e-6, 0.1
+"""Steps to a delay, and the last one's size [s]; the longest delay [s]."""
+
+
+def _causes(equation: _Equation, loss: str) -> tuple[Diagnosis, ...]:
+    """Friction that is higher at rest, as a further column, where it explains more than noise does and leaves noise."""
+    names, a, b = equation.names, equation.a, equation.b
+
+    def rest_of(columns: Array) -> tuple[list[float], list[Array]]:
+        found, _, residual = _linear(columns, b, loss)
+        return found, equation.split(residual)
+
+    before = rest_of(a)[1]
+    sigma = [max(estimation.scale(part), 1e-300) for part in before]
+
+    def with_it(column: Array) -> list[Diagnosis]:
+        found, after = rest_of(np.column_stack([a, column]))
+        values = {"level": found[-1] / equation.of("coulomb", found)}
+        white = all(estimation.tests_of(part).white for part in after)
+        return brought("Stribeck", values, (before, after), sigma, len(names), loss) if white else []
+
+    rows = joined(equation.parts)
+    side, v = rows.side, rows.v
+    shapes = (side * np.exp(-((v / (share * float(np.abs(v).max()))) ** 2)) for share in SPEEDS)
+    return tuple(stiffest(each for shape in shapes for each in with_it(shape)))
+
+
+def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
+    """Coefficients, covariance with what neighbours have in common, and residuals b - a p."""
+    size = np.abs(a).max(axis=0)
+    scaled = a / size
+
+    def least_squares(masks: estimation.Masks) -> tuple[Array, list[Array]]:
+        found = np.asarray(np.linalg.lstsq(scaled[masks[0]], b[masks[0]], rcond=None)[0], dtype=np.float64)
+        return found, [np.asarray(b - scaled @ found)]
+
+    found, _ = least_squares([np.full(b.size, True)])
+    if loss != "linear":
+        trimmed = estimation.trimmed(least_squares, [np.full(b.size, True)])
+        spread = max(estimation.scale(b - scaled @ trimmed), 1e-300)
+        how = {"loss": loss, "f_scale": estimation.BEND}
+        tried = [robust_linear(scaled, b, start, spread, **how) for start in (found, trimmed)]
+        found = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=np.float64)
+    residual = np.asarray(b - scaled @ found, dtype=np.float64)
+    variance = float((residual**2).sum()) / max(b.size - found.size, 1) * estimation.tests_of(residual).inflation
+    inverse = np.asarray(np.linalg.pinv(scaled.T @ scaled, hermitian=True), dtype=np.float64)
+    covariance = inverse * variance / np.outer(size, size)
+    return (found / size).tolist(), covariance, residual
+
+
+def _left_out(equation: _Equation) -> list[float]:
+    """rms [N] over the last third of each recording, of a fit to the first two."""
+    a, b, parts = equation.a, equation.b, equation.parts
+    last = np.concatenate([np.arange(part.time.size) >= 2 * part.time.size // 3 for part in parts])
+    missed = b - a @ np.linalg.lstsq(a[~last], b[~last], rcond=None)[0]
+    pairs = zip(equation.split(missed), equation.split(last), strict=True)
+    return [math.sqrt(float((rest[chosen] ** 2).mean())) for rest, chosen in pairs]
+
+
+def _force_estimates(
+    equation: _Equation, found: Sequence[float], covariance: Array, units: Units, *, explained: bool
+) -> tuple[tuple[Estimate, ...], Array]:
+    """The parameters and the forces behind them, with their covariance; f1 and the offset are quotients, whose errors
+    follow to first order. No interval where the residuals are not noise.
+    """
+    names = equation.names
+    t = estimation.student(0.5 + 0.5 * LEVEL, max(equation.b.size - len(names), 1))
+    mass, gamma, coulomb, constant = (equation.of(each, found) for each in ("m_eff", "gamma2", "coulomb", "constant"))
+    direct = [name for name in names if name in ("m_eff", "gamma2", "b1")]
+    made: list[tuple[str, str, float, dict[str, float]]] = [
+        *((name, UNITS[name], equation.of(name, found), {name: 1.0}) for name in direct),
+        ("f1", "m/s^2", coulomb / mass, {"coulomb": 1.0 / mass, "m_eff": -coulomb / mass**2}),
+        ("offset", "A", constant / gamma, {"constant": 1.0 / gamma, "gamma2": -constant / gamma**2}),
+        ("f1 m_eff", "N", coulomb, {"coulomb": 1.0}),
+        ("offset force", "N", constant, {"constant": 1.0}),
+    ]
+    left = equation.late(found)
+    made.append(("delay", "s", equation.delay + left, {"late": -1.0 / gamma, "gamma2": -left / gamma}))
+    slopes = np.array([[slope.get(each, 0.0) for each in names] for *_, slope in made])
+    whole = np.asarray(slopes @ covariance @ slopes.T)
+
+    def estimate(name: str, unit: str, value: float, stderr: float) -> Estimate:
+        if not explained:
+            return Estimate(name, units.of(unit), value, stderr, -math.inf, math.inf, "not explained")
+        low = max(value - t * stderr, 0.0) if name[:2] in ("b1", "f1") else value - t * stderr
+        return Estimate(name, units.of(unit), value, stderr, low, value + t * stderr, "t")
+
+    errors = np.sqrt(np.diag(whole)).tolist()
+    return tuple(estimate(*each[:3], error) for each, error in zip(made, errors, strict=True)), whole
+
+
+def _coarse(recording: Recording, number: int) -> Cut:
+    """A recording at every so manieth sample; its current as steps of as many, whose mean it takes: what a mass that
+    integrates twice sees of it.
+    """
+    time, x, u = recording.time, recording.position("x1"), recording.current()
+    every = max(time.size // 2500, 1)
+    begins = np.arange(0, time.size, every)
+    means = np.add.reduceat(u, begins) / np.diff(np.append(begins, u.size))
+    under = tuple(zip(time[begins].tolist(), means.tolist(), strict=True))
+    return Cut(recording, number, recording.source, time[::every], x[::every], 0.0, under)
+
+
+def _beside(recordings: Sequence[Recording], force: Fit, loss: str) -> tuple[str, ...]:
+    """The fit in position from that in force, and what their difference comes from."""
+    known = {"gamma2": force.values["gamma2"], **force.known}
+    cuts = [_coarse(each, n) for n, each in enumerate(recordings)]
+    problem = AIR.posed(Group(AIR, recordings, force.units, known, cuts=cuts, loss=loss), 0)
+    first = {p.name: force.values.get(p.name, p.start) for p in problem.parameters}
+    solution = follow(replace(problem, starts=(first,), parts=(1.0,)))
+    rest = np.concatenate([part[some] for part, some in zip(solution.residuals, solution.inliers, strict=True)])
+    rms = estimation.rms(rest)
+    found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in problem.parameters if not p.own)
+    unit, factor = force.units.shown("x1")
+    return (
+        f"the fit in position, by the same current without feedback, gives {found}, rms {factor * rms:.3g} {unit}",
+        "a closed loop keeps the position near its reference whatever the model misses, so an error of the force of "
+        "1 % adds up twice into position, unopposed: the fit in position bends the parameters after that drift, the "
+        "one in force does not",
+    )
