@@ -16,6 +16,8 @@ from hypothesis import HealthCheck, settings
 from hypothesis import strategies as st
 
 from hopform._cli import options
+from hopform.hopping import _commands
+from hopform.identify import _commands as identify
 from tests.calls import DECAY, HOPPER, OBJECTS, STEP, TOUCHDOWN, arrays
 
 TIMES = int(os.environ.get("HOPFORM_EXAMPLES", "1"))
@@ -303,8 +305,8 @@ def furnish(folder: Path) -> None:
 
 
 WORDS = {
-    "controller": options.ControllerName, "dtype": options.Precision,
-    "kind": options.Identification, "test": options.Recordable,
+    "controller": _commands.ControllerName, "dtype": options.Precision,
+    "kind": identify.Identification, "test": identify.Recordable,
 }  # fmt: skip
 """The words that an option takes, by its name."""
 

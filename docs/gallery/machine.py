@@ -10,8 +10,9 @@ from matplotlib.patches import Circle, Rectangle
 
 from docs.gallery.picture import Array, Drawn, cm, completed, legend, mm, panels, standing, stream, volts
 from hopform import Robot, Stance, solve_stance
-from hopform._figures.plots import BLACK, BLUE, CURRENT, GREEN, GREY, MAGENTA, ORANGE, STANCE, shade_stances
+from hopform._figures.plots import BLACK, BLUE, CURRENT, GREEN, GREY, MAGENTA, ORANGE
 from hopform.hopping import Run, TouchdownDetector, delayed_apex, simulate
+from hopform.hopping._pictures import STANCE, shade_stances
 from hopform.hopping.controllers import FeedForward
 from hopform.hopping.terrain import flat
 

@@ -20,6 +20,7 @@ from hopform import Reachability, Robot, choose_current, load_robot, reachabilit
 from hopform._figures import plots
 from hopform._figures.plots import BLACK, BLUE, MAGENTA, ORANGE, SKY, colours_of
 from hopform.hopping import Errors, Run, animate, simulate
+from hopform.hopping import _pictures as pictures_of_runs
 from hopform.hopping.controllers import AsPrinted, FeedForward, ReturnMap, Sampled, Touchdown
 from hopform.hopping.terrain import Heights, flat, uniform
 
@@ -100,7 +101,7 @@ def with_errors_of_measurement(robot: Robot) -> Drawn:
     miss, before = (each.table["apex"] - np.array(wanted) for each in (run, clean))
     known = np.array(seen[1:])  # at the touchdown behind each apex
     figure = tracked(run, {"with errors of measurement": run, "without": clean})
-    times, _ = plots.apexes(run)
+    times, _ = pictures_of_runs.apexes(run)
     figure.axes[0].plot(times[: known.size], 100 * known, "s", color=plots.GREEN, markersize=4.0,
                         markerfacecolor="none", clip_on=False, label="apex as measured")  # fmt: skip
     legend(figure.axes[0])
@@ -120,7 +121,7 @@ def tracked(run: Run, compared: Mapping[str, Run]) -> Figure:
     figure, bottom = over_hops(run, 6.2, 0.9)
     bottom.axhline(0.0, color=plots.BLACK, linestyle="--", linewidth=0.8)
     for (name, each), colour, marker in zip(compared.items(), (plots.BLUE, plots.GREEN), "oD", strict=False):
-        times, heights = plots.apexes(each)
+        times, heights = pictures_of_runs.apexes(each)
         miss = 1e3 * (heights - np.array(run.h_des[: times.size]))
         bottom.plot(times, miss, marker, color=colour, markersize=3.5, clip_on=False, label=name)
     legend(bottom)
@@ -130,13 +131,13 @@ def tracked(run: Run, compared: Mapping[str, Run]) -> Figure:
 def over_hops(run: Run, height: float, share: float) -> tuple[Figure, Axes]:
     """Heights and current of a run, its stances shaded, and the panel under these, for errors of its apexes."""
     figure, (top, middle, bottom) = panels(3, height, sharex=True, height_ratios=[1.6, 0.8, share])
-    t = plots.run_times(run)
-    plots.draw_heights(top, run, t)
-    plots.shade_stances(top, run, "stance")
+    t = pictures_of_runs.run_times(run)
+    pictures_of_runs.draw_heights(top, run, t)
+    pictures_of_runs.shade_stances(top, run, "stance")
     legend(top)
     middle.plot(t, np.asarray(run.current(t)), color=plots.CURRENT, linewidth=0.9)
     for axes in (middle, bottom):
-        plots.shade_stances(axes, run)
+        pictures_of_runs.shade_stances(axes, run)
     middle.set_ylabel(f"{'input' if volts(run.robot) == 'V' else 'current'} $u$ [{volts(run.robot)}]")
     bottom.set(xlabel="time [s]", ylabel="apex error [mm]")
     return figure, bottom
@@ -208,7 +209,7 @@ def compared(seed: int, robot: Robot, ground: Heights, where: str) -> Drawn:
     models: list[dict[str, float]] = [dict(zip(IDENTIFIED, each, strict=True)) for each in shares.tolist()]
     all_off = np.array([missed(hopped(errors=believing(robot, model))) for model in models])
     figure, bottom = over_hops(run, 6.9, 1.3)
-    times, _ = plots.apexes(run)
+    times, _ = pictures_of_runs.apexes(run)
     ends = (1e3 * end.reduce(np.abs(all_off))[: times.size] for end in (np.fmin, np.fmax))
     bottom.fill_between(times, *ends, color=plots.MAGENTA, alpha=0.2, linewidth=0.0, label="all parameters off")
     for (name, each), (marker, colour) in zip(miss.items(), MARKS, strict=True):
@@ -297,17 +298,17 @@ def actuated(robot: Robot) -> Drawn:
 
 def energies(run: Run) -> tuple[dict[str, Any], Figure]:
     """The body's energy over a run, that with the spring as in (23), and its parts; and these numbers."""
-    t = np.asarray(plots.run_times(run), dtype=float)
+    t = np.asarray(pictures_of_runs.run_times(run), dtype=float)
     energy, predicted = np.asarray(run.energy(t).body), np.asarray(run.aed(t))
-    kinetic, weight = plots.energies_of_body(run, t)
+    kinetic, weight = pictures_of_runs.energies_of_body(run, t)
     spring = energy - kinetic - weight
     figure, (top, bottom) = panels(2, 5.2, sharex=True, height_ratios=[1.4, 1.0])
     lifts = [hop.takeoff_time for hop in run.hops if hop.stance.takeoff is not None]
     for axes in (top, bottom):
-        plots.shade_stances(axes, run, "stance")
+        pictures_of_runs.shade_stances(axes, run, "stance")
     where: dict[str, Any] = {"transform": top.get_xaxis_transform(), "clip_on": False}
     top.plot(lifts, np.full(len(lifts), 0.04), "^", label="take-off", **where, **plots.TAKEOFF)
-    plots.draw_energies(top, run, t)
+    pictures_of_runs.draw_energies(top, run, t)
     legend(top)
     bottom.plot(t, kinetic, color=plots.BLUE, linewidth=1.0, label="kinetic")
     bottom.plot(t, weight, color=plots.GREEN, linewidth=1.0, linestyle="--", label="gravitational")

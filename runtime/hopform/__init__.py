@@ -37,15 +37,17 @@ def __getattr__(name: str) -> Any:
     if name == "__version__":
         return version("hopform")
     # `from hopform import _control` asks here for a module that is not loaded yet: `_all` would import it in a circle.
-    private = name.startswith("_") and name != "__all__"
-    if private or name not in ("__all__", *(offered := import_module("hopform._all")).__all__):
-        moved = next((room for room, names in MOVED.items() if name in names), None)
-        place = f": it is in hopform.{moved}, `from hopform.{moved} import {name}`" if moved else ""
-        place = f" before `import hopform.{name}`" if name in MOVED else place
-        raise AttributeError(f"module 'hopform' has no attribute {name!r}{place}", name=name)
-    globals().update({each: getattr(offered, each) for each in ("__all__", *offered.__all__)})
-    return globals()[name]
+    if not name.startswith("_") or name == "__all__":
+        offered = import_module("hopform._all")
+        globals().update({each: getattr(offered, each) for each in offered.__all__})
+        globals()["__all__"] = ["__version__", *offered.__all__]
+        if name in globals():
+            return globals()[name]
+    moved = next((room for room, names in MOVED.items() if name in names), None)
+    place = f": it is in hopform.{moved}, `from hopform.{moved} import {name}`" if moved else ""
+    place = f" before `import hopform.{name}`" if name in MOVED else place
+    raise AttributeError(f"module 'hopform' has no attribute {name!r}{place}", name=name)
 
 
 def __dir__() -> list[str]:
-    return sorted(import_module("hopform._all").__all__)
+    return sorted(["__version__", *import_module("hopform._all").__all__])

@@ -4,7 +4,6 @@ and loads those that bind what a result has from above: flights, explanations, p
 
 import hopform._explain
 import hopform._figures  # noqa: F401
-from hopform import __version__
 from hopform._batch import Batch, Motions, solve_motions, solve_stances
 from hopform._control import (
     Command,
@@ -39,10 +38,12 @@ def equations() -> tuple[Equation, ...]:
 
 
 __all__ = [
-    "__version__", "BackendError", "Batch", "choose_current", "choose_current_as_printed", "Command",
+    "BackendError", "Batch", "choose_current", "choose_current_as_printed", "Command",
     "design_return", "Energy", "Equation", "equations", "Event", "FixedPoint", "Flight", "FlightLedger",
     "FlightPhase", "Gains", "HopformError", "Ledger", "library_message", "load_robot", "load_solver",
     "ManySensitivities", "MissingExtra", "Motion", "Motions", "next_apex", "Phase", "PrintedCommand",
     "Reachability", "reachability", "Robot", "ROBOTS", "Sensitivities", "solve_flight", "solve_motion",
     "solve_motions", "solve_stance", "solve_stances", "Solver", "Stance", "State", "sweep", "touchdown_velocity",
 ]  # fmt: skip
+
+Solver._offered = {name: globals()[name] for name in __all__}  # what a solver has beside its own, from below

@@ -18,14 +18,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from hopform._checks import MEMORY, array_of, flag, function, mapping, numbers, refuse_any, shown, whole
 from hopform._errors import HopformError
-from hopform._motion import State, axes_by_name, axis_of, layout_of, precision_of
+from hopform._motion import TOUCHING_ULP, State, axes_by_name, axis_of, layout_of, precision_of, state_of_leg
 from hopform._robots import Robot, checked_robot, nearest
 from hopform._sensitivities import COLUMNS, ManySensitivities, many_of_ending, of_matrix
 from hopform._show import UNITS, Arrays, Card, Curve, Figures, Shown, counted, span
 from hopform._solver import package
 from hopform._solver.c import C
 from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, RESULTS, ROWS, STATES, STATUS, Column, checked, records
-from hopform._stance import LAYOUT, TOUCHING_ULP, state_of_leg
+from hopform._stance import LAYOUT
 
 Progress = Callable[[int, int], object]
 

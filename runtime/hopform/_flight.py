@@ -18,12 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 
 from hopform._checks import finite, nonnegative, pair, positive, shaped, times_within, whole
 from hopform._errors import HopformError
-from hopform._motion import DOUBLE, Event, Number, Real, State, Times, in_order, precision_of
-from hopform._robots import Robot, checked_robot, falling_robot
+from hopform._motion import DOUBLE, TOUCHING_ULP, Event, Number, Real, State, Times, in_order, precision_of, with_height
+from hopform._robots import Robot, checked_robot, falling_robot, placed
 from hopform._show import Arrays, Card, OverTime, events_of, name_of
 from hopform._solver.c import SolvedFlight
 from hopform._solver.package import FLIGHT_ENDINGS, Energy, FlightLedger, Gains, records
-from hopform._stance import TOUCHING_ULP, Stance, placed, with_height
 
 
 class FlightPhase(NamedTuple):
@@ -252,6 +251,3 @@ def _start(
 
 def _gains(gains: Sequence[SupportsFloat]) -> Gains:
     return Gains(*map(nonnegative, Gains._fields, pair("gains", gains, "(Kp, Kd) in N/m and N s/m"), ("N/m", "N s/m")))
-
-
-Stance._flown = staticmethod(solve_flight)  # what `Stance.fly` calls, from below

@@ -7,6 +7,7 @@ from collections import namedtuple
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, SupportsFloat, TypeAlias, cast, overload
 
 import numpy as np
@@ -16,7 +17,7 @@ import hopform._checks as checks
 from hopform._checks import finite, items, mapping, positive, shaped, shown, times_within
 from hopform._errors import HopformError
 from hopform._robots import Robot, nearest
-from hopform._sensitivities import ManySensitivities, Sensitivities, at_times, of_ending
+from hopform._sensitivities import ManySensitivities, Sensitivities, aliases_of, at_times, of_ending
 from hopform._show import UNITS, Arrays, Card, Curve, OverTime, events_of, name_of
 from hopform._solver.c import Solved
 from hopform._solver.choice import Solver
@@ -43,6 +44,7 @@ Start: TypeAlias = Mapping[str, SupportsFloat] | None
 """Coordinates and velocities by their names."""
 
 EACH = 128  # [B] a time of a grid
+TOUCHING_ULP = 4.0
 WORDS_OF_ENDINGS = {
     "takeoff": "takes off after",
     "rest": "comes to rest after",
@@ -144,6 +146,28 @@ def layout_of(solver: Solver) -> Layout:
     axes = {axis: table for axis, table in solver.facts.axes.items() if axis != "y"}
     names, units = (tuple(str(table[key]) for table in axes.values()) for key in ("name", "unit"))
     return Layout(_state_class(names), names, tuple(axes), units)
+
+
+@lru_cache(maxsize=64)
+def state_of_leg(solver: Solver) -> type[State[Any]]:
+    """The state of a model's stances, which has the names of its file beside x1, v1, x2, v2."""
+    return _leg_state(tuple(aliases_of(solver).items()))
+
+
+@lru_cache(maxsize=64)
+def _leg_state(aliases: tuple[tuple[str, str], ...]) -> type[State[Any]]:
+    if not aliases:
+        return State
+
+    def reduced(self: Any) -> Any:
+        return _leg_again, (aliases, tuple(self))
+
+    own = {name: property(attrgetter(axis), doc=axis) for name, axis in aliases}
+    return type("State", (State,), {"__slots__": (), "__reduce__": reduced, "__doc__": State.__doc__, **own})
+
+
+def _leg_again(aliases: tuple[tuple[str, str], ...], values: tuple[Any, ...]) -> State[Any]:
+    return _leg_state(aliases)(*values)
 
 
 class Mass(NamedTuple):
@@ -694,3 +718,8 @@ def fitting(out: Sequence[Any], t: NDArray[np.floating], names: Sequence[str]) -
             got = f"{array.dtype} of shape {array.shape}" if holds else shown(array)
             raise HopformError(f"out.{name} must be an array of {t.dtype} of shape {t.shape}, got {got}")
     return columns
+
+
+def with_height(robot: Robot, dtype: np.dtype[Any], state: Any) -> State[Any]:
+    """A state x1, v1, v2, y, or states, with the height of the body in place of the compression."""
+    return state_of_leg(robot.solver)(state.x1, state.v1, body_height(robot, dtype, state.x1, state.y), state.v2)

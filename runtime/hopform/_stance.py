@@ -3,10 +3,9 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, partial
+from functools import cached_property, partial
 from inspect import getattr_static
-from operator import attrgetter
-from typing import TYPE_CHECKING, Any, ClassVar, SupportsFloat, overload
+from typing import Any, ClassVar, SupportsFloat, overload
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +13,10 @@ from numpy.typing import NDArray
 import hopform._checks as checks
 from hopform._checks import finite, items, pair, positive, shaped, shown, whole
 from hopform._errors import HopformError
+from hopform._flight import Flight, solve_flight
 from hopform._motion import (
     DOUBLE,
+    TOUCHING_ULP,
     WORDS_OF_ENDINGS,
     Layout,
     Motion,
@@ -31,45 +32,20 @@ from hopform._motion import (
     named_start,
     precision_of,
     shown_of,
+    state_of_leg,
+    with_height,
 )
-from hopform._robots import Robot, checked_robot
-from hopform._sensitivities import Sensitivities, aliases_of, of_matrix
+from hopform._robots import Robot, checked_robot, placed
+from hopform._sensitivities import Sensitivities, of_matrix
 from hopform._show import Arrays, Card, Curve, OverTime, name_of
 from hopform._solver.c import Solved, tuple_of
-from hopform._solver.choice import Solver
 from hopform._solver.package import ENDINGS, TAKEOFF, Precision, Steps, records
 from hopform._warnings import WARNINGS, Warning
 
-if TYPE_CHECKING:
-    from hopform._flight import Flight
-
 Current = SupportsFloat | Sequence[tuple[SupportsFloat, SupportsFloat]]
 
-TOUCHING_ULP = 4.0
 LAYOUT = Layout(State, State._fields, State._fields, ("m", "m/s", "m", "m/s"))
 """How the states of a stance are shown."""
-
-
-@lru_cache(maxsize=64)
-def state_of_leg(solver: Solver) -> type[State[Any]]:
-    """The state of a model's stances, which has the names of its file beside x1, v1, x2, v2."""
-    return _leg_state(tuple(aliases_of(solver).items()))
-
-
-@lru_cache(maxsize=64)
-def _leg_state(aliases: tuple[tuple[str, str], ...]) -> type[State[Any]]:
-    if not aliases:
-        return State
-
-    def reduced(self: Any) -> Any:
-        return _state_again, (aliases, tuple(self))
-
-    own = {name: property(attrgetter(axis), doc=axis) for name, axis in aliases}
-    return type("State", (State,), {"__slots__": (), "__reduce__": reduced, "__doc__": State.__doc__, **own})
-
-
-def _state_again(aliases: tuple[tuple[str, str], ...], values: tuple[Any, ...]) -> State[Any]:
-    return _leg_state(aliases)(*values)
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -144,7 +120,7 @@ class Stance(Motion):
 
     def fly(
         self, step: SupportsFloat = 0.0, *, gains: Sequence[SupportsFloat] | None = None, horizon: SupportsFloat = 10.0
-    ) -> "Flight":
+    ) -> Flight:
         """The flight that follows, to the next touchdown, on ground that is `step` [m] higher; as `solve_flight`.
 
         Raises HopformError for a stance without take-off.
@@ -158,13 +134,10 @@ class Stance(Motion):
             raise HopformError(f"a flight needs a take-off, but the stance has the ending {self.status!r}")
         rise = finite("step", step, "m")
         x1, v1, x2, v2 = map(float, self.takeoff)
-        how = {"gains": gains, "horizon": horizon, "dtype": self.dtype}
+        how: dict[str, Any] = {"gains": gains, "horizon": horizon, "dtype": self.dtype}
         leg = self.end_compression
-        start = {"x1": x1, "v1": v1, "v2": v2, "x2": x2 - rise if rise else None, "compression": leg}
-        return self._flown(self.robot, **start, **how)
-
-    _flown: ClassVar[Callable[..., Any]]
-    """What solves a flight; `_flight`, which stands above, binds it."""
+        start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": v2, "x2": x2 - rise if rise else None, "compression": leg}
+        return solve_flight(self.robot, **start, **how)
 
     @property
     def outcome(self) -> str:
@@ -391,26 +364,6 @@ def _stance(robot: Robot, u: Steps, dtype: Precision, solved: Solved, given: boo
 
 def _height(robot: Robot, dtype: Precision, parameters: Any, x1: float, y: float) -> Any:
     return body_height(robot, dtype, x1, y)
-
-
-def with_height(robot: Robot, dtype: np.dtype[Any], state: Any) -> State[Any]:
-    """A state x1, v1, v2, y, or states, with the height of the body in place of the compression."""
-    return state_of_leg(robot.solver)(state.x1, state.v1, body_height(robot, dtype, state.x1, state.y), state.v2)
-
-
-def placed(robot: Robot, act: str, x1: Any, v1: Any, v2: Any) -> tuple[float, float, float]:
-    """x1, v1, v2 as floats; HopformError for what is not finite, for an actuator beyond its stroke, and for a robot
-    whose model cannot do what it starts.
-    """
-    checked_robot(robot, act)
-    if type(x1) is type(v1) is type(v2) is float and math.isfinite(x1 + v1 + v2):  # the common case, all at once
-        x_1, v_1, v_2 = x1, v1, v2
-    else:
-        x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
-    low, high = robot.letters.x1_min, robot.letters.x1_max
-    if not low <= x_1 <= high:
-        raise HopformError(f"x1 must be within its stroke {low!r} .. {high!r} m, got {x_1!r}")
-    return x_1, v_1, v_2
 
 
 def start_of(

@@ -26,12 +26,12 @@ if TYPE_CHECKING:
     from hopform._figures.palette import PALETTE
     from hopform._figures.plots import framed, name_axis
     from hopform._files import read_rows
-    from hopform._files import write_all as write
+    from hopform._files import write
     from hopform._progress import progress_bar
     from hopform._robots import falling_robot
     from hopform._show import Card, OverTime, dataset, needs, pictures
 
-_ROOMS = {
+ROOMS = {
     "_checks": ("Checked", "by", "finite", "items", "positive", "shown", "stream", "whole"),
     "_cli.bands": ("robot_and_draws",),
     "_cli.options": ("option",),
@@ -56,7 +56,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    room = next((room for room, names in _ROOMS.items() if name in names), None)
+    room = next((room for room, names in ROOMS.items() if name in names), None)
     if room is None:
         raise AttributeError(f"module 'hopform.extend' has no attribute {name!r}", name=name)
     found = getattr(import_module(f"hopform.{room}"), name)

@@ -4,10 +4,12 @@ Which module may import which stands in pyproject.toml, [tool.importlinter].
 """
 
 import ast
+import importlib
 import json
 import os
 import subprocess
 import sys
+import tomllib
 from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
@@ -18,21 +20,46 @@ import pytest
 
 import hopform
 import hopform_solver
-from hopform._show import drawing
+from hopform import _front, extend, hopping
 
 ROOT = Path(__file__).resolve().parents[2]
 RUNTIME = ROOT / "runtime" / "hopform"
 
-PUBLIC = {"controllers", "model", "terrain"}
+PUBLIC = {"extend", "hopping", "identify", "model"}
+APPLICATIONS = {"hopping", "identify"}
 EXTRAS = {"scipy", "matplotlib", "xarray"}
 
-HANDS_ON = {
-    ("hopform", "hopform._all"),
-    ("hopform._stance", "hopform._flight"),
-    ("hopform._motion", "hopform._explain"),
-    ("hopform._show", "hopform._figures."),
+WALL = {
+    "_checks": {
+        "MEMORY",
+        "Role",
+        "flag",
+        "function",
+        "instance",
+        "mapping",
+        "nonnegative",
+        "number_of",
+        "real",
+        "word",
+    },
+    "_cli.output": {"deliver", "number", "picture", "record", "show", "to_json"},
+    "_cli.use": {"core", "robot_in_use", "start_in_use"},
+    "_errors": {"printable"},
+    "_figures": {"figure_of", "plots"},
+    "_figures.plots": {"render"},
+    "_files": {"Named", "name_of", "path_of", "read_text", "rows_of"},
+    "_motion": {"DOUBLE", "Start"},
+    "_robots": {"Provenance", "checked_robot", "checked_value", "robot_class"},
+    "_sensitivities": {"COLUMNS", "STARTS", "in_height", "lengths_of"},
+    "_show": {"Array", "Arrays", "Curve", "Picture", "Shown", "span"},
+    "_solver.c": {"Solved"},
+    "_solver.choice": {"DEFAULT", "Solver"},
+    "_solver.package": {"ENDINGS", "LegState", "ROWS", "Steps", "records"},
+    "_stance": {"Current"},
 }
-"""What a module imports by a string from a room above: it waits until it is asked for."""
+"""What hopform.identify still takes of the core beside its public names. Those of `_solver`, `_sensitivities` and
+`_motion` go with `_motion.Experiments` and the kinds of fits that have models of their own; hopping takes none.
+"""
 
 OF_A_TUPLE = {"_asdict", "_fields", "_make", "_replace"}
 """What every NamedTuple offers."""
@@ -87,16 +114,84 @@ def test_a_room_uses_no_underscore_of_another():
         assert not private - defined_in(room_of(name)) - OF_A_TUPLE, name
 
 
-def test_a_string_imports_from_its_own_room():
-    """Text that begins with a variable names a package: a generated one, or one of an extra."""
-    found = set[tuple[str, str]]()
+def layers() -> list[set[str]]:
+    """The rooms of hopform from the highest to the lowest, as import-linter has them."""
+    contracts = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["tool"]["importlinter"]["contracts"]
+    of = next(each for each in contracts if each["name"] == "The rooms of hopform")
+    assert "ignore_imports" not in of
+    return [set(layer.split(" | ")) for layer in of["layers"]]
+
+
+def height_of(name: str) -> int:
+    """How far below the highest a module's room stands."""
+    own = name.removeprefix("hopform.")
+    found = [n for n, rooms in enumerate(layers()) if any(own == room or own.startswith(f"{room}.") for room in rooms)]
+    assert len(found) == 1, name
+    return found[0]
+
+
+def test_a_string_imports_from_a_room_below():
+    """What begins with a variable names a package: a generated one, or one of an extra. The package's own file offers
+    what `_all` has; the front and the door for extensions name whole rooms, all of which stand below them.
+    """
     for name in MODULES:
         for node in ast.walk(tree(name)):
             if isinstance(node, ast.Call) and ast.unparse(node.func).split(".")[-1] in ("import_module", "__import__"):
                 text = node.args[0].values[0] if isinstance(node.args[0], ast.JoinedStr) else node.args[0]
                 if isinstance(text, ast.Constant) and text.value.split(".")[0] in ("hopform", "derive"):
-                    found.add((name, text.value))
-    assert {(name, text) for name, text in found if not text.startswith(f"{room_of(name)}.")} == HANDS_ON
+                    if text.value == "hopform.":
+                        assert name in ("hopform._front", "hopform.extend"), name
+                    elif name != "hopform":
+                        assert text.value.startswith(f"{room_of(name)}.") or height_of(text.value) > height_of(name)
+    assert all(height_of(f"hopform.{module}") > height_of("hopform._front") for module in _front.COMMANDS.values())
+    assert all(height_of(f"hopform.{room}") > height_of("hopform.extend") for room in extend.ROOMS)
+
+
+def test_applications_stand_on_public_names():
+    """Of the core they import `hopform`, `hopform.extend` and nothing else; what identification still takes beside that
+    is named above.
+    """
+    taken = {room: dict[str, set[str]]() for room in APPLICATIONS}
+    for name in OF_HOPFORM:
+        room = name.split(".")[1] if "." in name else ""
+        for node in ast.walk(tree(name)) if room in APPLICATIONS else ():
+            if isinstance(node, ast.ImportFrom) and str(node.module).startswith("hopform"):
+                module = str(node.module).removeprefix("hopform").removeprefix(".")
+                if module.startswith("_"):
+                    taken[room].setdefault(module, set()).update(alias.name for alias in node.names)
+                elif not module:
+                    assert all(not alias.name.startswith("_") for alias in node.names if alias.name != "__version__"), (
+                        name
+                    )
+                else:
+                    assert module.split(".")[0] in (room, "extend"), (name, module)
+            if isinstance(node, ast.Import):
+                assert not any(alias.name.startswith("hopform.") for alias in node.names), name
+    assert taken == {"hopping": {}, "identify": WALL}
+
+
+def test_what_is_there_for_extensions_is_small_said_and_used():
+    assert len(extend.__all__) <= 25 and {*extend.__all__} == {
+        name for names in extend.ROOMS.values() for name in names
+    }
+    users = {name: set[str]() for name in extend.__all__}
+    for name in OF_HOPFORM:
+        for node in ast.walk(tree(name)):
+            if isinstance(node, ast.ImportFrom) and node.module == "hopform.extend":
+                for alias in node.names:
+                    users[alias.name].add(name.split(".")[1])
+    assert all(rooms & APPLICATIONS for rooms in users.values()), users
+    assert all(getattr(extend, name).__doc__ for name in extend.__all__)
+    with pytest.raises(AttributeError, match="has no attribute 'plenty'"):
+        _ = extend.plenty
+
+
+def test_a_name_that_moved_says_where_it_is():
+    for room, names in hopform.MOVED.items():
+        for name in names:
+            assert hasattr(importlib.import_module(f"hopform.{room}"), name), name
+            with pytest.raises(AttributeError, match=f"from hopform.{room} import {name}"):
+                getattr(hopform, name)
 
 
 def test_no_module_imports_the_room_that_it_stands_in():
@@ -110,7 +205,7 @@ def test_no_module_is_public_that_nobody_promised():
     top = {name.split(".")[1] for name in OF_HOPFORM if "." in name} - {"__main__"}
     assert {name for name in top if not name.startswith("_")} == PUBLIC
     folders = {path.name for path in RUNTIME.iterdir() if path.is_dir()}
-    assert all(name.startswith("_") for name in folders), folders
+    assert {name for name in folders if not name.startswith("_")} == APPLICATIONS, folders
 
 
 def test_hopform_takes_no_answer_of_the_readable_solver():
@@ -127,12 +222,19 @@ def test_hopform_takes_no_answer_of_the_readable_solver():
                 assert package not in {"package", "OURS", "hopform_solver"}, (name, ast.unparse(node))
 
 
+def outside_functions(node: ast.AST) -> Iterator[ast.AST]:
+    """What runs when a module is imported: all but the bodies of functions and what only type checkers read."""
+    for child in ast.iter_child_nodes(node):
+        if not isinstance(child, ast.FunctionDef) and not (
+            isinstance(child, ast.If) and ast.unparse(child.test) == "TYPE_CHECKING"
+        ):
+            yield child
+            yield from outside_functions(child)
+
+
 def at_import(name: str) -> Iterator[str]:
-    """What a module imports when it is imported: all but the bodies of functions and what only type checkers read."""
-    module = tree(name)
-    for_types = [node for node in module.body if isinstance(node, ast.If) and ast.unparse(node.test) == "TYPE_CHECKING"]
-    module.body = [node for node in module.body if node not in for_types and not isinstance(node, ast.FunctionDef)]
-    for node in ast.walk(module):
+    """What a module imports when it is imported."""
+    for node in outside_functions(tree(name)):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
@@ -143,13 +245,19 @@ def at_import(name: str) -> Iterator[str]:
 def test_what_needs_an_extra_is_imported_within_functions():
     """Pictures import matplotlib, by a door that raises MissingExtra; nothing else imports them before that."""
     needs = {name for name in OF_HOPFORM if {module.split(".")[0] for module in at_import(name)} & EXTRAS}
-    assert needs and all(name.startswith("hopform._figures.") for name in needs)
-    refused = pytest.raises(hopform.MissingExtra, match="needs the extra `plot`")
-    with refused, patch.dict(sys.modules, {"matplotlib": None}):
-        drawing("plots")
-    for name in OF_HOPFORM:
-        if not name.startswith("hopform._figures."):
-            assert not {*at_import(name)} & needs, name
+    assert needs == {
+        "hopform._figures.plots", "hopform.hopping._pictures", "hopform.hopping._scene", "hopform.identify._pictures",
+    }  # fmt: skip
+    for name in set(OF_HOPFORM) - needs:
+        assert not {*at_import(name)} & needs, name
+
+
+def test_pictures_say_which_extra_they_need(hopper_c):
+    run = hopping.simulate(hopper_c, [0.0], 3.0, height=0.2)
+    for draw in (run.plot, run.hops[0].stance.plot, lambda: hopping.animate(run)):
+        refused = pytest.raises(hopform.MissingExtra, match="needs the extra `plot`")
+        with refused, patch.dict(sys.modules, {"matplotlib": None}):
+            draw()
 
 
 def own() -> dict[str, str]:
@@ -245,7 +353,7 @@ def packages(names: Iterable[str]) -> set[str]:
 def test_the_front_of_the_command_line_loads_no_command(loaded, program):
     ours = {name for name in loaded[program] if name.split(".")[0] == "hopform"}
     library = {"hopform._solver", "hopform._solver.library", "hopform._solver.build"}  # where no library is there
-    assert ours <= {"hopform", "hopform._cli", "hopform._errors"} | library
+    assert ours <= {"hopform", "hopform._front", "hopform._errors"} | library
     assert not packages(loaded[program]) & {"numpy", "hopform_solver", *EXTRAS}
 
 

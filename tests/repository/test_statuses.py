@@ -4,13 +4,13 @@ import re
 from pathlib import Path
 
 from derive.model.kinds import LONGEST_PREFIX, MOST_STEPS
-from hopform import _batch, _checks, _files, _motion, _robots, _studies
+from hopform import _batch, _checks, _files, _motion, _robots
 from hopform import _control as reach
 from hopform._cli import model, options
 from hopform._solver import c as native
+from hopform.hopping import _compare, terrain
 from hopform.hopping import _run as run
 from hopform.hopping import _touchdown as touchdown
-from hopform.hopping import terrain
 from hopform.identify import _kinds as kinds
 from hopform.identify import _synthetic as synthetic
 
@@ -70,10 +70,10 @@ LIMITS = {
     "threads of a batch": _batch.MOST_THREADS,
     "numbers of an array": _checks.MEMORY // 8,
     "times of a grid": _checks.MEMORY // _motion.EACH,
-    "times of a run": _checks.MEMORY // run.EACH,
+    "times of a run": run.MOST_SAMPLES,
     "rows of a table over time": options.MOST_ROWS,
     "hops of a run": terrain.MOST_HOPS,
-    "runs of a comparison": _studies.MOST_RUNS,
+    "runs of a comparison": _compare.MOST_RUNS,
     "cells of a map": reach.MOST_CELLS,
     "steps of a current": MOST_STEPS,
     "ticks of a sampled law in the longest stance": run.MOST_TICKS,

@@ -17,7 +17,7 @@ import hopform
 import hopform.hopping
 import hopform.identify
 from docs import gallery
-from hopform._figures import results
+from hopform import _figures as results
 from hopform.hopping.controllers import FeedForward
 from hopform.hopping.terrain import flat, uniform
 from tests.pictures import ANY_SHADES, Expected, Over, Panel, check, near

@@ -12,8 +12,11 @@ import pytest
 
 import hopform
 from hopform import _front as cli
-from hopform._cli.options import EXAMPLES, OPTIONS
 from tests.derived import MODELS, built
+
+EXAMPLES = {name: command.examples for name, command in cli.commands().items()}
+OPTIONS = [(group, option) for command in cli.commands().values() for group, options in command.options.items()
+           for option in options]  # fmt: skip
 
 
 def test_every_command_has_two_examples():
@@ -68,9 +71,8 @@ def test_a_shell_completes_commands_and_options(words, place, offered):
 
 def test_every_group_is_that_of_some_option():
     names = {f"{name}.{option}" for name, command in COMMANDS.items() for option in command}
-    for group, options in OPTIONS.items():
-        for option in options:
-            assert any(each == option or each.endswith(f".{option}") for each in names), (group, option)
+    for group, option in OPTIONS:
+        assert any(each == option or each.endswith(f".{option}") for each in names), (group, option)
 
 
 COMMANDS = {name: {str(parameter.name) for parameter in each.params} for name, each in cli.commands().items()}

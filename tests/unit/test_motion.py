@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 import hopform
-from hopform._figures import results
+from hopform import _figures as results
 from tests.derived import SHIPPED, solver_of
 from tests.oracle import mechanism
 from tests.oracle.mechanism import builders

@@ -17,8 +17,10 @@ import hopform
 import hopform.hopping
 import hopform.identify
 from docs import gallery
+from hopform import _figures as results
 from hopform import _front as cli
-from hopform._figures import animation, plots, results
+from hopform._figures import plots
+from hopform.hopping import _scene as animation
 from hopform.hopping.controllers import FeedForward
 from hopform.hopping.terrain import uniform
 from tests import needs

@@ -25,9 +25,11 @@ import hopform
 import hopform.hopping
 import hopform.identify
 from docs import gallery
+from hopform import _figures as results
 from hopform import _front as cli
-from hopform._figures import animation, plots, results
+from hopform._figures import plots
 from hopform._words import modes_of
+from hopform.hopping import _scene as animation
 from tests.pictures import curves, faults
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -191,7 +193,8 @@ def test_the_energy_of_the_ideal_hopper_is_a_line():
 def test_a_picture_is_the_same_in_every_process_which_needs_no_pyplot(stance, svg):
     code = f"""
 import sys, hopform
-from hopform._figures import plots, results
+from hopform import _figures as results
+from hopform._figures import plots
 stance = hopform.solve_stance(hopform.load_robot("hopper_c"), **{STANCES["steps"]})
 sys.stdout.buffer.write(plots.render(results.figure_of(stance), ".svg"))
 assert "matplotlib.pyplot" not in sys.modules

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import hopform
-from hopform._figures import results
+from hopform import _figures as results
 from hopform.identify._drop import fit_drop_test
 from hopform.identify._repeats import REPEATABILITY
 from hopform.identify._report import verdict

@@ -15,8 +15,8 @@ import xarray
 import hopform
 import hopform.hopping
 import hopform.identify
+from hopform import _figures as results
 from hopform import _show
-from hopform._figures import results
 from hopform._solver import package
 from tests.unit.test_plots import HOPPER, a_fit
 

@@ -13,9 +13,10 @@ import hopform
 import hopform.hopping
 import hopform.identify
 from hopform import _front as cli
-from hopform._cli import output, report, tables
+from hopform._cli import output, tables
 from hopform.hopping.controllers import FeedForward
 from hopform.hopping.terrain import uniform
+from hopform.identify import _report as report
 
 HOPPER = hopform.load_robot("hopper_c")
 FACTORS = {"cm": 100.0, "mm": 1000.0, "ms": 1000.0, "%": 100.0}

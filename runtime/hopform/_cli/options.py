@@ -22,10 +22,7 @@ MOST_DRAWS = 100_000
 
 
 Precision = StrEnum("Precision", ["float64", "float32"])
-SimulatorFormat = StrEnum("SimulatorFormat", ["mjcf", "urdf", "isaac"])
-Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air", "all", "motion"])
 Form = StrEnum("Form", ["text", "latex", "sympy", "json", "numpy", "c", "notebook"])
-Identification = StrEnum("Identification", ["drop", "free", "decay", "step", "air", "all", "check"])
 
 
 def number_in(unit: str) -> Callable[[str], float]:
@@ -74,32 +71,36 @@ def steps_in(unit: str) -> Callable[[str], list[tuple[float, float]]]:
     return parse
 
 
+OF_MODEL = "the input's unit"
+"""The unit of an option that is the input of any model."""
+
+
 def option(
-    meaning: str, *, unit: str | None = None, least: int | None = None, most: float = LARGEST, **how: Any
+    meaning: str,
+    *,
+    unit: str | None = None,
+    steps: bool = False,
+    least: int | None = None,
+    most: float = LARGEST,
+    **how: Any,
 ) -> Any:
-    """An option of a command: a number in a unit, a whole number from `least` to `most`, or, without either, what its
-    parameter's type says; `how` goes to typer.
+    """An option of a command: a number in a unit, or steps t:u over time; a whole number from `least` to `most`; or,
+    without either, what its parameter's type says. `how` goes to typer.
     """
     if unit is not None:
-        return typer.Option(help=f"[{unit}] {meaning}", parser=number_in(unit), metavar=unit.upper(), **how)
+        about = "" if unit == OF_MODEL else f"[s:{unit}] " if steps else f"[{unit}] "
+        metavar = "0:U,T:U,..." if steps else "U" if unit == OF_MODEL else unit.upper()
+        parser: Any = (steps_in if steps else number_in)(unit)
+        return typer.Option(help=f"{about}{meaning}", parser=parser, metavar=metavar, **how)
     if least is not None:
         return typer.Option(help=meaning, parser=number_from(least, most), metavar="N", **how)
     return typer.Option(help=meaning, **how)
 
 
-_INPUTS = {"motion": "", "record": "of a motion: "}
-"""Commands that take the input of any model, and of which of their answers."""
-
 OPTIONS: dict[str, dict[str, Any]] = {
     "Arguments": {
         "name": typer.Argument(metavar="[NAME|FILE.toml]", help="one robot; all if left out"),
         "number": typer.Argument(metavar="[N]", help="an equation's number; all if left out"),
-        "test": typer.Argument(help="the test"),
-        "kind": typer.Argument(help="what the files are; check says what they could tell"),
-        "files": typer.Argument(
-            metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air"
-        ),
-        "fit.files": typer.Argument(metavar="FILES", help="CSV; columns are named as the model's coordinates and input"),
         **{
             f"model {name}.model": typer.Argument(metavar="FILE.py|NAME", help="a model file, which is run; or hopper")
             for name in ("check", "build", "show")
@@ -112,7 +113,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "values": option("another value of a parameter, in SI units; repeatable", metavar="NAME=VALUE"),
         "export.robot": option("write it as robot.h, and a program that makes it hop", metavar="NAME|FILE.toml"),
         "height": option("hop height of the drop; or give --v2", unit="m"),
-        "record.height": option("hop height of a drop, 0.2 if left out; pull of a decay, 0.04", unit="m"),
         "v2": option("velocity of the body after the impact, < 0 downwards", unit="m/s"),
         "x1": option("displacement of the actuator at touchdown", unit="m"),
         "v1": option("its velocity", unit="m/s"),
@@ -120,21 +120,12 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "compression": option("of the leg, in place of --x2: as a flight has left it", unit="m"),
         "start": option("a coordinate or velocity of the model at the start, 0 if left out; repeatable",
                         metavar="NAME=VALUE"),
-        "record.start": option("of a motion: a coordinate or velocity at the start, 0 if left out; repeatable",
-                               metavar="NAME=VALUE"),
     },
     "Current": {
         "u": option("current, constant over each stance", unit="A"),
-        "u_steps": option("[s:A] steps of the current", parser=steps_in("A"), metavar="0:U,T:U,..."),
-        **{
-            f"{name}.u": option(f"{of}the input, in its unit, constant", parser=number_in("the input's unit"), metavar="U")
-            for name, of in _INPUTS.items()
-        },
-        **{
-            f"{name}.u_steps": option(f"{of}steps of the input, times in s", parser=steps_in("the input's unit"),
-                                      metavar="0:U,T:U,...")
-            for name, of in _INPUTS.items()
-        },
+        "u_steps": option("steps of the current", unit="A", steps=True),
+        "motion.u": option("the input, in its unit, constant", unit=OF_MODEL),
+        "motion.u_steps": option("steps of the input, times in s", unit=OF_MODEL, steps=True),
         "control.h_des": option("desired hop height of the next apex", unit="m"),
         "datum": option("level that heights count from, less the ground under the foot", unit="m"),
         "stop_margin": option("x1 stays below x1_max by more than this", unit="m"),
@@ -145,35 +136,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "highest": option("highest hop height of the map", unit="m"),
         "heights": option("hop heights of the map", least=2, most=MOST_CELLS // 2),
         "currents": option("currents of the map, over all that is allowed", least=1, most=MOST_CELLS // 2),
-    },
-    "Experiment": {
-        "duration": option("how long; 2 if left out", unit="s"),
-        "rate": option("samples per second", unit="Hz"),
-        "record.noise": option("standard deviation of the position's noise", unit="m"),
-        "record.quantum": option("step of the encoder, 0 for none", unit="m"),
-        "current": option("largest current; the largest up to u_max that fits if left out", unit="A"),
-        "hold": option("stillness at first; 0.2 if left out", unit="s"),
-        "record.added_mass": option("mass that the body carries beside its own", unit="kg"),
-        "identify.added_mass": option("[kg] what the body carried, one per file", metavar="M,M,..."),
-        "repeats": option("drops or decays in the recording", least=1),
-        "free_stroke": option("on a rig without stops, whose spring's travel has no limit"),
-        "record.seed": option("of the noise", least=0, most=math.inf),
-        "plan": option("show the intervals that a fit of it would give, instead of the recording; of all: what to record"),
-        "ranges": option("what is known of a parameter for `record all --plan`; repeatable", metavar="NAME=LOW:HIGH"),
-    },
-    "Fit": {
-        "known": option("a known parameter, in SI units; repeatable", metavar="NAME=VALUE"),
-        "fitted": option("what is fitted; all that is not known if left out, but for stops and limits",
-                         metavar="NAME,NAME,..."),
-        "fit.known": option("a known parameter, in SI units, or one that is as a fitted one; repeatable; of others the "
-                            "default is taken", metavar="NAME=VALUE|NAME"),
-        "near": option("near which value the search for a parameter begins; repeatable", metavar="NAME=VALUE"),
-        "sine": option("the spring of an angle is gravity's sine"),
-        "force": option("fit in force: no spring, recorded in closed loop"),
-        "gain": option("fit the gain of each position's sensor"),
-        "clock": option("fit the speed of the recording's clock"),
-        "lag": option("fit a first-order lag of each position's sensor"),
-        "loss": option("linear, or against outliers soft_l1, huber, cauchy"),
     },
     "Uncertainty of a fit": {
         "from_fit": option("in place of --robot: an identified robot, and 95 % bands from its fit",
@@ -196,10 +158,6 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "c": option("print a struct for the C library (of hopper_c if no NAME)", metavar="float32|float64"),
         "csv": option("write a table over time; - prints it", metavar="FILE|-"),
         "plot": option("draw it: .svg, .pdf or .png", metavar="FILE"),
-        "out": option("write the robot as TOML; --robot gives what is not fitted", metavar="FILE"),
-        "fit.out": option("write the model's robot as TOML, or its file for a simulator", metavar="FILE"),
-        "report": option("write a report with plots: .md or .html", metavar="FILE"),
-        "export": option("for a simulator, to --out or the standard output: armature, damping, frictionloss, gear"),
         "export.json": option("list the files as JSON"),
         "model list.json": option("as JSON"),
         "selftest.json": option("as JSON"),
@@ -255,11 +213,6 @@ EXAMPLES = {
     "equations": ("equations 14", "equations 14 --as numpy"),
     "motion": ("motion --start y=0.02", "motion --start x1=0.02 --start v2=-1.9 --u 3 --json"),
     "stance": ("stance --height 0.20 --u 3", "stance --v2 -1.9 --u-steps 0:0,0.05:2.0 --csv stance.csv"),
-    "record": ("record drop --seed 1 --csv drop.csv",
-               "record motion --start x1=0.02 --start x2=0.4 --u-steps 0:1.2,0.3:-0.4,0.6:1,0.9:-0.3,1.2:1 --seed 1 --csv motion.csv"),
-    "fit": ("fit motion.csv --fitted m_eff,k,b1,b2,f1,f2,gamma2 --known m_s=3 --known L0=0.4",
-            "fit motion.csv --fitted m_eff,k,b2,f2 --known m_s=3 --known L0=0.4 --known b1=150 --known f1=0.78 --known gamma2=-65 --out leg.toml"),
-    "identify": ("identify check drop.csv --known m_s=3", "identify drop drop.csv --known m_s=3 --out mine.toml"),
     "control": ("control --height 0.20 --h-des 0.20", "control --v2 -1.9 --h-des 0.15 --printed"),
     "reach": ("reach --from 0.05 --to 0.35", "reach --heights 5 --currents 4 --json"),
     "export": ("export firmware --for cmake --robot hopper_c", "export single --f32 --prefix leg"),

@@ -26,6 +26,7 @@ from hopform._checks import (
     MOST_DIGITS,
     Role,
     array_of,
+    finite,
     flag,
     instance,
     items,
@@ -361,6 +362,21 @@ def checked_robot(robot: object, act: str = "motion") -> Robot:
     if act not in robot.solver.can:
         raise robot.solver.cannot(act)
     return cast(Robot, robot)
+
+
+def placed(robot: Robot, act: str, x1: Any, v1: Any, v2: Any) -> tuple[float, float, float]:
+    """x1, v1, v2 as floats; HopformError for what is not finite, for an actuator beyond its stroke, and for a robot
+    whose model cannot do what it starts.
+    """
+    checked_robot(robot, act)
+    if type(x1) is type(v1) is type(v2) is float and math.isfinite(x1 + v1 + v2):  # the common case, all at once
+        x_1, v_1, v_2 = x1, v1, v2
+    else:
+        x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
+    low, high = robot.letters.x1_min, robot.letters.x1_max
+    if not low <= x_1 <= high:
+        raise HopformError(f"x1 must be within its stroke {low!r} .. {high!r} m, got {x_1!r}")
+    return x_1, v_1, v_2
 
 
 def falling_robot(robot: object, act: str, what: str) -> Robot:

@@ -5,13 +5,13 @@ from ctypes import byref
 from functools import cache, wraps
 from inspect import isfunction, signature
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
-import hopform
 from hopform._checks import shown
-from hopform._errors import HopformError
+from hopform._errors import BackendError, HopformError
 from hopform._motion import DOUBLE
 from hopform._robots import BaseRobot, checked_robot, robot_class, robot_file, robot_of, shipped
+from hopform._robots import Robot as Hopper
 from hopform._solver import choice
 from hopform._solver.choice import SOLVERS
 from hopform._solver.loading import loaded
@@ -31,8 +31,10 @@ class Solver:
     ('hopper', 'takeoff', ('motion', 'stance', 'flight'))
     """
 
-    Robot: "type[hopform.Robot]"
+    Robot: type[Hopper]
     """the class of its robots"""
+    _offered: ClassVar[Mapping[str, Any]]
+    """What `hopform` offers, by name; `_all`, which stands above, binds it."""
 
     def __init__(self, core: choice.Solver) -> None:
         self._core, self.Robot = core, robot_class(core)
@@ -63,7 +65,7 @@ class Solver:
         """Names of the robots that it has; a solver of one's own has that of its folder."""
         return tuple(shipped(self.Robot))
 
-    def load_robot(self, name_or_path: str | Path) -> "hopform.Robot":
+    def load_robot(self, name_or_path: str | Path) -> Hopper:
         """A robot of this solver by its name, or of a TOML file; as `hopform.load_robot`.
 
         Raises HopformError for a file with `model = "NAME"` of another model, or with other parameters.
@@ -74,7 +76,7 @@ class Solver:
         """The file that gives a robot; None for one that the solver has by that name, and for no robot."""
         return None if name_or_path is None else robot_file(name_or_path, self.Robot)
 
-    def own(self, robot: object) -> "hopform.Robot":
+    def own(self, robot: object) -> Hopper:
         """The robot; HopformError for one of another solver."""
         if isinstance(robot, BaseRobot) and not isinstance(robot, self.Robot):
             other = robot.solver
@@ -88,7 +90,7 @@ class Solver:
         """Why its compiled library cannot be used; None if it can."""
         try:
             self._core.compiled()
-        except hopform.BackendError as error:
+        except BackendError as error:
             return str(error)
         return None
 
@@ -120,9 +122,9 @@ class Solver:
 
     def __getattr__(self, name: str) -> Any:
         """What `hopform` has of this name: a function of a robot for this solver; else the same."""
-        if name not in hopform.__all__:
+        if name not in self._offered:
             raise AttributeError(f"a solver has no attribute {name!r}", name=name, obj=self)
-        found = getattr(hopform, name)
+        found = self._offered[name]
         if isfunction(found):
             found = self._bound(found)
         self.__dict__[name] = found
@@ -139,7 +141,7 @@ class Solver:
         return of_robot
 
     def __dir__(self) -> list[str]:
-        return sorted({*object.__dir__(self), *hopform.__all__} - {"load_solver"})
+        return sorted({*object.__dir__(self), *self._offered} - {"load_solver"})
 
 
 def load_solver(name_or_folder: str | Path) -> Solver:

@@ -7,20 +7,20 @@ import shlex
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from enum import StrEnum
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import typer
 
 from hopform import HopformError, Robot
-from hopform._checks import number_of, shown
-from hopform._cli.options import Identification, Recordable, SimulatorFormat
-from hopform._cli.output import Outputs, deliver, picture, show
-from hopform._cli.use import in_use, robot_in_use, start_in_use
+from hopform._checks import number_of
+from hopform._cli.output import deliver, picture, show
+from hopform._cli.use import robot_in_use, start_in_use
 from hopform._errors import printable
 from hopform._files import Named
-from hopform._progress import progress_bar
-from hopform._show import needs
+from hopform.extend import Outputs, in_use, needs, option, progress_bar, shown
 from hopform.identify import _report as reports
 from hopform.identify import _synthetic as synthetic
 from hopform.identify._causes import said
@@ -32,6 +32,81 @@ from hopform.identify._motion import Values
 from hopform.identify._recordings import Recording, flat_top, read_recording
 from hopform.identify._simulators import exported, notes
 from hopform.identify._step import fit_force
+
+SimulatorFormat = StrEnum("SimulatorFormat", ["mjcf", "urdf", "isaac"])
+Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air", "all", "motion"])
+Identification = StrEnum("Identification", ["drop", "free", "decay", "step", "air", "all", "check"])
+
+OPTIONS: dict[str, dict[str, Any]] = {
+    "Arguments": {
+        "test": typer.Argument(help="the test"),
+        "kind": typer.Argument(help="what the files are; check says what they could tell"),
+        "files": typer.Argument(
+            metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air"
+        ),
+        "fit.files": typer.Argument(metavar="FILES", help="CSV; columns are named as the model's coordinates and input"),
+    },
+    "Robot and start": {
+        "record.height": option("hop height of a drop, 0.2 if left out; pull of a decay, 0.04", unit="m"),
+        "record.start": option("of a motion: a coordinate or velocity at the start, 0 if left out; repeatable",
+                               metavar="NAME=VALUE"),
+    },
+    "Current": {
+        "record.u": option("of a motion: the input, in its unit, constant", unit="the input's unit"),
+        "record.u_steps": option("of a motion: steps of the input, times in s", unit="the input's unit", steps=True),
+    },
+    "Experiment": {
+        "duration": option("how long; 2 if left out", unit="s"),
+        "rate": option("samples per second", unit="Hz"),
+        "record.noise": option("standard deviation of the position's noise", unit="m"),
+        "record.quantum": option("step of the encoder, 0 for none", unit="m"),
+        "current": option("largest current; the largest up to u_max that fits if left out", unit="A"),
+        "hold": option("stillness at first; 0.2 if left out", unit="s"),
+        "record.added_mass": option("mass that the body carries beside its own", unit="kg"),
+        "identify.added_mass": option("[kg] what the body carried, one per file", metavar="M,M,..."),
+        "repeats": option("drops or decays in the recording", least=1),
+        "free_stroke": option("on a rig without stops, whose spring's travel has no limit"),
+        "record.seed": option("of the noise", least=0, most=math.inf),
+        "plan": option("show the intervals that a fit of it would give, instead of the recording; of all: what to record"),
+        "ranges": option("what is known of a parameter for `record all --plan`; repeatable", metavar="NAME=LOW:HIGH"),
+    },
+    "Fit": {
+        "known": option("a known parameter, in SI units; repeatable", metavar="NAME=VALUE"),
+        "fitted": option("what is fitted; all that is not known if left out, but for stops and limits",
+                         metavar="NAME,NAME,..."),
+        "fit.known": option("a known parameter, in SI units, or one that is as a fitted one; repeatable; of others the "
+                            "default is taken", metavar="NAME=VALUE|NAME"),
+        "near": option("near which value the search for a parameter begins; repeatable", metavar="NAME=VALUE"),
+        "sine": option("the spring of an angle is gravity's sine"),
+        "force": option("fit in force: no spring, recorded in closed loop"),
+        "gain": option("fit the gain of each position's sensor"),
+        "clock": option("fit the speed of the recording's clock"),
+        "lag": option("fit a first-order lag of each position's sensor"),
+        "loss": option("linear, or against outliers soft_l1, huber, cauchy"),
+    },
+    "Uncertainty of a fit": {},
+    "Solver": {},
+    "Output": {
+        "out": option("write the robot as TOML; --robot gives what is not fitted", metavar="FILE"),
+        "fit.out": option("write the model's robot as TOML, or its file for a simulator", metavar="FILE"),
+        "report": option("write a report with plots: .md or .html", metavar="FILE"),
+        "export": option("for a simulator, to --out or the standard output: armature, damping, frictionloss, gear"),
+    },
+}  # fmt: skip
+"""Their options beside those that commands share."""
+
+EXAMPLES = {
+    "record": (
+        "record drop --seed 1 --csv drop.csv",
+        "record motion --start x1=0.02 --start x2=0.4 --u-steps 0:1.2,0.3:-0.4,0.6:1,0.9:-0.3,1.2:1 --seed 1 --csv motion.csv",
+    ),
+    "fit": (
+        "fit motion.csv --fitted m_eff,k,b1,b2,f1,f2,gamma2 --known m_s=3 --known L0=0.4",
+        "fit motion.csv --fitted m_eff,k,b2,f2 --known m_s=3 --known L0=0.4 --known b1=150 --known f1=0.78 --known gamma2=-65 --out leg.toml",
+    ),
+    "identify": ("identify check drop.csv --known m_s=3", "identify drop drop.csv --known m_s=3 --out mine.toml"),
+}
+"""Those of `record` are run before those of `identify`."""
 
 STAGES = 6
 """Of a fit, about: it, the old model, intervals, what is left out."""

@@ -14,8 +14,8 @@ from typing import NamedTuple, Unpack
 
 import numpy as np
 
+from hopform import HopformError
 from hopform._checks import flag
-from hopform._errors import HopformError
 from hopform.identify._estimation import Parameter
 from hopform.identify._fits import Fit, Options, fit
 from hopform.identify._kinds import Cut, Group, Guess, Kind, Recordings

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._errors import HopformError
+from hopform import HopformError
 from hopform.identify._motion import Array, Values, of_scipy
 from hopform.identify._recordings import outliers, quantum_of
 from hopform.identify._rigs import Experiment

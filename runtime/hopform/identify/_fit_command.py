@@ -6,15 +6,25 @@ from pathlib import Path
 from typing import cast
 
 from hopform import HopformError
-from hopform._checks import number_of, shown
-from hopform._cli.options import SimulatorFormat
-from hopform._cli.use import core, in_use
-from hopform._progress import progress_bar
-from hopform.identify._commands import check_fit_outputs, files_of, give, model_of, options_of, refuse_no_fit
+from hopform._checks import number_of
+from hopform._cli.use import core
+from hopform.extend import in_use, progress_bar, shown
+from hopform.identify import _commands
+from hopform.identify._commands import (
+    SimulatorFormat,
+    check_fit_outputs,
+    files_of,
+    give,
+    model_of,
+    options_of,
+    refuse_no_fit,
+)
 from hopform.identify._models import fit as fit_model_of
 from hopform.identify._models import seen_by
 from hopform.identify._motion import Values
 from hopform.identify._recordings import read_recording
+
+OPTIONS, EXAMPLES = _commands.OPTIONS, _commands.EXAMPLES
 
 
 def fit(

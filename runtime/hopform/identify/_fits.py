@@ -11,12 +11,12 @@ from typing import Any, NamedTuple, TypedDict, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform import __version__
+from hopform import HopformError, __version__, load_robot
 from hopform._checks import flag, function, word
-from hopform._errors import HopformError
-from hopform._robots import Provenance, load_robot
+from hopform._robots import Provenance
 from hopform._show import Array as Variable
-from hopform._show import Arrays, Card, Curve, Shown
+from hopform._show import Arrays, Curve, Shown
+from hopform.extend import Card
 from hopform.identify import _alternatives as alternatives
 from hopform.identify import _causes as causes
 from hopform.identify import _estimation as estimation

@@ -18,9 +18,9 @@ from typing import Any, NamedTuple, Unpack, cast
 
 import numpy as np
 
-from hopform._checks import Role, stream
-from hopform._errors import HopformError
-from hopform._robots import Robot
+from hopform import HopformError, Robot
+from hopform._checks import Role
+from hopform.extend import stream
 from hopform.identify import _alternatives as alternatives
 from hopform.identify import _estimation as estimation
 from hopform.identify._drop import ATTACHED, FREE, GROUND

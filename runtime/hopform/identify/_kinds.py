@@ -13,9 +13,10 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import items, mapping, nonnegative, positive, real, shown
-from hopform._errors import HopformError
+from hopform import HopformError
+from hopform._checks import mapping, nonnegative, real
 from hopform._solver.package import Steps, records
+from hopform.extend import items, positive, shown
 from hopform.identify._estimation import Parameter
 from hopform.identify._motion import Array, Known, Values
 from hopform.identify._recordings import (

@@ -21,12 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform import HopformError, Solver, load_solver
-from hopform._checks import flag, items, mapping, real, shown
+from hopform._checks import flag, mapping, real
 from hopform._motion import DOUBLE
 from hopform._robots import checked_value, robot_class
 from hopform._sensitivities import STARTS, in_height, lengths_of
 from hopform._solver.choice import Solver as Core
 from hopform._solver.package import Steps, records
+from hopform.extend import items, shown
 from hopform.identify._estimation import Parameter, Solution
 from hopform.identify._fits import Fit, Options, checked, solved
 from hopform.identify._kinds import MOST_KNOWN, Cut, Recordings, cuts_of, files_of, read_some

@@ -25,13 +25,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._errors import HopformError
+from hopform import HopformError
 from hopform._motion import DOUBLE
 from hopform._sensitivities import COLUMNS, in_height
-from hopform._show import needs
 from hopform._solver.c import Solved
 from hopform._solver.choice import DEFAULT
 from hopform._solver.package import ENDINGS, ROWS, LegState, Steps, records
+from hopform.extend import needs
 
 Array = NDArray[np.float64]
 Robot = records.Robot

@@ -21,11 +21,13 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import nonnegative, number_of, shown
-from hopform._errors import HopformError, printable
+from hopform import HopformError
+from hopform._checks import number_of
+from hopform._errors import printable
 from hopform._files import name_of, path_of, read_text, rows_of
-from hopform._show import Arrays, Card, Curve, Shown, span
+from hopform._show import Arrays, Curve, Shown, span
 from hopform._solver.package import Steps, records
+from hopform.extend import Card, finite, shown
 from hopform.identify._motion import Array
 
 COLUMNS: dict[str, tuple[str, float]] = {
@@ -316,7 +318,7 @@ def read_recording(path: str | Path, *, added_mass: float = 0.0) -> Recording:
 
 def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recording:
     """The recording in a CSV text; source is what errors call it."""
-    mass = nonnegative("added_mass", added_mass, "kg")
+    mass = finite("added_mass", added_mass, "kg", 0.0)
     body, separator = _separated(text, source)
     rows, remarks = list[tuple[int, list[str]]](), list[str]()
     for line, row in rows_of(body, source, separator):

@@ -12,8 +12,10 @@ from urllib.parse import quote
 import numpy as np
 from rich.console import RenderableType
 
-from hopform._cli.output import number, record, table, to_json
-from hopform._errors import HopformError, printable
+from hopform import HopformError
+from hopform._cli.output import number, record, to_json
+from hopform._errors import printable
+from hopform.extend import table
 from hopform.identify._estimation import Estimate
 from hopform.identify._fits import Fit, Trace, missed
 from hopform.identify._joint import Check, Plan

@@ -31,7 +31,7 @@ from typing import Literal, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._errors import HopformError
+from hopform import HopformError
 from hopform._solver.package import Steps, records
 from hopform.identify import _motion as motion
 from hopform.identify._motion import AT, STATE, Array, Motion, Robot, Values, delayed, of_scipy

@@ -14,7 +14,7 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._errors import HopformError
+from hopform import HopformError
 from hopform.identify import _estimation as estimation
 from hopform.identify._estimation import Parameter, Solution
 from hopform.identify._motion import Array, Values

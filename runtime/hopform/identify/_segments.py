@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from hopform._errors import HopformError
+from hopform import HopformError
 from hopform.identify._motion import Array, of_scipy
 from hopform.identify._recordings import FEWEST, Recording, calm, noise_of, outliers, quantum_of, runs
 

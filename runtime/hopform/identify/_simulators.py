@@ -23,8 +23,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from hopform import HopformError
 from hopform._checks import instance, word
-from hopform._errors import HopformError, printable
+from hopform._errors import printable
 from hopform.identify._fits import Fit, mean_of
 from hopform.identify._models import Modelled
 from hopform.identify._motion import Array, Values

@@ -17,8 +17,9 @@ from typing import Any, NamedTuple, Unpack
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform._checks import flag, positive
-from hopform._errors import HopformError
+from hopform import HopformError
+from hopform._checks import flag
+from hopform.extend import positive
 from hopform.identify import _estimation as estimation
 from hopform.identify._causes import SPEEDS, Diagnosis, brought, said, stiffest
 from hopform.identify._estimation import LEVEL, Estimate, Parameter

@@ -9,12 +9,13 @@ from typing import NamedTuple, SupportsFloat
 
 import numpy as np
 
-from hopform._checks import MEMORY, flag, nonnegative, positive, real, whole, word
-from hopform._errors import HopformError
+from hopform import HopformError, Robot, solve_motion
+from hopform._checks import MEMORY, flag, real, word
 from hopform._motion import Start
-from hopform._robots import Robot, checked_robot
+from hopform._robots import checked_robot
 from hopform._solver.package import ENDINGS, LegState, Steps, records
-from hopform._stance import Current, solve_motion
+from hopform._stance import Current
+from hopform.extend import finite, positive, whole
 from hopform.identify import _motion as motion
 from hopform.identify import _rigs as rigs
 from hopform.identify._motion import Array, drop_and_compression
@@ -86,7 +87,7 @@ def record(
     # Of one seed each test has noise of its own.
     own = None if seed is None else [whole("seed", seed, 0, math.inf), (*TESTS, MOTION).index(test)]
     draw = np.random.default_rng(own)
-    encoder = nonnegative("noise", noise, "m"), nonnegative("quantum", quantum, "m"), draw
+    encoder = finite("noise", noise, "m", 0.0), finite("quantum", quantum, "m", 0.0), draw
     length = positive("duration", 2.0 if duration is None else duration, "s")
     hertz = positive("rate", rate, "Hz")
     if not 18.5 < length * hertz < records.MOST_STEPS - 0.5:
@@ -104,13 +105,13 @@ def record(
         return _motion(robot, start, u, time, *encoder)
     if start or isinstance(u, Sequence) or real("u", u, "A") != 0.0:
         raise HopformError(f"start and u are for the test {MOTION!r}, got {test!r}")
-    still = nonnegative("hold", 0.2 if hold is None else hold, "s")
+    still = finite("hold", 0.2 if hold is None else hold, "s", 0.0)
     if not still <= time[-1]:
         raise HopformError(f"hold must be <= {float(time[-1])!r} s, the duration, got {still!r}")
     rig = robot
     if free_stroke:
         rig = replace(robot, x1_min=-math.inf, x1_max=math.inf, travel=math.inf)
-    bench = _Bench(rig, test, time, still, nonnegative("added_mass", added_mass, "kg"))
+    bench = _Bench(rig, test, time, still, finite("added_mass", added_mass, "kg", 0.0))
     made = bench.made(_given(bench, height, current))
     columns = dict[str, Column]()
     if made.x2 is not None:
