@@ -95,15 +95,14 @@ OTHERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 what is right about it takes no time."""
 ANSWERS = {
     "Batch", "Command", "Energy", "Equation", "Event", "FixedPoint", "Flight", "FlightLedger", "FlightPhase", "Gains",
-    "Hop", "Ledger", "ManySensitivities", "Motion", "Motions", "Phase", "PrintedCommand", "Reachability", "ReturnMaps", "Run",
+    "Animation", "Fit", "Hop", "Ledger", "ManySensitivities", "Motion", "Motions", "Phase", "PrintedCommand", "Reachability", "Recording", "ReturnMaps", "Run",
     "Sensitivities", "Solver", "Stance", "State", "Touchdown", "Tracking",
 }  # fmt: skip
 """Classes that hopform fills itself, and records that are checked where they are handed in."""
 OF_RECORDINGS = {"fit", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "read_recording"}
 """What takes numbers by name, in `known`, or beside a file."""
 INSIDE = {
-    "check_map", "check_set_points", "check_touchdown", "crossing", "home_of", "measured", "target_of", "set_point",
-    "set_points",
+    "check_set_points", "check_touchdown", "crossing", "measured", "number_of", "set_point", "set_points", "target_of",
 }  # fmt: skip
 """What controllers and terrains share, behind the classes and functions above."""
 OBJECTS: dict[str, Any] = {
@@ -122,7 +121,7 @@ OBJECTS: dict[str, Any] = {
 METHODS: dict[str, dict[str, Any]] = {
     "at": {"t": 0.0}, "energy": {"t": 0.0}, "ledger": {"t": 0.0}, "compression": {"t": 0.0}, "foot": {"t": 0.0},
     "total_energy": {"t": 0.0}, "forces": {"t": 0.0}, "ledger_by_element": {"t": 0.0}, "derivatives": {"t": 0.0},
-    "current": {"t": 0.0}, "ground": {"t": 0.0}, "aed": {"t": 0.0}, "grid": {"count": 3}, "gaps": {"row": 0},
+    "current": {"t": 0.0}, "ground": {"t": 0.0}, "aed": {"t": 0.0}, "aed_at": {"t": 0.0}, "motion": {"t": [0.0]}, "grid": {"count": 3}, "gaps": {"row": 0},
     "detect": {"samples": [0.0]},
     "false_alarm_rate": {"noise": 0.1},
     "false_takeoff_rate": {"noise": 0.1},

@@ -8,6 +8,7 @@ import runpy
 import subprocess
 import sys
 import tempfile
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +20,9 @@ from nbconvert.preprocessors import ExecutePreprocessor
 from traitlets.config import Config
 
 import hopform
-from hopform._cli import COMMANDS
+import hopform.hopping
+import hopform.identify
+from hopform._front import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -142,9 +145,9 @@ def with_figures(name: str, text: str) -> str:
 
 
 def api(names: list[str]) -> str:
-    """A table of public names of hopform, and what each is."""
+    """A table of public names of hopform and its rooms, and what each is."""
     table = "\n   ".join([".. autosummary::", ":nosignatures:", "", *names])
-    kinds = {name: "class" if isinstance(getattr(hopform, name), type) else "function" for name in names}
+    kinds = {name: "class" if isinstance(attrgetter(name)(hopform), type) else "function" for name in names}
     each = (f".. auto{kind}:: {name}" + ("\n   :members:" if kind == "class" else "") for name, kind in kinds.items())
     return "\n\n".join([".. currentmodule:: hopform", table, *each])
 

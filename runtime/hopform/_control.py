@@ -24,7 +24,7 @@ from hopform._checks import MEMORY, Array, finite, flag, function, nonnegative, 
 from hopform._errors import HopformError
 from hopform._motion import precision_of
 from hopform._robots import Robot, checked_robot, falling_robot
-from hopform._show import Arrays, Card, Curve, Shown, name_of, span
+from hopform._show import Arrays, Card, Curve, Shown, span
 from hopform._solver.package import COMMANDS, MAX_PHASES, NUMBERS, Target, records
 from hopform._stance import solve_stance, start_of
 from hopform._warnings import RISES, said
@@ -74,7 +74,7 @@ class Command(Shown):
             given += [("datum", f"{datum:.5g} m"), ("stop margin", f"{margin:.5g} m")]
         found: list[tuple[str, object]] = [("u", self.u), ("apex", self.apex), ("stances solved", self.solved)]
         found += [("warning", each) for each in self.warnings]
-        return Card(f"Command for {name_of(self.question.robot)}: {self.status}", given, found)
+        return Card(f"Command for {self.question.robot.label}: {self.status}", given, found)
 
     def __hash__(self) -> int:
         return hash((self.u, self.status, self.solved))
@@ -213,7 +213,7 @@ class Reachability(Shown):
         held = span(self.heights[np.isfinite(self.hold)])
         found = [("lowest", span(self.lowest)), ("highest", span(self.highest)), ("heights held", f"{held} m"),
                  ("fixed points", len(self.fixed_points))]  # fmt: skip
-        return Card(f"Reachability of {name_of(self.robot)}: {shape}", given, found)
+        return Card(f"Reachability of {self.robot.label}: {shape}", given, found)
 
     def _arrays(self) -> Arrays:
         points = {name: [getattr(each, name) for each in self.fixed_points] for name in ("u", "height", "multiplier")}

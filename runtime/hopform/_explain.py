@@ -14,7 +14,6 @@ from functools import lru_cache
 from typing import Any, NamedTuple
 
 from hopform._motion import Motion, Phase, force_unit, masses_of
-from hopform._show import name_of
 from hopform._solver.c import FIRST_CAPACITY, PHASES_NOT_KEPT, Library, Solved, Types, plan_of
 from hopform._solver.package import LegState, Precision, Steps
 from hopform._words import limit_in, modes_of
@@ -232,7 +231,7 @@ def text_of(stance: Motion, asked: tuple[LegState, float, int]) -> str:
     """How the motion was solved, phase by phase."""
     solved, searches = searches_of(stance, asked)
     rows, words = solved.phase_rows(), stance.robot.solver.package.records.EVENTS
-    about = ", ".join(each for each in (name_of(stance.robot), stance.input_in_words) if each)
+    about = ", ".join(each for each in (stance.robot.label, stance.input_in_words) if each)
     lines = [f"{about}; {stance.outcome}"]
     for n, phase in enumerate(stance.phases):
         kind = kind_of(rows[n], rows[n + 1], words, stance) if n + 1 < len(rows) else stance.status

@@ -20,7 +20,7 @@ from hopform._checks import finite, nonnegative, pair, positive, shaped, times_w
 from hopform._errors import HopformError
 from hopform._motion import DOUBLE, TOUCHING_ULP, Event, Number, Real, State, Times, in_order, precision_of, with_height
 from hopform._robots import Robot, checked_robot, falling_robot, placed
-from hopform._show import Arrays, Card, OverTime, events_of, name_of
+from hopform._show import Arrays, Card, OverTime, events_of
 from hopform._solver.c import SolvedFlight
 from hopform._solver.package import FLIGHT_ENDINGS, Energy, FlightLedger, Gains, records
 
@@ -155,7 +155,7 @@ class Flight(OverTime):
         given = [("x1", start.x1), ("v1", start.v1), ("x2", start.x2), ("v2", start.v2), ("gains", gains)]
         after = [] if self.touchdown is None else [("touchdown at v2", self.touchdown.v2), ("x1", self.touchdown.x1)]
         found = [("apex", self.apex), ("apex_time", self.apex_time), *after, ("events", len(self.events))]
-        return Card(f"Flight of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s", given, found)
+        return Card(f"Flight of {self.robot.label}: {self.status} after {self.duration:.5g} s", given, found)
 
     def _over(self, t: NDArray[np.float64]) -> dict[str, Any]:
         energy = self.energy(t)

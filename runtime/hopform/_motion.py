@@ -18,7 +18,7 @@ from hopform._checks import finite, items, mapping, positive, shaped, shown, tim
 from hopform._errors import HopformError
 from hopform._robots import Robot, nearest
 from hopform._sensitivities import ManySensitivities, Sensitivities, aliases_of, at_times, of_ending
-from hopform._show import UNITS, Arrays, Card, Curve, OverTime, events_of, name_of
+from hopform._show import UNITS, Arrays, Card, Curve, OverTime, events_of
 from hopform._solver.c import Solved
 from hopform._solver.choice import Solver
 from hopform._solver.folder import Facts
@@ -534,7 +534,7 @@ class Motion(OverTime):
         first, last = (zip(self._layout.names, state, strict=True) for state in (self.phases[0].state, self.end))
         steps = [(each["name"], u[0] if len(u) == 1 else f"{len(u)} steps, from {u[0]:.5g}") for each in inputs]
         found = [*last, ("events", events_in_short(self.events)), *(("warning", each) for each in self.warnings)]
-        title = f"Motion of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
+        title = f"Motion of {self.robot.label}: {self.status} after {self.duration:.5g} s"
         return Card(title, [*first, *steps], found)
 
     def _over(self, t: NDArray[np.float64]) -> dict[str, Any]:

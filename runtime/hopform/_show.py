@@ -287,8 +287,3 @@ def events_of(events: Sequence[Any]) -> dict[str, Array]:
     """Times and kinds of events, as arrays."""
     kinds = np.array([each.kind for each in events], dtype=str)
     return {"event_time": (("event",), [each.time for each in events]), "event_kind": (("event",), kinds)}
-
-
-def name_of(robot: Any) -> str:
-    """A robot's name for a terminal; one made in Python may have none."""
-    return printable(robot.name) or "robot"

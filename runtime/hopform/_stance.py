@@ -37,7 +37,7 @@ from hopform._motion import (
 )
 from hopform._robots import Robot, checked_robot, placed
 from hopform._sensitivities import Sensitivities, of_matrix
-from hopform._show import Arrays, Card, Curve, OverTime, name_of
+from hopform._show import Arrays, Card, Curve, OverTime
 from hopform._solver.c import Solved, tuple_of
 from hopform._solver.package import ENDINGS, TAKEOFF, Precision, Steps, records
 from hopform._warnings import WARNINGS, Warning
@@ -228,7 +228,7 @@ class Stance(Motion):
         steps = u[0] if len(u) == 1 else f"{len(u)} steps"
         given = [("v2", first.v2), ("x1", first.x1), ("v1", first.v1), ("u", steps)]
         found = [("apex", self.apex), ("aed", self.aed), ("events", events_in_short(self.events))]
-        title = f"Stance of {name_of(self.robot)}: {self.status} after {self.duration:.5g} s"
+        title = f"Stance of {self.robot.label}: {self.status} after {self.duration:.5g} s"
         return Card(title, given, [*found, *(("warning", each) for each in self.warnings)])
 
     def _over(self, t: NDArray[np.float64]) -> dict[str, Any]:

@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from hopform._cli.use import in_use
     from hopform._figures.palette import PALETTE
     from hopform._figures.plots import framed, name_axis
-    from hopform._files import read_rows
-    from hopform._files import write
+    from hopform._files import read_rows, write
     from hopform._progress import progress_bar
     from hopform._robots import falling_robot
     from hopform._show import Card, OverTime, dataset, needs, pictures

@@ -22,7 +22,7 @@ from hopform_solver.structs import STRUCTS
 ROOT = Path(__file__).resolve().parents[2]
 RECORD = Path(__file__).with_suffix(".json")
 HEADERS = ROOT / "generated" / "c" / "include" / "hopform"
-MODULES = ("controllers", "model", "terrain")
+MODULES = ("extend", "hopping", "hopping.controllers", "hopping.terrain", "identify", "model")
 OF_MODEL = ("Derivation", "Formula", "HeldSet", "ModelError", "derive", *elements.__all__)
 """What `hopform.model` has of the derivation for a model file and its reader."""
 OURS = ("hopform", "hopform_solver", "derive")
@@ -39,7 +39,7 @@ def found() -> Table:
 
 def of_python() -> Table:
     """By each public name what may be called or read of it."""
-    names = {name: entry(getattr(hopform, name)) for name in hopform.__all__ if name not in MODULES}
+    names = {name: entry(getattr(hopform, name)) for name in hopform.__all__}
     for module in (import_module(f"hopform.{name}") for name in MODULES):
         names |= {f"{module.__name__[8:]}.{name}": entry(getattr(module, name)) for name in public_of(module)}
     return dict(sorted(names.items()))

@@ -41,7 +41,7 @@ def repository(tmp_path) -> Path:
 
 
 def test_a_change_of_the_runtime_or_of_pages_needs_no_long_stage(repository):
-    change(repository, "runtime/hopform/terrain.py")
+    change(repository, "runtime/hopform/hopping/terrain.py")
     change(repository, "docs/README.md")
     change(repository, "tests/unit/test_terrain.py", "import hopform\n")
     assert why(repository) is None

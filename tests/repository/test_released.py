@@ -21,7 +21,9 @@ def test_the_record_is_of_this_minor_version():
 
 
 def test_the_record_has_each_language():
-    assert {"solve_stance", "Stance", "controllers.Sampled", "terrain.uniform"} <= RELEASED["python"].keys()
+    assert {"solve_stance", "Stance", "hopping.controllers.Sampled", "hopping.terrain.uniform"} <= RELEASED[
+        "python"
+    ].keys()
     assert "hopform_solve_stance_f32" in RELEASED["c"]["functions"]
     assert RELEASED["c"]["structs"]["State"] == [f"real {name}[1]" for name in ("x1", "v1", "v2", "y")]
     assert RELEASED["json"]["hopform stance"]["properties"]["duration"] == '{"type": "number"}'

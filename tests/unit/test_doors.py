@@ -262,7 +262,7 @@ def test_a_file_that_is_replaced_keeps_its_mode(tmp_path):
     path.chmod(0o600)
     umask = os.umask(0o027)
     try:
-        write([(path, b"new"), (new, b"new")])
+        write({path: b"new", new: b"new"})
     finally:
         os.umask(umask)
     assert (path.stat().st_mode & 0o777, new.stat().st_mode & 0o777) == (0o600, 0o640)
@@ -278,7 +278,7 @@ def test_all_files_are_written_or_none(tmp_path):
     (tmp_path / "folder").mkdir()
     (tmp_path / "old").write_text("old")
     with pytest.raises(hopform.HopformError, match="cannot be written"):
-        write([(tmp_path / "old", b"new"), (tmp_path / "nowhere" / "x", b"new")])
+        write({tmp_path / "old": b"new", tmp_path / "nowhere" / "x": b"new"})
     assert (tmp_path / "old").read_text() == "old"
     assert {path.name for path in tmp_path.iterdir()} == {"folder", "old"}
 
@@ -294,7 +294,7 @@ def test_what_cannot_be_written_is_known_before(tmp_path, monkeypatch, path):
 def test_a_pipe_that_nobody_reads_is_not_waited_for(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(hopform.HopformError, match="cannot be written"):
-        write([(tmp_path / "pipe", b"new")])
+        write({tmp_path / "pipe": b"new"})
 
 
 @pytest.mark.parametrize("method", ["to_csv", "to_npz"])

@@ -25,7 +25,7 @@ def a_folder_of_its_own(tmp_path_factory):
     folder = tmp_path_factory.mktemp("outside")
 
     def inside(files):
-        write([each for each in files if Path(os.path.realpath(each[0])).is_relative_to(folder)])
+        write({path: each for path, each in files.items() if Path(os.path.realpath(path)).is_relative_to(folder)})
 
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
@@ -34,9 +34,10 @@ def a_folder_of_its_own(tmp_path_factory):
 
 
 def test_every_public_function_is_in_the_catalogue():
-    for module in (hopform, hopform.hopping.controllers, hopform.hopping.terrain):
+    rooms = (hopform, hopform.hopping, hopform.identify)
+    for module in (*rooms, hopform.hopping.controllers, hopform.hopping.terrain):
         own = {name for name, found in vars(module).items() if getattr(found, "__module__", "") == module.__name__}
-        for name in hopform.__all__ if module is hopform else own:
+        for name in module.__all__ if module in rooms else own:
             found = getattr(module, name)
             if name.startswith("_") or not callable(found) or found in (hopform.BackendError, hopform.MissingExtra):
                 continue
@@ -102,7 +103,8 @@ class Endless(Mapping[str, float]):
 
 @pytest.mark.parametrize("name", sorted(EVERY))
 def test_no_argument_is_read_without_a_bound(name, monkeypatch):
-    monkeypatch.setattr("hopform.hopping._touchdown.MEMORY", 2**20)
+    monkeypatch.setattr("hopform._solvers.MOST_SAMPLES", 2**14)
+    monkeypatch.setattr("hopform.hopping._touchdown.MOST_SAMPLES", 2**14)
     function, arguments = EVERY[name]
     for each in parameters_of(function, arguments):
         for value in (endless(), Endless()):

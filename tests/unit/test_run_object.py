@@ -109,7 +109,7 @@ def test_an_interrupt_in_the_middle_leaves_nothing_that_a_next_run_would_notice(
 
 def test_ctrl_c_ends_the_command_with_130_no_traceback_and_no_file(tmp_path):
     code = (
-        "import signal, sys; from hopform._front import main; from hopform._hopping import run; begin = run._run; "
+        "import signal, sys; from hopform._front import main; from hopform.hopping import _run as run; begin = run._run; "
         "run._run = lambda *given: (print('ready', flush=True), begin(*given))[1]; "
         "signal.signal(signal.SIGINT, signal.default_int_handler); sys.exit(main())"
     )  # as from a terminal; who runs tests in the background may have it ignored

@@ -26,7 +26,6 @@ from hopform._cli.output import Record, number, record, spaced, table, to_json
 from hopform._errors import printable
 from hopform._files import csv_of
 from hopform._motion import force_units, masses_of, unit_of_time
-from hopform._show import name_of
 from hopform._solver.package import records
 from hopform._words import limit_in, modes_of, start_of
 
@@ -65,8 +64,8 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
         words = ("none" if math.isinf(value) else f"{value:.6g}" for value in values)
         return field.name, *words, "" if field.unit == "1" else field.unit, *(getattr(field, each) for each in meaning)
 
-    head = ("parameter", *map(name_of, shown), "unit", *meaning)
-    about = ((name_of(robot), printable(" ".join(robot.description.split()))) for robot in shown if robot.description)
+    head = ("parameter", *(robot.label for robot in shown), "unit", *meaning)
+    about = ((robot.label, printable(" ".join(robot.description.split()))) for robot in shown if robot.description)
     notes = [*map(": ".join, about), *([OURS] if any(robot.name in ROBOTS for robot in shown) else [])]
     return spaced(table("", head, map(row, shown[0].all_fields()), ("parameter", "unit", "meaning")), "\n".join(notes))
 
@@ -100,7 +99,7 @@ def stance(solved: Stance, with_sensitivities: bool = False, explained: bool = F
     and how it was solved.
     """
     first = solved.phases[0].state
-    begin = f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
+    begin = f"{solved.robot.label}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
     title = Text(f"{begin}, {solved.input_in_words}; {solved.outcome}", style="bold")
     parts = [phases(solved), states(solved), ledger(solved), *([sensitivities(solved)] if with_sensitivities else [])]
     most = f"largest compression {100.0 * solved.compression_max:.4g} cm"
@@ -114,7 +113,7 @@ def motion(solved: Motion, with_sensitivities: bool = False, explained: bool = F
     for, derivatives and how it was solved.
     """
     about = ", ".join(each for each in (f"from {start_of(solved)}", solved.input_in_words) if each)
-    title = Text(f"{name_of(solved.robot)}: {about}; {solved.outcome}", style="bold")
+    title = Text(f"{solved.robot.label}: {about}; {solved.outcome}", style="bold")
     parts = [motion_phases(solved), motion_states(solved), motion_ledger(solved)]
     parts += [sensitivities(solved)] if with_sensitivities else []
     by = f"solved in {solved.dtype}"
@@ -251,13 +250,13 @@ def command(
     note = f"{found.solved} stances were solved. Heights are hop heights."
     if drawn and band:
         note = f"Under the exact current 95 % of the apexes are {band.text()} cm. {drawn.said()}\n{note}"
-    return spaced(Text(f"{name_of(robot)}: {STATUSES[found.status]}", style="bold"), currents, note)
+    return spaced(Text(f"{robot.label}: {STATUSES[found.status]}", style="bold"), currents, note)
 
 
 def reach(found: Reachability, drawn: Draws | None, bands: Mapping[str, Bands] | None) -> Iterator[RenderableType]:
     """A map: bounds and holds by height, then the fixed points."""
     held = np.isfinite(found.hold)
-    title = Text(f"{name_of(found.robot)}: {int(held.sum())} of {held.size} heights can be held", style="bold")
+    title = Text(f"{found.robot.label}: {int(held.sum())} of {held.size} heights can be held", style="bold")
     columns = (
         "height [cm]", "lowest [cm]", "at [A]", "highest [cm]", "at [A] ", "held by [A]", "gaps [A]", "limited by "
         "stroke", *(BANDS.values() if bands else ()),

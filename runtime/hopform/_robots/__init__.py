@@ -36,7 +36,7 @@ from hopform._checks import (
     stream,
     whole,
 )
-from hopform._errors import HopformError, noted
+from hopform._errors import HopformError, noted, printable
 from hopform._files import name_of, path_of, read_text
 from hopform._solver.choice import DEFAULT, SOLVERS, Solver
 from hopform._solver.package import CheckedRobot, checked, not_loaded, records
@@ -257,6 +257,11 @@ class BaseRobot:
         0.4
         """
         return float(self.letters.L0 + self.letters.c - self.compression_at_rest)
+
+    @property
+    def label(self) -> str:
+        """Its name for a terminal; one made in Python may have none."""
+        return printable(cast(str, cast(Any, self).name)) or "robot"
 
     @property
     def home(self) -> float:

@@ -5,9 +5,9 @@ from ctypes import byref
 from functools import cache, wraps
 from inspect import isfunction, signature
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, SupportsFloat
 
-from hopform._checks import shown
+from hopform._checks import MEMORY, finite, items, shown, whole
 from hopform._errors import BackendError, HopformError
 from hopform._motion import DOUBLE
 from hopform._robots import BaseRobot, checked_robot, robot_class, robot_file, robot_of, shipped
@@ -16,6 +16,9 @@ from hopform._solver import choice
 from hopform._solver.choice import SOLVERS
 from hopform._solver.loading import loaded
 from hopform._solver.package import Equation, not_loaded, records
+
+MOST_SAMPLES = MEMORY // 64
+"""Samples of a signal at most: each takes 64 B."""
 
 
 class Solver:
@@ -100,19 +103,26 @@ class Solver:
         known: Mapping[str, Mapping[str, str]] = self._core.package.answers.ANSWERS
         return known
 
-    def contacts(self, samples: Iterable[float], high: float, low: float, count: int) -> list[tuple[int, str]]:
+    def contacts(
+        self, samples: Iterable[SupportsFloat], high: SupportsFloat, low: SupportsFloat, count: int
+    ) -> list[tuple[int, str]]:
         """Where a signal says that contact begins or ends: the number of the sample that confirms it, and "touchdown" or
         "takeoff". By the C that a board runs, `hopform_touchdown`: it begins with `count` samples in a row of which the
-        first is at least `high`, the others at least `low`, and it ends with as many below `low`.
+        first is at least `high`, the others at least `low`, and it ends with as many below `low`. Raises HopformError for
+        a number that is not finite, and a count below 1.
 
         >>> load_solver("hopper").contacts([0.0, 0.7, 0.9, 0.1, 0.0], 0.6, 0.4, 2)
         [(2, 'touchdown'), (4, 'takeoff')]
         """
         library = self._core.compiled().library
         types = library.types(DOUBLE)
-        settings, contact = types.Detector(high, low, count), types.Contact()
+        unit = "units of the signal"
+        levels = finite("high", high, unit), finite("low", low, unit)
+        settings, contact = types.Detector(*levels, whole("count", count)), types.Contact()
+        given = enumerate(items("samples", samples, "a sequence of numbers in units of the signal", MOST_SAMPLES))
+        values = (types.real(finite(f"samples[{n}]", each, unit)) for n, each in given)
         advance = library.function("touchdown", types)
-        events = (advance(byref(settings), byref(contact), types.real(each)) for each in samples)
+        events = (advance(byref(settings), byref(contact), each) for each in values)
         return [(n, records.CONTACTS[event]) for n, event in enumerate(events) if event]
 
     def equations(self) -> tuple[Equation, ...]:

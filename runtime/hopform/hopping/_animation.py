@@ -60,4 +60,4 @@ def animate(
     from hopform.hopping._scene import gif_of
 
     gif = gif_of(run, wanted, pictures, [n * speed / pictures for n in range(count)])
-    return Animation(gif, f"Animation of {run.robot.name or 'robot'}: {count} pictures, {pictures} a second")
+    return Animation(gif, f"Animation of {run.robot.label}: {count} pictures, {pictures} a second")

@@ -168,7 +168,7 @@ def readable(solved: Run, designed: bool, drawn: Any, bands: Any) -> Iterator[An
     for each.
     """
     count = len(solved.hops)
-    head = f"{solved.robot.name or 'robot'}: {OUTCOMES[solved.status]} after {count} touchdowns"
+    head = f"{solved.robot.label}: {OUTCOMES[solved.status]} after {count} touchdowns"
     title = Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
     columns = (
         "hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]", "ending", "apex [cm]", "AED [J]",

@@ -100,9 +100,7 @@ def _named(name: str, things: Mapping[Any, Thing]) -> dict[Any, Thing]:
     """What is compared, by name."""
     if not isinstance(things, Mapping):
         raise HopformError(f"{name} must be a mapping of names to values, got {shown(things)}")
-    if len(things) > MOST_RUNS:
-        raise HopformError(f"{name} must have at most {MOST_RUNS} entries, got more")
-    found = dict(things)
+    found = dict(items(name, things.items(), "a mapping of names to values", MOST_RUNS))
     if not found:
         raise HopformError(f"{name} must be at least one, got none")
     return found

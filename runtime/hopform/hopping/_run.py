@@ -229,7 +229,7 @@ class Hop(_Legs):
         given = [("height", self.height), ("ground", self.ground), ("u", self.u)]
         found = [("apex", self.apex), ("v2", self.touchdown.v2), ("aed", self.stance.aed), ("stop hit", self.hits_stop)]
         ends = f"{self.stance.status} {self.takeoff_time:.5g} s after the start"
-        return Card(f"Hop {self.index} of {self.robot.name or 'robot'}: {ends}", given, found)
+        return Card(f"Hop {self.index} of {self.robot.label}: {ends}", given, found)
 
     def _arrays(self) -> Mapping[str, Any]:
         return {name: ((), getattr(self, name)) for name in ("height", "apex")} | {"status": ((), self.stance.status)}
@@ -363,7 +363,7 @@ class Run(_Legs):
         given = [("height", height), ("terrain", list(self.terrain)), ("u", u)]
         stops = sum(hop.hits_stop for hop in self.hops)
         found = [("apex", [hop.apex for hop in self.hops]), ("hops that meet a stop", stops)]
-        title = f"Run of {self.robot.name or 'robot'}: {self.status} after {len(self.hops)} hops, {self.duration:.5g} s"
+        title = f"Run of {self.robot.label}: {self.status} after {len(self.hops)} hops, {self.duration:.5g} s"
         return Card(title, given, [*found, *(("warning", each) for each in self.warnings)])
 
     def _arrays(self) -> Mapping[str, Any]:

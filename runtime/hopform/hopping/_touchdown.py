@@ -57,9 +57,7 @@ class TouchdownDetector(Checked):
         """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that confirms it
         [s].
         """
-        given = enumerate(items("samples", samples, f"a sequence of {_NUMBERS}", MOST_SAMPLES))
-        values = [finite(f"samples[{n}]", sample, "units of the signal") for n, sample in given]
-        found = load_solver("hopper").contacts(values, self.high, self.low, self.count)
+        found = load_solver("hopper").contacts(samples, self.high, self.low, self.count)
         return tuple(Event(n * self.dt, kind) for n, kind in found)
 
     def false_alarm_rate(self, noise: SupportsFloat) -> float:
