@@ -135,7 +135,7 @@ def test_the_package_seeds_generators_in_one_place():
     """But recordings, and the optimiser's starting points, which no seed of a user draws."""
     package = Path(inspect.getfile(hopform)).parent
     seeding = {path.name for path in package.rglob("*.py") if re.search(r"default_rng\([^)]", path.read_text("utf-8"))}
-    assert seeding == {"_checks.py", "search.py", "synthetic.py"}
+    assert seeding == {"_checks.py", "_search.py", "_synthetic.py"}
 
 
 @pytest.mark.parametrize(

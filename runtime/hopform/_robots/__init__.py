@@ -358,12 +358,12 @@ def _robot_again(source: str, values: dict[str, Any]) -> BaseRobot:
     return robot_class(SOLVERS[source])(**values)
 
 
-def checked_robot(robot: object, act: str = "motion") -> Robot:
+def checked_robot(robot: object, act: str = "motion", name: str = "robot") -> Robot:
     """The robot; HopformError for what is none, the name of one for instance, and for a robot whose model cannot do
     something, one of `ACTS`.
     """
     if not isinstance(robot, BaseRobot):
-        raise HopformError(f"robot must be a Robot, as load_robot gives it, got {shown(robot)}")
+        raise HopformError(f"{name} must be a Robot, as load_robot gives it, got {shown(robot)}")
     if act not in robot.solver.can:
         raise robot.solver.cannot(act)
     return cast(Robot, robot)
@@ -384,9 +384,9 @@ def placed(robot: Robot, act: str, x1: Any, v1: Any, v2: Any) -> tuple[float, fl
     return x_1, v_1, v_2
 
 
-def falling_robot(robot: object, act: str, what: str) -> Robot:
+def falling_robot(robot: object, act: str, what: str, name: str = "robot") -> Robot:
     """The same of a robot whose body comes down again, which an act needs."""
-    known = checked_robot(robot, act)
+    known = checked_robot(robot, act, name)
     if not known.fall > 0.0:
         raise HopformError(f"{what} needs g > 0 m/s^2, got {known.fall!r}")
     return known

@@ -29,8 +29,10 @@ def gains_of_return(text: str) -> tuple[float, float]:
         raise typer.BadParameter(f"takes Kp,Kd in N/m and N s/m, as in 2000,300, got {shown(text)}")
     values = [number_of(part.strip()) for part in parts]
     for value, part, unit in zip(values, parts, ("N/m", "N s/m"), strict=True):
-        if value is None or not math.isfinite(value):
-            raise typer.BadParameter(f"takes a finite number in {unit}, written without a unit, got {shown(part)}")
+        if value is None:
+            raise typer.BadParameter(f"takes a number in {unit}, written without a unit, got {shown(part)}")
+        if not math.isfinite(value):
+            raise typer.BadParameter(f"takes a finite number in {unit}, got {shown(part)}")
     return values[0] or 0.0, values[1] or 0.0
 
 

@@ -54,7 +54,7 @@ COLUMNS = tuple((name, _TYPES.get(name, "f8"), text) for name, text in _OF_TABLE
 
 
 def _robot_or_none(name: str, value: object) -> Robot | None:
-    return None if value is None else falling_robot(value, "hop", name)
+    return None if value is None else falling_robot(value, "hop", "hopping", name)
 
 
 @dataclass(frozen=True)
