@@ -2,8 +2,8 @@
 and loads those that bind what a result has from above: flights, explanations, pictures.
 """
 
-import hopform._explain
-import hopform._figures  # noqa: F401
+import hopform._explain  # pyright: ignore[reportUnusedImport]
+import hopform._figures  # noqa: F401  # pyright: ignore[reportUnusedImport]
 from hopform._batch import Batch, Motions, solve_motions, solve_stances
 from hopform._control import (
     Command,
@@ -46,4 +46,5 @@ __all__ = [
     "solve_motions", "solve_stance", "solve_stances", "Solver", "Stance", "State", "sweep", "touchdown_velocity",
 ]  # fmt: skip
 
-Solver._offered = {name: globals()[name] for name in __all__}  # what a solver has beside its own, from below
+# What a solver has beside its own, from below.
+Solver._offered = {name: globals()[name] for name in __all__}  # pyright: ignore[reportPrivateUsage]

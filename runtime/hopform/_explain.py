@@ -308,4 +308,5 @@ def rows_of(function: EventFunction, begin: float) -> Iterator[tuple[str, str, s
         name = start = end = ""
 
 
-Motion._explained = staticmethod(text_of)  # what `Motion.explain` calls, from below
+# What `Motion.explain` calls, from below.
+Motion._explained = staticmethod(text_of)  # pyright: ignore[reportPrivateUsage]

@@ -10,7 +10,7 @@ import math
 import re
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Literal, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from numpy.typing import DTypeLike
@@ -180,11 +180,11 @@ def heights_kept(robot: Robot) -> list[float]:
     """Those of HEIGHTS that a robot can keep for HOPS hops, the first a drop from there with the actuator at x1 = 0."""
     kept: list[float] = []
     for h in HEIGHTS:
-        flight = solve_flight(robot, x1=robot.home, x2=h + robot.standing_height)
+        flight = solve_flight(robot, x1=robot.home, x2=h + robot.standing_height, v2=0.0)
         for _ in range(HOPS):
             if (at := flight.touchdown) is None:
                 break
-            start = {"x1": at.x1, "v1": at.v1, "v2": at.v2, "compression": flight.end_compression}
+            start: dict[str, Any] = {"x1": at.x1, "v1": at.v1, "v2": at.v2, "compression": flight.end_compression}
             stance = solve_stance(robot, **start, u=choose_current(robot, **start, h_des=h).u)
             if not math.isclose(stance.apex, h, rel_tol=1e-6):
                 break

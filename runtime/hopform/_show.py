@@ -172,7 +172,7 @@ class OverTime(Shown):
     def _over(self, t: NDArray[np.float64]) -> Mapping[str, ArrayLike]:
         """What moves, at times."""
 
-    def _read(self, t: ArrayLike, values: Callable[[NDArray[np.float64]], Sequence[ArrayLike]]) -> list[Any]:
+    def _read(self, t: ArrayLike, values: Callable[[NDArray[np.float64]], Any]) -> list[Any]:
         """What a function gives at times t [s] of one dimension, in t's shape; HopformError for a time that is not of
         this result.
         """

@@ -3,7 +3,7 @@ one is asked for.
 """
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from hopform._batch import Batch
 from hopform._checks import instance
@@ -33,7 +33,9 @@ pictures(of_core, Motion, Stance, Flight, Batch, Sensitivities, Reachability, Co
 def figure_of(result: Shown) -> "Figure":
     """The whole picture of a result, in a figure of matplotlib that needs no display."""
     fill, _ = picture_of(result)
-    from hopform._figures.plots import Figure, house_style
+    from matplotlib.figure import Figure
+
+    from hopform._figures.plots import house_style
 
     with house_style():
         figure = Figure()
@@ -44,19 +46,20 @@ def figure_of(result: Shown) -> "Figure":
 def drawn(result: Shown, axes: "Axes | None") -> "Axes":
     """The first axes of its picture in a figure of pyplot, or `axes` with its main panel."""
     fill, panel = picture_of(result)
-    from matplotlib import pyplot
+    from matplotlib import pyplot as _pyplot
     from matplotlib.axes import Axes
 
     if axes is not None:
         panel(instance("ax", axes, Axes, "axes of matplotlib"), result)
         return axes
-    figure: Any = pyplot.figure()  # outside of the house style: with the first one a notebook sets up its own
+    pyplot: Any = _pyplot
+    figure = pyplot.figure()  # outside of the house style: with the first one a notebook sets up its own
     try:
         fill(figure, result)
     except BaseException:
         pyplot.close(figure)
         raise
-    return figure.axes[0]
+    return cast("Axes", figure.axes[0])
 
 
 def picture_of(result: Shown) -> Picture:
@@ -67,4 +70,5 @@ def picture_of(result: Shown) -> Picture:
     return PICTURES[type(result)]()[type(result)]
 
 
-Shown._drawn = staticmethod(drawn)  # what `plot` of a result calls, from below
+# What `plot` of a result calls, from below.
+Shown._drawn = staticmethod(drawn)  # pyright: ignore[reportPrivateUsage]

@@ -5,7 +5,7 @@ from ctypes import byref
 from functools import cache, wraps
 from inspect import isfunction, signature
 from pathlib import Path
-from typing import Any, ClassVar, SupportsFloat
+from typing import Any, ClassVar, Literal, SupportsFloat, cast
 
 from hopform._checks import MEMORY, finite, items, shown, whole
 from hopform._errors import BackendError, HopformError
@@ -105,7 +105,7 @@ class Solver:
 
     def contacts(
         self, samples: Iterable[SupportsFloat], high: SupportsFloat, low: SupportsFloat, count: int
-    ) -> list[tuple[int, str]]:
+    ) -> list[tuple[int, Literal["touchdown", "takeoff"]]]:
         """Where a signal says that contact begins or ends: the number of the sample that confirms it, and "touchdown" or
         "takeoff". By the C that a board runs, `hopform_touchdown`: it begins with `count` samples in a row of which the
         first is at least `high`, the others at least `low`, and it ends with as many below `low`. Raises HopformError for
@@ -123,7 +123,7 @@ class Solver:
         values = (types.real(finite(f"samples[{n}]", each, unit)) for n, each in given)
         advance = library.function("touchdown", types)
         events = (advance(byref(settings), byref(contact), each) for each in values)
-        return [(n, records.CONTACTS[event]) for n, event in enumerate(events) if event]
+        return [(n, cast(Any, records.CONTACTS[event])) for n, event in enumerate(events) if event]
 
     def equations(self) -> tuple[Equation, ...]:
         """The register of the paper's equations, on which every model rests."""

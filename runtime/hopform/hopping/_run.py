@@ -39,9 +39,12 @@ from hopform.hopping.terrain import heights_of
 
 MOST_SAMPLES = 2**22
 """Times of a run at most: each takes up to 512 B."""
+MOST_STEPS = 2**16 - 1
+"""Steps of a current at most."""
 MOST_TICKS = 1_000_000
 """Ticks of a sampled law in the longest stance."""
 Array = NDArray[np.float64]
+Times = NDArray[Any] | Sequence[Any]
 Real = Any
 """A float, or an array in the shape of the times."""
 Progress = Callable[[int, int], object]
@@ -106,7 +109,7 @@ class _Legs(OverTime):
     @overload
     def at(self, t: float) -> State: ...
     @overload
-    def at(self, t: Sequence[float] | Array) -> State[Array]: ...
+    def at(self, t: Times) -> State[Array]: ...
     def at(self, t: ArrayLike) -> State[Any]:
         """States at times t [s], 0 <= t <= duration, in t's shape; x2 is the body's height over level 0.
 
@@ -122,7 +125,7 @@ class _Legs(OverTime):
     @overload
     def energy(self, t: float) -> Energy[float]: ...
     @overload
-    def energy(self, t: Sequence[float] | Array) -> Energy[NDArray[np.floating]]: ...
+    def energy(self, t: Times) -> Energy[NDArray[np.floating]]: ...
     def energy(self, t: ArrayLike) -> Energy[Any]:
         """Energies [J] of body and robot at times t [s], in t's shape, weight from level 0 on. That of the body is E of
         (23): in stance it holds k (x2 - L0 - c)^2/2 of the spring, in flight nothing, so it jumps by k x1^2/2 at
@@ -160,7 +163,7 @@ class _Legs(OverTime):
     @overload
     def current(self, t: float) -> float: ...
     @overload
-    def current(self, t: Sequence[float] | Array) -> NDArray[np.floating]: ...
+    def current(self, t: Times) -> NDArray[np.floating]: ...
     def current(self, t: ArrayLike) -> Real:
         """Current [A] that is asked for at times t [s], in t's shape; in flight that of the return's law."""
         return self._from_legs(t, lambda leg, times: leg.motion.current(times))[0]
@@ -591,10 +594,11 @@ def _later(answer: Any, wait: float) -> Any:
     """The current of an answer that is detected so much later; what is no answer as it is, for the stance to refuse."""
     if isinstance(answer, SupportsFloat) and np.ndim(cast(Any, answer)) == 0:
         return [(0.0, 0.0), (wait, answer)]
+    steps = items("u", answer, "a current in A or steps (t, u)", MOST_STEPS)
     try:
-        return [(0.0, 0.0), *((wait + t, u) for t, u in answer)]
+        return [(0.0, 0.0), *((wait + t, u) for t, u in steps)]
     except (TypeError, ValueError):
-        return answer
+        return steps
 
 
 def _wait(errors: Errors, time: float) -> float:

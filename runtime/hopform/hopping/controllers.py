@@ -71,10 +71,10 @@ def _law(name: str, value: object) -> Any:
     return value
 
 
-def _flag(name: str, value: object) -> bool:
+def _flag(name: str, value: Any) -> bool:
     if not isinstance(value, (bool, np.bool_)):
         raise HopformError(f"{name} must be True or False, got {shown(value)}")
-    return bool(value)
+    return bool(cast(Any, value))
 
 
 @dataclass(frozen=True)
@@ -123,11 +123,10 @@ def check_touchdown(touchdown: object) -> Touchdown:
 
 def set_points(name: str, h_des: SetPoints) -> Heights:
     """Desired apexes [m] as floats: one, or one per hop; HopformError for what is not finite."""
-    if isinstance(h_des, (str, bool, np.generic)) or (
-        isinstance(h_des, SupportsFloat) and np.ndim(cast(Any, h_des)) == 0
-    ):
-        return finite(name, h_des, "m")
-    each = items(name, h_des, "a height in m, or one per hop", MOST_HOPS)
+    given = cast(Any, h_des)
+    if isinstance(given, str) or (isinstance(given, SupportsFloat) and np.ndim(cast(Any, given)) == 0):
+        return finite(name, given, "m")
+    each = items(name, given, "a height in m, or one per hop", MOST_HOPS)
     return tuple(finite(f"{name}[{number}]", value, "m") for number, value in enumerate(each))
 
 
