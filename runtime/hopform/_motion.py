@@ -519,7 +519,7 @@ class Motion(OverTime):
 
         >>> from hopform import load_robot, solve_motion
         >>> solve_motion(load_robot("hopper_c"), start={"y": 0.02}, horizon=0.05).outcome
-        'still moves after 50 ms'
+        'is still on the ground after 50 ms'
         """
         scale, unit = unit_of_time(self.duration)
         return f"{self._endings[self.status]} {self.duration * scale:.5g} {unit}"

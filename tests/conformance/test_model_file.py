@@ -27,6 +27,7 @@ from hopform._solver.build import compile_solver
 from hopform._solver.c import C
 from hopform._solver.choice import DEFAULT
 from hopform._solver.package import Package
+from hopform.hopping import simulate
 from hopform_solver import records
 from tests import needs
 from tests.conformance.errors import TOLERANCE, plain_errors, rounded
@@ -378,7 +379,7 @@ def test_a_solver_shows_an_element_wherever_the_hopper_shows_its_forces(tmp_path
     solver = hopform.load_solver(tmp_path)
     robot = dataclasses.replace(solver.load_robot("hopper_c"), d2=20.0)
     stance = solver.solve_stance(robot, v2=-1.93, u=2.0)
-    run = solver.simulate(robot, [0.0, 0.01], 3.0, height=0.2)
+    run = simulate(robot, [0.0, 0.01], 3.0, height=0.2)
     (header, *rows) = csv.reader(io.StringIO(tables.stance_csv(stance, 50)))
     column = {name: np.array(values, float) for name, *values in zip(header, *rows, strict=True)}
     t = run.times(50)

@@ -20,6 +20,7 @@ import pytest
 
 import hopform
 import hopform.hopping
+import hopform.identify
 from hopform import _front as cli
 from tests.conformance.firmware import costs
 
@@ -88,8 +89,9 @@ def test_every_public_name_of_python_is_on_one_page_of_the_site():
     listed = [
         name for page in pages for names in re.findall(r"{{api:([^}]+)}}", text_of(page)) for name in names.split()
     ]
-    of_their_own = {"__version__", "ROBOTS", "controllers", "terrain"}
-    assert sorted(listed) == sorted(set(hopform.__all__) - of_their_own)
+    of_their_own = {"__version__", "ROBOTS", "hopping.controllers", "hopping.terrain"}
+    rooms = {f"{room.__name__[8:]}.{name}" for room in (hopform.hopping, hopform.identify) for name in room.__all__}
+    assert sorted(listed) == sorted({*hopform.__all__, *rooms} - of_their_own)
 
 
 # ---- what pages name ----

@@ -100,10 +100,11 @@ def refused(tmp_path, monkeypatch, capsys):
 
     def call(*arguments):
         monkeypatch.chdir(tmp_path)
-        for name in ("load_robot", "solve_stance", "solve_motion", "simulate", "choose_current", "reachability"):
+        for name in ("load_robot", "solve_stance", "solve_motion", "choose_current", "reachability"):
             monkeypatch.setattr(hopform, name, no_work)
-        for module in ("identify", "fit"):
-            monkeypatch.setattr(f"hopform._cli.{module}.read_recording", no_work)
+        monkeypatch.setattr("hopform.hopping._commands.simulate", no_work)
+        for module in ("_commands", "_fit_command"):
+            monkeypatch.setattr(f"hopform.identify.{module}.read_recording", no_work)
         before = content(tmp_path)
         assert cli.main([str(argument) for argument in arguments]) == 2
         output, errors = capsys.readouterr()

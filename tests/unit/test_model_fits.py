@@ -67,7 +67,7 @@ def test_the_parameters_of_a_joint_are_found_by_their_names(joint):
 def test_a_parameter_may_be_as_another_one(joint):
     rig, recording = driven(5)
     known = {"J": rig.mass, "F_minus": "F_plus"}
-    fit = joint.fit(recording, fitted=["k", "b", "F_plus", "k_t"], known=known, **ALONE)
+    fit = hopform.identify.fit(joint, recording, fitted=["k", "b", "F_plus", "k_t"], known=known, **ALONE)
     assert holds(fit, k=rig.k, F_plus=rig.mass * rig.f) == []
     assert fit.base.F_minus == fit["F_plus"].value
     assert (
@@ -237,7 +237,9 @@ def replayed(fit: Any, start: tuple[float, float], drive: np.ndarray) -> np.ndar
 def test_a_joint_in_mujoco_moves_as_a_recording_that_was_not_fitted(joint):
     """Under another current, with the rms of the fit's own residual beside it: at most 1.5 times that."""
     rig, recording = driven(7)
-    fit = joint.fit(recording, fitted=["k", "b", "F_plus", "k_t"], known={"J": rig.mass, "F_minus": "F_plus"}, **ALONE)
+    fit = hopform.identify.fit(
+        joint, recording, fitted=["k", "b", "F_plus", "k_t"], known={"J": rig.mass, "F_minus": "F_plus"}, **ALONE
+    )
     u = np.repeat(np.random.default_rng(8).choice([-3.0, 0.0, 2.0], 16), 40)
     other = simulate(rig, u, RATE) + 3e-4 * np.random.default_rng(9).standard_normal(u.size)
     rms = float(np.sqrt(np.mean((replayed(fit, (0.0, 0.0), u) - other) ** 2)))
@@ -250,7 +252,9 @@ def test_a_pendulum_in_mujoco_is_a_link_with_its_weight(joint):
     own = Pendulum()
     phi = own.swings(0.7, 800) + 1e-3 * np.random.default_rng(4).standard_normal(800)
     known = {"k": own.K, "k_t": 1.0, "F_minus": "F_plus"}
-    fit = joint.fit(table("time_s,phi_rad", phi), fitted=["J", "b", "F_plus", "phi_0"], known=known, sine=True, **ALONE)
+    fit = hopform.identify.fit(
+        joint, table("time_s,phi_rad", phi), fitted=["J", "b", "F_plus", "phi_0"], known=known, sine=True, **ALONE
+    )
     other = own.swings(1.4, 800)
     rms = float(np.sqrt(np.mean((replayed(fit, (1.4, 0.0), np.zeros(800)) - other) ** 2)))
     print(f"replay {1e3 * rms:.3f} mrad, fit {1e3 * fit.rms:.3f} mrad")

@@ -33,7 +33,7 @@ def quick_answers():
     with pytest.MonkeyPatch.context() as patch:
         for one in "fit", "fit_force":
             patch.setattr(identify_command, one, lambda *_, **__: fit)
-        patch.setattr("hopform._solvers.fit_model", lambda *_, **__: replace(fit, base=HOPPER))
+        patch.setattr("hopform.identify._models.fit_model", lambda *_, **__: replace(fit, base=HOPPER))
         patch.setattr("hopform._figures.plots.render", lambda figure, suffix: b"<svg>new</svg>")
         yield
 

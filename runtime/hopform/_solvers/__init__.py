@@ -162,6 +162,7 @@ def load_solver(name_or_folder: str | Path) -> Solver:
     Loading runs the programs in the folder: load what you have built, or trust. Raises HopformError for a name or a
     folder without a solver, and for a model file, which is to be built first.
 
+    >>> import hopform
     >>> load_solver("hopper").Robot is hopform.Robot
     True
     """
