@@ -26,7 +26,7 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
                                    const double *times, int32_t count, hopform_energy_f64 *energies,
                                    hopform_ledger_f64 *ledgers, double *stop_losses) {
     const bool wanted = ledgers != NULL || stop_losses != NULL;
-    const memory_f64 arrays[] = {
+    const memory_f64 arrays[3] = {
         array_f64(energies, count, sizeof *energies),
         array_f64(ledgers, count, sizeof *ledgers),
         array_f64(stop_losses, count, sizeof *stop_losses),

@@ -73,11 +73,11 @@ static int32_t solve_observed_f64(const hopform_plan_f64 *plan, const hopform_st
                                    evaluations_f64 *evaluations, observer_f64 *observer,
                                    current_variation_f64 *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
-    const memory_f64 read[] = {
+    const memory_f64 read[2] = {
         array_f64(plan, 1, sizeof *plan),
         array_f64(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
     };
-    const memory_f64 written[] = {
+    const memory_f64 written[2] = {
         array_f64(stance, 1, sizeof *stance),
         array_f64(phases, capacity, sizeof *phases),
     };

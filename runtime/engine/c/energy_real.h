@@ -26,7 +26,7 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
                                    const real *times, int32_t count, hopform_energy_real *energies,
                                    hopform_ledger_real *ledgers, real *stop_losses) {
     const bool wanted = ledgers != NULL || stop_losses != NULL;
-    const memory_real arrays[] = {
+    const memory_real arrays[3] = {
         array_real(energies, count, sizeof *energies),
         array_real(ledgers, count, sizeof *ledgers),
         array_real(stop_losses, count, sizeof *stop_losses),

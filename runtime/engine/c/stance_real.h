@@ -73,11 +73,11 @@ static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_
                                    evaluations_real *evaluations, observer_real *observer,
                                    current_variation_real *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
-    const memory_real read[] = {
+    const memory_real read[2] = {
         array_real(plan, 1, sizeof *plan),
         array_real(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
     };
-    const memory_real written[] = {
+    const memory_real written[2] = {
         array_real(stance, 1, sizeof *stance),
         array_real(phases, capacity, sizeof *phases),
     };
