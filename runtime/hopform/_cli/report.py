@@ -12,7 +12,7 @@ from urllib.parse import quote
 import numpy as np
 from rich.console import RenderableType
 
-from hopform._cli.output import number, record, table, to_json
+from hopform._cli.output import ends, number, record, table, to_json
 from hopform._errors import HopformError, printable
 from hopform._identify.estimation import Estimate
 from hopform._identify.fits import Fit, Trace, missed
@@ -33,7 +33,7 @@ class Section(NamedTuple):
 
 def fit_sections(fit: Fit) -> list[Section]:
     """Parameters with what was known last; recordings; causes that would explain the residuals better; repeats."""
-    parameters = [(e.name, *rounded(e)[:1], e.unit, " .. ".join(rounded(e)[1:]), e.method) for e in fit.estimates]
+    parameters = [(e.name, *rounded(e)[:1], e.unit, interval(e), e.method) for e in fit.estimates]
     parameters += [
         (name, *rounded(fit[other])[:1], fit[other].unit, "", f"as {other}") for name, other in fit.tied.items()
     ]
@@ -70,13 +70,19 @@ def rounded(each: Estimate) -> tuple[str, str, str]:
     """A value and the ends of its interval, to two digits of its half width; to four digits without an interval."""
     half = 0.5 * (each.high - each.low)
     if not math.isfinite(half) or half <= 0.0:
-        return number(each.value, ".4g"), number(each.low, ".4g"), number(each.high, ".4g")
+        return format(each.value, ".4g"), format(each.low, ".4g"), format(each.high, ".4g")
     last = math.floor(math.log10(half)) - 1
     size = max(abs(each.value), abs(each.low), abs(each.high))
     digits = max(math.floor(math.log10(size)) - last + 1, 1) if size > 0.0 else 1
     form = f".{digits}g" if not -4 <= last <= 0 and (size >= 1e6 or size < 1e-4) else f".{max(-last, 0)}f"
     low, value, high = (format(round(number, -last), form) for number in (each.low, each.value, each.high))
     return value, low, high
+
+
+def interval(each: Estimate) -> str:
+    """The interval of a value in a table; "-" where neither end is known."""
+    _, low, high = rounded(each)
+    return f"{low} .. {high}" if math.isfinite(each.low) or math.isfinite(each.high) else "-"
 
 
 def verdict(fit: Fit) -> str:
@@ -112,7 +118,7 @@ def check_sections(check: Check) -> list[Section]:
         (
             one.source, one.role, str(one.samples), number(one.duration), number(one.rate),
             number(1e3 * one.noise, ".3g"), number(1e3 * one.quantum, ".3g"), number(1e3 * one.travel, ".4g"),
-            f"{one.lowest:.3g} .. {one.highest:.3g}", str(one.outliers),
+            ends(one.lowest, one.highest, ".3g"), str(one.outliers),
         ) for one in check.recordings
     ]  # fmt: skip
     some = [each for each in check.expected if not each.own]

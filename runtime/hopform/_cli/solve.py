@@ -43,8 +43,9 @@ def robots(
 
 
 def equations(number: str | None = None, json: bool = False, form: Form | None = None) -> None:
-    """Show the register of the paper's equations: what is right, what is not, and where it is computed; with --as what
-    follows from (3), (4) in its place, to paste.
+    """Show the paper's equations, and which of them are right.
+
+    Each has where it is computed; with --as what follows from (3), (4) in its place, to paste.
     """
     if json and form is not None:
         raise hopform.HopformError("--json and --as exclude each other")
@@ -78,7 +79,7 @@ def stance(
     dtype: Precision = Precision.float64, samples: int = 500, sensitivities: bool = False, explain: bool = False,
     json: bool = False, csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Solve one stance: its phases, events, ending, apex and energy ledger."""
+    """Solve one stance: phases, events, ending, apex, energy ledger."""
     refuse_contradictions(robot, u, u_steps, explain, (json, csv, plot))
     hopper = robot_in_use(robot, values, "stance")
     how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "dtype": dtype}
@@ -98,7 +99,7 @@ def motion(
     dtype: Precision = Precision.float64, samples: int = 500, sensitivities: bool = False, explain: bool = False,
     json: bool = False, csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Solve a motion of any model: its phases, events, ending, forces and energy ledger."""
+    """Solve a motion of any model: phases, events, forces, energies."""
     refuse_contradictions(robot, u, u_steps, explain, (json, csv, plot))
     machine = robot_in_use(robot, values)
     how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "dtype": dtype}
@@ -120,9 +121,9 @@ def hop(
     samples: int = 2000, json: bool = False, csv: str | None = None,
     hops_csv: Path | None = None, npz: Path | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Drop the robot and let it hop, over rough terrain and under a controller: heights and energy over time.
+    """Let the robot hop, over rough terrain and under a controller.
 
-    The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of heights. The controllers:
+    It is dropped from --height. The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of heights. The controllers:
     constant (--u), exact (the energy-based feedforward), printed (the same as the paper prints it), return-map (Hopper
     B's first one).
     """
@@ -162,7 +163,7 @@ def control(
     dtype: Precision = Precision.float64, printed: bool = False,
     json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Choose the current after which the next apex is the desired one, (25)-(27)."""
+    """Choose the current for a desired next apex, (25)-(27)."""
     check_outputs(json, plot=plot, reads=[("--robot", file_of(robot)), ("--from-fit", from_fit)])
     hopper, drawn = robot_and_draws("command", robot, values, from_fit, draws, seed, TRIED if plot else 1)
     velocity = velocity_after_impact(hopper, height, v2)
@@ -194,8 +195,9 @@ def reach(
     highest: float = 0.4, heights: int = 39, currents: int = 61, stop_margin: float = 0.0, horizon: float = 2.0,
     json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Map the next apex over the apex before it for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be
-    held.
+    """Map the next apex over the apex before it, for all currents.
+
+    As Figs. 5, 11, with bounds, gaps, fixed points, and what can be held.
     """
     check_outputs(json, plot=plot, reads=[("--robot", file_of(robot)), ("--from-fit", from_fit)])
     check_map(heights, currents)

@@ -113,8 +113,7 @@ class Fit(Shown):
     """parameters of which the recordings fix a combination alone"""
 
     def _card(self) -> Card:
-        ends = [(each.name, f"{each.value:.4g} +- {0.5 * (each.high - each.low):.2g}")
-                for each in self.estimates if not each.own][:5]  # fmt: skip
+        ends = [(each.name, f"{each.value:.4g} {_half_width(each)}") for each in self.estimates if not each.own][:5]
         title = f"Fit ({self.kind}): {len(self.estimates)} parameters from {len(self.traces)} recording(s)"
         return Card(title, ends, [("rms", self.rms), ("notes", len(self.statements)), ("warnings", len(self.warnings))])
 
@@ -225,6 +224,12 @@ class Fit(Shown):
                     f"no robots are drawn: the recordings fix {names} in combination alone; give one as known"
                 )
         return tuple(robot.sample(count, seed))
+
+
+def _half_width(each: Estimate) -> str:
+    """The interval of an estimate, in words."""
+    half = 0.5 * (each.high - each.low)
+    return f"+- {half:.2g}" if math.isfinite(half) else "(no interval)"
 
 
 def mean_of(estimates: Sequence[Estimate], letter: str) -> tuple[Array, Array]:
