@@ -407,8 +407,18 @@ def test_a_solver_shows_an_element_wherever_the_hopper_shows_its_forces(tmp_path
 @pytest.mark.parametrize(
     ("name", "why"),
     [
-        ("ground", ("line 3: spring 'ground spring'", "x1", "order 4, because of 'ground spring', without which it is of")),
-        ("hardening", ("spring 'hardening spring'", "k3*(x1 - x2)**2", "changes with x1, x2; the Laplace transform (6), (7) needs")),
+        (
+            "ground",
+            ("line 3: spring 'ground spring'", "x1", "order 4, because of 'ground spring', without which it is of"),
+        ),
+        (
+            "hardening",
+            (
+                "spring 'hardening spring'",
+                "k3*(x1 - x2)**2",
+                "changes with x1, x2; the Laplace transform (6), (7) needs",
+            ),
+        ),
         ("undeclared", ("k_emf", "not declared", "`parameter`")),
         ("current", ("the current", "x1 and x2", "one coordinate")),
         ("rail", ("viscous 'rail'", "in flight, too", 'where="stance"')),
