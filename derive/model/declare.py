@@ -5,12 +5,11 @@ sympy's, so that expressions are written as on paper. Each call refuses what it 
 """
 
 import re
-import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import wraps
-from inspect import signature
+from inspect import currentframe, signature
 from math import comb, prod
 from pathlib import Path
 from runpy import run_path
@@ -119,9 +118,9 @@ class Draft:
 
     def line(self) -> int | None:
         """The line of the file that declares now; of what another file declares, that which includes it."""
-        frame = sys._getframe()
+        frame = currentframe()
         while frame is not None and frame.f_code.co_filename != self.path:
-            frame = frame.f_back  # type: ignore[assignment]
+            frame = frame.f_back
         return None if frame is None else frame.f_lineno
 
     def names(self) -> Iterator[tuple[str, str]]:

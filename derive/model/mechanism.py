@@ -474,7 +474,7 @@ class _Mechanism:
         for each in springs:
             self._refuse_sign(each, each.values["stiffness"], f"{each}: stiffness", positive=False)
         leg = self.contact.on if self.contact is not None else None
-        if leg is not None and not any(each.on == leg for each in springs):
+        if self.contact is not None and not any(each.on == leg for each in springs):
             raise _refused(self.contact, f"{self.contact}: the spring of its leg stretches nothing that moves")
         solid = not self.alone  # what is divided by the stiffness
         if self.first is not None and self.second is not None:
