@@ -22,7 +22,13 @@ from .quantities import *
 
 
 class ModelError(ValueError):
-    """A mechanism that the closed form cannot carry, or a file that is no model."""
+    """A mechanism that the closed form cannot carry, or a file that is no model; `line` of the file, where one is at
+    fault.
+    """
+
+    def __init__(self, message: str = "", line: int | None = None) -> None:
+        super().__init__(message)
+        self.line = line
 
 
 @dataclass(frozen=True)

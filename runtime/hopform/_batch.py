@@ -16,7 +16,7 @@ from typing import Any, ClassVar, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import MEMORY, array_of, flag, function, mapping, numbers, refuse_any, shown, whole
+from hopform._checks import MEMORY, array_of, flag, function, in_stroke, mapping, numbers, refuse_any, shown, whole
 from hopform._errors import HopformError
 from hopform._motion import State, axes_by_name, axis_of, layout_of, precision_of
 from hopform._robots import Robot, checked_robot, nearest
@@ -521,8 +521,8 @@ def _check_states(robot: Robot, given: dict[str, Column], robots: dict[str, Colu
     place = robot.solver.facts.axes.get("x1", {"name": "x1", "unit": "m"})  # of a leg alone it never moves
 
     def reason(bad: float) -> str:
-        stroke = f"{float(np.min(low)):g} .. {float(np.max(high)):g} {place['unit']}"
-        return f"must be within its stroke {stroke}, got {bad!r}"
+        stroke = in_stroke(float(np.min(low)), float(np.max(high)), place["unit"])
+        return f"must be {stroke}, got {bad!r}"
 
     refuse_any(str(place["name"]), x1, (low <= x1) & (x1 <= high), reason)
 

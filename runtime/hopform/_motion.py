@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import hopform._checks as checks
-from hopform._checks import finite, items, mapping, positive, shaped, shown, times_within
+from hopform._checks import finite, in_stroke, items, mapping, positive, shaped, shown, times_within
 from hopform._errors import HopformError
 from hopform._robots import Robot, nearest
 from hopform._sensitivities import ManySensitivities, Sensitivities, at_times, of_ending
@@ -588,7 +588,7 @@ def free_start(robot: Robot, start: Start) -> tuple[records.LegState, bool]:
     low, high = stroke_of(robot)
     if not low <= x1 <= high:
         name, unit = facts.axes["x1"]["name"], facts.axes["x1"]["unit"]
-        raise HopformError(f"start {name} must be within its stroke {low!r} .. {high!r} {unit}, got {x1!r}")
+        raise HopformError(f"start {name} must be {in_stroke(low, high, unit)}, got {x1!r}")
     if "x2" in given and "y" in given:
         both = " and ".join(f"{facts.axes[axis]['name']} = {given[axis]!r}" for axis in ("x2", "y"))
         raise HopformError(f"start: one of two coordinates may be given, got {both}")

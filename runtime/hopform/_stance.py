@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import hopform._checks as checks
-from hopform._checks import finite, items, pair, positive, shaped, shown, whole
+from hopform._checks import finite, in_stroke, items, pair, positive, shaped, shown, whole
 from hopform._errors import HopformError
 from hopform._motion import (
     DOUBLE,
@@ -392,7 +392,7 @@ def placed(robot: Robot, act: str, x1: Any, v1: Any, v2: Any) -> tuple[float, fl
         x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
     low, high = robot.letters.x1_min, robot.letters.x1_max
     if not low <= x_1 <= high:
-        raise HopformError(f"x1 must be within its stroke {low!r} .. {high!r} m, got {x_1!r}")
+        raise HopformError(f"x1 must be {in_stroke(low, high, 'm')}, got {x_1!r}")
     return x_1, v_1, v_2
 
 

@@ -251,7 +251,7 @@ def test_numbers_that_leave_the_range_of_the_precision_are_said():
         ({"v2": -1.0, "k": [1.0, np.inf]}, r"k\[1\] must be > 0 N/m, got inf"),
         ({"v2": -1.0, "x1_max": [0.1, -0.1]}, r"x1_min\[1\] must be <= x1_max m"),
         ({"v2": -1.0, "mass": 3.0}, "'mass' is neither"),
-        ({"v2": -1.0, "x1": [0.0, 0.5]}, r"x1\[1\] must be within its stroke 0 .. 0.08 m, got 0.5"),
+        ({"v2": -1.0, "x1": [0.0, 0.5]}, r"x1\[1\] must be within its stroke 0.0 .. 0.08 m, got 0.5"),
         ({"v2": -1.0, "x2": [0.39, 0.41]}, r"x2\[1\] must be <= x1 \+ L0 \+ c"),
         ({"v2": -1.0, "horizon": [1.0, 0.0]}, r"horizon\[1\] must be > 0 s, got 0.0"),
         ({"v2": [1.0, 2.0], "u": [1.0, 2.0, 3.0]}, "must broadcast"),

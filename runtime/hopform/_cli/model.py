@@ -37,10 +37,12 @@ def in_one_line() -> Generator[None, None, None]:
     """What the derivation refuses is bad input, said in one line."""
     try:
         yield
-    except door.ModelError as error:
-        raise HopformError(str(error)) from None
-    except door.part("emit.folder").FolderError as error:  # a part that cannot be loaded where the hopper is no model
-        raise HopformError(str(error)) from None
+    except Exception as error:  # an interrupt loads nothing: it may have come while sympy was loaded
+        if isinstance(error, door.ModelError):  # the other part cannot be loaded where the hopper is no model
+            raise HopformError(str(error)) from None
+        if isinstance(error, door.part("emit.folder").FolderError):
+            raise HopformError(str(error)) from None
+        raise
 
 
 def readable(model: str) -> str:
