@@ -366,8 +366,8 @@ class Motion(OverTime):
     @overload
     def ledger(self, t: Times) -> records.Ledger[NDArray[np.floating]]: ...
     def ledger(self, t: Number | Times) -> records.Ledger[Any]:
-        """The ledger [J] from the start to times t [s], in t's shape; each entry from its own closed form, t as for
-        `at`.
+        """The ledger [J] from the start, as it is given, to times t [s], in t's shape; each entry from its own closed
+        form, t as for `at`. At t = 0 its `stop_loss` is what a start that runs into a stop loses there.
         """
         entries = in_order(t, self._times(t), self._solved.ledger_at)
         return cast("records.Ledger", self.robot.solver.package.records.Ledger(*entries))
@@ -380,9 +380,12 @@ class Motion(OverTime):
         entries = self.ledger(t)._asdict()
         known = self.robot.solver.package.records
         whole = {*known.LEDGER_OF_ROBOT, "stop_loss"}
-        elements = {each["name"]: each["ledger"] for each in self.robot.solver.facts.elements if not each.get("fixed")}
-        found = {name: {key: entries[key] for key in own if key in whole} for name, own in elements.items()}
-        return {name: own for name, own in found.items() if own}
+        found = dict[str, dict[str, Real]]()
+        for each in self.robot.solver.facts.elements:  # a mass and what drives it may have one name
+            own = {} if each.get("fixed") else {key: entries[key] for key in each["ledger"] if key in whole}
+            if own:
+                found.setdefault(each["name"], {}).update(own)
+        return found
 
     def forces(self, t: Number | Times) -> dict[str, Real]:
         """Forces [N, N m on what turns] at times t [s], in t's shape, along the coordinate that each acts on.
