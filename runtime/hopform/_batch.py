@@ -75,10 +75,10 @@ class Motions(Shown):
         return _words_of(self.status, STATUS)
 
     @property
-    def event_words(self) -> NDArray[np.str_]:
-        """The kinds of events in words, "" behind the last one; HopformError if they were not asked for."""
+    def event_words(self) -> NDArray[np.str_] | None:
+        """The kinds of events in words, "" behind the last one; None unless asked for."""
         if self.event_kind is None:
-            raise HopformError("events must be True for a list of events, got False")
+            return None
         return _words_of(self.event_kind, {**self._kinds, 0: ""})
 
     def _unit(self, name: str) -> str | None:
