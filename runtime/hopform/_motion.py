@@ -19,7 +19,7 @@ from hopform._errors import HopformError
 from hopform._robots import Robot, nearest
 from hopform._sensitivities import ManySensitivities, Sensitivities, at_times, of_ending
 from hopform._show import UNITS, Arrays, Card, Curve, OverTime, events_of, name_of
-from hopform._solver.c import Solved
+from hopform._solver.c import Solved, tuple_of
 from hopform._solver.choice import Solver
 from hopform._solver.folder import Facts
 from hopform._solver.package import AnyEvent, Precision, Steps, records
@@ -222,14 +222,14 @@ class Motion(OverTime):
     def events(self) -> tuple[Event, ...]:
         """The events in their order."""
         kinds = self.robot.solver.package.records.EVENTS
-        return tuple(Event(t, kinds[event]) for t, _, _, event, _ in self._solved.phase_rows() if event)
+        return tuple(tuple_of(Event, (t, kinds[event])) for t, event in self._solved.events())
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """The phases in their order."""
-        rows = self._solved.phase_rows()
+        rows, layout = self._solved.phase_rows(), self._layout
         ends = [*(row[0] for row in rows[1:]), self.duration]
-        states = [self._layout.state(*map(float, self._shown(row[1]))) for row in rows]
+        states = [layout.state(*map(float, shown_of(self.robot, self.dtype, layout, row[1]))) for row in rows]
         return tuple(
             Phase(t, end, mode // 3 - 1, mode % 3 - 1, self.u[step][1], state)
             for (t, _, mode, _, step), end, state in zip(rows, ends, states, strict=True)
@@ -516,13 +516,9 @@ class Motion(OverTime):
 
 def shown_of(robot: Robot, dtype: np.dtype[Any], layout: Layout, state: records.LegState) -> list[Any]:
     """The entries of a state, or of states, that are shown."""
-    of: dict[str, Callable[[], Any]] = {
-        "x1": lambda: state.x1,
-        "v1": lambda: state.v1,
-        "x2": lambda: body_height(robot, dtype, state.x1, state.y),
-        "v2": lambda: state.v2,
-    }
-    return [of[axis]() for axis in layout.axes]
+    return [
+        body_height(robot, dtype, state.x1, state.y) if axis == "x2" else getattr(state, axis) for axis in layout.axes
+    ]
 
 
 def force_units(motion: Motion) -> dict[str, str]:
