@@ -73,7 +73,7 @@ def facts(model: Model, layout: str, sources: Mapping[str, list[str]]) -> dict[s
             {"name": name, "unit": model.unit(OUTPUT_UNITS.get(own, "")) or _unit_of(model, own)}
             for own, name in zip(elements.OUTPUTS, elements.rows(model), strict=True)
         ],
-        "energies": [_named(each) for each in Q.ENERGY.quantities if each.symbol == Q.total or not model.moves_alone],
+        "energies": [_named(each) for each in Q.ENERGY.quantities if each.symbol == Q.total or model.has_contact],
     }
 
 

@@ -273,7 +273,7 @@ def _plant(model: Model) -> dict[str, str]:
 LEDGERS = {
     "Ledger": """Where energy came from and went to since touchdown, signed as it enters, [J].
 
-    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
+    {sums}
     Further terms of a model of one's own have their entries behind these.
     """,
     "FlightLedger": """Where the actuator's energy came from and went to since take-off, signed as it enters, [J].
@@ -282,6 +282,11 @@ LEDGERS = {
     """,
 }
 """Meanings of the ledgers that a stance and a flight return, by the record of their work."""
+SUMS = {
+    True: "All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).",
+    False: "They sum to the change of H.",
+}
+"""What the entries of a ledger sum to, by whether the model has a contact, without which there is no E."""
 
 
 IN_HEADER = (
@@ -306,7 +311,8 @@ FACTS = (
 
 
 def _context(made: Program, options: Options) -> dict[str, Any]:
-    ledgers = [energy.with_stop_loss(made.record(name), meaning) for name, meaning in LEDGERS.items()]
+    sums = SUMS[options.model.has_contact]
+    ledgers = [energy.with_stop_loss(made.record(name), meaning.format(sums=sums)) for name, meaning in LEDGERS.items()]
     public = [structs.struct_of(record) for record in made.records if record.name in c.PUBLIC]
     public += structs.structs(options.model.robot, has_law=options.model.law is not None)
     firmware = _firmware(options)

@@ -65,8 +65,9 @@ def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
         viscous_2: -b2 * v2**2,
         coulomb_1: model.friction[0] * v1,
         coulomb_2: model.friction[1] * v2,
-        spring_work: k * x1 * v2,
     }
+    if model.has_contact:
+        entries[spring_work] = k * x1 * v2  # x_1 counts from the ground, as E does; elsewhere from any origin
     made = entries | {work.entry.symbol: work.power for work in works(model)}
     still = {v2: 0} if model.moves_alone else {}
     return {
@@ -99,7 +100,9 @@ def whole_robot_entries(model: Model) -> tuple[sp.Symbol, ...]:
 
 
 def body_entries(model: Model) -> tuple[sp.Symbol, ...]:
-    """The entries whose sum is the AED, the change of E."""
+    """The entries whose sum is the AED, the change of E; none of a model without a contact, which has no E."""
+    if not model.has_contact:
+        return ()
     entries = (spring_work, viscous_2, coulomb_2, *(work.entry.symbol for work in works(model) if work.mass == 2))
     has = powers(model)
     return tuple(entry for entry in entries if entry in has)

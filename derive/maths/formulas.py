@@ -547,7 +547,8 @@ def _power_series(coefficients: tuple[sp.Expr, ...], integrals: int, terms: int 
 def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
     """The energies, the power of each entry of the ledger, and the sum of those that the body's energy gains."""
     group, still = "energies", {} if 2 in free else {v2: sp.S.Zero}
-    if 2 in free:
+    has_body_energy = 2 in free and model.has_contact
+    if has_body_energy:
         yield _made(group, body, energy.body_energy, 22, 23)
     yield _made(group, total, energy.total_energy.subs(still))
     entries = {quantity.symbol: quantity for quantity in energy.ledger_record(model).quantities}
@@ -561,7 +562,7 @@ def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
         quantity = Quantity(f"{word}_power{_MARK}", glyph, "W", f"power: {of.meaning}")
         powers[entry] = quantity.symbol
         yield Formula(quantity, value, group)
-    if 2 in free:
+    if has_body_energy:
         gain = sum((powers[entry] for entry in energy.body_entries(model) if entry in powers), sp.S.Zero)
         yield _made(group, "aed_power", gain, 24)
 

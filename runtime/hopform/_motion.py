@@ -19,7 +19,7 @@ from hopform._errors import HopformError
 from hopform._robots import Robot, nearest
 from hopform._sensitivities import ManySensitivities, Sensitivities, at_times, of_ending
 from hopform._show import UNITS, Arrays, Card, Curve, OverTime, events_of, name_of
-from hopform._solver.c import Solved
+from hopform._solver.c import Solved, tuple_of
 from hopform._solver.choice import Solver
 from hopform._solver.folder import Facts
 from hopform._solver.package import AnyEvent, Precision, Steps, records
@@ -222,14 +222,14 @@ class Motion(OverTime):
     def events(self) -> tuple[Event, ...]:
         """The events in their order."""
         kinds = self.robot.solver.package.records.EVENTS
-        return tuple(Event(t, kinds[event]) for t, _, _, event, _ in self._solved.phase_rows() if event)
+        return tuple(tuple_of(Event, (t, kinds[event])) for t, event in self._solved.events())
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """The phases in their order."""
-        rows = self._solved.phase_rows()
+        rows, layout = self._solved.phase_rows(), self._layout
         ends = [*(row[0] for row in rows[1:]), self.duration]
-        states = [self._layout.state(*map(float, self._shown(row[1]))) for row in rows]
+        states = [layout.state(*map(float, shown_of(self.robot, self.dtype, layout, row[1]))) for row in rows]
         return tuple(
             Phase(t, end, mode // 3 - 1, mode % 3 - 1, self.u[step][1], state)
             for (t, _, mode, _, step), end, state in zip(rows, ends, states, strict=True)
@@ -366,8 +366,8 @@ class Motion(OverTime):
     @overload
     def ledger(self, t: Times) -> records.Ledger[NDArray[np.floating]]: ...
     def ledger(self, t: Number | Times) -> records.Ledger[Any]:
-        """The ledger [J] from the start to times t [s], in t's shape; each entry from its own closed form, t as for
-        `at`.
+        """The ledger [J] from the start, as it is given, to times t [s], in t's shape; each entry from its own closed
+        form, t as for `at`. At t = 0 its `stop_loss` is what a start that runs into a stop loses there.
         """
         entries = in_order(t, self._times(t), self._solved.ledger_at)
         return cast("records.Ledger", self.robot.solver.package.records.Ledger(*entries))
@@ -380,9 +380,12 @@ class Motion(OverTime):
         entries = self.ledger(t)._asdict()
         known = self.robot.solver.package.records
         whole = {*known.LEDGER_OF_ROBOT, "stop_loss"}
-        elements = {each["name"]: each["ledger"] for each in self.robot.solver.facts.elements if not each.get("fixed")}
-        found = {name: {key: entries[key] for key in own if key in whole} for name, own in elements.items()}
-        return {name: own for name, own in found.items() if own}
+        found = dict[str, dict[str, Real]]()
+        for each in self.robot.solver.facts.elements:  # a mass and what drives it may have one name
+            own = {} if each.get("fixed") else {key: entries[key] for key in each["ledger"] if key in whole}
+            if own:
+                found.setdefault(each["name"], {}).update(own)
+        return found
 
     def forces(self, t: Number | Times) -> dict[str, Real]:
         """Forces [N, N m on what turns] at times t [s], in t's shape, along the coordinate that each acts on.
@@ -513,13 +516,9 @@ class Motion(OverTime):
 
 def shown_of(robot: Robot, dtype: np.dtype[Any], layout: Layout, state: records.LegState) -> list[Any]:
     """The entries of a state, or of states, that are shown."""
-    of: dict[str, Callable[[], Any]] = {
-        "x1": lambda: state.x1,
-        "v1": lambda: state.v1,
-        "x2": lambda: body_height(robot, dtype, state.x1, state.y),
-        "v2": lambda: state.v2,
-    }
-    return [of[axis]() for axis in layout.axes]
+    return [
+        body_height(robot, dtype, state.x1, state.y) if axis == "x2" else getattr(state, axis) for axis in layout.axes
+    ]
 
 
 def force_units(motion: Motion) -> dict[str, str]:

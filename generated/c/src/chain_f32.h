@@ -675,7 +675,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     const state_by_axis_f32 start = chain->at;
     const bool passes = end->owner == NO_OWNER_f32 && end->certified;
     const float length = end->in.high.t;
-    chain->aed += !HOPFORM_MOVES_ALONE && chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
+    chain->aed += HOPFORM_HAS_CONTACT && chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
     stance_arrive_f32(chain, &end->events.modes, &end->in.high);
     notify_f32(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_f32);
     chain->t = passes ? until : lesser_f32(chain->t + length, until); /* not behind it by rounding */
@@ -747,7 +747,7 @@ static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_
     chain->most_compressed = 0.0f;
     chain->rounded_at_stop = 0.0f;
     chain->start_loss = 0.0f;
-    chain->adds_up = !HOPFORM_MOVES_ALONE && stores_much_f32(&plan->robot, start);
+    chain->adds_up = HOPFORM_HAS_CONTACT && stores_much_f32(&plan->robot, start);
     chain->aed = 0.0f;
     chain->max_phases = max_phases;
     chain->phases = phases;
@@ -768,8 +768,8 @@ static inline int32_t stance_report_f32(const stance_chain_f32 *chain, const hop
     const hopform_state_f32 *end = &chain->at.named;
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = 0.0f; /* what moves alone has no body */
-    if (!HOPFORM_MOVES_ALONE) {
+    stance->aed = 0.0f; /* E counts from the ground */
+    if (HOPFORM_HAS_CONTACT) {
         stance->aed = chain->adds_up ? chain->aed : body_energy_gain_f32(robot, start, &chain->at.later);
     }
     stance->start_loss = chain->start_loss;

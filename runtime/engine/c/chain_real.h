@@ -675,7 +675,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     const state_by_axis_real start = chain->at;
     const bool passes = end->owner == NO_OWNER_real && end->certified;
     const real length = end->in.high.t;
-    chain->aed += !HOPFORM_MOVES_ALONE && chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
+    chain->aed += HOPFORM_HAS_CONTACT && chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
     stance_arrive_real(chain, &end->events.modes, &end->in.high);
     notify_real(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_real);
     chain->t = passes ? until : lesser_real(chain->t + length, until); /* not behind it by rounding */
@@ -747,7 +747,7 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->most_compressed = 0.0;
     chain->rounded_at_stop = 0.0;
     chain->start_loss = 0.0;
-    chain->adds_up = !HOPFORM_MOVES_ALONE && stores_much_real(&plan->robot, start);
+    chain->adds_up = HOPFORM_HAS_CONTACT && stores_much_real(&plan->robot, start);
     chain->aed = 0.0;
     chain->max_phases = max_phases;
     chain->phases = phases;
@@ -768,8 +768,8 @@ static inline int32_t stance_report_real(const stance_chain_real *chain, const h
     const hopform_state_real *end = &chain->at.named;
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = 0.0; /* what moves alone has no body */
-    if (!HOPFORM_MOVES_ALONE) {
+    stance->aed = 0.0; /* E counts from the ground */
+    if (HOPFORM_HAS_CONTACT) {
         stance->aed = chain->adds_up ? chain->aed : body_energy_gain_real(robot, start, &chain->at.later);
     }
     stance->start_loss = chain->start_loss;

@@ -107,7 +107,10 @@ def model_check(model: str) -> None:
 def abilities(facts: dict[str, Any]) -> Iterator[str]:
     """What a model can, and what it lacks for the rest."""
     yield f"It can: {', '.join(facts['can'])}."
-    yield from (printable(f"It cannot {act}: it lacks {why}.") for act, why in facts["lacks"].items())
+    acts = dict[str, list[str]]()
+    for act, why in facts["lacks"].items():
+        acts.setdefault(why, []).append(act)
+    yield from (printable(f"It cannot {', '.join(own)}: it lacks {why}.") for why, own in acts.items())
 
 
 def rows_of(formulas: list[Any]) -> list[tuple[str, str, str]]:

@@ -111,7 +111,7 @@ def stance(solved: Stance, with_sensitivities: bool = False, explained: bool = F
     most = f"largest compression {100.0 * solved.compression_max:.4g} cm"
     by = f"solved in {solved.dtype}"
     how = [solved.explain()] if explained else []
-    return spaced(title, *parts, f"AED {solved.aed:+.6g} J; {most}; {by}", *how)
+    return spaced(title, *parts, *loss_at_start(solved), f"AED {solved.aed:+.6g} J; {most}; {by}", *how)
 
 
 def motion(solved: Motion, with_sensitivities: bool = False, explained: bool = False) -> Iterator[RenderableType]:
@@ -123,7 +123,7 @@ def motion(solved: Motion, with_sensitivities: bool = False, explained: bool = F
     parts = [motion_phases(solved), motion_states(solved), motion_ledger(solved)]
     parts += [sensitivities(solved)] if with_sensitivities else []
     by = f"solved in {solved.dtype}"
-    return spaced(title, *parts, by, *([solved.explain()] if explained else []))
+    return spaced(title, *parts, *loss_at_start(solved), by, *([solved.explain()] if explained else []))
 
 
 def motion_phases(solved: Motion) -> Table:
@@ -171,7 +171,7 @@ def motion_ledger(solved: Motion) -> Table:
     made = table("Energy ledger", ("", "J"), ((words[key], f"{each + 0.0:+.6f}") for key, each in work.items()), ("",))
     made.add_section()
     total = math.fsum(work.values())
-    change = float(solved.total_energy(solved.duration)) - float(solved.total_energy(0.0))
+    change = float(solved.total_energy(solved.duration)) - given_energy(solved)
     made.add_row("sum", f"{total:+.6f}")
     made.add_row("change of energy H", f"{change:+.6f}")
     made.add_row("difference", f"{total - change:.1e}")
@@ -227,11 +227,25 @@ def ledger(solved: Stance) -> Table:
     made.add_section()
     sums = [math.fsum(of[name] for name in part) for part in parts]
     before, after = solved.energy(0.0), solved.energy(solved.duration)
-    changes = [float(after.total) - float(before.total), float(after.body) - float(before.body)]
+    changes = [float(after.total) - given_energy(solved), float(after.body) - float(before.body)]
     made.add_row("sum", *(f"{each:+.6f}" for each in sums))
     made.add_row("change of energy H, E", *(f"{each:+.6f}" for each in changes))
     made.add_row("difference", *(f"{a - b:.1e}" for a, b in zip(sums, changes, strict=True)))
     return made
+
+
+def given_energy(solved: Motion) -> float:
+    """Energy H [J] of the start as it is given, from which the ledger counts: before what a stop takes at t = 0."""
+    return float(solved.total_energy(0.0) - solved.ledger(0.0).stop_loss)
+
+
+def loss_at_start(solved: Motion) -> list[str]:
+    """What a start that runs into a stop says."""
+    loss = -float(solved.ledger(0.0).stop_loss)
+    said = (
+        f"The start runs into a stop and loses {loss:.6g} J there; states and forces at the start are those behind it."
+    )
+    return [said] if loss > 0.0 else []
 
 
 def sensitivities(solved: Motion) -> Table:
@@ -344,7 +358,7 @@ def robots_json(shown: Sequence[Robot]) -> str:
 def stance_json(solved: Stance, height: float | None) -> str:
     """A stance with the robot it was solved for; `height` is the drop, None if a velocity was given."""
     start, end = 0.0, solved.duration
-    energies = solved.energy(start), solved.energy(end)
+    energies = solved.energy(start)._replace(total=given_energy(solved)), solved.energy(end)
     return to_json("stance", solved, height=height, start=solved.at(start), energy=energies, ledger=solved.ledger(end),
                    sensitivities=solved.sensitivities.matrix)  # fmt: skip
 
@@ -365,7 +379,7 @@ def motion_json(solved: Motion) -> str:
         "motion", solved, start=first.state._asdict(), end=solved.end._asdict(), phases=parts,
         driven=solved.driven(solved.duration), units=solved.units | units_of_law(solved) | force_units(solved),
         forces=solved.forces(solved.duration),
-        total_energy=[solved.total_energy(0.0), solved.total_energy(solved.duration)],
+        total_energy=[given_energy(solved), solved.total_energy(solved.duration)],
         ledger=solved.ledger_by_element(solved.duration),
         sensitivities=None if np.isnan(by.matrix[0]).any() else found,
     )  # fmt: skip

@@ -9,7 +9,7 @@ from typing import NamedTuple, SupportsFloat
 
 import numpy as np
 
-from hopform._checks import MEMORY, flag, nonnegative, positive, real, whole, word
+from hopform._checks import MEMORY, flag, mapping, nonnegative, positive, real, whole, word
 from hopform._errors import HopformError
 from hopform._identify import motion, rigs
 from hopform._identify.motion import Array, drop_and_compression
@@ -101,7 +101,7 @@ def record(
         if wrong := [name for name, value in set_by.items() if value is not None]:
             raise HopformError(f"{', '.join(wrong)}: a motion is set by start and u alone")
         return _motion(robot, start, u, time, *encoder)
-    if start or isinstance(u, Sequence) or real("u", u, "A") != 0.0:
+    if mapping("start", start, 64) or isinstance(u, Sequence) or real("u", u, "A") != 0.0:
         raise HopformError(f"start and u are for the test {MOTION!r}, got {test!r}")
     still = nonnegative("hold", 0.2 if hold is None else hold, "s")
     if not still <= time[-1]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass, fields, make_dataclass, replace
 from functools import cache, cached_property, partial
 from importlib import resources
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, TypeVar, cast
+from typing import Any, ClassVar, NamedTuple, Self, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -210,6 +210,13 @@ class BaseRobot:
     solver: ClassVar[Solver]
     CHECKS: ClassVar[Mapping[str, Callable[[object], object]]]
     """What a robot's fields but `fit` have to pass; each check returns the value as the robot keeps it."""
+
+    def __new__(cls, *_: object, **values: object) -> Self:
+        """HopformError for a name that is none of the robot's, which its __init__ would call a TypeError."""
+        known = cast(Any, cls).__dataclass_fields__
+        if unknown := next((name for name in values if name not in known), None):
+            raise HopformError(unknown_parameter(unknown, cls))
+        return super().__new__(cls)
 
     def __init_subclass__(cls) -> None:
         cls.CHECKS = {
@@ -405,8 +412,7 @@ def robot_from_toml(text: str, source: str = "TOML", kind: type[RobotKind] = Rob
     for key, value in table.items():
         with noted(after=f" ({source}, line {_line_of(key, text)})"):
             if key not in checks:
-                known = [*(field.name for field in kind.all_fields()), "name"]
-                raise HopformError(f"unknown parameter {shown(key)}{nearest(key, known)}")
+                raise HopformError(unknown_parameter(key, kind))
             table[key] = checks[key](value)
     missing = [field.name for field in kind.fields() if field.default is None and field.name not in table]
     if missing:
@@ -436,6 +442,13 @@ def _table(text: str, source: str) -> dict[str, Any]:
 def _line_of(key: str, text: str) -> int:
     pattern = re.compile(rf"""^\s*["']?{re.escape(key)}["']?\s*[.=]|^\s*\[+\s*{re.escape(key)}""")
     return next((number for number, line in enumerate(text.splitlines(), 1) if pattern.match(line)), 1)
+
+
+def unknown_parameter(name: str, kind: type[BaseRobot]) -> str:
+    """What is said of a name that is none of a robot's."""
+    known = [field.name for field in kind.all_fields()]
+    close = nearest(name, [*known, "name"])
+    return f"unknown parameter {shown(name)}{f'{close} Known' if close else '; known'}: {', '.join(known)}"
 
 
 def nearest(word: str, known: list[str]) -> str:
