@@ -477,7 +477,13 @@ def fit_model(
     view = [_view(model, each) for each in several]
     motions = [cut for n, each in enumerate(view) for cut in _motions(model, each, n)]
     free = {name: _start(model, name, start) for name in names}
+    given = _given(model, names, start)
     tries, left = _starts(model, view, values, free, tied, sine)
+    if given and left > 0.0:
+        rest = {name: each for name, each in free.items() if name not in given}
+        same = {name: given[other] for name, other in tied.items() if other in given}
+        loose = {name: other for name, other in tied.items() if other not in given}
+        tries.insert(0, _near(model, view, values | given | same, rest, loose, sine) | given)
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
     for n, cut in enumerate(motions):
         made, own = _posed(model, cut, n, values, {name: name for name in names} | tied, sine)
@@ -491,7 +497,8 @@ def fit_model(
     problem = Problem(
         "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
         tuple(first | each for each in tries), {n: values[n] for n in known or {} if n in values}, (), warnings, parts=(0.35, 1.0),
-        units=units, loss=asked.loss, friction=model.friction, files=files_of(several),
+        units=units, loss=asked.loss, given=given, tied=tied,
+        friction=model.friction, files=files_of(several),
     )  # fmt: skip
     found = solved(problem, asked)
     driven = any(len(each.steps) > 1 for each in experiments)
@@ -661,6 +668,12 @@ def _start(model: Model, name: str, start: Values | None) -> float:
     return value if value or each["domain"] == "real" else 0.1
 
 
+def _given(model: Model, names: Sequence[str], start: Values | None) -> dict[str, float]:
+    """The values near which the search is asked to begin, of what is fitted."""
+    given = mapping("start", start, MOST_KNOWN)
+    return {n: real(f"start: {n}", given[n], model.parameters[n]["unit"]) for n in names if n in given}
+
+
 def _parameter(model: Model, name: str, start: float) -> Parameter:
     each = model.parameters[name]
     domain = each["domain"] if each["domain"] in ("positive", "nonnegative", "fraction") else "real"
@@ -686,6 +699,13 @@ def _starts(
     tries = [found for some in rows for found in [_regressed(model, some, values, free, tied, sine)]]
     tries.sort(key=lambda each: each[0])
     return [found for _, found in tries], tries[0][0]
+
+
+def _near(
+    model: Model, recordings: Sequence[Recording], values: Values, free: Values, tied: Mapping[str, str], sine: bool
+) -> dict[str, float]:
+    """Where the fit begins of what no start was given for."""
+    return _starts(model, recordings, values, free, tied, sine)[0][0] if free else {}
 
 
 class Rows(NamedTuple):
