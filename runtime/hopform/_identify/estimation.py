@@ -568,8 +568,8 @@ def _closed(low: float, high: float) -> str:
 
 _FAR_OFF = 4.0
 """Standard errors from where a profile that the covariance misjudges is asked from both starts before it closes."""
-_OPEN = 0.5
-"""Share of the wanted root of a growth that a profile which closes reaches within a thousand standard errors."""
+_OPEN = 30.0
+"""Standard errors off which a growth that is still below what is wanted does not close; trials go up to a thousand."""
 _LOWER = 0.1
 """Variances by which a minimum that a profile meets must be lower: less is how precisely minima are found."""
 _DISTANT = 20.0
@@ -601,7 +601,7 @@ def _cross(growth: Callable[[float], float], value: float, step: float, wanted: 
         near, root, closed = x, height, closed or height > target
         x = max(moved, end)
     else:
-        if not closed and root < _OPEN * target:
+        if not closed and abs(near - value) >= _OPEN * abs(step):
             return math.inf if step > 0.0 else end
     return x
 

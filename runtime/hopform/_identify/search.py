@@ -89,7 +89,7 @@ def _from_given(problem: Problem, found: Solution) -> Solution:
     held = {name: value for name, value in problem.given.items() if name in found.values}
     if not held:
         return found
-    first = _from_start(found.parameters, problem.starts[0] | held)
+    first = _from_start(found.parameters, {**problem.starts[0], **held})
     rest = [p for p in first if p.name not in held]
     begun = estimation.again(found, problem.experiments, rest, fixed=held, most=20, precision=1e-6).values
     other = settled(problem, found, _from_start(found.parameters, begun))
