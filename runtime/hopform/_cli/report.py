@@ -14,8 +14,8 @@ from rich.console import RenderableType
 
 from hopform._cli.output import ends, number, record, table, to_json
 from hopform._errors import HopformError, printable
-from hopform._identify.estimation import Estimate
-from hopform._identify.fits import Fit, Trace, missed
+from hopform._identify.estimation import FEWEST, Estimate
+from hopform._identify.fits import NONE, Fit, Trace, missed
 from hopform._identify.joint import Check, Plan
 
 Answer = Fit | Check
@@ -92,10 +92,23 @@ def verdict(fit: Fit) -> str:
     if any(missed(trace) for trace in fit.traces):
         return "The fit misses the motion: use none of its numbers."
     if not given and any(each.method == "too few samples" for each in shared):
-        return "Too few samples: there are no intervals; record for longer."
-    if not given:
+        return _too_few(fit)
+    if not given and any(each.method == NONE for each in shared):
         return "The model does not explain the recordings, so there are no intervals."
+    if not given:
+        return "These recordings fix no parameter between two ends; the notes say which they do not show."
     return "The model explains these recordings to their noise. Change amplitude or load to see whether it holds."
+
+
+def _too_few(fit: Fit) -> str:
+    """Why there are too few samples: few of them, or few that are independent."""
+    solution, none = fit.solution, "Too few samples: there are no intervals; record for longer."
+    if solution is None or solution.count < FEWEST * len(solution.parameters):
+        return none
+    return (
+        f"Too few independent samples, {solution.effective:.0f} of {solution.count}, because the encoder's rounding stays "
+        "alike from sample to sample: there are no intervals. Use a finer encoder, or let it move faster or further."
+    )
 
 
 def results(fit: Fit) -> list[str]:
@@ -104,8 +117,8 @@ def results(fit: Fit) -> list[str]:
     for each in fit.estimates:
         if not each.own and each.method != "not identifiable":
             value, low, high = rounded(each)
-            given = math.isfinite(each.high - each.low)
-            found.append(f"{each.name} = {value} {each.unit}".rstrip() + (f" ({low} .. {high})" if given else ""))
+            ends = f" ({low} .. {high})" if math.isfinite(each.low) or math.isfinite(each.high) else ""
+            found.append(f"{each.name} = {value} {each.unit}".rstrip() + ends)
     return found
 
 

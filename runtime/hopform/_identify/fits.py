@@ -117,6 +117,11 @@ class Fit(Shown):
         title = f"Fit ({self.kind}): {len(self.estimates)} parameters from {len(self.traces)} recording(s)"
         return Card(title, ends, [("rms", self.rms), ("notes", len(self.statements)), ("warnings", len(self.warnings))])
 
+    def _unit(self, name: str) -> str | None:
+        if name == "rms":
+            return self.units.force if self.kind == "force" else self.units.position
+        return super()._unit(name)
+
     def _curve(self) -> Curve:
         trace = self.traces[0]
         return f"residual of {trace.quantity} over time [s]", trace.time, trace.predicted - trace.measured
@@ -171,12 +176,12 @@ class Fit(Shown):
 
     @property
     def rms(self) -> float:
-        """Of all residuals [m]."""
+        """Of all residuals, in the unit of the recordings' positions, m or rad; of a fit in force in N or N m."""
         return _together([trace.tests.rms for trace in self.traces], self.traces)
 
     @property
     def old_rms(self) -> float:
-        """The same with viscous friction alone [m]."""
+        """The same with viscous friction alone."""
         return _together([trace.old_rms for trace in self.traces], self.traces)
 
     def robot(self, base: Any = None) -> Any:
@@ -265,7 +270,12 @@ def blind(spread: estimation.Spread) -> list[str]:
 
 def _boundary(estimates: Sequence[Estimate]) -> list[str]:
     some = [each for each in estimates if each.method.endswith("at 0")]
-    return [f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip() for each in some]
+    found = [f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip() for each in some]
+    for each in estimates:
+        if each.method.endswith(" end"):
+            end, way = (each.low, "up") if math.isfinite(each.low) else (each.high, "down")
+            found.append(f"{each.name} has one end: any value from {end:.4g} {each.unit} {way} fits as well")
+    return found
 
 
 _MISSED, _NO_FIT = 0.1, 0.2
@@ -402,11 +412,13 @@ def _minimum(problem: Problem, wanted: Sequence[str]) -> tuple[Problem, Solution
     wider = nuisances.with_nuisances(problem, [*nuisances.DELAY, *wanted])
     if len(wider.parameters) == len(problem.parameters):
         return problem, solution
-    *_, parameters = nuisances.extended(wider, solution)
+    parameters = nuisances.begun(wider, solution, wider.experiments, *nuisances.extended(wider, solution)[1:])
     first = {p.name: p.start for p in parameters}
     wider = replace(wider, parameters=tuple(parameters), starts=(first, *wider.starts))
     near = settled(wider, solution, parameters)
-    return wider, near if is_noise(wider, near) else minimise(wider)
+    if is_noise(wider, near):
+        return wider, near
+    return wider, estimation.better(near, minimise(wider), wider.experiments)
 
 
 _LOWERED = 3
