@@ -306,12 +306,14 @@ FACTS = (
 
 
 def _context(made: Program, options: Options) -> dict[str, Any]:
-    ledgers = [energy.with_stop_loss(made.record(name), meaning) for name, meaning in LEDGERS.items()]
+    ledgers = [energy.with_stop_loss(options.model, made.record(name), meaning) for name, meaning in LEDGERS.items()]
     public = [structs.struct_of(record) for record in made.records if record.name in c.PUBLIC]
     public += structs.structs(options.model.robot, has_law=options.model.law is not None)
     firmware = _firmware(options)
     start = example_start(options.model)
-    answered = answers(made.record("Robot"), ledgers[0], register.VERDICTS, elements.kinds_of(options.model))
+    answered = answers(
+        options.model, made.record("Robot"), ledgers[0], register.VERDICTS, elements.kinds_of(options.model)
+    )
     return {module.__name__.rpartition(".")[2]: module for module in FACTS} | {
         "version": VERSION,
         "cell": cell,
@@ -327,6 +329,8 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "leg_has_damper": int(contact.has_damper(options.model)),
         "has_contact": int(options.model.has_contact),
         "moves_alone": int(options.model.moves_alone),
+        "both_move": int(len(options.model.moving) == 2),
+        "has_stops": int(options.model.has_stops),
         "rest_may_lack": int(options.model.rest_may_lack),
         "has_law": int(options.model.law is not None),
         "if_law": "X(argument)" if options.model.law is not None else "(void)(argument)",

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from ..ir import DOMAINS, Quantity, Record
+from .equations import Model
 from .kinds import Kind
 from .quantities import TRAVEL
 
@@ -66,13 +67,29 @@ class Answer:
         return f"`{self.name} --json`" if self.name.startswith("hopform ") else self.name
 
 
-def answers(robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind]) -> tuple[Answer, ...]:
+OF_INPUT = {kind: ("u",) for kind in ("hopform stance", "hopform motion", "part", "phase", "derivatives")}
+"""Fields of the input, which answers of a model without one have not."""
+OF_FIRST = {kind: ("x1", "v1") for kind in ("state", "CSV of a stance", "sensitivities", "derivatives")}
+OF_FIRST |= {"phase": ("mode_1",)}
+"""Those of the actuator of a leg."""
+
+
+def answers(
+    model: Model, robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind]
+) -> tuple[Answer, ...]:
     """Everything that is answered, of a robot with these parameters and this ledger, in these words."""
+    absent = [
+        (kind, name)
+        for has, fields in ((model.input is not None, OF_INPUT), (1 in model.moving, OF_FIRST))
+        for kind, names in fields.items()
+        for name in names
+        if not has
+    ]
     words = {kind.table: tuple(word.text for word in kind.words) for kind in kinds}
     words |= {"DOMAINS": tuple(DOMAINS), "VERDICTS": tuple(verdicts)}
     of_facts = {
         "ledger": tuple(Field(entry.name, "number", entry.meaning) for entry in ledger.quantities),
-        "robot": tuple(map(_parameter, (*robot.quantities, TRAVEL))),
+        "robot": tuple(map(_parameter, (*robot.quantities, *([TRAVEL] if model.has_contact else [])))),
         "derivatives": tuple(
             Field(each.name, "number or null", f"per {'unit' if each.unit == '1' else each.unit}")
             for each in robot.quantities
@@ -86,7 +103,12 @@ def answers(robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Itera
             name[0].isupper(),
             (
                 *([Field("hopform", "string", "version")] if name.startswith("hopform ") else ()),
-                *(_field(key, text, words) for keys, text in table.items() for key in keys.split(", ")),
+                *(
+                    _field(key, text, words)
+                    for keys, text in table.items()
+                    for key in keys.split(", ")
+                    if (name, key) not in absent
+                ),
                 *of_facts.get(name, ()),
             ),
         )
