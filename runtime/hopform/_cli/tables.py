@@ -262,8 +262,9 @@ def run(solved: Run, designed: bool, drawn: Draws | None, bands: Bands | None) -
     head = f"{name_of(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
     title = Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
     columns = (
-        "hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]", "ending", "apex [cm]", "AED [J]",
-        "impact [J]", "stops", *(["apex, 95 % [cm]"] if bands else ()),
+        "hop", "ground [cm]", "from [cm]", "at [s]", *(["u [A]"] if solved.robot.solver.facts.inputs else ()),
+        "stance [ms]", "ending", "apex [cm]", "AED [J]", "impact [J]", "stops",
+        *(["apex, 95 % [cm]"] if bands else ()),
     )  # fmt: skip
     rows = ((*hop_row(hop), *([text_of(bands.at(hop.index))] if bands else ())) for hop in solved.hops)
     heights = "Heights are hop heights over the terrain's zero: 0 where the unloaded leg touches ground of height 0."
@@ -272,7 +273,9 @@ def run(solved: Run, designed: bool, drawn: Draws | None, bands: Bands | None) -
 
 
 def gains_of(solved: Run, designed: bool) -> Iterator[str]:
-    """The law of the actuator in the flights between the hops, in words."""
+    """The law of the actuator in the flights between the hops, in words; none without a motor."""
+    if not solved.robot.solver.facts.inputs:
+        return
     flights = [each for each in (*(hop.flight for hop in solved.hops[1:]), solved.last) if each is not None]
     if not flights:
         return
@@ -285,7 +288,7 @@ def hop_row(hop: Hop) -> tuple[str, ...]:
     """A hop in the table of a run."""
     return (
         str(hop.index + 1), f"{100.0 * hop.ground + 0.0:.4g}", f"{100.0 * hop.height:.5g}", f"{hop.touchdown_time:.5g}",
-        f"{hop.u + 0.0:.4g}", f"{1000.0 * hop.stance.duration:.5g}", hop.stance.status.replace("_", " "),
+        *([f"{hop.u + 0.0:.4g}"] if hop.stance.inputs else ()), f"{1000.0 * hop.stance.duration:.5g}", hop.stance.status.replace("_", " "),
         number(hop.apex, scale=100.0), f"{hop.stance.aed:+.4f}", f"{-hop.energy_lost_at_impact + 0.0:+.4f}",
         "bottoms out" if hop.bottoms_out else "hits a stop" if hop.hits_stop else "",
     )  # fmt: skip

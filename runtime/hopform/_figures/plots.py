@@ -399,17 +399,22 @@ def title_of_motion(motion: Motion) -> str:
 
 
 def plot_run(figure: Figure, run: Run | Hop) -> None:
-    """A run over time: hop height, actuator, energies (Figs. 12 to 14), current."""
-    t = run_times(run)
-    with framed(figure, 6.4, 6.8, title_of_run(run)):
-        rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.9, 1.3, 0.75]))
+    """A run over time: hop height, actuator, energies (Figs. 12 to 14), current; without an actuator or an input not these."""
+    t, facts = run_times(run), run.robot.solver.facts
+    of_actuator, of_input = ([0.9] if "x1" in facts.axes else []), ([0.75] if facts.inputs else [])
+    shares = [1.0, *of_actuator, 1.3, *of_input]
+    with framed(figure, 6.4, 1.3 * sum(shares) + 1.665, title_of_run(run)):
+        rows: list[Axes] = list(figure.subplots(len(shares), 1, sharex=True, height_ratios=shares, squeeze=False)[:, 0])
+        energies = rows[1 + len(of_actuator)]
         draw_heights(rows[0], run, t)
-        draw_strokes(rows[1], run, t, t)
-        draw_energies(rows[2], run, t)
-        draw_current(rows[3], run, t, t)
+        if of_actuator:
+            draw_strokes(rows[1], run, t, t)
+        draw_energies(energies, run, t)
+        if of_input:
+            draw_current(rows[-1], run, t, t)
         for axes in rows:
             shade_stances(axes, run)
-        lines = [line for axes in (rows[0], rows[2]) for line in axes.get_legend_handles_labels()[0]]
+        lines = [line for axes in (rows[0], energies) for line in axes.get_legend_handles_labels()[0]]
         figure.legend(handles=[Patch(label="stance", **STANCE), *lines], loc="outside lower center", ncols=3)
         rows[-1].set_xlabel(since(run))
         figure.align_ylabels(rows)
@@ -441,11 +446,13 @@ def since(run: Run | Hop) -> str:
 
 def title_of_run(run: Run | Hop) -> str:
     if isinstance(run, Hop):
-        words = f", hop {run.index}: {current(run.stance.u)}, {ending(run.stance)}"
+        of_input = f"{current(run.stance.u)}, " if run.stance.inputs else ""
+        words = f", hop {run.index}: {of_input}{ending(run.stance)}"
         return literal(name_of(run.robot)) + plain(words)
     start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.letters.L0 - run.robot.letters.c + rest_of(run.robot)):.4g} cm"
     currents = {hop.stance.u for hop in run.hops}
-    words = current(currents.pop()) if len(currents) == 1 else f"{len(run.hops)} hops"
+    is_constant = len(currents) == 1 and run.robot.solver.facts.inputs
+    words = current(currents.pop()) if is_constant else f"{len(run.hops)} hops"
     return literal(name_of(run.robot)) + plain(f" {start}, {words}")
 
 
@@ -502,13 +509,17 @@ def plot_flight(figure: Figure, flight: Flight) -> None:
     """A flight over time: body and foot over the ground ahead, the actuator on its way back, its current."""
     t = np.linspace(0.0, flight.duration, SAMPLES)
     title = literal(name_of(flight.robot)) + plain(f": {flight.status} after {flight.duration:.4g} s")
-    with framed(figure, 6.4, 4.6, title):
-        rows: list[Axes] = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.5, 1.0, 0.8]))
+    facts = flight.robot.solver.facts
+    panels: list[Callable[..., None]] = [draw_strokes] if "x1" in facts.axes else []
+    panels += [draw_current] if facts.inputs else []
+    shares = [1.5, 1.0, 0.8][: 1 + len(panels)]
+    with framed(figure, 6.4, sum(shares) + 1.3, title):
+        rows: list[Axes] = list(figure.subplots(len(shares), 1, sharex=True, height_ratios=shares, squeeze=False)[:, 0])
         flight_panel(rows[0], flight)
         rows[0].set_xlabel("")
-        draw_strokes(rows[1], flight, t, t)
-        draw_current(rows[2], flight, t, t)
-        rows[2].set_xlabel("time since take-off [s]")
+        for draw, axes in zip(panels, rows[1:], strict=True):
+            draw(axes, flight, t, t)
+        rows[-1].set_xlabel("time since take-off [s]")
         figure.align_ylabels(rows)
 
 
