@@ -312,8 +312,9 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
     firmware = _firmware(options)
     start = example_start(options.model)
     answered = answers(
-        options.model, made.record("Robot"), ledgers[0], register.VERDICTS, elements.kinds_of(options.model)
-    )
+        made.record("Robot"), ledgers[0], register.VERDICTS, elements.kinds_of(options.model),
+        has_input=options.model.input is not None, has_first=1 in options.model.moving, has_leg=options.model.has_contact,
+    )  # fmt: skip
     return {module.__name__.rpartition(".")[2]: module for module in FACTS} | {
         "version": VERSION,
         "cell": cell,

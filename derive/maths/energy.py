@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ..ir import Quantity, Record, Step, Steps, function, scalar
-from ..model.equations import Force, Model, kinetic, potential
+from ..model.equations import LETTER_OF_ENTRY, Force, Model, kinetic, potential
 from ..model.mechanism import field_name
 from ..model.quantities import *
 from .laplace import REST, rest_of_spring
@@ -69,20 +69,7 @@ def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
         spring_work: k * x1 * v2,
     }
     made = entries | {work.entry.symbol: work.power for work in works(model)}
-    return {entry: power for entry, power in made.items() if has_entry(model, entry)}
-
-
-LETTER_OF = {offset_work: c, viscous_1: b1, viscous_2: b2, coulomb_1: f1, coulomb_2: f2}
-"""The letter of what does the work of an entry."""
-
-
-def has_entry(model: Model, entry: sp.Symbol) -> bool:
-    """Whether something that the file declares does the work of an entry of the ledger."""
-    if entry == motor_work:
-        return model.input is not None
-    if entry == spring_work:
-        return len(model.moving) == 2
-    return entry not in LETTER_OF or model.declares(LETTER_OF[entry])
+    return {entry: power for entry, power in made.items() if model.has_entry(entry)}
 
 
 def ledger_record(model: Model) -> Record:
@@ -96,7 +83,7 @@ def with_stop_loss(model: Model, work: Record, meaning: str) -> Record:
     """The ledger that a user sees: the work of each force, and behind the losses of friction that at stops, if there are
     any.
     """
-    place = sum(entry.symbol in (motor_work, *LETTER_OF) for entry in work.quantities)
+    place = sum(entry.symbol in (motor_work, *LETTER_OF_ENTRY) for entry in work.quantities)
     loss = (STOP_LOSS,) if model.has_stops else ()
     return Record(work.name, meaning, (*work.quantities[:place], *loss, *work.quantities[place:]))
 

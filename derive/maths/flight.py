@@ -25,7 +25,6 @@ import sympy as sp
 from ..ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
-from .energy import has_entry
 from .laplace import rest_of_spring
 
 GAINS = Record(
@@ -225,5 +224,5 @@ def _works_in_flight(model: Model) -> Steps:
 def flight_ledger_record(model: Model) -> Record:
     """The fields of the ledger of a flight: what the file declares, forces without a letter among them."""
     by_further = {step.symbol for step in _works_in_flight(model) if model.value(step.value) != 0}
-    kept = (each for each in FLIGHT_LEDGER.quantities if has_entry(model, each.symbol) or each.symbol in by_further)
+    kept = (each for each in FLIGHT_LEDGER.quantities if model.has_entry(each.symbol) or each.symbol in by_further)
     return FLIGHT_LEDGER.of(*kept)

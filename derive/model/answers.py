@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import Any
 
 from ..ir import DOMAINS, Quantity, Record
-from .equations import Model
 from .kinds import Kind
 from .quantities import TRAVEL
 
@@ -69,18 +68,23 @@ class Answer:
 
 OF_INPUT = {kind: ("u",) for kind in ("hopform stance", "hopform motion", "part", "phase", "derivatives")}
 """Fields of the input, which answers of a model without one have not."""
-OF_FIRST = {kind: ("x1", "v1") for kind in ("state", "CSV of a stance", "sensitivities", "derivatives")}
-OF_FIRST |= {"phase": ("mode_1",)}
+OF_FIRST: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("state", "CSV of a stance", "sensitivities", "derivatives"), ("x1", "v1")),
+    "phase": ("mode_1",),
+}
 """Those of the actuator of a leg."""
 
 
 def answers(
-    model: Model, robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind]
-) -> tuple[Answer, ...]:
-    """Everything that is answered, of a robot with these parameters and this ledger, in these words."""
+    robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind],
+    *, has_input: bool = True, has_first: bool = True, has_leg: bool = True,
+) -> tuple[Answer, ...]:  # fmt: skip
+    """Everything that is answered, of a robot with these parameters and this ledger, in these words; has_input, has_first,
+    has_leg: whether its model has an input, a first mass and a leg, whose travel is limited.
+    """
     absent = [
         (kind, name)
-        for has, fields in ((model.input is not None, OF_INPUT), (1 in model.moving, OF_FIRST))
+        for has, fields in ((has_input, OF_INPUT), (has_first, OF_FIRST))
         for kind, names in fields.items()
         for name in names
         if not has
@@ -89,7 +93,7 @@ def answers(
     words |= {"DOMAINS": tuple(DOMAINS), "VERDICTS": tuple(verdicts)}
     of_facts = {
         "ledger": tuple(Field(entry.name, "number", entry.meaning) for entry in ledger.quantities),
-        "robot": tuple(map(_parameter, (*robot.quantities, *([TRAVEL] if model.has_contact else [])))),
+        "robot": tuple(map(_parameter, (*robot.quantities, *([TRAVEL] if has_leg else [])))),
         "derivatives": tuple(
             Field(each.name, "number or null", f"per {'unit' if each.unit == '1' else each.unit}")
             for each in robot.quantities

@@ -54,6 +54,9 @@ EXCESSES = ((f1_excess, f1_excess_minus), (f2_excess, f2_excess_minus))
 MASSES = {"actuator": (m_eff, f1, f1_minus, side_1), "body": (m_s, f2, f2_minus, side_2)}
 """Of each mass the inertia, Coulomb friction over it where the velocity is above 0 and below 0, the velocity's sign."""
 
+LETTER_OF_ENTRY = {offset_work: c, viscous_1: b1, viscous_2: b2, coulomb_1: f1, coulomb_2: f2}
+"""The letter of what does the work of an entry of the ledger."""
+
 
 @dataclass(frozen=True)
 class Named:
@@ -133,6 +136,14 @@ class Model:
     def declares(self, letter: sp.Symbol) -> bool:
         """Whether an element of the file has given a letter its value, be that a number or 0 itself."""
         return letter in self.sources
+
+    def has_entry(self, entry: sp.Symbol) -> bool:
+        """Whether something that the file declares does the work of an entry of the ledger."""
+        if entry == motor_work:
+            return self.input is not None
+        if entry == spring_work:
+            return len(self.moving) == 2
+        return entry not in LETTER_OF_ENTRY or self.declares(LETTER_OF_ENTRY[entry])
 
     @property
     def moving(self) -> tuple[int, ...]:

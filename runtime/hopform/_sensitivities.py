@@ -135,7 +135,8 @@ def of_matrix(
 ) -> Kind:
     """The sensitivities of one stance, or of many, from what the library of a solver computes for its robots."""
     lengthens = lengths_of(solver.package, parameters) if x2_is_given else {}
-    facts, fields = solver.facts, tuple[str, ...](parameters._fields)
+    fields: tuple[str, ...] = parameters._fields
+    facts = solver.facts
     absent = {*({"x1", "v1"} if "x1" not in facts.axes else ()), *({"u"} if not facts.inputs else ())}
     rows, columns = ({n: name for n, name in enumerate(names) if name not in absent}
                      for names in (ROWS, (*STARTS, *fields)))  # fmt: skip
