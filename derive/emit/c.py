@@ -23,7 +23,7 @@ PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "Flig
 
 _PREFIXED = {*PUBLIC, *(struct.name for struct in structs())}
 
-SPELLED = Expressions("sqrt_real", "fabs_real")
+SPELLED = Expressions("sqrt_real", "fabs_real", infinity="(real)INFINITY")
 
 
 def of_libm(name: str, precision: Precision) -> str:
@@ -95,7 +95,7 @@ def body(function: Function) -> Iterator[str]:
         yield f"const real {', '.join(f'{symbol} = {name}->{member}' for symbol, member in members)};"
     yield from aligned((f"const real {s.symbol} = {SPELLED(s.value)};", f"/* {s.source} */") for s in function.steps)
     if isinstance(function.returns, Record):
-        values = ", ".join(map(str, function.returns.symbols))
+        values = ", ".join(map(str, function.returns.symbols)) or "0.0"
         yield f"const {type_of(function.returns.name)} result = {{{values}}};"
         yield "return result;"
     else:

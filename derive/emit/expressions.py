@@ -23,12 +23,14 @@ rounded once; with larger ones it is written as one number.
 @dataclass(frozen=True)
 class Expressions:
     """Expressions in the punctuation that Python and C share: + - * / and calls of functions by their names; `divide`
-    takes a number and what it is divided by, where / would raise an error for 0.
+    takes a number and what it is divided by, where / would raise an error for 0. infinity: the end of a range that has
+    none.
     """
 
     root: str = "sqrt"
     absolute: str = "fabs"
     divide: str = ""
+    infinity: str = 'float("inf")'
 
     def __call__(self, value: sp.Expr) -> str:
         """A sum: positive terms first, then numbers, then the shorter names."""
@@ -88,6 +90,8 @@ class Expressions:
     def _factor(self, base: sp.Expr) -> str:
         if base.is_Symbol:
             return str(base.name)
+        if base is sp.oo:
+            return self.infinity
         if base.is_Rational:
             return repr(float(base))
         if isinstance(base, sp.Abs):

@@ -312,12 +312,18 @@ FACTS = (
 
 def _context(made: Program, options: Options) -> dict[str, Any]:
     sums = SUMS[options.model.has_contact]
-    ledgers = [energy.with_stop_loss(made.record(name), meaning.format(sums=sums)) for name, meaning in LEDGERS.items()]
+    ledgers = [
+        energy.with_stop_loss(options.model, made.record(name), meaning.format(sums=sums))
+        for name, meaning in LEDGERS.items()
+    ]
     public = [structs.struct_of(record) for record in made.records if record.name in c.PUBLIC]
     public += structs.structs(options.model.robot, has_law=options.model.law is not None)
     firmware = _firmware(options)
     start = example_start(options.model)
-    answered = answers(made.record("Robot"), ledgers[0], register.VERDICTS, elements.kinds_of(options.model))
+    answered = answers(
+        made.record("Robot"), ledgers[0], register.VERDICTS, elements.kinds_of(options.model),
+        has_input=options.model.input is not None, has_first=1 in options.model.moving, has_leg=options.model.has_contact,
+    )  # fmt: skip
     return {module.__name__.rpartition(".")[2]: module for module in FACTS} | {
         "version": VERSION,
         "cell": cell,
@@ -333,6 +339,8 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "leg_has_damper": int(contact.has_damper(options.model)),
         "has_contact": int(options.model.has_contact),
         "moves_alone": int(options.model.moves_alone),
+        "both_move": int(len(options.model.moving) == 2),
+        "has_stops": int(options.model.has_stops),
         "rest_may_lack": int(options.model.rest_may_lack),
         "has_law": int(options.model.law is not None),
         "if_law": "X(argument)" if options.model.law is not None else "(void)(argument)",

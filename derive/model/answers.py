@@ -66,13 +66,34 @@ class Answer:
         return f"`{self.name} --json`" if self.name.startswith("hopform ") else self.name
 
 
-def answers(robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind]) -> tuple[Answer, ...]:
-    """Everything that is answered, of a robot with these parameters and this ledger, in these words."""
+OF_INPUT = {kind: ("u",) for kind in ("hopform stance", "hopform motion", "part", "phase", "derivatives")}
+"""Fields of the input, which answers of a model without one have not."""
+OF_FIRST: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("state", "CSV of a stance", "sensitivities", "derivatives"), ("x1", "v1")),
+    "phase": ("mode_1",),
+}
+"""Those of the actuator of a leg."""
+
+
+def answers(
+    robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind],
+    *, has_input: bool = True, has_first: bool = True, has_leg: bool = True,
+) -> tuple[Answer, ...]:  # fmt: skip
+    """Everything that is answered, of a robot with these parameters and this ledger, in these words; has_input, has_first,
+    has_leg: whether its model has an input, a first mass and a leg, whose travel is limited.
+    """
+    absent = [
+        (kind, name)
+        for has, fields in ((has_input, OF_INPUT), (has_first, OF_FIRST))
+        for kind, names in fields.items()
+        for name in names
+        if not has
+    ]
     words = {kind.table: tuple(word.text for word in kind.words) for kind in kinds}
     words |= {"DOMAINS": tuple(DOMAINS), "VERDICTS": tuple(verdicts)}
     of_facts = {
         "ledger": tuple(Field(entry.name, "number", entry.meaning) for entry in ledger.quantities),
-        "robot": tuple(map(_parameter, (*robot.quantities, TRAVEL))),
+        "robot": tuple(map(_parameter, (*robot.quantities, *([TRAVEL] if has_leg else [])))),
         "derivatives": tuple(
             Field(each.name, "number or null", f"per {'unit' if each.unit == '1' else each.unit}")
             for each in robot.quantities
@@ -86,7 +107,12 @@ def answers(robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Itera
             name[0].isupper(),
             (
                 *([Field("hopform", "string", "version")] if name.startswith("hopform ") else ()),
-                *(_field(key, text, words) for keys, text in table.items() for key in keys.split(", ")),
+                *(
+                    _field(key, text, words)
+                    for keys, text in table.items()
+                    for key in keys.split(", ")
+                    if (name, key) not in absent
+                ),
                 *of_facts.get(name, ()),
             ),
         )

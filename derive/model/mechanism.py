@@ -19,7 +19,7 @@ from .declare import Coordinate, Current, DeclaredCoordinate, DeclaredCurrent, D
 from .equations import EXCESSES, Force, Input, Law, Listed, Model, ModelError, Named
 
 SMALLEST, LARGEST = sp.Rational(1, 10**30), sp.Integer(10**30)
-"""Numbers in an expression, so that single precision holds what becomes of them; and a stop that there is none."""
+"""Numbers in an expression, so that single precision holds what becomes of them."""
 
 MOST_TRIED = 6
 """[B] the most coordinates that move of a model whose order is computed, and for which is tried what may be held."""
@@ -61,8 +61,7 @@ class _Mechanism:
         self.parameters = {each.symbol: each for each in draft.parameters}
         self.input = draft.currents[0] if draft.currents else None
         self.constants: dict[sp.Symbol, sp.Expr] = dict.fromkeys(Q.LETTERS, sp.S.Zero)
-        self.constants |= {Q.m_eff: sp.S.One, Q.m_s: sp.S.One, Q.x1_min: -LARGEST, Q.x1_max: LARGEST}
-        self.constants |= {Q.u_max: LARGEST}
+        self.constants |= {Q.m_eff: sp.S.One, Q.m_s: sp.S.One, Q.x1_min: -sp.oo, Q.x1_max: sp.oo, Q.u_max: sp.oo}
         self.sources: dict[sp.Symbol, str] = {}
         self.further: list[Force] = []
         self.of_further: list[tuple[Element, Force]] = []
@@ -334,9 +333,8 @@ class _Mechanism:
     def _put_inertias(self) -> None:
         for letter, each in ((Q.m_eff, self.first), (Q.m_s, self.second)):
             if each is not None:
+                self._refuse_sign(each, each.inertia, f"the inertia of {each.symbol}", positive=True)
                 self._put(each, letter, each.inertia, f"inertia of {each.symbol}")
-        if self.first is None:  # an actuator that never moves
-            self.constants |= {Q.x1_min: sp.S.Zero, Q.x1_max: sp.S.Zero}
 
     def _slopes(self, element: Element) -> dict[sp.Symbol, sp.Expr]:
         """How a stretch changes with each coordinate that moves, constants; ModelError where it is not linear."""
@@ -491,7 +489,8 @@ class _Mechanism:
         self._put(main, Q.k, _cancelled(stiffness * stretch.factor**2), f"spring {main.name}")
         offset = _cancelled(stretch.offset / stretch.factor)
         pulled = self._offset_force(stiffness, offset)
-        self._put(main, Q.c, pulled, f"spring {main.name}")
+        if self.undone is not None:
+            self._put(main, Q.c, pulled, f"spring {main.name}")
         self._put(main, Q.L0, sp.expand(offset - pulled), f"spring {main.name}")
         for each in springs:
             if each is main:
@@ -532,7 +531,7 @@ class _Mechanism:
             assert value is not None
             if number == 2 and self.contact is not None:
                 self._refuse_sign(each, value, f"{each}: acceleration", positive=False)
-            if number == 2 and self.constants[Q.g] == 0 and self._never_negative(value):
+            if number == 2 and Q.g not in self.sources and self._never_negative(value):
                 self._put(each, Q.g, value, f"gravity {each.name}")
             else:
                 weight = -self.constants[Q.m_eff if number == 1 else Q.m_s] * value
@@ -582,7 +581,7 @@ class _Mechanism:
             letter, own = ((Q.b1, "both"), (Q.b2, "stance"))[number - 1]
             if self.contact is None:
                 own = "both"
-            if each.where == own and self.constants[letter] == 0:
+            if each.where == own and letter not in self.sources:
                 self._put(each, letter, damping, f"viscous {each.name}")
             else:
                 push = -damping * (Q.v1, Q.v2)[number - 1]
@@ -624,7 +623,9 @@ class _Mechanism:
                     raise _refused(
                         each, f"{each}: {key} at rest is {_short(at_rest)}, less than {_short(in_motion)} in motion"
                     )
-                self._put(each, letter, self.constants[letter] + _cancelled(more / inertia), f"friction {each.name}")
+                if more != 0:  # else at rest it is that in motion
+                    value = self.constants[letter] + _cancelled(more / inertia)
+                    self._put(each, letter, value, f"friction {each.name}")
             self.by_sign[number - 1] |= each.values["forward"] != each.values["backward"]
             self.by_sign[number - 1] |= each.values["forward_at_rest"] != each.values["backward_at_rest"]
         self.rest_may_lack = not all(

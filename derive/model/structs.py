@@ -16,8 +16,9 @@ def of_quantities(quantities: Iterable[Quantity], type_: str = "real") -> Iterat
 
 
 def struct_of(record: Record) -> Struct:
-    """A record of reals as a struct."""
-    return Struct(record.name, record.meaning, tuple(of_quantities(record.quantities)))
+    """A record of reals as a struct; C has none without a member."""
+    members = tuple(of_quantities(record.quantities)) or (Member("nothing", "real", "the model has no entry; 0"),)
+    return Struct(record.name, record.meaning, members)
 
 
 SEARCH_CANDIDATES = 15

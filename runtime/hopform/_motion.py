@@ -141,7 +141,8 @@ def layout_of(solver: Solver) -> Layout:
 
 class Mass(NamedTuple):
     """A mass that may move: its number in the engine, 1 or 2, its name, its coordinate and velocity with the unit of the
-    former, the words for its directions and for its events, and the parameters that are its stops.
+    former, the words for its directions and for its events, its stops, "lower" and "upper" where it has them, as the
+    file gives them, and whether friction acts on it.
     """
 
     number: int
@@ -151,7 +152,8 @@ class Mass(NamedTuple):
     unit: str
     directions: tuple[str, str]
     events: Mapping[str, str]
-    stops: tuple[str, ...]
+    stops: Mapping[str, str]
+    has_friction: bool
 
 
 @lru_cache(maxsize=64)
@@ -160,7 +162,7 @@ def masses_of(solver: Solver) -> tuple[Mass, ...]:
     facts, made = solver.facts, list[Mass]()
     for axis, each in zip([axis for axis in ("x1", "x2") if axis in facts.axes], facts.moving, strict=True):
         place, (forwards, backwards) = facts.axes[axis], each["directions"]
-        about = (forwards, backwards), each["events"], tuple(each["stops"])
+        about = (forwards, backwards), each["events"], each["stops"], bool(each["friction"])
         made.append(Mass(int(axis[1]), each["name"], place["name"], each["velocity"], place["unit"], *about))
     return tuple(made)
 
@@ -378,8 +380,7 @@ class Motion(OverTime):
         Elements without work are left out, and so is what one mass does to another through a spring.
         """
         entries = self.ledger(t)._asdict()
-        known = self.robot.solver.package.records
-        whole = {*known.LEDGER_OF_ROBOT, "stop_loss"}
+        whole = {*self.robot.solver.package.records.LEDGER_OF_ROBOT}
         found = dict[str, dict[str, Real]]()
         for each in self.robot.solver.facts.elements:  # a mass and what drives it may have one name
             own = {} if each.get("fixed") else {key: entries[key] for key in each["ledger"] if key in whole}
@@ -392,7 +393,7 @@ class Motion(OverTime):
 
         friction_NAME: of friction on the mass with the coordinate NAME; held, as much as it takes to hold it, up to its
         level at rest. stop_NAME: of the stop on a mass that it holds, what friction does not carry; 0 elsewhere (a hit is an
-        impulse). input: of the current. contact: of the ground, of a model with a contact.
+        impulse). input: of the current. contact: of the ground. A model has those of what its file declares.
         """
         times = np.minimum(self._times(t), self.dtype.type(self.duration))
         return {name: shaped(values, t) for name, values in self._forces(times)}
@@ -420,7 +421,8 @@ class Motion(OverTime):
         low, high = stroke_of(robot)
         rests_on_stop = (sides[0] == 0) & ((state.x1 <= low) | (state.x1 >= high))
         for mass in masses_of(robot.solver):
-            yield f"friction_{mass.position}", np.asarray((friction_1, friction_2)[mass.number - 1], self.dtype)
+            if mass.has_friction:
+                yield f"friction_{mass.position}", np.asarray((friction_1, friction_2)[mass.number - 1], self.dtype)
             if mass.stops:
                 yield f"stop_{mass.position}", np.where(rests_on_stop, stop, 0.0).astype(self.dtype)
         if robot.solver.facts.inputs:

@@ -329,8 +329,8 @@ def _solve(
 
 def aed_at(stance: Stance, t: Number | Times) -> NDArray[np.floating]:
     """The AED (24) [J], the change of the body's energy since touchdown, at times t [s], by its ledger's entries."""
-    entries = stance.ledger(t)
-    return np.asarray(sum(getattr(entries, name) for name in stance.robot.solver.package.records.LEDGER_OF_BODY))
+    entries, names = stance.ledger(t), stance.robot.solver.package.records.LEDGER_OF_BODY
+    return np.asarray(sum((getattr(entries, name) for name in names), np.zeros(np.shape(t), stance.dtype)))
 
 
 def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
@@ -390,6 +390,8 @@ def placed(robot: Robot, act: str, x1: Any, v1: Any, v2: Any) -> tuple[float, fl
         x_1, v_1, v_2 = x1, v1, v2
     else:
         x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
+    if "x1" not in robot.solver.facts.axes and (x_1 or v_1):
+        raise HopformError(f"x1 and v1 must be 0: {robot.solver.name} has one mass, the body, got {x_1!r} and {v_1!r}")
     low, high = robot.letters.x1_min, robot.letters.x1_max
     if not low <= x_1 <= high:
         raise HopformError(f"x1 must be {in_stroke(low, high, 'm')}, got {x_1!r}")

@@ -82,7 +82,8 @@ static inline bool other_rests_f64(const int *side, int element) {
 /* Whether a stop, or that it never moves, keeps an element at rest from going to a side. */
 static inline bool stance_blocked_f64(const stance_chain_f64 *chain, int element, int side) {
     const hopform_robot_f64 *robot = &chain->plan->robot;
-    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_NEVER_MOVES(element); }
+    if (HOPFORM_NEVER_MOVES(element)) { return true; }
+    if (!HOPFORM_HAS_STOPS || element != HOPFORM_STOPPED_ELEMENT) { return false; }
     const bool locked = !(lower_stop_f64(robot) < upper_stop_f64(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
@@ -267,7 +268,7 @@ static inline double terms_of_contact_f64(const stance_chain_f64 *chain) {
 static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *set) {
     const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
     const double gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (side == 0 || !is_finite_f64(gap)) { return; }
+    if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_f64(gap)) { return; }
     const double away = -(double)side;
     const numerator_f64 *h = &chain->motion.of.position;
     const numerator_f64 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
@@ -713,7 +714,7 @@ static inline int32_t stance_status_f64(const hopform_robot_f64 *robot, const ho
     state_by_axis_f64 at;
     at.named = *start;
     const double position = at.of[HOPFORM_POSITION_AXIS];
-    bool fixed = true;
+    bool fixed = !(HOPFORM_NEVER_MOVES(HOPFORM_STOPPED_ELEMENT) && fabs_f64(position) > 0.0);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         fixed = fixed && !(HOPFORM_NEVER_MOVES(element) && fabs_f64(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
     }

@@ -22,7 +22,7 @@ static bool steps_are_sound_f32(const hopform_step_f32 *steps, int32_t count) {
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_f32(const hopform_plan_f32 *plan) {
-    if (HOPFORM_MOVES_ALONE) { return false; }
+    if (!HOPFORM_BOTH_MOVE) { return false; }
     const float a = plan->node_both.pole;
     return a * a * a > HOPFORM_STIFFEST_f32 * HOPFORM_STIFFEST_f32 * plan->rates.s_3;
 }

@@ -22,7 +22,7 @@ static bool steps_are_sound_real(const hopform_step_real *steps, int32_t count) 
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_real(const hopform_plan_real *plan) {
-    if (HOPFORM_MOVES_ALONE) { return false; }
+    if (!HOPFORM_BOTH_MOVE) { return false; }
     const real a = plan->node_both.pole;
     return a * a * a > HOPFORM_STIFFEST_real * HOPFORM_STIFFEST_real * plan->rates.s_3;
 }

@@ -106,7 +106,8 @@ def stance(solved: Stance, with_sensitivities: bool = False, explained: bool = F
     """
     first = solved.phases[0].state
     begin = f"{name_of(solved.robot)}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
-    title = Text(f"{begin}, {current(solved.u)}; {ending(solved)}", style="bold")
+    about = ", ".join((begin, *([current(solved.u)] if solved.inputs else [])))
+    title = Text(f"{about}; {ending(solved)}", style="bold")
     parts = [phases(solved), states(solved), ledger(solved), *([sensitivities(solved)] if with_sensitivities else [])]
     most = f"largest compression {100.0 * solved.compression_max:.4g} cm"
     by = f"solved in {solved.dtype}"
@@ -181,13 +182,21 @@ def motion_ledger(solved: Motion) -> Table:
 def phases(solved: Stance) -> Table:
     """The chain of phases; what begins each one is its event."""
     scale, unit = unit_of_time(solved.duration)
-    columns = (f"from [{unit}]", f"to [{unit}]", "begins with", "actuator", "body", "u [A]", "x1 [cm]")
+    numbers = [1, 2] if has_actuator(solved) else [2]
+    words = ["begins with", *({1: "actuator", 2: "body"}[n] for n in numbers)]
+    columns = [f"from [{unit}]", f"to [{unit}]", *words, *(["u [A]"] if solved.inputs else [])]
+    columns += ["x1 [cm]"] if 1 in numbers else ["x2 [cm]"]
     rows = list[tuple[str, ...]]()
     for phase, event in zip(solved.phases, beginnings(solved), strict=True):
-        times, modes = (phase.start, phase.end), modes_of(phase, solved.robot)
-        ends = (f"{t * scale:.6g}" for t in times)
-        rows.append((*ends, event, *modes, f"{phase.u:.4g}", f"{100.0 * float(phase.state.x1):.4g}"))
-    return table("Phases and events", columns, rows, columns[2:5])
+        ends = (f"{t * scale:.6g}" for t in (phase.start, phase.end))
+        values = [*([phase.u] if solved.inputs else []), 100.0 * float(getattr(phase.state, f"x{numbers[0]}"))]
+        rows.append((*ends, event, *modes_of(phase, solved.robot), *(f"{value:.4g}" for value in values)))
+    return table("Phases and events", columns, rows, words)
+
+
+def has_actuator(solved: Stance) -> bool:
+    """Whether the body stands on an actuator, and not on a leg by itself."""
+    return "x1" in solved.robot.solver.facts.axes
 
 
 def beginnings(solved: Motion, start: str = "touchdown") -> list[str]:
@@ -206,20 +215,22 @@ def beginnings(solved: Motion, start: str = "touchdown") -> list[str]:
 
 def states(solved: Stance) -> Table:
     """First and last state of the stance."""
-    rows = list[tuple[str, ...]]()
+    rows, shows_actuator = list[tuple[str, ...]](), has_actuator(solved)
     for name, t in (("touchdown", 0.0), (solved.status.replace("_", " "), solved.duration)):
         at, energy = solved.at(t), solved.energy(t)
         force = float(solved.contact_force(t))
-        numbers = (100.0 * at.x1, at.v1, 100.0 * at.x2, at.v2, force, energy.body, energy.total)
+        of_actuator = (100.0 * at.x1, at.v1) if shows_actuator else ()
+        numbers = (*of_actuator, 100.0 * at.x2, at.v2, force, energy.body, energy.total)
         rows.append((name, *(f"{round(float(each), 9) + 0.0:.5g}" for each in numbers)))
-    return table("State", ("", "x1 [cm]", "v1 [m/s]", "x2 [cm]", "v2 [m/s]", "N [N]", "E [J]", "H [J]"), rows, ("",))
+    columns = ("x1 [cm]", "v1 [m/s]") if shows_actuator else ()
+    return table("State", ("", *columns, "x2 [cm]", "v2 [m/s]", "N [N]", "E [J]", "H [J]"), rows, ("",))
 
 
 def ledger(solved: Stance) -> Table:
     """The ledger at the ending, with its sums."""
     of = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
     known, words = solved.robot.solver.package.records, solved.robot.solver.facts.ledger
-    parts = ((*known.LEDGER_OF_ROBOT, "stop_loss"), known.LEDGER_OF_BODY)
+    parts = (known.LEDGER_OF_ROBOT, known.LEDGER_OF_BODY)
     rows = [
         (words[key], *(f"{value + 0.0:+.6f}" if key in part else "" for part in parts)) for key, value in of.items()
     ]
@@ -265,8 +276,9 @@ def run(solved: Run, designed: bool, drawn: Draws | None, bands: Bands | None) -
     head = f"{name_of(solved.robot)}: {OUTCOMES[solved.status]} after {count} touchdowns"
     title = Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
     columns = (
-        "hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]", "ending", "apex [cm]", "AED [J]",
-        "impact [J]", "stops", *(["apex, 95 % [cm]"] if bands else ()),
+        "hop", "ground [cm]", "from [cm]", "at [s]", *(["u [A]"] if solved.robot.solver.facts.inputs else ()),
+        "stance [ms]", "ending", "apex [cm]", "AED [J]", "impact [J]", "stops",
+        *(["apex, 95 % [cm]"] if bands else ()),
     )  # fmt: skip
     rows = ((*hop_row(hop), *([text_of(bands.at(hop.index))] if bands else ())) for hop in solved.hops)
     heights = "Heights are hop heights over the terrain's zero: 0 where the unloaded leg touches ground of height 0."
@@ -275,7 +287,9 @@ def run(solved: Run, designed: bool, drawn: Draws | None, bands: Bands | None) -
 
 
 def gains_of(solved: Run, designed: bool) -> Iterator[str]:
-    """The law of the actuator in the flights between the hops, in words."""
+    """The law of the actuator in the flights between the hops, in words; none without a motor."""
+    if not solved.robot.solver.facts.inputs:
+        return
     flights = [each for each in (*(hop.flight for hop in solved.hops[1:]), solved.last) if each is not None]
     if not flights:
         return
@@ -288,7 +302,7 @@ def hop_row(hop: Hop) -> tuple[str, ...]:
     """A hop in the table of a run."""
     return (
         str(hop.index + 1), f"{100.0 * hop.ground + 0.0:.4g}", f"{100.0 * hop.height:.5g}", f"{hop.touchdown_time:.5g}",
-        f"{hop.u + 0.0:.4g}", f"{1000.0 * hop.stance.duration:.5g}", hop.stance.status.replace("_", " "),
+        *([f"{hop.u + 0.0:.4g}"] if hop.stance.inputs else ()), f"{1000.0 * hop.stance.duration:.5g}", hop.stance.status.replace("_", " "),
         number(hop.apex, scale=100.0), f"{hop.stance.aed:+.4f}", f"{-hop.energy_lost_at_impact + 0.0:+.4f}",
         "bottoms out" if hop.bottoms_out else "hits a stop" if hop.hits_stop else "",
     )  # fmt: skip
@@ -429,8 +443,9 @@ def reach_json(found: Reachability, drawn: Draws | None, bands: Mapping[str, Ban
 def stance_csv(solved: Stance, samples: int) -> str:
     """A stance over time: uniform times, and those of the events."""
     t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
-    force, energy = solved.contact_force(t), solved.energy(t).body
-    return csv_of({"t": t, **solved.at(t)._asdict(), "N": force, "E": energy, "AED": aed_at(solved, t)})
+    force, energy, state = solved.contact_force(t), solved.energy(t).body, solved.at(t)._asdict()
+    shown = state if has_actuator(solved) else {name: state[name] for name in ("x2", "v2")}
+    return csv_of({"t": t, **shown, "N": force, "E": energy, "AED": aed_at(solved, t)})
 
 
 def motion_csv(solved: Motion, samples: int) -> str:

@@ -250,8 +250,10 @@ class Solved(_Motion):
     def ledger_at(self, t: Array) -> records.Ledger:
         """The ledger at times of one dimension, which must not decrease."""
         of = self.types.library.package.records
-        _, work, losses = self.read("stance_energy", t, (len(of.Energy._fields),), (len(of.Work._fields),), ())
-        return cast("records.Ledger", of.Ledger(**of.Work(*work.T)._asdict(), stop_loss=losses))
+        _, work, losses = self.read(
+            "stance_energy", t, (len(of.Energy._fields),), (len(self.types.Ledger._fields_),), ()
+        )
+        return cast("records.Ledger", _ledger(of.Ledger, of.Work, work, losses))
 
     def compression_max(self) -> float:
         """The largest compression."""
@@ -303,10 +305,17 @@ class SolvedFlight(_Motion):
     def energy_at(self, t: Array) -> tuple[records.Energy, records.FlightLedger]:
         """Energies and ledger at times of one dimension, which do not decrease."""
         of = self.types.library.package.records
-        of_energy, of_work = len(of.Energy._fields), len(of.FlightWork._fields)
+        of_energy, of_work = len(of.Energy._fields), len(self.types.FlightLedger._fields_)
         energy, work, losses = self.read("flight_energy", t, (of_energy,), (of_work,), ())
-        entries = of.FlightWork(*work.T)._asdict()
-        return records.Energy(*energy.T), of.FlightLedger(**entries, stop_loss=losses)
+        return records.Energy(*energy.T), _ledger(of.FlightLedger, of.FlightWork, work, losses)
+
+
+def _ledger(ledger: Any, of_work: Any, work: Array, losses: Array) -> Any:
+    """A ledger of the work of each force, a column each, and the losses at stops, which a model without stops has not; C
+    fills a struct without entries with a column of zeros.
+    """
+    entries = {**dict(zip(of_work._fields, work.T, strict=False)), "stop_loss": losses}
+    return ledger(**{name: entries[name] for name in ledger._fields})
 
 
 def _solved_again(name: str, source: str, kind: type[_Motion], dtype: Precision, *structs: bytes) -> _Motion:
