@@ -102,7 +102,8 @@ def _events(derivation: Derivation, elements: Iterable[dict[str, object]]) -> It
     for element in elements:
         events: object = element.get("events", {})
         for event in events if isinstance(events, dict) else ():
-            coordinate, _, what = str(event).partition("_")
+            what = next(each for each in GUARDS if str(event).endswith(f"_{each}"))
+            coordinate = str(event).removesuffix(f"_{what}")
             of = {"reverses": "velocity", "sticks": "velocity", "slips": "holds", "hits_stop": "stop"}[what]
             names = [f"`{each}`" for each in functions if each.startswith(coordinate) and of in each]
             yield f"| `{event}` | {GUARDS[what]} | {', '.join(names)} |"

@@ -19,6 +19,7 @@ from sympy.printing.str import StrPrinter
 
 from ..ir import Quantity
 from ..maths.formulas import GROUPS, Formula
+from ..model.names import in_c as name_in_c
 
 Found = Sequence[Formula]
 VALUE: Callable[[Formula], sp.Expr] = attrgetter("value")
@@ -192,7 +193,12 @@ def in_c(library: Library, wanted: Found, *, single: bool = False) -> str:
 
 
 class _C(C99CodePrinter):
-    """Whole powers of a symbol as products, and conditions on one line."""
+    """What a formula takes as C spells it, whole powers of a symbol as products, and conditions on one line."""
+
+    taken: Mapping[str, str]
+
+    def _print_Symbol(self, expr: Any) -> str:
+        return self.taken.get(expr.name) or str(super()._print_Symbol(expr))
 
     def _print_Pow(self, expr: Any) -> str:
         if expr.exp in (2, 3) and expr.base.is_Symbol:
@@ -204,11 +210,14 @@ def _c_function(library: Library, formula: Formula, single: bool) -> Iterator[st
     *before, last = library.needed([formula], IN_CODE)
     taken = library.taken([*before, last], IN_CODE)
     kind = "float" if single else "double"
+    names = {quantity.name: name_in_c(quantity.name) for quantity in taken}
     printer = _C({"type_aliases": {real: float32 if single else float64}, "math_macros": {}})
+    printer.taken = names
     yield f"/* {numbered(formula)}"
     yield from (f" * {quantity.name} [{quantity.unit}] {quantity.meaning}" for quantity in taken)
     yield " */"
-    yield f"static {kind} {library.prefix}_{formula.name}({', '.join(f'{kind} {q.name}' for q in taken) or 'void'})"
+    arguments = ", ".join(f"{kind} {name}" for name in names.values())
+    yield f"static {kind} {library.prefix}_{formula.name}({arguments or 'void'})"
     yield "{"
     for each in before:
         yield f"    const {kind} {each.name} = {_one_line(printer.doprint(each.in_code))}; /* {numbered(each)} */"

@@ -8,6 +8,7 @@ import sympy as sp
 
 from ..ir import Function, Program, Quantity, Record
 from ..model.kinds import Word
+from ..model.names import in_python
 from .expressions import Expressions, aligned, argument_name, unpacked
 
 SPELLED = Expressions()
@@ -22,7 +23,7 @@ def signature(function: Function) -> str:
 def body(function: Function) -> Iterator[str]:
     for name, members in unpacked(function, 5):
         targets = ", ".join(str(symbol) for symbol, _ in members)
-        yield f"{targets} = {', '.join(f'{name}.{member}' for _, member in members)}"
+        yield f"{targets} = {', '.join(f'{name}.{quantity.name}' for _, quantity in members)}"
     yield from aligned((f"{s.symbol} = {SPELLED(s.value)}", f"# {s.source}") for s in function.steps)
     values = ", ".join(map(str, function.returns.symbols))
     result = f"{function.returns.in_python}({values})" if isinstance(function.returns, Record) else values
@@ -57,9 +58,18 @@ def field(q: Quantity) -> str:
 
 
 def attribute(quantity: Quantity) -> str:
-    """A field of a dataclass, with its default if it has one."""
+    """A field of a dataclass, with its default if it has one; of another name it knows whose it is."""
     default = "" if quantity.default is None else f" = {literal(quantity.default)}"
-    return f"{quantity.name}: float{default}"
+    own = in_python(quantity.name)
+    if own != quantity.name:
+        given = "" if quantity.default is None else f"default={literal(quantity.default)}, "
+        default = f" = field({given}metadata={mapping({'parameter': quantity.name})})"
+    return f"{own}: float{default}"
+
+
+def taken_from_dataclasses(record: Record) -> str:
+    """What the fields of a dataclass need of `dataclasses`."""
+    return "dataclass, field" if any(in_python(each.name) != each.name for each in record.quantities) else "dataclass"
 
 
 OVER_TIME = ("Energy", "Ledger", "FlightLedger")

@@ -255,7 +255,7 @@ def _plant(model: Model) -> dict[str, str]:
         "per_unit": quantities.gamma2, "limit": quantities.u_max,
     }  # fmt: skip
     values["leg_time"] = contact.leg_time(model)[-1].value
-    names = {quantity.symbol: f"robot.{quantity.name}" for quantity in model.parameters}
+    names = {quantity.symbol: f"robot.{structs.member_name(quantity)}" for quantity in model.parameters}
     state = {"v1": "velocity_1", "v2": "velocity_2", "y": "compression()"}
     at_takeoff = {"v1": "start.v1", "v2": "start.v2"}
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ..ir import Quantity, Record, Step, Steps, function, scalar
+from ..ir import Authored, Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Force, Model, kinetic, potential
 from ..model.mechanism import field_name
 from ..model.quantities import *
@@ -225,10 +225,15 @@ def works(model: Model) -> tuple[Work, ...]:
 def works_of(force: Force, things: Sequence[str]) -> tuple[Work, ...]:
     """The work of a further force on each mass that it acts on, by what these are called."""
     return tuple(
-        Work(mass, scalar(f"{field_name(force.name)}_{mass}", "J", f"work of {force.meaning} on the {on}"), power)
+        Work(mass, _entry(f"{field_name(force.name)}_{mass}", f"work of {force.meaning} on the {on}"), power)
         for mass, on, power in ((1, things[0], force.force_1 * v1), (2, things[1], force.force_2 * v2))
         if power != 0
     )
+
+
+def _entry(name: str, meaning: str) -> Quantity:
+    """An entry of the ledger that is named after an element of the file."""
+    return Authored(name, name, "J", meaning)
 
 
 def _integrate(model: Model, power: sp.Expr) -> sp.Expr:

@@ -192,14 +192,15 @@ def struct_of(robot: Robot, precision: str) -> str:
     """The struct of a robot as C initialises it, in "f32" or "f64"."""
     lines = [f"static const hopform_robot_{precision} robot = {{"]
     largest = float(np.finfo(DTYPES[precision]).max)
-    for field in robot.fields():
-        value = getattr(robot, field.name)
+    members = robot.solver.package.structs.STRUCTS["Robot"]
+    for field, (member, *_) in zip(robot.fields(), members, strict=True):
+        value = robot[field.name]
         if largest < abs(value) < math.inf:
             raise HopformError(
                 f"{field.name} = {value!r} {field.unit} has no {precision}, whose largest is {largest:g}"
             )
         number = literal(value, DTYPES[precision])
-        lines.append(f"    .{f'{field.name} = {number},':<22} /* [{field.unit}] {field.meaning} */")
+        lines.append(f"    .{f'{member} = {number},':<22} /* [{field.unit}] {field.meaning} */")
     return "\n".join(["#include <math.h>"] * ("INFINITY" in "".join(lines)) + [*lines, "};"]) + "\n"
 
 
