@@ -7,6 +7,7 @@ from pathlib import Path
 
 from .derivation import Derivation
 from .emit.render import Options, example_value, render
+from .emit.texts import line
 from .emit.toml import key_of, value_of
 from .ir import Quantity
 from .model.equations import Model, ModelError
@@ -58,4 +59,4 @@ def numbers_of(model: Model) -> Iterator[str]:
 
 def _number(quantity: Quantity, value: float | None) -> str:
     """A line with the value of a parameter, its unit and its meaning."""
-    return f"{f'{key_of(quantity.name)} = {value_of(value)}':<24} # [{quantity.unit}] {quantity.meaning}"
+    return f"{f'{key_of(quantity.name)} = {value_of(value)}':<24} # {line(f'[{quantity.unit}] {quantity.meaning}')}"

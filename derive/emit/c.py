@@ -17,6 +17,7 @@ from ..model.names import in_c
 from ..model.precisions import F32, Precision
 from ..model.structs import member_name, structs
 from .expressions import Expressions, aligned, argument_name, snake, unpacked
+from .texts import comment_of_c
 
 ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
 """Functions of the C library that the engine or a formula may call."""
@@ -37,7 +38,7 @@ def of_libm(name: str, precision: Precision) -> str:
 def define(kind: Kind, word: Word) -> str:
     """The macro of a word, with values and comments that align."""
     value = f"({word.number})" if word.number < 0 else str(word.number)
-    return f"#define HOPFORM_{f'{kind.macro_of(word)} {value}'.ljust(20)} /* {word.meaning} */"
+    return f"#define HOPFORM_{f'{kind.macro_of(word)} {value}'.ljust(20)} /* {comment_of_c(word.meaning)} */"
 
 
 def in_domain(domain: Domain) -> str:
@@ -70,7 +71,10 @@ def type_of(name: str) -> str:
 
 def members(struct: Struct) -> Iterator[str]:
     """Declarations with their comments, which align where all are of the type that each precision spells."""
-    lines = [(_member(member), f"/* {member.comment} */" if member.comment else "") for member in struct.members]
+    lines = [
+        (_member(member), f"/* {comment_of_c(member.comment)} */" if member.comment else "")
+        for member in struct.members
+    ]
     if all(member.type == "real" for member in struct.members):
         return aligned(lines)
     return (f"{declared} {comment}".rstrip() for declared, comment in lines)
@@ -99,7 +103,10 @@ def body(function: Function) -> Iterator[str]:
         read = (f"{own.get(symbol, symbol)} = {name}->{member_name(quantity)}" for symbol, quantity in members)
         yield f"const real {', '.join(read)};"
     yield from aligned(
-        (f"const real {own.get(s.symbol, s.symbol)} = {SPELLED(s.value.xreplace(own))};", f"/* {s.source} */")
+        (
+            f"const real {own.get(s.symbol, s.symbol)} = {SPELLED(s.value.xreplace(own))};",
+            f"/* {comment_of_c(s.source)} */",
+        )
         for s in function.steps
     )
     if isinstance(function.returns, Record):

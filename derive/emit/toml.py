@@ -1,10 +1,11 @@
 """Data as TOML: texts, numbers, truths, lists of them, tables, and lists of tables, whose own tables stand in a line."""
 
-import json
 import math
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
+
+from .texts import string_of_toml
 
 
 def toml(data: Mapping[str, Any]) -> str:
@@ -48,7 +49,7 @@ def value_of(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", r"\u007f")
+        return string_of_toml(value)
     if isinstance(value, Mapping):
         return (
             f"{{ {', '.join(f'{key_of(key)} = {value_of(each)}' for key, each in value.items())} }}" if value else "{}"

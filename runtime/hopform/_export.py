@@ -23,6 +23,7 @@ from hopform._robots import Robot
 from hopform._solver.choice import DEFAULT, Solver
 from hopform._solver.folder import SHIPPED, Folder
 from hopform._solver.package import records
+from hopform._texts import comment_of_c
 from hopform.controllers import FeedForward
 
 System = Literal["plain", "cmake", "arduino", "platformio", "zephyr", "esp-idf", "cmsis-pack"]
@@ -200,7 +201,7 @@ def struct_of(robot: Robot, precision: str) -> str:
                 f"{field.name} = {value!r} {field.unit} has no {precision}, whose largest is {largest:g}"
             )
         number = literal(value, DTYPES[precision])
-        lines.append(f"    .{f'{member} = {number},':<22} /* [{field.unit}] {field.meaning} */")
+        lines.append(f"    .{f'{member} = {number},':<22} /* {comment_of_c(f'[{field.unit}] {field.meaning}')} */")
     return "\n".join(["#include <math.h>"] * ("INFINITY" in "".join(lines)) + [*lines, "};"]) + "\n"
 
 

@@ -614,9 +614,7 @@ BAD_FILES = {
     "a unit that is a number": (declared(unit="3"), "the unit of the parameter rate must be a printable line"),
     "a meaning of two lines": (declared(meaning='"a\\nrate"'),
                                "the meaning of the parameter rate must be a printable line"),
-    "a meaning that ends a comment": (declared(meaning='"a */ rate"'), "the meaning of the parameter rate"),
-    "a meaning with quotes": (declared(meaning="'a \"rate\"'"), "the meaning of the parameter rate"),
-    "a unit with a backslash": (declared(unit=r'"N\\s"'), "the unit of the parameter rate"),
+    "a unit with a tab": (declared(unit=r'"N\ts"'), "the unit of the parameter rate must be a printable line"),
     "a glyph that is a number": (declared(glyph="3"), "the glyph of the parameter rate"),
     "a domain of one's own": (
         declared(domain='"negative"'), "the domain of the parameter rate must be one of 'real', 'positive'",

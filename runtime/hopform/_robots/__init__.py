@@ -5,7 +5,6 @@ so; `Robot.sample` draws robots from it.
 """
 
 import difflib
-import json
 import math
 import os
 import re
@@ -39,6 +38,8 @@ from hopform._errors import HopformError, noted
 from hopform._files import name_of, path_of, read_text
 from hopform._solver.choice import DEFAULT, SOLVERS, Solver
 from hopform._solver.package import CheckedRobot, checked, not_loaded, records
+from hopform._texts import key_of_toml, string_of_toml
+from hopform._texts import line as comment
 
 
 class Provenance(NamedTuple):
@@ -107,17 +108,7 @@ def _toml(value: Any) -> str:
     if isinstance(value, tuple):
         each: tuple[Any, ...] = value  # pyright: ignore[reportUnknownVariableType]
         return f"[{', '.join(map(_toml, each))}]"
-    return toml_string(value) if isinstance(value, str) else repr(value)
-
-
-def toml_key(name: str) -> str:
-    """A name as a key of TOML, which takes letters beyond ASCII in quotes alone."""
-    return name if name.isascii() else toml_string(name)
-
-
-def toml_string(text: str) -> str:
-    """A text as a basic string of TOML, which has JSON's escapes, and one for U+007F."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", r"\u007f")
+    return string_of_toml(value) if isinstance(value, str) else repr(value)
 
 
 def provenance_from(value: object, fields: "tuple[records.Field, ...]" = records.ROBOT_FIELDS) -> Provenance:
@@ -287,12 +278,12 @@ class BaseRobot:
     def to_toml(self) -> str:
         """The robot as a TOML text that `load_robot` reads back to the same robot, with the origin of each number if it
         was identified."""
-        lines = [f"{key} = {toml_string(text)}" for key in ("name", "description") if (text := getattr(self, key))]
+        lines = [f"{key} = {string_of_toml(text)}" for key in ("name", "description") if (text := getattr(self, key))]
         apart = list[str]()
         for field in self.all_fields():
             number = self[field.name]
             origin = f"; {self.fit.of(field.name, number)}" if self.fit else ""
-            line = f"{f'{toml_key(field.name)} = {number!r}':<24} # [{field.unit}] {field.meaning}{origin}"
+            line = f"{f'{key_of_toml(field.name)} = {number!r}':<24} # {comment(f'[{field.unit}] {field.meaning}{origin}')}"
             (apart if field.name in KEYS else lines).append(line)
         lines += ["", "[parameters]", *apart] if apart else []
         return "\n".join(lines) + "\n" + (f"\n{self.fit.to_toml()}" if self.fit else "")
