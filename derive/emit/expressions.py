@@ -118,14 +118,14 @@ def snake(name: str) -> str:
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
-def unpacked(function: Function, extra: int) -> Iterator[tuple[str, tuple[tuple[sp.Symbol, str], ...]]]:
-    """What a function reads of its records, by the record's name: each symbol with the member that it is, in groups that
+def unpacked(function: Function, extra: int) -> Iterator[tuple[str, tuple[tuple[sp.Symbol, Quantity], ...]]]:
+    """What a function reads of its records, by the record's name: each symbol with the quantity that it is, in groups that
     a line of 100 characters holds: each twice, with the name and `extra` characters.
     """
     for argument, symbols in function.arguments():
         name, longest = argument_name(argument), max((len(symbol.name) for symbol in symbols), default=0)
         count = max(1, 100 // (len(name) + extra + 2 * longest))
         if isinstance(argument, Record):
-            members = {quantity.symbol: quantity.name for quantity in argument.quantities}
+            members = {quantity.symbol: quantity for quantity in argument.quantities}
             pairs = tuple((symbol, members[symbol]) for symbol in symbols)
             yield from ((name, pairs[n : n + count]) for n in range(0, len(pairs), count))

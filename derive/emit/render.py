@@ -31,8 +31,8 @@ from ..shipped import HOPPER
 from . import c, numpy
 from .facts import ROUNDING, compression_of, facts, shown, state_of
 from .instantiate import instantiate
-from .markdown import cell
 from .program import program
+from .texts import BROKEN, PLACES
 from .toml import toml
 
 DERIVE = Path(__file__).resolve().parent.parent
@@ -132,6 +132,7 @@ def _rendered(context: dict[str, Any], options: Options, of: tuple[str, ...] = (
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    environment.filters |= PLACES
     texts: dict[Path, str] = {}
     for name in (name for name, _ in _files(SOURCES["templates"]) if name.startswith(of)):
         target, header = name.removesuffix(".j2"), HEADER.format(f"templates/{name}")
@@ -141,7 +142,7 @@ def _rendered(context: dict[str, Any], options: Options, of: tuple[str, ...] = (
             text = environment.get_template(name).render(context, precision=precision or F64, header=header)
             text = _spelled(target, text, options, precision)
             text = c.documented(text) if target.startswith("c/include/") else text
-            texts[path] = "\n".join(line.rstrip() for line in text.split("\n"))
+            texts[path] = "\n".join(line.rstrip() for line in text.replace(BROKEN, "").split("\n"))
     return texts
 
 
@@ -255,7 +256,7 @@ def _plant(model: Model) -> dict[str, str]:
         "per_unit": quantities.gamma2, "limit": quantities.u_max,
     }  # fmt: skip
     values["leg_time"] = contact.leg_time(model)[-1].value
-    names = {quantity.symbol: f"robot.{quantity.name}" for quantity in model.parameters}
+    names = {quantity.symbol: f"robot.{structs.member_name(quantity)}" for quantity in model.parameters}
     state = {"v1": "velocity_1", "v2": "velocity_2", "y": "compression()"}
     at_takeoff = {"v1": "start.v1", "v2": "start.v2"}
 
@@ -326,7 +327,6 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
     )  # fmt: skip
     return {module.__name__.rpartition(".")[2]: module for module in FACTS} | {
         "version": VERSION,
-        "cell": cell,
         "program": made,
         "options": options,
         "model": options.model,

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ..ir import Quantity, Record, Step, Steps, function, scalar
+from ..ir import Authored, Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import LETTER_OF_ENTRY, Force, Model, kinetic, potential
 from ..model.mechanism import field_name
 from ..model.quantities import *
@@ -222,12 +222,15 @@ def works_of(model: Model, force: Force) -> tuple[Work, ...]:
     """The work of a further force on each mass of the model that it acts on, by what these are called."""
     powers_on = zip((1, 2), model.names, (force.force_1 * v1, force.force_2 * v2), strict=True)
     return tuple(
-        Work(
-            mass, scalar(f"{field_name(force.name)}_{mass}", "J", f"work of {force.meaning} on the {own.thing}"), power
-        )
+        Work(mass, _entry(f"{field_name(force.name)}_{mass}", f"work of {force.meaning} on the {own.thing}"), power)
         for mass, own, power in powers_on
         if own is not None and power != 0
     )
+
+
+def _entry(name: str, meaning: str) -> Quantity:
+    """An entry of the ledger that is named after an element of the file."""
+    return Authored(name, name, "J", meaning)
 
 
 def _integrate(model: Model, power: sp.Expr) -> sp.Expr:

@@ -276,7 +276,7 @@ def _without_zeros(made: Iterable[Formula]) -> Iterator[Formula]:
 
 def _final(quantity: Quantity, own: set[str], model: Model) -> Quantity:
     """A quantity under its name, a coordinate's in the model, and in its units; where a parameter of the model has that
-    name, with an underscore behind it.
+    name, with an underscore behind it. Beside a parameter t time is tau.
     """
     name = quantity.name.removesuffix(_MARK)
     letter, _, index = name.partition("_")
@@ -289,9 +289,15 @@ def _final(quantity: Quantity, own: set[str], model: Model) -> Quantity:
         taken = own
     else:
         taken = own | {_called(model, symbol) for symbol in (x1, v1, x2, v2, u)}
+    glyph = quantity.glyph
+    if TIME.name in own:
+        name = "tau" if name == TIME.name else name
+        glyph = r"\tau" if glyph == TIME.glyph else glyph.replace("(t)", r"(\tau)").replace("{-at}", r"{-a\tau}")
     while name in taken:
         name += "_"
-    return replace(quantity, name=name, unit=model.unit(quantity.unit), meaning=model.words(quantity.meaning))
+    return replace(
+        quantity, name=name, glyph=glyph, unit=model.unit(quantity.unit), meaning=model.words(quantity.meaning)
+    )
 
 
 def _called(model: Model, symbol: sp.Symbol) -> str:

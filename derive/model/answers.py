@@ -10,6 +10,7 @@ from typing import Any
 
 from ..ir import DOMAINS, Quantity, Record
 from .kinds import Kind
+from .names import KEYS_OF_ROBOTS
 from .quantities import TRAVEL
 
 SIMPLE = {"number", "integer", "string", "boolean", "null"}
@@ -91,15 +92,21 @@ def answers(
     ]
     words = {kind.table: tuple(word.text for word in kind.words) for kind in kinds}
     words |= {"DOMAINS": tuple(DOMAINS), "VERDICTS": tuple(verdicts)}
+    apart = tuple(each for each in robot.quantities if each.name in KEYS_OF_ROBOTS)
     of_facts = {
         "ledger": tuple(Field(entry.name, "number", entry.meaning) for entry in ledger.quantities),
-        "robot": tuple(map(_parameter, (*robot.quantities, *([TRAVEL] if has_leg else [])))),
+        "robot": (
+            *(_parameter(each) for each in (*robot.quantities, *([TRAVEL] if has_leg else [])) if each not in apart),
+            *([Field("parameters", "parameters", "whose names stand above for something else")] if apart else []),
+        ),
+        "parameters": tuple(map(_parameter, apart)),
         "derivatives": tuple(
             Field(each.name, "number or null", f"per {'unit' if each.unit == '1' else each.unit}")
             for each in robot.quantities
         ),
     }
     tables: dict[str, dict[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+    tables |= {"parameters": {}} if apart else {}
     return tuple(
         Answer(
             name,

@@ -167,11 +167,10 @@ def _wrong(what: str, wanted: str, got: object) -> ModelError:
     return ModelError(f"{what} must be {wanted}, got {shown(repr(got))}")
 
 
-def _text(value: object, what: str, *, backslash: bool = False) -> str:
-    """Texts stand in strings, docstrings, comments and tables."""
-    barred = ('"', "*/", "/*", *(() if backslash else ("\\",)))
-    if not isinstance(value, str) or not value.isprintable() or any(part in value for part in barred):
-        raise _wrong(what, f"a printable line without {' '.join(barred)}", value)
+def _text(value: object, what: str) -> str:
+    """A text, which each place where it ends up escapes."""
+    if not isinstance(value, str) or not value.isprintable():
+        raise _wrong(what, "a printable line", value)
     return value
 
 
@@ -250,7 +249,7 @@ def parameter(
     what = f"the parameter {own}"
     made = Parameter(
         own,
-        _text(glyph_of(own) if glyph is None else glyph, f"the glyph of {what}", backslash=True),
+        _text(glyph_of(own) if glyph is None else glyph, f"the glyph of {what}"),
         _unit(unit, what),
         _text(meaning, f"the meaning of {what}"),
         domain,

@@ -192,10 +192,8 @@ class Model:
 
     def words(self, text: str) -> str:
         """A text about actuator and body in the words of the model."""
-        for own, mass in zip(self.names, MASSES, strict=True):
-            if own is not None and own.thing != mass:
-                text = re.sub(rf"\b{mass}\b", own.thing, text)
-        return text
+        things = {mass: own.thing for own, mass in zip(self.names, MASSES, strict=True) if own is not None}
+        return re.sub(rf"\b({'|'.join(MASSES)})\b", lambda found: things.get(found[0], found[0]), text)
 
     def value(self, expression: sp.Expr) -> sp.Expr:
         """An expression in letters by the parameters."""

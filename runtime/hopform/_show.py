@@ -4,7 +4,6 @@ A result gives a `Card`, the figures that a reader looks for first, and its arra
 """
 
 import base64
-import html
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, is_dataclass
@@ -19,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from hopform._checks import numbers
 from hopform._errors import HopformError, MissingExtra, printable
 from hopform._files import path_of, write
+from hopform._texts import in_html
 
 if TYPE_CHECKING:
     import xarray
@@ -116,12 +116,12 @@ class Shown(ABC):
         """The same for a notebook, with the curve."""
         card, points = self._card(), self._curve()
         rows = "".join(
-            f"<tr><th style='text-align:left'>{html.escape(name)}</th>"
-            f"<td>{html.escape(shown_value(value))} {html.escape(self._unit(name) or '')}</td></tr>"
+            f"<tr><th style='text-align:left'>{in_html(name)}</th>"
+            f"<td>{in_html(shown_value(value))} {in_html(self._unit(name) or '')}</td></tr>"
             for name, value in (*card.given, *card.found)
         )
         curve = "" if points is None else sparkline(*points)
-        return f"<div><b>{html.escape(card.title)}</b><table>{rows}</table>{curve}</div>"
+        return f"<div><b>{in_html(card.title)}</b><table>{rows}</table>{curve}</div>"
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw it: the figure that `--plot` draws, or its main panel into the axes `ax`; the (first) axes.
@@ -219,7 +219,7 @@ def sparkline(words: str, x: ArrayLike, y: ArrayLike) -> str:
     down = high - 4.0 - (high - 8.0) * _share(ys, ys[good])
     pens = np.where(np.append(False, good[:-1]), "L", "M")
     path = [f"{pens[n]}{across[n]:.1f},{down[n]:.1f}" for n in np.flatnonzero(good)]
-    words = html.escape(f"{words}: {span(ys)}")
+    words = in_html(f"{words}: {span(ys)}")
     return (
         f"<svg width='{wide:g}' height='{high:g}' role='img' aria-label='{words}' xmlns='http://www.w3.org/2000/svg'>"
         f"<title>{words}</title><path d='{' '.join(path)}' fill='none' stroke='#0072B2' stroke-width='1.5' "
@@ -306,7 +306,7 @@ class Animation:
 
     def _repr_html_(self) -> str:
         picture = base64.b64encode(self.gif).decode()
-        return f"<img alt='{html.escape(self.title)}' src='data:image/gif;base64,{picture}'>"
+        return f"<img alt='{in_html(self.title)}' src='data:image/gif;base64,{picture}'>"
 
     def save(self, path: str | Path) -> None:
         """Write it to a file; HopformError for one whose name does not end in .gif."""

@@ -20,10 +20,10 @@ from derive.model_file import read_model
 from hopform import _checks
 from hopform import _cli as cli
 from hopform._checks import number_of, whole_of
-from hopform._cli.report import markdown
 from hopform._files import LARGEST, check_writable, printable, read_text, write
 from hopform._identify.recordings import parse_recording
 from hopform._identify.synthetic import MOTION, TESTS, to_csv
+from hopform._texts import markdown
 from tests.calls import DECAY, HOPPER
 
 HUGE = "100000000000000"

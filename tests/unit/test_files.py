@@ -13,7 +13,7 @@ import pytest
 
 import hopform
 from hopform import _cli as cli
-from hopform._cli.report import markdown
+from hopform._texts import markdown
 from tests import needs
 
 ROBOT = hopform.load_robot("hopper_c").to_toml()

@@ -42,6 +42,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import formulas
+from .checked import attributes
 from .elements import AXES, EVENTS, HAS_CONTACT, HAS_LAW, MODES, MOVING, State
 from .kernels import basis_at, factor_cubic
 from .records import Ending, EventKind, LegState, Poles, Rates, Robot
@@ -462,7 +463,9 @@ def begun(robot: Robot, start: LegState, steps: Steps) -> Chain:
 
 def checked(robot: Robot | CheckedRobot) -> Robot:
     """The parameters, each within its domain; ValueError names the condition that lets a motion grow."""
-    parameters = CheckedRobot(**{name: getattr(robot, name) for name in Robot._fields}).parameters
+    given = robot if isinstance(robot, Robot) else robot.parameters
+    names = attributes(CheckedRobot)
+    parameters = CheckedRobot(**{names[name]: getattr(given, name) for name in Robot._fields}).parameters
     for name, value, who in conditions(formulas.rates_of(parameters)):
         if value < 0.0:
             condition = f"Routh's condition {name} >= 0 is violated, {name} = {value!r}"

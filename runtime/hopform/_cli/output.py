@@ -23,6 +23,7 @@ from hopform._cli.use import core
 from hopform._errors import HopformError, printable
 from hopform._files import Named, check_files, name_of, write
 from hopform._progress import progress_bar
+from hopform._robots import KEYS, BaseRobot, attribute_of
 from hopform._show import Shown, drawing
 
 Record = dict[str, Any]
@@ -127,7 +128,15 @@ def answers() -> Mapping[str, Mapping[str, str]]:
 def record(kind: str, thing: Any, /, **own: Any) -> Record:
     """An object of generated/JSON.md: its fields are those given, the others attributes of the thing."""
     of = answers()[kind]
-    return {name: plain(own[name] if name in own else getattr(thing, name), of[name]) for name in of}
+    return {name: plain(own[name] if name in own else _read(thing, name), of[name]) for name in of}
+
+
+def _read(thing: Any, name: str) -> Any:
+    """What an object has under a name: of a robot the parameter, but for what every robot has."""
+    if isinstance(thing, BaseRobot) and name not in KEYS:
+        robot: BaseRobot = thing
+        return getattr(robot, attribute_of(type(robot), name))
+    return getattr(thing, name)
 
 
 def plain(value: Any, kind: str) -> Any:

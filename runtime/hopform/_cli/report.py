@@ -1,9 +1,7 @@
 """A fit as tables, JSON, a report in Markdown or HTML."""
 
-import html
 import math
 import os
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -17,6 +15,7 @@ from hopform._errors import HopformError, printable
 from hopform._identify.estimation import FEWEST, Estimate
 from hopform._identify.fits import NONE, Fit, Trace, missed
 from hopform._identify.joint import Check, Plan
+from hopform._texts import in_html, markdown
 
 Answer = Fit | Check
 SUFFIXES = (".md", ".html")
@@ -264,19 +263,11 @@ def _markdown(page: Page) -> str:
     return "\n".join([*parts, "## What the data identify", "", *items, ""])
 
 
-_MARKUP = re.compile(r"[\\`*{}\[\]<>#|&$~]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])")
-
-
-def markdown(text: str) -> str:
-    """A text in one line of Markdown that is shown as it is: no markup, no HTML, no formula, no cell's end."""
-    return _MARKUP.sub(r"\\\g<0>", printable(" ".join(text.split())))
-
-
 def _html(page: Page) -> str:
     """A page that a phone shows: a table that is wider than it scrolls by itself."""
 
     def text(words: str) -> str:
-        return html.escape(printable(words))
+        return in_html(printable(words))
 
     def row(cells: Sequence[str], tag: str) -> str:
         return "<tr>" + "".join(f"<{tag}>{text(cell)}</{tag}>" for cell in cells) + "</tr>"
@@ -292,7 +283,7 @@ def _html(page: Page) -> str:
         "table{border-collapse:collapse}svg{max-width:100%;height:auto}li{overflow-wrap:anywhere}"
         "td,th{padding:.2em .7em;text-align:left;border-bottom:1px solid #ddd;font-variant-numeric:tabular-nums}"
     )
-    name = html.escape(page.title)
+    name = in_html(page.title)
     viewport = '<meta name="viewport" content="width=device-width,initial-scale=1">'
     parts = [
         "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8">{viewport}<title>{name}</title>',

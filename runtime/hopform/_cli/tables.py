@@ -66,7 +66,7 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
     meaning = ("meaning",) if with_meaning else ()
 
     def row(field: records.Field) -> tuple[str, ...]:
-        values = (getattr(robot, field.name) for robot in shown)
+        values = (robot[field.name] for robot in shown)
         words = ("none" if math.isinf(value) else f"{value:.6g}" for value in values)
         return field.name, *words, "" if field.unit == "1" else field.unit, *(getattr(field, each) for each in meaning)
 

@@ -6,14 +6,13 @@ The solver is loaded when something of it is needed: `--help` of the front loads
 import math
 from collections.abc import Iterator, Sequence
 from contextvars import ContextVar
-from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
 import hopform
 from hopform import HopformError, Robot
 from hopform._checks import number_of, shown
-from hopform._robots import nearest, robot_file
+from hopform._robots import nearest, robot_file, with_parameters
 from hopform._solver import choice
 from hopform._solver.folder import Table
 
@@ -67,7 +66,7 @@ def with_values(robot: Robot, values: Sequence[str] | None) -> Robot:
             close = nearest(name, known)
             raise HopformError(f"--set: the model {robot.solver.name} has no parameter {shown(name)}{close}")
         given[name] = value
-    return replace(robot, **given)  # type: ignore[arg-type]
+    return with_parameters(robot, given)
 
 
 def start_in_use(pairs: Sequence[str] | None) -> dict[str, float]:

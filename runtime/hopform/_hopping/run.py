@@ -25,7 +25,7 @@ from hopform._errors import HopformError, noted
 from hopform._files import csv_of, path_of, write
 from hopform._flight import Flight, solve_flight
 from hopform._motion import DOUBLE, Number, Real, State, Times
-from hopform._robots import BaseRobot, Robot, falling_robot
+from hopform._robots import BaseRobot, Robot, falling_robot, with_parameters
 from hopform._show import Arrays, Card, OverTime, duration_of, name_of, span
 from hopform._solver.package import OURS, records
 from hopform._stance import Stance, aed_at, rest_of, solve_stance, state_of_leg, steps_of
@@ -451,7 +451,7 @@ def _scaled(robot: Robot, scale: float) -> Robot:
         raise HopformError(
             f"errors.current_scale must be 1: no parameter of {robot.solver.name} is its force per current"
         )
-    return replace(robot, **{name: getattr(robot, name) * scale})
+    return with_parameters(robot, {name: robot[name] * scale})
 
 
 def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> State:

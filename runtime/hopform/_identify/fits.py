@@ -22,7 +22,7 @@ from hopform._identify.motion import Array, Values
 from hopform._identify.recordings import HOPPER, Units, noise_of, quantum_of
 from hopform._identify.repeats import Repeat
 from hopform._identify.search import Problem, is_noise, least_squares, minimise, part_of, selected, settled
-from hopform._robots import Provenance, load_robot
+from hopform._robots import Provenance, load_robot, with_parameters
 from hopform._show import Array as Variable
 from hopform._show import Arrays, Card, Curve, Shown
 
@@ -213,7 +213,7 @@ class Fit(Shown):
             (*self.origin, *(f"{each.name} {each.value!r} s" for each in self.estimates if each.name[:6] == "delay@")),
         )  # fmt: skip
         changed = given | dict(zip(fit.names, fit.values, strict=True))
-        return replace(base, **changed, fit=fit)
+        return with_parameters(base, changed, fit=fit)
 
     def sample(self, count: int, seed: int | None = None, base: Any = None) -> tuple[Any, ...]:
         """Robots drawn from the joint distribution of what was fitted; the rest is that of `base`; if none, of a model's

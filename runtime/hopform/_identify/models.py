@@ -42,7 +42,7 @@ from hopform._identify.rigs import SINGULAR, Along, Experiment, Force, Moved, Ra
 from hopform._identify.search import Problem
 from hopform._identify.segments import CUTOFFS, decays, filtered_part
 from hopform._motion import DOUBLE
-from hopform._robots import checked_value, robot_class
+from hopform._robots import attribute_of, checked_value, robot_class
 from hopform._sensitivities import STARTS, in_height, lengths_of
 from hopform._solver.choice import Solver
 from hopform._solver.package import Steps, records
@@ -506,7 +506,10 @@ def fit_model(
         found = replace(found, statements=(*found.statements, _undriven(model, left)))
     ours = {name: found.values[name] for name in names}
     every = values | ours | {name: ours[other] for name, other in tied.items()}
-    return replace(found, base=cast(Any, robot_class(core))(**every, name=core.name), tied=tied)
+    kind = robot_class(core)
+    given: dict[str, Any] = {attribute_of(kind, name): value for name, value in every.items()}
+    base: Any = kind(**given, name=core.name)
+    return replace(found, base=base, tied=tied)
 
 
 _UNDRIVEN = 0.2
