@@ -76,8 +76,17 @@ class Own(sp.Symbol):
     """A parameter as the file of a model writes it: never the letter of the derivation that has the same name."""
 
 
+class OwnChange(Own):
+    """The change of a parameter: never the parameter that has the same name."""
+
+
 @dataclass(frozen=True)
-class Parameter(Quantity):
+class Authored(Quantity):
+    """A quantity that is named by the file of a model, not by the derivation."""
+
+
+@dataclass(frozen=True)
+class Parameter(Authored):
     """A quantity that the file of a model declares; `shipped_with` names that model where it is one that ships."""
 
     shipped_with: str = ""
@@ -88,7 +97,16 @@ class Parameter(Quantity):
 
 
 @dataclass(frozen=True)
-class Spelled(Quantity):
+class ParameterChange(Parameter):
+    """The change of a parameter."""
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        return OwnChange(self.name, real=True)
+
+
+@dataclass(frozen=True)
+class Spelled(Authored):
     """A member of a record under another name in the lines of a function."""
 
     letter: str = ""
@@ -270,12 +288,13 @@ class Definition:
             return records.get(argument.name, argument) if isinstance(argument, Record) else argument
 
         steps = model.in_parameters(self(model) if inspect.signature(self.make).parameters else self())
-        takes, steps = _spelled(tuple(map(longer, self.takes)), steps)
-        return Function(self.name, self.meaning, takes, steps, longer(self.returns))
+        returns = longer(self.returns)
+        takes, steps = _spelled(tuple(map(longer, self.takes)), steps, returns)
+        return Function(self.name, self.meaning, takes, steps, returns)
 
 
 def _spelled(
-    takes: tuple[Record | Quantity, ...], steps: tuple[Step, ...]
+    takes: tuple[Record | Quantity, ...], steps: tuple[Step, ...], returns: Record | Quantity
 ) -> tuple[tuple[Record | Quantity, ...], tuple[Step, ...]]:
     """A function in which the parameters of a model are symbols like all others, under names that it has no other use
     for.
@@ -285,8 +304,9 @@ def _spelled(
     taken |= (
         {step.symbol.name for step in steps} | {each.name for each in takes} | {each.name.lower() for each in takes}
     )
+    taken |= {returns.in_python} if isinstance(returns, Record) else set()
     letters = dict[sp.Symbol, sp.Symbol]()
-    for symbol in sorted(own, key=str):
+    for symbol in sorted(own, key=lambda each: (each.name, isinstance(each, OwnChange))):
         letter = symbol.name
         while letter in taken or letter in RESERVED:
             letter += "_"

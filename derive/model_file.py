@@ -21,7 +21,7 @@ from .model.mechanism import model_of
 
 
 def read_model(path: Path) -> Model:
-    """The model of a file; errors name the file."""
+    """The model of a file; errors name the file, and the line that is at fault."""
     if not path.is_file():
         raise ModelError(f"--model: there is no file {path}")
     try:
@@ -29,7 +29,8 @@ def read_model(path: Path) -> Model:
             docstring = _run(path)
         return model_of(draft, _name_of(path), _title_of(path, docstring), path.read_text("utf-8"))
     except ModelError as error:
-        raise ModelError(f"{path}: {error}") from None
+        line = f"line {error.line}: " if error.line else ""
+        raise ModelError(f"{path}: {line}{error}", error.line) from None
 
 
 def _run(path: Path) -> object:
@@ -42,7 +43,7 @@ def _run(path: Path) -> object:
         text = error.msg if isinstance(error, SyntaxError) else str(error)
         kind = "" if isinstance(error, ModelError) else type(error).__name__
         message = ": ".join(part for part in (kind, shown(text, 400)) if part)
-        raise ModelError(f"{f'line {line}: ' if line else ''}{message}") from None
+        raise ModelError(message, line) from None
 
 
 @contextmanager

@@ -8,7 +8,7 @@ import sympy as sp
 from . import VERSION
 from .derivation import Derivation, HeldSet
 from .emit.facts import facts
-from .emit.markdown import cell
+from .emit.texts import cell, math_on_page
 from .ir import Quantity
 from .maths.formulas import GROUPS, Formula
 from .model.equations import Model
@@ -64,13 +64,13 @@ def _parameters(quantities: Iterable[Quantity]) -> Iterator[str]:
     for each in quantities:
         default = "" if each.default is None else each.default
         domain = each.interval.allowed
-        yield f"| `{each.name}` | ${each.glyph}$ | {each.unit} | {domain} | {default} | {cell(each.meaning)} |"
+        yield f"| `{each.name}` | ${math_on_page(each.glyph)}$ | {cell(each.unit)} | {domain} | {default} | {cell(each.meaning)} |"
 
 
 def _formulas(derivation: Derivation, members: Iterable[Formula]) -> Iterator[str]:
     for each in members:
         numbers = f" {', '.join(f'({number})' for number in each.numbers)}" if each.numbers else ""
-        said = f"{cell(each.quantity.meaning)} [{each.quantity.unit}]"
+        said = cell(f"{each.quantity.meaning} [{each.quantity.unit}]")
         yield from (f"`{each.name}`{numbers} {said}", "", "```math", derivation.latex(each.name), "```", "")
 
 
@@ -81,7 +81,7 @@ def _held_sets(derivation: Derivation) -> Iterator[str]:
     for each in derivation.held_sets:
         denominator = _polynomial(each.denominator, derivation.glyphs)
         held, slips = (", ".join(names) or "nothing" for names in (each.held, each.slipping))
-        yield f"| {cell(held)} | {cell(slips)} | {each.order} | ${denominator}$ | {', '.join(f'`{n}`' for n in each.held_while)} |"
+        yield f"| {cell(held)} | {cell(slips)} | {each.order} | ${math_on_page(denominator)}$ | {', '.join(f'`{n}`' for n in each.held_while)} |"
 
 
 def _polynomial(polynomial: sp.Poly, glyphs: dict[sp.Symbol, str]) -> str:
@@ -102,7 +102,8 @@ def _events(derivation: Derivation, elements: Iterable[dict[str, object]]) -> It
     for element in elements:
         events: object = element.get("events", {})
         for event in events if isinstance(events, dict) else ():
-            coordinate, _, what = str(event).partition("_")
+            what = next(each for each in GUARDS if str(event).endswith(f"_{each}"))
+            coordinate = str(event).removesuffix(f"_{what}")
             of = {"reverses": "velocity", "sticks": "velocity", "slips": "holds", "hits_stop": "stop"}[what]
             names = [f"`{each}`" for each in functions if each.startswith(coordinate) and of in each]
             yield f"| `{event}` | {GUARDS[what]} | {', '.join(names)} |"

@@ -7,8 +7,11 @@ from pathlib import Path
 
 from .derivation import Derivation
 from .emit.render import Options, example_value, render
-from .emit.toml import value_of
+from .emit.texts import line
+from .emit.toml import key_of, value_of
+from .ir import Quantity
 from .model.equations import Model, ModelError
+from .model.names import KEYS_OF_ROBOTS
 from .model.precisions import PRECISIONS, Precision
 from .model.quantities import TRAVEL
 from .model_file import read_model
@@ -44,7 +47,16 @@ def numbers_of(model: Model) -> Iterator[str]:
     yield f"name = {value_of(model.name)}"
     yield f"model = {value_of(model.name)}"
     yield f"description = {value_of(f'numbers to start from: {model.title}')}"
-    for each in model.robot.quantities:
-        yield f"{f'{each.name} = {value_of(float(example_value(each)))}':<24} # [{each.unit}] {each.meaning}"
+    quantities = model.robot.quantities
+    for each in quantities:
+        if each.name not in KEYS_OF_ROBOTS:
+            yield _number(each, float(example_value(each)))
     if model.has_contact:
-        yield f"{f'{TRAVEL.name} = {value_of(TRAVEL.default)}':<24} # [{TRAVEL.unit}] {TRAVEL.meaning}"
+        yield _number(TRAVEL, TRAVEL.default)
+    if apart := [each for each in quantities if each.name in KEYS_OF_ROBOTS]:
+        yield from ("", "[parameters]", *(_number(each, float(example_value(each))) for each in apart))
+
+
+def _number(quantity: Quantity, value: float | None) -> str:
+    """A line with the value of a parameter, its unit and its meaning."""
+    return f"{f'{key_of(quantity.name)} = {value_of(value)}':<24} # {line(f'[{quantity.unit}] {quantity.meaning}')}"

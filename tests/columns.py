@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hopform._solver.choice import DEFAULT, Solver
-from hopform._solver.package import MAX_PHASES, RESULTS, results_like
+from hopform._solver.package import MAX_PHASES, by_name, results_like
 
 
 def solved(*states: ArrayLike, robots: NDArray[Any], solver: Solver = DEFAULT) -> dict[str, NDArray[Any]]:
@@ -16,4 +16,4 @@ def solved(*states: ArrayLike, robots: NDArray[Any], solver: Solver = DEFAULT) -
     flat = [np.ascontiguousarray(each).reshape(-1) for each in np.broadcast_arrays(*columns)]
     results = results_like(flat[0].size, real)
     solver.compiled().solve_columns(flat, results, {}, MAX_PHASES, events=False)
-    return dict(zip(RESULTS, results, strict=True))
+    return by_name(results, flat[0].shape)

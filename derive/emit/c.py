@@ -9,11 +9,15 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from ..ir import SCALARS, Domain, Function, Member, Quantity, Record, Struct
+import sympy as sp
+
+from ..ir import SCALARS, Authored, Domain, Function, Member, Quantity, Record, Struct
 from ..model.kinds import Kind, Word
+from ..model.names import in_c
 from ..model.precisions import F32, Precision
-from ..model.structs import structs
+from ..model.structs import member_name, structs
 from .expressions import Expressions, aligned, argument_name, snake, unpacked
+from .texts import comment_of_c
 
 ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
 """Functions of the C library that the engine or a formula may call."""
@@ -23,7 +27,7 @@ PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "Flig
 
 _PREFIXED = {*PUBLIC, *(struct.name for struct in structs())}
 
-SPELLED = Expressions("sqrt_real", "fabs_real")
+SPELLED = Expressions("sqrt_real", "fabs_real", infinity="(real)INFINITY")
 
 
 def of_libm(name: str, precision: Precision) -> str:
@@ -34,7 +38,7 @@ def of_libm(name: str, precision: Precision) -> str:
 def define(kind: Kind, word: Word) -> str:
     """The macro of a word, with values and comments that align."""
     value = f"({word.number})" if word.number < 0 else str(word.number)
-    return f"#define HOPFORM_{f'{kind.macro_of(word)} {value}'.ljust(20)} /* {word.meaning} */"
+    return f"#define HOPFORM_{f'{kind.macro_of(word)} {value}'.ljust(20)} /* {comment_of_c(word.meaning)} */"
 
 
 def in_domain(domain: Domain) -> str:
@@ -52,8 +56,8 @@ def in_domain(domain: Domain) -> str:
 
 
 def for_each_member(record: Record) -> str:
-    """The macro that has EACH(name, DOMAIN) for each member; no member of a model is called EACH."""
-    calls = " ".join(f"EACH({quantity.name}, {quantity.domain.upper()})" for quantity in record.quantities)
+    """The macro that has EACH(name, DOMAIN) for each member; no member is spelled EACH."""
+    calls = " ".join(f"EACH({member_name(each)}, {each.domain.upper()})" for each in record.quantities)
     return f"#define HOPFORM_{snake(record.name).upper()}_MEMBERS(EACH) {calls}"
 
 
@@ -67,7 +71,10 @@ def type_of(name: str) -> str:
 
 def members(struct: Struct) -> Iterator[str]:
     """Declarations with their comments, which align where all are of the type that each precision spells."""
-    lines = [(_member(member), f"/* {member.comment} */" if member.comment else "") for member in struct.members]
+    lines = [
+        (_member(member), f"/* {comment_of_c(member.comment)} */" if member.comment else "")
+        for member in struct.members
+    ]
     if all(member.type == "real" for member in struct.members):
         return aligned(lines)
     return (f"{declared} {comment}".rstrip() for declared, comment in lines)
@@ -91,15 +98,31 @@ def signature(function: Function) -> str:
 
 def body(function: Function) -> Iterator[str]:
     yield from (f"(void){argument_name(argument)};" for argument, symbols in function.arguments() if not symbols)
+    own = _locals(function)
     for name, members in unpacked(function, 7):
-        yield f"const real {', '.join(f'{symbol} = {name}->{member}' for symbol, member in members)};"
-    yield from aligned((f"const real {s.symbol} = {SPELLED(s.value)};", f"/* {s.source} */") for s in function.steps)
+        read = (f"{own.get(symbol, symbol)} = {name}->{member_name(quantity)}" for symbol, quantity in members)
+        yield f"const real {', '.join(read)};"
+    yield from aligned(
+        (
+            f"const real {own.get(s.symbol, s.symbol)} = {SPELLED(s.value.xreplace(own))};",
+            f"/* {comment_of_c(s.source)} */",
+        )
+        for s in function.steps
+    )
     if isinstance(function.returns, Record):
-        values = ", ".join(map(str, function.returns.symbols))
+        values = ", ".join(str(own.get(symbol, symbol)) for symbol in function.returns.symbols) or "0.0"
         yield f"const {type_of(function.returns.name)} result = {{{values}}};"
         yield "return result;"
     else:
         yield f"return {function.returns.symbol};"
+
+
+def _locals(function: Function) -> dict[sp.Symbol, sp.Symbol]:
+    """The variables of a function that a file has named, as C spells them, where it spells them otherwise."""
+    quantities = (each for argument in (*function.takes, function.returns) for each in argument.quantities)
+    named = (each.symbol for each in quantities if isinstance(each, Authored))
+    spelled = {symbol: sp.Symbol(in_c(symbol.name), real=True) for symbol in named}
+    return {symbol: other for symbol, other in spelled.items() if symbol != other}
 
 
 def calls(rows: Iterable[Iterable[Any]]) -> str:

@@ -23,12 +23,14 @@ rounded once; with larger ones it is written as one number.
 @dataclass(frozen=True)
 class Expressions:
     """Expressions in the punctuation that Python and C share: + - * / and calls of functions by their names; `divide`
-    takes a number and what it is divided by, where / would raise an error for 0.
+    takes a number and what it is divided by, where / would raise an error for 0. infinity: the end of a range that has
+    none.
     """
 
     root: str = "sqrt"
     absolute: str = "fabs"
     divide: str = ""
+    infinity: str = 'float("inf")'
 
     def __call__(self, value: sp.Expr) -> str:
         """A sum: positive terms first, then numbers, then the shorter names."""
@@ -88,6 +90,8 @@ class Expressions:
     def _factor(self, base: sp.Expr) -> str:
         if base.is_Symbol:
             return str(base.name)
+        if base is sp.oo:
+            return self.infinity
         if base.is_Rational:
             return repr(float(base))
         if isinstance(base, sp.Abs):
@@ -114,14 +118,14 @@ def snake(name: str) -> str:
     return re.sub(r"(?<!^)(?=[A-Z])", "_", name).lower()
 
 
-def unpacked(function: Function, extra: int) -> Iterator[tuple[str, tuple[tuple[sp.Symbol, str], ...]]]:
-    """What a function reads of its records, by the record's name: each symbol with the member that it is, in groups that
+def unpacked(function: Function, extra: int) -> Iterator[tuple[str, tuple[tuple[sp.Symbol, Quantity], ...]]]:
+    """What a function reads of its records, by the record's name: each symbol with the quantity that it is, in groups that
     a line of 100 characters holds: each twice, with the name and `extra` characters.
     """
     for argument, symbols in function.arguments():
         name, longest = argument_name(argument), max((len(symbol.name) for symbol in symbols), default=0)
         count = max(1, 100 // (len(name) + extra + 2 * longest))
         if isinstance(argument, Record):
-            members = {quantity.symbol: quantity.name for quantity in argument.quantities}
+            members = {quantity.symbol: quantity for quantity in argument.quantities}
             pairs = tuple((symbol, members[symbol]) for symbol in symbols)
             yield from ((name, pairs[n : n + count]) for n in range(0, len(pairs), count))

@@ -16,7 +16,6 @@ from ..maths import elements, energy
 from ..model import quantities as Q
 from ..model.declare import glyph_of
 from ..model.equations import EXCESSES, MASSES, Input, Model
-from ..model.mechanism import LARGEST
 
 FORMAT = 1
 """Of solver.toml: a reader refuses another."""
@@ -73,7 +72,7 @@ def facts(model: Model, layout: str, sources: Mapping[str, list[str]]) -> dict[s
             {"name": name, "unit": model.unit(OUTPUT_UNITS.get(own, "")) or _unit_of(model, own)}
             for own, name in zip(elements.OUTPUTS, elements.rows(model), strict=True)
         ],
-        "energies": [_named(each) for each in Q.ENERGY.quantities if each.symbol == Q.total or not model.moves_alone],
+        "energies": [_named(each) for each in Q.ENERGY.quantities if each.symbol == Q.total or model.has_contact],
     }
 
 
@@ -223,34 +222,34 @@ def _of_input(own: Input) -> dict[str, Any]:
 
 def _per_unit(model: Model) -> dict[str, Any]:
     """The limit of a current, if it has one, and the force per unit of it, against x_1."""
-    limit = model.constants[Q.u_max]
-    given = {} if limit == LARGEST else {"limit": str(limit)}
+    given = {"limit": str(model.constants[Q.u_max])} if model.declares(Q.u_max) else {}
     return given | {"per_unit": str(model.constants[Q.gamma2])}
 
 
 def _masses(model: Model) -> Iterator[dict[str, Any]]:
     """The elements that slip or are held."""
+    has = energy.with_stop_loss(model, energy.ledger_record(model), "").symbols
     for each, own in zip(elements.ELEMENTS, model.names, strict=True):
         if own is None:
             continue
         mass, forward, backward, _ = MASSES[each.name]
         levels = [forward, *([backward] if model.by_sign[each.number - 1] else [])]
         excess = EXCESSES[each.number - 1][: len(levels)]
-        stops = [Q.x1_min, Q.x1_max] if each.position is not None else []
+        stops = {"lower": Q.x1_min, "upper": Q.x1_max} if each.position is not None else {}
         yield {
             "name": own.thing,
             "kind": "mass",
             "velocity": own.velocity,
             "fixed": False,
             "directions": list(own.directions),
-            "friction": [str(model.constants[level]) for level in levels if model.constants[level] != 0],
-            "excess": [str(model.constants[level]) for level in excess if model.constants[level] != 0],
-            "stops": [str(model.constants[stop]) for stop in stops if abs(model.constants[stop]) != LARGEST],
+            "friction": [str(model.constants[level]) for level in levels if model.declares(level)],
+            "excess": [str(model.constants[level]) for level in excess if model.declares(level)],
+            "stops": {end: str(model.constants[stop]) for end, stop in stops.items() if model.declares(stop)},
             "events": dict(_events(model, each)),
             "ledger": {
                 str(entry): f"{own.thing}, {LABELS[entry]}"
                 for entry, mass in MASS_OF.items()
-                if mass == each.number - 1 and (entry in energy.powers(model) or entry == Q.STOP_LOSS.symbol)
+                if mass == each.number - 1 and entry in has
             },
         }
 
@@ -258,9 +257,9 @@ def _masses(model: Model) -> Iterator[dict[str, Any]]:
 def _events(model: Model, element: elements.Element) -> Iterator[tuple[str, str]]:
     """The events of an element, with the words for each."""
     own = model.names[element.number - 1]
-    for what, number in element.events.items():
-        if number and own is not None:
-            yield f"{own.coordinate}_{what}", f"{own.thing} {what.replace('_', ' ')}"
+    if own is not None:
+        events = elements.events_by_element(model)[element.number - 1]
+        yield from ((event, f"{own.thing} {what.replace('_', ' ')}") for what, event in events.items())
 
 
 def _others(model: Model) -> Iterator[dict[str, Any]]:
@@ -287,7 +286,7 @@ def _further(model: Model) -> Iterator[dict[str, Any]]:
     """The elements that no letter stands for."""
     things = [own.thing if own else "" for own in model.names]
     for force in model.further:
-        own = {work.entry.name: f"{things[work.mass - 1]}, {force.name}" for work in energy.works_of(force, things)}
+        own = {work.entry.name: f"{things[work.mass - 1]}, {force.name}" for work in energy.works_of(model, force)}
         yield {"name": force.name, "kind": "force", "meaning": force.meaning, "ledger": own}
 
 

@@ -19,6 +19,8 @@ from sympy.printing.str import StrPrinter
 
 from ..ir import Quantity
 from ..maths.formulas import GROUPS, Formula
+from ..model.names import in_c as name_in_c
+from . import texts
 
 Found = Sequence[Formula]
 VALUE: Callable[[Formula], sp.Expr] = attrgetter("value")
@@ -68,14 +70,23 @@ def numbered(formula: Formula) -> str:
     return f"{numbers} [{formula.quantity.unit}] {formula.quantity.meaning}".strip()
 
 
+def described(quantity: Quantity) -> str:
+    """Name, unit and meaning of what a formula takes."""
+    return f"{quantity.name} [{quantity.unit}] {quantity.meaning}"
+
+
 def text(_: Library, wanted: Found) -> str:
     """A line each, under the names of their groups where there are several."""
-    return _by_group(wanted, lambda each: f"{each.name} = {sp.sstr(each.value)}  # {numbered(each)}", "# {}")
+    return _by_group(
+        wanted, lambda each: f"{each.name} = {sp.sstr(each.value)}  # {texts.line(numbered(each))}", "# {}"
+    )
 
 
 def latex(library: Library, wanted: Found) -> str:
     """A line of LaTeX each, in glyphs, under a comment."""
-    return _by_group(wanted, lambda each: f"% {each.name}: {numbered(each)}\n{in_latex(library, each)}", "%% {}")
+    return _by_group(
+        wanted, lambda each: f"% {each.name}: {texts.line(numbered(each))}\n{in_latex(library, each)}", "%% {}"
+    )
 
 
 def in_latex(library: Library, formula: Formula) -> str:
@@ -130,7 +141,7 @@ def _declared(library: Library, needed: Found) -> Iterator[str]:
 def _equations(name: str, formulas: Found) -> Iterator[str]:
     yield f"{name} = ["
     for each in formulas:
-        yield f"    Eq({each.name}, {_in_sympy(each.value)}, evaluate=False),  # {numbered(each)}"
+        yield f"    Eq({each.name}, {_in_sympy(each.value)}, evaluate=False),  # {texts.line(numbered(each))}"
     yield "]"
 
 
@@ -168,16 +179,18 @@ def _numpy_function(library: Library, formula: Formula) -> Iterator[str]:
     taken = library.taken([*before, last], IN_CODE)
     names = ", ".join(quantity.name for quantity in taken)
     yield f"def {formula.name}({names}):"
-    yield f'    r"""{numbered(formula)}.'
+    yield f'    r"""{texts.raw_docstring(numbered(formula))}.'
     yield ""
-    yield from (f"    {quantity.name} [{quantity.unit}] {quantity.meaning}" for quantity in taken)
+    yield from (f"    {texts.raw_docstring(described(quantity))}" for quantity in taken)
     yield '    """'
     if taken:
         tuple_of = names if len(taken) > 1 else f"{names},"
         yield f"    {tuple_of} = (1.0 * np.asarray(value) for value in ({tuple_of}))"
     printer = _Numpy()
     yield '    with np.errstate(all="ignore"):  # of the cases of a formula, all are computed'
-    yield from (f"        {each.name} = {_in_numpy(printer, each.in_code)}  # {numbered(each)}" for each in before)
+    yield from (
+        f"        {each.name} = {_in_numpy(printer, each.in_code)}  # {texts.line(numbered(each))}" for each in before
+    )
     yield f"        return {_in_numpy(printer, last.in_code)}"
 
 
@@ -188,11 +201,16 @@ def _in_numpy(printer: NumPyPrinter, value: sp.Expr) -> str:
 def in_c(library: Library, wanted: Found, *, single: bool = False) -> str:
     """A function of C99 each, in double or in single precision."""
     functions = ("\n".join(_c_function(library, each, single)) for each in wanted)
-    return "\n\n".join(("#include <math.h>", *functions)) + "\n"
+    return "\n\n".join(("#include <math.h>", *functions)).replace(texts.BROKEN, "") + "\n"
 
 
 class _C(C99CodePrinter):
-    """Whole powers of a symbol as products, and conditions on one line."""
+    """What a formula takes as C spells it, whole powers of a symbol as products, and conditions on one line."""
+
+    taken: Mapping[str, str]
+
+    def _print_Symbol(self, expr: Any) -> str:
+        return self.taken.get(expr.name) or str(super()._print_Symbol(expr))
 
     def _print_Pow(self, expr: Any) -> str:
         if expr.exp in (2, 3) and expr.base.is_Symbol:
@@ -204,14 +222,17 @@ def _c_function(library: Library, formula: Formula, single: bool) -> Iterator[st
     *before, last = library.needed([formula], IN_CODE)
     taken = library.taken([*before, last], IN_CODE)
     kind = "float" if single else "double"
+    names = {quantity.name: name_in_c(quantity.name) for quantity in taken}
     printer = _C({"type_aliases": {real: float32 if single else float64}, "math_macros": {}})
-    yield f"/* {numbered(formula)}"
-    yield from (f" * {quantity.name} [{quantity.unit}] {quantity.meaning}" for quantity in taken)
+    printer.taken = names
+    yield f"/* {texts.comment_of_c(numbered(formula))}"
+    yield from (f" * {texts.comment_of_c(described(quantity))}" for quantity in taken)
     yield " */"
-    yield f"static {kind} {library.prefix}_{formula.name}({', '.join(f'{kind} {q.name}' for q in taken) or 'void'})"
+    arguments = ", ".join(f"{kind} {name}" for name in names.values())
+    yield f"static {kind} {library.prefix}_{formula.name}({arguments or 'void'})"
     yield "{"
     for each in before:
-        yield f"    const {kind} {each.name} = {_one_line(printer.doprint(each.in_code))}; /* {numbered(each)} */"
+        yield f"    const {kind} {each.name} = {_one_line(printer.doprint(each.in_code))}; /* {texts.comment_of_c(numbered(each))} */"
     yield f"    return {_one_line(printer.doprint(last.in_code))};"
     yield "}"
 
@@ -223,12 +244,14 @@ def _one_line(code: str) -> str:
 def notebook(library: Library, wanted: Found) -> str:
     """A Jupyter notebook: the formulas group by group, in LaTeX and as equations of sympy."""
     needed = library.needed(wanted)
-    cells = [_cell("markdown", f"# {library.title}\n\nEach group is a list of equations of sympy.")]
+    cells = [_cell("markdown", f"# {texts.cell(library.title)}\n\nEach group is a list of equations of sympy.")]
     cells.append(_cell("code", "\n".join(_declared(library, needed))))
     for group, meaning in GROUPS.items():
         members = [each for each in needed if each.group == group]
         if members:
-            shown = "\n\n".join(f"{numbered(each)}\n\n$${in_latex(library, each)}$$" for each in members)
+            shown = "\n\n".join(
+                f"{texts.cell(numbered(each))}\n\n$${texts.math_on_page(in_latex(library, each))}$$" for each in members
+            )
             cells.append(_cell("markdown", f"## {meaning}\n\n{shown}"))
             cells.append(_cell("code", "\n".join((*_equations(group, members), group))))
     for number, cell in enumerate(cells):

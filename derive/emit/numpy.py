@@ -8,7 +8,10 @@ import sympy as sp
 
 from ..ir import Function, Program, Quantity, Record
 from ..model.kinds import Word
+from ..model.names import in_python
 from .expressions import Expressions, aligned, argument_name, unpacked
+from .texts import docstring as docstring_of
+from .texts import line, string
 
 SPELLED = Expressions()
 
@@ -22,8 +25,8 @@ def signature(function: Function) -> str:
 def body(function: Function) -> Iterator[str]:
     for name, members in unpacked(function, 5):
         targets = ", ".join(str(symbol) for symbol, _ in members)
-        yield f"{targets} = {', '.join(f'{name}.{member}' for _, member in members)}"
-    yield from aligned((f"{s.symbol} = {SPELLED(s.value)}", f"# {s.source}") for s in function.steps)
+        yield f"{targets} = {', '.join(f'{name}.{quantity.name}' for _, quantity in members)}"
+    yield from aligned((f"{s.symbol} = {SPELLED(s.value)}", f"# {line(s.source)}") for s in function.steps)
     values = ", ".join(map(str, function.returns.symbols))
     result = f"{function.returns.in_python}({values})" if isinstance(function.returns, Record) else values
     yield f"return {result}"
@@ -34,16 +37,17 @@ def docstring(function: Function) -> Iterator[str]:
     yield ""
     for argument in function.takes:
         if isinstance(argument, Quantity):
-            yield f"{argument.name} [{argument.unit}] {argument.meaning}."
+            yield docstring_of(f"{argument.name} [{argument.unit}] {argument.meaning}.")
     if isinstance(function.returns, Quantity):
-        yield f"Returns {function.returns.name} [{function.returns.unit}], {function.returns.meaning}."
+        returns = f"{function.returns.name} [{function.returns.unit}], {function.returns.meaning}"
+        yield docstring_of(f"Returns {returns}.")
     yield '"""'
 
 
 def literal(value: object) -> str:
     """A text, a number, an infinity too, or None."""
     if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False)
+        return string(value)
     return f'float("{value}")' if value in (math.inf, -math.inf) else repr(value)
 
 
@@ -57,9 +61,18 @@ def field(q: Quantity) -> str:
 
 
 def attribute(quantity: Quantity) -> str:
-    """A field of a dataclass, with its default if it has one."""
+    """A field of a dataclass, with its default if it has one; of another name it knows whose it is."""
     default = "" if quantity.default is None else f" = {literal(quantity.default)}"
-    return f"{quantity.name}: float{default}"
+    own = in_python(quantity.name)
+    if own != quantity.name:
+        given = "" if quantity.default is None else f"default={literal(quantity.default)}, "
+        default = f" = field({given}metadata={mapping({'parameter': quantity.name})})"
+    return f"{own}: float{default}"
+
+
+def taken_from_dataclasses(record: Record) -> str:
+    """What the fields of a dataclass need of `dataclasses`."""
+    return "dataclass, field" if any(in_python(each.name) != each.name for each in record.quantities) else "dataclass"
 
 
 OVER_TIME = ("Energy", "Ledger", "FlightLedger")
@@ -78,7 +91,7 @@ def entry(record: Record) -> str:
 
 def words(kind: Iterable[Word]) -> str:
     """A dictionary of words by their numbers, a line each with the meaning."""
-    return "\n".join(("{", *(f'    {word.number}: "{word.text}",  # {word.meaning}' for word in kind), "}"))
+    return "\n".join(("{", *(f'    {word.number}: "{word.text}",  # {line(word.meaning)}' for word in kind), "}"))
 
 
 def mapping(table: Mapping[str, str]) -> str:

@@ -47,8 +47,10 @@ def program(model: Model = HOPPER) -> Program:
         record.name: record
         for record in (
             model.robot,
+            elements.letters_record(model),
             energy.ledger_record(model),
             energy.moments_record(model),
+            flight.flight_ledger_record(model),
             sensitivity.changes(model.robot),
         )
     }

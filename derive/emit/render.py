@@ -31,8 +31,8 @@ from ..shipped import HOPPER
 from . import c, numpy
 from .facts import ROUNDING, compression_of, facts, shown, state_of
 from .instantiate import instantiate
-from .markdown import cell
 from .program import program
+from .texts import BROKEN, PLACES
 from .toml import toml
 
 DERIVE = Path(__file__).resolve().parent.parent
@@ -132,6 +132,7 @@ def _rendered(context: dict[str, Any], options: Options, of: tuple[str, ...] = (
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
+    environment.filters |= PLACES
     texts: dict[Path, str] = {}
     for name in (name for name, _ in _files(SOURCES["templates"]) if name.startswith(of)):
         target, header = name.removesuffix(".j2"), HEADER.format(f"templates/{name}")
@@ -141,7 +142,7 @@ def _rendered(context: dict[str, Any], options: Options, of: tuple[str, ...] = (
             text = environment.get_template(name).render(context, precision=precision or F64, header=header)
             text = _spelled(target, text, options, precision)
             text = c.documented(text) if target.startswith("c/include/") else text
-            texts[path] = "\n".join(line.rstrip() for line in text.split("\n"))
+            texts[path] = "\n".join(line.rstrip() for line in text.replace(BROKEN, "").split("\n"))
     return texts
 
 
@@ -255,7 +256,7 @@ def _plant(model: Model) -> dict[str, str]:
         "per_unit": quantities.gamma2, "limit": quantities.u_max,
     }  # fmt: skip
     values["leg_time"] = contact.leg_time(model)[-1].value
-    names = {quantity.symbol: f"robot.{quantity.name}" for quantity in model.parameters}
+    names = {quantity.symbol: f"robot.{structs.member_name(quantity)}" for quantity in model.parameters}
     state = {"v1": "velocity_1", "v2": "velocity_2", "y": "compression()"}
     at_takeoff = {"v1": "start.v1", "v2": "start.v2"}
 
@@ -273,7 +274,7 @@ def _plant(model: Model) -> dict[str, str]:
 LEDGERS = {
     "Ledger": """Where energy came from and went to since touchdown, signed as it enters, [J].
 
-    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
+    {sums}
     Further terms of a model of one's own have their entries behind these.
     """,
     "FlightLedger": """Where the actuator's energy came from and went to since take-off, signed as it enters, [J].
@@ -282,6 +283,11 @@ LEDGERS = {
     """,
 }
 """Meanings of the ledgers that a stance and a flight return, by the record of their work."""
+SUMS = {
+    True: "All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).",
+    False: "They sum to the change of H.",
+}
+"""What the entries of a ledger sum to, by whether the model has a contact, without which there is no E."""
 
 
 IN_HEADER = (
@@ -306,15 +312,21 @@ FACTS = (
 
 
 def _context(made: Program, options: Options) -> dict[str, Any]:
-    ledgers = [energy.with_stop_loss(made.record(name), meaning) for name, meaning in LEDGERS.items()]
+    sums = SUMS[options.model.has_contact]
+    ledgers = [
+        energy.with_stop_loss(options.model, made.record(name), meaning.format(sums=sums))
+        for name, meaning in LEDGERS.items()
+    ]
     public = [structs.struct_of(record) for record in made.records if record.name in c.PUBLIC]
     public += structs.structs(options.model.robot, has_law=options.model.law is not None)
     firmware = _firmware(options)
     start = example_start(options.model)
-    answered = answers(made.record("Robot"), ledgers[0], register.VERDICTS, elements.kinds_of(options.model))
+    answered = answers(
+        made.record("Robot"), ledgers[0], register.VERDICTS, elements.kinds_of(options.model),
+        has_input=options.model.input is not None, has_first=1 in options.model.moving, has_leg=options.model.has_contact,
+    )  # fmt: skip
     return {module.__name__.rpartition(".")[2]: module for module in FACTS} | {
         "version": VERSION,
-        "cell": cell,
         "program": made,
         "options": options,
         "model": options.model,
@@ -327,6 +339,8 @@ def _context(made: Program, options: Options) -> dict[str, Any]:
         "leg_has_damper": int(contact.has_damper(options.model)),
         "has_contact": int(options.model.has_contact),
         "moves_alone": int(options.model.moves_alone),
+        "both_move": int(len(options.model.moving) == 2),
+        "has_stops": int(options.model.has_stops),
         "rest_may_lack": int(options.model.rest_may_lack),
         "has_law": int(options.model.law is not None),
         "if_law": "X(argument)" if options.model.law is not None else "(void)(argument)",

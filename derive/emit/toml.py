@@ -1,9 +1,11 @@
 """Data as TOML: texts, numbers, truths, lists of them, tables, and lists of tables, whose own tables stand in a line."""
 
-import json
 import math
+import re
 from collections.abc import Iterator, Mapping
 from typing import Any
+
+from .texts import string_of_toml
 
 
 def toml(data: Mapping[str, Any]) -> str:
@@ -24,11 +26,11 @@ def toml(data: Mapping[str, Any]) -> str:
 
 def _lines(data: Mapping[str, Any]) -> Iterator[str]:
     """What is no table first, because all behind the head of a table belongs to it."""
-    yield from (f"{key} = {value_of(value)}" for key, value in data.items() if not _tables(value))
+    yield from (f"{key_of(key)} = {value_of(value)}" for key, value in data.items() if not _tables(value))
     for key, value in data.items():
         head = f"[{key}]" if isinstance(value, Mapping) else f"[[{key}]]"
         for table in _tables(value):
-            yield from ("", head, *(f"{name} = {value_of(each)}" for name, each in table.items()))
+            yield from ("", head, *(f"{key_of(name)} = {value_of(each)}" for name, each in table.items()))
 
 
 def _tables(value: Any) -> tuple[Mapping[str, Any], ...]:
@@ -37,14 +39,21 @@ def _tables(value: Any) -> tuple[Mapping[str, Any], ...]:
     return tuple(each for each in several if isinstance(each, Mapping))
 
 
+def key_of(name: str) -> str:
+    """A key, which may have letters beyond ASCII in quotes alone."""
+    return name if re.fullmatch("[A-Za-z0-9_-]+", name) else value_of(name)
+
+
 def value_of(value: Any) -> str:
     """A value in a line."""
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, str):
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", r"\u007f")
+        return string_of_toml(value)
     if isinstance(value, Mapping):
-        return f"{{ {', '.join(f'{key} = {value_of(each)}' for key, each in value.items())} }}" if value else "{}"
+        return (
+            f"{{ {', '.join(f'{key_of(key)} = {value_of(each)}' for key, each in value.items())} }}" if value else "{}"
+        )
     if isinstance(value, tuple | list):
         return f"[{', '.join(map(value_of, value))}]"
     if isinstance(value, float) and math.isinf(value):

@@ -83,7 +83,7 @@ def events() -> Iterator[dict[str, object]]:
 
 def never_moves(model: Model) -> list[bool]:
     """Whether each element is none that moves, in any mode."""
-    return [False, model.moves_alone]
+    return [own is None for own in model.names]
 
 
 BY_LETTER = Record("Letters", "The letters of the derivation, by the parameters of a robot.").of(
@@ -94,9 +94,20 @@ BY_LETTER = Record("Letters", "The letters of the derivation, by the parameters 
 @function(takes=(ROBOT,), returns=BY_LETTER)
 def letters_of(model: Model) -> Steps:
     """The letters of the derivation, by the parameters of a robot."""
+    has = {quantity.name for quantity in letters_record(model).quantities}
     for letter, value in model.constants.items():
-        if not (isinstance(value, Own) and value.name == letter.name):
+        if letter.name in has and not (isinstance(value, Own) and value.name == letter.name):
             yield Step(letter, value, model.sources.get(letter, "none"))
+
+
+def letters_record(model: Model) -> Record:
+    """The letters of a model: terms of its equations, 0 where nothing makes one, ends of ranges, infinite where there is
+    none, and the inertias of the masses that it has.
+    """
+    absent = {mass for own, mass in zip(model.names, (m_eff, m_s), strict=True) if own is None}
+    return replace(
+        BY_LETTER, quantities=tuple(each for each in BY_LETTER.quantities if each.name not in map(str, absent))
+    )
 
 
 @function(takes=(ROBOT,), returns=LOWEST)
@@ -126,7 +137,7 @@ def force_constant() -> Steps:
 def ends(model: Model) -> tuple[str, ...]:
     """The lower and the upper end of the stroke as a file has them, and their unit."""
     unit = "m" if model.names[0] is None else model.names[0].unit
-    return (*(str(model.constants[end]) for end in (x1_min, x1_max)), unit)
+    return (*(str(model.constants[end]) if model.declares(end) else "none" for end in (x1_min, x1_max)), unit)
 
 
 def name_of(model: Model, symbol: sp.Symbol) -> str:
@@ -143,11 +154,11 @@ def name_of(model: Model, symbol: sp.Symbol) -> str:
 
 
 def _word_of(model: Model, word: Word) -> Word | None:
-    """The word of an event under the name of its coordinate; None of a mass that the model has not."""
+    """The word of an event under the name of its coordinate; None of a mass or a stop that the model has not."""
     for number, own in enumerate(model.names, 1):
         prefix = f"x{number}_"
         if word.text.startswith(prefix):
-            if own is None:
+            if own is None or (word.text.endswith("_hits_stop") and not model.has_stops):
                 return None
             text = f"{own.coordinate}_{word.text.removeprefix(prefix)}"
             return replace(word, text=text, meaning=model.words(word.meaning))
@@ -164,10 +175,14 @@ def kinds_of(model: Model) -> tuple[Kind, ...]:
 
 
 def events_by_element(model: Model) -> list[dict[str, str]]:
-    """The events of each element that the model has, by WHATS: in its words."""
+    """The events of each element by WHATS, in the words of the model; none of one that it has not."""
     words = {word.number: word.text for word in _words_of(model, EVENTS.words)}
-    found = ({what: words[n] for what, n in each.events.items() if n in words} for each in ELEMENTS)
-    return [each for each in found if each]
+    return [{what: words[n] for what, n in each.events.items() if n in words} for each in ELEMENTS]
+
+
+def moving(model: Model) -> tuple[int, ...]:
+    """The elements that may move, by their indices."""
+    return tuple(n for n, none in enumerate(never_moves(model)) if not none)
 
 
 def flight_events_of(model: Model) -> tuple[Word, ...]:
@@ -227,7 +242,10 @@ def modes() -> Iterator[dict[str, object]]:
 
 def modes_of(model: Model) -> list[dict[str, object]]:
     """The modes that a model is ever in; with a law the second side is its limit, 0 under it."""
-    found = [mode for mode in modes() if not model.moves_alone or mode["name"] == ELEMENTS[0].name]
+    found = list(modes())
+    if len(model.moving) == 1:
+        (name,) = (each.name for each in ELEMENTS if each.number in model.moving)
+        found = [mode for mode in found if mode["name"] == name]
     if model.law is None:
         return found
     (alone,) = found

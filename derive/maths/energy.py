@@ -11,13 +11,12 @@ Every term of the ledger is the integral of a power, a quadratic form in 1, x_1 
 the integrals of the products (`Moments`) have a closed form of their own, so each term is computed by itself.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ..ir import Quantity, Record, Step, Steps, function, scalar
-from ..model.equations import Force, Model, kinetic, potential
+from ..ir import Authored, Quantity, Record, Step, Steps, function, scalar
+from ..model.equations import LETTER_OF_ENTRY, Force, Model, kinetic, potential
 from ..model.mechanism import field_name
 from ..model.quantities import *
 from .laplace import REST, rest_of_spring
@@ -46,14 +45,16 @@ def moments_record(model: Model) -> Record:
 
 
 def moment_axes(model: Model) -> list[list[int]]:
-    """The axes whose product each of them integrates: places in (x_1 - x_1(0), v_1, v_2, y, 1)."""
+    """The axes whose product each of them integrates: places in (x_1 - x_1(0), v_1, v_2, y, 1); where the ledger reads
+    none that of 1, because C has no empty struct.
+    """
     axes = (displacement, *STATE.symbols[1:])
     found = []
     for quantity in moments_record(model).quantities:
         (powers_of_axes,) = sp.Poly(PRODUCTS[quantity.symbol], *axes).monoms()
         factors = [axis for axis, power in enumerate(powers_of_axes) for _ in range(power)]
         found.append([*factors, len(axes)][:2])
-    return found
+    return found or [[len(axes), len(axes)]]
 
 
 def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
@@ -65,19 +66,11 @@ def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
         viscous_2: -b2 * v2**2,
         coulomb_1: model.friction[0] * v1,
         coulomb_2: model.friction[1] * v2,
-        spring_work: k * x1 * v2,
     }
+    if model.has_contact:
+        entries[spring_work] = k * x1 * v2  # x_1 counts from the ground, as E does; elsewhere from any origin
     made = entries | {work.entry.symbol: work.power for work in works(model)}
-    still = {v2: 0} if model.moves_alone else {}
-    return {
-        entry: power
-        for entry, power in made.items()
-        if entry in OF_EVERY_MODEL or model.value(sp.sympify(power).subs(still)) != 0
-    }
-
-
-OF_EVERY_MODEL = viscous_1, coulomb_1
-"""Entries of the ledger of every model; others are left out where they are 0 for every robot."""
+    return {entry: power for entry, power in made.items() if model.has_entry(entry)}
 
 
 def ledger_record(model: Model) -> Record:
@@ -87,19 +80,24 @@ def ledger_record(model: Model) -> Record:
     return replace(LEDGER, quantities=tuple(entry for entry in entries if entry.symbol in has))
 
 
-def with_stop_loss(work: Record, meaning: str) -> Record:
-    """The ledger that a user sees: the work of each force, and behind the losses of friction that at stops."""
-    place = 1 + max(n for n, entry in enumerate(work.quantities) if entry.name.startswith("coulomb_"))
-    return Record(work.name, meaning, (*work.quantities[:place], STOP_LOSS, *work.quantities[place:]))
+def with_stop_loss(model: Model, work: Record, meaning: str) -> Record:
+    """The ledger that a user sees: the work of each force, and behind the losses of friction that at stops, if there are
+    any.
+    """
+    place = sum(entry.symbol in (motor_work, *LETTER_OF_ENTRY) for entry in work.quantities)
+    loss = (STOP_LOSS,) if model.has_stops else ()
+    return Record(work.name, meaning, (*work.quantities[:place], *loss, *work.quantities[place:]))
 
 
 def whole_robot_entries(model: Model) -> tuple[sp.Symbol, ...]:
-    """The entries whose sum, with the loss at stops, is the change of H: all but the spring's work on the body."""
-    return tuple(entry for entry in powers(model) if entry != spring_work)
+    """The entries whose sum is the change of H: all but the spring's work on the body."""
+    return tuple(entry for entry in with_stop_loss(model, ledger_record(model), "").symbols if entry != spring_work)
 
 
 def body_entries(model: Model) -> tuple[sp.Symbol, ...]:
-    """The entries whose sum is the AED, the change of E."""
+    """The entries whose sum is the AED, the change of E; none of a model without a contact, which has no E."""
+    if not model.has_contact:
+        return ()
     entries = (spring_work, viscous_2, coulomb_2, *(work.entry.symbol for work in works(model) if work.mass == 2))
     has = powers(model)
     return tuple(entry for entry in entries if entry in has)
@@ -217,18 +215,22 @@ class Work:
 
 def works(model: Model) -> tuple[Work, ...]:
     """The work of each further force."""
-    things = ["actuator" if model.names[0] is None else model.names[0].thing]
-    things += ["body" if model.names[1] is None else model.names[1].thing]
-    return tuple(work for force in model.further for work in works_of(force, things))
+    return tuple(work for force in model.further for work in works_of(model, force))
 
 
-def works_of(force: Force, things: Sequence[str]) -> tuple[Work, ...]:
-    """The work of a further force on each mass that it acts on, by what these are called."""
+def works_of(model: Model, force: Force) -> tuple[Work, ...]:
+    """The work of a further force on each mass of the model that it acts on, by what these are called."""
+    powers_on = zip((1, 2), model.names, (force.force_1 * v1, force.force_2 * v2), strict=True)
     return tuple(
-        Work(mass, scalar(f"{field_name(force.name)}_{mass}", "J", f"work of {force.meaning} on the {on}"), power)
-        for mass, on, power in ((1, things[0], force.force_1 * v1), (2, things[1], force.force_2 * v2))
-        if power != 0
+        Work(mass, _entry(f"{field_name(force.name)}_{mass}", f"work of {force.meaning} on the {own.thing}"), power)
+        for mass, own, power in powers_on
+        if own is not None and power != 0
     )
+
+
+def _entry(name: str, meaning: str) -> Quantity:
+    """An entry of the ledger that is named after an element of the file."""
+    return Authored(name, name, "J", meaning)
 
 
 def _integrate(model: Model, power: sp.Expr) -> sp.Expr:

@@ -66,6 +66,7 @@ FLIGHT_LEDGER = Record(
     "Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart.",
     python_name="FlightWork",
 ).of(*(each for each in LEDGER.quantities if each.symbol in (motor_work, offset_work, viscous_1, coulomb_1)))
+"""That of the hopper; `flight_ledger_record` has that of a model."""
 HOP_HEIGHT = Quantity("hop_height", r"x_2 - L_0 - c", "m", "height of the body less the length without load")
 DROP = Quantity("drop", r"h", "m", "height of the body over where it comes back to", "nonnegative")
 FLIGHT_INTEGRALS = Record(
@@ -203,11 +204,25 @@ def flight_ledger_of(model: Model) -> Steps:
 
     From the displacement and the integral of v_1^2.
     """
+    has = flight_ledger_record(model).symbols
+    return tuple(step for step in _works_in_flight(model) if step.symbol in has)
+
+
+def _works_in_flight(model: Model) -> Steps:
     follows = 1 - limit**2
     force = sp.expand(acceleration(model).subs(u, 0) * m_eff - model.friction[0])
     on_body = sp.expand((g - model.fall) * m_s)
     of_law = Kp * moved * (x1 + moved / 2) + Kd * int_v1v1
-    yield Step(motor_work, -follows * of_law - limit * largest * moved, "law, or limit")
-    yield Step(offset_work, sp.expand(force.subs(v1, 0)) * moved + on_body * rise, "constant forces")
-    yield Step(viscous_1, force.diff(v1) * int_v1v1, "ledger")
-    yield Step(coulomb_1, model.friction[0] * moved, "ledger")
+    return (
+        Step(motor_work, -follows * of_law - limit * largest * moved, "law, or limit"),
+        Step(offset_work, sp.expand(force.subs(v1, 0)) * moved + on_body * rise, "constant forces"),
+        Step(viscous_1, force.diff(v1) * int_v1v1, "ledger"),
+        Step(coulomb_1, model.friction[0] * moved, "ledger"),
+    )
+
+
+def flight_ledger_record(model: Model) -> Record:
+    """The fields of the ledger of a flight: what the file declares, forces without a letter among them."""
+    by_further = {step.symbol for step in _works_in_flight(model) if model.value(step.value) != 0}
+    kept = (each for each in FLIGHT_LEDGER.quantities if model.has_entry(each.symbol) or each.symbol in by_further)
+    return FLIGHT_LEDGER.of(*kept)

@@ -232,7 +232,8 @@ def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
 
 def _shown(model: Model, value: sp.Expr) -> sp.Expr:
     """A formula in letters by the parameters of the model."""
-    still = dict.fromkeys((x2, v2, x2_0, v2_0), sp.S.Zero) if model.moves_alone else {}
+    still = model.still
+    still |= {_AT_START[symbol]: zero for symbol, zero in still.items()}
     return model.value(value).xreplace(still)
 
 
@@ -250,10 +251,12 @@ def _integrates(model: Model, moving: tuple[int, ...]) -> bool:
 
 def free_masses(model: Model) -> tuple[int, ...]:
     """The masses that move."""
-    return tuple(each.number for each, none in zip(ELEMENTS, elements.never_moves(model), strict=True) if not none)
+    return model.moving
 
 
 _MAY_VANISH = ("equations_of_motion", "numerators", "poles")
+_ACCELERATIONS = (_OWN["acc_1"], _OWN["acc_2"])
+"""Of each mass that moves, 0 too where no force acts on it."""
 
 
 def _without_zeros(made: Iterable[Formula]) -> Iterator[Formula]:
@@ -263,7 +266,7 @@ def _without_zeros(made: Iterable[Formula]) -> Iterator[Formula]:
     zeros, absent = dict[sp.Symbol, sp.Expr](), set[sp.Symbol]()
     for formula in made:
         each = _each(formula, lambda value: value.xreplace(zeros))
-        if each.value == 0 and each.group in _MAY_VANISH:
+        if each.value == 0 and each.group in _MAY_VANISH and each.quantity not in _ACCELERATIONS:
             zeros[each.quantity.symbol] = sp.S.Zero
         elif each.value.has(sp.zoo, sp.nan) or each.value.free_symbols & absent:
             absent.add(each.quantity.symbol)
@@ -273,7 +276,7 @@ def _without_zeros(made: Iterable[Formula]) -> Iterator[Formula]:
 
 def _final(quantity: Quantity, own: set[str], model: Model) -> Quantity:
     """A quantity under its name, a coordinate's in the model, and in its units; where a parameter of the model has that
-    name, with an underscore behind it.
+    name, with an underscore behind it. Beside a parameter t time is tau.
     """
     name = quantity.name.removesuffix(_MARK)
     letter, _, index = name.partition("_")
@@ -286,9 +289,15 @@ def _final(quantity: Quantity, own: set[str], model: Model) -> Quantity:
         taken = own
     else:
         taken = own | {_called(model, symbol) for symbol in (x1, v1, x2, v2, u)}
+    glyph = quantity.glyph
+    if TIME.name in own:
+        name = "tau" if name == TIME.name else name
+        glyph = r"\tau" if glyph == TIME.glyph else glyph.replace("(t)", r"(\tau)").replace("{-at}", r"{-a\tau}")
     while name in taken:
         name += "_"
-    return replace(quantity, name=name, unit=model.unit(quantity.unit), meaning=model.words(quantity.meaning))
+    return replace(
+        quantity, name=name, glyph=glyph, unit=model.unit(quantity.unit), meaning=model.words(quantity.meaning)
+    )
 
 
 def _called(model: Model, symbol: sp.Symbol) -> str:
@@ -309,9 +318,17 @@ def _finished(made: Sequence[Formula], own: set[str], model: Model) -> Iterator[
 def _lagrangian(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
     group = "lagrangian"
     yield _made(group, "kinetic", kinetic)
-    yield _made(group, "potential", potential)
-    yield _made(group, "L", _symbol("kinetic") - _symbol("potential"))
-    yield from (_made(group, f"force_{n}", model.forces[n - 1]) for n in free)
+    if has_potential := model.declares(k) or model.declares(g):
+        yield _made(group, "potential", potential)
+    yield _made(group, "L", _symbol("kinetic") - (_symbol("potential") if has_potential else 0))
+    for n in free:
+        acts = any(map(model.declares, _FORCES_OF[n])) or any((f.force_1, f.force_2)[n - 1] != 0 for f in model.further)
+        if acts:
+            yield _made(group, f"force_{n}", model.forces[n - 1])
+
+
+_FORCES_OF = {1: (c, gamma2, b1, f1), 2: (b2, f2)}
+"""The letters of the generalised forces on each mass."""
 
 
 def _equations_of_motion(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
@@ -332,7 +349,8 @@ COEFFICIENTS = {1: (a1_y, a1_v1, a1_v2, a1_u, a1_0, C_1), 2: (a2_y, a2_v1, a2_v2
 def _transfer(model: Model, free: tuple[int, ...], moving: tuple[int, ...]) -> Iterator[Formula]:
     """(6)-(17): the transforms, the constants that they name, and their numerators."""
     rest = dict.fromkeys((x1, x2, v1, v2), 0)
-    yield _made("transfer", lambda_2, sp.expand(model.accelerations[0].subs(rest)), 10)
+    if 1 in free:
+        yield _made("transfer", lambda_2, sp.expand(model.accelerations[0].subs(rest)), 10)
     if 2 in free:
         yield _made("transfer", gamma, sp.expand(-model.accelerations[1].subs(rest)), 8)
     polynomials = [each for masses, each in elements.POLYNOMIALS.items() if {*masses} <= {*free}]
@@ -546,24 +564,20 @@ def _power_series(coefficients: tuple[sp.Expr, ...], integrals: int, terms: int 
 
 def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
     """The energies, the power of each entry of the ledger, and the sum of those that the body's energy gains."""
-    group, still = "energies", {} if 2 in free else {v2: sp.S.Zero}
-    if 2 in free:
+    group, has_body_energy = "energies", 2 in free and model.has_contact
+    if has_body_energy:
         yield _made(group, body, energy.body_energy, 22, 23)
-    yield _made(group, total, energy.total_energy.subs(still))
+    yield _made(group, total, energy.total_energy)
     entries = {quantity.symbol: quantity for quantity in energy.ledger_record(model).quantities}
     powers = dict[sp.Symbol, sp.Symbol]()
     for entry, power in energy.powers(model).items():
-        value = sp.sympify(power).subs(still)
-        if value == 0:
-            continue
         of, word = entries[entry], str(entry).removesuffix("_work")
         glyph = rf"P_{{\text{{{word.replace('_', ' ')}}}}}"
         quantity = Quantity(f"{word}_power{_MARK}", glyph, "W", f"power: {of.meaning}")
         powers[entry] = quantity.symbol
-        yield Formula(quantity, value, group)
-    if 2 in free:
-        gain = sum((powers[entry] for entry in energy.body_entries(model) if entry in powers), sp.S.Zero)
-        yield _made(group, "aed_power", gain, 24)
+        yield Formula(quantity, sp.sympify(power), group)
+    if has_body_energy and (entries_of_body := energy.body_entries(model)):
+        yield _made(group, "aed_power", sum((powers[entry] for entry in entries_of_body), sp.S.Zero), 24)
 
 
 def _control(model: Model) -> Iterator[Formula]:
@@ -572,13 +586,13 @@ def _control(model: Model) -> Iterator[Formula]:
     if not model.has_contact:
         return
     is_the_papers = not (model.further or any(model.by_sign))
-    if is_the_papers:
+    if is_the_papers and model.input is not None:
         yield _made(group, control.u_threshold, _value_of(control.threshold_current(), control.u_threshold), 5)
     touchdown = control.touchdown_velocity(model)
     yield _made(group, control.v_after, _value_of(touchdown, control.v_after), *((25,) if is_the_papers else ()))
     apex = _value_of(control.apex_after(model), control.apex).subs(y, x1 - x2 + model.length)
     yield _made(group, control.apex, apex)
-    if is_the_papers:
+    if is_the_papers and model.input is not None:
         printed = {control.lift: -control.step, control.spring: sp.S.One}
         printed |= {energy: _symbol(str(energy)) for energy in (control.E_td, control.E_dist, control.E_spring)}
         for step, number in zip(control.objective(), (25, 26, 27, 27), strict=True):
@@ -600,17 +614,21 @@ def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
         element, velocity = ELEMENTS[n - 1], (v1, v2)[n - 1]
         alone = model.accelerations[n - 1].subs({velocity: 0, (side_1, side_2)[n - 1]: 0})
         level, acceleration = modes.FRICTION.symbols[n - 1], FREE.symbols[n - 1]
+        has_friction = model.has_friction[n - 1]
         yield _event(n, "velocity", velocity, f"velocity of the {element.name}, which reverses or sticks where it is 0")
-        meaning = f"friction of the {element.name} in motion"
-        at_rest = replace(_quantity(level), glyph=rf"f_{{{n},0}}", meaning=meaning)
-        yield Formula(at_rest, model.levels[n - 1], group)
+        if has_friction:
+            meaning = f"friction of the {element.name} in motion"
+            at_rest = replace(_quantity(level), glyph=rf"f_{{{n},0}}", meaning=meaning)
+            yield Formula(at_rest, model.levels[n - 1], group)
         yield _made(group, acceleration, sp.expand(alone))
         for way, sign, excess in zip(("up", "down"), (-1, 1), model.excesses[n - 1], strict=True):
-            meaning = f"friction left of the {element.name} at rest: it slips {way} where this falls to 0"
-            yield _event(n, f"holds_{way}", level + excess + sign * acceleration, meaning, "m/s^2")
+            what = "friction left" if has_friction else f"free acceleration, against a start {way},"
+            meaning = f"{what} of the {element.name} at rest: it slips {way} where this falls to 0"
+            own = level + excess if has_friction else sp.S.Zero
+            yield _event(n, f"holds_{way}", own + sign * acceleration, meaning, "m/s^2")
         if element.position is not None:
             ends = ("lower", x1_min, x1 - x1_min), ("upper", x1_max, x1_max - x1)
-            for which, distance in ((which, away) for which, end, away in ends if not model.constants[end].is_number):
+            for which, distance in ((which, away) for which, end, away in ends if model.declares(end)):
                 meaning = f"distance of the {element.name} from its {which} stop, which it meets where this is 0"
                 yield _event(n, f"{which}_stop", distance, meaning, "m")
 
@@ -624,8 +642,9 @@ def _law(model: Model) -> Iterator[Formula]:
     poles = {step.symbol: step.value for step in laplace.rates_under_law(model)}
     for name, symbol in (("p_law", p_1), ("q_law", q_1)):
         yield _made("poles", name, poles[symbol].subs({a1_y: poles[a1_y], a1_v1: poles[a1_v1]}))
-    yield _made("event_functions", "room_up", u_max - asked)
-    yield _made("event_functions", "room_down", u_max + asked)
+    if model.declares(u_max):
+        yield _made("event_functions", "room_up", u_max - asked)
+        yield _made("event_functions", "room_down", u_max + asked)
 
 
 def _event(n: int, name: str, value: sp.Expr, meaning: str, unit: str = "m/s") -> Formula:

@@ -43,7 +43,8 @@ def terms_of_pull(model: Model) -> Steps:
 @function(takes=(ROBOT,), returns=LARGEST)
 def largest_pull(model: Model) -> Steps:
     """What the motor pulls with at the limit of the current."""
-    yield Step(LARGEST.symbol, sp.S.Zero if model.law is None else -model.law.along * gamma2 * u_max, "the limit")
+    value = sp.S.Zero if model.law is None else -model.law.along * gamma2 * u_max
+    yield Step(LARGEST.symbol, value if model.law is None or model.declares(u_max) else sp.oo, "the limit")
 
 
 @function(takes=(ROBOT, STATE, MOTION), returns=NUMERATOR)

@@ -10,14 +10,14 @@ from dataclasses import replace
 
 import sympy as sp
 
-from ..ir import Parameter, Quantity, Record, Step, Steps, function, scalar
+from ..ir import Own, OwnChange, Parameter, ParameterChange, Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 from . import control, elements, energy, laplace, modes
 
 
 def _changed(quantity: Quantity) -> Quantity:
-    kind = Parameter if isinstance(quantity, Parameter) else Quantity
+    kind = ParameterChange if isinstance(quantity, Parameter) else Quantity
     return kind(f"d_{quantity.name}", rf"\delta {quantity.glyph}", quantity.unit, f"change of the {quantity.meaning}")
 
 
@@ -38,7 +38,7 @@ HEIGHT_CHANGE = _changed(BODY_HEIGHT)
 
 
 def change_of(symbol: sp.Symbol) -> sp.Symbol:
-    return type(symbol)(f"d_{symbol}", real=True)
+    return (OwnChange if isinstance(symbol, Own) else type(symbol))(f"d_{symbol}", real=True)
 
 
 def changed(value: sp.Expr, inputs: Iterable[sp.Symbol]) -> sp.Expr:

@@ -13,6 +13,7 @@ and is not asked for. So the paper's hopper is never asked. Where neither veloci
 and the conditions of one mass moving alone imply those of both.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import sympy as sp
@@ -48,13 +49,24 @@ def open_conditions(model: Model) -> tuple[Condition, ...]:
     """The conditions that some robot of the model may violate though it obeys the others."""
     masses = (m_eff, m_s)
     in_own = {letter: value for letter, value in model.constants.items() if letter not in masses}
-    rates = tuple(replace(step, value=step.value.xreplace(in_own)) for step in laplace.rates_of(model))
     known = {quantity.symbol for quantity in model.robot.quantities if quantity.interval.low >= 0.0} | {*masses}
+    # letters that are never negative stand for their values first: multiplied out, these may be long
+    letters = {each for each, value in in_own.items() if value != 0 and _cannot_be_negative(value, known)}
+    in_letters = {letter: value for letter, value in in_own.items() if letter not in letters}
+    left = _left_open(model, CONDITIONS, in_letters, known | letters)
+    return _left_open(model, left, in_own, known)
+
+
+def _left_open(
+    model: Model, conditions: tuple[Condition, ...], values: Mapping[sp.Symbol, sp.Expr], known: set[sp.Symbol]
+) -> tuple[Condition, ...]:
+    """Those that are not sums of products of what is known to be positive or 0, with some letters by their values."""
+    rates = tuple(replace(step, value=step.value.xreplace(values)) for step in laplace.rates_of(model))
     of_both = dict(zip((s_1, s_2, s_3), laplace.characteristic(laplace.MATRIX), strict=True))
     of_one = ALONE | {rate: unfold(rate, rates) for rate in (a1_v2, a2_v1)}
     return tuple(
         condition
-        for condition in CONDITIONS
+        for condition in conditions
         if not _cannot_be_negative(unfold(condition.value, rates), known)
         and not _cannot_be_negative(
             condition.value.subs(of_both).subs(of_one), known | {p_1, q_1, p_2, q_2} - condition.value.free_symbols

@@ -10,6 +10,7 @@ from typing import Any
 
 from ..ir import DOMAINS, Quantity, Record
 from .kinds import Kind
+from .names import KEYS_OF_ROBOTS
 from .quantities import TRAVEL
 
 SIMPLE = {"number", "integer", "string", "boolean", "null"}
@@ -66,19 +67,46 @@ class Answer:
         return f"`{self.name} --json`" if self.name.startswith("hopform ") else self.name
 
 
-def answers(robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind]) -> tuple[Answer, ...]:
-    """Everything that is answered, of a robot with these parameters and this ledger, in these words."""
+OF_INPUT = {kind: ("u",) for kind in ("hopform stance", "hopform motion", "part", "phase", "derivatives")}
+"""Fields of the input, which answers of a model without one have not."""
+OF_FIRST: dict[str, tuple[str, ...]] = {
+    **dict.fromkeys(("state", "CSV of a stance", "sensitivities", "derivatives"), ("x1", "v1")),
+    "phase": ("mode_1",),
+}
+"""Those of the actuator of a leg."""
+
+
+def answers(
+    robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind],
+    *, has_input: bool = True, has_first: bool = True, has_leg: bool = True,
+) -> tuple[Answer, ...]:  # fmt: skip
+    """Everything that is answered, of a robot with these parameters and this ledger, in these words; has_input, has_first,
+    has_leg: whether its model has an input, a first mass and a leg, whose travel is limited.
+    """
+    absent = [
+        (kind, name)
+        for has, fields in ((has_input, OF_INPUT), (has_first, OF_FIRST))
+        for kind, names in fields.items()
+        for name in names
+        if not has
+    ]
     words = {kind.table: tuple(word.text for word in kind.words) for kind in kinds}
     words |= {"DOMAINS": tuple(DOMAINS), "VERDICTS": tuple(verdicts)}
+    apart = tuple(each for each in robot.quantities if each.name in KEYS_OF_ROBOTS)
     of_facts = {
         "ledger": tuple(Field(entry.name, "number", entry.meaning) for entry in ledger.quantities),
-        "robot": tuple(map(_parameter, (*robot.quantities, TRAVEL))),
+        "robot": (
+            *(_parameter(each) for each in (*robot.quantities, *([TRAVEL] if has_leg else [])) if each not in apart),
+            *([Field("parameters", "parameters", "whose names stand above for something else")] if apart else []),
+        ),
+        "parameters": tuple(map(_parameter, apart)),
         "derivatives": tuple(
             Field(each.name, "number or null", f"per {'unit' if each.unit == '1' else each.unit}")
             for each in robot.quantities
         ),
     }
     tables: dict[str, dict[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+    tables |= {"parameters": {}} if apart else {}
     return tuple(
         Answer(
             name,
@@ -86,7 +114,12 @@ def answers(robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Itera
             name[0].isupper(),
             (
                 *([Field("hopform", "string", "version")] if name.startswith("hopform ") else ()),
-                *(_field(key, text, words) for keys, text in table.items() for key in keys.split(", ")),
+                *(
+                    _field(key, text, words)
+                    for keys, text in table.items()
+                    for key in keys.split(", ")
+                    if (name, key) not in absent
+                ),
                 *of_facts.get(name, ()),
             ),
         )

@@ -5,13 +5,16 @@ sympy's, so that expressions are written as on paper. Each call refuses what it 
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import wraps
+from inspect import currentframe, signature
+from math import comb, prod
 from pathlib import Path
 from runpy import run_path
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import sympy as sp
 
@@ -55,6 +58,7 @@ class DeclaredCoordinate:
     velocity: str
     held: bool
     meaning: str
+    line: int | None = None
 
 
 @dataclass(frozen=True)
@@ -66,6 +70,7 @@ class DeclaredCurrent:
     limit: sp.Expr | None
     thing: str
     meaning: str
+    line: int | None = None
 
 
 @dataclass(frozen=True)
@@ -79,13 +84,17 @@ class DeclaredLaw:
 
 @dataclass(frozen=True)
 class Element:
-    """An element: its kind, its name, what it acts on (a coordinate, or a stretch), its values, where it acts."""
+    """An element: its kind, its name, what it acts on (a coordinate, or a stretch), its values, where it acts, whether it
+    is a damper beside a spring, and its line of the file.
+    """
 
     kind: str
     name: str
     on: sp.Expr
     values: dict[str, sp.Expr | None]
     where: str = "both"
+    beside: bool = False
+    line: int | None = None
 
     def __str__(self) -> str:
         return f"{self.kind} '{self.name}'"
@@ -93,14 +102,26 @@ class Element:
 
 @dataclass
 class Draft:
-    """What a file has declared so far; `shipped` names the model that ships whose file runs."""
+    """What a file has declared so far; `shipped` names the model that ships whose file runs. path: of the file, as its
+    frames name it. lines: of the file, by the names of parameters. terms: of each expression, multiplied out.
+    """
 
     shipped: str = ""
+    path: str = ""
     parameters: list[Parameter] = field(default_factory=list)
     coordinates: list[DeclaredCoordinate] = field(default_factory=list)
     currents: list[DeclaredCurrent] = field(default_factory=list)
     laws: list[DeclaredLaw] = field(default_factory=list)
     elements: list[Element] = field(default_factory=list)
+    lines: dict[str, int | None] = field(default_factory=dict)
+    terms: dict[sp.Expr, int] = field(default_factory=dict)
+
+    def line(self) -> int | None:
+        """The line of the file that declares now; of what another file declares, that which includes it."""
+        frame = currentframe()
+        while frame is not None and frame.f_code.co_filename != self.path:
+            frame = frame.f_back
+        return None if frame is None else frame.f_lineno
 
     def names(self) -> Iterator[tuple[str, str]]:
         """All names that are taken, with what each is."""
@@ -119,7 +140,7 @@ _DRAFTS: list[Draft] = []
 def drafted(path: Path | None = None) -> Iterator[Draft]:
     """The draft of a file that runs."""
     ships = path is not None and path.resolve().parent == MODELS.resolve()
-    _DRAFTS.append(Draft(path.stem if ships and path is not None else ""))
+    _DRAFTS.append(Draft(path.stem if ships and path is not None else "", str(path or "")))
     try:
         yield _DRAFTS[-1]
     finally:
@@ -146,11 +167,10 @@ def _wrong(what: str, wanted: str, got: object) -> ModelError:
     return ModelError(f"{what} must be {wanted}, got {shown(repr(got))}")
 
 
-def _text(value: object, what: str, *, backslash: bool = False) -> str:
-    """Texts stand in strings, docstrings, comments and tables."""
-    barred = ('"', "*/", "/*", *(() if backslash else ("\\",)))
-    if not isinstance(value, str) or not value.isprintable() or any(part in value for part in barred):
-        raise _wrong(what, f"a printable line without {' '.join(barred)}", value)
+def _text(value: object, what: str) -> str:
+    """A text, which each place where it ends up escapes."""
+    if not isinstance(value, str) or not value.isprintable():
+        raise _wrong(what, "a printable line", value)
     return value
 
 
@@ -192,9 +212,30 @@ def _where(value: object, element: str) -> str:
     return str(value)
 
 
+P = ParamSpec("P")
+R = TypeVar("R")
+
+
+def _call(made: Callable[P, R]) -> Callable[P, R]:
+    """A call of a model file; one with other arguments is refused by those that it takes."""
+    takes = signature(made)
+
+    @wraps(made)
+    def called(*given: P.args, **named: P.kwargs) -> R:
+        try:
+            takes.bind(*given, **named)
+        except TypeError as error:
+            names = ", ".join(name for name in takes.parameters if name != "self")
+            raise ModelError(f"{made.__name__}(...): {error}; it takes {names}") from None
+        return made(*given, **named)
+
+    return called
+
+
 # ---- declarations ----
 
 
+@_call
 def parameter(
     name: str, unit: str, meaning: str, domain: str = "real", default: float | None = None, *, glyph: str | None = None
 ) -> sp.Symbol:
@@ -208,7 +249,7 @@ def parameter(
     what = f"the parameter {own}"
     made = Parameter(
         own,
-        _text(glyph_of(own) if glyph is None else glyph, f"the glyph of {what}", backslash=True),
+        _text(glyph_of(own) if glyph is None else glyph, f"the glyph of {what}"),
         _unit(unit, what),
         _text(meaning, f"the meaning of {what}"),
         domain,
@@ -216,6 +257,7 @@ def parameter(
         _draft().shipped,
     )
     _draft().parameters.append(made)
+    _draft().lines[own] = _draft().line()
     return made.symbol
 
 
@@ -281,6 +323,7 @@ def glyph_of(name: str) -> str:
     return f"{letter}_{index if len(index) == 1 else f'{{{index}}}'}" if index else letter
 
 
+@_call
 def coordinate(
     name: str,
     unit: str,
@@ -318,6 +361,7 @@ def coordinate(
     made = DeclaredCoordinate(
         symbol, unit, _expression(inertia, f"the inertia of {what}"), _text(thing or own, f"the thing of {what}"), (words[0], words[1]),
         _column(rate, f"the velocity of {own}"), held, _text(meaning, f"the meaning of {what}"),
+        _draft().line(),
     )  # fmt: skip
     _draft().coordinates.append(made)
     return symbol
@@ -328,6 +372,7 @@ def velocity_of(name: str) -> str:
     return f"v{name[1:]}" if re.fullmatch(r"x\d*", name) else f"{name}_dot"
 
 
+@_call
 def current(
     name: str, unit: str = "A", limit: Value = None, thing: str = "motor", *, meaning: str = "current"
 ) -> sp.Symbol:
@@ -343,6 +388,7 @@ def current(
         DeclaredCurrent(
             symbol, _unit(unit, f"the current {own}"), None if limit is None else _expression(limit, f"the limit of the current {own}"),
             _text(thing, f"the thing of the current {own}"), _text(meaning, f"the meaning of the current {own}"),
+            _draft().line(),
         )
     )  # fmt: skip
     return symbol
@@ -351,9 +397,11 @@ def current(
 # ---- elements ----
 
 
-def _element(kind: str, name: object, on: Value, where: object = "both", **values: Value) -> Element:
-    own = _label(name, kind)
-    made = Element(kind, own, _expression(on, f"{kind} '{own}'"), {}, _where(where, f"{kind} '{own}'"))
+def _element(
+    kind: str, name: object, on: Value, where: object = "both", *, beside: bool = False, **values: Value
+) -> Element:
+    own, line = _label(name, kind), _draft().line()
+    made = Element(kind, own, _expression(on, f"{kind} '{own}'"), {}, _where(where, f"{kind} '{own}'"), beside, line)
     for key, value in values.items():
         made.values[key] = None if value is None else _expression(value, f"{key} of {made}")
     if any(other.name == own and other.kind == kind and other.on == made.on for other in _draft().elements):
@@ -365,7 +413,47 @@ def _element(kind: str, name: object, on: Value, where: object = "both", **value
 def _expression(value: object, what: str) -> sp.Expr:
     if isinstance(value, bool) or not (isinstance(value, sp.Expr) or hasattr(value, "__float__")):
         raise _wrong(what, "a number or an expression of sympy", value)
-    return sp.sympify(value)
+    made = sp.sympify(value)
+    counted = _terms(made, {})
+    if counted is not None:
+        _draft().terms[made] = counted[0]
+    if counted is None or sum(_draft().terms.values()) > MOST_TERMS:
+        raise ModelError(
+            f"{what} is too large: multiplied out, the expressions of a file may have {MOST_TERMS} terms in all, of at "
+            f"most {MOST_FACTORS} factors; declare a part of it as a parameter, whose value the robot gives"
+        )
+    return made
+
+
+MOST_TERMS, MOST_FACTORS = 64, 32
+"""[B] of the expressions of a file when they are multiplied out, as in the derivation, which takes 30 s for 60 terms."""
+
+
+def _terms(value: sp.Expr, known: dict[sp.Expr, tuple[int, int]]) -> tuple[int, int] | None:
+    """How many terms an expression has when it is multiplied out, and how many factors one of them at most, counted
+    without doing it; None beyond the limits. A power n of t terms has binomial(n + t - 1, n).
+
+    known: of what occurs many times, once counted.
+    """
+    if value in known:
+        return known[value]
+    parts = []
+    for part in value.args[:1] if value.is_Pow else value.args:
+        if (counted := _terms(part, known)) is None:
+            return None
+        parts.append(counted)
+    terms = factors = 1
+    if value.is_Add:
+        terms, factors = sum(each[0] for each in parts), max(each[1] for each in parts)
+    elif value.is_Mul:
+        terms, factors = prod(each[0] for each in parts), sum(each[1] for each in parts)
+    elif value.is_Pow and value.exp.is_Integer:
+        power = min(abs(int(value.exp)), MOST_TERMS + 1)
+        terms, factors = comb(power + parts[0][0] - 1, power), power * parts[0][1]
+    if terms > MOST_TERMS or factors > MOST_FACTORS:
+        return None
+    known[value] = terms, factors
+    return terms, factors
 
 
 @dataclass(frozen=True)
@@ -374,14 +462,16 @@ class Spring:
 
     element: Element
 
+    @_call
     def damper(self, damping: Value, name: str = "damper") -> "Spring":
         """A damper beside the spring: it acts against how fast the spring is compressed or stretched."""
         on = self.element.on
         rates = sum((on.diff(each) * each for each in on.free_symbols if isinstance(each, Coordinate)), sp.S.Zero)
-        _element("viscous", name, rates, damping=damping)
+        _element("viscous", name, rates, beside=True, damping=damping)
         return self
 
 
+@_call
 def spring(stretch: Value, stiffness: Value, name: str = "spring") -> Spring:
     """A linear spring of potential energy stiffness*stretch^2/2; stretch is linear in the coordinates.
 
@@ -390,11 +480,13 @@ def spring(stretch: Value, stiffness: Value, name: str = "spring") -> Spring:
     return Spring(_element("spring", name, stretch, stiffness=stiffness))
 
 
+@_call
 def viscous(on: Value, damping: Value, name: str = "viscous friction", *, where: str = "both") -> None:
     """Viscous friction: -damping times the velocity of a coordinate, or between two of that of their difference."""
     _element("viscous", name, on, where, damping=damping)
 
 
+@_call
 def friction(
     on: sp.Symbol,
     level: Value = None,
@@ -426,21 +518,25 @@ def friction(
     )  # fmt: skip
 
 
+@_call
 def force(on: sp.Symbol, value: Value, name: str = "force", *, where: str = "both") -> None:
     """A force [N] along a coordinate in m: constant, or linear in the current."""
     _element("force", name, on, where, value=value)
 
 
+@_call
 def torque(on: sp.Symbol, value: Value, name: str = "torque", *, where: str = "both") -> None:
     """A torque [N m] along a coordinate in rad: constant, or linear in the current."""
     _element("torque", name, on, where, value=value)
 
 
+@_call
 def gravity(on: sp.Symbol, acceleration: Value, name: str = "gravity") -> None:
     """The weight of what moves along a coordinate in m that counts upwards: -inertia*acceleration."""
     _element("gravity", name, on, acceleration=acceleration)
 
 
+@_call
 def stop(on: sp.Symbol, low: Value = None, high: Value = None, name: str = "stop") -> None:
     """Inelastic stops at the ends of a coordinate's range; None for an end without one."""
     if low is None and high is None:
@@ -448,6 +544,7 @@ def stop(on: sp.Symbol, low: Value = None, high: Value = None, name: str = "stop
     _element("stop", name, on, low=low, high=high)
 
 
+@_call
 def contact(leg: Spring, impact_loss: Value = 0, name: str = "contact") -> None:
     """A leg that stands on the ground, which it pushes and cannot pull: it takes off where it carries nothing.
 
@@ -460,6 +557,7 @@ def contact(leg: Spring, impact_loss: Value = 0, name: str = "contact") -> None:
     _element("contact", name, leg.element.on, impact_loss=impact_loss)
 
 
+@_call
 def include(name: str) -> SimpleNamespace:
     """All that the file of a model that ships declares, beside which more is declared: its symbols, by their names."""
     path = MODELS / f"{name}.py"
@@ -475,6 +573,7 @@ def include(name: str) -> SimpleNamespace:
     return SimpleNamespace(**{key: value for key, value in defined.items() if isinstance(value, sp.Symbol | Spring)})
 
 
+@_call
 def law(
     of: sp.Symbol,
     on: sp.Symbol,

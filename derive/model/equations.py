@@ -22,7 +22,13 @@ from .quantities import *
 
 
 class ModelError(ValueError):
-    """A mechanism that the closed form cannot carry, or a file that is no model."""
+    """A mechanism that the closed form cannot carry, or a file that is no model; `line` of the file, where one is at
+    fault.
+    """
+
+    def __init__(self, message: str = "", line: int | None = None) -> None:
+        super().__init__(message)
+        self.line = line
 
 
 @dataclass(frozen=True)
@@ -53,6 +59,9 @@ EXCESSES = ((f1_excess, f1_excess_minus), (f2_excess, f2_excess_minus))
 """Of each mass friction at rest less that in motion, to v_i > 0 and to v_i < 0."""
 MASSES = {"actuator": (m_eff, f1, f1_minus, side_1), "body": (m_s, f2, f2_minus, side_2)}
 """Of each mass the inertia, Coulomb friction over it where the velocity is above 0 and below 0, the velocity's sign."""
+
+LETTER_OF_ENTRY = {offset_work: c, viscous_1: b1, viscous_2: b2, coulomb_1: f1, coulomb_2: f2}
+"""The letter of what does the work of an entry of the ledger."""
 
 
 @dataclass(frozen=True)
@@ -103,7 +112,7 @@ class Model:
     """A mechanism in the letters of the derivation.
 
     parameters: those that its file declares. constants: what each letter is in them. sources: the element that a
-    constant comes from. further: forces that no letter stands for. has_contact: whether a leg stands on the ground,
+    constant comes from, of the letters that the file declares; the others stand for nothing. further: forces that no letter stands for. has_contact: whether a leg stands on the ground,
     which it pushes and cannot pull. moves_alone: whether mass 1 alone moves, so that x_2 = 0 for ever. by_sign:
     whether the Coulomb friction of each mass differs by the sign of its velocity. It is the mean of its two levels with
     that sign, and half their difference as a constant force. Friction at rest differs by sign, too. rest_may_lack:
@@ -130,6 +139,41 @@ class Model:
     title: str = ""
     text: str = field(default="", repr=False, compare=False)
 
+    def declares(self, letter: sp.Symbol) -> bool:
+        """Whether an element of the file has given a letter its value, be that a number or 0 itself."""
+        return letter in self.sources
+
+    def has_entry(self, entry: sp.Symbol) -> bool:
+        """Whether something that the file declares does the work of an entry of the ledger."""
+        if entry == motor_work:
+            return self.input is not None
+        if entry == spring_work:
+            return len(self.moving) == 2
+        return entry not in LETTER_OF_ENTRY or self.declares(LETTER_OF_ENTRY[entry])
+
+    @property
+    def moving(self) -> tuple[int, ...]:
+        """The masses that the file has: 1, 2, or both."""
+        return tuple(n for n, own in enumerate(self.names, 1) if own is not None)
+
+    @property
+    def has_stops(self) -> bool:
+        """Whether the first mass has a stop at either end."""
+        return self.declares(x1_min) or self.declares(x1_max)
+
+    @property
+    def has_friction(self) -> tuple[bool, bool]:
+        """Of each mass whether Coulomb friction is declared."""
+        return self.declares(f1), self.declares(f2)
+
+    @property
+    def still(self) -> dict[sp.Symbol, sp.Expr]:
+        """Positions and velocities of the mass that the file does not have: 0 for ever."""
+        of = ((x1, v1), (x2, v2))
+        return {
+            symbol: sp.S.Zero for own, symbols in zip(self.names, of, strict=True) if own is None for symbol in symbols
+        }
+
     @property
     def has_law(self) -> bool:
         """Whether a law sets the input."""
@@ -148,18 +192,19 @@ class Model:
 
     def words(self, text: str) -> str:
         """A text about actuator and body in the words of the model."""
-        for own, mass in zip(self.names, MASSES, strict=True):
-            if own is not None and own.thing != mass:
-                text = re.sub(rf"\b{mass}\b", own.thing, text)
-        return text
+        things = {mass: own.thing for own, mass in zip(self.names, MASSES, strict=True) if own is not None}
+        return re.sub(rf"\b({'|'.join(MASSES)})\b", lambda found: things.get(found[0], found[0]), text)
 
     def value(self, expression: sp.Expr) -> sp.Expr:
         """An expression in letters by the parameters."""
         return sp.sympify(expression).xreplace(dict(self.constants))
 
     def in_parameters(self, steps: Iterable[Step]) -> tuple[Step, ...]:
-        """Steps in letters as steps in the parameters: a letter that is an expression is computed first, once."""
-        steps = tuple(steps)
+        """Steps in letters as steps in the parameters: a letter that is an expression is computed first, once. What never
+        moves has the position and velocity 0.
+        """
+        still = self.still
+        steps = tuple(replace(step, value=sp.sympify(step.value).xreplace(still)) for step in steps)
         read = {symbol for step in steps for symbol in step.value.free_symbols} - {step.symbol for step in steps}
         plain = {letter: value for letter, value in self.constants.items() if value.is_Symbol or value.is_number}
         below = {letter for step in steps for letter in divisors(step.value) if plain.get(letter) == 0}
@@ -282,13 +327,20 @@ class Model:
         if share != 0:
             asked = (1 - share) * u - share * self.pull / gamma2
             accelerations = tuple(sp.expand(acc.subs(u, asked)) for acc in accelerations)
-        first, second = map(self._by_compression, accelerations)
-        return first, sp.S.Zero if self.moves_alone else second
+        first, second = (
+            sp.S.Zero if own is None else self._by_compression(acc)
+            for own, acc in zip(self.names, accelerations, strict=True)
+        )
+        return first, second
+
+    def _by_y(self) -> sp.Expr:
+        """The position of the first mass that the file has, by the compression and that of the other one."""
+        return self.length - y if x1 in self.still else y + self.still.get(x2, x2) - self.length
 
     def _by_compression(self, value: sp.Expr) -> sp.Expr:
         """What is linear in x1 - x2, v1, v2 by y in its place: lengths cancel where y counts from rest."""
-        value = value.subs(x2, 0) if self.moves_alone else value
-        by_y = sp.expand(value.subs(x1, y + (0 if self.moves_alone else x2) - self.length))
+        still = self.still
+        by_y = sp.expand(value.subs(still).subs(x2 if x1 in still else x1, self._by_y()))
         if self.rest == 0:
             return by_y
         slopes = (sp.expand(by_y.diff(v)) * v for v in (y, v1, v2))

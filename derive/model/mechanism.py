@@ -6,19 +6,23 @@ linear, and of two coordinates that move, nothing but their difference is tied b
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fractions import Fraction
+from itertools import combinations
 
 import sympy as sp
 
 from ..ir import DOMAINS, Own, Parameter
 from . import quantities as Q
 from . import units
-from .declare import Coordinate, Current, DeclaredCoordinate, Draft, Element
+from .declare import Coordinate, Current, DeclaredCoordinate, DeclaredCurrent, Draft, Element
 from .equations import EXCESSES, Force, Input, Law, Listed, Model, ModelError, Named
 
 SMALLEST, LARGEST = sp.Rational(1, 10**30), sp.Integer(10**30)
-"""Numbers in an expression, so that single precision holds what becomes of them; and a stop that there is none."""
+"""Numbers in an expression, so that single precision holds what becomes of them."""
+
+MOST_TRIED = 6
+"""[B] the most coordinates that move of a model whose order is computed, and for which is tried what may be held."""
 
 FINITE = ("real", "positive", "nonnegative", "fraction")
 """Domains of parameters that may stand in an expression."""
@@ -29,6 +33,15 @@ def model_of(draft: Draft, name: str, title: str, text: str = "") -> Model:
     return _Mechanism(draft).model(name, title, text)
 
 
+_Declared = Element | DeclaredCoordinate | DeclaredCurrent
+"""What a refusal is about, which has a line."""
+
+
+def _refused(of: _Declared, message: str) -> ModelError:
+    """A refusal of what is declared, with its line of the file."""
+    return ModelError(message, of.line)
+
+
 @dataclass(frozen=True)
 class _Stretch:
     """What a spring or damper acts on: y of x_1 - x_2 (or of x_1) times a factor, and an offset of that."""
@@ -37,16 +50,21 @@ class _Stretch:
     offset: sp.Expr
 
 
+_NOT_NEGATIVE = ("positive", "nonnegative", "fraction", "bound", "length")
+"""Domains of parameters that are never negative."""
+
+
 class _Mechanism:
-    def __init__(self, draft: Draft) -> None:
+    def __init__(self, draft: Draft, *, is_tried: bool = False) -> None:
+        self.is_tried = is_tried
         self.draft = draft
         self.parameters = {each.symbol: each for each in draft.parameters}
         self.input = draft.currents[0] if draft.currents else None
         self.constants: dict[sp.Symbol, sp.Expr] = dict.fromkeys(Q.LETTERS, sp.S.Zero)
-        self.constants |= {Q.m_eff: sp.S.One, Q.m_s: sp.S.One, Q.x1_min: -LARGEST, Q.x1_max: LARGEST}
-        self.constants |= {Q.u_max: LARGEST}
+        self.constants |= {Q.m_eff: sp.S.One, Q.m_s: sp.S.One, Q.x1_min: -sp.oo, Q.x1_max: sp.oo, Q.u_max: sp.oo}
         self.sources: dict[sp.Symbol, str] = {}
         self.further: list[Force] = []
+        self.of_further: list[tuple[Element, Force]] = []
         self.by_sign = [False, False]
         self.undone: Element | None = None
         self.rest_may_lack = False
@@ -96,57 +114,71 @@ class _Mechanism:
 
     # ---- expressions ----
 
-    def _expressions(self) -> Iterator[tuple[str, sp.Expr]]:
+    def _expressions(self) -> Iterator[tuple[_Declared, str, sp.Expr]]:
         for each in self.draft.coordinates:
-            yield f"the inertia of {each.symbol}", each.inertia
+            yield each, f"the inertia of {each.symbol}", each.inertia
         if self.input is not None and self.input.limit is not None:
-            yield f"the limit of {self.input.symbol}", self.input.limit
+            yield self.input, f"the limit of {self.input.symbol}", self.input.limit
         for element in self.draft.elements:
-            yield f"{element}", element.on
-            yield from ((f"{element}: {key}", value) for key, value in element.values.items() if value is not None)
+            yield element, f"{element}", element.on
+            for key, value in element.values.items():
+                if value is not None:
+                    yield element, f"{element}: {key}", value
 
     def _check_expressions(self) -> None:
         known = {*self.parameters, *(each.symbol for each in self.draft.coordinates)}
         known |= {each.symbol for each in self.draft.currents}
         coordinates = {each.symbol for each in self.draft.coordinates}
-        for what, value in self._expressions():
+        for of, what, value in self._expressions():
             if unknown := sorted(map(str, value.free_symbols - known)):
-                raise ModelError(
+                raise _refused(
+                    of,
                     f"{what} is {_short(value)}, and {', '.join(unknown)} is not declared: symbols are what "
-                    "`parameter`, `coordinate` and `current` return"
+                    "`parameter`, `coordinate` and `current` return",
                 )
-            _exact(value, f"{what} is {_short(value)}")
+            _exact(of, value, f"{what} is {_short(value)}")
             for symbol in value.free_symbols & self.parameters.keys():
                 domain = self.parameters[symbol].domain
                 if domain not in FINITE and not (
                     value == symbol and what.endswith((": low", ": high")) or "limit of" in what
                 ):
-                    raise ModelError(
+                    raise _refused(
+                        of,
                         f"{what} reads {symbol}, which may be infinite: its domain {domain!r} is for an end of a stop, "
-                        "or the limit of the current"
+                        "or the limit of the current",
                     )
         for element in self.draft.elements:
             if not element.on.free_symbols & coordinates:
-                raise ModelError(f"{element} acts on {_short(element.on)}, which has no coordinate")
+                raise _refused(element, f"{element} acts on {_short(element.on)}, which has no coordinate")
             for key, value in element.values.items():
                 if value is None:
                     continue
-                if moved := sorted(map(str, value.free_symbols & coordinates)):
-                    way = (
-                        "declare spring(stretch, stiffness)"
-                        if element.kind in ("force", "torque")
-                        else "it is constant"
-                    )
-                    raise ModelError(
-                        f"{element}: {key} is {_short(value)}, which is not linear, or changes with "
-                        f"{', '.join(moved)}: {way}; the Laplace transform (6), (7) needs a linear equation in each phase"
+                if moved := sorted(value.free_symbols & coordinates, key=str):
+                    raise _refused(
+                        element,
+                        f"{element}: {key} is {_short(value)}, which changes with {', '.join(map(str, moved))}"
+                        f"{self._way_as_spring(element, value, moved)}; the Laplace transform (6), (7) needs a linear "
+                        "equation in each phase: a value is constant, a force may be linear in the current",
                     )
                 if element.kind not in ("force", "torque") and self.input is not None:
                     self._refuse_input(element, key, value)
 
+    def _way_as_spring(self, element: Element, value: sp.Expr, moved: list[sp.Symbol]) -> str:
+        """What a force on a coordinate is declared as that falls in proportion to this coordinate."""
+        slope = sp.diff(value, element.on) if moved == [element.on] else None
+        if element.kind not in ("force", "torque") or slope is None or element.on in slope.free_symbols:
+            return ""
+        if not self._never_negative(-slope):
+            return ""
+        constant = sp.expand(value - slope * element.on)
+        beside = f" and {element.kind}({element.on}, {_short(constant)})" if constant != 0 else ""
+        return f": declare spring({element.on}, {_short(-slope)}){beside}"
+
     def _refuse_input(self, element: Element, key: str, value: sp.Expr) -> None:
         if self.input is not None and self.input.symbol in value.free_symbols:
-            raise ModelError(f"{element}: {key} is {_short(value)}: the current may stand in a force or torque alone")
+            raise _refused(
+                element, f"{element}: {key} is {_short(value)}: the current may stand in a force or torque alone"
+            )
 
     def _check_units(self) -> None:
         """Units that a file gives, where all of them are known."""
@@ -156,10 +188,10 @@ class _Mechanism:
             known[self.input.symbol] = units.dimension(self.input.unit)
         of: dict[str, str] = {}
         for each in self.draft.coordinates:
-            _fits(each.inertia, "kg" if each.unit == "m" else "kg m^2", known, f"the inertia of {each.symbol}")
+            _fits(each, each.inertia, "kg" if each.unit == "m" else "kg m^2", known, f"the inertia of {each.symbol}")
             of[each.symbol.name] = each.unit
         if self.input is not None and self.input.limit is not None:
-            _fits(self.input.limit, self.input.unit, known, f"the limit of {self.input.symbol}")
+            _fits(self.input, self.input.limit, self.input.unit, known, f"the limit of {self.input.symbol}")
         for element in self.draft.elements:
             self._check_units_of(element, known, of)
 
@@ -174,11 +206,13 @@ class _Mechanism:
             wanted = "rad" if element.kind == "torque" else "m"
             if where and where[0] != wanted:
                 other = "torque" if element.kind == "force" else "force"
-                raise ModelError(
-                    f"{element} acts along {element.on}, which is in {where[0]}: declare it as {other}(...)"
+                raise _refused(
+                    element, f"{element} acts along {element.on}, which is in {where[0]}: declare it as {other}(...)"
                 )
         if element.kind == "gravity" and turns:
-            raise ModelError(f"{element} acts along {element.on}, which is in rad: declare its torque, or spring(...)")
+            raise _refused(
+                element, f"{element} acts along {element.on}, which is in rad: declare its torque, or spring(...)"
+            )
         expected = {
             "force": {"value": effort}, "torque": {"value": effort}, "gravity": {"acceleration": "m/s^2"},
             "friction": dict.fromkeys(("forward", "backward", "forward_at_rest", "backward_at_rest"), effort),
@@ -188,16 +222,16 @@ class _Mechanism:
         }  # fmt: skip
         for key, unit in expected.get(element.kind, {}).items():
             if key in values:
-                _fits(values[key], unit, known, f"{element}: {key}")
+                _fits(element, values[key], unit, known, f"{element}: {key}")
         if element.kind not in ("spring", "viscous") or not where:
             return
         what = f"{element}: {element.on}"
         try:
             stretch = units.of_expression(sp.expand(element.on), known)
         except units.UnitError as error:
-            raise ModelError(f"{what}: units do not fit: {error}") from None
+            raise _refused(element, f"{what}: units do not fit: {error}") from None
         (key, value), *_ = values.items()
-        found = _dimension_of(value, known, f"{element}: {key}")
+        found = _dimension_of(element, value, known, f"{element}: {key}")
         if stretch is None or found is None or not value.free_symbols:
             return
         # the force along a coordinate is (d stretch/d q) times stiffness times stretch
@@ -211,9 +245,10 @@ class _Mechanism:
             per = "rad" if units.spelled(stretch) == "1" else units.spelled(stretch)
             rate = " s" if element.kind == "viscous" else ""
             fits = "N m" if per == "rad" else "N"
-            raise ModelError(
+            raise _refused(
+                element,
                 f"{element}: {unit} {_short(value)} is in {units.spelled(found)}, and of a stretch in {per} it must be "
-                f"in {fits}{rate}/{per}"
+                f"in {fits}{rate}/{per}",
             )
 
     # ---- which mass is which ----
@@ -222,20 +257,25 @@ class _Mechanism:
         """The coordinates of masses 1 and 2: that of the current and of stops, and that which falls."""
         moving = [each for each in self.draft.coordinates if not each.held]
         if not moving:
-            raise ModelError("every coordinate is held: nothing moves")
+            raise _refused(self.draft.coordinates[-1], "every coordinate is held: nothing moves")
+        for each in moving:
+            self._refuse_sign(each, each.inertia, f"the inertia of {each.symbol}", positive=True)
         if len(moving) > 2:
-            extra = ", ".join(str(each.symbol) for each in moving)
-            raise ModelError(
-                f"{len(moving)} coordinates move, {extra}: with nothing held the motion is of order {2 * len(moving)} "
-                "or more, and what is carried has at most order 3 and an integrator: hold one of them"
+            extra = _short(", ".join(str(each.symbol) for each in moving))
+            order = f": with nothing held the motion is of {self._order()}" if len(moving) <= MOST_TRIED else ""
+            raise _refused(
+                moving[2],
+                f"{len(moving)} coordinates move, {extra}{order}; what is carried are two that move, of order 3 and an "
+                f"integrator at most{self._by_holding()}",
             )
         if len(moving) == 1:
             if self.contact is None:
                 return moving[0], None
             if any(self._moving(each.on) for each in self.draft.elements if each.kind == "stop") or self._driven():
-                raise ModelError(
+                raise _refused(
+                    self.contact,
                     f"{self.contact}: of a leg with one coordinate that moves, {moving[0].symbol}, that is the body, "
-                    "which may have neither stops nor a current"
+                    "which may have neither stops nor a current",
                 )
             return None, moving[0]
         driven, stopped = (
@@ -243,13 +283,19 @@ class _Mechanism:
             {s for e in self.draft.elements if e.kind == "stop" for s in self._moving(e.on)},
         )
         falling = {s for e in self.draft.elements if e.kind == "gravity" for s in self._moving(e.on)}
-        for symbols, what in ((driven, "the current acts on"), (stopped, "there are stops on")):
+        for symbols, what, kinds in (
+            (driven, "the current acts on", ("force", "torque")),
+            (stopped, "there are stops on", ("stop",)),
+        ):
             if len(symbols) > 1:
-                raise ModelError(f"{what} {' and '.join(sorted(map(str, symbols)))}: it may be one coordinate alone")
+                last = [each for each in self._of(*kinds) if {*self._moving(each.on)} & symbols][-1]
+                names = " and ".join(sorted(map(str, symbols)))
+                raise _refused(last, f"{what} {names}: it may be one coordinate alone")
         if driven and stopped and driven != stopped:
-            raise ModelError(
+            raise _refused(
+                [*self._of("stop")][-1],
                 f"the current acts on {next(iter(driven))}, and {next(iter(stopped))} has stops: of two coordinates "
-                "that move one alone may have both"
+                "that move one alone may have both",
             )
         chosen = driven or stopped
         if not chosen and len(falling) == 1:
@@ -275,57 +321,148 @@ class _Mechanism:
     def _one(self, element: Element) -> int:
         """The mass that an element on one coordinate acts on."""
         if not (element.on.is_Symbol and isinstance(element.on, Coordinate)):
-            raise ModelError(f"{element} acts on {_short(element.on)}: it must be a coordinate")
+            raise _refused(element, f"{element} acts on {_short(element.on)}: it must be a coordinate")
         return self._number(element.on)
 
     # ---- letters ----
 
-    def _put(self, letter: sp.Symbol, value: sp.Expr, source: str) -> None:
-        self.constants[letter] = _exact(value, source)
+    def _put(self, of: _Declared, letter: sp.Symbol, value: sp.Expr, source: str) -> None:
+        self.constants[letter] = _exact(of, value, source)
         self.sources[letter] = source
 
     def _put_inertias(self) -> None:
         for letter, each in ((Q.m_eff, self.first), (Q.m_s, self.second)):
             if each is not None:
-                self._refuse_sign(each.inertia, f"the inertia of {each.symbol}", positive=True)
-                self._put(letter, each.inertia, f"inertia of {each.symbol}")
-        if self.first is None:  # an actuator that never moves
-            self.constants |= {Q.x1_min: sp.S.Zero, Q.x1_max: sp.S.Zero}
+                self._refuse_sign(each, each.inertia, f"the inertia of {each.symbol}", positive=True)
+                self._put(each, letter, each.inertia, f"inertia of {each.symbol}")
 
-    def _stretch(self, element: Element) -> _Stretch:
-        """A stretch as a factor of y and an offset; of one mass y is its coordinate."""
+    def _slopes(self, element: Element) -> dict[sp.Symbol, sp.Expr]:
+        """How a stretch changes with each coordinate that moves, constants; ModelError where it is not linear."""
         on = sp.expand(element.on.subs({each.symbol: 0 for each in self.draft.coordinates if each.held}))
         slopes = {symbol: sp.diff(on, symbol) for symbol in self._moving(element.on)}
         for symbol, slope in slopes.items():
             if slope.free_symbols & {*slopes, *({self.input.symbol} if self.input else ())}:
-                raise ModelError(
+                raise _refused(
+                    element,
                     f"{element} is not linear: {_short(element.on)} changes with {symbol} by {_short(slope)}; the "
-                    "Laplace transform (6), (7) needs a linear equation in each phase"
+                    "Laplace transform (6), (7) needs a linear equation in each phase",
                 )
-        offset = sp.expand(on.subs(dict.fromkeys(slopes, 0)))
+        return {symbol: slope for symbol, slope in slopes.items() if slope != 0}
+
+    def _stretch(self, element: Element) -> _Stretch:
+        """A stretch as a factor of y and an offset; of one mass y is its coordinate."""
+        slopes = self._slopes(element)
+        at_0 = {each.symbol: 0 for each in self.draft.coordinates}
+        offset = sp.expand(element.on.subs(at_0))
         if self.input is not None and self.input.symbol in offset.free_symbols:
-            raise ModelError(f"{element}: {_short(element.on)} has the current in it, which may stand in a force alone")
+            raise _refused(
+                element, f"{element}: {_short(element.on)} has the current in it, which may stand in a force alone"
+            )
+        if not slopes:
+            raise _refused(
+                element, f"{element} acts on {_short(element.on)}, which does not change with any coordinate"
+            )
         if len(slopes) == 2:
             assert self.first is not None and self.second is not None
             one, other = slopes[self.first.symbol], slopes[self.second.symbol]
             if sp.expand(one + other) != 0:
-                raise ModelError(
+                raise _refused(
+                    element,
                     f"{element} acts on {_short(element.on)}, which changes where {self.first.symbol} and "
-                    f"{self.second.symbol} move together: with nothing held the motion is of order 4, because of "
-                    f"'{element.name}'; between two coordinates it must act on their difference, so take the coordinate "
-                    "behind a gear, and the inertia as seen from there"
+                    f"{self.second.symbol} move together, and what is carried moves freely as a whole: with nothing held "
+                    f"the motion is of {self._order()}{self._behind_the_gear(element) or self._by_holding()}",
                 )
             return _Stretch(one, offset)
         (symbol,) = slopes
         if not self.alone and self.first is not None:
             if element.kind == "viscous":
                 return _Stretch(slopes[symbol], offset)
-            raise ModelError(
+            order, without = self._order(), self._order(element)
+            because = f", because of '{element.name}', without which it is of {without}" if order != without else ""
+            raise _refused(
+                element,
                 f"{element} ties {symbol} to the ground while {self._other(symbol)} moves, too: with nothing held the "
-                f"motion is of order 4, because of '{element.name}'; what is carried has order 3 and an integrator"
+                f"motion is of {order}{because}; what is carried has at most order 3 and an integrator{self._by_holding()}",
             )
         factor = slopes[symbol] if self.alone else -slopes[symbol]  # mass 2 is at the other end
         return _Stretch(factor, offset)
+
+    # ---- the order of a motion that is not carried ----
+
+    def _order(self, without: Element | None = None) -> str:
+        """The order of the motion with nothing held, in words: the degree of det(M s^2 + D s + K) less its roots at 0,
+        the integrators.
+
+        In exact arithmetic, with a prime in place of each parameter: what vanishes there vanishes for all robots, but
+        for a chance that is smaller than 1e-3.
+        """
+        moving = [each for each in self.draft.coordinates if not each.held]
+        primes = {symbol: sp.Integer(sp.prime(1000 + n)) for n, symbol in enumerate(self.parameters)}
+
+        def number(value: sp.Expr) -> sp.Expr:
+            return sp.nsimplify(value, rational=True).xreplace(primes)
+
+        size = len(moving)
+        of_kind = {"spring": sp.zeros(size), "viscous": sp.zeros(size)}
+        for element in self._of("spring", "viscous"):
+            if element is not without:
+                slopes = self._slopes(element)
+                along = sp.Matrix([number(slopes.get(each.symbol, sp.S.Zero)) for each in moving])
+                (value,) = element.values.values()
+                assert value is not None
+                of_kind[element.kind] += number(value) * along * along.T
+        inverse = sp.diag(*(1 / number(each.inertia) for each in moving))
+        first_order = sp.Matrix.vstack(
+            sp.Matrix.hstack(sp.zeros(size), sp.eye(size)),
+            sp.Matrix.hstack(-inverse * of_kind["spring"], -inverse * of_kind["viscous"]),
+        )
+        coefficients = first_order.charpoly().all_coeffs()
+        integrators = next(n for n, each in enumerate(reversed(coefficients)) if each != 0)
+        more = {0: "", 1: " and an integrator"}.get(integrators, f" and {integrators} integrators")
+        return f"order {len(coefficients) - 1 - integrators}{more}"
+
+    def _behind_the_gear(self, element: Element) -> str:
+        """Which coordinate to take in place of the first one, so that a stretch is a difference; "" if others are not.
+
+        Of x = r q the inertia is J/r^2, and a force along q is 1/r times as large.
+        """
+        assert self.first is not None and self.second is not None
+        q = self.first.symbol
+
+        def ratio(slopes: dict[sp.Symbol, sp.Expr]) -> sp.Expr:
+            return sp.cancel(-slopes.get(q, sp.S.Zero) / slopes[self._other(q)])
+
+        between = [self._slopes(each) for each in self._of("spring", "viscous")]
+        r = ratio(self._slopes(element))
+        if any(
+            q not in each or len(each) == 2 and sp.cancel(ratio(each) - r) != 0
+            for each in between
+            if each.keys() != {q}
+        ):
+            return ""
+        if any(self._slopes(each).keys() == {q} for each in self._of("spring")):
+            return ""
+        per, inertia = sp.cancel(1 / r), sp.cancel(self.first.inertia / r**2)
+        unit = f" [{self.second.unit}]" if self.second.unit != self.first.unit else ""
+        return (
+            f"; take {_short(r * q)}{unit} as the coordinate in place of {q}, with the inertia {_short(inertia)}: forces "
+            f"along it are those along {q} times {_short(per)}, dampings times {_short(per**2)}, lengths times {_short(r)}"
+        )
+
+    def _by_holding(self) -> str:
+        """What to hold so that the model is carried: the fewest coordinates, found by trying; "" if there are none."""
+        moving = [each for each in self.draft.coordinates if not each.held]
+        if self.is_tried or len(moving) > MOST_TRIED:
+            return ""
+        for count in range(max(1, len(moving) - 2), len(moving)):
+            for held in combinations(moving, count):
+                coordinates = [replace(each, held=each.held or each in held) for each in self.draft.coordinates]
+                try:
+                    _Mechanism(replace(self.draft, coordinates=coordinates), is_tried=True).model("", "", "")
+                except ModelError:
+                    continue
+                return f"; it is carried with {' and '.join(str(each.symbol) for each in held)} held (held=True)"
+        return ""
 
     def _other(self, symbol: sp.Symbol) -> sp.Symbol:
         return next(c.symbol for c in self.draft.coordinates if not c.held and c.symbol != symbol)
@@ -333,32 +470,28 @@ class _Mechanism:
     def _put_springs(self) -> None:
         springs = list(self._of("spring"))
         for each in springs:
-            self._refuse_sign(each.values["stiffness"], f"{each}: stiffness", positive=False)
+            self._refuse_sign(each, each.values["stiffness"], f"{each}: stiffness", positive=False)
         leg = self.contact.on if self.contact is not None else None
-        if leg is not None and not any(each.on == leg for each in springs):
-            raise ModelError(f"{self.contact}: the spring of its leg stretches nothing that moves")
+        if self.contact is not None and not any(each.on == leg for each in springs):
+            raise _refused(self.contact, f"{self.contact}: the spring of its leg stretches nothing that moves")
         solid = not self.alone  # what is divided by the stiffness
+        if self.first is not None and self.second is not None:
+            self._refuse_what_nothing_ties(self.first, self.second)
         main = next((each for each in springs if each.on == leg), None)
         main = main or next((each for each in springs if self._is_positive(each.values["stiffness"])), None)
         main = main or next(iter(springs), None)
         if main is None:
-            if solid:
-                raise ModelError(
-                    f"nothing ties {self.first and self.first.symbol} to {self.second and self.second.symbol} but for "
-                    "dampers: two coordinates that move need a spring between them, or are two models"
-                )
             return
         stretch, stiffness = self._stretch(main), main.values["stiffness"]
         assert stiffness is not None
         if solid:
-            self._refuse_sign(stiffness, f"{main}: stiffness", positive=True)
-        if stretch.factor == 0:
-            raise ModelError(f"{main} does not change with any coordinate")
-        self._put(Q.k, _cancelled(stiffness * stretch.factor**2), f"spring {main.name}")
+            self._refuse_sign(main, stiffness, f"{main}: stiffness", positive=True)
+        self._put(main, Q.k, _cancelled(stiffness * stretch.factor**2), f"spring {main.name}")
         offset = _cancelled(stretch.offset / stretch.factor)
         pulled = self._offset_force(stiffness, offset)
-        self._put(Q.c, pulled, f"spring {main.name}")
-        self._put(Q.L0, sp.expand(offset - pulled), f"spring {main.name}")
+        if self.undone is not None:
+            self._put(main, Q.c, pulled, f"spring {main.name}")
+        self._put(main, Q.L0, sp.expand(offset - pulled), f"spring {main.name}")
         for each in springs:
             if each is main:
                 continue
@@ -367,6 +500,16 @@ class _Mechanism:
             positions = Q.x1 if self.alone else Q.x1 - Q.x2
             push = -k * own.factor * (own.factor * positions + own.offset)
             self._further(each, push, sp.S.Zero if self.alone else -push)
+
+    def _refuse_what_nothing_ties(self, first: DeclaredCoordinate, second: DeclaredCoordinate) -> None:
+        between = {each.kind for each in self._of("spring", "viscous") if len(self._slopes(each)) == 2}
+        if "spring" not in between:
+            but = " but for dampers" if between else ""
+            raise _refused(
+                second,
+                f"nothing ties {first.symbol} to {second.symbol}{but}: two coordinates that move need a spring between "
+                f"them, or are two models{self._by_holding()}",
+            )
 
     def _offset_force(self, stiffness: sp.Expr, offset: sp.Expr) -> sp.Expr:
         """The share of a spring's offset that a constant force on mass 1 undoes there, as (3) has it; 0 without one."""
@@ -387,9 +530,9 @@ class _Mechanism:
             value, number = each.values["acceleration"], self._one(each)
             assert value is not None
             if number == 2 and self.contact is not None:
-                self._refuse_sign(value, f"{each}: acceleration", positive=False)
-            if number == 2 and self.constants[Q.g] == 0 and self._never_negative(value):
-                self._put(Q.g, value, f"gravity {each.name}")
+                self._refuse_sign(each, value, f"{each}: acceleration", positive=False)
+            if number == 2 and Q.g not in self.sources and self._never_negative(value):
+                self._put(each, Q.g, value, f"gravity {each.name}")
             else:
                 weight = -self.constants[Q.m_eff if number == 1 else Q.m_s] * value
                 self._further(each, *((weight, sp.S.Zero) if number == 1 else (sp.S.Zero, weight)))
@@ -401,11 +544,9 @@ class _Mechanism:
                 continue
             constant, per_unit = self._split(each, value)
             if per_unit != 0:
-                if number != 1:
-                    raise ModelError(f"{each}: the current may not act on {each.on}")
                 if each.where != "both":
-                    raise ModelError(f"{each} has the current in it: it acts in stance and in flight, where='both'")
-                self._put(Q.gamma2, self.constants[Q.gamma2] - per_unit, f"{each.kind} {each.name}")
+                    raise _refused(each, f"{each} has the current in it: it acts in stance and in flight, where='both'")
+                self._put(each, Q.gamma2, self.constants[Q.gamma2] - per_unit, f"{each.kind} {each.name}")
             if constant != 0:
                 self._further(each, *((constant, sp.S.Zero) if number == 1 else (sp.S.Zero, constant)))
 
@@ -416,7 +557,9 @@ class _Mechanism:
             return value, sp.S.Zero
         per_unit = sp.diff(value, self.input.symbol)
         if self.input.symbol in per_unit.free_symbols:
-            raise ModelError(f"{element} is {_short(value)}: it must be linear in the current {self.input.symbol}")
+            raise _refused(
+                element, f"{element} is {_short(value)}: it must be linear in the current {self.input.symbol}"
+            )
         return sp.expand(value - per_unit * self.input.symbol), per_unit
 
     def _put_viscous(self) -> None:
@@ -425,12 +568,12 @@ class _Mechanism:
             assert damping is not None
             stretch = self._stretch(each)
             if stretch.offset != 0:
-                raise ModelError(f"{each} acts on {_short(each.on)}: a velocity knows no {_short(stretch.offset)}")
+                raise _refused(each, f"{each} acts on {_short(each.on)}: a velocity knows no {_short(stretch.offset)}")
             symbols = self._moving(each.on)
             damping = sp.expand(damping * stretch.factor**2)
-            if len(symbols) == 2:
-                self._refuse_where(each, "both", "between two coordinates")
-                self._refuse_sign(damping, f"{each}: damping", positive=False)
+            if len(symbols) == 2 or self._is_in_leg(each):
+                self._refuse_where(each, "both", "in the leg" if self.contact else "between two coordinates")
+                self._refuse_sign(each, damping, f"{each}: damping", positive=False)
                 push = -damping * (Q.v1 - Q.v2)
                 self._further(each, push, -push)
                 continue
@@ -438,15 +581,22 @@ class _Mechanism:
             letter, own = ((Q.b1, "both"), (Q.b2, "stance"))[number - 1]
             if self.contact is None:
                 own = "both"
-            if each.where == own and self.constants[letter] == 0:
-                self._put(letter, damping, f"viscous {each.name}")
+            if each.where == own and letter not in self.sources:
+                self._put(each, letter, damping, f"viscous {each.name}")
             else:
                 push = -damping * (Q.v1, Q.v2)[number - 1]
                 self._further(each, *((push, sp.S.Zero) if number == 1 else (sp.S.Zero, push)))
 
+    def _is_in_leg(self, damper: Element) -> bool:
+        """Of a leg with one coordinate that moves: whether a damper is beside its spring, or between the leg's ends."""
+        if self.first is not None or self.contact is None:
+            return False
+        ends = {each.symbol for each in self.draft.coordinates} & self.contact.on.free_symbols
+        return damper.beside or (len(ends) == 2 and ends <= damper.on.free_symbols)
+
     def _refuse_where(self, element: Element, wanted: str, why: str) -> None:
         if element.where != wanted:
-            raise ModelError(f"{element} acts in {element.where!r}: {why} it must act in {wanted!r}")
+            raise _refused(element, f"{element} acts in {element.where!r}: {why} it must act in {wanted!r}")
 
     def _put_friction(self) -> None:
         for each in self._of("friction"):
@@ -454,25 +604,28 @@ class _Mechanism:
             wanted = "stance" if number == 2 and self.contact is not None else "both"
             why = "the friction of a body that flies is" if wanted == "stance" else "friction is that"
             if each.where != wanted:
-                raise ModelError(
+                raise _refused(
+                    each,
                     f"{each} of {each.on} acts in {each.where!r}: {why} carried in {wanted!r} alone, so declare it with "
-                    f"where={wanted!r}"
+                    f"where={wanted!r}",
                 )
             inertia = self.constants[(Q.m_eff, Q.m_s)[number - 1]]
             letters = ((Q.f1, Q.f1_minus), (Q.f2, Q.f2_minus))[number - 1]
             for letter, key in zip(letters, ("forward", "backward"), strict=True):
                 level = each.values[key]
                 assert level is not None
-                self._refuse_sign(level, f"{each}: {key}", positive=False)
-                self._put(letter, self.constants[letter] + _cancelled(level / inertia), f"friction {each.name}")
+                self._refuse_sign(each, level, f"{each}: {key}", positive=False)
+                self._put(each, letter, self.constants[letter] + _cancelled(level / inertia), f"friction {each.name}")
             for letter, key in zip(EXCESSES[number - 1], ("forward", "backward"), strict=True):
                 in_motion, at_rest = each.values[key], each.values[f"{key}_at_rest"]
                 assert in_motion is not None and at_rest is not None
                 if not (more := sp.expand(at_rest - in_motion)).free_symbols and more < 0:
-                    raise ModelError(
-                        f"{each}: {key} at rest is {_short(at_rest)}, less than {_short(in_motion)} in motion"
+                    raise _refused(
+                        each, f"{each}: {key} at rest is {_short(at_rest)}, less than {_short(in_motion)} in motion"
                     )
-                self._put(letter, self.constants[letter] + _cancelled(more / inertia), f"friction {each.name}")
+                if more != 0:  # else at rest it is that in motion
+                    value = self.constants[letter] + _cancelled(more / inertia)
+                    self._put(each, letter, value, f"friction {each.name}")
             self.by_sign[number - 1] |= each.values["forward"] != each.values["backward"]
             self.by_sign[number - 1] |= each.values["forward_at_rest"] != each.values["backward_at_rest"]
         self.rest_may_lack = not all(
@@ -484,47 +637,49 @@ class _Mechanism:
     def _put_stops(self) -> None:
         seen = set[int]()
         for each in self._of("stop"):
-            if (number := self._one(each)) != 1:
-                raise ModelError(f"{each} of {each.on}: stops belong to the coordinate of the current")
-            if number in seen:
-                raise ModelError(f"{each} of {each.on}: a coordinate has one `stop`, with both ends")
+            if (number := self._one(each)) in seen:
+                raise _refused(each, f"{each} of {each.on}: a coordinate has one `stop`, with both ends")
             seen.add(number)
             for letter, key in ((Q.x1_min, "low"), (Q.x1_max, "high")):
                 if (value := each.values[key]) is not None:
-                    self._put(letter, value, f"stop {each.name}")
+                    self._put(each, letter, value, f"stop {each.name}")
         if self.constants[Q.gamma2] == 0:  # no input, or it acts on what is held
             return
         if self.input is not None and self.input.limit is not None:
-            self._refuse_sign(self.input.limit, f"the limit of {self.input.symbol}", positive=False)
-            self._put(Q.u_max, self.input.limit, f"limit of {self.input.symbol}")
+            self._refuse_sign(self.input, self.input.limit, f"the limit of {self.input.symbol}", positive=False)
+            self._put(self.input, Q.u_max, self.input.limit, f"limit of {self.input.symbol}")
         elif self.input is not None and self.contact is not None:
-            raise ModelError(
-                f"the current {self.input.symbol} has no limit, which a controller of hops needs: current(..., limit=)"
+            raise _refused(
+                self.input,
+                f"the current {self.input.symbol} has no limit, which a controller of hops needs: current(..., limit=)",
             )
 
     def _put_contact(self) -> None:
         if self.contact is None:
             for each in self.draft.elements:
                 if each.where != "both":
-                    raise ModelError(f"{each} acts in {each.where!r}, and the model has no contact that begins or ends")
+                    raise _refused(
+                        each, f"{each} acts in {each.where!r}, and the model has no contact that begins or ends"
+                    )
             return
-        if self.second is None:
-            raise ModelError(f"{self.contact}: the body on the leg is held")
         loss = self.contact.values["impact_loss"]
         assert loss is not None
         if not (loss.is_Symbol and self.parameters[loss].domain == "fraction") and not (
             loss.is_number and 0 <= loss < 1
         ):
-            raise ModelError(f"{self.contact}: impact_loss must be a number >= 0 and < 1, or a parameter in 'fraction'")
-        self._put(Q.impact_loss, loss, "contact")
+            raise _refused(
+                self.contact, f"{self.contact}: impact_loss must be a number >= 0 and < 1, or a parameter in 'fraction'"
+            )
+        self._put(self.contact, Q.impact_loss, loss, "contact")
         for mass, own, others in ((self.first, 1, ("x2", "v2")), (self.second, 2, ("x1", "v1"))):
             if mass is not None and {mass.symbol.name, mass.velocity} & {*others}:
-                raise ModelError(
+                raise _refused(
+                    self.contact,
                     f"{self.contact}: {mass.symbol} with the velocity {mass.velocity} is mass {own} of the leg, and "
-                    f"{', '.join(others)} are the other one in a stance: give it another name"
+                    f"{', '.join(others)} are the other one in a stance: give it another name",
                 )
-        for force in self.further:
-            refuse_what_flight_cannot_carry(force)
+        for element, force in self.of_further:
+            _refuse_what_flight_cannot_carry(element, force)
 
     def _law(self) -> Law | None:
         """The law, whose gains take the letters that are theirs."""
@@ -533,38 +688,49 @@ class _Mechanism:
             return None
         assert self.input is not None
         if self.contact is not None:
-            raise ModelError(f"{each}: a law is carried without a contact: a flight has the gains of its own law")
+            raise _refused(each, f"{each}: a law is carried without a contact: a flight has the gains of its own law")
         if self.second is not None:
             moving = f"{self.first and self.first.symbol} and {self.second.symbol}"
-            raise ModelError(f"{each}: a law is carried on one mass, and {moving} move")
+            raise _refused(each, f"{each}: a law is carried on one mass, and {moving} move")
         assert self.first is not None
         if each.on != self.first.symbol:
-            raise ModelError(f"{each} acts on {each.on}, which is held")
+            raise _refused(each, f"{each} acts on {each.on}, which is held")
         per_unit = -self.constants[Q.gamma2]
+        if per_unit == 0:
+            effort = "torque" if self.first.unit == "rad" else "force"
+            raise _refused(
+                each,
+                f"{each} sets {self.input.symbol}, by which no force acts along {each.on}: declare it, "
+                f"{effort}({each.on}, k_t*{self.input.symbol}), because the law divides by k_t",
+            )
         along = 1 if self._is_positive(per_unit) else -1
         if not self._is_positive(along * per_unit):
-            raise ModelError(
+            raise _refused(
+                each,
                 f"{each}: the force per {self.input.symbol} is {_short(per_unit)}, which may be 0 or of either sign for "
-                "some robot, and the law divides by it: declare its parameters as 'positive'"
+                "some robot, and the law divides by it: declare its parameters as 'positive'",
             )
         for letter, key in ((Q.K_p, "proportional"), (Q.K_d, "derivative")):
             value = each.values[key]
             assert value is not None
-            self._refuse_sign(value, f"{each}: {key}", positive=False)
-            self._put(letter, value, f"law {each.name}")
+            self._refuse_sign(each, value, f"{each}: {key}", positive=False)
+            self._put(each, letter, value, f"law {each.name}")
         return Law(Input(self.input.symbol.name, self.input.unit, self.input.thing, self.input.meaning), along)
 
     def _further(self, element: Element, force_1: sp.Expr, force_2: sp.Expr) -> None:
         what = str(element)
         made = Force(
-            element.name, _exact(sp.sympify(force_1), what), _exact(sp.sympify(force_2), what), what, element.where
-        )
+            element.name, _exact(element, sp.sympify(force_1), what), _exact(element, sp.sympify(force_2), what), what,
+            element.where,
+        )  # fmt: skip
         own = field_name(made.name)
         if any(field_name(other.name) == own for other in self.further) or own in _TAKEN:
-            raise ModelError(
-                f"{element}: another entry of the ledger has its name, {own}, already: give the element another"
+            raise _refused(
+                element,
+                f"{element}: another entry of the ledger has its name, {own}, already: give the element another",
             )
         self.further.append(made)
+        self.of_further.append((element, made))
 
     # ---- signs ----
 
@@ -584,25 +750,33 @@ class _Mechanism:
         return symbol in self.parameters and self.parameters[symbol].domain in domains
 
     def _never_negative(self, value: sp.Expr) -> bool:
-        known = ("positive", "nonnegative", "fraction", "bound", "length")
         return all(
-            factor.is_nonnegative or self._in(factor.as_base_exp()[0], *known) or factor.as_base_exp()[1].is_even
+            factor.is_nonnegative
+            or self._in(factor.as_base_exp()[0], *_NOT_NEGATIVE)
+            or factor.as_base_exp()[1].is_even
             for term in sp.Add.make_args(sp.expand(value))
             for factor in sp.Mul.make_args(term)
         )
 
-    def _refuse_sign(self, value: sp.Expr | None, what: str, *, positive: bool) -> None:
+    def _refuse_sign(self, of: _Declared, value: sp.Expr | None, what: str, *, positive: bool) -> None:
         assert value is not None
         if self._is_positive(value) if positive else self._never_negative(value):
             return
+        if not value.free_symbols:
+            raise _refused(of, f"{what} is {_short(value)}: it must be {'> 0' if positive else '>= 0'}")
+        wanted, of_that_sign = ("positive", ("positive",)) if positive else ("nonnegative", _NOT_NEGATIVE)
         names = sorted(
-            str(each) for each in value.free_symbols
-            if each in self.parameters and not self._in(each, *(("positive",) if positive else ("positive", "nonnegative", "fraction", "bound")))
-        )  # fmt: skip
-        wanted = "positive" if positive else "nonnegative"
-        way = f": declare {', '.join(names)} as {wanted!r}" if names else ""
+            (each for each in value.free_symbols if each in self.parameters and not self._in(each, *of_that_sign)),
+            key=str,
+        )
+        tried = _Mechanism(self.draft)
+        tried.parameters = self.parameters | {each: replace(self.parameters[each], domain=wanted) for each in names}
+        enough = tried._is_positive(value) if positive else tried._never_negative(value)
+        them = ", ".join(map(str, names)) if enough else "it as a parameter of its own,"
         sign = "0 or negative" if positive else "negative"
-        raise ModelError(f"{what} is {_short(value)}, which may be {sign} for some robot{way}")
+        raise _refused(
+            of, f"{what} is {_short(value)}, which may be {sign} for some robot: declare {them} as {wanted!r}"
+        )
 
     # ---- what is left over ----
 
@@ -610,10 +784,12 @@ class _Mechanism:
         """The parameters that the motion reads; what has those of a coordinate that is held leaves them out."""
         read = {s for value in self.constants.values() for s in value.free_symbols}
         read |= {s for f in self.further for value in (f.force_1, f.force_2) for s in value.free_symbols}
-        named = {s for _, value in self._expressions() for s in value.free_symbols}
+        named = {s for *_, value in self._expressions() for s in value.free_symbols}
         for symbol, each in self.parameters.items():
             if symbol not in named:
-                raise ModelError(f"the parameter {each.name} is declared, and no element has it")
+                raise ModelError(
+                    f"the parameter {each.name} is declared, and no element has it", self.draft.lines.get(each.name)
+                )
         return tuple(each for symbol, each in self.parameters.items() if symbol in read)
 
     def _refuse_hidden(self, parameters: tuple[Parameter, ...]) -> None:
@@ -623,7 +799,8 @@ class _Mechanism:
             if each.name in own:
                 raise ModelError(
                     f"the name of the parameter {each.name} is that of the compression or of the current in a state: "
-                    "give it another"
+                    "give it another",
+                    self.draft.lines.get(each.name),
                 )
 
     def _input(self, law: Law | None) -> Input | None:
@@ -640,7 +817,7 @@ class _Mechanism:
             for value in element.values.values()
             if value is not None
         ):
-            raise ModelError(f"the current {each.symbol} is declared, and no force has it")
+            raise _refused(each, f"the current {each.symbol} is declared, and no force has it")
         if each is None or self.constants[Q.gamma2] == 0:
             return None
         return Input(each.symbol.name, each.unit, each.thing, each.meaning)
@@ -687,51 +864,55 @@ def _cancelled(value: sp.Expr) -> sp.Expr:
     return sp.cancel(value) if value.free_symbols else value
 
 
-def _dimension_of(value: sp.Expr, known: dict[sp.Symbol, units.Dimension | None], what: str) -> units.Dimension | None:
+def _dimension_of(
+    of: _Declared, value: sp.Expr, known: dict[sp.Symbol, units.Dimension | None], what: str
+) -> units.Dimension | None:
     try:
         return units.of_expression(value, known)
     except units.UnitError as error:
-        raise ModelError(f"{what} is {_short(value)}, whose units do not fit: {error}") from None
+        raise _refused(of, f"{what} is {_short(value)}, whose units do not fit: {error}") from None
 
 
-def _fits(value: sp.Expr, unit: str, known: dict[sp.Symbol, units.Dimension | None], what: str) -> None:
-    found, wanted = _dimension_of(value, known, what), units.dimension(unit)
+def _fits(of: _Declared, value: sp.Expr, unit: str, known: dict[sp.Symbol, units.Dimension | None], what: str) -> None:
+    found, wanted = _dimension_of(of, value, known, what), units.dimension(unit)
     if found is not None and wanted is not None and value.free_symbols and found != wanted:
-        raise ModelError(f"{what} is {_short(value)} in {units.spelled(found)}: it must be in {unit}")
+        raise _refused(of, f"{what} is {_short(value)} in {units.spelled(found)}: it must be in {unit}")
 
 
 # ---- numbers and functions ----
 
 
-def _check_size(number: sp.Expr, what: str) -> None:
+def _check_size(of: _Declared, number: sp.Expr, what: str) -> None:
     if number and not SMALLEST <= abs(number) <= LARGEST:
-        raise ModelError(f"{what}: a number must be 0 or between 1e-30 and 1e30 in size")
+        raise _refused(of, f"{what}: a number must be 0 or between 1e-30 and 1e30 in size")
 
 
-def _exact(value: sp.Expr, what: str) -> sp.Expr:
+def _exact(of: _Declared, value: sp.Expr, what: str) -> sp.Expr:
     """The expression with each float as the decimal fraction that it is written as: 12.5 is 25/2, 0.1 is 1/10."""
-    made = _spelled(value, what)
+    made = _spelled(of, value, what)
     for number in made.atoms(sp.Rational):
-        _check_size(number, what)
+        _check_size(of, number, what)
     return made
 
 
-def _spelled(value: sp.Expr, what: str) -> sp.Expr:
+def _spelled(of: _Declared, value: sp.Expr, what: str) -> sp.Expr:
     if value.is_Float:
-        _check_size(value, what)
+        _check_size(of, value, what)
         fraction = Fraction(repr(float(value)))
         return sp.Rational(fraction.numerator, fraction.denominator)
     if value.is_Rational or value.is_Symbol:
         return value
     if value.is_Add or value.is_Mul:
-        return value.func(*(_spelled(part, what) for part in value.args))
+        return value.func(*(_spelled(of, part, what) for part in value.args))
     if value.is_Pow:
-        base, exponent = (_spelled(part, what) for part in value.args)
+        base, exponent = (_spelled(of, part, what) for part in value.args)
         if exponent.is_Integer:
             return sp.Pow(base, exponent)
-    raise ModelError(
-        f"{what}: {_short(value)} has no spelling in generated code; allowed are sums, products, quotients and whole "
-        f"powers of symbols and numbers{_way_out(value)}"
+    raise _refused(
+        of,
+        f"{what}: {_short(value)} has no spelling in generated code: the closed form takes what is linear in coordinates, "
+        "velocities and the current, with constants that are sums, products, quotients and whole powers of parameters "
+        f"and numbers{_way_out(value)}",
     )
 
 
@@ -747,24 +928,15 @@ def _way_out(value: sp.Expr) -> str:
 # ---- flight ----
 
 
-def refuse_what_flight_cannot_carry(force: Force) -> None:
-    """ModelError for a force that acts in flight by more than a constant, or a velocity of the actuator."""
-    if force.is_in_leg and force.acts == "flight":
-        where = "in the leg, which carries nothing in flight"
-        raise ModelError(f"{force.meaning} acts {where}: it must not be declared for flight alone")
-    force_1, force_2 = (sp.cancel(each) for each in force.force_in("flight"))
-    state = {Q.x1, Q.x2, Q.v1, Q.v2}
-    if force_2.free_symbols & state:
-        raise ModelError(
-            f"{force.meaning} on the body would act in flight, too, and depends on its velocity: there a force may be "
-            'constant alone; one that ends at take-off is declared with where="stance"'
-        )
-    if force_1.free_symbols & (state - {Q.v1}):
-        raise ModelError(
-            f"{force.meaning} on the actuator depends on more than its velocity: in flight, where the leg carries "
-            "nothing, it may be constant or linear in that alone; one that ends at take-off is declared with "
-            'where="stance"'
+def _refuse_what_flight_cannot_carry(element: Element, force: Force) -> None:
+    """ModelError for a force on the body that acts in flight by more than a constant."""
+    _, force_2 = (sp.cancel(each) for each in force.force_in("flight"))
+    if force_2.free_symbols & {Q.x1, Q.x2, Q.v1, Q.v2}:
+        raise _refused(
+            element,
+            f"{element} on the body would act in flight, too, and depends on its velocity: there a force may be "
+            'constant alone; one that ends at take-off is declared with where="stance"',
         )
 
 
-__all__ = ["DOMAINS", "Own", "field_name", "model_of", "refuse_what_flight_cannot_carry"]
+__all__ = ["DOMAINS", "Own", "field_name", "model_of"]

@@ -1,49 +1,91 @@
-"""Names that a model file may give: they become members of structs, columns of tables, keys of files and of JSON."""
+"""Names that a model file may give, and how C spells them.
 
-import builtins
+An author may use any identifier of Python. What another language cannot have is spelled otherwise there, by one rule:
+C's keywords and macros get an underscore, and a letter that C's names do not have becomes its number.
+"""
+
 import keyword
 import re
+import unicodedata
 
-from sympy.printing import c as in_c
-from sympy.printing import cxx as in_cpp
+from sympy.printing import c as in_sympys_c
+from sympy.printing import cxx as in_sympys_cpp
 
 FURTHER_WORDS = {
     "catch", "co_await", "co_return", "co_yield", "complex", "concept", "consteval", "constinit", "errno", "far",
-    "final", "i386", "imaginary", "interface", "linux", "module", "near", "offsetof", "override", "requires", "typeof",
-    "typeof_unqual", "unix",
+    "final", "i386", "imaginary", "interface", "linux", "module", "near", "offsetof", "override", "real", "requires",
+    "typeof", "typeof_unqual", "unix",
 }  # fmt: skip
-"""Keywords of later standards, and macros in small letters that compilers and common headers define."""
+"""Keywords of later standards, macros in small letters that compilers and common headers define, and the type that the
+library's C is written in.
+"""
 
-KEYWORDS_OF_C = FURTHER_WORDS.union(in_c.reserved_words, in_c.reserved_words_c99, *in_cpp.reserved.values()) - {"entry"}
+KEYWORDS_OF_C = FURTHER_WORDS.union(
+    in_sympys_c.reserved_words, in_sympys_c.reserved_words_c99, *in_sympys_cpp.reserved.values()
+) - {"entry"}
 """Of C and C++, those that sympy knows among them; no standard has `entry`."""
 
-OF_ROBOTS = frozenset(
-    [
-        "all_fields",
-        "CHECKS",
-        "description",
-        "dtype",
-        "fall",
-        "fields",
-        "fit",
-        "horizon",
-        "letters",
-        "max_phases",
-        "model",
-        "name",
-        "parameters",
-        "robot",
-        "sample",
-        "solver",
-        "start",
-        "t",
-        "to_toml",
-        "travel",
-    ]
+MACROS_WITH_SMALL_LETTERS = frozenset({
+    # assert.h, math.h, stdio.h, threads.h, netdb.h, signal.h, sys/stat.h; windows.h and rpcndr.h
+    "static_assert", "math_errhandling", "stdin", "stdout", "stderr", "L_ctermid", "L_cuserid", "L_tmpnam", "P_tmpdir",
+    "thread_local", "noreturn", "h_addr", "h_errno", "sa_handler", "sa_sigaction", "st_atime", "st_ctime", "st_mtime",
+    "cdecl", "hyper", "pascal", "small",
+    # CMSIS and Arduino.h
+    "CoreDebug", "SysTick", "Serial",
+    # processors and systems that compilers name
+    "avr", "hpux", "m68k", "mips", "ns16000", "pic32mx", "pyr", "sgi", "sparc", "sun", "vax",
+})  # fmt: skip
+"""Macros that stand for something without arguments; one with arguments is none where no bracket follows."""
+ROWS_OF_MACROS = re.compile(
+    r"[EI]|[ABDP][0-9]+|(PRI|SCN)[a-z]\w*|[AP]F_\w+|s6_addr\w*|(si|sigev)_\w+|Serial([0-9]+|USB)"
 )
-"""Names of a robot's class in Python, of keys of its file, and of arguments beside its state."""
+"""complex.h has I; Arduino's boards have A0, D0; binary.h and termios.h B1, B110; headers of processors E and P0;
+inttypes.h, sys/socket.h, netinet/in.h, signal.h and Arduino.h the others.
+"""
 
-ALLOWED = "letters, digits and _, a letter first"
+
+def in_c(name: str) -> str:
+    """A name as C spells it: itself, where that is no keyword, macro or name of the library.
+
+    Names in capitals count as macros: headers of processors have thousands. Different names are spelled differently: an
+    underscore stands behind each member of a row such as I, I_, I__, and U with six digits for a letter is decoded as
+    that.
+
+    >>> [in_c(name) for name in ("k", "A0", "J_L", "I_", "int", "θ")]
+    ['k', 'A0_', 'J_L_', 'I__', 'int_', 'U0003B8']
+    """
+    spelled = re.sub("[^A-Za-z0-9_]|U(?=[0-9A-F]{6})|[hH](?=(?i:opform))", lambda found: f"U{ord(found[0]):06X}", name)
+    return f"{spelled}_" if _is_of_c(spelled.rstrip("_")) else spelled
+
+
+def _is_of_c(name: str) -> bool:
+    """Whether C, its headers or the library have a name, or may have it."""
+    return (
+        name in KEYWORDS_OF_C
+        or name in MACROS_WITH_SMALL_LETTERS
+        or ROWS_OF_MACROS.fullmatch(name) is not None
+        or (name.isupper() and not re.fullmatch("[A-Z]_?[0-9]*", name))
+        or name.endswith(("_real", "_f32", "_f64"))
+    )
+
+
+KEYS_OF_ROBOTS = ("name", "model", "description", "fit", "parameters")
+"""Keys of a robot's file and fields of its JSON: a parameter of such a name stands in the table `parameters`."""
+
+OF_ROBOTS = frozenset({
+    "CHECKS", "all_fields", "description", "fall", "fields", "fit", "letters", "name", "parameters", "sample", "solver",
+    "to_toml",
+})  # fmt: skip
+"""Attributes of a robot's class in Python."""
+
+
+def in_python(name: str) -> str:
+    """The attribute of a robot that is a parameter: `name_` where a robot has the attribute `name`.
+
+    >>> in_python("k"), in_python("letters")
+    ('k', 'letters_')
+    """
+    return f"{name}_" if name in OF_ROBOTS else name
 
 
 OF_RESULTS = re.compile(
@@ -58,22 +100,13 @@ def why_no_column(name: str) -> str | None:
 
 
 def why_not(name: object) -> str | None:
-    """Why a name cannot stand in generated code; None if it can."""
-    if not isinstance(name, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9_]*", name):
-        return f"it must be a str of {ALLOWED}"
-    reasons = (
-        (
-            name.isupper() and not re.fullmatch("[A-Z]_?[0-9]*", name),
-            "it must have a small letter, or be one letter with an index, because names in capitals are macros in C",
-        ),
-        (name in KEYWORDS_OF_C or keyword.iskeyword(name), "it must not be a keyword of Python, C or C++"),
-        (
-            hasattr(builtins, name) or hasattr(tuple, name) or name in OF_ROBOTS,
-            "it must not be built into Python, or be an attribute of a robot",
-        ),
-        (
-            name.endswith(("_real", "_f32", "_f64")) or name.startswith("d_") or "hopform" in name.lower(),
-            "it must not end in _real, _f32 or _f64, begin with d_, or contain hopform, as names of generated code do",
-        ),
-    )
-    return next((reason for holds, reason in reasons if holds), None)
+    """Why a name can be none of a model; None if it can."""
+    if not isinstance(name, str) or not name.isidentifier() or name.startswith("_"):
+        return "it must be a str that is an identifier of Python, and begin with a letter"
+    if unicodedata.normalize("NFKC", name) != name:
+        return f"Python reads it as {unicodedata.normalize('NFKC', name)!r}: write it so"
+    if keyword.iskeyword(name):
+        return "it must not be a keyword of Python"
+    if name.removesuffix("_") in OF_ROBOTS and name.endswith("_"):
+        return f"it is the attribute of a robot with a parameter {name[:-1]!r}"
+    return "it is the travel of the spring, which every robot has" if name == "travel" else None

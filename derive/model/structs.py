@@ -6,18 +6,30 @@ hold other structs.
 
 from collections.abc import Iterable, Iterator
 
-from ..ir import Member, Quantity, Record, Struct
+from ..ir import Authored, Member, Quantity, Record, Struct
+from .names import in_c
 from .quantities import BASIS, BODY_HEIGHT, CURRENT, ROBOT, STATE, TIME
 
 
 def of_quantities(quantities: Iterable[Quantity], type_: str = "real") -> Iterator[Member]:
-    """Members that are quantities of the derivation, or columns of them."""
-    return (Member(quantity.name, type_, quantity.meaning, quantity.unit) for quantity in quantities)
+    """Members that are quantities of the derivation, or columns of them; where C spells the name of a file otherwise the
+    meaning begins with the file's.
+    """
+    for each in quantities:
+        name = member_name(each)
+        meaning = each.meaning if name == each.name else f"{each.name}: {each.meaning}"
+        yield Member(name, type_, meaning, each.unit)
+
+
+def member_name(quantity: Quantity) -> str:
+    """What C calls a quantity: what the derivation does, or the name of a file as C spells it."""
+    return in_c(quantity.name) if isinstance(quantity, Authored) else quantity.name
 
 
 def struct_of(record: Record) -> Struct:
-    """A record of reals as a struct."""
-    return Struct(record.name, record.meaning, tuple(of_quantities(record.quantities)))
+    """A record of reals as a struct; C has none without a member."""
+    members = tuple(of_quantities(record.quantities)) or (Member("nothing", "real", "the model has no entry; 0"),)
+    return Struct(record.name, record.meaning, members)
 
 
 SEARCH_CANDIDATES = 15

@@ -1,8 +1,6 @@
 // The page to play with: controls, pictures and tables. Every number comes from the wasm; here is no physics.
 
 const facts = JSON.parse(document.getElementById("facts").textContent);
-const bytes = Uint8Array.from(atob(document.getElementById("wasm").textContent.trim()), (c) => c.charCodeAt(0));
-const { exports: c } = (await WebAssembly.instantiate(bytes, {})).instance;
 const HOP = ["ground", "touchdown_time", "x1", "v1", "v2", "u", "ending", "duration", "apex", "aed", "events",
   "command", "y", "force", "spring", "lowest", "takes_off", "stiff"];
 const SAMPLE = ["t", "x1", "v1", "x2", "v2", "foot", "ground", "u", "y", "spring", "motor", "body", "energy",
@@ -13,6 +11,17 @@ const TOUCHDOWN = 100, TAKEOFF = 101;
 
 const make = (tag, properties) => Object.assign(document.createElement(tag), properties);
 const id = (name) => document.getElementById(name);
+
+async function solver() {
+  const bytes = Uint8Array.from(atob(id("wasm").textContent.trim()), (letter) => letter.charCodeAt(0));
+  return (await WebAssembly.instantiate(bytes, {})).instance.exports;
+}
+const c = await solver().catch((error) => {
+  id("status").textContent = `The page computes in WebAssembly, which this browser lacks or refuses: ${error.message}.`;
+  id("status").classList.add("error");
+  throw error;
+});
+
 const view = (name, length) => new Float64Array(c.memory.buffer, c[`play_${name}`].value, length);
 const rows = (name, keys, count) => {
   const flat = view(name, keys.length * count);
@@ -43,13 +52,13 @@ function readUrl() {
     if (asked.has(name)) state.parameters[name] = number(asked.get(name));
 }
 
-function writeUrl() {
+const writeUrl = onceASecond(() => {
   const asked = new URLSearchParams();
   for (const key of Object.keys(START)) if (state[key] !== START[key]) asked.set(key, state[key]);
   for (const { name } of facts.fields)
     if (!Object.is(state.parameters[name], preset()[name])) asked.set(name, repr(state.parameters[name]));
   history.replaceState(null, "", `#${asked}`);
-}
+});
 
 // ---- robot files ----
 

@@ -16,6 +16,26 @@ function repr(value) {
   return plain.includes(".") ? plain : `${plain}.0`;
 }
 
+// `write` at most once a second: the first call at once, those that follow together when the second is over. Safari
+// throws at the 101st change of an address in 30 s; what throws is left until the next call.
+function onceASecond(write) {
+  let waiting = false, again = false;
+  const now = () => {
+    [waiting, again] = [true, false];
+    setTimeout(() => {
+      waiting = false;
+      if (again) now();
+    }, 1000);
+    try {
+      write();
+    } catch { /* an address that stays behind is no reason for pictures that do */ }
+  };
+  return () => {
+    if (waiting) again = true;
+    else now();
+  };
+}
+
 // Whether a number lies in a domain, as in Python: an end that is not allowed, or infinity, is left out.
 function inside({ low, high, with_low, with_high }, value) {
   const [least, most] = [number(low), number(high)];

@@ -16,7 +16,7 @@ from typing import Any, ClassVar, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import MEMORY, array_of, flag, function, mapping, numbers, refuse_any, shown, whole
+from hopform._checks import MEMORY, array_of, flag, function, in_stroke, mapping, numbers, refuse_any, shown, whole
 from hopform._errors import HopformError
 from hopform._motion import TOUCHING_ULP, State, axes_by_name, axis_of, layout_of, precision_of, state_of_leg
 from hopform._robots import Robot, checked_robot, nearest
@@ -24,7 +24,7 @@ from hopform._sensitivities import COLUMNS, ManySensitivities, many_of_ending, o
 from hopform._show import UNITS, Arrays, Card, Curve, Figures, Shown, counted, span
 from hopform._solver import package
 from hopform._solver.c import C
-from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, RESULTS, ROWS, STATES, STATUS, Column, checked, records
+from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, ROWS, STATES, STATUS, Column, checked, records
 from hopform._stance import LAYOUT
 
 Progress = Callable[[int, int], object]
@@ -34,6 +34,7 @@ EACH, EACH_DIFFERENTIATED = 128, 128 + 16 * len(ROWS) * len(COLUMNS)
 MOST_THREADS = 1024
 CURVE = 400
 """Stances whose apexes a batch draws in a notebook at most."""
+_UNITS = LAYOUT.unit_of
 INPUTS = ("x1", "v1", "v2", "x2", "compression", "u", "horizon")
 
 
@@ -75,10 +76,10 @@ class Motions(Shown):
         return _words_of(self.status, STATUS)
 
     @property
-    def event_words(self) -> NDArray[np.str_]:
-        """The kinds of events in words, "" behind the last one; HopformError if they were not asked for."""
+    def event_words(self) -> NDArray[np.str_] | None:
+        """The kinds of events in words, "" behind the last one; None unless asked for."""
         if self.event_kind is None:
-            raise HopformError("events must be True for a list of events, got False")
+            return None
         return _words_of(self.event_kind, {**self._kinds, 0: ""})
 
     def _unit(self, name: str) -> str | None:
@@ -156,7 +157,8 @@ class Batch(Motions):
 def labelled(inputs: Mapping[str, Any], units: Mapping[str, str]) -> tuple[dict[str, Any], Labels | None]:
     """Inputs as arrays that broadcast by the names of their dimensions, where some are DataArrays; else as they are.
 
-    HopformError for coordinates of one name that differ, and for a plain array beside a DataArray.
+    units: those of the model. HopformError for coordinates of one name that differ, and for a plain array beside a
+    DataArray.
     """
     xarray: Any = sys.modules.get("xarray")  # a DataArray is there only where xarray is
     known = {name: each for name, each in inputs.items() if xarray is not None and isinstance(each, xarray.DataArray)}
@@ -176,7 +178,7 @@ def labelled(inputs: Mapping[str, Any], units: Mapping[str, str]) -> tuple[dict[
                 if not np.array_equal(own, each.coords[dim].values):
                     raise HopformError(f"{name} must have the coordinates {dim} of the other inputs, got others")
         arrays[name] = each.expand_dims([dim for dim in dims if dim not in each.dims]).transpose(*dims).values
-    return arrays, Labels(tuple(map(str, dims)), coords, units)
+    return arrays, Labels(tuple(map(str, dims)), coords, {**UNITS, **units})
 
 
 def _words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]:
@@ -192,12 +194,12 @@ class _Job(NamedTuple):
     size: int
     max_phases: int
     real: np.dtype[Any]
-    results: tuple[NDArray[Any], ...]
+    results: package.Results
     readings: dict[str, NDArray[Any]]
 
     def chunk(self, part: slice) -> list[Column]:
         """The columns of some stances: numbers stay numbers."""
-        return [self._some(x, part) if isinstance(x, np.ndarray) else x for x in self.columns]
+        return [x if type(x) is float else self._some(cast(Any, x), part) for x in self.columns]
 
     def _some(self, x: NDArray[Any], part: slice) -> Column:
         """Some of an array, a number where it has but one, a view where it lies in one piece."""
@@ -248,21 +250,20 @@ def solve_stances(
         raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
     leg = {name: each for name, each in (("x2", x2), ("compression", compression)) if each is not None}
     states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | leg
-    plain, labels = labelled({**states, **fields}, UNITS | robot.solver.facts.units)
+    plain, labels = labelled({**states, **fields}, robot.solver.facts.units)
     given = {name: _column(name, plain[name], UNITS[name]) for name in states}
     robots = robot_columns(robot, {name: plain[name] for name in fields})
-    shape = _shape_of(given | robots, how.each)
+    shape = _shape_of(given | {name: getattr(robots, name) for name in fields}, how.each)
     _check_states(robot, given, robots)
     given["y"] = _compression(robot, given, robots) if leg else 0.0
     found = _solved(robot, how, given, robots, shape)
     derivatives = None
     if found.matrices is not None:
-        own = type(robot.parameters)(**robots)
-        derivatives = of_matrix(ManySensitivities, found.matrices, x2 is not None, robot.solver, own)
+        derivatives = of_matrix(ManySensitivities, found.matrices, x2 is not None, robot.solver, robots)
     of, end = found.of, state_of_leg(robot.solver)(*(found.of[name] for name in State._fields))
     return Batch(
         of["status"], of["duration"], end, of["event_count"], found.times, found.kinds, derivatives,
-        labels, LAYOUT.unit_of, EVENTS, found.compressions, apex=of["apex"], aed=of["aed"],
+        labels, _UNITS, EVENTS, found.compressions, apex=of["apex"], aed=of["aed"],
     )  # fmt: skip
 
 
@@ -305,7 +306,7 @@ def solve_motions(
     names = {axis: str(table["name"]) for axis, table in facts.axes.items()}
     places = {names[axis]: each for axis, each in axes.items()}
     inputs = {"u": u, "horizon": horizon}
-    plain, labels = labelled({**places, **inputs, **fields}, UNITS | facts.units)
+    plain, labels = labelled({**places, **inputs, **fields}, facts.units)
     given: dict[str, Column] = {"x1": 0.0, "v1": 0.0, "v2": 0.0}
     given |= {name: _column(name, plain[name], UNITS[name]) for name in inputs}
     given |= {axis: _column(f"start {names[axis]}", plain[names[axis]], facts.units[names[axis]]) for axis in axes}
@@ -313,16 +314,14 @@ def solve_motions(
     x2_is_given = "y" not in given
     if not x2_is_given and "x2" in given:
         raise HopformError(f"start: one of {names['x2']} and {names['y']} may be given, got both")
-    shape = _shape_of(given | robots, asked.each)
+    shape = _shape_of(given | {name: getattr(robots, name) for name in fields}, asked.each)
     _check_states(robot, given, robots)
-    of_robots = type(robot.parameters)(**{name: np.asarray(each, float) for name, each in robots.items()})
     if x2_is_given:  # x2 = x1 - y + length has the inverse y = x1 - x2 + length
-        x1, x2 = (np.asarray(given.get(axis, 0.0), float) for axis in ("x1", "x2"))
-        given["y"] = robot.solver.package.formulas.body_height(of_robots, x1, x2)
+        given["y"] = robot.solver.package.formulas.body_height(robots, given["x1"], given.get("x2", 0.0))
     found = _solved(robot, asked, given, robots, shape)
     derivatives = None
     if found.matrices is not None:
-        derivatives = many_of_ending(found.matrices, x2_is_given, robot.solver, type(robot.parameters)(**robots))
+        derivatives = many_of_ending(found.matrices, x2_is_given, robot.solver, robots)
     of, kinds = found.of, robot.solver.package.records.EVENTS
     return Motions(
         of["status"], of["duration"], layout.state(*(of[axis] for axis in layout.axes)), of["event_count"],
@@ -389,21 +388,21 @@ class _Found(NamedTuple):
 
 
 def _solved(
-    robot: Robot, how: _How, given: dict[str, Column], robots: dict[str, Column], shape: tuple[int, ...]
+    robot: Robot, how: _How, given: dict[str, Column], robots: Sequence[Column], shape: tuple[int, ...]
 ) -> _Found:
     """The motions from columns of states, u and horizon, and of the robots' fields."""
-    columns = (*(given[name] for name in STATES), *robots.values())
+    columns = (*(given[name] for name in STATES), *robots)
     size = math.prod(shape)
     library = robot.solver.compiled()
     results = package.results_like(size, how.real)
-    readings = dict[str, NDArray[Any]]()
+    readings: dict[str, NDArray[Any]] = {}  # a parametrised dict takes longer than a motion
     if how.sensitivities:
         readings["sensitivities"] = np.empty((size, len(ROWS), len(robot.solver.package.elements.COLUMNS)), how.real)
     if how.compressions:
         readings["compressions"] = np.empty(size, how.real)
     job = _Job(columns, shape, size, how.most, how.real, results, readings)
     times, kinds = _run(job, library, how.events, how.threads, how.progress)
-    of = {name: result.reshape(shape) for name, result in zip(RESULTS, results, strict=True)}
+    of = package.by_name(results, shape)
     listed = (times, kinds, readings.get("sensitivities"), readings.get("compressions"))
     times, kinds, matrices, compressions = (None if each is None else _in_shape(each, shape) for each in listed)
     return _Found(of, times, kinds, matrices, compressions)
@@ -423,7 +422,7 @@ def _run(
     lists: package.Events = []
 
     def solve(part: slice) -> int:
-        results = [result[part] for result in job.results]
+        results = job.results[0][:, part], job.results[1][:, part]
         readings = {name: reading[part] for name, reading in job.readings.items()}
         found = library.solve_columns(job.chunk(part), results, readings, job.max_phases, events)
         if events:
@@ -451,7 +450,7 @@ def _run(
 
 def _joined(job: _Job, lists: package.Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
     """The events of all stances, a row each, NaN and 0 behind the last one."""
-    counts = job.results[-1]
+    counts = job.results[0][-1]
     longest = int(counts.max(initial=0))
     if job.size * longest > MEMORY // 16:
         raise HopformError(f"events can be listed of at most {MEMORY // 16 // longest} such stances, got {job.size}")
@@ -480,13 +479,13 @@ def check_names(names: Iterable[str], known: Iterable[str], what: str, inputs: I
             raise HopformError(f"{name!r} is neither an input of a {what} nor a field of the robot{hint}")
 
 
-def robot_columns(
-    robot: Robot, fields: dict[str, Any], what: str = "stance", inputs: Iterable[str] = INPUTS
-) -> dict[str, Column]:
-    """The robot's fields, as arrays those of `fields` in place of its own; HopformError for one out of its domain."""
-    columns: dict[str, Column] = robot.parameters._asdict()
-    check_names(fields, columns, what, inputs)
-    for field in robot.solver.package.records.ROBOT_FIELDS if fields else ():
+def robot_columns(robot: Robot, fields: dict[str, Any], what: str = "stance", inputs: Iterable[str] = INPUTS) -> Any:
+    """The robot's parameters, as arrays those of `fields` in place of its own; HopformError for one out of its domain."""
+    if not fields:
+        return robot.parameters
+    columns: dict[str, Column] = {}
+    check_names(fields, robot.parameters._fields, what, inputs)
+    for field in robot.solver.package.records.ROBOT_FIELDS:
         name = field.name
         if name in fields:
             columns[name] = array = array_of(name, fields[name], field.unit)
@@ -495,12 +494,14 @@ def robot_columns(
                 return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")
 
             refuse_any(name, array, checked.inside(field.domain, array), reason)
-    return columns
+    return cast(Any, robot.parameters)._replace(**columns)
 
 
 def _shape_of(inputs: dict[str, Column], each: int) -> tuple[int, ...]:
     """The shape that the inputs broadcast to; HopformError if they do not, or to more stances than fit into memory."""
     shapes = {name: column.shape for name, column in inputs.items() if isinstance(column, np.ndarray) and column.shape}
+    if not shapes:
+        return ()
     try:
         shape = np.broadcast_shapes(*shapes.values())
     except ValueError:
@@ -510,29 +511,27 @@ def _shape_of(inputs: dict[str, Column], each: int) -> tuple[int, ...]:
     return shape
 
 
-def _check_states(robot: Robot, given: dict[str, Column], robots: dict[str, Column]) -> None:
+def _check_states(robot: Robot, given: dict[str, Column], robots: Any) -> None:
     horizon, x1 = given["horizon"], given["x1"]
     refuse_any("horizon", horizon, horizon > 0.0, lambda bad: f"must be > 0 s, got {bad!r}")
     package = robot.solver.package
-    values = type(robot.parameters)(**robots)
-    low, high = package.formulas.lower_stop(values), package.formulas.upper_stop(values)
+    low, high = package.formulas.lower_stop(robots), package.formulas.upper_stop(robots)
     lower, upper, unit = package.records.ENDS
     refuse_any(lower, low, low <= high, lambda bad: f"must be <= {upper} {unit}, got {bad!r}")
     place = robot.solver.facts.axes.get("x1", {"name": "x1", "unit": "m"})  # of a leg alone it never moves
 
     def reason(bad: float) -> str:
-        stroke = f"{float(np.min(low)):g} .. {float(np.max(high)):g} {place['unit']}"
-        return f"must be within its stroke {stroke}, got {bad!r}"
+        stroke = in_stroke(float(np.min(low)), float(np.max(high)), place["unit"])
+        return f"must be {stroke}, got {bad!r}"
 
     refuse_any(str(place["name"]), x1, (low <= x1) & (x1 <= high), reason)
 
 
-def _compression(robot: Robot, given: dict[str, Column], robots: dict[str, Column]) -> Column:
+def _compression(robot: Robot, given: dict[str, Column], robots: Any) -> Column:
     """The compression at touchdown from x1 and from x2 or itself, exactly 0 where these say so within rounding."""
     x1, x2 = given["x1"], given.get("x2")
-    values = {name: np.asarray(each, float) for name, each in robots.items()}  # in double precision, as for one stance
-    formulas, parameters = robot.solver.package.formulas, type(robot.parameters)(**values)
-    letters, rest = formulas.letters_of(parameters), formulas.compression_at_rest(parameters)
+    formulas = robot.solver.package.formulas
+    letters, rest = formulas.letters_of(robots), formulas.compression_at_rest(robots)  # as for one stance, in double
     place, L0, c = np.asarray(x1, float), letters.L0, letters.c
     height = None if x2 is None else np.asarray(x2, float)
     y = np.asarray(given["compression"], float) if height is None else (place - height + L0) + c - rest

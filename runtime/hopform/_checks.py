@@ -35,6 +35,13 @@ MOST_DIGITS = 4300
 """Digits of a whole number written as text; Python reads no more."""
 
 
+def in_stroke(low: float, high: float, unit: str) -> str:
+    """What a position between stops must be; a stop that there is none of is left out."""
+    if math.isinf(low):
+        return f"<= {high!r} {unit}, its upper stop"
+    return f">= {low!r} {unit}, its lower stop" if math.isinf(high) else f"within its stroke {low!r} .. {high!r} {unit}"
+
+
 def shown(value: object) -> str:
     """A value as an error message shows it, in a line: its repr, of a long one both ends; its class if it has none."""
     try:

@@ -277,7 +277,8 @@ def in_names(function: EventFunction, motion: Motion) -> EventFunction:
     for mass in masses_of(motion.robot.solver):
         n = mass.number
         names |= {f"x{n}": mass.position, f"v{n}": mass.velocity}
-        names |= dict(zip((f"x{n}_min", f"x{n}_max"), mass.stops, strict=False))
+        ends = {f"x{n}_min": "lower", f"x{n}_max": "upper"}
+        names |= {letter: mass.stops[end] for letter, end in ends.items() if end in mass.stops}
         units |= {each: mass.unit for each in (f"x{n}", f"v{n}", f"a{n}")}
     length_of_first = masses_of(motion.robot.solver)[0].unit
     tokens = re.findall(r"[a-z]+[12](?:_max|_min)?|N/k", function.name)

@@ -25,6 +25,7 @@ from hopform._solver.choice import DEFAULT, Solver
 from hopform._solver.folder import SHIPPED, Folder
 from hopform._solver.package import records
 from hopform._stance import solve_stance
+from hopform._texts import comment_of_c
 
 System = Literal["plain", "cmake", "arduino", "platformio", "zephyr", "esp-idf", "cmsis-pack"]
 SYSTEMS: tuple[System, ...] = get_args(System)
@@ -201,14 +202,15 @@ def struct_of(robot: Robot, precision: str) -> str:
     """The struct of a robot as C initialises it, in "f32" or "f64"."""
     lines = [f"static const hopform_robot_{precision} robot = {{"]
     largest = float(np.finfo(DTYPES[precision]).max)
-    for field in robot.fields():
-        value = getattr(robot, field.name)
+    members = robot.solver.package.structs.STRUCTS["Robot"]
+    for field, (member, *_) in zip(robot.fields(), members, strict=True):
+        value = robot[field.name]
         if largest < abs(value) < math.inf:
             raise HopformError(
                 f"{field.name} = {value!r} {field.unit} has no {precision}, whose largest is {largest:g}"
             )
         number = literal(value, DTYPES[precision])
-        lines.append(f"    .{f'{field.name} = {number},':<22} /* [{field.unit}] {field.meaning} */")
+        lines.append(f"    .{f'{member} = {number},':<22} /* {comment_of_c(f'[{field.unit}] {field.meaning}')} */")
     return "\n".join(["#include <math.h>"] * ("INFINITY" in "".join(lines)) + [*lines, "};"]) + "\n"
 
 

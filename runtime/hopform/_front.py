@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperCommand
+from typer.core import TyperCommand, TyperGroup
 
 from hopform import __version__
 from hopform._errors import HopformError, printable
@@ -38,14 +38,27 @@ COMMANDS = {
 }  # fmt: skip
 """The module of each command, of whichever room; one in a group has two words."""
 
-GROUPS = {"model": "Model files: mechanisms of your own. A model file is a program: each of these runs it."}
-"""What the commands of a group are about."""
+GROUPS = {"model": ("Model files: mechanisms of your own.", "A model file is a program: each of these runs it.")}
+"""What the commands of a group are about, in a sentence, and what else there is to say."""
 
 
 SOLVER = "solver to use, a name from `model list` or a folder, as in ./DIR (its programs are run); hopper if left out"
 
 LONGEST = 2000
 """Characters of a message at most."""
+
+
+class Group(TyperGroup):
+    """Commands, of which `help` is none: `hopform help stance` is `hopform stance --help`."""
+
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
+        """The command that the words name, and the words that are left for it."""
+        if args[0] != "help":
+            return super().resolve_command(ctx, args)
+        if args[1:] in ([], ["help"]):
+            print(ctx.get_help())
+            ctx.exit()
+        return super().resolve_command(ctx, [*args[1:], "--help"])
 
 
 class Command(TyperCommand):
@@ -71,17 +84,17 @@ class Command(TyperCommand):
         return self.loaded().make_context(*arguments, **named)
 
     def get_short_help_str(self, limit: int = 45) -> str:
-        """The first sentence of its docstring, read without an import."""
+        """The first line of its docstring, a sentence, read without an import; whole, whatever the limit."""
         text = Path(__file__).parent.joinpath(*f"{COMMANDS[self.words]}.py".split(".", 1)).read_text("utf-8")
         functions = [node for node in ast.parse(text).body if isinstance(node, ast.FunctionDef)]
-        self.help = next(ast.get_docstring(node) for node in functions if node.name == self.words.replace(" ", "_"))
-        return super().get_short_help_str(limit)
+        about = next(ast.get_docstring(node) for node in functions if node.name == self.words.replace(" ", "_"))
+        return (about or "").partition("\n")[0]
 
 
-app = typer.Typer(**SETTINGS)
-_groups = {name: typer.Typer(help=about, **SETTINGS) for name, about in GROUPS.items()}
+app = typer.Typer(cls=Group, **SETTINGS)
+_groups = {name: typer.Typer(cls=Group, **SETTINGS) for name in GROUPS}
 for _name, _group in _groups.items():
-    app.add_typer(_group, name=_name)
+    app.add_typer(_group, name=_name, help=" ".join(GROUPS[_name]), short_help=GROUPS[_name][0])
 
     @_group.callback(invoke_without_command=True)
     def _(context: typer.Context) -> None:
@@ -114,7 +127,8 @@ def front(
 ) -> None:
     """The exact stance of a series-elastic hopper with dry friction.
 
-    Numbers are in SI units and A, written without units. Exit code 2 means bad input.
+    Numbers are in SI units and A, written without units. Exit code 2 means bad input. `hopform COMMAND --help` lists the
+    options of a command, with examples.
     """
     if solver is not None:
         from hopform._cli.use import NAMED

@@ -14,12 +14,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import hopform._checks as checks
-from hopform._checks import finite, items, mapping, positive, shaped, shown, times_within
+from hopform._checks import finite, in_stroke, items, mapping, positive, shaped, shown, times_within
 from hopform._errors import HopformError
 from hopform._robots import Robot, nearest
 from hopform._sensitivities import ManySensitivities, Sensitivities, aliases_of, at_times, of_ending
 from hopform._show import UNITS, Arrays, Card, Curve, OverTime, events_of
-from hopform._solver.c import Solved
+from hopform._solver.c import Solved, tuple_of
 from hopform._solver.choice import Solver
 from hopform._solver.folder import Facts
 from hopform._solver.package import AnyEvent, Precision, Steps, records
@@ -172,7 +172,8 @@ def _leg_again(aliases: tuple[tuple[str, str], ...], values: tuple[Any, ...]) ->
 
 class Mass(NamedTuple):
     """A mass that may move: its number in the engine, 1 or 2, its name, its coordinate and velocity with the unit of the
-    former, the words for its directions and for its events, and the parameters that are its stops.
+    former, the words for its directions and for its events, its stops, "lower" and "upper" where it has them, as the
+    file gives them, and whether friction acts on it.
     """
 
     number: int
@@ -182,7 +183,8 @@ class Mass(NamedTuple):
     unit: str
     directions: tuple[str, str]
     events: Mapping[str, str]
-    stops: tuple[str, ...]
+    stops: Mapping[str, str]
+    has_friction: bool
 
 
 @lru_cache(maxsize=64)
@@ -191,7 +193,7 @@ def masses_of(solver: Solver) -> tuple[Mass, ...]:
     facts, made = solver.facts, list[Mass]()
     for axis, each in zip([axis for axis in ("x1", "x2") if axis in facts.axes], facts.moving, strict=True):
         place, (forwards, backwards) = facts.axes[axis], each["directions"]
-        about = (forwards, backwards), each["events"], tuple(each["stops"])
+        about = (forwards, backwards), each["events"], each["stops"], bool(each["friction"])
         made.append(Mass(int(axis[1]), each["name"], place["name"], each["velocity"], place["unit"], *about))
     return tuple(made)
 
@@ -253,14 +255,14 @@ class Motion(OverTime):
     def events(self) -> tuple[Event, ...]:
         """The events in their order."""
         kinds = self.robot.solver.package.records.EVENTS
-        return tuple(Event(t, kinds[event]) for t, _, _, event, _ in self._solved.phase_rows() if event)
+        return tuple(tuple_of(Event, (t, kinds[event])) for t, event in self._solved.events())
 
     @cached_property
     def phases(self) -> tuple[Phase, ...]:
         """The phases in their order."""
-        rows = self._solved.phase_rows()
+        rows, layout = self._solved.phase_rows(), self._layout
         ends = [*(row[0] for row in rows[1:]), self.duration]
-        states = [self._layout.state(*map(float, self._shown(row[1]))) for row in rows]
+        states = [layout.state(*map(float, shown_of(self.robot, self.dtype, layout, row[1]))) for row in rows]
         return tuple(
             Phase(t, end, mode // 3 - 1, mode % 3 - 1, self.u[step][1], state)
             for (t, _, mode, _, step), end, state in zip(rows, ends, states, strict=True)
@@ -397,8 +399,8 @@ class Motion(OverTime):
     @overload
     def ledger(self, t: Times) -> records.Ledger[NDArray[np.floating]]: ...
     def ledger(self, t: Number | Times) -> records.Ledger[Any]:
-        """The ledger [J] from the start to times t [s], in t's shape; each entry from its own closed form, t as for
-        `at`.
+        """The ledger [J] from the start, as it is given, to times t [s], in t's shape; each entry from its own closed
+        form, t as for `at`. At t = 0 its `stop_loss` is what a start that runs into a stop loses there.
         """
         entries = in_order(t, self._times(t), self._solved.ledger_at)
         return cast("records.Ledger", self.robot.solver.package.records.Ledger(*entries))
@@ -409,18 +411,20 @@ class Motion(OverTime):
         Elements without work are left out, and so is what one mass does to another through a spring.
         """
         entries = self.ledger(t)._asdict()
-        known = self.robot.solver.package.records
-        whole = {*known.LEDGER_OF_ROBOT, "stop_loss"}
-        elements = {each["name"]: each["ledger"] for each in self.robot.solver.facts.elements if not each.get("fixed")}
-        found = {name: {key: entries[key] for key in own if key in whole} for name, own in elements.items()}
-        return {name: own for name, own in found.items() if own}
+        whole = {*self.robot.solver.package.records.LEDGER_OF_ROBOT}
+        found = dict[str, dict[str, Real]]()
+        for each in self.robot.solver.facts.elements:  # a mass and what drives it may have one name
+            own = {} if each.get("fixed") else {key: entries[key] for key in each["ledger"] if key in whole}
+            if own:
+                found.setdefault(each["name"], {}).update(own)
+        return found
 
     def forces(self, t: Number | Times) -> dict[str, Real]:
         """Forces [N, N m on what turns] at times t [s], in t's shape, along the coordinate that each acts on.
 
         friction_NAME: of friction on the mass with the coordinate NAME; held, as much as it takes to hold it, up to its
         level at rest. stop_NAME: of the stop on a mass that it holds, what friction does not carry; 0 elsewhere (a hit is an
-        impulse). input: of the current. contact: of the ground, of a model with a contact.
+        impulse). input: of the current. contact: of the ground. A model has those of what its file declares.
         """
         times = np.minimum(self._times(t), self.dtype.type(self.duration))
         return {name: shaped(values, t) for name, values in self._forces(times)}
@@ -448,7 +452,8 @@ class Motion(OverTime):
         low, high = stroke_of(robot)
         rests_on_stop = (sides[0] == 0) & ((state.x1 <= low) | (state.x1 >= high))
         for mass in masses_of(robot.solver):
-            yield f"friction_{mass.position}", np.asarray((friction_1, friction_2)[mass.number - 1], self.dtype)
+            if mass.has_friction:
+                yield f"friction_{mass.position}", np.asarray((friction_1, friction_2)[mass.number - 1], self.dtype)
             if mass.stops:
                 yield f"stop_{mass.position}", np.where(rests_on_stop, stop, 0.0).astype(self.dtype)
         if robot.solver.facts.inputs:
@@ -576,13 +581,9 @@ def steps_in_words(steps: Sequence[tuple[float, float]], name: str, unit: str) -
 
 def shown_of(robot: Robot, dtype: np.dtype[Any], layout: Layout, state: records.LegState) -> list[Any]:
     """The entries of a state, or of states, that are shown."""
-    of: dict[str, Callable[[], Any]] = {
-        "x1": lambda: state.x1,
-        "v1": lambda: state.v1,
-        "x2": lambda: body_height(robot, dtype, state.x1, state.y),
-        "v2": lambda: state.v2,
-    }
-    return [of[axis]() for axis in layout.axes]
+    return [
+        body_height(robot, dtype, state.x1, state.y) if axis == "x2" else getattr(state, axis) for axis in layout.axes
+    ]
 
 
 def force_units(motion: Motion) -> dict[str, str]:
@@ -651,7 +652,7 @@ def free_start(robot: Robot, start: Start) -> tuple[records.LegState, bool]:
     low, high = stroke_of(robot)
     if not low <= x1 <= high:
         name, unit = facts.axes["x1"]["name"], facts.axes["x1"]["unit"]
-        raise HopformError(f"start {name} must be within its stroke {low!r} .. {high!r} {unit}, got {x1!r}")
+        raise HopformError(f"start {name} must be {in_stroke(low, high, unit)}, got {x1!r}")
     if "x2" in given and "y" in given:
         both = " and ".join(f"{facts.axes[axis]['name']} = {given[axis]!r}" for axis in ("x2", "y"))
         raise HopformError(f"start: one of two coordinates may be given, got {both}")

@@ -42,7 +42,8 @@ class _Derivatives(Shown):
     def _card(self) -> Card:
         count = int(np.prod(self.matrix.shape[:-2], dtype=int))
         row = "apex" if "apex" in self.rows else self.rows[0]
-        by = ("v2", "u", "k", "m_s") if row == "apex" else self.columns[:4]
+        of_apex = [name for name in ("v2", "u", "k", "m_s") if name in self.columns]
+        by = of_apex if row == "apex" else self.columns[:4]
         found = [(f"d {row}/d {name}", span(self[row, name])) for name in by]
         title = f"Sensitivities: {len(self.rows)} x {len(self.columns)} derivatives of {count} {self._of(count)}"
         return Card(title, [("of", " ".join(self.rows)), ("by", " ".join(self.columns))], found)
@@ -134,10 +135,16 @@ def of_matrix(
 ) -> Kind:
     """The sensitivities of one stance, or of many, from what the library of a solver computes for its robots."""
     lengthens = lengths_of(solver.package, parameters) if x2_is_given else {}
-    matrix = in_height(solved, x2_is_given, lengthens)
-    matrix.setflags(write=False)
     fields: tuple[str, ...] = parameters._fields
-    return kind(ROWS, (*STARTS, *fields), matrix, solver.facts.units, aliases_of(solver))
+    facts = solver.facts
+    absent = {*({"x1", "v1"} if "x1" not in facts.axes else ()), *({"u"} if not facts.inputs else ())}
+    rows, columns = ({n: name for n, name in enumerate(names) if name not in absent}
+                     for names in (ROWS, (*STARTS, *fields)))  # fmt: skip
+    matrix = in_height(solved, x2_is_given, lengthens)[..., [*rows], :][..., [*columns]]
+    matrix.setflags(write=False)
+    units = facts.units | {axis: str(table["unit"]) for axis, table in facts.axes.items()}
+    units |= {"u": str(facts.inputs[0]["unit"])} if facts.inputs else {}
+    return kind(tuple(rows.values()), tuple(columns.values()), matrix, units, aliases_of(solver))
 
 
 def aliases_of(solver: Solver) -> dict[str, str]:

@@ -3,7 +3,6 @@
 A result gives a `Card`, the figures that a reader looks for first, and its arrays by name; everything else is here.
 """
 
-import html
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass
@@ -16,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from hopform._checks import numbers, shaped, times_within
 from hopform._errors import HopformError, MissingExtra, printable
+from hopform._texts import in_html
 
 if TYPE_CHECKING:
     import xarray
@@ -126,12 +126,12 @@ class Shown(ABC):
         """The same for a notebook, with the curve."""
         card, points = self._card(), self._curve()
         rows = "".join(
-            f"<tr><th style='text-align:left'>{html.escape(name)}</th>"
-            f"<td>{html.escape(shown_value(value))} {html.escape(self._unit(name) or '')}</td></tr>"
+            f"<tr><th style='text-align:left'>{in_html(name)}</th>"
+            f"<td>{in_html(shown_value(value))} {in_html(self._unit(name) or '')}</td></tr>"
             for name, value in (*card.given, *card.found)
         )
         curve = "" if points is None else sparkline(*points)
-        return f"<div><b>{html.escape(card.title)}</b><table>{rows}</table>{curve}</div>"
+        return f"<div><b>{in_html(card.title)}</b><table>{rows}</table>{curve}</div>"
 
     def plot(self, ax: "Axes | None" = None) -> "Axes":
         """Draw it: the figure that `--plot` draws, or its main panel into the axes `ax`; the (first) axes.
@@ -241,7 +241,7 @@ def sparkline(words: str, x: ArrayLike, y: ArrayLike) -> str:
     down = high - 4.0 - (high - 8.0) * _share(ys, ys[good])
     pens = np.where(np.append(False, good[:-1]), "L", "M")
     path = [f"{pens[n]}{across[n]:.1f},{down[n]:.1f}" for n in np.flatnonzero(good)]
-    words = html.escape(f"{words}: {span(ys)}")
+    words = in_html(f"{words}: {span(ys)}")
     return (
         f"<svg width='{wide:g}' height='{high:g}' role='img' aria-label='{words}' xmlns='http://www.w3.org/2000/svg'>"
         f"<title>{words}</title><path d='{' '.join(path)}' fill='none' stroke='#0072B2' stroke-width='1.5' "

@@ -162,7 +162,8 @@ class Stance(Motion):
         True
         """
         entries = self.ledger(t)
-        return shaped(sum(getattr(entries, name) for name in self.robot.solver.package.records.LEDGER_OF_BODY), t)
+        names = self.robot.solver.package.records.LEDGER_OF_BODY
+        return shaped(sum((getattr(entries, name) for name in names), np.zeros(np.shape(t), self.dtype)), t)
 
     @overload
     def compression(self, t: Number) -> float: ...

@@ -358,7 +358,8 @@ def test_a_leg_that_carries_nothing_starts_and_one_that_pulls_is_refused(legs):
     y = draw.choice([0.0, 0.0, 0.0, 5e-324, 1e-3, -5e-324, -1e-17, -1e-3, math.nan], count)
     states = np.array([np.full(count, 0.01), np.zeros(count), draw.uniform(-3.0, -0.5, count), y])
     columns = [*states, np.full(count, 1.0), np.full(count, 2.0), *parameters]
-    status, duration, *_ = results = results_like(count, np.dtype(np.float64))
+    results = results_like(count, np.dtype(np.float64))
+    (status, _), (duration, *_) = results
     C(leg.library).solve_columns(columns, results, {}, MOST, events=False)
     assert (status[y >= 0.0] > 0).all() and (status[~(y >= 0.0)] < 0).all()
     assert (duration[y >= 0.0] > 0.0).all()

@@ -401,3 +401,14 @@ def test_text_and_curves_stand_out_in_light_and_dark():
         ):
             low, high = sorted((luminance(found[front][mode]), luminance(found[back][mode])))
             assert (high + 0.05) / (low + 0.05) >= least, (front, back, mode)
+
+
+@browser
+def test_pictures_follow_where_the_address_cannot_be_written(page):
+    """As in Safari after 100 changes in 30 s."""
+    driver = page(terrain="flat", hops=2)
+    driver.execute_script("history.replaceState = () => { throw new DOMException('insecure', 'SecurityError'); };")
+    before = values(driver)["u"]
+    write(driver, "h_des", "0.25")
+    wait(lambda: values(driver)["u"] != before)
+    wait(lambda: driver.find_element("id", "h_des").get_attribute("value") == "0.25")

@@ -4,6 +4,7 @@ refused, and no address leaves it without a robot or a ground.
 
 import base64
 import importlib.util
+import itertools
 import json
 import math
 import random
@@ -258,3 +259,52 @@ def test_an_address_gives_known_words_and_finite_numbers():
     assert found[-1] == START | {"robot": "ideal", "terrain": "flat", "h_des": 0.3, "seed": 7}
     changed = [state for state in found[:-1] if state != START]
     assert changed == [START | {name: 0} for name in ("h_des", "seed") for _ in ("", "0")]
+
+
+CALLS = """
+const { mock } = require("node:test");
+mock.timers.enable({ apis: ["setTimeout", "Date"] });
+const times = [];
+let asked = 0;
+const write = onceASecond(() => {
+  times.push([Date.now(), asked]);
+  if (given.throws) throw new Error("SecurityError");
+});
+for (let frame = 0; frame < 1800; frame += 1) { // 30 s of a slider that is drawn along
+  asked = frame;
+  write();
+  mock.timers.tick(16);
+}
+mock.timers.tick(5000);
+console.log(JSON.stringify(times));
+"""
+
+
+@pytest.mark.parametrize("throws", [False, True])
+def test_the_address_is_written_once_a_second_and_ends_with_the_last_state(throws):
+    """Safari throws at the 101st change in 30 s, from which pictures used to stay behind."""
+    found = in_node(CALLS, {"throws": throws})
+    times = [time for time, _ in found]
+    assert all(later - earlier >= 1000 for earlier, later in itertools.pairwise(times))
+    assert found[0] == [0, 0] and 28 <= len(found) <= 31
+    assert found[-1][1] == 1799
+
+
+STUB = """
+const parts = { facts: { textContent: "{}" }, wasm: { textContent: "AGFzbQEAAAA=" },
+  status: { textContent: "loading", classList: { add: (word) => { parts.status.word = word; } } } };
+globalThis.document = { getElementById: (name) => parts[name] };
+delete globalThis.WebAssembly;
+process.on("uncaughtException", () => { console.log(JSON.stringify([parts.status.textContent, parts.status.word])); });
+"""
+
+
+def test_without_webassembly_the_page_says_so(tmp_path):
+    """It said `loading` for ever, as in the lockdown mode of a browser."""
+    program = STUB + (PAGE / "read.js").read_text("utf-8") + (PAGE / "play.js").read_text("utf-8")
+    (tmp_path / "page.mjs").write_text(program, "utf-8")
+    done = subprocess.run([*NODE, tmp_path / "page.mjs"], capture_output=True, text=True, check=False, encoding="utf-8")
+    said, word = json.loads(done.stdout)
+    assert said.startswith("The page computes in WebAssembly, which this browser lacks or refuses: ")
+    assert word == "error" and "WebAssembly" in said.partition(": ")[2]
+    assert "<noscript>" in (PAGE / "index.html").read_text("utf-8")

@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import hopform
+from derive.emit.facts import ROUNDING
 from derive.model.precisions import MODAL, PRECISIONS
 from derive.model.selftest import EVERY_CASE, ROBOTS, Case
 from hopform._export import selftest
@@ -69,6 +70,28 @@ def test_the_library_of_python_returns_the_digest_of_every_compiler(tmp_path, li
     found = re.fullmatch(r"f32 ([0-9a-f]{8}) f64 ([0-9a-f]{8})\n", output)
     assert found is not None
     assert found.groups() == (f"{selftest('float32'):08x}", f"{selftest('float64'):08x}")
+
+
+OTHERS = {
+    "clang": ("-O2", "-march=native"),  # the flags of somebody else's project, by which it may multiply and add at once
+    "gcc": ("-O3", "-flto=auto", "-Wall", "-Wextra", "-Werror", *ROUNDING),
+    "tcc": (),
+}
+"""Compilers with flags that builds of this project do not give them."""
+
+
+@pytest.mark.sliced
+@pytest.mark.parametrize("compiler", [name for name in OTHERS if shutil.which(name)])
+def test_a_compiler_with_other_flags_than_ours_gives_the_digest(tmp_path, compiler):
+    """With -march=native clang contracted where the processor can, until a pragma kept it from that; gcc warned of the
+    selftest when it linked; tcc refused arrays without a size.
+    """
+    files = [HERE / "selftest.c", BOARDS / "board.c", *sources()]
+    command = [compiler, "-std=c99", *OTHERS[compiler], "-I", C / "include", "-I", BOARDS, *files, "-lm"]
+    done = subprocess.run([*command, "-o", tmp_path / "it"], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    expected = f"f32 {selftest('float32'):08x} f64 {selftest('float64'):08x}\n"
+    assert output_of(tmp_path / "it") == expected
 
 
 @pytest.mark.sliced

@@ -5,6 +5,8 @@ import os
 import subprocess
 import sys
 import time
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -251,7 +253,7 @@ def test_numbers_that_leave_the_range_of_the_precision_are_said():
         ({"v2": -1.0, "k": [1.0, np.inf]}, r"k\[1\] must be > 0 N/m, got inf"),
         ({"v2": -1.0, "x1_max": [0.1, -0.1]}, r"x1_min\[1\] must be <= x1_max m"),
         ({"v2": -1.0, "mass": 3.0}, "'mass' is neither"),
-        ({"v2": -1.0, "x1": [0.0, 0.5]}, r"x1\[1\] must be within its stroke 0 .. 0.08 m, got 0.5"),
+        ({"v2": -1.0, "x1": [0.0, 0.5]}, r"x1\[1\] must be within its stroke 0.0 .. 0.08 m, got 0.5"),
         ({"v2": -1.0, "x2": [0.39, 0.41]}, r"x2\[1\] must be <= x1 \+ L0 \+ c"),
         ({"v2": -1.0, "horizon": [1.0, 0.0]}, r"horizon\[1\] must be > 0 s, got 0.0"),
         ({"v2": [1.0, 2.0], "u": [1.0, 2.0, 3.0]}, "must broadcast"),
@@ -390,3 +392,40 @@ def test_a_batch_raises_no_flag_of_the_processor(dtype):
     with np.errstate(all="raise"):
         results = solved(*inputs, robots=robots)
     assert np.isfinite(results["duration"]).all()
+
+
+def calls_of(function: Callable[[], object]) -> int:
+    """How many functions a call of one makes: what it costs without a clock."""
+    count, found = 0, function()
+
+    def note(frame: object, event: str, argument: object) -> None:
+        nonlocal count
+        count += event in ("call", "c_call")
+
+    sys.setprofile(note)
+    try:
+        found = function()
+    finally:
+        sys.setprofile(None)
+    assert found is not None
+    return count
+
+
+def test_a_batch_of_one_calls_at_most_five_times_as_much_as_the_one():
+    one = calls_of(lambda: hopform.solve_stance(HOPPER, v2=-1.93, u=2.0))
+    batch = calls_of(lambda: hopform.solve_stances(HOPPER, v2=-1.93, u=2.0))
+    assert batch <= 5 * one < 200
+
+
+@pytest.mark.parametrize(("name", "most"), [("events", 3), ("phases", 15)])
+def test_what_happened_is_read_from_the_memory_of_the_library(name, most):
+    """By few calls for each further event, or phase: no object in between."""
+    short, long = (hopform.solve_stance(HOPPER, v2=v2) for v2 in (-1.93, -0.2))
+    few, many = (len(getattr(stance, name)) for stance in (short, long))
+
+    def read(stance: hopform.Stance) -> object:
+        vars(stance).pop(name)
+        return getattr(stance, name)
+
+    more = calls_of(partial(read, long)) - calls_of(partial(read, short))
+    assert many >= few + 5 and more <= most * (many - few)

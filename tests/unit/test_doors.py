@@ -1,5 +1,6 @@
 """What once came in or went out wrong, a test each: numbers, counts, files, names and streams from outside."""
 
+import dataclasses
 import multiprocessing
 import os
 import re
@@ -7,6 +8,7 @@ import subprocess
 import sys
 import tracemalloc
 from concurrent.futures import ThreadPoolExecutor
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -21,9 +23,9 @@ from hopform import _checks
 from hopform import _front as cli
 from hopform._checks import number_of, whole_of
 from hopform._files import LARGEST, check_writable, printable, read_text, write
+from hopform._texts import markdown
 from hopform.identify._recordings import parse_recording
-from hopform.identify._report import markdown
-from hopform.identify._synthetic import to_csv
+from hopform.identify._synthetic import MOTION, TESTS, to_csv
 from tests.calls import DECAY, HOPPER
 
 HUGE = "100000000000000"
@@ -428,6 +430,44 @@ def test_a_field_in_capitals_is_asked_for_in_small_letters():
     text = HOPPER.to_toml().replace("b1 = 150.0", "B1 = 150")
     with pytest.raises(hopform.HopformError, match="unknown parameter 'B1', did you mean 'b1'"):
         hopform._robots.robot_from_toml(text, "mine.toml")
+
+
+@pytest.mark.parametrize("make", [hopform.Robot, partial(dataclasses.replace, HOPPER)], ids=["made", "replaced"])
+def test_an_unknown_parameter_of_a_robot_is_told_with_the_nearest_one_and_all(make):
+    """By another case each, and far from all."""
+    names = [field.name for field in hopform.Robot.all_fields()]
+    for name in names:
+        with pytest.raises(hopform.HopformError) as caught:
+            make(**{name.swapcase(): 1.0})
+        known = f"did you mean {name!r}? Known: {', '.join(names)}"
+        assert str(caught.value) == f"unknown parameter {name.swapcase()!r}, {known}"
+    with pytest.raises(hopform.HopformError, match=rf"^unknown parameter 'QQQQ'; known: {', '.join(names)}$"):
+        make(QQQQ=1.0)
+
+
+ARRAYS = [np.array([1.0, 2.0]), np.ma.array([1.0, 2.0], mask=[True, False]), np.ma.masked, [1, 2], 0, False, ""]
+
+
+@pytest.mark.parametrize("test", [*TESTS, MOTION])
+@pytest.mark.parametrize("start", ARRAYS, ids=repr)
+def test_a_start_that_is_no_mapping_is_refused_by_every_test(start, test):
+    with pytest.raises(hopform.HopformError, match=r"^start must be a mapping of names to values, got "):
+        hopform.identify.record(HOPPER, test, start=start)
+
+
+def test_a_name_that_dir_lists_can_be_read():
+    """Of every result; what was not asked for is None."""
+    stance = hopform.solve_stance(HOPPER, v2=-1.9)
+    run = hopform.hopping.simulate(HOPPER, [0.0], 2.0, height=0.2)
+    batches = [
+        hopform.solve_stances(HOPPER, v2=[-1.0, -2.0], events=flag, sensitivities=flag) for flag in (False, True)
+    ]
+    command = hopform.choose_current(HOPPER, v2=-1.9, h_des=0.2)
+    reach = hopform.reachability(HOPPER, heights=[0.1, 0.2], currents=[0.0, 1.0])
+    for result in (HOPPER, stance, stance.fly(), stance.sensitivities, run, run.hops[0], *batches, command, reach):
+        for name in dir(result):
+            getattr(result, name)
+    assert batches[0].event_words is None and batches[1].event_words.shape == batches[1].event_kind.shape
 
 
 def test_a_controller_warns_of_a_body_that_rises_at_touchdown(capsys):

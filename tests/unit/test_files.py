@@ -13,7 +13,7 @@ import pytest
 
 import hopform
 from hopform import _front as cli
-from hopform.identify._report import markdown
+from hopform._texts import markdown
 from tests import needs
 
 ROBOT = hopform.load_robot("hopper_c").to_toml()

@@ -46,6 +46,50 @@ def test_the_examples_of_the_help_run(tmp_path, monkeypatch, capsys, store):
     assert {"drop.csv", "mine.toml", "firmware", "single", "stance.csv"} <= {path.name for path in tmp_path.iterdir()}
 
 
+GROUPS = ["", *cli.GROUPS]
+WORDS = [*GROUPS, *cli.COMMANDS]
+
+
+@pytest.mark.parametrize("columns", [60, 80, 120])
+def test_every_help_fits_the_terminal(capsys, monkeypatch, columns):
+    """Only the examples, which are to be pasted, may be longer."""
+    monkeypatch.setenv("COLUMNS", str(columns))
+    for words in WORDS:
+        assert cli.main([*words.split(), "--help"]) == 0
+        text = capsys.readouterr().out.partition("Examples:")[0]
+        assert all(len(line) <= columns for line in text.splitlines()), words
+
+
+@pytest.mark.parametrize("columns", [60, 80, 120])
+@pytest.mark.parametrize("group", GROUPS)
+def test_the_summary_of_a_command_is_a_whole_sentence(capsys, monkeypatch, group, columns):
+    """On one line, but where the terminal is narrower than usual."""
+    monkeypatch.setenv("COLUMNS", str(columns))
+    assert cli.main([*group.split(), "--help"]) == 0
+    listed = capsys.readouterr().out.partition("Commands:\n")[2]
+    assert "..." not in listed
+    if columns >= 80:
+        of = [words.removeprefix(group).split()[0] for words in cli.COMMANDS if words.startswith(group)]
+        assert [line.split()[0] for line in listed.splitlines()] == list(dict.fromkeys(of))
+        assert all(line.endswith(".") for line in listed.splitlines())
+
+
+@pytest.mark.parametrize("words", WORDS)
+def test_help_is_a_word_too(capsys, words):
+    """`hopform help model list` and `hopform model help list` are `hopform model list --help`."""
+    assert cli.main([*words.split(), "--help"]) == 0
+    shown = capsys.readouterr().out
+    *group, command = words.split() or [""]
+    for line in (["help", *words.split()], [*group, "help", *command.split()]):
+        assert cli.main(line) == 0
+        assert capsys.readouterr().out == shown
+
+
+def test_help_with_what_is_no_command_is_refused(capsys):
+    assert cli.main(["help", "stanze"]) == 2
+    assert capsys.readouterr().err == "hopform: No such command 'stanze'. Did you mean 'stance'?\n"
+
+
 def test_options_stand_under_what_they_are_about(capsys):
     assert cli.main(["hop", "--help"]) == 0
     parts = capsys.readouterr().out.split("\n\n")

@@ -3,6 +3,7 @@
 Recordings are made by time stepping that shares nothing with hopform.
 """
 
+import dataclasses
 import math
 from dataclasses import dataclass
 from typing import Any
@@ -97,12 +98,13 @@ def test_what_is_tied_is_drawn_alike_and_a_combination_is_refused_by_name(joint)
 
 @dataclass(frozen=True)
 class Pendulum:
-    """J q'' = -K sin(q) - b q' - F sign(q'), let go at an angle."""
+    """J q'' = -K sin(q) - b q' - F sign(q'), let go at an angle; more: by how much F is higher backward."""
 
     J: float = 0.0071
     K: float = 0.4807
     b: float = 0.002
     F: float = 0.012
+    more: float = 0.0
 
     def swings(self, start: float, count: int) -> np.ndarray:
         """The angle at samples, by 40 semi-implicit steps of time in each."""
@@ -111,7 +113,8 @@ class Pendulum:
             found[n] = q
             for _ in range(40):
                 w = v - h * (self.K * math.sin(q + 0.5 * h * v) + self.b * v) / self.J
-                w = 0.0 if abs(w) <= h * self.F / self.J else w - math.copysign(h * self.F / self.J, w)
+                slowed = h * (self.F + (self.more if w < 0.0 else 0.0)) / self.J
+                w = 0.0 if abs(w) <= slowed else w - math.copysign(slowed, w)
                 q, v = q + 0.5 * h * (v + w), w
         return found
 
@@ -145,17 +148,32 @@ def test_a_pendulum_that_is_let_go_at_160_degrees_is_found_to_its_noise(joint):
 
 
 def test_derivatives_under_gravity_s_sine_are_those_of_the_motion(joint):
-    """Against differences, while the pendulum swings."""
+    """By every parameter of a joint that rests off 0 under friction that differs by direction, against differences, while
+    the pendulum swings."""
     own = Pendulum(F=0.0)
     recording = table("time_s,phi_rad", own.swings(1.0, 700))
     fit = hopform.identify.fit(joint, recording, fitted=["J", "b"], known={"k": own.K, "k_t": 1.0}, sine=True, **ALONE)
     experiment, values = fit.solution.experiments[0], fit.solution.values
+    at = {"k": own.K, "phi_0": 0.05, "load": 0.01, "F_plus": 0.004, "F_minus": 0.002}
+    values, names = {**values, **at}, {**experiment.names, **{name: name for name in at}}
+    experiment = dataclasses.replace(experiment, names=names)
     _, by = experiment.predict(values)
+    assert by.keys() == values.keys()
     for name, rows in by.items():
         step = 1e-4 * max(abs(values[name]), 1e-2)
         ends = [experiment.predict({**values, name: values[name] + side * step})[0] for side in (1.0, -1.0)]
         expected = (ends[0] - ends[1]) / (2.0 * step)
         np.testing.assert_allclose(rows, expected, atol=2e-3 * np.abs(expected).max(), err_msg=name)
+
+
+def test_friction_by_direction_does_not_turn_gravity(joint):
+    """A pendulum swings about where it hangs, not about the middle of where it sticks."""
+    own = Pendulum(F=0.008, more=0.010)
+    phi = own.swings(1.4, 1000) + 1e-3 * np.random.default_rng(4).standard_normal(1000)
+    known, fitted = {"k": own.K, "k_t": 1.0}, ["J", "b", "F_plus", "F_minus"]
+    fit = hopform.identify.fit(joint, table("time_s,phi_rad", phi), sine=True, fitted=fitted, known=known, **ALONE)
+    assert holds(fit, J=own.J, b=own.b, F_plus=own.F, F_minus=own.F + own.more) == []
+    assert fit.rms == pytest.approx(1e-3, rel=0.05)
 
 
 def test_a_leg_of_two_masses_is_found_from_both_positions():

@@ -4,6 +4,7 @@ object's own value; so is every number of the lines beside the tables.
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -305,9 +306,13 @@ def shown_of(answer, capsys):
     return tables_of(text), text.splitlines()
 
 
-def test_a_fit_is_printed(capsys):
+@pytest.fixture(scope="module")
+def fit():
     recordings = [hopform.identify.record(HOPPER, "decay", height=0.04, duration=1.0, seed=seed) for seed in (3, 4)]
-    fit = hopform.identify.fit_drop_test(recordings, attached=True, known={"m_s": 3.0}, holdout=True)
+    return hopform.identify.fit_drop_test(recordings, attached=True, known={"m_s": 3.0}, holdout=True)
+
+
+def test_a_fit_is_printed(capsys, fit):
     shown, _ = shown_of(fit, capsys)
     values = {each.name: (each.value, each.low, each.high, each.unit, each.method) for each in fit.estimates}
     values |= {name: (value, None, None, "", "known") for name, value in fit.known.items()}
@@ -329,3 +334,58 @@ def test_a_fit_is_printed(capsys):
         "white": lambda trace: "yes" if trace.tests.white else "no",
     }
     check(shown["Recordings"], columns, fit.traces)
+
+
+# ---- on a terminal ----
+
+ANSI = re.compile(r"\x1b\[[0-9;]*m")
+PRINTED = (
+    "model list", "hop --height 0.2 --u 3", "stance --height 0.2 --u 3 --explain --sensitivities", "equations", "robots",
+    "robots hopper_c", "motion --start y=0.02", "control --height 0.2 --h-des 0.2 --printed", "reach --heights 5",
+    "model check hopper", "record drop --plan --seed 1",
+)  # fmt: skip
+"""Commands whose tables a terminal of 60 or 80 columns used to cut."""
+
+
+@pytest.mark.parametrize(
+    "command", [PRINTED[0], PRINTED[1], *(pytest.param(each, marks=pytest.mark.sliced) for each in PRINTED[2:])]
+)
+def test_a_narrow_terminal_shows_every_word(capsys, monkeypatch, command, tmp_path):
+    """Tables that are too wide stand below each other, and what a pipe gets is there, within the terminal's columns."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    monkeypatch.delenv("FORCE_COLOR", raising=False)
+    assert cli.main(command.split()) == 0
+    piped = capsys.readouterr().out
+    monkeypatch.setenv("FORCE_COLOR", "1")  # rich then takes the output for a terminal
+    for columns in (60, 80, 120):
+        monkeypatch.setenv("COLUMNS", str(columns))
+        assert cli.main(command.split()) == 0
+        shown = ANSI.sub("", capsys.readouterr().out)
+        assert set(re.sub("─+", "", piped).split()) <= set(shown.split())
+        assert "…" not in shown and max(map(len, shown.splitlines())) <= columns
+
+
+def test_a_pipe_and_a_column_wider_than_the_terminal_get_whole_lines(capsys, monkeypatch):
+    head, rows = ("name", "where", "title"), [("one", "/long" * 60, "some words " * 30), ("two", "here", "there")]
+    output.show([output.table("", head, rows, head)])
+    lines = capsys.readouterr().out.splitlines()
+    assert [CELL.findall(line) for line in (lines[0], *lines[2:])] == [
+        [*head],
+        *([word.strip() for word in row] for row in rows),
+    ]
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    monkeypatch.setenv("COLUMNS", "80")
+    output.show([output.table("", head, rows, head)])
+    shown = ANSI.sub("", capsys.readouterr().out)
+    assert f"one   {rows[0][1]}" in shown and "some words some words" in shown and "…" not in shown
+
+
+def test_a_value_without_an_interval_has_no_infinity(capsys, fit):
+    first, second, *others = fit.estimates
+    bare = first._replace(low=-math.inf, high=math.inf, method="not explained")
+    half_open = second._replace(high=math.inf)
+    shown, lines = shown_of(replace(fit, estimates=(bare, half_open, *others)), capsys)
+    rows = {row["parameter"]: row["95 % interval"] for row in shown["Parameters"]}
+    assert rows[bare.name] == "-" and rows[half_open.name].endswith(" .. inf")
+    assert not any("-inf" in line for line in lines)
+    assert f"{bare.name} = {bare.value:.4g} (no interval)" in str(replace(fit, estimates=(bare,)))

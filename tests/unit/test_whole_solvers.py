@@ -93,26 +93,38 @@ class Killed(BaseException):
     """As by SIGKILL: nothing is cleaned up behind it."""
 
 
+EVERY_CHANGE = ("replace", "rename", "unlink", "mkdir", "rmdir")
+
+
 @contextmanager
 def killed_at(step: int, monkeypatch) -> Iterator[list[str]]:
     """The process ends at a change of the file system, counted from 1; the changes that were made."""
+    with monkeypatch.context() as patched, changes_until(step, patched, Killed) as done:
+        patched.setattr(shutil, "rmtree", lambda *_, **__: None)
+        yield done
+
+
+@contextmanager
+def changes_until(step: int, monkeypatch, how, names=EVERY_CHANGE) -> Iterator[list[str]]:
+    """An exception at a change of the file system and at all later ones, or if it is an interrupt at that one alone."""
     done = list[str]()
 
     def counted(name):
         change = getattr(os, name)
 
         def one(*given, **named):
-            if len(done) + 1 >= step:
-                raise Killed
+            if len(done) + 1 == step or (len(done) + 1 > step and how is Killed):
+                if how is not Killed:
+                    done.append(name)
+                raise how
             done.append(name)
             return change(*given, **named)
 
         return one
 
     with monkeypatch.context() as patched:
-        for name in ("replace", "rename", "unlink", "mkdir", "rmdir"):
+        for name in names:
             patched.setattr(os, name, counted(name))
-        patched.setattr(shutil, "rmtree", lambda *_, **__: None)
         yield done
 
 
@@ -210,6 +222,46 @@ def test_a_build_that_is_killed_at_any_change_leaves_a_whole_solver_or_none(
         assert title_of(cache / again if where == "cache" else folder) == again, step
         if where == "folder of before":
             assert (tmp_path / "out" / "mine.txt").read_text() == "years of work"
+
+
+@pytest.mark.parametrize("where", ["new folder", "cache"])
+def test_a_build_that_is_interrupted_at_any_change_leaves_a_whole_solver_or_nothing(
+    quick, cache, tmp_path, monkeypatch, capsys, where
+):
+    """By Ctrl-C: no line, 130, and none of what it built aside; what comes before the cleaning up is interrupted."""
+    out = [] if where == "cache" else ["--out", str(tmp_path / "out")]
+    line, folder = ["model", "build", str(MODELS / "joint.py"), *out], tmp_path / "out" if out else cache / "first"
+    before = ("replace", "rename", "mkdir")
+
+    def begin() -> None:
+        for each in (tmp_path / "out", tmp_path / "cache"):
+            shutil.rmtree(each, ignore_errors=True)
+        cache.mkdir(parents=True)
+
+    begin()
+    with changes_until(10**9, monkeypatch, KeyboardInterrupt, before) as done:
+        assert cli.main(line) == 0
+    for step in steps_of(len(done)):
+        begin()
+        capsys.readouterr()
+        with changes_until(step, monkeypatch, KeyboardInterrupt, before):
+            assert cli.main(line) == 130, step
+        assert capsys.readouterr() == ("", "")
+        assert list(tmp_path.rglob(f"{build.ASIDE}*")) == [], step
+        assert not folder.exists() or commands.is_whole(folder), step
+
+
+def test_an_interrupt_while_the_derivation_is_loaded_loads_nothing_more(monkeypatch, capsys):
+    """Half of sympy, once more imported, ends in a traceback of its own."""
+    loaded = list[str]()
+
+    def part(name: str):
+        loaded.append(name)
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(commands.door, "part", part)
+    assert cli.main(["model", "check", "joint"]) == 130
+    assert loaded == ["derivation"] and capsys.readouterr() == ("", "")
 
 
 @pytest.mark.parametrize("damage", ["empty", "facts", "package", "library"])

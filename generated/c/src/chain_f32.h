@@ -82,7 +82,8 @@ static inline bool other_rests_f32(const int *side, int element) {
 /* Whether a stop, or that it never moves, keeps an element at rest from going to a side. */
 static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int element, int side) {
     const hopform_robot_f32 *robot = &chain->plan->robot;
-    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_NEVER_MOVES(element); }
+    if (HOPFORM_NEVER_MOVES(element)) { return true; }
+    if (!HOPFORM_HAS_STOPS || element != HOPFORM_STOPPED_ELEMENT) { return false; }
     const bool locked = !(lower_stop_f32(robot) < upper_stop_f32(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0f) || (side > 0 && chain->from_upper >= 0.0f);
 }
@@ -267,7 +268,7 @@ static inline float terms_of_contact_f32(const stance_chain_f32 *chain) {
 static inline void add_stop_f32(const stance_chain_f32 *chain, event_set_f32 *set) {
     const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
     const float gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (side == 0 || !is_finite_f32(gap)) { return; }
+    if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_f32(gap)) { return; }
     const float away = -(float)side;
     const numerator_f32 *h = &chain->motion.of.position;
     const numerator_f32 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
@@ -675,7 +676,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     const state_by_axis_f32 start = chain->at;
     const bool passes = end->owner == NO_OWNER_f32 && end->certified;
     const float length = end->in.high.t;
-    chain->aed += !HOPFORM_MOVES_ALONE && chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
+    chain->aed += HOPFORM_HAS_CONTACT && chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
     stance_arrive_f32(chain, &end->events.modes, &end->in.high);
     notify_f32(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_f32);
     chain->t = passes ? until : lesser_f32(chain->t + length, until); /* not behind it by rounding */
@@ -713,7 +714,7 @@ static inline int32_t stance_status_f32(const hopform_robot_f32 *robot, const ho
     state_by_axis_f32 at;
     at.named = *start;
     const float position = at.of[HOPFORM_POSITION_AXIS];
-    bool fixed = true;
+    bool fixed = !(HOPFORM_NEVER_MOVES(HOPFORM_STOPPED_ELEMENT) && fabs_f32(position) > 0.0f);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         fixed = fixed && !(HOPFORM_NEVER_MOVES(element) && fabs_f32(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0f);
     }
@@ -747,7 +748,7 @@ static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_
     chain->most_compressed = 0.0f;
     chain->rounded_at_stop = 0.0f;
     chain->start_loss = 0.0f;
-    chain->adds_up = !HOPFORM_MOVES_ALONE && stores_much_f32(&plan->robot, start);
+    chain->adds_up = HOPFORM_HAS_CONTACT && stores_much_f32(&plan->robot, start);
     chain->aed = 0.0f;
     chain->max_phases = max_phases;
     chain->phases = phases;
@@ -768,8 +769,8 @@ static inline int32_t stance_report_f32(const stance_chain_f32 *chain, const hop
     const hopform_state_f32 *end = &chain->at.named;
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = 0.0f; /* what moves alone has no body */
-    if (!HOPFORM_MOVES_ALONE) {
+    stance->aed = 0.0f; /* E counts from the ground */
+    if (HOPFORM_HAS_CONTACT) {
         stance->aed = chain->adds_up ? chain->aed : body_energy_gain_f32(robot, start, &chain->at.later);
     }
     stance->start_loss = chain->start_loss;

@@ -551,7 +551,7 @@ int32_t hopform_choose_current_begin_f32(hopform_search_f32 *search, const hopfo
                                           const hopform_state_f32 *start, const hopform_target_f32 *target,
                                           hopform_command_f32 *command) {
     const memory_f32 read = array_f32(plan, 1, sizeof *plan);
-    const memory_f32 written[] = {
+    const memory_f32 written[2] = {
         array_f32(search, 1, sizeof *search),
         array_f32(command, 1, sizeof *command),
     };
@@ -615,11 +615,11 @@ int32_t hopform_choose_current_near_f32(hopform_search_f32 *search, float u) {
 int32_t hopform_choose_current_step_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity,
                                          hopform_command_f32 *command) {
     if (search == NULL) { return end_search_f32(NULL, HOPFORM_ERROR_NULL, command); }
-    const memory_f32 read[] = {
+    const memory_f32 read[2] = {
         array_f32(search, 1, sizeof *search),
         array_f32(search->plan, 1, search->status == HOPFORM_SEARCHING ? sizeof *search->plan : 0),
     };
-    const memory_f32 written[] = {
+    const memory_f32 written[2] = {
         array_f32(phases, capacity, sizeof *phases),
         array_f32(command, 1, sizeof *command),
     };
@@ -667,12 +667,12 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
                                   const float *currents, int32_t current_count, float horizon, hopform_phase_f32 *phases,
                                   int32_t capacity, hopform_trial_f32 *trials) {
     const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
-    const memory_f32 read[] = {
+    const memory_f32 read[3] = {
         array_f32(plan, 1, sizeof *plan),
         array_f32(starts, start_count, sizeof *starts),
         array_f32(currents, current_count, sizeof *currents),
     };
-    const memory_f32 written[] = {
+    const memory_f32 written[2] = {
         array_f32(trials, start_count, row),
         array_f32(phases, capacity, sizeof *phases),
     };

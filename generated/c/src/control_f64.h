@@ -551,7 +551,7 @@ int32_t hopform_choose_current_begin_f64(hopform_search_f64 *search, const hopfo
                                           const hopform_state_f64 *start, const hopform_target_f64 *target,
                                           hopform_command_f64 *command) {
     const memory_f64 read = array_f64(plan, 1, sizeof *plan);
-    const memory_f64 written[] = {
+    const memory_f64 written[2] = {
         array_f64(search, 1, sizeof *search),
         array_f64(command, 1, sizeof *command),
     };
@@ -615,11 +615,11 @@ int32_t hopform_choose_current_near_f64(hopform_search_f64 *search, double u) {
 int32_t hopform_choose_current_step_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity,
                                          hopform_command_f64 *command) {
     if (search == NULL) { return end_search_f64(NULL, HOPFORM_ERROR_NULL, command); }
-    const memory_f64 read[] = {
+    const memory_f64 read[2] = {
         array_f64(search, 1, sizeof *search),
         array_f64(search->plan, 1, search->status == HOPFORM_SEARCHING ? sizeof *search->plan : 0),
     };
-    const memory_f64 written[] = {
+    const memory_f64 written[2] = {
         array_f64(phases, capacity, sizeof *phases),
         array_f64(command, 1, sizeof *command),
     };
@@ -667,12 +667,12 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
                                   const double *currents, int32_t current_count, double horizon, hopform_phase_f64 *phases,
                                   int32_t capacity, hopform_trial_f64 *trials) {
     const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
-    const memory_f64 read[] = {
+    const memory_f64 read[3] = {
         array_f64(plan, 1, sizeof *plan),
         array_f64(starts, start_count, sizeof *starts),
         array_f64(currents, current_count, sizeof *currents),
     };
-    const memory_f64 written[] = {
+    const memory_f64 written[2] = {
         array_f64(trials, start_count, row),
         array_f64(phases, capacity, sizeof *phases),
     };

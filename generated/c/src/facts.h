@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "2b86d9fc02b11af7"
+#define HOPFORM_LAYOUT "a7280b808d6be56e"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -16,9 +16,12 @@
 /* Whether the contact force of the leg is k y; whether a damper acts in the leg, which relaxes in flight. */
 #define HOPFORM_CONTACT_IS_COMPRESSION 1
 #define HOPFORM_LEG_HAS_DAMPER 0
-/* Whether a leg stands on the ground, which it pushes and cannot pull; whether the first element alone ever moves. */
+/* Whether a leg stands on the ground, which it pushes and cannot pull; whether the first element alone ever moves;
+ * whether both do; whether the position of an element has a stop at either end. */
 #define HOPFORM_HAS_CONTACT 1
 #define HOPFORM_MOVES_ALONE 0
+#define HOPFORM_BOTH_MOVE 1
+#define HOPFORM_HAS_STOPS 1
 /* Whether a law sets the current of the one mass: the second side of a mode is then the limit that the current is at, 0
  * under the law; the rates of a mode in a plan. */
 #define HOPFORM_HAS_LAW 0

@@ -638,7 +638,7 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
     const hopform_state_f32 from = start != NULL ? *start : nothing.start; /* may lie in what is written, as gains */
     const hopform_gains_f32 law = gains != NULL ? *gains : nothing.gains;
     const memory_f32 read = array_f32(plan, 1, sizeof *plan);
-    const memory_f32 written[] = {
+    const memory_f32 written[2] = {
         array_f32(flight, 1, sizeof *flight),
         array_f32(phases, capacity, sizeof *phases),
     };
@@ -698,7 +698,7 @@ static int32_t flight_reading_status_f32(const hopform_plan_f32 *plan, const hop
     for (int n = 0; n < array_count; n++) {
         given = given && (arrays[n].first != NULL || count <= 0);
     }
-    const memory_f32 read[] = {
+    const memory_f32 read[4] = {
         array_f32(plan, 1, sizeof *plan),
         array_f32(phases, flight != NULL ? flight->phases_kept : 1, sizeof *phases),
         array_f32(flight, 1, sizeof *flight),
@@ -799,6 +799,8 @@ static void add_work_f32(hopform_flight_ledger_f32 *ledger, const hopform_plan_f
     const flight_integrals_f32 integrals = {displacement.value, square_of_velocity_f32(&poles, phase, t), rise};
     const hopform_flight_ledger_f32 part = flight_ledger_of_f32(
         robot, &flight->gains, largest_force_f32(robot), phase->x1, (float)phase->side, (float)phase->limit, &integrals);
+    (void)ledger; /* of a model in which nothing does work */
+    (void)part;
 #define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_FLIGHT_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY
@@ -809,7 +811,7 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
                                    const hopform_flight_f32 *flight, const float *times, int32_t count,
                                    hopform_energy_f32 *energies, hopform_flight_ledger_f32 *ledgers,
                                    float *stop_losses) {
-    const memory_f32 arrays[] = {
+    const memory_f32 arrays[3] = {
         array_f32(energies, count, sizeof *energies),
         array_f32(ledgers, count, sizeof *ledgers),
         array_f32(stop_losses, count, sizeof *stop_losses),

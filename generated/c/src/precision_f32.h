@@ -13,13 +13,12 @@
 #error "hopform_f32 needs a float of 32 bits: leave its sources out"
 #endif
 
-/* Build systems in which a library has no flags of its own: each result is rounded as written there, too. */
-#if defined(ARDUINO) || defined(_RTE_)
+/* Each result is rounded as written, without -ffp-contract=off, too. gcc's pragma changes what is inlined: it stands
+ * only in build systems in which a library has no flags of its own. */
 #if defined(__clang__)
 #pragma STDC FP_CONTRACT OFF
-#elif defined(__GNUC__)
+#elif defined(__GNUC__) && (defined(ARDUINO) || defined(_RTE_))
 #pragma GCC optimize("fp-contract=off")
-#endif
 #endif
 
 typedef uint32_t bits_f32;

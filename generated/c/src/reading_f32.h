@@ -41,7 +41,7 @@ static int32_t reading_status_f32(const hopform_plan_f32 *plan, const hopform_st
     for (int n = 0; n < array_count; n++) {
         given = given && arrays[n].first != NULL;
     }
-    const memory_f32 read[] = {
+    const memory_f32 read[5] = {
         array_f32(plan, 1, sizeof *plan),
         array_f32(steps, whole && phases != NULL ? phases[kept - 1].step + 1 : 1, sizeof *steps),
         array_f32(phases, kept, sizeof *phases),

@@ -157,7 +157,7 @@ static void mix_case_f32(uint32_t *hash, const selftest_case_f32 *one, hopform_p
 static void mix_search_f32(uint32_t *hash, const selftest_case_f32 *one, float h_des, hopform_search_f32 *search,
                             hopform_phase_f32 *phases) {
     hopform_plan_f32 plan;
-    hopform_command_f32 command;
+    hopform_command_f32 command = {0.0f, 0.0f, HOPFORM_COMMAND_NO_TAKEOFF}; /* gcc -flto warns of a bare one */
     const hopform_target_f32 target = {h_des, 0.0f, 0.001f, 2.0f, 0, 0};
     mix_int_f32(hash, hopform_plan_init_f32(&plan, &selftest_robots_f32[one->robot]));
     mix_int_f32(hash, hopform_choose_current_f32(search, &plan, &one->start, &target, phases, HOPFORM_SELFTEST_PHASES,

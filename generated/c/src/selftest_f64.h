@@ -157,7 +157,7 @@ static void mix_case_f64(uint32_t *hash, const selftest_case_f64 *one, hopform_p
 static void mix_search_f64(uint32_t *hash, const selftest_case_f64 *one, double h_des, hopform_search_f64 *search,
                             hopform_phase_f64 *phases) {
     hopform_plan_f64 plan;
-    hopform_command_f64 command;
+    hopform_command_f64 command = {0.0, 0.0, HOPFORM_COMMAND_NO_TAKEOFF}; /* gcc -flto warns of a bare one */
     const hopform_target_f64 target = {h_des, 0.0, 0.001, 2.0, 0, 0};
     mix_int_f64(hash, hopform_plan_init_f64(&plan, &selftest_robots_f64[one->robot]));
     mix_int_f64(hash, hopform_choose_current_f64(search, &plan, &one->start, &target, phases, HOPFORM_SELFTEST_PHASES,

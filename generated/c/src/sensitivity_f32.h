@@ -419,7 +419,7 @@ int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hop
 int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                      const float *times, int32_t count, hopform_state_f32 *states, float *tangents) {
-    const memory_f32 arrays[] = {
+    const memory_f32 arrays[2] = {
         array_f32(states, count, sizeof *states),
         array_f32(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_f32 * sizeof *tangents),
     };

@@ -419,7 +419,7 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
 int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                      const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                      const double *times, int32_t count, hopform_state_f64 *states, double *tangents) {
-    const memory_f64 arrays[] = {
+    const memory_f64 arrays[2] = {
         array_f64(states, count, sizeof *states),
         array_f64(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_f64 * sizeof *tangents),
     };

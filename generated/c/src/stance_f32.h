@@ -22,7 +22,7 @@ static bool steps_are_sound_f32(const hopform_step_f32 *steps, int32_t count) {
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_f32(const hopform_plan_f32 *plan) {
-    if (HOPFORM_MOVES_ALONE) { return false; }
+    if (!HOPFORM_BOTH_MOVE) { return false; }
     const float a = plan->node_both.pole;
     return a * a * a > HOPFORM_STIFFEST_f32 * HOPFORM_STIFFEST_f32 * plan->rates.s_3;
 }
@@ -73,11 +73,11 @@ static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_st
                                    evaluations_f32 *evaluations, observer_f32 *observer,
                                    current_variation_f32 *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
-    const memory_f32 read[] = {
+    const memory_f32 read[2] = {
         array_f32(plan, 1, sizeof *plan),
         array_f32(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
     };
-    const memory_f32 written[] = {
+    const memory_f32 written[2] = {
         array_f32(stance, 1, sizeof *stance),
         array_f32(phases, capacity, sizeof *phases),
     };

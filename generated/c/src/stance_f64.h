@@ -22,7 +22,7 @@ static bool steps_are_sound_f64(const hopform_step_f64 *steps, int32_t count) {
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_f64(const hopform_plan_f64 *plan) {
-    if (HOPFORM_MOVES_ALONE) { return false; }
+    if (!HOPFORM_BOTH_MOVE) { return false; }
     const double a = plan->node_both.pole;
     return a * a * a > HOPFORM_STIFFEST_f64 * HOPFORM_STIFFEST_f64 * plan->rates.s_3;
 }
@@ -73,11 +73,11 @@ static int32_t solve_observed_f64(const hopform_plan_f64 *plan, const hopform_st
                                    evaluations_f64 *evaluations, observer_f64 *observer,
                                    current_variation_f64 *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
-    const memory_f64 read[] = {
+    const memory_f64 read[2] = {
         array_f64(plan, 1, sizeof *plan),
         array_f64(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
     };
-    const memory_f64 written[] = {
+    const memory_f64 written[2] = {
         array_f64(stance, 1, sizeof *stance),
         array_f64(phases, capacity, sizeof *phases),
     };

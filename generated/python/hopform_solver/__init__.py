@@ -21,7 +21,7 @@ from .records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 if TYPE_CHECKING:
     from .solver import solve
 
-LAYOUT = "2b86d9fc02b11af7"
+LAYOUT = "a7280b808d6be56e"
 """Of the structs and numbers that this package shares with its C library, which carries the same text."""
 
 VERSION = "0.1.0"

@@ -2,7 +2,8 @@
 """Numbers against their domains, and what is said of those that lie outside."""
 
 import sys
-from functools import cached_property
+from dataclasses import fields
+from functools import cache, cached_property
 from numbers import Real as Number
 from typing import Any
 
@@ -53,15 +54,23 @@ def refusal(field: Field, value: object) -> str | None:
     return f"{field.name} must be {DOMAINS[field.domain].allowed}{unit and f' {unit}'}, got {number!r}"
 
 
+@cache
+def attributes(kind: Any) -> dict[str, str]:
+    """The attributes that are the parameters of a dataclass, by their names: `name_` where `name` is something else."""
+    renamed = {str(each.metadata["parameter"]): each.name for each in fields(kind) if "parameter" in each.metadata}
+    return {field.name: renamed.get(field.name, field.name) for field in ROBOT_FIELDS}
+
+
 class Checked:
     """What makes a dataclass of the robot's parameters one of checked floats."""
 
     def __post_init__(self) -> None:
-        for field in ROBOT_FIELDS:
-            value = getattr(self, field.name)
+        kind: Any = type(self)
+        for field, attribute in zip(ROBOT_FIELDS, attributes(kind).values(), strict=True):
+            value = getattr(self, attribute)
             if (reason := refusal(field, value)) is not None:
                 raise ValueError(reason)
-            object.__setattr__(self, field.name, float(value))
+            object.__setattr__(self, attribute, float(value))
         below, above = lower_stop(self.parameters), upper_stop(self.parameters)
         if not below <= above:
             low, high, unit = ENDS
@@ -70,7 +79,13 @@ class Checked:
             what = "friction at rest must not be less than that in motion"
             raise ValueError(f"{what}, over the inertia it is by {-least!r}")
 
+    def __getitem__(self, name: str) -> float:
+        """A parameter by its name, also where an attribute of this name is something else."""
+        kind: Any = type(self)
+        value: float = getattr(self, attributes(kind)[name])
+        return value
+
     @cached_property
     def parameters(self) -> Parameters:
         """The fields as the record that the solver takes."""
-        return Parameters(*(getattr(self, field.name) for field in ROBOT_FIELDS))
+        return Parameters(*(self[field.name] for field in ROBOT_FIELDS))

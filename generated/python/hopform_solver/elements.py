@@ -34,8 +34,8 @@ HAS_CONTACT = True
 HAS_LAW = False
 """Whether a law sets the current of the one mass: the second side of a mode is then its limit, 0 under the law."""
 
-MOVES_ALONE = False
-"""Whether the first element alone ever moves."""
+MOVING = (0, 1)
+"""The elements that may move."""
 
 
 class State(NamedTuple):
@@ -58,7 +58,7 @@ EVENTS: tuple[dict[str, EventKind], ...] = (
     {"reverses": "x1_reverses", "sticks": "x1_sticks", "slips": "x1_slips", "hits_stop": "x1_hits_stop"},
     {"reverses": "x2_reverses", "sticks": "x2_sticks", "slips": "x2_slips"},
 )
-"""The events of each element that may move, by what it does."""
+"""The events of each element, by what it does; none of one that never moves."""
 
 ROWS = ("T", "x1", "v1", "x2", "v2", "apex", "aed",)
 """What is differentiated: time and state of the take-off, hop height of the apex, AED."""

@@ -255,8 +255,8 @@ FLIGHT_EVENTS: dict[int, EventKind | CurrentEventKind | Contact] = {
 LEDGER_OF_BODY = ("spring_work", "viscous_2", "coulomb_2",)
 """Entries of the ledger whose sum is the AED, the change of the body's energy."""
 
-LEDGER_OF_ROBOT = ("motor_work", "offset_work", "viscous_1", "viscous_2", "coulomb_1", "coulomb_2",)
-"""Entries of the ledger whose sum, with stop_loss, is the change of the whole robot's energy."""
+LEDGER_OF_ROBOT = ("motor_work", "offset_work", "viscous_1", "viscous_2", "coulomb_1", "coulomb_2", "stop_loss",)
+"""Entries of the ledger whose sum is the change of the whole robot's energy."""
 
 
 class Robot(NamedTuple):

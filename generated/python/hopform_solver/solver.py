@@ -42,7 +42,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from . import formulas
-from .elements import AXES, EVENTS, HAS_CONTACT, HAS_LAW, MODES, MOVES_ALONE, State
+from .checked import attributes
+from .elements import AXES, EVENTS, HAS_CONTACT, HAS_LAW, MODES, MOVING, State
 from .kernels import basis_at, factor_cubic
 from .records import Ending, EventKind, LegState, Poles, Rates, Robot
 from .records import Motion as Numerators
@@ -59,8 +60,6 @@ EPS = 2.0**-52
 ROUNDING = 16.0 * EPS
 """Relative to the size that a function has had in the phase: what lies this close to zero is zero."""
 MOST_PHASES = 4096
-MOVING = (0,) if MOVES_ALONE else (0, 1)
-"""The elements that may slip: mass 1, the actuator, and mass 2, the body."""
 
 
 # ---- the answer ----
@@ -223,7 +222,7 @@ class Chain:
         level = self.level(element, sign(free))
         near = ROUNDING * (terms + level)
         if abs(abs(free) - level) <= near:
-            drift = 0.0 if MOVES_ALONE else self.drift(element)
+            drift = self.drift(element) if len(MOVING) > 1 else 0.0
             outwards = free * drift > 0.0 or self.level(element, sign(drift)) <= near
             goes = sign(drift) if outwards else 0
         else:
@@ -425,7 +424,7 @@ def shown_of(robot: Robot, state: LegState) -> State:
 
 def start_of(robot: Robot, start: Mapping[str, float]) -> LegState:
     """The state at the start by coordinates and velocities; what is left out is 0, and so is a leg's compression."""
-    known = dict(zip(State._fields, AXES, strict=True)) | ({} if MOVES_ALONE else {"y": "y"})
+    known = dict(zip(State._fields, AXES, strict=True)) | ({"y": "y"} if len(MOVING) > 1 else {})
     given = {known[name]: float(value) for name, value in start.items() if name in known}
     if len(given) < len(start) or given.keys() >= {"x2", "y"}:
         raise ValueError(f"start may have {', '.join(known)}, but one of x2 and y, got {', '.join(start)}")
@@ -455,7 +454,7 @@ def steps_of(u: float | Steps) -> Steps:
 def begun(robot: Robot, start: LegState, steps: Steps) -> Chain:
     """A motion at its start. What a mass does there is no event; a stop that it would move into takes its velocity."""
     chain = Chain(robot, steps, start)
-    chain.side = (sign(start.v1), 0 if MOVES_ALONE else sign(start.v2))
+    chain.side = (sign(start.v1) if 0 in MOVING else 0, sign(start.v2) if 1 in MOVING else 0)
     if chain.side[0] != 0 and chain.blocked(0, chain.side[0]):
         chain.state, chain.side = start._replace(v1=0.0), (0, chain.side[1])
     chain.settle([element for element in MOVING if chain.side[element] == 0])
@@ -464,7 +463,9 @@ def begun(robot: Robot, start: LegState, steps: Steps) -> Chain:
 
 def checked(robot: Robot | CheckedRobot) -> Robot:
     """The parameters, each within its domain; ValueError names the condition that lets a motion grow."""
-    parameters = CheckedRobot(**{name: getattr(robot, name) for name in Robot._fields}).parameters
+    given = robot if isinstance(robot, Robot) else robot.parameters
+    names = attributes(CheckedRobot)
+    parameters = CheckedRobot(**{names[name]: getattr(given, name) for name in Robot._fields}).parameters
     for name, value, who in conditions(formulas.rates_of(parameters)):
         if value < 0.0:
             condition = f"Routh's condition {name} >= 0 is violated, {name} = {value!r}"

@@ -82,7 +82,8 @@ static inline bool other_rests_real(const int *side, int element) {
 /* Whether a stop, or that it never moves, keeps an element at rest from going to a side. */
 static inline bool stance_blocked_real(const stance_chain_real *chain, int element, int side) {
     const hopform_robot_real *robot = &chain->plan->robot;
-    if (element != HOPFORM_STOPPED_ELEMENT) { return HOPFORM_NEVER_MOVES(element); }
+    if (HOPFORM_NEVER_MOVES(element)) { return true; }
+    if (!HOPFORM_HAS_STOPS || element != HOPFORM_STOPPED_ELEMENT) { return false; }
     const bool locked = !(lower_stop_real(robot) < upper_stop_real(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
@@ -267,7 +268,7 @@ static inline real terms_of_contact_real(const stance_chain_real *chain) {
 static inline void add_stop_real(const stance_chain_real *chain, event_set_real *set) {
     const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
     const real gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (side == 0 || !is_finite_real(gap)) { return; }
+    if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_real(gap)) { return; }
     const real away = -(real)side;
     const numerator_real *h = &chain->motion.of.position;
     const numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
@@ -675,7 +676,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     const state_by_axis_real start = chain->at;
     const bool passes = end->owner == NO_OWNER_real && end->certified;
     const real length = end->in.high.t;
-    chain->aed += !HOPFORM_MOVES_ALONE && chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
+    chain->aed += HOPFORM_HAS_CONTACT && chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
     stance_arrive_real(chain, &end->events.modes, &end->in.high);
     notify_real(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_real);
     chain->t = passes ? until : lesser_real(chain->t + length, until); /* not behind it by rounding */
@@ -713,7 +714,7 @@ static inline int32_t stance_status_real(const hopform_robot_real *robot, const 
     state_by_axis_real at;
     at.named = *start;
     const real position = at.of[HOPFORM_POSITION_AXIS];
-    bool fixed = true;
+    bool fixed = !(HOPFORM_NEVER_MOVES(HOPFORM_STOPPED_ELEMENT) && fabs_real(position) > 0.0);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         fixed = fixed && !(HOPFORM_NEVER_MOVES(element) && fabs_real(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
     }
@@ -747,7 +748,7 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->most_compressed = 0.0;
     chain->rounded_at_stop = 0.0;
     chain->start_loss = 0.0;
-    chain->adds_up = !HOPFORM_MOVES_ALONE && stores_much_real(&plan->robot, start);
+    chain->adds_up = HOPFORM_HAS_CONTACT && stores_much_real(&plan->robot, start);
     chain->aed = 0.0;
     chain->max_phases = max_phases;
     chain->phases = phases;
@@ -768,8 +769,8 @@ static inline int32_t stance_report_real(const stance_chain_real *chain, const h
     const hopform_state_real *end = &chain->at.named;
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = 0.0; /* what moves alone has no body */
-    if (!HOPFORM_MOVES_ALONE) {
+    stance->aed = 0.0; /* E counts from the ground */
+    if (HOPFORM_HAS_CONTACT) {
         stance->aed = chain->adds_up ? chain->aed : body_energy_gain_real(robot, start, &chain->at.later);
     }
     stance->start_loss = chain->start_loss;

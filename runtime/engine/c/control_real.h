@@ -551,7 +551,7 @@ int32_t hopform_choose_current_begin_real(hopform_search_real *search, const hop
                                           const hopform_state_real *start, const hopform_target_real *target,
                                           hopform_command_real *command) {
     const memory_real read = array_real(plan, 1, sizeof *plan);
-    const memory_real written[] = {
+    const memory_real written[2] = {
         array_real(search, 1, sizeof *search),
         array_real(command, 1, sizeof *command),
     };
@@ -615,11 +615,11 @@ int32_t hopform_choose_current_near_real(hopform_search_real *search, real u) {
 int32_t hopform_choose_current_step_real(hopform_search_real *search, hopform_phase_real *phases, int32_t capacity,
                                          hopform_command_real *command) {
     if (search == NULL) { return end_search_real(NULL, HOPFORM_ERROR_NULL, command); }
-    const memory_real read[] = {
+    const memory_real read[2] = {
         array_real(search, 1, sizeof *search),
         array_real(search->plan, 1, search->status == HOPFORM_SEARCHING ? sizeof *search->plan : 0),
     };
-    const memory_real written[] = {
+    const memory_real written[2] = {
         array_real(phases, capacity, sizeof *phases),
         array_real(command, 1, sizeof *command),
     };
@@ -667,12 +667,12 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
                                   const real *currents, int32_t current_count, real horizon, hopform_phase_real *phases,
                                   int32_t capacity, hopform_trial_real *trials) {
     const size_t row = current_count > 0 ? (size_t)current_count * sizeof *trials : 0;
-    const memory_real read[] = {
+    const memory_real read[3] = {
         array_real(plan, 1, sizeof *plan),
         array_real(starts, start_count, sizeof *starts),
         array_real(currents, current_count, sizeof *currents),
     };
-    const memory_real written[] = {
+    const memory_real written[2] = {
         array_real(trials, start_count, row),
         array_real(phases, capacity, sizeof *phases),
     };

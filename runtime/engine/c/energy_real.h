@@ -14,6 +14,8 @@
 static void energy_add_real(hopform_ledger_real *ledger, const hopform_plan_real *plan, const hopform_phase_real *phase,
                             real u, real t) {
     const hopform_ledger_real part = ledger_in_phase_real(plan, phase, u, t);
+    (void)ledger; /* of a model in which nothing does work */
+    (void)part;
 #define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY
@@ -26,7 +28,7 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
                                    const real *times, int32_t count, hopform_energy_real *energies,
                                    hopform_ledger_real *ledgers, real *stop_losses) {
     const bool wanted = ledgers != NULL || stop_losses != NULL;
-    const memory_real arrays[] = {
+    const memory_real arrays[3] = {
         array_real(energies, count, sizeof *energies),
         array_real(ledgers, count, sizeof *ledgers),
         array_real(stop_losses, count, sizeof *stop_losses),

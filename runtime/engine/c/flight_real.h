@@ -638,7 +638,7 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
     const hopform_state_real from = start != NULL ? *start : nothing.start; /* may lie in what is written, as gains */
     const hopform_gains_real law = gains != NULL ? *gains : nothing.gains;
     const memory_real read = array_real(plan, 1, sizeof *plan);
-    const memory_real written[] = {
+    const memory_real written[2] = {
         array_real(flight, 1, sizeof *flight),
         array_real(phases, capacity, sizeof *phases),
     };
@@ -698,7 +698,7 @@ static int32_t flight_reading_status_real(const hopform_plan_real *plan, const h
     for (int n = 0; n < array_count; n++) {
         given = given && (arrays[n].first != NULL || count <= 0);
     }
-    const memory_real read[] = {
+    const memory_real read[4] = {
         array_real(plan, 1, sizeof *plan),
         array_real(phases, flight != NULL ? flight->phases_kept : 1, sizeof *phases),
         array_real(flight, 1, sizeof *flight),
@@ -799,6 +799,8 @@ static void add_work_real(hopform_flight_ledger_real *ledger, const hopform_plan
     const flight_integrals_real integrals = {displacement.value, square_of_velocity_real(&poles, phase, t), rise};
     const hopform_flight_ledger_real part = flight_ledger_of_real(
         robot, &flight->gains, largest_force_real(robot), phase->x1, (real)phase->side, (real)phase->limit, &integrals);
+    (void)ledger; /* of a model in which nothing does work */
+    (void)part;
 #define ADD_ENTRY(name, domain) ledger->name += part.name;
     HOPFORM_FLIGHT_LEDGER_MEMBERS(ADD_ENTRY)
 #undef ADD_ENTRY
@@ -809,7 +811,7 @@ int32_t hopform_flight_energy_real(const hopform_plan_real *plan, const hopform_
                                    const hopform_flight_real *flight, const real *times, int32_t count,
                                    hopform_energy_real *energies, hopform_flight_ledger_real *ledgers,
                                    real *stop_losses) {
-    const memory_real arrays[] = {
+    const memory_real arrays[3] = {
         array_real(energies, count, sizeof *energies),
         array_real(ledgers, count, sizeof *ledgers),
         array_real(stop_losses, count, sizeof *stop_losses),

@@ -41,7 +41,7 @@ static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_
     for (int n = 0; n < array_count; n++) {
         given = given && arrays[n].first != NULL;
     }
-    const memory_real read[] = {
+    const memory_real read[5] = {
         array_real(plan, 1, sizeof *plan),
         array_real(steps, whole && phases != NULL ? phases[kept - 1].step + 1 : 1, sizeof *steps),
         array_real(phases, kept, sizeof *phases),

@@ -157,7 +157,7 @@ static void mix_case_real(uint32_t *hash, const selftest_case_real *one, hopform
 static void mix_search_real(uint32_t *hash, const selftest_case_real *one, real h_des, hopform_search_real *search,
                             hopform_phase_real *phases) {
     hopform_plan_real plan;
-    hopform_command_real command;
+    hopform_command_real command = {0.0, 0.0, HOPFORM_COMMAND_NO_TAKEOFF}; /* gcc -flto warns of a bare one */
     const hopform_target_real target = {h_des, 0.0, 0.001, 2.0, 0, 0};
     mix_int_real(hash, hopform_plan_init_real(&plan, &selftest_robots_real[one->robot]));
     mix_int_real(hash, hopform_choose_current_real(search, &plan, &one->start, &target, phases, HOPFORM_SELFTEST_PHASES,

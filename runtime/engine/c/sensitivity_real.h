@@ -419,7 +419,7 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
 int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                      const hopform_phase_real *phases, const hopform_stance_real *stance,
                                      const real *times, int32_t count, hopform_state_real *states, real *tangents) {
-    const memory_real arrays[] = {
+    const memory_real arrays[2] = {
         array_real(states, count, sizeof *states),
         array_real(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_real * sizeof *tangents),
     };

@@ -22,7 +22,7 @@ static bool steps_are_sound_real(const hopform_step_real *steps, int32_t count) 
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_real(const hopform_plan_real *plan) {
-    if (HOPFORM_MOVES_ALONE) { return false; }
+    if (!HOPFORM_BOTH_MOVE) { return false; }
     const real a = plan->node_both.pole;
     return a * a * a > HOPFORM_STIFFEST_real * HOPFORM_STIFFEST_real * plan->rates.s_3;
 }
@@ -73,11 +73,11 @@ static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_
                                    evaluations_real *evaluations, observer_real *observer,
                                    current_variation_real *variation) {
     if (stance == NULL) { return HOPFORM_ERROR_NULL; }
-    const memory_real read[] = {
+    const memory_real read[2] = {
         array_real(plan, 1, sizeof *plan),
         array_real(steps, step_count <= HOPFORM_MOST_STEPS ? step_count : 0, sizeof *steps),
     };
-    const memory_real written[] = {
+    const memory_real written[2] = {
         array_real(stance, 1, sizeof *stance),
         array_real(phases, capacity, sizeof *phases),
     };

@@ -92,7 +92,7 @@ class Draws(NamedTuple):
         x2 is given all are compressed as the model is.
         """
         names = [field.name for field in self.model.fields()]
-        columns: Record = {name: np.array([[getattr(each, name)] for each in self.robots]) for name in names}
+        columns: Record = {name: np.array([[each[name]] for each in self.robots]) for name in names}
         own = dict(start)
         if height is not None:
             own["v2"] = np.array([[touchdown_velocity(each, height)] for each in self.robots])

@@ -15,8 +15,10 @@ def export(
     folder: Path, system: str = "plain", robot: str | None = None, values: list[str] | None = None,
     prefix: str = "hopform", f32: bool = False, f64: bool = False, json: bool = False,
 ) -> None:  # fmt: skip
-    """Write the C library for firmware: sources, amalgamated pair, README, costs, and a build system's manifest; with
-    --robot also a program that makes this robot hop, on a board or simulated.
+    """Write the C library for firmware, as a package of a build system.
+
+    It has sources, amalgamated pair, README, costs, and a build system's manifest; with --robot also a program that makes
+    this robot hop, on a board or simulated.
     """
     chosen = tuple(name for name, alone in {"f32": f32, "f64": f64}.items() if alone) or _export.PRECISIONS
     own = robot_in_use(robot, values, "hop") if robot or values else None
@@ -28,7 +30,7 @@ def export(
 
 
 def selftest(json: bool = False) -> None:
-    """Print the digests of the C library's selftest, which a board must repeat."""
+    """Print the digests of the selftest, which a board must repeat."""
     dtypes = {"f32": "float32", "f64": "float64"}
     digests = {f"hopform_selftest_{name}": f"{_export.selftest(dtype, core()):08x}" for name, dtype in dtypes.items()}
     print(json_module.dumps(digests, indent=2) if json else "\n".join(map(" ".join, digests.items())))

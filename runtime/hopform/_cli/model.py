@@ -37,10 +37,12 @@ def in_one_line() -> Generator[None, None, None]:
     """What the derivation refuses is bad input, said in one line."""
     try:
         yield
-    except door.ModelError as error:
-        raise HopformError(str(error)) from None
-    except door.part("emit.folder").FolderError as error:  # a part that cannot be loaded where the hopper is no model
-        raise HopformError(str(error)) from None
+    except Exception as error:  # an interrupt loads nothing: it may have come while sympy was loaded
+        if isinstance(error, door.ModelError):  # the other part cannot be loaded where the hopper is no model
+            raise HopformError(str(error)) from None
+        if isinstance(error, door.part("emit.folder").FolderError):
+            raise HopformError(str(error)) from None
+        raise
 
 
 def readable(model: str) -> str:
@@ -73,18 +75,18 @@ def spelled(derivation: Any, formula: str | None, form: Form, f32: bool = False)
 
 
 def model_show(model: str, formula: str | None = None, form: Form = Form.text, f32: bool = False) -> None:
-    """Print the formulas that follow from a model, to paste into a paper, a notebook or firmware.
+    """Print the formulas that follow from a model, to paste.
 
-    FORMULA is a name, a group (lagrangian, equations_of_motion, transfer, numerators, poles, partial_fractions, states,
+    They go into a paper, a notebook or firmware. FORMULA is a name, a group (lagrangian, equations_of_motion, transfer, numerators, poles, partial_fractions, states,
     energies, control, event_functions) or a number of the paper.
     """
     print(spelled(derived(model), formula, form, f32), end="")
 
 
 def model_check(model: str) -> None:
-    """Check a model file: what follows from its equations of motion and what can be solved, or why not.
+    """Check a model file: what can be solved, or why not.
 
-    The file is run as Python: read it first.
+    It shows what follows from the equations of motion. The file is run as Python: read it first.
     """
     derivation = derived(model)
     facts = door.part("emit.facts").facts(derivation.model, "", {})
@@ -105,7 +107,10 @@ def model_check(model: str) -> None:
 def abilities(facts: dict[str, Any]) -> Iterator[str]:
     """What a model can, and what it lacks for the rest."""
     yield f"It can: {', '.join(facts['can'])}."
-    yield from (printable(f"It cannot {act}: it lacks {why}.") for act, why in facts["lacks"].items())
+    acts = dict[str, list[str]]()
+    for act, why in facts["lacks"].items():
+        acts.setdefault(why, []).append(act)
+    yield from (printable(f"It cannot {', '.join(own)}: it lacks {why}.") for why, own in acts.items())
 
 
 def rows_of(formulas: list[Any]) -> list[tuple[str, str, str]]:
@@ -129,9 +134,9 @@ def next_step(model: str) -> str:
 
 
 def model_build(model: str, out: Path | None = None) -> None:
-    """Build the solver of a model file: package, compiled library, equations and a robot's numbers.
+    """Build the solver of a model file.
 
-    The file is run as Python, and the solver is a program: read the file first. Without --out it goes to the cache of
+    It has a package, a compiled library, equations and a robot's numbers. The file is run as Python, and the solver is a program: read the file first. Without --out it goes to the cache of
     solvers, by a hash of the model, hopform and the compiler: a second build is a look-up. Without a C compiler the
     solver has no library, and solves where there is one.
     """
@@ -246,8 +251,10 @@ def summary(folder: Path, facts: Facts, known: bool) -> Iterator[RenderableType]
 
 
 def model_list(json: bool = False) -> None:
-    """List the solvers that there are: the one that ships, those in the cache that `model build` made, and the models
-    that ship, of which `model build NAME` makes one.
+    """List the solvers that there are, and the models that ship.
+
+    Solvers are the one that ships and those in the cache that `model build` made; `model build NAME` makes one of a model
+    that ships.
     """
     found = [entry(DEFAULT.facts, DEFAULT.folder.library, None)]
     found += [entry(facts_in(at / FACTS), folder_at(at).library, at) for at, _ in built_solvers()]

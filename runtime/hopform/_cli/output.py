@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 from rich import box
-from rich.console import Console, RenderableType
-from rich.table import Table
+from rich.cells import cell_len
+from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
+from rich.table import Column, Table
 
 from hopform import __version__
 from hopform._cli.use import core
@@ -22,6 +23,7 @@ from hopform._errors import HopformError, printable
 from hopform._figures import figure_of
 from hopform._files import Content, Named, check_files, name_of, text_of, write
 from hopform._progress import progress_bar
+from hopform._robots import KEYS, BaseRobot, attribute_of
 from hopform._show import Shown, needs
 
 Record = dict[str, Any]
@@ -35,16 +37,58 @@ UNBROKEN = 240
 MOST_ROWS = 40
 """A table that would be longer shows its first and its last rows."""
 
-PROSE = ("title", "meaning")
+PROSE = ("title", "meaning", "can", "where", "formula", "must be >= 0", "by", "cause", "option")
 """Columns of a table that may be broken into lines where a terminal is narrow."""
+LEAST_PROSE = 24
+"""Characters that a line of them has, if the text is as long and no word is longer."""
+GAP = 2
+"""Characters between two columns."""
+
+
+class WholeTable(Table):
+    """A table of which nothing is cut: where a terminal is too narrow for all columns they stand in several tables, one
+    below the other, which all begin with the first column. A pipe has whole lines.
+    """
+
+    def __rich_console__(self, console: Console, options: ConsoleOptions) -> RenderResult:
+        """The tables that fit."""
+        widths = [width_of(column, breakable=console.is_terminal) for column in self.columns]
+        limit = options.max_width if console.is_terminal else math.inf
+        parts = [[0]]
+        for n, width in enumerate(widths[1:], 1):
+            if len(parts[-1]) > 1 and sum(widths[k] + GAP for k in parts[-1]) + width + 1 > limit:
+                parts.append([0])
+            parts[-1].append(n)
+        for part in parts:
+            if part is not parts[0]:
+                yield ""
+            made = Table(title=self.title if part is parts[0] else None, caption=self.caption if part is parts[-1] else None,
+                         title_justify="left", title_style="bold", box=self.box)  # fmt: skip
+            made.show_edge, made.padding = False, (0, 1, 0, 0)
+            for column, width in ((self.columns[n], widths[n]) for n in part):
+                whole = column.no_wrap or not console.is_terminal
+                made.add_column(column.header, justify=column.justify, no_wrap=whole, min_width=width)
+            of_part = zip(*(self.columns[n].cells for n in part), strict=True)
+            for row, cells in zip(self.rows, of_part, strict=True):
+                made.add_row(*cells, end_section=row.end_section)
+            needed = sum(widths[n] + GAP for n in part)
+            yield from console.render(made, options.update(max_width=max(options.max_width, needed)))
+
+
+def width_of(column: Column, *, breakable: bool) -> int:
+    """Characters that a column takes at least: its longest cell; of prose that may be broken its longest word."""
+    texts = [str(column.header), *map(str, column.cells)]
+    longest = max(map(cell_len, texts))
+    if column.no_wrap or not breakable:
+        return longest
+    return max(min(longest, LEAST_PROSE), *(cell_len(word) for text in texts for word in text.split() or [""]))
 
 
 def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], words: Iterable[str] = ()) -> Table:
     """A table; columns hold numbers, at the right, but for those in `words`. A long one leaves out its middle and says
     so.
     """
-    made = Table(title=title, title_justify="left", title_style="bold", box=box.SIMPLE_HEAD)
-    made.show_edge, made.padding = False, (0, 1, 0, 0)
+    made = WholeTable(title=title, box=box.SIMPLE_HEAD)
     for column in columns:
         made.add_column(column, justify="left" if column in words else "right", no_wrap=column not in PROSE)
     shown = list(rows)
@@ -58,12 +102,13 @@ def table(title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], wor
 
 def number(value: float, form: str = ".5g", scale: float = 1.0) -> str:
     """A number of a table, "-" where there is none."""
-    return "-" if math.isnan(value) else format(scale * value, form)
+    return format(scale * value, form) if math.isfinite(value) else "-"
 
 
 def ends(low: float, high: float, form: str = ".5g", scale: float = 1.0) -> str:
-    """An interval of a table."""
-    return f"{number(low, form, scale)} .. {number(high, form, scale)}"
+    """An interval of a table, which may have one end; "-" where there is none."""
+    found = [number(each, form, scale) for each in (low, high)]
+    return " .. ".join(found) if found != ["-", "-"] else "-"
 
 
 def to_json(command: str, thing: Any = None, /, **own: Any) -> str:
@@ -81,7 +126,15 @@ def answers() -> Mapping[str, Mapping[str, str]]:
 def record(kind: str, thing: Any, /, **own: Any) -> Record:
     """An object of generated/JSON.md: its fields are those given, the others attributes of the thing."""
     of = answers()[kind]
-    return {name: plain(own[name] if name in own else getattr(thing, name), of[name]) for name in of}
+    return {name: plain(own[name] if name in own else _read(thing, name), of[name]) for name in of}
+
+
+def _read(thing: Any, name: str) -> Any:
+    """What an object has under a name: of a robot the parameter, but for what every robot has."""
+    if isinstance(thing, BaseRobot) and name not in KEYS:
+        robot: BaseRobot = thing
+        return getattr(robot, attribute_of(type(robot), name))
+    return getattr(thing, name)
 
 
 def plain(value: Any, kind: str) -> Any:
@@ -214,4 +267,4 @@ def show(parts: Iterable[RenderableType]) -> None:
     if not console.is_terminal:
         console.width = UNBROKEN
     for part in parts:
-        console.print(part)
+        console.print(part, crop=False)  # what no terminal is wide enough for goes on in its next line

@@ -37,8 +37,9 @@ def robots(
 
 
 def equations(number: str | None = None, json: bool = False, form: Form | None = None) -> None:
-    """Show the register of the paper's equations: what is right, what is not, and where it is computed; with --as what
-    follows from (3), (4) in its place, to paste.
+    """Show the paper's equations, and which of them are right.
+
+    Each has where it is computed; with --as what follows from (3), (4) in its place, to paste.
     """
     if json and form is not None:
         raise hopform.HopformError("--json and --as exclude each other")
@@ -73,7 +74,7 @@ def stance(
     dtype: Precision = Precision.float64, samples: int = 500, sensitivities: bool = False, explain: bool = False,
     json: bool = False, csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Solve one stance: its phases, events, ending, apex and energy ledger."""
+    """Solve one stance: phases, events, ending, apex, energy ledger."""
     outputs = outputs_of(robot, u, u_steps, explain, json, csv, plot)
     hopper = robot_in_use(robot, values, "stance")
     how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "dtype": dtype}
@@ -92,7 +93,7 @@ def motion(
     dtype: Precision = Precision.float64, samples: int = 500, sensitivities: bool = False, explain: bool = False,
     json: bool = False, csv: str | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Solve a motion of any model: its phases, events, ending, forces and energy ledger."""
+    """Solve a motion of any model: phases, events, forces, energies."""
     outputs = outputs_of(robot, u, u_steps, explain, json, csv, plot)
     machine = robot_in_use(robot, values)
     how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "dtype": dtype}
@@ -110,7 +111,7 @@ def control(
     dtype: Precision = Precision.float64, printed: bool = False,
     json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Choose the current after which the next apex is the desired one, (25)-(27)."""
+    """Choose the current for a desired next apex, (25)-(27)."""
     outputs = Outputs(json, plot=plot, reads=[("--robot", in_use().robot_file(robot)), ("--from-fit", from_fit)])
     hopper, drawn = robot_and_draws("command", robot, values, from_fit, draws, seed, TRIED if plot else 1)
     velocity = velocity_after_impact(hopper, height, v2)
@@ -141,8 +142,9 @@ def reach(
     highest: float = 0.4, heights: int = 39, currents: int = 61, stop_margin: float = 0.0, horizon: float = 2.0,
     json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Map the next apex over the apex before it for all currents (Figs. 5, 11): bounds, gaps, fixed points, what can be
-    held.
+    """Map the next apex over the apex before it, for all currents.
+
+    As Figs. 5, 11, with bounds, gaps, fixed points, and what can be held.
     """
     outputs = Outputs(json, plot=plot, reads=[("--robot", in_use().robot_file(robot)), ("--from-fit", from_fit)])
     check_map(heights, currents)

@@ -60,7 +60,7 @@ def robots(shown: Sequence[Robot], *, with_meaning: bool) -> Iterator[Renderable
     meaning = ("meaning",) if with_meaning else ()
 
     def row(field: records.Field) -> tuple[str, ...]:
-        values = (getattr(robot, field.name) for robot in shown)
+        values = (robot[field.name] for robot in shown)
         words = ("none" if math.isinf(value) else f"{value:.6g}" for value in values)
         return field.name, *words, "" if field.unit == "1" else field.unit, *(getattr(field, each) for each in meaning)
 
@@ -100,12 +100,13 @@ def stance(solved: Stance, with_sensitivities: bool = False, explained: bool = F
     """
     first = solved.phases[0].state
     begin = f"{solved.robot.label}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
-    title = Text(f"{begin}, {solved.input_in_words}; {solved.outcome}", style="bold")
+    about = ", ".join(each for each in (begin, solved.input_in_words) if each)
+    title = Text(f"{about}; {solved.outcome}", style="bold")
     parts = [phases(solved), states(solved), ledger(solved), *([sensitivities(solved)] if with_sensitivities else [])]
     most = f"largest compression {100.0 * solved.compression_max:.4g} cm"
     by = f"solved in {solved.dtype}"
     how = [solved.explain()] if explained else []
-    return spaced(title, *parts, f"AED {solved.aed:+.6g} J; {most}; {by}", *how)
+    return spaced(title, *parts, *loss_at_start(solved), f"AED {solved.aed:+.6g} J; {most}; {by}", *how)
 
 
 def motion(solved: Motion, with_sensitivities: bool = False, explained: bool = False) -> Iterator[RenderableType]:
@@ -117,7 +118,7 @@ def motion(solved: Motion, with_sensitivities: bool = False, explained: bool = F
     parts = [motion_phases(solved), motion_states(solved), motion_ledger(solved)]
     parts += [sensitivities(solved)] if with_sensitivities else []
     by = f"solved in {solved.dtype}"
-    return spaced(title, *parts, by, *([solved.explain()] if explained else []))
+    return spaced(title, *parts, *loss_at_start(solved), by, *([solved.explain()] if explained else []))
 
 
 def motion_phases(solved: Motion) -> Table:
@@ -165,7 +166,7 @@ def motion_ledger(solved: Motion) -> Table:
     made = table("Energy ledger", ("", "J"), ((words[key], f"{each + 0.0:+.6f}") for key, each in work.items()), ("",))
     made.add_section()
     total = math.fsum(work.values())
-    change = float(solved.total_energy(solved.duration)) - float(solved.total_energy(0.0))
+    change = float(solved.total_energy(solved.duration)) - given_energy(solved)
     made.add_row("sum", f"{total:+.6f}")
     made.add_row("change of energy H", f"{change:+.6f}")
     made.add_row("difference", f"{total - change:.1e}")
@@ -175,13 +176,21 @@ def motion_ledger(solved: Motion) -> Table:
 def phases(solved: Stance) -> Table:
     """The chain of phases; what begins each one is its event."""
     scale, unit = unit_of_time(solved.duration)
-    columns = (f"from [{unit}]", f"to [{unit}]", "begins with", "actuator", "body", "u [A]", "x1 [cm]")
+    numbers = [1, 2] if has_actuator(solved) else [2]
+    words = ["begins with", *({1: "actuator", 2: "body"}[n] for n in numbers)]
+    columns = [f"from [{unit}]", f"to [{unit}]", *words, *(["u [A]"] if solved.inputs else [])]
+    columns += ["x1 [cm]"] if 1 in numbers else ["x2 [cm]"]
     rows = list[tuple[str, ...]]()
     for phase, event in zip(solved.phases, beginnings(solved), strict=True):
-        times, modes = (phase.start, phase.end), modes_of(phase, solved.robot)
-        ends = (f"{t * scale:.6g}" for t in times)
-        rows.append((*ends, event, *modes, f"{phase.u:.4g}", f"{100.0 * float(phase.state.x1):.4g}"))
-    return table("Phases and events", columns, rows, columns[2:5])
+        ends = (f"{t * scale:.6g}" for t in (phase.start, phase.end))
+        values = [*([phase.u] if solved.inputs else []), 100.0 * float(getattr(phase.state, f"x{numbers[0]}"))]
+        rows.append((*ends, event, *modes_of(phase, solved.robot), *(f"{value:.4g}" for value in values)))
+    return table("Phases and events", columns, rows, words)
+
+
+def has_actuator(solved: Stance) -> bool:
+    """Whether the body stands on an actuator, and not on a leg by itself."""
+    return "x1" in solved.robot.solver.facts.axes
 
 
 def beginnings(solved: Motion, start: str = "touchdown") -> list[str]:
@@ -200,20 +209,22 @@ def beginnings(solved: Motion, start: str = "touchdown") -> list[str]:
 
 def states(solved: Stance) -> Table:
     """First and last state of the stance."""
-    rows = list[tuple[str, ...]]()
+    rows, shows_actuator = list[tuple[str, ...]](), has_actuator(solved)
     for name, t in (("touchdown", 0.0), (solved.status.replace("_", " "), solved.duration)):
         at, energy = solved.at(t), solved.energy(t)
         force = float(solved.contact_force(t))
-        numbers = (100.0 * at.x1, at.v1, 100.0 * at.x2, at.v2, force, energy.body, energy.total)
+        of_actuator = (100.0 * at.x1, at.v1) if shows_actuator else ()
+        numbers = (*of_actuator, 100.0 * at.x2, at.v2, force, energy.body, energy.total)
         rows.append((name, *(f"{round(float(each), 9) + 0.0:.5g}" for each in numbers)))
-    return table("State", ("", "x1 [cm]", "v1 [m/s]", "x2 [cm]", "v2 [m/s]", "N [N]", "E [J]", "H [J]"), rows, ("",))
+    columns = ("x1 [cm]", "v1 [m/s]") if shows_actuator else ()
+    return table("State", ("", *columns, "x2 [cm]", "v2 [m/s]", "N [N]", "E [J]", "H [J]"), rows, ("",))
 
 
 def ledger(solved: Stance) -> Table:
     """The ledger at the ending, with its sums."""
     of = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
     known, words = solved.robot.solver.package.records, solved.robot.solver.facts.ledger
-    parts = ((*known.LEDGER_OF_ROBOT, "stop_loss"), known.LEDGER_OF_BODY)
+    parts = (known.LEDGER_OF_ROBOT, known.LEDGER_OF_BODY)
     rows = [
         (words[key], *(f"{value + 0.0:+.6f}" if key in part else "" for part in parts)) for key, value in of.items()
     ]
@@ -221,11 +232,25 @@ def ledger(solved: Stance) -> Table:
     made.add_section()
     sums = [math.fsum(of[name] for name in part) for part in parts]
     before, after = solved.energy(0.0), solved.energy(solved.duration)
-    changes = [float(after.total) - float(before.total), float(after.body) - float(before.body)]
+    changes = [float(after.total) - given_energy(solved), float(after.body) - float(before.body)]
     made.add_row("sum", *(f"{each:+.6f}" for each in sums))
     made.add_row("change of energy H, E", *(f"{each:+.6f}" for each in changes))
     made.add_row("difference", *(f"{a - b:.1e}" for a, b in zip(sums, changes, strict=True)))
     return made
+
+
+def given_energy(solved: Motion) -> float:
+    """Energy H [J] of the start as it is given, from which the ledger counts: before what a stop takes at t = 0."""
+    return float(solved.total_energy(0.0) - solved.ledger(0.0).stop_loss)
+
+
+def loss_at_start(solved: Motion) -> list[str]:
+    """What a start that runs into a stop says."""
+    loss = -float(solved.ledger(0.0).stop_loss)
+    said = (
+        f"The start runs into a stop and loses {loss:.6g} J there; states and forces at the start are those behind it."
+    )
+    return [said] if loss > 0.0 else []
 
 
 def sensitivities(solved: Motion) -> Table:
@@ -301,7 +326,7 @@ def robots_json(shown: Sequence[Robot]) -> str:
 def stance_json(solved: Stance, height: float | None) -> str:
     """A stance with the robot it was solved for; `height` is the drop, None if a velocity was given."""
     start, end = 0.0, solved.duration
-    energies = solved.energy(start), solved.energy(end)
+    energies = solved.energy(start)._replace(total=given_energy(solved)), solved.energy(end)
     return to_json("stance", solved, height=height, start=solved.at(start), energy=energies, ledger=solved.ledger(end),
                    sensitivities=solved.sensitivities.matrix)  # fmt: skip
 
@@ -322,7 +347,7 @@ def motion_json(solved: Motion) -> str:
         "motion", solved, start=first.state._asdict(), end=solved.end._asdict(), phases=parts,
         driven=solved.driven(solved.duration), units=solved.units | units_of_law(solved) | force_units(solved),
         forces=solved.forces(solved.duration),
-        total_energy=[solved.total_energy(0.0), solved.total_energy(solved.duration)],
+        total_energy=[given_energy(solved), solved.total_energy(solved.duration)],
         ledger=solved.ledger_by_element(solved.duration),
         sensitivities=None if np.isnan(by.matrix[0]).any() else found,
     )  # fmt: skip
@@ -361,8 +386,9 @@ def reach_json(found: Reachability, drawn: Draws | None, bands: Mapping[str, Ban
 def stance_csv(solved: Stance, samples: int) -> str:
     """A stance over time: uniform times, and those of the events."""
     t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
-    force, energy = solved.contact_force(t), solved.energy(t).body
-    return csv_of({"t": t, **solved.at(t)._asdict(), "N": force, "E": energy, "AED": solved.aed_at(t)})
+    force, energy, state = solved.contact_force(t), solved.energy(t).body, solved.at(t)._asdict()
+    shown = state if has_actuator(solved) else {name: state[name] for name in ("x2", "v2")}
+    return csv_of({"t": t, **shown, "N": force, "E": energy, "AED": solved.aed_at(t)})
 
 
 def motion_csv(solved: Motion, samples: int) -> str:

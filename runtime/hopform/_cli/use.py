@@ -6,7 +6,6 @@ The solver is loaded when something of it is needed: `--help` of the front loads
 import math
 from collections.abc import Iterator, Sequence
 from contextvars import ContextVar
-from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -62,7 +61,7 @@ def with_values(robot: Robot, values: Sequence[str] | None) -> Robot:
             close = nearest(name, known)
             raise HopformError(f"--set: the model {robot.solver.name} has no parameter {shown(name)}{close}")
         given[name] = value
-    return replace(robot, **given)  # type: ignore[arg-type]
+    return robot.with_parameters(given)
 
 
 def start_in_use(pairs: Sequence[str] | None) -> dict[str, float]:

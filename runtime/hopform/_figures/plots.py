@@ -128,7 +128,8 @@ def framed(figure: Figure, width: float, height: float, name: str, words: str = 
 
 
 def plot_stance(figure: Figure, stance: Stance) -> None:
-    """A stance over time, its events named: actuator, body, contact force, the energy (23), the current where it has steps.
+    """A stance over time, its events named: actuator if there is one, body, contact force, the energy (23), the current
+    where it has steps.
 
     >>> import hopform
     >>> robot = hopform.load_robot("hopper_c")
@@ -139,9 +140,10 @@ def plot_stance(figure: Figure, stance: Stance) -> None:
     """
     scale, unit = unit_of_time(stance.duration)
     t = stance_times(stance)
-    panels: list[Drawing] = [draw_strokes, draw_body, draw_force, draw_energy]
-    shares = [1.0, 1.0, 1.0, 1.0]
-    if len(stance.u) > 1:
+    masses = masses_of(stance.robot.solver)
+    panels: list[Drawing] = [*([draw_strokes] if len(masses) > 1 else []), draw_body, draw_force, draw_energy]
+    shares = [1.0] * len(panels)
+    if len(stance.u) > 1 and stance.inputs:
         panels.append(draw_current)
         shares.append(0.8)
     with framed(figure, 6.4, 1.45 * sum(shares) + 1.1, *title_of(stance)):
@@ -149,9 +151,9 @@ def plot_stance(figure: Figure, stance: Stance) -> None:
         for draw, axes in zip(panels, rows, strict=True):
             draw(axes, stance, t, t * scale)
             mark_phases(axes, stance.phases, scale)
-        shade(rows[0], stance.phases, modes_over(stance, 0), scale, shades(stance.robot))
-        shade(rows[1], stance.phases, modes_over(stance, 1), scale, shades(stance.robot))
-        name_events(rows[:3], stance, scale)
+        for n in range(len(masses)):
+            shade(rows[n], stance.phases, modes_over(stance, n), scale, shades(stance.robot))
+        name_events(rows[: len(masses) + 1], stance, scale)
         rows[-1].set_xlabel(f"time since touchdown [{unit}]")
         figure.align_ylabels(rows)
         legend_of_modes(figure, stance)
@@ -162,7 +164,7 @@ def stance_panel(axes: Axes, stance: Stance) -> None:
     scale, unit = unit_of_time(stance.duration)
     t = stance_times(stance)
     draw_body(axes, stance, t, t * scale)
-    shade(axes, stance.phases, modes_over(stance, 1), scale, shades(stance.robot))
+    shade(axes, stance.phases, modes_over(stance, -1), scale, shades(stance.robot))
     axes.set_xlabel(f"time since touchdown [{unit}]")
 
 
@@ -233,8 +235,8 @@ def name_events(rows: Sequence[Axes], stance: Motion, scale: float) -> None:
     """The name of an event beside its line, in the panel of its mass; that of the take-off where the force ends. Of names
     that would overlap the first one stands.
     """
-    room = stance.duration / 40.0  # for a name
-    for row, mass in zip(rows, masses_of(stance.robot.solver), strict=False):
+    room, masses = stance.duration / 40.0, masses_of(stance.robot.solver)  # for a name
+    for row, mass in zip(rows, masses, strict=False):
         free = -math.inf
         for event in stance.events:
             near_end = event.time > 0.95 * stance.duration
@@ -244,8 +246,9 @@ def name_events(rows: Sequence[Axes], stance: Motion, scale: float) -> None:
                 label(row, event.time * scale, words, "right" if near_end else "left")
                 free = begin + room
     if stance.status == "takeoff":
-        rows[2].plot([stance.duration * scale], [0.0], "^", label="take-off", clip_on=False, **TAKEOFF)
-        label(rows[2], stance.duration * scale, "take-off", "right")
+        force = rows[len(masses)]
+        force.plot([stance.duration * scale], [0.0], "^", label="take-off", clip_on=False, **TAKEOFF)
+        label(force, stance.duration * scale, "take-off", "right")
 
 
 def label(axes: Axes, x: float, words: str, side: str) -> None:
@@ -267,8 +270,8 @@ def legend_of_modes(figure: Figure, stance: Motion) -> None:
 
 def title_of(stance: Stance) -> tuple[str, str]:
     first = stance.phases[0].state
-    start = f"touchdown at {float(first.v2) + 0.0:.3g} m/s, {stance.input_in_words}"
-    return name_of(stance.robot), f": {start}\n{stance.outcome}"
+    about = (f"touchdown at {float(first.v2) + 0.0:.3g} m/s", stance.input_in_words)
+    return name_of(stance.robot), f": {', '.join(each for each in about if each)}\n{stance.outcome}"
 
 
 _NO_CHARACTER = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
@@ -295,29 +298,32 @@ def plot_motion(figure: Figure, motion: Motion) -> None:
     scale, unit = unit_of_time(motion.duration)
     t, masses, facts = stance_times(motion), masses_of(motion.robot.solver), motion.robot.solver.facts
     steps = int(len(motion.u) > 1 or len(facts.currents) > 0)
-    count = len(masses) + 3 + steps
+    held_by = carried(motion, t)
+    count = len(masses) + 2 + bool(held_by) + steps
     with framed(figure, 6.4, 1.45 * count + 1.1, *title_of_motion(motion)):
         rows: list[Axes] = list(figure.subplots(count, 1, sharex=True))
         for n, mass in enumerate(masses):
             draw_coordinate(rows[n], motion, mass, t, t * scale)
             shade(rows[n], motion.phases, modes_over(motion, n), scale, shades_of(mass))
-        state, (velocities, forces, energy, *inputs) = motion.at(t), rows[len(masses) :]
+        state, (velocities, *forces, energy) = motion.at(t), rows[len(masses) : count - steps]
+        inputs = rows[count - steps :]
         for mass, colour in zip(masses, (BLUE, GREEN), strict=False):
             words = literal(f"{mass.velocity} [{mass.unit}/s]")
             velocities.plot(t * scale, getattr(state, mass.velocity), color=colour, label=words)
-        for (name, values), colour in zip(carried(motion, t), (BLUE, ORANGE, GREEN, SKY), strict=False):
-            forces.plot(t * scale, values, color=colour, label=literal(name))
+        for axes in forces:
+            for (name, values), colour in zip(held_by, (BLUE, ORANGE, GREEN, SKY), strict=False):
+                axes.plot(t * scale, values, color=colour, label=literal(name))
+            axes.set_ylabel("force")
         energy.plot(t * scale, motion.total_energy(t), color=BLUE)
         drives = facts.currents or motion.inputs
         for axes in inputs:
             axes.plot(t * scale, motion.current(t), color=CURRENT)
             name_axis(axes, literal(f"{drives[0]['name']} [{drives[0]['unit']}]"))
         velocities.set_ylabel("velocity")
-        forces.set_ylabel("force")
         energy.set_ylabel("energy H [J]")
         for axes in rows:
             mark_phases(axes, motion.phases, scale)
-        for axes in (velocities, forces):
+        for axes in (velocities, *forces):
             axes.legend(loc="upper right")
         name_events(rows, motion, scale)
         rows[-1].set_xlabel(f"time [{unit}]")
@@ -371,14 +377,17 @@ def title_of_motion(motion: Motion) -> tuple[str, str]:
 def plot_flight(figure: Figure, flight: Flight) -> None:
     """A flight over time: body and foot over the ground ahead, the actuator on its way back, its current."""
     t = np.linspace(0.0, flight.duration, SAMPLES)
-    words = f": {flight.status} after {flight.duration:.4g} s"
-    with framed(figure, 6.4, 4.6, name_of(flight.robot), words):
-        rows: list[Axes] = list(figure.subplots(3, 1, sharex=True, height_ratios=[1.5, 1.0, 0.8]))
+    words, facts = f": {flight.status} after {flight.duration:.4g} s", flight.robot.solver.facts
+    panels: list[Callable[..., None]] = [draw_strokes] if "x1" in facts.axes else []
+    panels += [draw_current] if facts.inputs else []
+    shares = [1.5, 1.0, 0.8][: 1 + len(panels)]
+    with framed(figure, 6.4, sum(shares) + 1.3, name_of(flight.robot), words):
+        rows: list[Axes] = list(figure.subplots(len(shares), 1, sharex=True, height_ratios=shares, squeeze=False)[:, 0])
         flight_panel(rows[0], flight)
         rows[0].set_xlabel("")
-        draw_strokes(rows[1], flight, t, t)
-        draw_current(rows[2], flight, t, t)
-        rows[2].set_xlabel("time since take-off [s]")
+        for draw, axes in zip(panels, rows[1:], strict=True):
+            draw(axes, flight, t, t)
+        rows[-1].set_xlabel("time since take-off [s]")
         figure.align_ylabels(rows)
 
 

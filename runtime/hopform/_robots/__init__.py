@@ -5,7 +5,6 @@ so; `Robot.sample` draws robots from it.
 """
 
 import difflib
-import json
 import math
 import os
 import re
@@ -13,10 +12,10 @@ import tomllib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, make_dataclass, replace
-from functools import cache, cached_property, partial
+from functools import cache, cached_property, partial, partialmethod
 from importlib import resources
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, TypeVar, cast
+from typing import Any, ClassVar, NamedTuple, Self, TypeVar, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -40,6 +39,8 @@ from hopform._errors import HopformError, noted, printable
 from hopform._files import name_of, path_of, read_text
 from hopform._solver.choice import DEFAULT, SOLVERS, Solver
 from hopform._solver.package import CheckedRobot, checked, not_loaded, records
+from hopform._texts import key_of_toml, string_of_toml
+from hopform._texts import line as comment
 
 
 class Provenance(NamedTuple):
@@ -108,12 +109,7 @@ def _toml(value: Any) -> str:
     if isinstance(value, tuple):
         each: tuple[Any, ...] = value  # pyright: ignore[reportUnknownVariableType]
         return f"[{', '.join(map(_toml, each))}]"
-    return toml_string(value) if isinstance(value, str) else repr(value)
-
-
-def toml_string(text: str) -> str:
-    """A text as a basic string of TOML, which has JSON's escapes, and one for U+007F."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", r"\u007f")
+    return string_of_toml(value) if isinstance(value, str) else repr(value)
 
 
 def provenance_from(value: object, fields: "tuple[records.Field, ...]" = records.ROBOT_FIELDS) -> Provenance:
@@ -135,6 +131,8 @@ def provenance_from(value: object, fields: "tuple[records.Field, ...]" = records
         return Provenance(names, numbers, lows, highs, tuple(map(tuple, rows.tolist())), known, base, white, origin)
 
 
+KEYS = ("name", "model", "description", "fit", "parameters")
+"""Keys of a robot's TOML that are no parameters: one of such a name stands in the table `[parameters]`."""
 MOST_ORIGINS = 20_000
 """Texts that say what a fit was made of, at most: two of each recording."""
 
@@ -195,6 +193,12 @@ def checked_value(field: records.Field, value: object) -> float:
     return number
 
 
+def attribute_of(kind: "type[BaseRobot]", name: str) -> str:
+    """The attribute and the argument that is a parameter of robots: `name_` where each of them has another `name`."""
+    package = kind.solver.package
+    return cast("dict[str, str]", package.checked.attributes(package.robot.Robot)).get(name, name)
+
+
 @dataclass(frozen=True, kw_only=True)
 class BaseRobot:
     """What the robots of every solver have: checks, a TOML text, robots that are drawn from a fit.
@@ -212,11 +216,31 @@ class BaseRobot:
     CHECKS: ClassVar[Mapping[str, Callable[[object], object]]]
     """What a robot's fields but `fit` have to pass; each check returns the value as the robot keeps it."""
 
+    def __new__(cls, *_: object, **values: object) -> Self:
+        """HopformError for a name that is none of the robot's, which its __init__ would call a TypeError."""
+        known = {*cast(Any, cls).__dataclass_fields__, *(field.name for field in cls.all_fields())}
+        if unknown := next((name for name in values if name not in known), None):
+            raise HopformError(unknown_parameter(unknown, cls))
+        return super().__new__(cls)
+
     def __init_subclass__(cls) -> None:
         cls.CHECKS = {
-            **{field.name: partial(checked_value, field) for field in cls.all_fields()},
+            **{attribute_of(cls, field.name): partial(checked_value, field) for field in cls.all_fields()},
             **{key: partial(_text, key) for key in ("name", "description")},
         }
+
+    def __getitem__(self, name: str) -> float:
+        """A parameter by its name, also where an attribute of this name is something else.
+
+        >>> load_robot("hopper_c")["k"]
+        1200.0
+        """
+        known = [field.name for field in self.all_fields()]
+        if name not in known:
+            raise HopformError(
+                f"the model {self.solver.name} has no parameter {shown(name)}{nearest(str(name), known)}"
+            )
+        return cast(float, getattr(self, attribute_of(type(self), name)))
 
     def __post_init__(self) -> None:
         for name, check in self.CHECKS.items():
@@ -258,6 +282,15 @@ class BaseRobot:
         """
         return float(self.letters.L0 + self.letters.c - self.compression_at_rest)
 
+    def with_parameters(self, values: Mapping[str, float], **others: Any) -> Self:
+        """The robot with other values of some parameters, by their names, and of other fields.
+
+        >>> load_robot("hopper_c").with_parameters({"k": 1300.0}).k
+        1300.0
+        """
+        given = {attribute_of(type(self), name): value for name, value in values.items()}
+        return replace(cast(Any, self), **given, **others)
+
     @property
     def label(self) -> str:
         """Its name for a terminal; one made in Python may have none."""
@@ -294,11 +327,14 @@ class BaseRobot:
     def to_toml(self) -> str:
         """The robot as a TOML text that `load_robot` reads back to the same robot, with the origin of each number if it
         was identified."""
-        lines = [f"{key} = {toml_string(text)}" for key in ("name", "description") if (text := getattr(self, key))]
+        lines = [f"{key} = {string_of_toml(text)}" for key in ("name", "description") if (text := getattr(self, key))]
+        apart = list[str]()
         for field in self.all_fields():
-            number = getattr(self, field.name)
+            number = self[field.name]
             origin = f"; {self.fit.of(field.name, number)}" if self.fit else ""
-            lines.append(f"{f'{field.name} = {number!r}':<24} # [{field.unit}] {field.meaning}{origin}")
+            line = f"{f'{key_of_toml(field.name)} = {number!r}':<24} # {comment(f'[{field.unit}] {field.meaning}{origin}')}"
+            (apart if field.name in KEYS else lines).append(line)
+        lines += ["", "[parameters]", *apart] if apart else []
         return "\n".join(lines) + "\n" + (f"\n{self.fit.to_toml()}" if self.fit else "")
 
     def sample(self, count: int, seed: int | None = None) -> "tuple[Any, ...]":
@@ -316,9 +352,9 @@ class BaseRobot:
         number = whole("count", count, 1, MOST_SAMPLES)
         draw = np.random.default_rng() if seed is None else stream(Role.ROBOTS, seed)
         values = zip(self.fit.names, self.fit.values, strict=True)
-        kept = {name for name, own in values if name in drawn_from and getattr(self, name) == own}
+        kept = {name for name, own in values if name in drawn_from and self[name] == own}
         drawn = [{name: each[name] for name in kept} for each in self.fit.draw(number, draw, self.fields())]
-        return tuple(replace(cast(Any, self), **each, fit=None) for each in drawn)
+        return tuple(self.with_parameters(each, fit=None) for each in drawn)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -340,6 +376,11 @@ class Robot(BaseRobot, CheckedRobot):
 RobotKind = TypeVar("RobotKind", bound=BaseRobot)
 
 
+def _initialised(robot: object, initialise: Callable[..., None], others: Mapping[str, str], /, **given: Any) -> None:
+    """The constructor of a robot by arguments of which some have another name than their attribute."""
+    initialise(robot, **{others.get(name, name): value for name, value in given.items()})
+
+
 @cache
 def robot_class(solver: Solver) -> type[Robot]:
     """The class of the robots of a solver."""
@@ -348,7 +389,12 @@ def robot_class(solver: Solver) -> type[Robot]:
     about = f"A robot of the model {solver.name}, in SI units and A, checked at construction."
     own = {"solver": solver, "__doc__": about, "__module__": __name__}
     bases = (BaseRobot, solver.package.robot.Robot)
-    return cast(type[Robot], make_dataclass("Robot", [], bases=bases, namespace=own, frozen=True, kw_only=True))
+    made: Any = make_dataclass("Robot", [], bases=bases, namespace=own, frozen=True, kw_only=True)
+    arguments = {each.name for each in fields(made)}
+    others = {field.name: attribute_of(made, field.name) for field in made.fields() if field.name not in arguments}
+    if others:  # the names of parameters that are attributes of every robot, as arguments
+        made.__init__ = partialmethod(_initialised, made.__init__, others)
+    return cast(type[Robot], made)
 
 
 def _robot_again(source: str, values: dict[str, Any]) -> BaseRobot:
@@ -393,7 +439,8 @@ def falling_robot(robot: object, act: str, what: str, name: str = "robot") -> Ro
 
 
 def load_robot(name_or_path: str | Path) -> Robot:
-    """A shipped robot by its name, or the robot of a TOML file whose keys are the parameter names.
+    """A shipped robot by its name, or the robot of a TOML file whose keys are the names of parameters; those that are
+    also a key of every robot, as `name`, stand in its table `[parameters]`.
 
     Raises HopformError: no such robot or file (with the nearest name), an unknown key (with the nearest known one),
     a value out of its domain (with file and line).
@@ -449,18 +496,26 @@ def robot_from_toml(text: str, source: str = "TOML", kind: type[RobotKind] = Rob
     table = _table(text, source)
     with noted(after=f" ({source}, line {_line_of('model', text)})"):
         _refuse_another_model(table.pop("model", kind.solver.name), kind)
+    names = {field.name: attribute_of(kind, field.name) for field in kind.all_fields()}
+    keys = {name: attribute for name, attribute in names.items() if name not in KEYS}
+    keys |= {key: key for key in ("name", "description", "fit")}
     checks: dict[str, Callable[[Any], Any]] = {**kind.CHECKS, "fit": partial(provenance_from, fields=kind.fields())}
-    for key, value in table.items():
-        with noted(after=f" ({source}, line {_line_of(key, text)})"):
-            if key not in checks:
-                known = [*(field.name for field in kind.all_fields()), "name"]
-                raise HopformError(f"unknown parameter {shown(key)}{nearest(key, known)}")
-            table[key] = checks[key](value)
-    missing = [field.name for field in kind.fields() if field.default is None and field.name not in table]
+    with noted(after=f" ({source}, line {_line_of('parameters', text)})"):
+        apart = cast(dict[str, Any], instance("parameters", table.pop("parameters", {}), dict, "a table [parameters]"))
+    given = dict[str, Any]()
+    for known, part in ((keys, table), (names, apart)):
+        for key, value in part.items():
+            with noted(after=f" ({source}, line {_line_of(key, text)})"):
+                if key not in known:
+                    raise HopformError(unknown_parameter(key, kind))
+                if known[key] in given:
+                    raise HopformError(f"{key} is given twice")
+                given[known[key]] = checks[known[key]](value)
+    missing = [field.name for field in kind.fields() if field.default is None and names[field.name] not in given]
     if missing:
         raise HopformError(f"{source} lacks {', '.join(missing)}")
     with noted(after=f" ({source})"):
-        return kind(**table)
+        return kind(**given)
 
 
 def _refuse_another_model(model: object, kind: type[BaseRobot]) -> None:
@@ -484,6 +539,13 @@ def _table(text: str, source: str) -> dict[str, Any]:
 def _line_of(key: str, text: str) -> int:
     pattern = re.compile(rf"""^\s*["']?{re.escape(key)}["']?\s*[.=]|^\s*\[+\s*{re.escape(key)}""")
     return next((number for number, line in enumerate(text.splitlines(), 1) if pattern.match(line)), 1)
+
+
+def unknown_parameter(name: str, kind: type[BaseRobot]) -> str:
+    """What is said of a name that is none of a robot's."""
+    known = [field.name for field in kind.all_fields()]
+    close = nearest(name, [*known, "name"])
+    return f"unknown parameter {shown(name)}{f'{close} Known' if close else '; known'}: {', '.join(known)}"
 
 
 def nearest(word: str, known: list[str]) -> str:

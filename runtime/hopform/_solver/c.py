@@ -5,7 +5,7 @@ A library that was built from other sources than the package is refused by name,
 
 import ctypes
 import struct
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
 from functools import cache, cached_property, lru_cache
 from importlib import import_module
 from pathlib import Path
@@ -108,6 +108,7 @@ class Types:
         self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else self.pack
         self.one_state = ctypes.c_char * self.state.size
         self.free: list[tuple[Any, Any]] = []
+        self.free_inputs: list[_Inputs] = []
         self.latest: tuple[Any, bytes] = None, b""
         """The parameters of which the latest plan was made: the same object needs no hash of its numbers."""
 
@@ -130,6 +131,18 @@ class Types:
     def memory(self, capacity: int = FIRST_CAPACITY) -> tuple[Any, Any]:
         """Room for a stance and its phases."""
         return (ctypes.c_char * self.stance.size)(), (ctypes.c_char * (self.phase.size * capacity))()
+
+
+class _Inputs:
+    """Memory for a number of each column, and hopform_stances_in of numbers alone."""
+
+    def __init__(self, types: Types) -> None:
+        count = types.stances_in.format.count("P")
+        self.numbers = (types.real * count)()
+        own, size = ctypes.addressof(self.numbers), types.dtype.itemsize
+        self.places = [place for n in range(count) for place in (own + n * size, 0)]
+        self.packed: tuple[int, bytes] = 0, b""
+        """The struct for the latest bound on phases."""
 
 
 def layout(structure: Any) -> struct.Struct:
@@ -201,7 +214,14 @@ class Solved(_Motion):
     def phase_rows(self) -> list[tuple[float, LegState, int, int, int]]:
         """Each phase: when and where it starts, its mode, the event that starts it, the step of the current."""
         rows = self.types.phase.iter_unpack(self.structs[2])
-        return [(t, LegState(x1, v1, v2, y), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows]
+        return [
+            (t, tuple_of(LegState, (x1, v1, v2, y)), mode, event, step) for t, x1, v1, v2, y, mode, event, step in rows
+        ]
+
+    def events(self) -> Iterator[tuple[float, int]]:
+        """When and which."""
+        rows = self.types.phase.iter_unpack(self.structs[2])
+        return ((t, event) for t, _, _, _, _, _, event, _ in rows if event)
 
     def state(self, t: float) -> LegState:
         """The state at one time."""
@@ -230,8 +250,10 @@ class Solved(_Motion):
     def ledger_at(self, t: Array) -> records.Ledger:
         """The ledger at times of one dimension, which must not decrease."""
         of = self.types.library.package.records
-        _, work, losses = self.read("stance_energy", t, (len(of.Energy._fields),), (len(of.Work._fields),), ())
-        return cast("records.Ledger", of.Ledger(**of.Work(*work.T)._asdict(), stop_loss=losses))
+        _, work, losses = self.read(
+            "stance_energy", t, (len(of.Energy._fields),), (len(self.types.Ledger._fields_),), ()
+        )
+        return cast("records.Ledger", _ledger(of.Ledger, of.Work, work, losses))
 
     def compression_max(self) -> float:
         """The largest compression."""
@@ -283,10 +305,17 @@ class SolvedFlight(_Motion):
     def energy_at(self, t: Array) -> tuple[records.Energy, records.FlightLedger]:
         """Energies and ledger at times of one dimension, which do not decrease."""
         of = self.types.library.package.records
-        of_energy, of_work = len(of.Energy._fields), len(of.FlightWork._fields)
+        of_energy, of_work = len(of.Energy._fields), len(self.types.FlightLedger._fields_)
         energy, work, losses = self.read("flight_energy", t, (of_energy,), (of_work,), ())
-        entries = of.FlightWork(*work.T)._asdict()
-        return records.Energy(*energy.T), of.FlightLedger(**entries, stop_loss=losses)
+        return records.Energy(*energy.T), _ledger(of.FlightLedger, of.FlightWork, work, losses)
+
+
+def _ledger(ledger: Any, of_work: Any, work: Array, losses: Array) -> Any:
+    """A ledger of the work of each force, a column each, and the losses at stops, which a model without stops has not; C
+    fills a struct without entries with a column of zeros.
+    """
+    entries = {**dict(zip(of_work._fields, work.T, strict=False)), "stop_loss": losses}
+    return ledger(**{name: entries[name] for name in ledger._fields})
 
 
 def _solved_again(name: str, source: str, kind: type[_Motion], dtype: Precision, *structs: bytes) -> _Motion:
@@ -449,50 +478,72 @@ def _solve(
     library: Library, columns: Columns, results: package.Results, max_phases: int, room: int, first: int = 0
 ) -> Events:
     """The events of the stances, numbered from `first` on; one that has more than `room` is solved once more."""
-    real, count = results[1].dtype, results[0].size
+    codes, reals = results
+    real, count = reals.dtype, reals.shape[1]
     types = library.types(real)
-    arguments, _numbers = _arguments(types, columns, max_phases)
-    into = [number for result in results for number in (_address(result), result.itemsize)]
-    if not room:
-        out = types.stances_out.pack(*into, 0, 0, 0, 0, 0)
-        library.call("solve_stances", types, ctypes.c_int64(count), arguments, out)
-        return []
+    arguments, inputs = _arguments(types, columns, max_phases)
+    (status, count_of_events), rows = _rows(codes), _rows(reals)
+    into = [status, codes.itemsize]
+    for row in rows:
+        into += row, reals.itemsize
+    into += count_of_events, codes.itemsize
+    lists: tuple[int, ...] = (0, 0, 0, 0, 0)
     times, kinds = np.empty((count, room), real), np.empty((count, room), np.int8)
-    # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
-    phases = (types.Phase * (2 * room + 2))()
-    lists = ctypes.addressof(phases), len(phases), _address(times), _address(kinds), room
+    if room:
+        # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
+        phases = (types.Phase * (2 * room + 2))()
+        lists = ctypes.addressof(phases), len(phases), _address(times), _address(kinds), room
     library.call("solve_stances", types, ctypes.c_int64(count), arguments, types.stances_out.pack(*into, *lists))
-    short = results[-1] > room
+    types.free_inputs.append(inputs)
+    if not room:
+        return []
+    short = codes[-1] > room
     lanes, place = np.nonzero((kinds != 0) & ~short[:, np.newaxis])
     found = [(first + lanes, times[lanes, place], kinds[lanes, place])]
     for lane in np.flatnonzero(short).tolist():
         one = [column[lane : lane + 1] if isinstance(column, np.ndarray) else column for column in columns]
-        part = [result[lane : lane + 1] for result in results]
-        found += _solve(library, one, part, max_phases, int(part[-1][0]), lane)
+        part = codes[:, lane : lane + 1], reals[:, lane : lane + 1]
+        found += _solve(library, one, part, max_phases, int(codes[-1, lane]), lane)
     return found
 
 
 def _read(library: Library, name: str, columns: Columns, results: NDArray[Any], max_phases: int) -> None:
     """A reading of stances."""
     types, state = library.types(results.dtype), np.empty(len(results), np.int32)
-    arguments, _numbers = _arguments(types, columns, max_phases)
+    arguments, inputs = _arguments(types, columns, max_phases)
     asked = ctypes.c_int64(state.size), arguments
     with_room(types, f"stances_{name}", types.Phase, max_phases + 1, asked, pointer(results), pointer(state))
+    types.free_inputs.append(inputs)
 
 
-def _arguments(types: Types, columns: Columns, max_phases: int) -> tuple[bytes, Any]:
-    """hopform_stances_in for these columns, and the memory of those that are numbers; both must outlive it."""
+def _arguments(types: Types, columns: Columns, max_phases: int) -> tuple[bytes, _Inputs]:
+    """hopform_stances_in for these columns, and the memory of those that are numbers, which goes back to
+    `types.free_inputs` behind the call; both must outlive it.
+    """
+    try:
+        inputs = types.free_inputs.pop()
+    except IndexError:
+        inputs = _Inputs(types)
     states = len(package.STATES)
-    ordered = *columns[states:], *columns[:states]
-    numbers = np.zeros(len(ordered), types.dtype)
-    own, size, packed = _address(numbers), numbers.itemsize, list[int]()
-    for n, column in enumerate(ordered):
-        if isinstance(column, np.ndarray):
-            packed += _address(column), column.strides[0]
-        else:
-            numbers[n] = column
-            packed += own + n * size, 0
-    return types.stances_in.pack(*packed, max_phases), numbers
+    ordered = [*columns[states:], *columns[:states]]
+    arrays: list[tuple[int, Any]] = [(n, column) for n, column in enumerate(ordered) if type(column) is not float]
+    if not arrays:
+        inputs.numbers[:] = ordered
+        if inputs.packed[0] != max_phases:
+            inputs.packed = max_phases, types.stances_in.pack(*inputs.places, max_phases)
+        return inputs.packed[1], inputs
+    places = inputs.places.copy()
+    for n, column in arrays:
+        ordered[n] = 0.0
+        places[2 * n : 2 * n + 2] = _address(column), column.strides[0]
+    inputs.numbers[:] = ordered
+    return types.stances_in.pack(*places, max_phases), inputs
+
+
+def _rows(block: NDArray[Any]) -> range:
+    """Where the memory of each row of a block begins."""
+    first, length = _address(block), block.strides[0]
+    return range(first, first + len(block) * length, length)
 
 
 def _address(array: NDArray[Any]) -> int:

@@ -128,11 +128,12 @@ def facts_in(path: Path) -> Facts:
         data.setdefault("currents", Facts.currents)
         tables = {name: _kind_of(kind)(data[name]) for name, kind in Facts.__annotations__.items()}
         facts = Facts(**tables)
-        read = facts.units, facts.events, facts.ledger, facts.directions, facts.axes
+        read = facts.units, facts.events, facts.directions, facts.axes
+        _ = facts.ledger  # which is empty where nothing does work
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise HopformError(f"{path} holds no facts of a solver: {type(error).__name__}: {error}") from None
     if not all(read):
-        raise HopformError(f"{path} holds no facts of a solver: its parameters, events or entries are missing")
+        raise HopformError(f"{path} holds no facts of a solver: its parameters, coordinates or events are missing")
     return facts
 
 

@@ -65,8 +65,8 @@ def not_loaded(what: str, source: str) -> str:
 # ---- what a library takes and gives ----
 
 STATES = ("x1", "v1", "v2", "y", "u", "horizon")
-RESULTS = ("status", "duration", "x1", "v1", "x2", "v2", "apex", "aed", "event_count")
 CODES = ("status", "event_count")
+REALS = ("duration", "x1", "v1", "x2", "v2", "apex", "aed")
 MAX_PHASES = 4096
 CHUNK = 16384
 """Stances that are solved at a time."""
@@ -98,8 +98,8 @@ Column: TypeAlias = float | NDArray[Any]
 Columns = Sequence[Column]
 """The states, u, horizon, then the robot's fields: numbers, or arrays of one dimension, one length and the precision
 in which they are solved."""
-Results = Sequence[NDArray[Any]]
-"""Arrays of one dimension, as `results_like` makes them."""
+Results = tuple[NDArray[np.intc], NDArray[Any]]
+"""CODES and REALS of stances, a row each, as `results_like` makes them."""
 Readings = Mapping[str, NDArray[Any]]
 """Arrays for what is asked of stances besides: `sensitivities`, rows times columns, and the largest `compressions`; NaN
 where there are none.
@@ -118,6 +118,12 @@ FlightRow = tuple[float, float, float, int, int, int]
 """A phase: t, x1 and v1 where it starts, the sign of v_1, that of the pull at its limit, the event that starts it."""
 
 
-def results_like(shape: int | tuple[int, ...], real: np.dtype[Any]) -> tuple[NDArray[Any], ...]:
+def results_like(count: int, real: np.dtype[Any]) -> Results:
     """Room for the results of stances."""
-    return tuple(np.empty(shape, np.intc if name in CODES else real) for name in RESULTS)
+    return np.empty((len(CODES), count), np.intc), np.empty((len(REALS), count), real)
+
+
+def by_name(results: Results, shape: tuple[int, ...]) -> dict[str, NDArray[Any]]:
+    """The results by their names, in a shape."""
+    codes, reals = results[0].reshape(len(CODES), *shape), results[1].reshape(len(REALS), *shape)
+    return {name: codes[n, ...] for n, name in enumerate(CODES)} | {name: reals[n, ...] for n, name in enumerate(REALS)}

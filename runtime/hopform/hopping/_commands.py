@@ -84,9 +84,9 @@ def hop(
     samples: int = 2000, json: bool = False, csv: str | None = None,
     hops_csv: Path | None = None, npz: Path | None = None, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Drop the robot and let it hop, over rough terrain and under a controller: heights and energy over time.
+    """Let the robot hop, over rough terrain and under a controller.
 
-    The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of heights. The controllers:
+    It is dropped from --height. The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of heights. The controllers:
     constant (--u), exact (the energy-based feedforward), printed (the same as the paper prints it), return-map (Hopper
     B's first one).
     """
@@ -173,8 +173,9 @@ def readable(solved: Run, designed: bool, drawn: Any, bands: Any) -> Iterator[An
     head = f"{solved.robot.label}: {OUTCOMES[solved.status]} after {count} touchdowns"
     title = Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
     columns = (
-        "hop", "ground [cm]", "from [cm]", "at [s]", "u [A]", "stance [ms]", "ending", "apex [cm]", "AED [J]",
-        "impact [J]", "stops", *(["apex, 95 % [cm]"] if bands else ()),
+        "hop", "ground [cm]", "from [cm]", "at [s]", *(["u [A]"] if solved.robot.solver.facts.inputs else ()),
+        "stance [ms]", "ending", "apex [cm]", "AED [J]", "impact [J]", "stops",
+        *(["apex, 95 % [cm]"] if bands else ()),
     )  # fmt: skip
     rows = ((*hop_row(hop), *([bands.at(hop.index).text()] if bands else ())) for hop in solved.hops)
     heights = "Heights are hop heights over the terrain's zero: 0 where the unloaded leg touches ground of height 0."
@@ -183,7 +184,9 @@ def readable(solved: Run, designed: bool, drawn: Any, bands: Any) -> Iterator[An
 
 
 def gains_of(solved: Run, designed: bool) -> Iterator[str]:
-    """The law of the actuator in the flights between the hops, in words."""
+    """The law of the actuator in the flights between the hops, in words; none without a motor."""
+    if not solved.robot.solver.facts.inputs:
+        return
     flights = [each for each in (*(hop.flight for hop in solved.hops[1:]), solved.last) if each is not None]
     if not flights:
         return
@@ -196,7 +199,7 @@ def hop_row(hop: Hop) -> tuple[str, ...]:
     """A hop in the table of a run."""
     return (
         str(hop.index + 1), f"{100.0 * hop.ground + 0.0:.4g}", f"{100.0 * hop.height:.5g}", f"{hop.touchdown_time:.5g}",
-        f"{hop.u + 0.0:.4g}", f"{1000.0 * hop.stance.duration:.5g}", hop.stance.status.replace("_", " "),
+        *([f"{hop.u + 0.0:.4g}"] if hop.stance.inputs else ()), f"{1000.0 * hop.stance.duration:.5g}", hop.stance.status.replace("_", " "),
         "-" if math.isnan(hop.apex) else f"{100.0 * hop.apex:.5g}", f"{hop.stance.aed:+.4f}", f"{-hop.energy_lost_at_impact + 0.0:+.4f}",
         "bottoms out" if hop.bottoms_out else "hits a stop" if hop.hits_stop else "",
     )  # fmt: skip

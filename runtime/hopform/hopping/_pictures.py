@@ -40,19 +40,26 @@ def energies_of_body(run: Run | Hop, t: Curve) -> tuple[Curve, Curve]:
 
 
 def plot_run(figure: Figure, run: Run | Hop) -> None:
-    """A run over time: hop height, actuator, energies (Figs. 12 to 14), current."""
-    t = run_times(run)
-    with framed(figure, 6.4, 6.8, run.robot.name or "robot", title_of_run(run)):
-        rows: list[Axes] = list(figure.subplots(4, 1, sharex=True, height_ratios=[1.0, 0.9, 1.3, 0.75]))
+    """A run over time: hop height, actuator, energies (Figs. 12 to 14), current; without an actuator or an input not
+    these.
+    """
+    t, facts = run_times(run), run.robot.solver.facts
+    of_actuator, of_input = ([0.9] if "x1" in facts.axes else []), ([0.75] if facts.inputs else [])
+    shares = [1.0, *of_actuator, 1.3, *of_input]
+    with framed(figure, 6.4, 1.3 * sum(shares) + 1.665, run.robot.name or "robot", title_of_run(run)):
+        rows: list[Axes] = list(figure.subplots(len(shares), 1, sharex=True, height_ratios=shares, squeeze=False)[:, 0])
+        energies = rows[1 + len(of_actuator)]
         draw_heights(rows[0], run, t)
-        rows[1].plot(t, 1000.0 * np.asarray(run.at(t).x1), color=BLUE)
-        name_axis(rows[1], "actuator $x_1$ [mm]")
-        draw_energies(rows[2], run, t)
-        rows[3].plot(t, run.current(t), color=PALETTE["orange"], linewidth=0.9)
-        name_axis(rows[3], "current $u$ [A]")
+        if of_actuator:
+            rows[1].plot(t, 1000.0 * np.asarray(run.at(t).x1), color=BLUE)
+            name_axis(rows[1], "actuator $x_1$ [mm]")
+        draw_energies(energies, run, t)
+        if of_input:
+            rows[-1].plot(t, run.current(t), color=PALETTE["orange"], linewidth=0.9)
+            name_axis(rows[-1], "current $u$ [A]")
         for axes in rows:
             shade_stances(axes, run)
-        lines = [line for axes in (rows[0], rows[2]) for line in axes.get_legend_handles_labels()[0]]
+        lines = [line for axes in (rows[0], energies) for line in axes.get_legend_handles_labels()[0]]
         figure.legend(handles=[Patch(label="stance", **STANCE), *lines], loc="outside lower center", ncols=3)
         rows[-1].set_xlabel(since(run))
         figure.align_ylabels(rows)
@@ -84,10 +91,12 @@ def since(run: Run | Hop) -> str:
 
 def title_of_run(run: Run | Hop) -> str:
     if isinstance(run, Hop):
-        return f", hop {run.index}: {run.stance.input_in_words}, {run.stance.outcome}"
+        about = (run.stance.input_in_words, run.stance.outcome)
+        return f", hop {run.index}: {', '.join(each for each in about if each)}"
     start = f"from {100.0 * (float(run.at(0.0).x2) - run.robot.standing_height):.4g} cm"
     inputs = {hop.stance.u: hop.stance.input_in_words for hop in run.hops}
-    return f" {start}, {next(iter(inputs.values())) if len(inputs) == 1 else f'{len(run.hops)} hops'}"
+    words = next(iter(inputs.values())) if len(inputs) == 1 else ""
+    return f" {start}, {words or f'{len(run.hops)} hops'}"
 
 
 def draw_heights(axes: Axes, run: Run | Hop, t: Curve) -> None:

@@ -482,7 +482,7 @@ def _scaled(robot: Robot, scale: float) -> Robot:
         raise HopformError(
             f"errors.current_scale must be 1: no parameter of {robot.solver.name} is its force per current"
         )
-    return replace(robot, **{name: getattr(robot, name) * scale})
+    return robot.with_parameters({name: robot[name] * scale})
 
 
 def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> State:

@@ -25,7 +25,7 @@ from hopform.identify import _estimation as estimation
 from hopform.identify._alternatives import friction_at_rest
 from hopform.identify._estimation import Parameter, Solution
 from hopform.identify._motion import Array, Values
-from hopform.identify._nuisances import NUISANCES, extended, weights, with_nuisances
+from hopform.identify._nuisances import NUISANCES, begun, extended, weights, with_nuisances
 from hopform.identify._recordings import outliers
 from hopform.identify._rigs import Experiment, Force
 from hopform.identify._search import Problem, selected
@@ -88,9 +88,6 @@ _SCORE = 6.0
 """The same of a score that is worth a fit."""
 _ALIKE = 6.0
 """Variances within which two causes explain as much."""
-_LAGS = (1e-3, 4e-3)
-"""[s] where the fit of a lag starts, the better of them: to first order a lag is a delay, or a later start, and the
-score at 0 is none."""
 _HELD_OUT = 1e-3
 """Chance of white noise below which the samples that were held out are not explained."""
 _BLOCKS = 9
@@ -116,10 +113,13 @@ def _held_out(size: int) -> NDArray[np.bool_]:
 
 
 def _whitens(solution: Solution, residuals: Parts) -> bool:
-    """Whether residuals of a fit to the other samples are white where samples were held out, without outliers."""
-    for part in residuals:
+    """Whether residuals of a fit to the other samples are white, or the encoder's rounding, where samples were held out,
+    without outliers.
+    """
+    for each, part in zip(solution.experiments, residuals, strict=True):
         held = _held_out(part.size) & estimation.bulk(part, solution.loss)
-        if estimation.tests_of(part[held]).chance < _HELD_OUT:
+        white = estimation.tests_of(part[held]).chance >= _HELD_OUT
+        if not (white or estimation.is_rounding(each.measured[held], part[held])):
             return False
     return True
 
@@ -128,12 +128,29 @@ def _whitens(solution: Solution, residuals: Parts) -> bool:
 
 
 def _known(problem: Problem, solution: Solution) -> Iterator[Diagnosis]:
-    """Known values that are off: where another one explains what is left."""
+    """Known values that are off: where another one explains what is left. The fit of a model takes it as a start."""
+
+    def near(found: Diagnosis) -> Diagnosis:
+        if problem.kind != "model":
+            return found
+        given = " ".join(f"--near {name}={value:.6g}" for name, value in found.values.items())
+        return found._replace(option=f"fit it with {given} in place of --known, or measure it again")
+
     for letter, value in problem.known.items():
         if (letter in _RELEASED or problem.kind == "model") and letter not in solution.values:
             wider = _released(problem, letter, value)
             if wider is not None:
-                yield from _fitted("known value", letter, wider, solution)
+                yield from map(near, _fitted("known value", letter, wider, solution))
+    for letter, name in problem.tied.items():
+        yield from map(near, _fitted("known value", letter, _untied(problem, letter, name, solution), solution))
+
+
+def _untied(problem: Problem, letter: str, name: str, solution: Solution) -> Problem:
+    """A problem in which a letter that is known to be as a parameter is one of its own, and begins as that."""
+    of = next(p for p in problem.parameters if p.name == name)
+    made = of._replace(name=letter, start=solution.values[name])
+    experiments = tuple(replace(each, names={**each.names, letter: letter}) for each in problem.experiments)
+    return replace(problem, experiments=experiments, parameters=(*problem.parameters, made))
 
 
 _RELEASED = ("m_s", "m_eff", "k", "gamma2", "b1", "b2", "length")
@@ -166,15 +183,10 @@ def _fitted(name: str, letter: str, wider: Problem, solution: Solution) -> list[
     """A cause that is fitted to the samples that are not held out, from where its score points."""
     new = [p.name for p in wider.parameters[len(solution.parameters) :]]
     decrease, independent, start = extended(wider, solution)
-    lags = letter == "lag" and not independent
-    if not lags and decrease < _SCORE:
+    if not (letter == "lag" and not independent) and decrease < _SCORE:
         return []
     some = selected(wider.experiments, [~_held_out(each.time.size) for each in wider.experiments])
-
-    if lags:
-        rest = [p for p in start if p.name not in new]
-        held = [estimation.again(solution, some, rest, fixed=dict.fromkeys(new, lag), most=8) for lag in _LAGS]
-        start = [p._replace(start=estimation.best(held).values[p.name]) for p in start]
+    start = begun(wider, solution, some, independent, start)
     found = estimation.again(solution, some, start, most=25, precision=1e-6)
     if not _whitens(solution, estimation.again(found, wider.experiments, most=1).residuals):
         return []

@@ -334,7 +334,10 @@ def identify(
     loss: str = "linear", robot: str | None = None, values: list[str] | None = None, out: Path | None = None, export: SimulatorFormat | None = None,
     report: Path | None = None, json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Identify a robot from CSV recordings of one kind, or of all; check says what they could tell."""
+    """Identify a robot from CSV recordings.
+
+    They are of one kind, or of all; check says what they could tell.
+    """
     read = (("the recording", role_and_path(each)[1]) for each in files)
     check_fit_outputs([("--robot", in_use().robot_file(robot)), *read], json, out, export, report, plot)
     base = robot_in_use(robot, values, "identify")
@@ -355,9 +358,9 @@ def record(
     seed: int | None = None, plan: bool = False,
     known: list[str] | None = None, ranges: list[str] | None = None, csv: str | None = "-",
 ) -> None:  # fmt: skip
-    """Make a synthetic recording of a robot, as a lab would record it, to plan experiments with.
+    """Make a synthetic recording of a robot, to plan experiments with.
 
-    motion is that of any model from --start under --u, for `hopform fit`.
+    It is as a lab would record it. motion is that of any model from --start under --u, for `hopform fit`.
     """
     outputs = Outputs(csv=csv or "-", reads=[("--robot", in_use().robot_file(robot))])
     every, any_model = str(test) == "all", str(test) == synthetic.MOTION

@@ -67,8 +67,8 @@ class Estimate(NamedTuple):
     low: float
     high: float
     method: str
-    """how the interval was found: "t", "profile", "profile, one-sided at 0"; why there is none: "not identifiable", "not
-    explained", "too few samples" """
+    """how the interval was found: "t", "profile", "profile, one-sided at 0", "profile, no upper end", "profile, no lower
+    end"; why there is none: "not identifiable", "not explained", "too few samples" """
     own: bool = False
 
 
@@ -116,9 +116,16 @@ class Solution:
 
     @property
     def explained(self) -> list[bool]:
-        """Of which recordings the residuals are noise: white, or the rounding of the encoder."""
-        several = zip(self.experiments, self.tests, strict=True)
-        return [test.white or test.rms <= _ROUNDING * quantum_of(each.measured) for each, test in several]
+        """Of which recordings the residuals are noise: white, or the rounding of the encoder. Where they leave too few
+        independent samples they are its rounding only if that of the predicted motion has as long a memory.
+        """
+        several = zip(self.experiments, self.tests, self.residuals, strict=True)
+        few = self.effective < FEWEST * len(self.parameters) <= self.count
+        return [
+            test.white or (test.rms <= _ROUNDING * quantum_of(each.measured)
+                           and not (few and test.inflation > _LONGER * _rounded(each.measured, part).inflation))
+            for each, test, part in several
+        ]  # fmt: skip
 
     @property
     def effective(self) -> float:
@@ -127,6 +134,27 @@ class Solution:
         return sum(part.size / test.inflation for part, test in pairs)
 
 
+def is_rounding(measured: Array, residual: Array) -> bool:
+    """Whether residuals are no more than an encoder's rounding of the predicted motion, and as short in memory."""
+    quantum, test = quantum_of(measured), tests_of(residual)
+    if quantum == 0.0 or test.rms > _ROUNDING * quantum:
+        return False
+    alone = _rounded(measured, residual)
+    return test.rms <= _ALONE * alone.rms and test.inflation <= _LONGER * alone.inflation
+
+
+_ALONE = 1.1
+"""Times the rms of rounding alone up to which residuals are nothing else."""
+
+
+def _rounded(measured: Array, residual: Array) -> "Tests":
+    """Tests of what an encoder's rounding alone would leave of a predicted motion."""
+    quantum, predicted = quantum_of(measured), measured + residual
+    return tests_of(predicted - quantum * np.round(predicted / quantum))
+
+
+_LONGER = 2.0
+"""Times the memory of rounding from which residuals are more than that."""
 _ROUNDING = 0.5
 """Quanta that the rms of residuals is at most if they are an encoder's rounding: alone it has 0.29."""
 
@@ -471,7 +499,7 @@ def estimates(
     return tuple(found), seen
 
 
-_FEWEST = 10.0
+FEWEST = 10.0
 """Effective samples of a parameter without which there is no interval."""
 
 
@@ -479,7 +507,7 @@ def _without(solution: Solution, explained: bool) -> str:
     """Why a solution has no intervals; empty if it has."""
     if not explained or not all(solution.explained):
         return "not explained"
-    return "too few samples" if solution.effective < _FEWEST * len(solution.parameters) else ""
+    return "too few samples" if solution.effective < FEWEST * len(solution.parameters) else ""
 
 
 class Lower(Exception):
@@ -511,7 +539,7 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
             grown.append((held.cost - solution.cost) / unit)
             if grown[-1] < -_LOWER:
                 raise Lower(held.values)
-            if grown[-1] <= 4.0 * errors**2 + 1.0:
+            if grown[-1] <= (4.0 * errors**2 + 1.0 if abs(errors) <= _FAR_OFF else two):
                 break
         if len(grown) == 2 and grown[1] < grown[0]:
             ways.reverse()
@@ -520,13 +548,28 @@ def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation:
     if parameter.kind not in ("nonnegative", "fraction"):
         least = 1e-9 * value if parameter.kind == "positive" else -math.inf
         low, high = (_cross(growth, value, side * stderr, two, least) for side in (-1.0, 1.0))
-        return low, high, "profile"
+        return low, high, _closed(low, high)
     upper = _cross(growth, value, stderr, two, -math.inf)
     if value <= _DISTANT * stderr and (value <= 1e-6 * stderr or growth(0.0) <= two):
-        return 0.0, _cross(growth, value, stderr, one, -math.inf), "profile, one-sided at 0"
-    return _cross(growth, value, -stderr, two, 0.0), upper, "profile"
+        upper = _cross(growth, value, stderr, one, -math.inf) if math.isfinite(upper) else upper
+        return 0.0, upper, "profile, one-sided at 0" if math.isfinite(upper) else "not identifiable"
+    low = _cross(growth, value, -stderr, two, 0.0)
+    return low, upper, _closed(low, upper)
 
 
+def _closed(low: float, high: float) -> str:
+    """What a profile with these ends is called."""
+    if math.isfinite(low) and math.isfinite(high):
+        return "profile"
+    if not (math.isfinite(low) or math.isfinite(high)):
+        return "not identifiable"
+    return f"profile, no {'upper' if math.isfinite(low) else 'lower'} end"
+
+
+_FAR_OFF = 4.0
+"""Standard errors from where a profile that the covariance misjudges is asked from both starts before it closes."""
+_OPEN = 30.0
+"""Standard errors off which a growth that is still below what is wanted does not close; trials go up to a thousand."""
 _LOWER = 0.1
 """Variances by which a minimum that a profile meets must be lower: less is how precisely minima are found."""
 _DISTANT = 20.0
@@ -541,21 +584,25 @@ def clip(parameter: Parameter, value: float) -> float:
 
 def _cross(growth: Callable[[float], float], value: float, step: float, wanted: float, end: float) -> float:
     """Where the growth, about (x - value)^2/step^2, reaches what is wanted; its root is nearly straight, so secants do
-    it. end: x is no less, 0 or -inf; where a step says nothing, the interval goes on to there, or to infinity.
+    it. end: x is no less, 0 or -inf; where a step says nothing, the interval goes on to there, or to infinity, and so
+    does one whose growth stays below what is wanted: any value beyond fits as well.
     """
     if not math.isfinite(step) or step == 0.0:
         return abs(end)
-    root, target = 0.0, math.sqrt(wanted)
+    root, target, closed = 0.0, math.sqrt(wanted), False
     near, x = value, max(value + target * step, end)
     for _ in range(6):
         height = math.sqrt(max(growth(x), 0.0))
         if abs(height - target) <= 0.02 * target:
             break
         slope = (height - root) / (x - near) if x != near else 0.0
-        moved = x + target * step if slope * step <= 0.0 else x + (target - height) / slope
+        moved = math.copysign(math.inf, step) if slope * step <= 0.0 else x + (target - height) / slope
         moved = value + min(max((moved - value) / step, 0.25 * (x - value) / step), 4.0 * (x - value) / step) * step
-        near, root = x, height
+        near, root, closed = x, height, closed or height > target
         x = max(moved, end)
+    else:
+        if not closed and abs(near - value) >= _OPEN * abs(step):
+            return math.inf if step > 0.0 else end
     return x
 
 

@@ -33,9 +33,9 @@ def fit(
     out: Path | None = None, export: SimulatorFormat | None = None, report: Path | None = None, json: bool = False,
     plot: Path | None = None,
 ) -> None:  # fmt: skip
-    """Fit the parameters of any model to CSV recordings of its motion: a joint, a cart, a pendulum.
+    """Fit the parameters of any model to CSV recordings of its motion.
 
-    Columns are named as the model's coordinates and input, each with its unit, as in time_s,q_rad,i_A.
+    The model may be a joint, a cart, a pendulum. Columns are named as the model's coordinates and input, each with its unit, as in time_s,q_rad,i_A.
     """
     check_fit_outputs([("the recording", each) for each in files], json, out, export, report, plot)
     names = None if fitted is None else [each.strip() for each in fitted.split(",")]

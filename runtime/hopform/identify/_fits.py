@@ -117,10 +117,14 @@ class Fit(Shown):
     """parameters of which the recordings fix a combination alone"""
 
     def _card(self) -> Card:
-        ends = [(each.name, f"{each.value:.4g} +- {0.5 * (each.high - each.low):.2g}")
-                for each in self.estimates if not each.own][:5]  # fmt: skip
+        ends = [(each.name, f"{each.value:.4g} {_half_width(each)}") for each in self.estimates if not each.own][:5]
         title = f"Fit ({self.kind}): {len(self.estimates)} parameters from {len(self.traces)} recording(s)"
         return Card(title, ends, [("rms", self.rms), ("notes", len(self.statements)), ("warnings", len(self.warnings))])
+
+    def _unit(self, name: str) -> str | None:
+        if name == "rms":
+            return self.units.force if self.kind == "force" else self.units.position
+        return super()._unit(name)
 
     def _curve(self) -> Curve:
         trace = self.traces[0]
@@ -176,12 +180,12 @@ class Fit(Shown):
 
     @property
     def rms(self) -> float:
-        """Of all residuals [m]."""
+        """Of all residuals, in the unit of the recordings' positions, m or rad; of a fit in force in N or N m."""
         return _together([trace.tests.rms for trace in self.traces], self.traces)
 
     @property
     def old_rms(self) -> float:
-        """The same with viscous friction alone [m]."""
+        """The same with viscous friction alone."""
         return _together([trace.old_rms for trace in self.traces], self.traces)
 
     def robot(self, base: Any = None) -> Any:
@@ -213,7 +217,7 @@ class Fit(Shown):
             (*self.origin, *(f"{each.name} {each.value!r} s" for each in self.estimates if each.name[:6] == "delay@")),
         )  # fmt: skip
         changed = given | dict(zip(fit.names, fit.values, strict=True))
-        return replace(base, **changed, fit=fit)
+        return base.with_parameters(changed, fit=fit)
 
     def sample(self, count: int, seed: int | None = None, base: Any = None) -> tuple[Any, ...]:
         """Robots drawn from the joint distribution of what was fitted; the rest is that of `base`; if none, of a model's
@@ -229,6 +233,12 @@ class Fit(Shown):
                     f"no robots are drawn: the recordings fix {names} in combination alone; give one as known"
                 )
         return tuple(robot.sample(count, seed))
+
+
+def _half_width(each: Estimate) -> str:
+    """The interval of an estimate, in words."""
+    half = 0.5 * (each.high - each.low)
+    return f"+- {half:.2g}" if math.isfinite(half) else "(no interval)"
 
 
 def mean_of(estimates: Sequence[Estimate], letter: str) -> tuple[Array, Array]:
@@ -264,7 +274,12 @@ def blind(spread: estimation.Spread) -> list[str]:
 
 def _boundary(estimates: Sequence[Estimate]) -> list[str]:
     some = [each for each in estimates if each.method.endswith("at 0")]
-    return [f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip() for each in some]
+    found = [f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip() for each in some]
+    for each in estimates:
+        if each.method.endswith(" end"):
+            end, way = (each.low, "up") if math.isfinite(each.low) else (each.high, "down")
+            found.append(f"{each.name} has one end: any value from {end:.4g} {each.unit} {way} fits as well")
+    return found
 
 
 _MISSED, _NO_FIT = 0.1, 0.2
@@ -401,11 +416,13 @@ def _minimum(problem: Problem, wanted: Sequence[str]) -> tuple[Problem, Solution
     wider = nuisances.with_nuisances(problem, [*nuisances.DELAY, *wanted])
     if len(wider.parameters) == len(problem.parameters):
         return problem, solution
-    *_, parameters = nuisances.extended(wider, solution)
+    parameters = nuisances.begun(wider, solution, wider.experiments, *nuisances.extended(wider, solution)[1:])
     first = {p.name: p.start for p in parameters}
     wider = replace(wider, parameters=tuple(parameters), starts=(first, *wider.starts))
     near = settled(wider, solution, parameters)
-    return wider, near if is_noise(wider, near) else minimise(wider)
+    if is_noise(wider, near):
+        return wider, near
+    return wider, estimation.better(near, minimise(wider), wider.experiments)
 
 
 _LOWERED = 3

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from hopform import HopformError, Solver, load_solver
 from hopform._checks import flag, mapping, real
 from hopform._motion import DOUBLE
-from hopform._robots import checked_value, robot_class
+from hopform._robots import attribute_of, checked_value, robot_class
 from hopform._sensitivities import STARTS, in_height, lengths_of
 from hopform._solver.choice import Solver as Core
 from hopform._solver.package import Steps, records
@@ -81,6 +81,7 @@ class Model:
                        for n in numbers]  # fmt: skip
         self.input = facts.inputs[0] if facts.inputs else None
         self.parameters = {each["name"]: each for each in facts.parameters}
+        self.coulomb = [name for name, kind in self.friction.items() if kind == "coulomb"]
         self.records, self.formulas = core.package.records, core.package.formulas
         self.columns = {name: n for n, name in enumerate((*STARTS, *self.records.Robot._fields))}
 
@@ -245,10 +246,27 @@ class Modelled(Experiment):
             return float(self.model.accelerations(robot, self.mass, [np.asarray(x)], [np.asarray(v)], u, [side]))
 
         up, down = a(), a(side=-1.0)
-        stiffness = up - a(x=1.0)
-        middle = 0.5 * (up + down)
-        rest = middle / stiffness if stiffness > 0.0 else 0.0
-        return Linear(stiffness, up - a(v=1.0), a(u=1.0) - up, rest, 0.5 * (down - up), middle)
+        stiffness, damping, gain = up - a(x=1.0), up - a(v=1.0), a(u=1.0) - up
+        friction, middle = 0.5 * (down - up), 0.5 * (up + down)
+        robot = robot._replace(**dict.fromkeys(self.model.coulomb, 0.0))
+        rest = a() / stiffness if stiffness > 0.0 else 0.0
+        return Linear(stiffness, damping, gain, rest, friction, middle)
+
+    def _slopes(self, at: Values, of: "Linear", letters: Sequence[str]) -> tuple[Array, Array]:
+        """By each letter the derivatives of what gravity's sine is less than its spring, s (z - sin z), s the stiffness
+        over the gain of the drive, at a place of the mass: gain ds/dp, of z - sin z, and stiffness drest/dp, of 1 - cos z.
+        """
+        own, shift = np.zeros(len(letters)), np.zeros(len(letters))
+        for n, letter in enumerate(letters):
+            if letter in self.model.parameters:
+                positive = self.model.parameters[letter]["domain"] == "positive"
+                step = _STEP * (at[letter] if positive else max(abs(at[letter]), 1.0))
+                ends = (at[letter] + 0.5 * step, at[letter] - 0.5 * step)
+                above, below = (self._linear(self.model.robot({**at, letter: end})) for end in ends)
+                stiffness, gain = (above.stiffness - below.stiffness) / step, (above.gain - below.gain) / step
+                pull = (above.stiffness * above.rest - below.stiffness * below.rest) / step
+                own[n], shift[n] = stiffness - of.stiffness * gain / of.gain, pull - of.rest * stiffness
+        return own, shift
 
     def words(self, at: Values) -> dict[str, float]:
         """What a simulator calls the numbers of a joint: the inertia from the kinetic energy, all else times it."""
@@ -259,7 +277,7 @@ class Modelled(Experiment):
         of = self._linear(robot)
         found = {"inertia": inertia, "damping": of.damping * inertia, "frictionloss": of.friction * inertia}
         if of.stiffness > 0.0:
-            found |= {"stiffness": of.stiffness * inertia, "springref": of.rest}
+            found |= {"stiffness": of.stiffness * inertia, "springref": of.middle / of.stiffness}
         if self.model.input is not None and of.gain != 0.0:
             found |= {"gear": of.gain * inertia}
             found |= {} if of.stiffness > 0.0 else {"bias": of.middle / of.gain}
@@ -276,7 +294,7 @@ class Modelled(Experiment):
         times = np.unique(np.concatenate([grid, begins[(begins >= 0.0) & (begins < grid[-1])]]))
         base = levels[np.searchsorted(begins, times, side="right") - 1]
         length = float(self.model.formulas.body_height(robot, 0.0, 0.0))
-        reach, widths = max(float(np.ptp(self.seen[-1].x)), 1e-12), np.diff(times)
+        reach = max(float(np.ptp(self.seen[-1].x)), 1e-12)
         wanted = self._columns(at)
         columns, starts = [*wanted.values()], [[*wanted].index(letter) for letter in ("x", "v")]
         letters = np.array([at[letter] for letter in wanted])
@@ -285,29 +303,27 @@ class Modelled(Experiment):
             z, v = np.interp(times, seen.time, seen.x) - of.rest, np.interp(times, seen.time, seen.v)
             last = math.inf
             for _ in range(_MOST_SINES):
-                middle = 0.5 * (z[1:] + z[:-1]) + widths * (v[:-1] - v[1:]) / 8.0
-                more = [each - np.sin(each) for each in (z[:-1], middle, z[1:])]
-                extra = of.stiffness / of.gain * (more[0] + 4.0 * more[1] + more[2]) / 6.0
-                extra[1:-1] -= np.diff(extra, 2) / 12.0
-                under = (base + np.append(extra, extra[-1:])).tolist()
-                sines = tuple(zip(times.tolist(), under, strict=True))
+                sines = _under_sine(of, times, base, z, v)
                 state, rows = self._solved(at, robot, sines, float(times[-1]), length).tangents(times)
                 off = np.stack([np.asarray(state.x1) - of.rest - z, np.asarray(state.v1) - v], axis=1)
                 moved = float(np.abs(off[:, 0]).max())
                 if not math.isfinite(moved) or moved > 100.0 * reach:
                     break
                 by = in_height(rows, True, lengths_of(self.model.core.package, robot))[:, 0:2][:, :, columns]
-                softer = of.stiffness * (1.0 - np.cos(z))
-                if moved <= _SAME_ANGLE * reach:
-                    whole = _fed_back(times, by[:, :, starts], softer, by)
-                    self.seen[0] = Seen(times, z + of.rest, v, letters, whole)
-                    return sines, FedBack(times, whole - by)
-                change = off
+                softer, change = of.stiffness * (1.0 - np.cos(z)), off
                 if newton and moved <= 0.3 * last:  # else beside a kink, where a joint comes to stick
                     change, last = _fed_back(times, by[:, :, starts], softer, off[:, :, np.newaxis])[:, :, 0], moved
                 else:
                     last = math.inf
                 z, v = z + change[:, 0], v + change[:, 1]
+                if (
+                    moved <= _SAME_ANGLE * reach
+                ):  # what the last step leaves is smaller by orders, and is not solved again
+                    own, shift = self._slopes(at, of, [*wanted])
+                    direct = np.outer(z - np.sin(z), own) - np.outer(1.0 - np.cos(z), shift)
+                    whole = _fed_back(times, by[:, :, starts], softer, by, direct)
+                    self.seen[0] = Seen(times, z + of.rest, v, letters, whole)
+                    return _under_sine(of, times, base, z, v), FedBack(times, whole - by)
         raise HopformError("the angle under gravity's sine does not settle: these parameters are far from the motion's")
 
     def response_to(self, values: Values, force: Force, size: float) -> Array:
@@ -349,7 +365,9 @@ class Modelled(Experiment):
 _STARTS = {"x": "x1", "v": "v1", "x'": "x2", "v'": "v2"}
 """Letters of where the masses begin, with the columns of their derivatives."""
 _MOST_SINES, _SAME_ANGLE = 40, 1e-6
-"""Rounds in which the angle under gravity's sine settles, and the share of its reach by which it then still moves."""
+"""Rounds in which the angle under gravity's sine settles, and the share of its reach by which the last step moves it."""
+_STEP = 1e-5
+"""Share of a parameter for differences of what is linear or hyperbolic in it: they are right to ten digits."""
 
 
 def _start_letters(number: int) -> tuple[str, str]:
@@ -389,9 +407,19 @@ class FedBack(NamedTuple):
         return np.asarray(low + share[:, np.newaxis, np.newaxis] * (high - low))
 
 
-def _fed_back(time: Array, transition: Array, softer: Array, plain: Array) -> Array:
+def _under_sine(of: "Linear", times: Array, base: Array, z: Array, v: Array) -> Steps:
+    """The drive with what gravity's sine is less than its spring, at angles z and velocities v [rad, rad/s] at the times."""
+    middle = 0.5 * (z[1:] + z[:-1]) + np.diff(times) * (v[:-1] - v[1:]) / 8.0
+    more = [each - np.sin(each) for each in (z[:-1], middle, z[1:])]
+    extra = of.stiffness / of.gain * (more[0] + 4.0 * more[1] + more[2]) / 6.0
+    extra[1:-1] -= np.diff(extra, 2) / 12.0
+    return tuple(zip(times.tolist(), (base + np.append(extra, extra[-1:])).tolist(), strict=True))
+
+
+def _fed_back(time: Array, transition: Array, softer: Array, plain: Array, direct: Array | None = None) -> Array:
     """Changes (times, 2, ...) of places and velocities which change the drive, from what they are under a drive that stays
-    as it is: d = plain + P(t) w, w = int P(s)^-1 (0, softer d) ds, P the derivatives by the start, up to where it sticks.
+    as it is: d = plain + P(t) w, w = int P(s)^-1 (0, softer d + direct) ds, P the derivatives by the start, up to where
+    it sticks; direct: changes of the drive at a place that stays.
 
     By trapezia w is the solution of a system of two rows a time, which know no w but their own and the one before.
     """
@@ -404,6 +432,8 @@ def _fed_back(time: Array, transition: Array, softer: Array, plain: Array) -> Ar
     half = 0.5 * np.diff(time[:moves])[:, np.newaxis]
     weights = inverse * softer[:moves, np.newaxis]
     inside, own = weights[:, :, np.newaxis] * first[:, 0:1], weights[:, :, np.newaxis] * p[:, 0:1]
+    if direct is not None:
+        inside = inside + inverse[:, :, np.newaxis] * direct[:moves, np.newaxis]
     now, before = np.eye(2) - half[:, :, np.newaxis] * own[1:], -np.eye(2) - half[:, :, np.newaxis] * own[:-1]
     band = np.zeros((5, 2 * (moves - 1)))  # row 1 + i - j, column j
     band[0, 1::2], band[1, ::2], band[1, 1::2], band[2, ::2] = now[:, 0, 1], now[:, 0, 0], now[:, 1, 1], now[:, 1, 0]
@@ -418,7 +448,7 @@ def _fed_back(time: Array, transition: Array, softer: Array, plain: Array) -> Ar
 
 class Linear(NamedTuple):
     """Of a mass alone, per its inertia: stiffness [1/s^2], damping [1/s], acceleration per drive, where it rests without a
-    drive, the mean level of its friction, and the acceleration at 0 without friction.
+    drive and friction, the mean level of its friction, and the mean acceleration at 0 of slip to either side.
     """
 
     stiffness: float
@@ -449,7 +479,13 @@ def fit_model(
     view = [_view(model, each) for each in several]
     motions = [cut for n, each in enumerate(view) for cut in _motions(model, each, n)]
     free = {name: _start(model, name, start) for name in names}
+    given = _given(model, names, start)
     tries, left = _starts(model, view, values, free, tied, sine)
+    if given and left > 0.0:
+        rest = {name: each for name, each in free.items() if name not in given}
+        same = {name: given[other] for name, other in tied.items() if other in given}
+        loose = {name: other for name, other in tied.items() if other not in given}
+        tries.insert(0, _near(model, view, values | given | same, rest, loose, sine) | given)
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
     for n, cut in enumerate(motions):
         made, own = _posed(model, cut, n, values, {name: name for name in names} | tied, sine)
@@ -463,7 +499,8 @@ def fit_model(
     problem = Problem(
         "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
         tuple(first | each for each in tries), {n: values[n] for n in known or {} if n in values}, (), warnings, parts=(0.35, 1.0),
-        units=units, loss=asked.loss, friction=model.friction, files=files_of(several),
+        units=units, loss=asked.loss, given=given, tied=tied,
+        friction=model.friction, files=files_of(several),
     )  # fmt: skip
     found = solved(problem, asked)
     driven = any(len(each.steps) > 1 for each in experiments)
@@ -471,7 +508,10 @@ def fit_model(
         found = replace(found, statements=(*found.statements, _undriven(model, left)))
     ours = {name: found.values[name] for name in names}
     every = values | ours | {name: ours[other] for name, other in tied.items()}
-    return replace(found, base=cast(Any, robot_class(core))(**every, name=core.name), tied=tied)
+    kind = robot_class(core)
+    given: dict[str, Any] = {attribute_of(kind, name): value for name, value in every.items()}
+    base: Any = kind(**given, name=core.name)
+    return replace(found, base=base, tied=tied)
 
 
 _UNDRIVEN = 0.2
@@ -633,6 +673,12 @@ def _start(model: Model, name: str, start: Values | None) -> float:
     return value if value or each["domain"] == "real" else 0.1
 
 
+def _given(model: Model, names: Sequence[str], start: Values | None) -> dict[str, float]:
+    """The values near which the search is asked to begin, of what is fitted."""
+    given = mapping("start", start, MOST_KNOWN)
+    return {n: real(f"start: {n}", given[n], model.parameters[n]["unit"]) for n in names if n in given}
+
+
 def _parameter(model: Model, name: str, start: float) -> Parameter:
     each = model.parameters[name]
     domain = each["domain"] if each["domain"] in ("positive", "nonnegative", "fraction") else "real"
@@ -658,6 +704,13 @@ def _starts(
     tries = [found for some in rows for found in [_regressed(model, some, values, free, tied, sine)]]
     tries.sort(key=lambda each: each[0])
     return [found for _, found in tries], tries[0][0]
+
+
+def _near(
+    model: Model, recordings: Sequence[Recording], values: Values, free: Values, tied: Mapping[str, str], sine: bool
+) -> dict[str, float]:
+    """Where the fit begins of what no start was given for."""
+    return _starts(model, recordings, values, free, tied, sine)[0][0] if free else {}
 
 
 class Rows(NamedTuple):

@@ -76,6 +76,27 @@ def extended(problem: Problem, solution: Solution) -> tuple[float, bool, list[Pa
     return float((rest**2).sum()) if independent else 0.0, independent, [*estimation.started(solution), *moved]
 
 
+_LAGS = (1e-3, 4e-3)
+"""[s] where the fit of a lag starts, the better of them: to first order a lag is a delay, or a later start, and the
+score at 0 is none."""
+
+
+def begun(
+    problem: Problem, solution: Solution, several: Sequence[Experiment], independent: bool, start: Sequence[Parameter]
+) -> list[Parameter]:
+    """Where the fit of further parameters to some experiments begins: from one step on; of lags that have no score from
+    the better of two, to which all else is fitted.
+    """
+    own = {p.name for p in problem.parameters[len(solution.parameters) :]}
+    lags = {name for each in problem.experiments if (name := each.names.get("lag")) in own}
+    if independent or not lags:
+        return list(start)
+    rest = [p for p in start if p.name not in lags]
+    held = [estimation.again(solution, several, rest, fixed=dict.fromkeys(lags, lag), most=8) for lag in _LAGS]
+    least = estimation.best(held).values
+    return [p._replace(start=least[p.name]) for p in start]
+
+
 def weights(solution: Solution) -> Array:
     """Of each sample, 1/sigma; 0 for an outlier."""
     return np.concatenate([some / sigma for some, sigma in zip(solution.inliers, solution.sigma, strict=True)])

@@ -1,9 +1,7 @@
 """A fit as tables, JSON, a report in Markdown or HTML."""
 
-import html
 import math
 import os
-import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -13,11 +11,12 @@ import numpy as np
 from rich.console import RenderableType
 
 from hopform import HopformError
-from hopform._cli.output import number, record, to_json
+from hopform._cli.output import ends, number, record, to_json
 from hopform._errors import printable
+from hopform._texts import in_html, markdown
 from hopform.extend import table
-from hopform.identify._estimation import Estimate
-from hopform.identify._fits import Fit, Trace, missed
+from hopform.identify._estimation import FEWEST, Estimate
+from hopform.identify._fits import NONE, Fit, Trace, missed
 from hopform.identify._joint import Check, Plan
 
 Answer = Fit | Check
@@ -35,7 +34,7 @@ class Section(NamedTuple):
 
 def fit_sections(fit: Fit) -> list[Section]:
     """Parameters with what was known last; recordings; causes that would explain the residuals better; repeats."""
-    parameters = [(e.name, *rounded(e)[:1], e.unit, " .. ".join(rounded(e)[1:]), e.method) for e in fit.estimates]
+    parameters = [(e.name, *rounded(e)[:1], e.unit, interval(e), e.method) for e in fit.estimates]
     parameters += [
         (name, *rounded(fit[other])[:1], fit[other].unit, "", f"as {other}") for name, other in fit.tied.items()
     ]
@@ -72,13 +71,19 @@ def rounded(each: Estimate) -> tuple[str, str, str]:
     """A value and the ends of its interval, to two digits of its half width; to four digits without an interval."""
     half = 0.5 * (each.high - each.low)
     if not math.isfinite(half) or half <= 0.0:
-        return number(each.value, ".4g"), number(each.low, ".4g"), number(each.high, ".4g")
+        return format(each.value, ".4g"), format(each.low, ".4g"), format(each.high, ".4g")
     last = math.floor(math.log10(half)) - 1
     size = max(abs(each.value), abs(each.low), abs(each.high))
     digits = max(math.floor(math.log10(size)) - last + 1, 1) if size > 0.0 else 1
     form = f".{digits}g" if not -4 <= last <= 0 and (size >= 1e6 or size < 1e-4) else f".{max(-last, 0)}f"
     low, value, high = (format(round(number, -last), form) for number in (each.low, each.value, each.high))
     return value, low, high
+
+
+def interval(each: Estimate) -> str:
+    """The interval of a value in a table; "-" where neither end is known."""
+    _, low, high = rounded(each)
+    return f"{low} .. {high}" if math.isfinite(each.low) or math.isfinite(each.high) else "-"
 
 
 def verdict(fit: Fit) -> str:
@@ -88,10 +93,23 @@ def verdict(fit: Fit) -> str:
     if any(missed(trace) for trace in fit.traces):
         return "The fit misses the motion: use none of its numbers."
     if not given and any(each.method == "too few samples" for each in shared):
-        return "Too few samples: there are no intervals; record for longer."
-    if not given:
+        return _too_few(fit)
+    if not given and any(each.method == NONE for each in shared):
         return "The model does not explain the recordings, so there are no intervals."
+    if not given:
+        return "These recordings fix no parameter between two ends; the notes say which they do not show."
     return "The model explains these recordings to their noise. Change amplitude or load to see whether it holds."
+
+
+def _too_few(fit: Fit) -> str:
+    """Why there are too few samples: few of them, or few that are independent."""
+    solution, none = fit.solution, "Too few samples: there are no intervals; record for longer."
+    if solution is None or solution.count < FEWEST * len(solution.parameters):
+        return none
+    return (
+        f"Too few independent samples, {solution.effective:.0f} of {solution.count}, because the encoder's rounding stays "
+        "alike from sample to sample: there are no intervals. Use a finer encoder, or let it move faster or further."
+    )
 
 
 def results(fit: Fit) -> list[str]:
@@ -100,8 +118,8 @@ def results(fit: Fit) -> list[str]:
     for each in fit.estimates:
         if not each.own and each.method != "not identifiable":
             value, low, high = rounded(each)
-            given = math.isfinite(each.high - each.low)
-            found.append(f"{each.name} = {value} {each.unit}".rstrip() + (f" ({low} .. {high})" if given else ""))
+            ends = f" ({low} .. {high})" if math.isfinite(each.low) or math.isfinite(each.high) else ""
+            found.append(f"{each.name} = {value} {each.unit}".rstrip() + ends)
     return found
 
 
@@ -114,7 +132,7 @@ def check_sections(check: Check) -> list[Section]:
         (
             one.source, one.role, str(one.samples), number(one.duration), number(one.rate),
             number(1e3 * one.noise, ".3g"), number(1e3 * one.quantum, ".3g"), number(1e3 * one.travel, ".4g"),
-            f"{one.lowest:.3g} .. {one.highest:.3g}", str(one.outliers),
+            ends(one.lowest, one.highest, ".3g"), str(one.outliers),
         ) for one in check.recordings
     ]  # fmt: skip
     some = [each for each in check.expected if not each.own]
@@ -247,19 +265,11 @@ def _markdown(page: Page) -> str:
     return "\n".join([*parts, "## What the data identify", "", *items, ""])
 
 
-_MARKUP = re.compile(r"[\\`*{}\[\]<>#|&$~]|(?<![A-Za-z0-9])_|_(?![A-Za-z0-9])")
-
-
-def markdown(text: str) -> str:
-    """A text in one line of Markdown that is shown as it is: no markup, no HTML, no formula, no cell's end."""
-    return _MARKUP.sub(r"\\\g<0>", printable(" ".join(text.split())))
-
-
 def _html(page: Page) -> str:
     """A page that a phone shows: a table that is wider than it scrolls by itself."""
 
     def text(words: str) -> str:
-        return html.escape(printable(words))
+        return in_html(printable(words))
 
     def row(cells: Sequence[str], tag: str) -> str:
         return "<tr>" + "".join(f"<{tag}>{text(cell)}</{tag}>" for cell in cells) + "</tr>"
@@ -275,7 +285,7 @@ def _html(page: Page) -> str:
         "table{border-collapse:collapse}svg{max-width:100%;height:auto}li{overflow-wrap:anywhere}"
         "td,th{padding:.2em .7em;text-align:left;border-bottom:1px solid #ddd;font-variant-numeric:tabular-nums}"
     )
-    name = html.escape(page.title)
+    name = in_html(page.title)
     viewport = '<meta name="viewport" content="width=device-width,initial-scale=1">'
     parts = [
         "<!DOCTYPE html>", f'<html lang="en"><head><meta charset="utf-8">{viewport}<title>{name}</title>',

@@ -7,7 +7,7 @@ there is no better one. What leaves more is compared with the rest of them, and 
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial
 from itertools import product
 
@@ -42,6 +42,10 @@ class Problem:
     loss: str = "linear"
     files: tuple[str, ...] = ()
     """the recordings, each with the SHA-256 of its text"""
+    given: Values = field(default_factory=dict[str, float])
+    """parameters near which the search is asked to begin: a fit ends no worse than from there"""
+    tied: Mapping[str, str] = field(default_factory=dict[str, str])
+    """letters that are known to be as a parameter"""
     friction: Mapping[str, str] | None = None
     """which kind of friction parameters are, viscous or coulomb; if not given by the first letter of their names"""
 
@@ -69,12 +73,27 @@ def minimise(problem: Problem) -> Solution:
     has a larger one.
     """
     if problem.loss == "linear":
-        return _moving(least_squares(problem))
+        return _moving(_from_given(problem, least_squares(problem)))
     first = _weighed(problem, _without_outliers(problem, least_squares), {})
     if is_noise(problem, first):
-        return first
+        return _from_given(problem, first)
     other = _searched(problem, {}, first.sigma)
-    return _moving(_unstuck(problem, _traded(problem, estimation.better(first, other, problem.experiments))))
+    found = _unstuck(problem, _traded(problem, estimation.better(first, other, problem.experiments)))
+    return _moving(_from_given(problem, found))
+
+
+def _from_given(problem: Problem, found: Solution) -> Solution:
+    """The better of a minimum and of the one that the given start leads to by all samples: at first what was given is
+    held.
+    """
+    held = {name: value for name, value in problem.given.items() if name in found.values}
+    if not held:
+        return found
+    first = _from_start(found.parameters, {**problem.starts[0], **held})
+    rest = [p for p in first if p.name not in held]
+    begun = estimation.again(found, problem.experiments, rest, fixed=held, most=20, precision=1e-6).values
+    other = settled(problem, found, _from_start(found.parameters, begun))
+    return estimation.better(found, other, problem.experiments)
 
 
 def _moving(found: Solution) -> Solution:

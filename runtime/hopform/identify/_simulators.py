@@ -16,7 +16,6 @@ that MuJoCo allows: it raises a smaller one to that, and its default of 0.02 s l
 """
 
 import math
-import re
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import NamedTuple
@@ -25,7 +24,7 @@ import numpy as np
 
 from hopform import HopformError
 from hopform._checks import instance, word
-from hopform._errors import printable
+from hopform._texts import comment_of_xml, line
 from hopform.identify._fits import Fit, mean_of
 from hopform.identify._models import Modelled
 from hopform.identify._motion import Array, Values
@@ -199,7 +198,7 @@ def _head(fit: Fit, found: Mapping[str, Quantity]) -> list[str]:
 
 def _xml(lines: list[str]) -> list[str]:
     """Comments of XML, which hold no two hyphens in a row."""
-    return [f"  <!-- {re.sub('-(?=-)', '- ', printable(each))} -->" for each in lines]
+    return [f"  <!-- {comment_of_xml(each)} -->" for each in lines]
 
 
 def _inertial(fit: Fit, found: Mapping[str, Quantity]) -> tuple[str, str]:
@@ -287,7 +286,7 @@ def _isaac(fit: Fit, found: Mapping[str, Quantity]) -> str:
     friction, loose = found["frictionloss"], Quantity(0.0, math.nan, math.nan, "none")
     numbers = {"stiffness": found.get("stiffness", loose), "armature": found["inertia"]}
     numbers |= {"friction": friction, "dynamic_friction": friction, "viscous_friction": found["damping"]}
-    lines = [f"# {printable(each)}" for each in _head(fit, found)]
+    lines = [f"# {line(each)}" for each in _head(fit, found)]
     lines += ["# the effort of the joint is GEAR (drive + BIAS); its spring has the position target SPRINGREF", ""]
     lines += ["from isaaclab.actuators import ImplicitActuatorCfg", ""]
     lines += [f"{word.upper()} = {found[word].value!r}" for word in ("gear", "bias", "springref") if word in found]

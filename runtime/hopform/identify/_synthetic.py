@@ -10,7 +10,7 @@ from typing import NamedTuple, SupportsFloat
 import numpy as np
 
 from hopform import HopformError, Robot, solve_motion
-from hopform._checks import MEMORY, flag, real, word
+from hopform._checks import MEMORY, flag, mapping, real, word
 from hopform._motion import Start
 from hopform._robots import checked_robot
 from hopform._solver.package import ENDINGS, LegState, Steps, records
@@ -103,7 +103,7 @@ def record(
         if wrong := [name for name, value in set_by.items() if value is not None]:
             raise HopformError(f"{', '.join(wrong)}: a motion is set by start and u alone")
         return _motion(robot, start, u, time, *encoder)
-    if start or isinstance(u, Sequence) or real("u", u, "A") != 0.0:
+    if mapping("start", start, 64) or isinstance(u, Sequence) or real("u", u, "A") != 0.0:
         raise HopformError(f"start and u are for the test {MOTION!r}, got {test!r}")
     still = finite("hold", 0.2 if hold is None else hold, "s", 0.0)
     if not still <= time[-1]:

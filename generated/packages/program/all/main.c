@@ -79,11 +79,19 @@ static bool tick(void) {
 }
 
 static bool begin(void) {
-    const bool right = digest_is_right();
-    hardware_print("the digest is the expected one, 1, or not, 0: ", right);
-    const bool found = right && one_command();
-    hardware_print("status of the first command, 1 where it reaches H_DES: ", command.status);
-    hardware_print("its current [mA]: ", (int32_t)(1000.0f * command.u));
+    if (!digest_is_right()) {
+        hardware_print("The digest is not the expected one: other flags, or another version. Selftests passed: ", 0);
+        return false;
+    }
+    hardware_print("The digest is the expected one. Selftests passed: ", 1);
+    const bool found = one_command();
+    const char *said = "No current is admissible. Current [mA]: ";
+    if (command.status == HOPFORM_COMMAND_REACHED) {
+        said = "The first current reaches H_DES. Current [mA]: ";
+    } else if (command.status == HOPFORM_COMMAND_NEAREST) {
+        said = "No current reaches H_DES, the first one comes nearest. Current [mA]: ";
+    }
+    hardware_print(said, (int32_t)(1000.0f * command.u));
     return found;
 }
 
