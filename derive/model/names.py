@@ -73,8 +73,8 @@ KEYS_OF_ROBOTS = ("name", "model", "description", "fit", "parameters")
 """Keys of a robot's file and fields of its JSON: a parameter of such a name stands in the table `parameters`."""
 
 OF_ROBOTS = frozenset({
-    "CHECKS", "all_fields", "description", "fall", "fields", "fit", "letters", "name", "parameters", "sample", "solver",
-    "to_toml",
+    "CHECKS", "all_fields", "compression_at_rest", "description", "fall", "fields", "fit", "home", "label", "letters",
+    "name", "parameters", "sample", "solver", "standing_height", "to_toml", "with_parameters",
 })  # fmt: skip
 """Attributes of a robot's class in Python."""
 
