@@ -13,7 +13,7 @@ import pytest
 import hopform
 from hopform import _cli as cli
 from hopform._cli.options import EXAMPLES, OPTIONS
-from tests.derived import MODELS, built
+from tests.derived import SHIPPED, built
 
 
 def test_every_command_has_two_examples():
@@ -29,8 +29,8 @@ def test_the_examples_of_the_help_run(tmp_path, monkeypatch, capsys, store):
     pytest.importorskip("scipy")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    shutil.copy(MODELS / "damper.py", "leg.py")
-    solver = built(store, "damper")
+    shutil.copy(SHIPPED / "leg_damper.py", "leg.py")
+    solver = built(store, "leg_damper")
     monkeypatch.setattr("hopform._cli.model.make", lambda model, folder, bar, in_cache: shutil.copytree(solver, folder))
     capsys.readouterr()
     for command in sorted(EXAMPLES, key=lambda name: name != "record"):
