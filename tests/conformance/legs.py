@@ -72,7 +72,7 @@ def drawn(name: str, seed: int, count: int) -> Iterator[tuple[tuple[float, ...],
         start = {key: float(row[key]) for key in ("x1", "v1", "v2", "y")}
         u = float(row["u"])
         further: tuple[float, ...]
-        if name == "damper":
+        if name == "leg_damper":
             scale = 2.0 * math.sqrt(robot["k"] * robot["m_s"])
             further = (choose.choice([0.0, scale * 10.0 ** choose.uniform(-3.0, 0.5)]),)
             problem = builders.damped_leg(robot, further[0], **start, u=u, max_phases=MOST)
@@ -81,8 +81,8 @@ def drawn(name: str, seed: int, count: int) -> Iterator[tuple[tuple[float, ...],
             further = (robot["k"] * 10.0 ** choose.uniform(-3.0, 0.0), robot["L0"] + robot["c"] + longer)
             problem = builders.second_spring(robot, *further, **start, u=u, max_phases=MOST)
         else:
-            further = (robot["m_s"] * robot["g"] * choose.uniform(-0.5, 0.9),)
-            problem = builders.pushed_body(robot, further[0], **start, u=u, max_phases=MOST)
+            further = (0.0, 0.0, robot["m_s"] * robot["g"] * choose.uniform(-0.5, 0.9))
+            problem = builders.pushed_body(robot, further[-1], **start, u=u, max_phases=MOST)
         yield (
             (*(robot.get(key, 0.0) for key in Robot._fields), *further),
             start | {"u": u},

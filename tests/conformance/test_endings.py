@@ -180,7 +180,7 @@ def wrong_entries(solver: Any, problem: Problem, motion: Any) -> tuple[list[str]
 # ---- an event and an ending at the same time ----
 
 
-OWN = ("bearing", "damper", "feedforward", "held_body", "joint", "monoped", "rig", "stranger")
+OWN = ("feedforward", "further_forces", "joint", "monoped", "rig", "stranger")
 """The models of tests/models that can be built and are none of those that ship."""
 FILES = {name: SHIPPED / f"{name}.py" for name in EQUATIONS}
 FILES |= {name if name not in FILES else f"own {name}": MODELS / f"{name}.py" for name in OWN}

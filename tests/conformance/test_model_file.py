@@ -352,12 +352,12 @@ def test_hops_with_a_back_emf_are_those_of_an_integrator(package, library, hoppe
 @pytest.mark.sliced
 def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(store, hopper_c):
     """More viscous friction is a larger b1, a constant pull a larger c at the same L0 + c: within 1e-13 relative."""
-    made = derived(store, "bearing", "bearing")
-    bearing, own = made.package, C(made.library)
+    made = derived(store, "further_forces", "further")
+    further, own = made.package, C(made.library)
     u, pull, hopper = (0.0, 2.0, 3.0), 6.0, DEFAULT.compiled()
     start = records.LegState(0.0, 0.0, -1.93, 0.0)
     more = pull / hopper_c.k
-    robot = bearing.Robot(*hopper_c.parameters, 50.0, pull)
+    robot = further.Robot(*hopper_c.parameters, 50.0, pull, 0.0)
     same = hopper_c.parameters._replace(b1=hopper_c.b1 + 50.0, c=hopper_c.c + more, L0=hopper_c.L0 - more)
     for current in u:
         asked = start, ((0.0, float(current)),), 2.0, 64, np.dtype(np.float64)

@@ -134,11 +134,14 @@ def test_a_fit_in_force_has_the_delay(known, loss):
 
 
 def test_a_fit_in_force_names_friction_at_rest_and_nothing_else():
+    """Nor has it intervals then, whether or not its causes were looked for."""
     how = {"known": {"gamma2": -35.0}, "position": False}
     assert not fit_force(axis(4.0), **how).diagnoses
     stiff = fit_force(axis(4.0, stribeck=1.0, speed=0.1), **how)
     assert [each.name for each in stiff.diagnoses] == ["Stribeck"]
     assert 0.5 < stiff.diagnoses[0].values["level"] < 1.5
+    unasked = fit_force(axis(4.0, stribeck=1.0, speed=0.1), diagnose=False, **how)
+    assert all(each.method == "not explained" for fit in (stiff, unasked) for each in fit.estimates)
     with pytest.raises(hopform.HopformError, match="a fit in force takes none, got gain"):
         fit_force(axis(4.0), nuisances=["gain"], **how)
 

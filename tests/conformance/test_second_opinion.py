@@ -90,7 +90,7 @@ def said(name: str, leg: Leg, solved: Any) -> Answer:
 
 
 @pytest.mark.sliced
-@pytest.mark.parametrize("name", ["damper", "joint", "second_spring", "cable"])
+@pytest.mark.parametrize("name", ["leg_damper", "joint", "second_spring", "cable"])
 def test_a_stance_is_that_of_the_oracle(name: str, legs: Legs) -> None:
     """Events, ending, times, states and AED within 1e-12 of their scales, times the condition where that is above 1, or
     those of a neighbour 32 ulp away; and the work of the motor and of each friction."""
@@ -118,7 +118,7 @@ def assert_works(leg: Leg, solved: Any, verdict: Any, n: int) -> None:
     unit = max(float(truth.given_kinetic), *(abs(float(work)) for work in works.values()))
     condition = max(1.0, *verdict.condition.values(), 1.0)
     found = {entry: works[theirs] for entry, theirs in (JOINT if leg.name == "joint" else HOPPER).items()}
-    if leg.name == "damper":
+    if leg.name == "leg_damper":
         ledger["damper"] = ledger["damper_1"] + ledger["damper_2"]
         found["damper"] = works["damper viscous_12"]
     for entry, work in found.items():

@@ -24,7 +24,7 @@ from hopform import _front as cli
 from hopform.model import Derivation, ModelError, derive
 from tests.derived import MODELS, SHIPPED, model_file, no_hopper
 
-NAMES = ("hopper", "damper", "second_spring", "joint")
+NAMES = ("hopper", "leg_damper", "second_spring", "joint")
 EACH = pytest.mark.parametrize("name", NAMES)
 THAT_SHIP = ", ".join(sorted(path.stem for path in SHIPPED.glob("[!_]*.py")))
 DIGITS = 40
@@ -64,7 +64,7 @@ def forces(name, of, x1, v1, x2, v2):
 
 def in_leg(name, of, x1, v1, x2, v2):
     """What acts in the leg beside its spring [N]."""
-    others = {"damper": of["b12"] * (v1 - v2), "second_spring": of["k_2"] * (x1 - x2 + of["L_2"])}
+    others = {"leg_damper": of["b12"] * (v1 - v2), "second_spring": of["k_2"] * (x1 - x2 + of["L_2"])}
     return others.get(name, 0)
 
 
@@ -123,7 +123,7 @@ CASES = {
 
 @pytest.mark.parametrize(
     ("name", "case"),
-    [(name, case) for name in NAMES for case in CASES if name in ("damper", "joint") or case == "as it is"],
+    [(name, case) for name in NAMES for case in CASES if name in ("leg_damper", "joint") or case == "as it is"],
 )
 def test_the_states_are_those_of_the_force_balance(name, case):
     given = ROBOT | AT | CASES[case]
@@ -267,13 +267,13 @@ def test_event_functions_are_those_of_the_force_balance(name):
 
 
 def test_held_sets_have_an_order_a_denominator_and_the_conditions_that_may_fail():
-    damper, fed = derivation_of("damper"), derive(MODELS / "feedforward.py")
+    damper, fed = derivation_of("leg_damper"), derive(MODELS / "feedforward.py")
     assert [(each.held, each.order) for each in damper.held_sets] == [
         ((), 3), (("actuator",), 2), (("body",), 2), (("actuator", "body"), 0)
     ]  # fmt: skip
     s = sp.Symbol("s")
     of = {sp.Symbol(key, real=True): sp.Rational(str(value)) for key, value in ROBOT.items()}
-    matrix = matrix_of("damper", exact(ROBOT | AT))
+    matrix = matrix_of("leg_damper", exact(ROBOT | AT))
     wanted = [1, -(matrix[1, 1] + matrix[3, 3])]
     found = [mp.mpf(str(sp.N(each.subs(of), 20))) for each in damper.held_sets[0].denominator.all_coeffs()]
     assert all(abs(a - b) < 1e-15 * abs(b) for a, b in zip(found[:2], wanted, strict=True))
@@ -298,7 +298,7 @@ def test_the_hopper_has_every_equation_of_the_paper():
 
 
 def test_the_lagrangian_gives_the_equations_of_motion():
-    found = derivation_of("damper")
+    found = derivation_of("leg_damper")
     for n, (x, m) in enumerate((("x1", "m_eff"), ("x2", "m_s")), 1):
         coordinate, mass = sp.Symbol(x, real=True), sp.Symbol(m, real=True)
         balance = found.lagrangian.diff(coordinate) + found.formula(f"force_{n}").value
@@ -329,7 +329,7 @@ def size(unit):
     return math.prod(BASE[word.split("^")[0]] ** (sign * int((word + "^1").split("^")[1])) for word, sign in powers)
 
 
-@pytest.mark.parametrize("name", ["damper", "joint"])
+@pytest.mark.parametrize("name", ["leg_damper", "joint"])
 def test_units_balance_in_every_formula(name):
     """In other units of mass, length, time and current every formula has the value that its unit says."""
     found = derivation_of(name)
@@ -390,7 +390,7 @@ def test_sympy_reads_back_as_equations_with_the_values_of_the_formulas(name):
         assert not equation.atoms(sp.Float), equation
 
 
-@pytest.mark.parametrize("name", ["damper", "joint"])
+@pytest.mark.parametrize("name", ["leg_damper", "joint"])
 def test_numpy_has_the_values_of_the_formulas_for_numbers_and_arrays(name):
     found, wanted = derivation_of(name), values_of(name)
     spaces: dict[str, object] = {}
@@ -408,7 +408,7 @@ def test_numpy_has_the_values_of_the_formulas_for_numbers_and_arrays(name):
         ).all()
 
 
-@pytest.mark.parametrize(("name", "single"), [("damper", False), ("joint", True)])
+@pytest.mark.parametrize(("name", "single"), [("leg_damper", False), ("joint", True)])
 def test_c_has_the_values_of_the_formulas(tmp_path, name, single):
     found, wanted = derivation_of(name), values_of(name)
     code = found.show(form="c", single=single)
@@ -426,7 +426,7 @@ def test_c_has_the_values_of_the_formulas(tmp_path, name, single):
 
 
 def test_latex_is_in_glyphs_that_balance():
-    found = derivation_of("damper")
+    found = derivation_of("leg_damper")
     glyphs = {quantity.glyph for quantity in found.inputs.values()}
     for formula in found.formulas:
         comment, line = found.show(formula.name, "latex").splitlines()
@@ -439,12 +439,14 @@ def test_latex_is_in_glyphs_that_balance():
 
 
 def test_the_notebook_runs_cell_by_cell():
-    book = json.loads(derivation_of("damper").show(form="notebook"))
+    book = json.loads(derivation_of("leg_damper").show(form="notebook"))
     spaces: dict[str, object] = {}
     for cell in book["cells"]:
         if cell["cell_type"] == "code":
             exec("".join(cell["source"]), spaces)
-    assert {group for group in GROUPS if group in spaces} == {each.group for each in derivation_of("damper").formulas}
+    assert {group for group in GROUPS if group in spaces} == {
+        each.group for each in derivation_of("leg_damper").formulas
+    }
     assert len({cell["id"] for cell in book["cells"]}) == len(book["cells"]) and book["nbformat"] == 4
 
 
@@ -487,8 +489,8 @@ def test_the_commands_refuse_in_one_line(capsys, tmp_path, monkeypatch, argument
 
 
 def test_the_commands_print_what_the_derivation_shows(capsys):
-    assert cli.main(["model", "show", str(MODELS / "damper.py"), "acc_1", "--as", "latex"]) == 0
-    assert capsys.readouterr().out == derivation_of("damper").show("acc_1", "latex")
+    assert cli.main(["model", "show", str(SHIPPED / "leg_damper.py"), "acc_1", "--as", "latex"]) == 0
+    assert capsys.readouterr().out == derivation_of("leg_damper").show("acc_1", "latex")
     assert cli.main(["equations", "(14)", "--as", "c"]) == 0
     assert capsys.readouterr().out == derivation_of("hopper").show("14", "c")
     assert cli.main(["equations", "--as", "text"]) == 0

@@ -4,6 +4,7 @@ covariance, intervals, directions not seen, tests.
 
 import math
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -70,6 +71,16 @@ def closed_form(experiment):
 def solved(experiment, parameters):
     solution = estimation.solve([experiment], parameters, sigma=[1e-3], precision=1e-15)
     return solution, *estimation.estimates(solution)
+
+
+@pytest.mark.parametrize("kind", ["real", "positive", "nonnegative", "fraction"])
+def test_a_place_measures_in_the_coordinate_of_the_optimiser(kind):
+    """out() is the inverse of into(), and by() its slope, whatever the value beside the scale."""
+    parameter = Parameter("p", "m", 0.5, 0.02, kind)
+    place = estimation.Place(SimpleNamespace(parameters=[parameter], values={"p": 0.4}), 0)
+    for value in (0.1, 0.4, 0.9):
+        assert place.out(place.into(value)) == pytest.approx(value, rel=1e-14)
+    assert place.by(1e-6) == pytest.approx((place.into(0.4 + 1e-6) - place.into(0.4 - 1e-6)) / 2.0, rel=1e-8)
 
 
 def test_covariance_and_intervals_are_those_of_linear_least_squares():

@@ -12,7 +12,7 @@ import pytest
 
 import hopform
 from hopform import _front as cli
-from tests.derived import MODELS, built
+from tests.derived import SHIPPED, built
 
 EXAMPLES = {name: command.examples for name, command in cli.commands().items()}
 OPTIONS = [(group, option) for command in cli.commands().values() for group, options in command.options.items()
@@ -32,8 +32,8 @@ def test_the_examples_of_the_help_run(tmp_path, monkeypatch, capsys, store):
     pytest.importorskip("scipy")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    shutil.copy(MODELS / "damper.py", "leg.py")
-    solver = built(store, "damper")
+    shutil.copy(SHIPPED / "leg_damper.py", "leg.py")
+    solver = built(store, "leg_damper")
     monkeypatch.setattr("hopform._cli.model.make", lambda model, folder, bar, in_cache: shutil.copytree(solver, folder))
     capsys.readouterr()
     for command in sorted(EXAMPLES, key=lambda name: name != "record"):

@@ -26,7 +26,7 @@ from hopform.model import derive
 from tests.derived import MODELS, SHIPPED, built, loaded, no_hopper, solver_of
 from tests.needs import the_first
 
-DAMPER = MODELS / "damper.py"
+DAMPER = SHIPPED / "leg_damper.py"
 THAT_SHIP = sorted(path.stem for path in SHIPPED.glob("[!_]*.py"))
 
 
@@ -85,10 +85,10 @@ def test_what_is_no_model_is_refused_by_name(run, cache, command, tmp_path):
 
 
 def test_a_solver_has_its_model_its_equations_and_numbers_to_start_from(store):
-    folder = built(store, "damper")
+    folder = built(store, "leg_damper")
     assert (folder / "model.py").read_bytes() == DAMPER.read_bytes()
     numbers = tomllib.loads((folder / "robot.toml").read_text("utf-8"))
-    assert (numbers["model"], numbers["b12"], numbers["m_eff"]) == ("damper", 0.0, 25.0)
+    assert (numbers["model"], numbers["b12"], numbers["m_eff"]) == ("leg_damper", 0.0, 25.0)
     page = (folder / "EQUATIONS.md").read_text("utf-8")
     for group in ("Lagrangian", "Numerators", "Held sets", "Events", "Conditions", "Energies"):
         assert re.search(rf"^## {group}", page, re.MULTILINE), group
@@ -133,8 +133,8 @@ def test_a_robot_without_numbers_is_the_one_that_its_solver_comes_with(store, na
 
 
 def test_a_built_solver_solves_what_its_robot_says(store):
-    solver = hopform.load_solver(built(store, "damper"))
-    stance = solver.solve_stance(solver.load_robot(built(store, "damper") / "robot.toml"), v2=-1.9, u=2.0)
+    solver = hopform.load_solver(built(store, "leg_damper"))
+    stance = solver.solve_stance(solver.load_robot(built(store, "leg_damper") / "robot.toml"), v2=-1.9, u=2.0)
     assert stance.status == "takeoff"
 
 
@@ -297,7 +297,7 @@ def test_without_a_compiler_there_is_a_solver_without_a_library(capsys, cache, q
         in capsys.readouterr().err
     )
     assert cli.main(["model", "list"]) == 0
-    assert re.search(r"^damper .* no  .*solvers", capsys.readouterr().out, re.MULTILINE)
+    assert re.search(r"^leg_damper .* no  .*solvers", capsys.readouterr().out, re.MULTILINE)
 
 
 def test_a_folder_that_is_not_the_generators_is_refused(run, quick, tmp_path):

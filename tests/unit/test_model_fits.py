@@ -176,6 +176,29 @@ def test_friction_by_direction_does_not_turn_gravity(joint):
     assert fit.rms == pytest.approx(1e-3, rel=0.05)
 
 
+def test_accelerations_are_the_rates_of_the_velocities_of_a_motion(joint):
+    """Of each mass that moves, in the middle of each phase; where both do, each depends on both velocities."""
+    leg, h, seen = hopform.load_robot("hopper_c"), 1e-5, set[tuple[int, int, int]]()
+    stands = {"x2": leg.L0 - 0.02, "v1": 0.2, "v2": -0.8}
+    swings = joint.Robot(J=0.03, k=9.0, b=0.05, F_plus=0.1, F_minus=0.2, k_t=0.5, load=0.1)
+    for motion in (
+        hopform.load_solver("hopper").solve_motion(leg, start=stands, u=[(0.0, 3.0), (0.1, -1.0)], horizon=0.4),
+        joint.solve_motion(swings, start={"phi": 0.2}, u=0.3, horizon=1.0),
+    ):
+        model = models.Model(motion.robot.solver)
+        for phase in motion.phases:
+            t = 0.5 * (phase.start + phase.end)
+            before, now, after = (motion.at(each) for each in (t - h, t, t + h))
+            x, v = ([getattr(now, getattr(mass, of)) for mass in model.masses] for of in ("coordinate", "velocity"))
+            moving = [mass for mass, speed in zip(model.masses, v, strict=True) if speed != 0.0]
+            for mass in moving:
+                rate = (getattr(after, mass.velocity) - getattr(before, mass.velocity)) / (2.0 * h)
+                found = model.accelerations(motion.robot.parameters, mass.number, x, v, phase.u, np.sign(v))
+                assert found == pytest.approx(rate, rel=1e-6), (mass, phase)
+                seen.add((len(v), len(moving), mass.number))
+    assert seen >= {(2, 2, 1), (2, 2, 2), (1, 1, 1)}
+
+
 def test_a_leg_of_two_masses_is_found_from_both_positions():
     """The paper's hopper stands on its spring and shakes under a current; nothing takes off."""
     robot = hopform.load_robot("hopper_c")

@@ -255,7 +255,7 @@ def test_the_program_hops_by_its_preset(tmp_path, preset):
 @pytest.fixture
 def damped(store, tmp_path):
     """A package, under another prefix, with the program of a robot that has a damper in its leg; its root."""
-    solver = solver_of(store, "damper")
+    solver = solver_of(store, "leg_damper")
     robot = replace(solver.load_robot("hopper_c"), b12=5.0)
 
     def root(system: str) -> Path:

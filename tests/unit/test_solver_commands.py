@@ -12,7 +12,7 @@ import hopform
 import hopform.hopping
 from hopform import _front as cli
 from hopform._robots import Provenance
-from tests.derived import MODELS, built, edited
+from tests.derived import SHIPPED, built, edited
 
 DROP = ("--height", "0.2", "--u", "3", "--set", "b12=5")
 
@@ -20,7 +20,7 @@ DROP = ("--height", "0.2", "--u", "3", "--set", "b12=5")
 @pytest.fixture(scope="module")
 def folder(store) -> Path:
     """The hopper with a damper in its leg."""
-    return built(store, "damper")
+    return built(store, "leg_damper")
 
 
 @pytest.fixture
@@ -130,7 +130,7 @@ def test_bands_of_a_fit_name_what_of_the_model_was_not_identified(leg, folder, t
 
 def test_what_a_model_cannot_do_is_said_by_the_command(folder, refused):
     for line in (["record", "drop"], ["identify", "drop", "drop.csv"]):
-        assert "the model damper has no identification: it lacks" in refused("--solver", folder, *line)
+        assert "the model leg_damper has no identification: it lacks" in refused("--solver", folder, *line)
 
 
 def test_a_solver_without_a_robot_asks_for_one(store, tmp_path, refused):
@@ -145,7 +145,7 @@ def test_a_solver_without_a_robot_asks_for_one(store, tmp_path, refused):
 
 def test_help_lists_what_a_solver_takes(leg, capsys):
     shown = leg("stance", "--help")
-    for line in ("Coordinates of damper:", "x1 [m]", "u [A]", "current; |u| <= u_max",
+    for line in ("Coordinates of leg_damper:", "x1 [m]", "u [A]", "current; |u| <= u_max",
                  "Parameters, by --set NAME=VALUE:", "viscous friction between the masses; >= 0 and finite"):  # fmt: skip
         assert line in shown
     assert cli.main(["stance", "--help"]) == 0
@@ -155,7 +155,7 @@ def test_help_lists_what_a_solver_takes(leg, capsys):
 
 
 def test_a_model_file_and_what_is_no_solver_are_refused(refused):
-    assert "is a model, a text, and a solver is a program" in refused("--solver", MODELS / "damper.py", "robots")
+    assert "is a model, a text, and a solver is a program" in refused("--solver", SHIPPED / "leg_damper.py", "robots")
     assert "there is no solver 'absent'" in refused("--solver", "absent", "stance", "--height", "0.2")
 
 

@@ -18,7 +18,7 @@ from hopform_solver import LAYOUT, VERSION, elements, records
 from tests.derived import built, model_file, model_of, solver_of
 
 ROOT = Path(__file__).resolve().parents[2]
-SOUND = ("back_emf", "damper", "held_body", "joint", "rig", "second_spring")
+SOUND = ("back_emf", "further_forces", "joint", "leg_damper", "rig", "second_spring")
 
 
 @cache
@@ -50,10 +50,10 @@ def test_the_facts_of_the_hopper_are_those_of_its_package():
 
 
 def test_the_facts_of_a_derived_model_are_those_of_its_package(store):
-    folder, package = built(store, "damper"), solver_of(store, "damper").Robot.solver.package
+    folder, package = built(store, "leg_damper"), solver_of(store, "leg_damper").Robot.solver.package
     known = tomllib.loads((folder / "solver.toml").read_text("utf-8"))
     of_package(known, package.records, package.elements)
-    assert (known["name"], known["layout"]) == ("damper", sys.modules[package.name].LAYOUT)
+    assert (known["name"], known["layout"]) == ("leg_damper", sys.modules[package.name].LAYOUT)
     assert known["title"].startswith("A damper between the masses")
     compiled = {path.relative_to(folder).as_posix() for path in (folder / "c" / "src").glob("*.c")}
     assert compiled == {*known["build"]["sources"]}
@@ -78,7 +78,7 @@ def element_of(name: str, parameter: str) -> str:
 
 
 def test_a_parameter_of_a_further_element_belongs_to_it():
-    assert element_of("damper", "b12") == "damper"
+    assert element_of("leg_damper", "b12") == "damper"
     assert element_of("second_spring", "L_2") == "second spring"
     assert element_of("joint", "F_minus") == "joint"
     assert element_of("joint", "load") == "load"
@@ -86,7 +86,7 @@ def test_a_parameter_of_a_further_element_belongs_to_it():
 
 def test_what_a_model_can_follows_from_its_elements():
     everything = ["motion", "stance", "flight", "hop", "command", "reach", "identify"]
-    leg = facts(model("damper"), "", {})
+    leg = facts(model("leg_damper"), "", {})
     assert facts(HOPPER, "", {})["can"] == everything
     assert leg["can"] == everything[:-1] and "viscous 'damper'" in leg["lacks"]["identify"]
     rig, joint = facts(model("rig"), "", {}), facts(model("joint"), "", {})

@@ -24,7 +24,7 @@ HOPPER = hopform.load_robot("hopper_c")
 @pytest.fixture(scope="module")
 def leg(store) -> hopform.Solver:
     """The hopper with a damper in its leg."""
-    return solver_of(store, "damper")
+    return solver_of(store, "leg_damper")
 
 
 @pytest.fixture(scope="module")
@@ -140,10 +140,10 @@ def test_a_damped_leg_hops_is_controlled_and_is_mapped(leg, damped):
 
 def test_a_robot_of_another_solver_is_refused_with_both_names(leg, damped):
     source = leg.Robot.solver.source
-    both = rf"robot hopper_c is of the solver hopper \(source hopform_solver\), not of damper \(source {source}\)"
+    both = rf"robot hopper_c is of the solver hopper \(source hopform_solver\), not of leg_damper \(source {source}\)"
     with pytest.raises(hopform.HopformError, match=both):
         leg.solve_stance(HOPPER, v2=-1.93)
-    with pytest.raises(hopform.HopformError, match=r"is of the solver damper .* not of hopper"):
+    with pytest.raises(hopform.HopformError, match=r"is of the solver leg_damper .* not of hopper"):
         hopform.load_solver("hopper").solve_flight(damped, v2=1.0)
     with pytest.raises(hopform.HopformError, match="robot must be a Robot, as load_robot gives it, got 'hopper_c'"):
         leg.solve_stance("hopper_c", v2=-1.93)
@@ -178,11 +178,11 @@ def test_a_toml_names_its_model_or_has_the_keys_of_the_solver(leg, stranger, dam
     assert leg.load_robot(file) == damped
     with pytest.raises(hopform.HopformError, match=r"unknown parameter 'b12'.*mine.toml, line"):
         hopform.load_robot(file)
-    file.write_text('model = "damper"\n' + HOPPER.to_toml(), "utf-8")
+    file.write_text('model = "leg_damper"\n' + HOPPER.to_toml(), "utf-8")
     assert leg.load_robot(file).b12 == 0.0
     for other in (stranger, hopform):
         name = "stranger" if other is stranger else "hopper"
-        with pytest.raises(hopform.HopformError, match=f"of the model 'damper', the solver of '{name}' .*line 1"):
+        with pytest.raises(hopform.HopformError, match=f"of the model 'leg_damper', the solver of '{name}' .*line 1"):
             other.load_robot(file)
     file.write_text("model = 1\n" + HOPPER.to_toml(), "utf-8")
     with pytest.raises(hopform.HopformError, match="model must be the name of a model, got 1"):
@@ -191,7 +191,7 @@ def test_a_toml_names_its_model_or_has_the_keys_of_the_solver(leg, stranger, dam
 
 def test_the_shipped_robots_are_those_of_a_solver_with_their_parameters(leg, stranger):
     assert stranger.ROBOTS == hopform.ROBOTS
-    assert ("damper", *hopform.ROBOTS) == leg.ROBOTS
+    assert ("leg_damper", *hopform.ROBOTS) == leg.ROBOTS
     assert leg.load_robot("hopper_b").b12 == 0.0
     with pytest.raises(hopform.HopformError, match="there is no robot 'hopper_x', did you mean 'hopper_"):
         leg.load_robot("hopper_x")
@@ -222,7 +222,7 @@ def test_what_a_model_cannot_do_is_refused_in_one_line_that_says_what_it_lacks(s
     }.items():  # fmt: skip
         with pytest.raises(hopform.HopformError, match=f"^the model stranger has no {act}: it lacks a body that flies"):
             call()
-    with pytest.raises(hopform.HopformError, match="the model damper has no identification: .* viscous 'damper'"):
+    with pytest.raises(hopform.HopformError, match="the model leg_damper has no identification: .* viscous 'damper'"):
         identify.record(damped, "drop")
 
 

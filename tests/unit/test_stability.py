@@ -48,11 +48,11 @@ LINKED = dataclasses.replace(
     [
         (HOPPER, ()),
         (read_model(model_file("back_emf")), ()),
-        (read_model(model_file("bearing")), ()),
+        (read_model(model_file("further_forces")), ()),
         (FED, ("p_1",)),
         (LINKED, ("p_1", "p_2", "s_2", "s_1 s_2 - s_3")),
     ],
-    ids=["hopper", "back-EMF", "bearing", "fed", "linked"],
+    ids=["hopper", "back-EMF", "further forces", "fed", "linked"],
 )
 def test_only_conditions_that_a_robot_may_violate_are_asked_for(model, names):
     assert tuple(condition.name for condition in open_conditions(model)) == names
