@@ -1,8 +1,8 @@
 /* The page to play with, as far as it computes: a run of hops over rough ground, its samples, a map of reachability.
  *
  * Everything is answered by the library's public functions; this file keeps their buffers and adds up times, heights
- * and energies as hopform.simulate does, to the same bits. Compiled to WebAssembly it imports nothing. The page writes
- * arrays, calls a function and reads arrays: SI units, double precision; heights over level 0.
+ * and energies as hopform.hopping.simulate does, to the same bits. Compiled to WebAssembly it imports nothing. The page
+ * writes arrays, calls a function and reads arrays: SI units, double precision; heights over level 0.
  */
 #include "hopform.h"
 

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
-from hopform._cli.report import verdict
 
 import hopform
 import hopform.identify
 from hopform.identify import _estimation as estimation
 from hopform.identify._fits import Fit
+from hopform.identify._report import verdict
 from hopform.identify._step import fit_step_response
 from tests import needs
 from tests.conformance.test_nuisances import step
