@@ -58,7 +58,7 @@ def assert_balanced(motion: Any) -> float:
         stance = json.loads(tables.stance_json(motion, None))
         changes = {name: stance["energy"]["end"][name] - stance["energy"]["start"][name] for name in ("body", "total")}
         of = motion.robot.solver.package.records
-        for name, parts in (("total", (*of.LEDGER_OF_ROBOT, "stop_loss")), ("body", of.LEDGER_OF_BODY)):
+        for name, parts in (("total", of.LEDGER_OF_ROBOT), ("body", of.LEDGER_OF_BODY)):
             ends = sum(abs(stance["energy"][end][name]) for end in ("start", "end"))
             scale = max(scale, sum(abs(stance["ledger"][part]) for part in parts) + ends)
             assert abs(math.fsum(stance["ledger"][part] for part in parts) - changes[name]) <= ROUNDING * scale

@@ -7,6 +7,7 @@ own in each answer.
 import io
 import itertools
 import json
+import math
 import re
 import subprocess
 import tomllib
@@ -46,12 +47,15 @@ super k_f32 d_tau my_HOPFORM größe np value_real""")
 """Words that a robot, Python, C, the library or one of its macros has for something else, and beyond ASCII."""
 NAMES = [*SYMBOLS, *WORDS]
 MASS, *FORCES = NAMES
+PRODUCTS = [FORCES[n : n + 4] for n in range(0, len(FORCES), 4)]
+"""Of which each is a term of the force: a file may have 64 terms."""
 LINES = [f'"{name}", "{"N" if n else "kg"}", "number {n}", "positive", {n + 2}' for n, name in enumerate(NAMES)]
 MODEL = "\n".join((
     '"""A mass under many forces."""', "from hopform.model import *",
     *(f"p{n} = parameter({line})" for n, line in enumerate(LINES)),
     'x = coordinate("x", "m", p0, "block")', 'i = current("i")',
-    f'force(x, {" + ".join(f"{n}*p{n}" for n, _ in enumerate(FORCES, 1))}, "push")', 'force(x, 2*i, "M_PI")',
+    f'force(x, {" + ".join("*".join([str(n), *(f"p{NAMES.index(name)}" for name in names)]) for n, names in enumerate(PRODUCTS, 1))}, "push")',
+    'force(x, 2*i, "M_PI")',
 ))  # fmt: skip
 VALUES = {name: n + 2.0 for n, name in enumerate(NAMES)}
 HORIZON = 0.25
@@ -71,7 +75,7 @@ def robot(solver) -> Any:
 
 def place(values: dict[str, float], u: float = 0.0) -> float:
     """x at the horizon, in closed form."""
-    force = sum(n * values[name] for n, name in enumerate(FORCES, 1)) + 2.0 * u
+    force = sum(n * math.prod(values[name] for name in names) for n, names in enumerate(PRODUCTS, 1)) + 2.0 * u
     return force * HORIZON**2 / (2.0 * values[MASS])
 
 
@@ -85,8 +89,11 @@ def test_every_name_has_its_own_number_in_a_motion(solver, robot):
     assert motion.at(HORIZON).x == pytest.approx(place(VALUES), rel=1e-12)
     by = motion.sensitivities
     assert by.matrix.shape[1] >= len(NAMES)
-    for n, name in enumerate(FORCES, 1):
-        assert by["x", name] == pytest.approx(n * HORIZON**2 / (2.0 * VALUES[MASS]), rel=1e-11), name
+    for n, names in enumerate(PRODUCTS, 1):
+        product = n * math.prod(VALUES[name] for name in names)
+        for name in names:
+            expected = product / VALUES[name] * HORIZON**2 / (2.0 * VALUES[MASS])
+            assert by["x", name] == pytest.approx(expected, rel=1e-11), name
     assert by["x", MASS] == pytest.approx(-place(VALUES) / VALUES[MASS], rel=1e-11)
 
 

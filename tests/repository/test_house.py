@@ -25,6 +25,7 @@ import hopform_solver
 from derive.emit.folder import GENERATED, check
 from derive.emit.program import program
 from derive.emit.render import instance, render
+from derive.emit.texts import PLACES
 from derive.ir import Function
 from derive.model import quantities
 from derive.shipped import HOPPER
@@ -172,7 +173,8 @@ def test_the_runtime_imports_what_the_project_declares(path):
 # ---- templates have shape, not thoughts ----
 
 SHAPE = {"Template", "Output", "TemplateData", "For", "Name", "Getattr", "Call", "Const"}
-FILTERS = {"join", "length", "upper"}
+FILTERS = {"join", "length", "upper", *PLACES}
+"""Jinja's own, and the places where texts end up."""
 
 
 def inside(node: nodes.Node) -> Iterator[nodes.Node]:

@@ -42,20 +42,21 @@ WALL = {
         "real",
         "word",
     },
-    "_cli.output": {"deliver", "number", "picture", "record", "show", "to_json"},
+    "_cli.output": {"deliver", "ends", "number", "picture", "record", "show", "to_json"},
     "_cli.use": {"core", "robot_in_use", "start_in_use"},
     "_errors": {"printable"},
     "_figures": {"figure_of", "plots"},
     "_figures.plots": {"render"},
     "_files": {"Named", "name_of", "path_of", "read_text", "rows_of"},
     "_motion": {"DOUBLE", "Start"},
-    "_robots": {"Provenance", "checked_robot", "checked_value", "robot_class"},
+    "_robots": {"Provenance", "attribute_of", "checked_robot", "checked_value", "robot_class"},
     "_sensitivities": {"COLUMNS", "STARTS", "in_height", "lengths_of"},
     "_show": {"Array", "Arrays", "Curve", "Picture", "Shown", "span"},
     "_solver.c": {"Solved"},
     "_solver.choice": {"DEFAULT", "Solver"},
     "_solver.package": {"ENDINGS", "LegState", "ROWS", "Steps", "records"},
     "_stance": {"Current"},
+    "_texts": {"comment_of_xml", "in_html", "line", "markdown"},
 }
 """What hopform.identify still takes of the core beside its public names. Those of `_solver`, `_sensitivities` and
 `_motion` go with `_motion.Experiments` and the kinds of fits that have models of their own; hopping takes none.

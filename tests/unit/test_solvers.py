@@ -153,7 +153,7 @@ def test_the_robots_of_a_solver_are_checked_by_its_own_parameters(leg, damped):
     assert damped.b12 == 5.0 and "b12 = 5.0" in damped.to_toml()
     with pytest.raises(hopform.HopformError, match="b12 must be >= 0 and finite N s/m, got -1.0"):
         replace(damped, b12=-1.0)
-    with pytest.raises(TypeError, match="b12"):
+    with pytest.raises(hopform.HopformError, match="b12"):
         hopform.Robot(**HOPPER.parameters._asdict(), b12=1.0)
 
 
