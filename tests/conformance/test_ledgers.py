@@ -65,7 +65,7 @@ def assert_balanced(motion: Any) -> float:
         shown.append(tables.ledger(motion))
     for table in shown:
         assert all(abs(float(list(column.cells)[-1])) <= ROUNDING * scale for column in table.columns[1:])
-    return motion.ledger(0.0).stop_loss
+    return -tables.lost_at_start(motion)
 
 
 @pytest.mark.parametrize("name", needs.the_first(["sea", "leg_damper", *sorted(set(FILES) - {"sea", "leg_damper"})], 2))

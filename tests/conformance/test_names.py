@@ -49,7 +49,8 @@ NAMES = [*SYMBOLS, *WORDS]
 MASS, *FORCES = NAMES
 PRODUCTS = [FORCES[n : n + 4] for n in range(0, len(FORCES), 4)]
 """Of which each is a term of the force: a file may have 64 terms."""
-LINES = [f'"{name}", "{"N" if n else "kg"}", "number {n}", "positive", {n + 2}' for n, name in enumerate(NAMES)]
+UNITS = {MASS: "kg", **{name: "1" for name in FORCES}, **{names[0]: "N" for names in PRODUCTS}}
+LINES = [f'"{name}", "{UNITS[name]}", "number {n}", "positive", {n + 2}' for n, name in enumerate(NAMES)]
 MODEL = "\n".join((
     '"""A mass under many forces."""', "from hopform.model import *",
     *(f"p{n} = parameter({line})" for n, line in enumerate(LINES)),

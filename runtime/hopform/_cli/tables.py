@@ -241,12 +241,17 @@ def ledger(solved: Stance) -> Table:
 
 def given_energy(solved: Motion) -> float:
     """Energy H [J] of the start as it is given, from which the ledger counts: before what a stop takes at t = 0."""
-    return float(solved.total_energy(0.0) - solved.ledger(0.0).stop_loss)
+    return float(solved.total_energy(0.0)) + lost_at_start(solved)
+
+
+def lost_at_start(solved: Motion) -> float:
+    """What a start that runs into a stop loses there [J]: the ledger at t = 0, of a model that has stops."""
+    return -float(solved.ledger(0.0).stop_loss) if "stop_loss" in solved.robot.solver.facts.ledger else 0.0
 
 
 def loss_at_start(solved: Motion) -> list[str]:
-    """What a start that runs into a stop says."""
-    loss = -float(solved.ledger(0.0).stop_loss)
+    """What is said of that."""
+    loss = lost_at_start(solved)
     said = (
         f"The start runs into a stop and loses {loss:.6g} J there; states and forces at the start are those behind it."
     )
