@@ -8,10 +8,14 @@ import sys
 import tempfile
 from pathlib import Path
 
-from .render import DERIVE, MANIFEST, listing, manifest
+from . import sources
+from .sources import DERIVE
 
 GENERATED = DERIVE.with_name("generated")
 """The product of the paper's hopper, in a checkout."""
+
+
+MANIFEST = Path("MANIFEST")
 
 
 class FolderError(ValueError):
@@ -40,7 +44,19 @@ def write(texts: dict[Path, str], folder: Path) -> None:
 
 
 def _with_manifest(texts: dict[Path, str], folder: Path) -> dict[Path, str]:
-    return texts | {MANIFEST: listing(texts) if _is_generated(folder) else manifest(texts)}
+    return texts | {MANIFEST: _listing(texts) if _is_generated(folder) else _manifest(texts)}
+
+
+def _listing(texts: dict[Path, str]) -> str:
+    """The MANIFEST of generated/, where version control knows the contents: the names of what was made."""
+    return "\n".join(["# made", *(path.as_posix() for path in sorted(texts))]) + "\n"
+
+
+def _manifest(texts: dict[Path, str]) -> str:
+    """The MANIFEST of any other folder: one line per file that was made, one per file that it was made from."""
+    outputs = [f"{_hash(text.encode())}  {path.as_posix()}" for path, text in sorted(texts.items())]
+    inputs = [f"{_hash(file.read_text('utf-8').encode())}  {path}" for path, file in sources.inputs()]
+    return "\n".join(["# made", *outputs, "# made from", *inputs]) + "\n"
 
 
 def refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
@@ -63,7 +79,7 @@ def refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
                 raise FolderError(f"--out {folder}: {parent} is not a folder: {_NOT_OURS}")
         if target.exists() and not target.is_file():
             raise FolderError(f"--out {folder}: {path} is not a file: {_NOT_OURS}")
-        allowed = {None, *made.get(path, ()), hashlib.sha256(text.encode()).hexdigest()}  # None: there is no file
+        allowed = {None, *made.get(path, ()), _hash(text.encode())}  # None: there is no file
         if path != MANIFEST and _digest(target) not in allowed:
             reason = f"{path} was edited by hand: move it away" if path in made else f"{path} was {_NOT_OURS}"
             raise FolderError(f"--out {folder}: {reason}")
@@ -108,7 +124,11 @@ def lies_in(path: Path, folder: Path) -> bool:
 
 def _digest(path: Path) -> str | None:
     """The hash of a file's bytes, as MANIFEST has it; None where there is no file."""
-    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
+    return _hash(path.read_bytes()) if path.is_file() else None
+
+
+def _hash(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
 
 
 def check(texts: dict[Path, str], folder: Path) -> int:
@@ -140,7 +160,7 @@ def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> lis
         return [f"{path} is {'missing' if path in missing else 'not what is derived'}" for path in differing]
     made, makers = _read_manifest(folder)
     _, makers_now = _parse_manifest(texts[MANIFEST])
-    current, _ = _parse_manifest(manifest({path: _read(folder / path) for path in texts if path != MANIFEST}))
+    current, _ = _parse_manifest(_manifest({path: _read(folder / path) for path in texts if path != MANIFEST}))
     reasons = [
         f"{path} was edited by hand or is missing"
         for path in differing

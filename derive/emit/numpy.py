@@ -104,7 +104,7 @@ def names(symbols: Iterable[sp.Symbol]) -> str:
     return "(" + "".join(f'"{symbol}", ' for symbol in symbols).rstrip() + ")"
 
 
-def of(record: str, value: sp.Expr) -> str:
+def in_fields(record: str, value: sp.Expr) -> str:
     """An expression in the fields of a record of that name; C writes it alike."""
     return SPELLED(value.subs({symbol: sp.Symbol(f"{record}.{symbol}") for symbol in value.free_symbols}))
 

@@ -26,19 +26,8 @@ from ..model.equations import Model
 from ..shipped import HOPPER
 
 MODULES = (
-    laplace,
-    law,
-    linear,
-    elements,
-    modes,
-    partial_fractions,
-    time_domain,
-    energy,
-    control,
-    sensitivity,
-    contact,
-    flight,
-)
+    laplace, law, linear, elements, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight
+)  # fmt: skip
 
 
 def program(model: Model = HOPPER) -> Program:
