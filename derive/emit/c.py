@@ -39,8 +39,8 @@ def public_structs(model: Model, program: Program) -> list[Struct]:
     declared = [struct_of(record) for record in program.records if record.name in PUBLIC]
     declared += structs(model.robot, has_law=model.law is not None)
     in_file = {
-        (member.name, member.meaning): (said.meaning, said.unit)
-        for member, said in zip(STATE.quantities, state_of(model), strict=True)
+        (member.name, member.meaning): (words.meaning, words.unit)
+        for member, words in zip(STATE.quantities, state_of(model), strict=True)
     }
 
     def in_words(member: Member) -> Member:
@@ -123,19 +123,19 @@ def signature(function: Function) -> str:
 
 def body(function: Function) -> Iterator[str]:
     yield from (f"(void){argument_name(argument)};" for argument, symbols in function.arguments() if not symbols)
-    own = _locals(function)
+    spelled = _locals(function)
     for name, members in unpacked(function, 7):
-        read = (f"{own.get(symbol, symbol)} = {name}->{member_name(quantity)}" for symbol, quantity in members)
+        read = (f"{spelled.get(symbol, symbol)} = {name}->{member_name(quantity)}" for symbol, quantity in members)
         yield f"const real {', '.join(read)};"
     yield from aligned(
         (
-            f"const real {own.get(s.symbol, s.symbol)} = {SPELLED(s.value.xreplace(own))};",
+            f"const real {spelled.get(s.symbol, s.symbol)} = {SPELLED(s.value.xreplace(spelled))};",
             f"/* {comment_of_c(s.source)} */",
         )
         for s in function.steps
     )
     if isinstance(function.returns, Record):
-        values = ", ".join(str(own.get(symbol, symbol)) for symbol in function.returns.symbols) or "0.0"
+        values = ", ".join(str(spelled.get(symbol, symbol)) for symbol in function.returns.symbols) or "0.0"
         yield f"const {type_of(function.returns.name)} result = {{{values}}};"
         yield "return result;"
     else:
@@ -190,9 +190,9 @@ def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
     return f"({spelled})"
 
 
-def values(record: Record, known: Mapping[str, float]) -> str:
-    """An initialiser of a record with some numbers known, the others such that they act."""
-    return "{" + ", ".join(repr(float(known.get(q.name, _telling(q)))) for q in record.quantities) + "}"
+def values(record: Record, numbers: Mapping[str, float]) -> str:
+    """An initialiser of a record with some numbers, the others such that they act."""
+    return "{" + ", ".join(repr(float(numbers.get(q.name, _telling(q)))) for q in record.quantities) + "}"
 
 
 def _telling(quantity: Quantity) -> float:

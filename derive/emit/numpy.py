@@ -63,11 +63,11 @@ def field(q: Quantity) -> str:
 def attribute(quantity: Quantity) -> str:
     """A field of a dataclass, with its default if it has one; of another name it knows whose it is."""
     default = "" if quantity.default is None else f" = {literal(quantity.default)}"
-    own = in_python(quantity.name)
-    if own != quantity.name:
-        given = "" if quantity.default is None else f"default={literal(quantity.default)}, "
-        default = f" = field({given}metadata={mapping({'parameter': quantity.name})})"
-    return f"{own}: float{default}"
+    name = in_python(quantity.name)
+    if name != quantity.name:
+        fixed = "" if quantity.default is None else f"default={literal(quantity.default)}, "
+        default = f" = field({fixed}metadata={mapping({'parameter': quantity.name})})"
+    return f"{name}: float{default}"
 
 
 def taken_from_dataclasses(record: Record) -> str:

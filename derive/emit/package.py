@@ -44,7 +44,7 @@ def _records(solver: Solver) -> tuple[Record, ...]:
 def _start(model: Model) -> str:
     """The entries of a dictionary with the start of the example, by the names of the model."""
     start = example_start(model)
-    return ", ".join(f'"{own["name"]}": {start[own["axis"]]!r}' for own in shown(model) if own["axis"] in start)
+    return ", ".join(f'"{each["name"]}": {start[each["axis"]]!r}' for each in shown(model) if each["axis"] in start)
 
 
 def _init(solver: Solver) -> dict[str, Any]:
