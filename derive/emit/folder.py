@@ -44,19 +44,16 @@ def write(texts: dict[Path, str], folder: Path) -> None:
 
 
 def _with_manifest(texts: dict[Path, str], folder: Path) -> dict[Path, str]:
-    return texts | {MANIFEST: _listing(texts) if _is_generated(folder) else _manifest(texts)}
-
-
-def _listing(texts: dict[Path, str]) -> str:
-    """The MANIFEST of generated/, where version control knows the contents: the names of what was made."""
-    return "\n".join(["# made", *(path.as_posix() for path in sorted(texts))]) + "\n"
-
-
-def _manifest(texts: dict[Path, str]) -> str:
-    """The MANIFEST of any other folder: one line per file that was made, one per file that it was made from."""
-    outputs = [f"{_hash(text.encode())}  {path.as_posix()}" for path, text in sorted(texts.items())]
-    inputs = [f"{_hash(file.read_text('utf-8').encode())}  {path}" for path, file in sources.inputs()]
-    return "\n".join(["# made", *outputs, "# made from", *inputs]) + "\n"
+    """The texts and their MANIFEST. That of generated/, where version control knows the contents, has the names of what
+    was made; that of any other folder a hash per file that was made, and per file that it was made from.
+    """
+    if _is_generated(folder):
+        lines = ["# made", *(path.as_posix() for path in sorted(texts))]
+    else:
+        outputs = (f"{_hash(text)}  {path.as_posix()}" for path, text in sorted(texts.items()))
+        inputs = (f"{_hash(file.read_text('utf-8'))}  {path}" for path, file in sources.inputs())
+        lines = ["# made", *outputs, "# made from", *inputs]
+    return texts | {MANIFEST: "\n".join(lines) + "\n"}
 
 
 def refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
@@ -79,7 +76,7 @@ def refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
                 raise FolderError(f"--out {folder}: {parent} is not a folder: {_NOT_OURS}")
         if target.exists() and not target.is_file():
             raise FolderError(f"--out {folder}: {path} is not a file: {_NOT_OURS}")
-        allowed = {None, *hashes.get(path, ()), _hash(text.encode())}  # None: there is no file
+        allowed = {None, *hashes.get(path, ()), _hash(text)}  # None: there is no file
         if path != MANIFEST and _digest(target) not in allowed:
             reason = f"{path} was edited by hand: move it away" if path in hashes else f"{path} was {_NOT_OURS}"
             raise FolderError(f"--out {folder}: {reason}")
@@ -124,11 +121,11 @@ def lies_in(path: Path, folder: Path) -> bool:
 
 def _digest(path: Path) -> str | None:
     """The hash of a file's bytes, as MANIFEST has it; None where there is no file."""
-    return _hash(path.read_bytes()) if path.is_file() else None
+    return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
 
 
-def _hash(content: bytes) -> str:
-    return hashlib.sha256(content).hexdigest()
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def check(texts: dict[Path, str], folder: Path) -> int:
@@ -160,11 +157,10 @@ def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> lis
         return [f"{path} is {'missing' if path in missing else 'not what is derived'}" for path in differing]
     outputs, inputs = _read_manifest(folder)
     _, inputs_now = _parse_manifest(texts[MANIFEST])
-    current, _ = _parse_manifest(_manifest({path: _read(folder / path) for path in texts if path != MANIFEST}))
     reasons = [
         f"{path} was edited by hand or is missing"
         for path in differing
-        if path != MANIFEST and current.get(path) != outputs.get(path)
+        if path != MANIFEST and outputs.get(path) != {_hash(_read(folder / path))}
     ]
     changed = {path for path in inputs.keys() | inputs_now.keys() if inputs.get(path) != inputs_now.get(path)}
     reasons += [f"the {_kind(path)} was changed since: {path}" for path in sorted(changed)]
