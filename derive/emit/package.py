@@ -1,7 +1,5 @@
 """The part python/ of a solver: formulas, records and tables of the package that needs NumPy alone."""
 
-from typing import Any
-
 from .. import VERSION
 from ..ir import DOMAINS, Record
 from ..maths import elements, energy, stability
@@ -47,15 +45,11 @@ def _start(model: Model) -> str:
     return ", ".join(f'"{each["name"]}": {start[each["axis"]]!r}' for each in shown(model) if each["axis"] in start)
 
 
-def _init(solver: Solver) -> dict[str, Any]:
-    return {
+PART: Part = {
+    "python/hopform_solver/__init__.py": lambda solver: {
         "example": example_robot(solver.model), "example_start": _start(solver.model), "layout": solver.layout,
         "program": solver.program, "version": VERSION,
-    }  # fmt: skip
-
-
-PART: Part = {
-    "python/hopform_solver/__init__.py": _init,
+    },
     "python/hopform_solver/elements.py": lambda solver: {
         "elements": elements, "model": solver.model, "numpy": numpy, "shown": shown(solver.model),
         "axes": [coordinate["axis"] for coordinate in shown(solver.model)],
