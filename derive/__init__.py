@@ -11,8 +11,9 @@ Read in this order, which is also the order of the imports:
                       energy (22)-(24), control (5), (25)-(27), sensitivity, flight, contact, stability, kernels;
                       formulas, the derivation in the paper's order
     paper/            the register: as printed, as derived, verdict, reason
-    emit/             program, expressions, numpy, c, instantiate; toml, texts; facts, render, folder; forms, in which
-                      formulas are pasted
+    emit/             program, expressions, numpy, c, instantiate; toml, texts, facts; sources, examples, the parts of a
+                      solver (library, package, firmware, pages), render, folder; forms, in which formulas are
+                      pasted
     derivation        the door: the formulas of a model as objects of sympy
     page, solver      EQUATIONS.md of a model; all files of its solver's folder
 """

@@ -16,7 +16,8 @@ try:
     try:
         from .derivation import Derivation
         from .emit.folder import GENERATED, FolderError, check, lies_in, write
-        from .emit.render import INSTALLED, Options, render
+        from .emit.render import render
+        from .emit.sources import INSTALLED
         from .page import page
         from .paper.register import DIFFERENCE, FILE
         from .shipped import HOPPER
@@ -74,7 +75,7 @@ def _texts(chosen: argparse.Namespace) -> dict[Path, str]:
         raise ModelError(f"--out {chosen.out} lies in generated/, which holds the hopper of the paper alone")
     precisions = chosen.precisions or PRECISIONS
     if chosen.model is None:
-        return render(Options(precisions=precisions)) | _own_equations()
+        return render(precisions=precisions) | _own_equations()
     texts = solver(chosen.model, precisions)
     print(f"derive: {chosen.model} was run as Python", file=sys.stderr)
     return texts

@@ -6,7 +6,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from .derivation import Derivation
-from .emit.render import Options, example_value, render
+from .emit.examples import example_value
+from .emit.render import render
 from .emit.texts import line
 from .emit.toml import key_of, value_of
 from .ir import Quantity
@@ -37,9 +38,9 @@ def model_of(model: str | Path) -> Model:
 
 def solver(model: str | Path, precisions: tuple[Precision, ...] = PRECISIONS) -> dict[Path, str]:
     """The text of every file of the folder of a solver, by path in it."""
-    found, text = model_of(model), source_of(model)
-    own = {MODEL: text, ROBOT: "".join(f"{line}\n" for line in numbers_of(found)), EQUATIONS: page(Derivation(found))}
-    return render(Options(found, precisions)) | own
+    mechanism, text = model_of(model), source_of(model)
+    robot = "".join(f"{line}\n" for line in numbers_of(mechanism))
+    return render(mechanism, precisions) | {MODEL: text, ROBOT: robot, EQUATIONS: page(Derivation(mechanism))}
 
 
 def numbers_of(model: Model) -> Iterator[str]:

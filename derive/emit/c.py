@@ -7,16 +7,20 @@ precision.
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 import sympy as sp
 
-from ..ir import SCALARS, Authored, Domain, Function, Member, Quantity, Record, Struct
+from ..ir import SCALARS, Authored, Domain, Function, Member, Program, Quantity, Record, Struct
+from ..model.equations import Model
 from ..model.kinds import Kind, Word
 from ..model.names import in_c
 from ..model.precisions import F32, Precision
-from ..model.structs import member_name, structs
+from ..model.quantities import STATE
+from ..model.structs import member_name, struct_of, structs
 from .expressions import Expressions, aligned, argument_name, snake, unpacked
+from .facts import state_of
 from .texts import comment_of_c
 
 ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
@@ -28,6 +32,27 @@ PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "Flig
 _PREFIXED = {*PUBLIC, *(struct.name for struct in structs())}
 
 SPELLED = Expressions("sqrt_real", "fabs_real", infinity="(real)INFINITY")
+
+
+def public_structs(model: Model, program: Program) -> list[Struct]:
+    """The structs of the public header; members that are a state's have the words of the model."""
+    declared = [struct_of(record) for record in program.records if record.name in PUBLIC]
+    declared += structs(model.robot, has_law=model.law is not None)
+    in_file = {
+        (member.name, member.meaning): (words.meaning, words.unit)
+        for member, words in zip(STATE.quantities, state_of(model), strict=True)
+    }
+
+    def in_words(member: Member) -> Member:
+        meaning, unit = in_file.get((member.name, member.meaning), (member.meaning, member.unit))
+        return replace(member, meaning=meaning, unit=unit)
+
+    return [replace(struct, members=tuple(map(in_words, struct.members))) for struct in declared]
+
+
+def internal_structs(program: Program) -> list[Struct]:
+    """Those of the formulas alone."""
+    return [struct_of(record) for record in program.records if record.name not in PUBLIC]
 
 
 def of_libm(name: str, precision: Precision) -> str:
@@ -98,19 +123,19 @@ def signature(function: Function) -> str:
 
 def body(function: Function) -> Iterator[str]:
     yield from (f"(void){argument_name(argument)};" for argument, symbols in function.arguments() if not symbols)
-    own = _locals(function)
+    spelled = _locals(function)
     for name, members in unpacked(function, 7):
-        read = (f"{own.get(symbol, symbol)} = {name}->{member_name(quantity)}" for symbol, quantity in members)
+        read = (f"{spelled.get(symbol, symbol)} = {name}->{member_name(quantity)}" for symbol, quantity in members)
         yield f"const real {', '.join(read)};"
     yield from aligned(
         (
-            f"const real {own.get(s.symbol, s.symbol)} = {SPELLED(s.value.xreplace(own))};",
+            f"const real {spelled.get(s.symbol, s.symbol)} = {SPELLED(s.value.xreplace(spelled))};",
             f"/* {comment_of_c(s.source)} */",
         )
         for s in function.steps
     )
     if isinstance(function.returns, Record):
-        values = ", ".join(str(own.get(symbol, symbol)) for symbol in function.returns.symbols) or "0.0"
+        values = ", ".join(str(spelled.get(symbol, symbol)) for symbol in function.returns.symbols) or "0.0"
         yield f"const {type_of(function.returns.name)} result = {{{values}}};"
         yield "return result;"
     else:
@@ -165,9 +190,9 @@ def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
     return f"({spelled})"
 
 
-def values(record: Record, known: Mapping[str, float]) -> str:
-    """An initialiser of a record with some numbers known, the others such that they act."""
-    return "{" + ", ".join(repr(float(known.get(q.name, _telling(q)))) for q in record.quantities) + "}"
+def values(record: Record, numbers: Mapping[str, float]) -> str:
+    """An initialiser of a record with some numbers, the others such that they act."""
+    return "{" + ", ".join(repr(float(numbers.get(q.name, _telling(q)))) for q in record.quantities) + "}"
 
 
 def _telling(quantity: Quantity) -> float:

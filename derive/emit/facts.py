@@ -69,8 +69,8 @@ def facts(model: Model, layout: str, sources: Mapping[str, list[str]]) -> dict[s
         **({"contact": _contact(model)} if model.has_contact else {}),
         **({"flight": _flight(model)} if model.has_contact else {}),
         "outputs": [
-            {"name": name, "unit": model.unit(OUTPUT_UNITS.get(own, "")) or _unit_of(model, own)}
-            for own, name in zip(elements.OUTPUTS, elements.rows(model), strict=True)
+            {"name": name, "unit": model.unit(OUTPUT_UNITS.get(output, "")) or _unit_of(model, output)}
+            for output, name in zip(elements.OUTPUTS, elements.rows(model), strict=True)
         ],
         "energies": [_named(each) for each in Q.ENERGY.quantities if each.symbol == Q.total or model.has_contact],
     }
@@ -108,9 +108,9 @@ def element_of(model: Model, parameter: Quantity) -> str:
     for letter, thing in _letters_of(model):
         if parameter.symbol in model.constants[letter].free_symbols:
             return thing
-    for each in model.listed:
-        if parameter.name in each.parameters:
-            return things.get(each.kind, each.name)
+    for element in model.listed:
+        if parameter.name in element.parameters:
+            return things.get(element.kind, element.name)
     return ""
 
 
@@ -118,12 +118,12 @@ def _letters_of(model: Model) -> Iterator[tuple[sp.Symbol, str]]:
     """The letters with the element that each belongs to."""
     first, second = (each.thing if each else "" for each in model.names)
     motor = model.input.thing if model.input else ""
-    of = {
+    letters_of = {
         first: (Q.m_eff, Q.b1, Q.f1, Q.f1_minus, *EXCESSES[0], Q.x1_min, Q.x1_max), motor: (Q.gamma2, Q.u_max, *Q.OF_LAW),
         second: (Q.m_s, Q.b2, Q.f2, Q.f2_minus, *EXCESSES[1]), "spring": (Q.k, Q.L0, Q.c), "gravity": (Q.g,),
         "contact": (Q.impact_loss,),
     }  # fmt: skip
-    for thing, letters in of.items():
+    for thing, letters in letters_of.items():
         yield from ((letter, thing) for letter in letters if thing)
 
 
@@ -138,8 +138,8 @@ def _quantity(quantity: Quantity) -> dict[str, Any]:
 
 
 def _unit_of(model: Model, name: str) -> str:
-    known = {each.name: each.unit for each in (*Q.STATE.quantities, Q.BODY_HEIGHT)}
-    return model.unit(known[name])
+    units = {each.name: each.unit for each in (*Q.STATE.quantities, Q.BODY_HEIGHT)}
+    return model.unit(units[name])
 
 
 def _coordinates(model: Model) -> Iterator[dict[str, Any]]:
@@ -147,24 +147,23 @@ def _coordinates(model: Model) -> Iterator[dict[str, Any]]:
     of the model, with `axis`, the engine's.
     """
     masses = {Q.x1: 0, Q.v1: 0, Q.v2: 1, Q.x2: 1}
-    for each in (*Q.STATE.quantities, Q.BODY_HEIGHT):
-        mass = masses.get(each.symbol)
+    for quantity in (*Q.STATE.quantities, Q.BODY_HEIGHT):
+        mass = masses.get(quantity.symbol)
         if mass is None:
             if None not in model.names:
-                yield {**_named(each), "unit": model.unit(each.unit), "axis": each.name}
+                yield {**_named(quantity), "unit": model.unit(quantity.unit), "axis": quantity.name}
             continue
-        if (own := model.names[mass]) is None:
+        if (element := model.names[mass]) is None:
             continue
-        said = {**_named(each), "axis": each.name}
-        name = elements.name_of(model, each.symbol)
-        if name != each.name or own.thing not in ("actuator", "body"):
-            glyph = glyph_of(own.coordinate)
-            rate = each.symbol in (Q.v1, Q.v2)
-            said |= {"name": name, "glyph": rf"\dot{{{glyph}}}" if rate else glyph}
-            said |= {
-                "meaning": f"velocity of the {own.thing}" if rate else own.meaning or f"{own.thing}, its coordinate"
-            }
-        yield {**said, "unit": model.unit(each.unit)}
+        coordinate = {**_named(quantity), "axis": quantity.name}
+        name = elements.name_of(model, quantity.symbol)
+        if name != quantity.name or element.thing not in ("actuator", "body"):
+            glyph = glyph_of(element.coordinate)
+            rate = quantity.symbol in (Q.v1, Q.v2)
+            coordinate |= {"name": name, "glyph": rf"\dot{{{glyph}}}" if rate else glyph}
+            position = element.meaning or f"{element.thing}, its coordinate"
+            coordinate |= {"meaning": f"velocity of the {element.thing}" if rate else position}
+        yield {**coordinate, "unit": model.unit(quantity.unit)}
 
 
 def state_of(model: Model) -> tuple[Quantity, ...]:
@@ -178,7 +177,7 @@ def state_of(model: Model) -> tuple[Quantity, ...]:
 
 def compression_of(model: Model) -> sp.Expr:
     """The member y of the state in the coordinates and parameters of the file."""
-    still = {x: sp.S.Zero for x, own in zip((Q.x1, Q.x2), model.names, strict=True) if own is None}
+    still = {x: sp.S.Zero for x, element in zip((Q.x1, Q.x2), model.names, strict=True) if element is None}
     named = {x: sp.Symbol(elements.name_of(model, x), real=True) for x in (Q.x1, Q.x2) if x not in still}
     return sp.expand(model.value(Q.x1 - Q.x2 + model.length).xreplace(still | named))
 
@@ -187,11 +186,11 @@ def _in_the_file(model: Model, member: Quantity) -> str:
     if member.symbol == Q.y:
         springless = not model.has_contact and model.value(Q.k) == 0
         meaning = "displacement" if None in model.names else "compression"
-        of = " of the leg" if model.has_contact else ""
-        zero = "no spring acts on it" if springless else f"from where {'it' if of else 'the spring'} carries nothing"
-        return f"{compression_of(model)}: {meaning}{of}, {zero}"
-    own = model.names[1 if member.symbol == Q.v2 else 0]
-    if own is None:
+        place = " of the leg" if model.has_contact else ""
+        zero = "no spring acts on it" if springless else f"from where {'it' if place else 'the spring'} carries nothing"
+        return f"{compression_of(model)}: {meaning}{place}, {zero}"
+    element = model.names[1 if member.symbol == Q.v2 else 0]
+    if element is None:
         return "0: the model has no such mass"
     name, meaning = elements.name_of(model, member.symbol), model.words(member.meaning)
     return meaning if name == member.name else f"{name}: {meaning}"
@@ -199,14 +198,14 @@ def _in_the_file(model: Model, member: Quantity) -> str:
 
 def shown(model: Model) -> list[dict[str, Any]]:
     """The coordinates and velocities that a state is shown by, mass after mass, as `solver.toml` has them."""
-    found = {each["axis"]: each for each in _coordinates(model)}
-    return [found[axis] for axis in ("x1", "v1", "x2", "v2") if axis in found]
+    by_axis = {each["axis"]: each for each in _coordinates(model)}
+    return [by_axis[axis] for axis in ("x1", "v1", "x2", "v2") if axis in by_axis]
 
 
 def _inputs(model: Model) -> Iterator[dict[str, Any]]:
     """The input; of a current its limit and the force per unit of it."""
-    if (own := model.input) is not None:
-        yield _of_input(own) | (_per_unit(model) if model.law is None else {}) | {"element": own.thing}
+    if (quantity := model.input) is not None:
+        yield _of_input(quantity) | (_per_unit(model) if model.law is None else {}) | {"element": quantity.thing}
 
 
 def _currents(model: Model) -> Iterator[dict[str, Any]]:
@@ -215,56 +214,56 @@ def _currents(model: Model) -> Iterator[dict[str, Any]]:
         yield {**_of_input(law.current), **_per_unit(model), "element": law.current.thing}
 
 
-def _of_input(own: Input) -> dict[str, Any]:
-    glyph = Q.CURRENT.glyph if own.name == "u" else glyph_of(own.name)
-    return {"name": own.name, "glyph": glyph, "unit": own.unit, "meaning": own.meaning}
+def _of_input(quantity: Input) -> dict[str, Any]:
+    glyph = Q.CURRENT.glyph if quantity.name == "u" else glyph_of(quantity.name)
+    return {"name": quantity.name, "glyph": glyph, "unit": quantity.unit, "meaning": quantity.meaning}
 
 
 def _per_unit(model: Model) -> dict[str, Any]:
     """The limit of a current, if it has one, and the force per unit of it, against x_1."""
-    given = {"limit": str(model.constants[Q.u_max])} if model.declares(Q.u_max) else {}
-    return given | {"per_unit": str(model.constants[Q.gamma2])}
+    limit = {"limit": str(model.constants[Q.u_max])} if model.declares(Q.u_max) else {}
+    return limit | {"per_unit": str(model.constants[Q.gamma2])}
 
 
 def _masses(model: Model) -> Iterator[dict[str, Any]]:
     """The elements that slip or are held."""
-    has = energy.with_stop_loss(model, energy.ledger_record(model), "").symbols
-    for each, own in zip(elements.ELEMENTS, model.names, strict=True):
-        if own is None:
+    entries = energy.with_stop_loss(model, energy.ledger_record(model), "").symbols
+    for element, names in zip(elements.ELEMENTS, model.names, strict=True):
+        if names is None:
             continue
-        mass, forward, backward, _ = MASSES[each.name]
-        levels = [forward, *([backward] if model.by_sign[each.number - 1] else [])]
-        excess = EXCESSES[each.number - 1][: len(levels)]
-        stops = {"lower": Q.x1_min, "upper": Q.x1_max} if each.position is not None else {}
+        mass, forward, backward, _ = MASSES[element.name]
+        levels = [forward, *([backward] if model.by_sign[element.number - 1] else [])]
+        excess = EXCESSES[element.number - 1][: len(levels)]
+        stops = {"lower": Q.x1_min, "upper": Q.x1_max} if element.position is not None else {}
         yield {
-            "name": own.thing,
+            "name": names.thing,
             "kind": "mass",
-            "velocity": own.velocity,
+            "velocity": names.velocity,
             "fixed": False,
-            "directions": list(own.directions),
+            "directions": list(names.directions),
             "friction": [str(model.constants[level]) for level in levels if model.declares(level)],
             "excess": [str(model.constants[level]) for level in excess if model.declares(level)],
             "stops": {end: str(model.constants[stop]) for end, stop in stops.items() if model.declares(stop)},
-            "events": dict(_events(model, each)),
+            "events": dict(_events(model, element)),
             "ledger": {
-                str(entry): f"{own.thing}, {LABELS[entry]}"
+                str(entry): f"{names.thing}, {LABELS[entry]}"
                 for entry, mass in MASS_OF.items()
-                if mass == each.number - 1 and entry in has
+                if mass == element.number - 1 and entry in entries
             },
         }
 
 
 def _events(model: Model, element: elements.Element) -> Iterator[tuple[str, str]]:
     """The events of an element, with the words for each."""
-    own = model.names[element.number - 1]
-    if own is not None:
+    names = model.names[element.number - 1]
+    if names is not None:
         events = elements.events_by_element(model)[element.number - 1]
-        yield from ((event, f"{own.thing} {what.replace('_', ' ')}") for what, event in events.items())
+        yield from ((event, f"{names.thing} {what.replace('_', ' ')}") for what, event in events.items())
 
 
 def _others(model: Model) -> Iterator[dict[str, Any]]:
     """The elements that letters stand for beside the masses."""
-    has = energy.powers(model)
+    entries = energy.powers(model)
     kinds = {each.kind for each in model.listed}
     ledgers = {
         "motor": {Q.motor_work: f"work of the {model.input.thing}" if model.input else ""},
@@ -274,7 +273,7 @@ def _others(model: Model) -> Iterator[dict[str, Any]]:
         ledgers["spring"][Q.spring_work] = f"the {model.names[0].thing}'s work on the {model.names[1].thing}"
     for kind in ("motor", "spring", "gravity", "contact"):
         if kind in kinds or (kind == "motor" and model.input is not None):
-            ledger = {str(entry): label for entry, label in ledgers.get(kind, {}).items() if entry in has}
+            ledger = {str(entry): label for entry, label in ledgers.get(kind, {}).items() if entry in entries}
             yield {
                 "name": model.input.thing if kind == "motor" and model.input else kind,
                 "kind": kind,
@@ -284,10 +283,10 @@ def _others(model: Model) -> Iterator[dict[str, Any]]:
 
 def _further(model: Model) -> Iterator[dict[str, Any]]:
     """The elements that no letter stands for."""
-    things = [own.thing if own else "" for own in model.names]
+    things = [names.thing if names else "" for names in model.names]
     for force in model.further:
-        own = {work.entry.name: f"{things[work.mass - 1]}, {force.name}" for work in energy.works_of(model, force)}
-        yield {"name": force.name, "kind": "force", "meaning": force.meaning, "ledger": own}
+        ledger = {work.entry.name: f"{things[work.mass - 1]}, {force.name}" for work in energy.works_of(model, force)}
+        yield {"name": force.name, "kind": "force", "meaning": force.meaning, "ledger": ledger}
 
 
 def _contact(model: Model) -> dict[str, Any]:

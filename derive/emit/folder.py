@@ -8,10 +8,14 @@ import sys
 import tempfile
 from pathlib import Path
 
-from .render import DERIVE, MANIFEST, listing, manifest
+from . import sources
+from .sources import DERIVE
 
 GENERATED = DERIVE.with_name("generated")
 """The product of the paper's hopper, in a checkout."""
+
+
+MANIFEST = Path("MANIFEST")
 
 
 class FolderError(ValueError):
@@ -40,7 +44,16 @@ def write(texts: dict[Path, str], folder: Path) -> None:
 
 
 def _with_manifest(texts: dict[Path, str], folder: Path) -> dict[Path, str]:
-    return texts | {MANIFEST: listing(texts) if _is_generated(folder) else manifest(texts)}
+    """The texts and their MANIFEST. That of generated/, where version control knows the contents, has the names of what
+    was made; that of any other folder a hash per file that was made, and per file that it was made from.
+    """
+    if _is_generated(folder):
+        lines = ["# made", *(path.as_posix() for path in sorted(texts))]
+    else:
+        outputs = (f"{_hash(text)}  {path.as_posix()}" for path, text in sorted(texts.items()))
+        inputs = (f"{_hash(file.read_text('utf-8'))}  {path}" for path, file in sources.inputs())
+        lines = ["# made", *outputs, "# made from", *inputs]
+    return texts | {MANIFEST: "\n".join(lines) + "\n"}
 
 
 def refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
@@ -53,7 +66,7 @@ def refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
         return
     if not (folder / MANIFEST).is_file():
         raise FolderError(f"--out {folder} has no {MANIFEST}: {_NOT_OURS}")
-    made, _ = _read_manifest(folder)
+    hashes, _ = _read_manifest(folder)
     for path, text in texts.items():
         target = folder / path
         if not lies_in(target, folder):
@@ -63,9 +76,9 @@ def refuse_what_is_not_ours(texts: dict[Path, str], folder: Path) -> None:
                 raise FolderError(f"--out {folder}: {parent} is not a folder: {_NOT_OURS}")
         if target.exists() and not target.is_file():
             raise FolderError(f"--out {folder}: {path} is not a file: {_NOT_OURS}")
-        allowed = {None, *made.get(path, ()), hashlib.sha256(text.encode()).hexdigest()}  # None: there is no file
+        allowed = {None, *hashes.get(path, ()), _hash(text)}  # None: there is no file
         if path != MANIFEST and _digest(target) not in allowed:
-            reason = f"{path} was edited by hand: move it away" if path in made else f"{path} was {_NOT_OURS}"
+            reason = f"{path} was edited by hand: move it away" if path in hashes else f"{path} was {_NOT_OURS}"
             raise FolderError(f"--out {folder}: {reason}")
 
 
@@ -92,8 +105,8 @@ def _stray(texts: dict[Path, str], folder: Path) -> list[Path]:
         there = {path.relative_to(folder) for path in folder.rglob("*") if path.is_file()}
         present = {path for path in there if "__pycache__" not in path.parts}
     else:
-        made, _ = _read_manifest(folder)
-        present = {path for path, digests in made.items() if _digest(folder / path) in digests}
+        hashes, _ = _read_manifest(folder)
+        present = {path for path, digests in hashes.items() if _digest(folder / path) in digests}
     return sorted(present - texts.keys())
 
 
@@ -109,6 +122,10 @@ def lies_in(path: Path, folder: Path) -> bool:
 def _digest(path: Path) -> str | None:
     """The hash of a file's bytes, as MANIFEST has it; None where there is no file."""
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def check(texts: dict[Path, str], folder: Path) -> int:
@@ -138,15 +155,14 @@ def _reasons(texts: dict[Path, str], folder: Path, differing: list[Path]) -> lis
     if _is_generated(folder):
         missing = {path for path in differing if not (folder / path).exists()}
         return [f"{path} is {'missing' if path in missing else 'not what is derived'}" for path in differing]
-    made, makers = _read_manifest(folder)
-    _, makers_now = _parse_manifest(texts[MANIFEST])
-    current, _ = _parse_manifest(manifest({path: _read(folder / path) for path in texts if path != MANIFEST}))
+    outputs, inputs = _read_manifest(folder)
+    _, inputs_now = _parse_manifest(texts[MANIFEST])
     reasons = [
         f"{path} was edited by hand or is missing"
         for path in differing
-        if path != MANIFEST and current.get(path) != made.get(path)
+        if path != MANIFEST and outputs.get(path) != {_hash(_read(folder / path))}
     ]
-    changed = {path for path in makers.keys() | makers_now.keys() if makers.get(path) != makers_now.get(path)}
+    changed = {path for path in inputs.keys() | inputs_now.keys() if inputs.get(path) != inputs_now.get(path)}
     reasons += [f"the {_kind(path)} was changed since: {path}" for path in sorted(changed)]
     return reasons or ["all hashes agree but the text differs: a tool's version did it"]
 
@@ -180,16 +196,16 @@ def _read_manifest(folder: Path) -> tuple[Hashes, Hashes]:
         if (folder / MANIFEST).exists():
             raise FolderError(f"--out {folder}: its {MANIFEST} was {_NOT_OURS}")
         return {}, {}
-    made, makers = _parse_manifest(text)
-    for path in made:
+    outputs, inputs = _parse_manifest(text)
+    for path in outputs:
         if path.is_absolute() or ".." in path.parts or not lies_in(folder / path, folder):
             raise FolderError(f"--out {folder}: its {MANIFEST} names {path}, outside of it: {_NOT_OURS}")
-    return made, makers
+    return outputs, inputs
 
 
 def _parse_manifest(text: str) -> tuple[Hashes, Hashes]:
-    made, makers = Hashes(), Hashes()
-    for part, found in zip(text.partition("# made from\n")[::2], (made, makers), strict=True):
+    outputs, inputs = Hashes(), Hashes()
+    for part, hashes in zip(text.partition("# made from\n")[::2], (outputs, inputs), strict=True):
         for digest, path in re.findall("^(.+?)  (.+)$", part, re.MULTILINE):
-            found.setdefault(Path(path), set()).add(digest)
-    return made, makers
+            hashes.setdefault(Path(path), set()).add(digest)
+    return outputs, inputs

@@ -22,7 +22,7 @@ from ..maths.formulas import GROUPS, Formula
 from ..model.names import in_c as name_in_c
 from . import texts
 
-Found = Sequence[Formula]
+Formulas = Sequence[Formula]
 VALUE: Callable[[Formula], sp.Expr] = attrgetter("value")
 IN_CODE: Callable[[Formula], sp.Expr] = attrgetter("in_code")
 """What a formula is, and what is computed of it."""
@@ -37,31 +37,31 @@ class Library:
     formulas: Mapping[str, Formula]
     inputs: Mapping[str, Quantity]
 
-    def needed(self, wanted: Iterable[Formula], of: Callable[[Formula], sp.Expr] = VALUE) -> list[Formula]:
+    def needed(self, formulas: Iterable[Formula], value_of: Callable[[Formula], sp.Expr] = VALUE) -> list[Formula]:
         """Formulas behind those that they read, in their values or in code."""
         order = dict[str, Formula]()
 
         def visit(formula: Formula) -> None:
             if formula.name not in order:
-                for symbol in sorted(of(formula).free_symbols, key=str):
+                for symbol in sorted(value_of(formula).free_symbols, key=str):
                     if symbol.name in self.formulas:
                         visit(self.formulas[symbol.name])
                 order[formula.name] = formula
 
-        for formula in wanted:
+        for formula in formulas:
             visit(formula)
         return list(order.values())
 
-    def taken(self, needed: Found, of: Callable[[Formula], sp.Expr] = VALUE) -> list[Quantity]:
+    def taken(self, needed: Formulas, value_of: Callable[[Formula], sp.Expr] = VALUE) -> list[Quantity]:
         """The parameters and inputs that formulas take, in the order of `inputs`."""
-        names = {symbol.name for formula in needed for symbol in of(formula).free_symbols}
+        names = {symbol.name for formula in needed for symbol in value_of(formula).free_symbols}
         return [quantity for name, quantity in self.inputs.items() if name in names]
 
     @property
     def glyphs(self) -> dict[sp.Symbol, str]:
         quantities = (*self.inputs.values(), *(formula.quantity for formula in self.formulas.values()))
-        known = {quantity.symbol: quantity.glyph for quantity in quantities}
-        return known | {sp.Symbol(symbol.name): glyph for symbol, glyph in known.items()}
+        glyphs = {quantity.symbol: quantity.glyph for quantity in quantities}
+        return glyphs | {sp.Symbol(symbol.name): glyph for symbol, glyph in glyphs.items()}
 
 
 def numbered(formula: Formula) -> str:
@@ -75,17 +75,17 @@ def described(quantity: Quantity) -> str:
     return f"{quantity.name} [{quantity.unit}] {quantity.meaning}"
 
 
-def text(_: Library, wanted: Found) -> str:
+def text(_: Library, formulas: Formulas) -> str:
     """A line each, under the names of their groups where there are several."""
     return _by_group(
-        wanted, lambda each: f"{each.name} = {sp.sstr(each.value)}  # {texts.line(numbered(each))}", "# {}"
+        formulas, lambda each: f"{each.name} = {sp.sstr(each.value)}  # {texts.line(numbered(each))}", "# {}"
     )
 
 
-def latex(library: Library, wanted: Found) -> str:
+def latex(library: Library, formulas: Formulas) -> str:
     """A line of LaTeX each, in glyphs, under a comment."""
     return _by_group(
-        wanted, lambda each: f"% {each.name}: {texts.line(numbered(each))}\n{in_latex(library, each)}", "%% {}"
+        formulas, lambda each: f"% {each.name}: {texts.line(numbered(each))}\n{in_latex(library, each)}", "%% {}"
     )
 
 
@@ -95,19 +95,19 @@ def in_latex(library: Library, formula: Formula) -> str:
     return f"{formula.quantity.glyph} = {value}"
 
 
-def _by_group(wanted: Found, spelled: Callable[[Formula], str], heading: str) -> str:
-    several, group, lines = len({each.group for each in wanted}) > 1, "", list[str]()
-    for each in wanted:
-        if several and each.group != group:
-            group = each.group
+def _by_group(formulas: Formulas, spelled: Callable[[Formula], str], heading: str) -> str:
+    several, group, lines = len({formula.group for formula in formulas}) > 1, "", list[str]()
+    for formula in formulas:
+        if several and formula.group != group:
+            group = formula.group
             lines += [*([""] if lines else []), heading.format(GROUPS[group])]
-        lines.append(spelled(each))
+        lines.append(spelled(formula))
     return "\n".join(lines) + "\n"
 
 
-def in_sympy(library: Library, wanted: Found) -> str:
+def in_sympy(library: Library, formulas: Formulas) -> str:
     """Symbols, and a list of equations, each behind those that it reads."""
-    needed = library.needed(wanted)
+    needed = library.needed(formulas)
     return "\n".join((*_declared(library, needed), "", *_equations("equations", needed))) + "\n"
 
 
@@ -122,7 +122,7 @@ def _in_sympy(value: sp.Expr) -> str:
     return str(_Sympy().doprint(value))
 
 
-def _declared(library: Library, needed: Found) -> Iterator[str]:
+def _declared(library: Library, needed: Formulas) -> Iterator[str]:
     """The lines that import functions of sympy and make symbols."""
     spelled = " ".join(_in_sympy(each.value) for each in needed)
     functions = sorted({"Eq", "symbols", *re.findall(r"\b([A-Za-z]\w*)\(", spelled)})
@@ -138,14 +138,14 @@ def _declared(library: Library, needed: Found) -> Iterator[str]:
             yield f'{", ".join(part)} = symbols("{" ".join(part)}"{kind})'
 
 
-def _equations(name: str, formulas: Found) -> Iterator[str]:
+def _equations(name: str, formulas: Formulas) -> Iterator[str]:
     yield f"{name} = ["
-    for each in formulas:
-        yield f"    Eq({each.name}, {_in_sympy(each.value)}, evaluate=False),  # {texts.line(numbered(each))}"
+    for formula in formulas:
+        yield f"    Eq({formula.name}, {_in_sympy(formula.value)}, evaluate=False),  # {texts.line(numbered(formula))}"
     yield "]"
 
 
-def in_json(library: Library, wanted: Found) -> str:
+def in_json(library: Library, formulas: Formulas) -> str:
     """A list of objects with a formula's name, group, numbers, unit, meaning, what it takes, and its text and LaTeX."""
     objects = [
         {
@@ -153,14 +153,15 @@ def in_json(library: Library, wanted: Found) -> str:
             "meaning": each.quantity.meaning, "glyph": each.quantity.glyph, "text": sp.sstr(each.value),
             "latex": in_latex(library, each), "takes": sorted(symbol.name for symbol in each.value.free_symbols),
         }
-        for each in wanted
+        for each in formulas
     ]  # fmt: skip
     return json.dumps(objects, indent=2, ensure_ascii=False) + "\n"
 
 
-def in_numpy(library: Library, wanted: Found) -> str:
+def in_numpy(library: Library, formulas: Formulas) -> str:
     """A function each, of numbers or of arrays that are broadcast."""
-    return "\n\n\n".join(("import numpy as np", *("\n".join(_numpy_function(library, each)) for each in wanted))) + "\n"
+    functions = ("\n".join(_numpy_function(library, each)) for each in formulas)
+    return "\n\n\n".join(("import numpy as np", *functions)) + "\n"
 
 
 class _Numpy(NumPyPrinter):
@@ -198,9 +199,9 @@ def _in_numpy(printer: NumPyPrinter, value: sp.Expr) -> str:
     return str(printer.doprint(value)).replace("numpy.", "np.")
 
 
-def in_c(library: Library, wanted: Found, *, single: bool = False) -> str:
+def in_c(library: Library, formulas: Formulas, *, single: bool = False) -> str:
     """A function of C99 each, in double or in single precision."""
-    functions = ("\n".join(_c_function(library, each, single)) for each in wanted)
+    functions = ("\n".join(_c_function(library, each, single)) for each in formulas)
     return "\n\n".join(("#include <math.h>", *functions)).replace(texts.BROKEN, "") + "\n"
 
 
@@ -231,8 +232,8 @@ def _c_function(library: Library, formula: Formula, single: bool) -> Iterator[st
     arguments = ", ".join(f"{kind} {name}" for name in names.values())
     yield f"static {kind} {library.prefix}_{formula.name}({arguments or 'void'})"
     yield "{"
-    for each in before:
-        yield f"    const {kind} {each.name} = {_one_line(printer.doprint(each.in_code))}; /* {texts.comment_of_c(numbered(each))} */"
+    for step in before:
+        yield f"    const {kind} {step.name} = {_one_line(printer.doprint(step.in_code))}; /* {texts.comment_of_c(numbered(step))} */"
     yield f"    return {_one_line(printer.doprint(last.in_code))};"
     yield "}"
 
@@ -241,9 +242,9 @@ def _one_line(code: str) -> str:
     return " ".join(code.split()).replace("( ", "(").replace(" )", ")")
 
 
-def notebook(library: Library, wanted: Found) -> str:
+def notebook(library: Library, formulas: Formulas) -> str:
     """A Jupyter notebook: the formulas group by group, in LaTeX and as equations of sympy."""
-    needed = library.needed(wanted)
+    needed = library.needed(formulas)
     cells = [_cell("markdown", f"# {texts.cell(library.title)}\n\nEach group is a list of equations of sympy.")]
     cells.append(_cell("code", "\n".join(_declared(library, needed))))
     for group, meaning in GROUPS.items():
@@ -265,7 +266,7 @@ def _cell(kind: str, source: str) -> dict[str, Any]:
     return cell | ({"execution_count": None, "outputs": []} if kind == "code" else {})
 
 
-FORMS: dict[str, Callable[[Library, Found], str]] = {
+FORMS: dict[str, Callable[[Library, Formulas], str]] = {
     "text": text, "latex": latex, "sympy": in_sympy, "json": in_json, "numpy": in_numpy, "c": in_c,
     "notebook": notebook,
 }  # fmt: skip

@@ -63,11 +63,11 @@ def field(q: Quantity) -> str:
 def attribute(quantity: Quantity) -> str:
     """A field of a dataclass, with its default if it has one; of another name it knows whose it is."""
     default = "" if quantity.default is None else f" = {literal(quantity.default)}"
-    own = in_python(quantity.name)
-    if own != quantity.name:
-        given = "" if quantity.default is None else f"default={literal(quantity.default)}, "
-        default = f" = field({given}metadata={mapping({'parameter': quantity.name})})"
-    return f"{own}: float{default}"
+    name = in_python(quantity.name)
+    if name != quantity.name:
+        fixed = "" if quantity.default is None else f"default={literal(quantity.default)}, "
+        default = f" = field({fixed}metadata={mapping({'parameter': quantity.name})})"
+    return f"{name}: float{default}"
 
 
 def taken_from_dataclasses(record: Record) -> str:
@@ -104,7 +104,7 @@ def names(symbols: Iterable[sp.Symbol]) -> str:
     return "(" + "".join(f'"{symbol}", ' for symbol in symbols).rstrip() + ")"
 
 
-def of(record: str, value: sp.Expr) -> str:
+def in_fields(record: str, value: sp.Expr) -> str:
     """An expression in the fields of a record of that name; C writes it alike."""
     return SPELLED(value.subs({symbol: sp.Symbol(f"{record}.{symbol}") for symbol in value.free_symbols}))
 

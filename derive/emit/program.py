@@ -26,19 +26,8 @@ from ..model.equations import Model
 from ..shipped import HOPPER
 
 MODULES = (
-    laplace,
-    law,
-    linear,
-    elements,
-    modes,
-    partial_fractions,
-    time_domain,
-    energy,
-    control,
-    sensitivity,
-    contact,
-    flight,
-)
+    laplace, law, linear, elements, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight
+)  # fmt: skip
 
 
 def program(model: Model = HOPPER) -> Program:
@@ -46,14 +35,10 @@ def program(model: Model = HOPPER) -> Program:
     of_model = {
         record.name: record
         for record in (
-            model.robot,
-            elements.letters_record(model),
-            energy.ledger_record(model),
-            energy.moments_record(model),
-            flight.flight_ledger_record(model),
-            sensitivity.changes(model.robot),
+            model.robot, elements.letters_record(model), energy.ledger_record(model), energy.moments_record(model),
+            flight.flight_ledger_record(model), sensitivity.changes(model.robot),
         )
-    }
+    }  # fmt: skip
     defined = [value for module in MODULES for value in vars(module).values()]
     zeros = [step.symbol for step in model.in_parameters(laplace.rates_of(model)) if step.value == 0]
     if model.law is not None:

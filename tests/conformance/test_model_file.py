@@ -25,7 +25,7 @@ import sympy as sp
 import hopform
 from derive.__main__ import main
 from derive.emit.folder import write
-from derive.emit.render import Options, render
+from derive.emit.render import render
 from derive.model import declare, mechanism
 from derive.model_file import read_model
 from hopform._cli import tables
@@ -383,7 +383,7 @@ def test_forces_on_the_actuator_alone_are_what_the_hopper_has_already(store, hop
 def test_a_solver_shows_an_element_wherever_the_hopper_shows_its_forces(tmp_path):
     """Fields, ledger and AED have it, in tables and over time."""
     drag = 'viscous(h.x2, parameter("d2", "N s/m", "drag of the body", "nonnegative", 0), "drag", where="stance")'
-    write(render(Options(hopper_with(drag, "drag"))), tmp_path)
+    write(render(hopper_with(drag, "drag")), tmp_path)
     solver = hopform.load_solver(tmp_path)
     robot = dataclasses.replace(solver.load_robot("hopper_c"), d2=20.0)
     stance = solver.solve_stance(robot, v2=-1.93, u=2.0)

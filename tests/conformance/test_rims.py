@@ -20,7 +20,7 @@ import pytest
 from markdown_it import MarkdownIt
 
 from derive.derivation import Derivation
-from derive.emit.render import Options, render
+from derive.emit.render import render
 from derive.emit.texts import BROKEN
 from derive.model.equations import ModelError
 from derive.model.names import why_no_column, why_not
@@ -81,7 +81,7 @@ LIMITS = ("a current without a limit", *RIMS, *(path.stem for path in sorted(SHI
 @pytest.mark.parametrize("name", needs.the_first([*dict.fromkeys(LIMITS)]))
 def test_a_limit_that_is_none_is_left_out_of_the_facts(name):
     made = model_of_text(RIMS[name]) if name in RIMS else model_of(name)
-    text = render(Options(made))[Path("solver.toml")]
+    text = render(made)[Path("solver.toml")]
     known = tomllib.loads(text)
     limits = [each["limit"] for each in (*known["inputs"], *known.get("currents", ())) if "limit" in each]
     assert all(limit in {each["name"] for each in known["parameters"]} for limit in limits), limits

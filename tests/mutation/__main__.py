@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from queue import Queue
 
-from derive.emit.render import engine
+from derive.emit.sources import engine
 from tests.conformance.firmware.targets import ROOT
 from tests.mutation.draw import Mutant, drawn
 from tests.mutation.evaluate import Bench, InvalidMutant

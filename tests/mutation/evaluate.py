@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from derive.emit.instantiate import instantiate
-from derive.emit.render import instance
+from derive.emit.sources import instance
 from derive.model.precisions import F32, F64, Precision
 from tests.conformance.firmware.targets import BOARDS, COMMON, HERE, ROOT, C, Failed, run, tables
 

@@ -15,7 +15,7 @@ import pytest
 
 import hopform
 from derive.emit.folder import write
-from derive.emit.render import Options, render
+from derive.emit.render import render
 from derive.model import kinds
 from hopform._solver import c as native
 from hopform._solver.build import compile_solver
@@ -36,7 +36,7 @@ ENTRY = "seal_drag_1"
 @pytest.fixture(scope="module")
 def altered(tmp_path_factory) -> Path:
     folder = tmp_path_factory.mktemp("facts") / "out"
-    write(render(Options(MODEL)), folder)
+    write(render(MODEL), folder)
     return folder
 
 

@@ -18,16 +18,19 @@ from typing import Any
 
 import jinja2
 import pytest
-from jinja2 import nodes
+from jinja2 import meta, nodes
 
 import hopform
 import hopform_solver
 from derive.emit.folder import GENERATED, check
+from derive.emit.library import NO_LAYOUT
 from derive.emit.program import program
-from derive.emit.render import instance, render
+from derive.emit.render import PARTS, render
+from derive.emit.sources import Solver, instance, templates
 from derive.emit.texts import PLACES
 from derive.ir import Function
 from derive.model import quantities
+from derive.model.precisions import PRECISIONS
 from derive.shipped import HOPPER
 from hopform_solver import records
 from tests.needs import the_first
@@ -173,8 +176,7 @@ def test_the_runtime_imports_what_the_project_declares(path):
 # ---- templates have shape, not thoughts ----
 
 SHAPE = {"Template", "Output", "TemplateData", "For", "Name", "Getattr", "Call", "Const"}
-FILTERS = {"join", "length", "upper", *PLACES}
-"""Jinja's own, and the places where texts end up."""
+FILTERS = {"int", "join", "length", "upper", *PLACES}
 
 
 def inside(node: nodes.Node) -> Iterator[nodes.Node]:
@@ -218,13 +220,18 @@ def test_an_instance_of_the_engine_has_the_lines_of_its_source(rendered):
             assert rendered[Path(target.replace("_real", precision))].count("\n") == lines, source.name
 
 
-def test_every_template_is_filled_by_the_derivation():
-    """Besides header, name and version: what nothing fills is source and stands in the engine."""
-    own = {"header", "source", "program.meaning", "version"}
-    for path in TEMPLATES.rglob("*.j2"):
-        tags = set(re.findall(r"\{\{-?\s*(.*?)\s*-?\}\}|\{%-?\s*(for .*?)\s*-?%\}", path.read_text("utf-8")))
-        filled = {first or second for first, second in tags} - own
-        assert filled, path.name
+def test_each_template_is_of_one_part_which_gives_it_the_names_that_it_asks_for_and_no_others():
+    """And one that asks for nothing but a header or a version is source, and stands in the engine."""
+    solver = Solver(HOPPER, PRECISIONS, program(), NO_LAYOUT)
+    given = [(name, set(values(solver))) for part in PARTS for name, values in part.items()]
+    environment = jinja2.Environment()
+    environment.filters |= PLACES
+    asked = [
+        (name, meta.find_undeclared_variables(environment.parse((TEMPLATES / f"{name}.j2").read_text("utf-8"))))
+        for name in templates()
+    ]
+    assert sorted(given) == [(name, names - {"header", "precision"}) for name, names in asked]
+    assert all(names - {"header", "version"} for _, names in asked)
 
 
 # ---- one name per thing ----

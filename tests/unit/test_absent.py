@@ -14,7 +14,7 @@ import pytest
 import sympy as sp
 
 from derive.derivation import Derivation
-from derive.emit.render import Options, render
+from derive.emit.render import render
 from derive.model import mechanism
 from derive.model.declare import DeclaredCoordinate, Draft, Element, drafted
 from derive.model.mechanism import field_name
@@ -72,7 +72,7 @@ class Declared:
     @cached_property
     def texts(self) -> dict[str, str]:
         """The files of its solver, by their paths."""
-        return {path.as_posix(): text for path, text in render(Options(self.model)).items()}
+        return {path.as_posix(): text for path, text in render(self.model).items()}
 
     @cached_property
     def facts(self) -> dict[str, Any]:

@@ -20,7 +20,11 @@ import pytest
 
 import derive.__main__ as command
 from derive.emit import folder as files
-from derive.emit import render
+from derive.emit import sources
+from derive.emit.render import render
+from derive.model.equations import Model
+from derive.model.precisions import PRECISIONS, Precision
+from derive.shipped import HOPPER
 from hopform._solver.build import compile_solver
 from tests import needs
 
@@ -52,17 +56,17 @@ def derive(tree: Path, *options: str | Path, seed: str = "0") -> Ran:
 
 
 @pytest.fixture(scope="module")
-def rendered() -> Callable[[render.Options], dict[Path, str]]:
+def rendered() -> Callable[..., dict[Path, str]]:
     """What `render` says, kept by all that it reads: most tests are about what the command does with the same texts."""
     known: dict[tuple[str, ...], dict[Path, str]] = {}
 
-    def remembered(options: render.Options) -> dict[Path, str]:
-        if options.model is not render.HOPPER:
-            return render.render(options)
-        made_from = (f"{name}\n{path.read_text('utf-8')}" for name, path in render.inputs())
-        key = (*map(str, options.precisions), *made_from)
+    def remembered(model: Model = HOPPER, precisions: tuple[Precision, ...] = PRECISIONS) -> dict[Path, str]:
+        if model is not HOPPER:
+            return render(model, precisions)
+        made_from = (f"{name}\n{path.read_text('utf-8')}" for name, path in sources.inputs())
+        key = (*map(str, precisions), *made_from)
         if key not in known:
-            known[key] = render.render(options)
+            known[key] = render(model, precisions)
         return dict(known[key])
 
     return remembered
@@ -75,7 +79,7 @@ def run(request, fresh, rendered, monkeypatch, capsys) -> Callable[..., Ran]:
     monkeypatch.chdir(tree)
     monkeypatch.setattr(command, "render", rendered)
     for module, name, path in (
-        (render, "SOURCES", {name: tree / name for name in render.SOURCES}),
+        (sources, "SOURCES", {name: tree / name for name in sources.SOURCES}),
         (files, "GENERATED", tree / "generated"),
         (command, "GENERATED", tree / "generated"),
     ):

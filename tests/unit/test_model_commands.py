@@ -16,7 +16,7 @@ import sympy as sp
 
 import hopform
 from derive import solver as solvers
-from derive.emit import render
+from derive.emit import sources
 from derive.emit.facts import facts
 from derive.emit.toml import toml
 from hopform import _front as cli
@@ -258,8 +258,8 @@ def test_another_model_another_compiler_or_another_derivation_is_built_anew(run,
     run("model", "build", model)
     engine = tmp_path / "engine.h"
     engine.write_text("another engine")
-    inputs = [*render.inputs(), ("runtime/engine/c/more.h", engine)]
-    monkeypatch.setattr(render, "inputs", lambda: inputs)
+    inputs = [*sources.inputs(), ("runtime/engine/c/more.h", engine)]
+    monkeypatch.setattr(sources, "inputs", lambda: inputs)
     run("model", "build", model)
     assert quick["derived"] == len(list(cache.iterdir())) == 4
 

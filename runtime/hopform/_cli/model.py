@@ -168,7 +168,7 @@ def model_build(model: str, out: Path | None = None) -> None:
 def hash_of(text: str) -> str:
     """A word for all that a solver in the cache depends on: model, derivation, version, compiler and flags."""
     digest = sha256(f"{__version__}\n{compiler_in_words()}\n{text}\n".encode())
-    for name, path in door.part("emit.render").inputs():
+    for name, path in door.part("emit.sources").inputs():
         digest.update(f"{name}\n".encode() + path.read_bytes())
     digest.update(Path(build.__file__).read_bytes())
     return digest.hexdigest()[:16]

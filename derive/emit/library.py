@@ -1,0 +1,92 @@
+"""The part c/ of a solver: public headers, facts and formulas for the engine, README."""
+
+import hashlib
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from ..ir import DOMAINS, Member
+from ..maths import contact, elements, energy, kernels, modes, stability
+from ..model import kinds, quantities, selftest, structs
+from ..model.precisions import CONSTANTS
+from . import c, numpy
+from .facts import ROUNDING, compression_of, state_of
+from .sources import Part, Solver, engine
+
+WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Motion", "Basis")
+"""Records whose members the engine goes through one after the other."""
+
+BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction"), "Element") | {
+    "State": "Axis", "Excess": "Side", "Slopes": "Share", "RobotChange": "Field", "Basis": "Order"
+}  # fmt: skip
+"""Records that the engine goes through as arrays, and what counts them; further ones of the axes of a state."""
+BY_AXIS = Member("later", "At"), Member("rates", "Speeds"), Member("change", "StateChange")
+
+IN_HEADER = (
+    "stance", "states", "energy", "sensitivity", "control", "flight", "touchdown", "selftest", "batch",
+    "readings_of_many",
+)  # fmt: skip
+"""The engine's files with public functions, in the order of the header."""
+
+
+def _public_functions() -> list[str]:
+    """The engine's public functions as the header declares them: comment and first lines of each definition."""
+    begins = re.compile(r"^(/\*(?:(?!\*/).)*\*/\n\w+ hopform_\w+_real\([^;{]*\)) \{", re.MULTILINE | re.DOTALL)
+    texts = {Path(name).name.partition("_real")[0]: source.read_text("utf-8") for name, source in engine()}
+    return [f"{definition[1]};" for name in IN_HEADER for definition in begins.finditer(texts[name])]
+
+
+def _arrays(solver: Solver) -> list[dict[str, Any]]:
+    return [
+        {"record": solver.program.record(name), "name": f"{name}By{by}", "views": BY_AXIS if by == "Axis" else ()}
+        for name, by in BY_INDEX.items()
+    ]
+
+
+HEADERS: Part = {
+    "c/include/hopform/hopform.h": lambda solver: {
+        "c": c, "elements": elements, "kinds": kinds, "precisions": solver.precisions, "program": solver.program,
+        "state": state_of(solver.model),
+    },
+    "c/include/hopform/hopform_real.h": lambda solver: {
+        "c": c, "program": solver.program, "public_functions": _public_functions(),
+        "public_structs": c.public_structs(solver.model, solver.program),
+        "search_candidates": structs.SEARCH_CANDIDATES,
+    },
+    "c/src/facts.h": lambda solver: {
+        "both_move": int(len(solver.model.moving) == 2), "c": c, "contact": contact, "elements": elements, "energy": energy,
+        "if_law": "(void)(argument)" if solver.model.law is None else "X(argument)",
+        "layout": solver.layout, "model": solver.model, "modes": modes, "numpy": numpy, "quantities": quantities,
+        "stability": stability, "walked_records": [solver.program.record(name) for name in WALKED],
+    },
+}  # fmt: skip
+"""What a package and its library must agree on."""
+
+PART: Part = HEADERS | {
+    "c/src/formulas_real.h": lambda solver: {
+        "c": c, "internal_structs": c.internal_structs(solver.program), "program": solver.program
+    },
+    "c/src/model_real.h": lambda solver: {"by_index": _arrays(solver), "c": c, "quantities": quantities},
+    "c/src/precision_real.h": lambda solver: {"c": c, "constants": CONSTANTS, "domains": DOMAINS.values()},
+    "c/src/selftest_cases_real.h": lambda solver: {"c": c, "robot": solver.model.robot, "selftest": selftest},
+    "c/src/series_real.h": lambda solver: {"kernels": kernels},
+    "c/README.md": lambda solver: {
+        "compression": compression_of(solver.model), "kinds": kinds, "robot": solver.model.robot, "rounding": ROUNDING,
+        "state": state_of(solver.model),
+    },
+}  # fmt: skip
+
+NO_LAYOUT = "0" * 16
+"""What the headers that the layout is a hash of have in its place."""
+
+
+def layout_of(solver: Solver) -> str:
+    """A hash of what a package and its library must agree on, without comments and however lines are broken. It stands
+    in both, so that a library with other structs or numbers is refused; it says nothing of how the library computes.
+    """
+    solver = replace(solver, layout=NO_LAYOUT)
+    texts = dict(text for name, values in HEADERS.items() for text in solver.filled(name, values(solver)))
+    code = (re.sub(r"/\*.*?\*/", " ", text, flags=re.DOTALL) for _, text in sorted(texts.items()))
+    words = "\n".join(" ".join(text.replace("\\\n", " ").split()) for text in code)
+    return hashlib.sha256(words.encode()).hexdigest()[: len(NO_LAYOUT)]
