@@ -289,7 +289,7 @@ class BaseRobot:
         1300.0
         """
         given = {attribute_of(type(self), name): value for name, value in values.items()}
-        return replace(cast(Any, self), **given, **others)
+        return cast(Self, replace(cast(Any, self), **given, **others))
 
     @property
     def label(self) -> str:

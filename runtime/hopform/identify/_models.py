@@ -509,8 +509,8 @@ def fit_model(
     ours = {name: found.values[name] for name in names}
     every = values | ours | {name: ours[other] for name, other in tied.items()}
     kind = robot_class(core)
-    given: dict[str, Any] = {attribute_of(kind, name): value for name, value in every.items()}
-    base: Any = kind(**given, name=core.name)
+    values_of_robot: dict[str, Any] = {attribute_of(kind, name): value for name, value in every.items()}
+    base: Any = kind(**values_of_robot, name=core.name)
     return replace(found, base=base, tied=tied)
 
 
