@@ -71,10 +71,11 @@ nightly: ## the slower tests, the site and the long stages of .ci/run, all of th
 	    $(MAKE) site-test coverage-c test-determinism mutants-all test-exhaustive-slice fuzz SEED=$$seed
 
 SLOW = sliced and not nightly
-test-slices: compiler venv-dev ## the slower tests; the slowest run at night alone
+SLICES = tests/bench tests/conformance tests/oracle tests/unit tests/repository --ignore tests/repository/test_package.py
+test-slices: compiler venv-dev ## the slower tests, or those in the files SLICES; the slowest run at night alone
 	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m "$(SLOW)" -n auto --dist loadfile --no-loadscope-reorder \
-	    tests/bench tests/conformance tests/oracle tests/unit tests/repository --ignore tests/repository/test_package.py
+	    $(SLICES)
 
 docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors
 	$(PY) tools/build_library.py

@@ -59,8 +59,8 @@ class Element:
 def _elements() -> Iterator[Element]:
     events = {word.text: word.number for word in EVENTS.words}
     for number, (name, (*_, side)) in enumerate(MASSES.items(), 1):
-        own = {what: events.get(f"x{number}_{what}", 0) for what in WHATS}
-        yield Element(number, name, side, START[number], POSITIONS.get(name), own)
+        indices = {what: events.get(f"x{number}_{what}", 0) for what in WHATS}
+        yield Element(number, name, side, START[number], POSITIONS.get(name), indices)
 
 
 ELEMENTS = tuple(_elements())
@@ -143,30 +143,30 @@ def ends(model: Model) -> tuple[str, ...]:
 def name_of(model: Model, symbol: sp.Symbol) -> str:
     """What a model calls a member of a state, or the input."""
     first, second = model.names
-    known = dict[sp.Symbol, str]()
+    names = dict[sp.Symbol, str]()
     if first is not None:
-        known |= {x1: first.coordinate, v1: first.velocity}
+        names |= {x1: first.coordinate, v1: first.velocity}
     if second is not None:
-        known |= {x2: second.coordinate, v2: second.velocity}
+        names |= {x2: second.coordinate, v2: second.velocity}
     if model.input is not None:
-        known[u] = model.input.name
-    return known.get(symbol, str(symbol))
+        names[u] = model.input.name
+    return names.get(symbol, str(symbol))
 
 
 def _word_of(model: Model, word: Word) -> Word | None:
     """The word of an event under the name of its coordinate; None of a mass or a stop that the model has not."""
-    for number, own in enumerate(model.names, 1):
+    for number, coordinate in enumerate(model.names, 1):
         prefix = f"x{number}_"
         if word.text.startswith(prefix):
-            if own is None or (word.text.endswith("_hits_stop") and not model.has_stops):
+            if coordinate is None or (word.text.endswith("_hits_stop") and not model.has_stops):
                 return None
-            text = f"{own.coordinate}_{word.text.removeprefix(prefix)}"
+            text = f"{coordinate.coordinate}_{word.text.removeprefix(prefix)}"
             return replace(word, text=text, meaning=model.words(word.meaning))
     return word
 
 
 def _words_of(model: Model, words: Iterable[Word]) -> tuple[Word, ...]:
-    return tuple(own for word in words if (own := _word_of(model, word)) is not None)
+    return tuple(named for word in words if (named := _word_of(model, word)) is not None)
 
 
 def kinds_of(model: Model) -> tuple[Kind, ...]:
@@ -242,18 +242,18 @@ def modes() -> Iterator[dict[str, object]]:
 
 def modes_of(model: Model) -> list[dict[str, object]]:
     """The modes that a model is ever in; with a law the second side is its limit, 0 under it."""
-    found = list(modes())
+    table = list(modes())
     if len(model.moving) == 1:
         (name,) = (each.name for each in ELEMENTS if each.number in model.moving)
-        found = [mode for mode in found if mode["name"] == name]
+        table = [mode for mode in table if mode["name"] == name]
     if model.law is None:
-        return found
-    (alone,) = found
+        return table
+    (alone,) = table
     return [alone | {"held": []}, alone | {"name": "law", "held": [SIDES[1]]}]
 
 
 def modes_of_one(model: Model) -> list[tuple[object, ...]]:
     """Of each mode in which one element slips: its name, its rates in the plan, p and q."""
     moving = (each for each, never in zip(ELEMENTS, never_moves(model), strict=True) if not never)
-    found: list[tuple[object, ...]] = [(element.name, "rates", *POLYNOMIALS[element.number,]) for element in moving]
-    return found if model.law is None else [*found, ("law", "rates_law", *POLYNOMIALS[1,])]
+    table: list[tuple[object, ...]] = [(element.name, "rates", *POLYNOMIALS[element.number,]) for element in moving]
+    return table if model.law is None else [*table, ("law", "rates_law", *POLYNOMIALS[1,])]

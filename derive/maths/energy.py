@@ -49,12 +49,12 @@ def moment_axes(model: Model) -> list[list[int]]:
     none that of 1, because C has no empty struct.
     """
     axes = (displacement, *STATE.symbols[1:])
-    found = []
+    places = []
     for quantity in moments_record(model).quantities:
         (powers_of_axes,) = sp.Poly(PRODUCTS[quantity.symbol], *axes).monoms()
         factors = [axis for axis, power in enumerate(powers_of_axes) for _ in range(power)]
-        found.append([*factors, len(axes)][:2])
-    return found or [[len(axes), len(axes)]]
+        places.append([*factors, len(axes)][:2])
+    return places or [[len(axes), len(axes)]]
 
 
 def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
@@ -69,8 +69,8 @@ def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
     }
     if model.has_contact:
         entries[spring_work] = k * x1 * v2  # x_1 counts from the ground, as E does; elsewhere from any origin
-    made = entries | {work.entry.symbol: work.power for work in works(model)}
-    return {entry: power for entry, power in made.items() if model.has_entry(entry)}
+    values = entries | {work.entry.symbol: work.power for work in works(model)}
+    return {entry: power for entry, power in values.items() if model.has_entry(entry)}
 
 
 def ledger_record(model: Model) -> Record:

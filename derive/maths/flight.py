@@ -151,12 +151,12 @@ def critical_gains(model: Model) -> Steps:
     Back is within 1/100 of its displacement. The friction b_1 is part of the damping. Where it is more than critical K_d is 0,
     and K_p puts the slower pole where both would be.
     """
-    own = sp.expand(-acceleration(model).diff(v1) * m_eff)
+    force = sp.expand(-acceleration(model).diff(v1) * m_eff)
     critical = 2 * m_eff * settled_rate
     yield Step(settled_rate, SETTLED / time, "(1 + 20/3) exp(-20/3) < 1/100")
-    yield Step(shortfall, critical - own, "critical damping less b_1")
+    yield Step(shortfall, critical - force, "critical damping less b_1")
     yield Step(Kd, (shortfall + sp.Abs(shortfall)) / 2, "what the motor adds to b_1")
-    yield Step(damping, own + Kd, "b_1 + K_d")
+    yield Step(damping, force + Kd, "b_1 + K_d")
     yield Step(Kp, settled_rate * (damping - m_eff * settled_rate), "the slower pole at the settling rate")
 
 

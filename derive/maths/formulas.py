@@ -182,9 +182,9 @@ def _made(group: str, symbol: sp.Symbol | str, value: sp.Expr, *numbers: int, co
     return Formula(quantity, sp.sympify(value), group, numbers, code)
 
 
-def _of_steps(group: str, steps: Iterable[Step], wanted: Sequence[sp.Symbol] = ()) -> Iterator[Formula]:
+def _of_steps(group: str, steps: Iterable[Step], symbols: Sequence[sp.Symbol] = ()) -> Iterator[Formula]:
     """The steps of the generated code as formulas, or those that are wanted."""
-    return (_made(group, step.symbol, step.value) for step in steps if not wanted or step.symbol in wanted)
+    return (_made(group, step.symbol, step.value) for step in steps if not symbols or step.symbol in symbols)
 
 
 # ---- the derivation ----
@@ -193,10 +193,10 @@ def _of_steps(group: str, steps: Iterable[Step], wanted: Sequence[sp.Symbol] = (
 def inputs(model: Model) -> dict[str, Quantity]:
     """What formulas take beside each other, by name: parameters, inputs, a state and that at the start of a phase."""
     asked = (control.AED, control.H_DES, control.STEP, control.X1_T, HEIGHT)
-    known = (*STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, *asked)
-    own = {parameter.name for parameter in model.parameters}
-    known += () if model.law is None else (_OWN["target"],)
-    others = (_final(quantity, own, model) for quantity in (*_STARTS.values(), *known))
+    quantities = (*STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, *asked)
+    parameter_names = {parameter.name for parameter in model.parameters}
+    quantities += () if model.law is None else (_OWN["target"],)
+    others = (_final(quantity, parameter_names, model) for quantity in (*_STARTS.values(), *quantities))
     parameters = (
         Quantity(each.name, each.glyph, each.unit, each.meaning, each.domain, each.default) for each in model.parameters
     )
@@ -213,7 +213,7 @@ def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
     free = free_masses(model)
     moving = moving or free
     integrates = _integrates(model, moving)
-    made = (
+    derived = (
         *_lagrangian(model, free),
         *_equations_of_motion(model, free),
         *_transfer(model, free, moving),
@@ -225,9 +225,11 @@ def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
         *_event_functions(model, free),
         *_law(model),
     )
-    shown = [_each(each, lambda value: _shown(model, value)) for each in made]
-    own, order = {parameter.name for parameter in model.parameters}, list(GROUPS)
-    return tuple(sorted(_finished(list(_without_zeros(shown)), own, model), key=lambda each: order.index(each.group)))
+    shown = [_each(each, lambda value: _shown(model, value)) for each in derived]
+    parameter_names, order = {parameter.name for parameter in model.parameters}, list(GROUPS)
+    return tuple(
+        sorted(_finished(list(_without_zeros(shown)), parameter_names, model), key=lambda each: order.index(each.group))
+    )
 
 
 def _shown(model: Model, value: sp.Expr) -> sp.Expr:
@@ -259,22 +261,22 @@ _ACCELERATIONS = (_OWN["acc_1"], _OWN["acc_2"])
 """Of each mass that moves, 0 too where no force acts on it."""
 
 
-def _without_zeros(made: Iterable[Formula]) -> Iterator[Formula]:
+def _without_zeros(derived: Iterable[Formula]) -> Iterator[Formula]:
     """The formulas in which coefficients that are 0 are put in, without those, without what divides by one of them, and
     without what reads such a formula.
     """
     zeros, absent = dict[sp.Symbol, sp.Expr](), set[sp.Symbol]()
-    for formula in made:
-        each = _each(formula, lambda value: value.xreplace(zeros))
-        if each.value == 0 and each.group in _MAY_VANISH and each.quantity not in _ACCELERATIONS:
-            zeros[each.quantity.symbol] = sp.S.Zero
-        elif each.value.has(sp.zoo, sp.nan) or each.value.free_symbols & absent:
-            absent.add(each.quantity.symbol)
+    for formula in derived:
+        simplified = _each(formula, lambda value: value.xreplace(zeros))
+        if simplified.value == 0 and simplified.group in _MAY_VANISH and simplified.quantity not in _ACCELERATIONS:
+            zeros[simplified.quantity.symbol] = sp.S.Zero
+        elif simplified.value.has(sp.zoo, sp.nan) or simplified.value.free_symbols & absent:
+            absent.add(simplified.quantity.symbol)
         else:
-            yield each
+            yield simplified
 
 
-def _final(quantity: Quantity, own: set[str], model: Model) -> Quantity:
+def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Quantity:
     """A quantity under its name, a coordinate's in the model, and in its units; where a parameter of the model has that
     name, with an underscore behind it. Beside a parameter t time is tau.
     """
@@ -282,15 +284,15 @@ def _final(quantity: Quantity, own: set[str], model: Model) -> Quantity:
     letter, _, index = name.partition("_")
     if name == "target" and model.input is not None:
         name = model.input.name
-        taken = own
+        taken = parameter_names
     elif letter in ("x1", "v1", "x2", "v2", "u") and (index in ("", "0", "t") or letter[0] == "x"):
         called = _called(model, sp.Symbol(letter, real=True))
         name = f"{called}_{index}" if index else called
-        taken = own
+        taken = parameter_names
     else:
-        taken = own | {_called(model, symbol) for symbol in (x1, v1, x2, v2, u)}
+        taken = parameter_names | {_called(model, symbol) for symbol in (x1, v1, x2, v2, u)}
     glyph = quantity.glyph
-    if TIME.name in own:
+    if TIME.name in parameter_names:
         name = "tau" if name == TIME.name else name
         glyph = r"\tau" if glyph == TIME.glyph else glyph.replace("(t)", r"(\tau)").replace("{-at}", r"{-a\tau}")
     while name in taken:
@@ -305,14 +307,17 @@ def _called(model: Model, symbol: sp.Symbol) -> str:
     return model.law.current.name if symbol == u and model.law is not None else elements.name_of(model, symbol)
 
 
-def _finished(made: Sequence[Formula], own: set[str], model: Model) -> Iterator[Formula]:
-    known = (*_KNOWN.values(), *STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, HEIGHT)
-    quantities = (*_OWN.values(), *known, *(each.quantity for each in made))
-    finals = {quantity.symbol: _final(quantity, own, model).symbol for quantity in quantities}
-    finals |= {Own(name, real=True): sp.Symbol(name, real=True) for name in own}
+def _finished(shown: Sequence[Formula], parameter_names: set[str], model: Model) -> Iterator[Formula]:
+    arguments = (*_KNOWN.values(), *STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, HEIGHT)
+    quantities = (*_OWN.values(), *arguments, *(each.quantity for each in shown))
+    finals = {quantity.symbol: _final(quantity, parameter_names, model).symbol for quantity in quantities}
+    finals |= {Own(name, real=True): sp.Symbol(name, real=True) for name in parameter_names}
     finals[s] = sp.Symbol(finals[_symbol("s")].name)
-    for each in made:
-        yield replace(_each(each, lambda value: value.xreplace(finals)), quantity=_final(each.quantity, own, model))
+    for formula in shown:
+        yield replace(
+            _each(formula, lambda value: value.xreplace(finals)),
+            quantity=_final(formula.quantity, parameter_names, model),
+        )
 
 
 def _lagrangian(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
@@ -338,8 +343,8 @@ def _equations_of_motion(model: Model, free: tuple[int, ...]) -> Iterator[Formul
         gradient = sum(map(sp.factor, sp.Add.make_args(LAGRANGIAN.diff(coordinate))), sp.S.Zero)
         balance = gradient + model.forces[n - 1]
         yield _made(group, f"acc_{n}", balance / mass, *numbers[n])
-    wanted = [symbol for n in free for symbol in COEFFICIENTS[n]]
-    yield from _of_steps(group, (*laplace.rates_of(model), *laplace.drive_of(model)), wanted)
+    coefficients = [symbol for n in free for symbol in COEFFICIENTS[n]]
+    yield from _of_steps(group, (*laplace.rates_of(model), *laplace.drive_of(model)), coefficients)
 
 
 COEFFICIENTS = {1: (a1_y, a1_v1, a1_v2, a1_u, a1_0, C_1), 2: (a2_y, a2_v1, a2_v2, a2_0, C_2)}
@@ -471,10 +476,10 @@ def _states(model: Model, moving: tuple[int, ...], integrates: bool) -> Iterator
     held = {velocity: sp.S.Zero for n, velocity in ((1, v1), (2, v2)) if n not in moving}
     terms = 3 if len(moving) == 2 else 1 if integrates else 2
     yield _made(group, "y_0", x1_0 - x2_0 + model.length)
-    wanted = [symbol for n in moving for symbol in laplace.NAMES[n][:terms]]
-    wanted += [H3_y] if len(moving) == 2 else []
+    coefficients = [symbol for n in moving for symbol in laplace.NAMES[n][:terms]]
+    coefficients += [H3_y] if len(moving) == 2 else []
     for step in laplace.numerators(moving):
-        if step.symbol in wanted:
+        if step.symbol in coefficients:
             value = sp.sympify(step.value).subs(held).subs(_AT_START, simultaneous=True)
             yield _made(group, step.symbol, value)
     yield from _responses(len(moving), integrates)
@@ -571,9 +576,9 @@ def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
     entries = {quantity.symbol: quantity for quantity in energy.ledger_record(model).quantities}
     powers = dict[sp.Symbol, sp.Symbol]()
     for entry, power in energy.powers(model).items():
-        of, word = entries[entry], str(entry).removesuffix("_work")
+        entry_quantity, word = entries[entry], str(entry).removesuffix("_work")
         glyph = rf"P_{{\text{{{word.replace('_', ' ')}}}}}"
-        quantity = Quantity(f"{word}_power{_MARK}", glyph, "W", f"power: {of.meaning}")
+        quantity = Quantity(f"{word}_power{_MARK}", glyph, "W", f"power: {entry_quantity.meaning}")
         powers[entry] = quantity.symbol
         yield Formula(quantity, sp.sympify(power), group)
     if has_body_energy and (entries_of_body := energy.body_entries(model)):
@@ -624,8 +629,8 @@ def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
         for way, sign, excess in zip(("up", "down"), (-1, 1), model.excesses[n - 1], strict=True):
             what = "friction left" if has_friction else f"free acceleration, against a start {way},"
             meaning = f"{what} of the {element.name} at rest: it slips {way} where this falls to 0"
-            own = level + excess if has_friction else sp.S.Zero
-            yield _event(n, f"holds_{way}", own + sign * acceleration, meaning, "m/s^2")
+            level_left = level + excess if has_friction else sp.S.Zero
+            yield _event(n, f"holds_{way}", level_left + sign * acceleration, meaning, "m/s^2")
         if element.position is not None:
             ends = ("lower", x1_min, x1 - x1_min), ("upper", x1_max, x1_max - x1)
             for which, distance in ((which, away) for which, end, away in ends if model.declares(end)):

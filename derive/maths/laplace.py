@@ -115,16 +115,16 @@ def numerators(moving: tuple[int, ...]) -> Steps:
     columns = [matrix * start + constant, adjugate.subs(s, 0) * constant - lowest_coefficient * start]
     if len(moving) == 2:
         columns.insert(1, adjugate.diff(s).subs(s, 0) * sp.Matrix([NAMES[row][0] for row in rows]))
-    made = [
+    steps = [
         Step(NAMES[row][n], sp.expand(value), source.format(13 + n))
         for n, values in enumerate(columns)
         for row, value, source in zip(rows, values, sources, strict=True)
     ]
     if 1 in moving:
         whole = sp.Poly(sp.expand((adjugate * (s * start + constant))[1]), s).all_coeffs()[1:]
-        made += [Step(name, sp.expand(value), sources[1]) for name, value in zip(WHOLE, whole, strict=False)]
-    moved = {step.symbol for step in made}
-    return (*made, *(Step(name, sp.S.Zero, "held") for name in MOTION.symbols if name not in moved))
+        steps += [Step(name, sp.expand(value), sources[1]) for name, value in zip(WHOLE, whole, strict=False)]
+    moved = {step.symbol for step in steps}
+    return (*steps, *(Step(name, sp.S.Zero, "held") for name in MOTION.symbols if name not in moved))
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
@@ -153,12 +153,12 @@ def motion_of_body() -> Steps:
 
 def transforms(model: Model) -> tuple[sp.Expr, ...]:
     """The transforms (6), (7) of (3), (4): what is 0 in X_1(s), X_2(s) and the initial values."""
-    made = []
+    steps = []
     for acc, X, x_0, v_0 in zip(model.accelerations, (X1, X2), (x1_0, x2_0), (v1_0, v2_0), strict=True):
         constant = acc.subs({v1: 0, v2: 0, x1: 0, x2: 0})
         moving = (acc - constant).subs({v1: s * X1 - x1_0, v2: s * X2 - x2_0, x1: X1, x2: X2})
-        made.append(s**2 * X - s * x_0 - v_0 - moving - constant / s)
-    return tuple(made)
+        steps.append(s**2 * X - s * x_0 - v_0 - moving - constant / s)
+    return tuple(steps)
 
 
 def paper_frame(model: Model) -> tuple[sp.Poly, ...]:

@@ -46,14 +46,14 @@ def changed(value: sp.Expr, inputs: Iterable[sp.Symbol]) -> sp.Expr:
     return sp.expand(sum((value.diff(symbol) * change_of(symbol) for symbol in inputs), sp.S.Zero))
 
 
-def changed_steps(steps: Sequence[Step], inputs: Sequence[sp.Symbol], wanted: Sequence[sp.Symbol]) -> tuple[Step, ...]:
-    """The changes `wanted`, step by step, with those of the steps themselves that they read."""
-    moving, made = list(inputs), list[Step]()
+def changed_steps(steps: Sequence[Step], inputs: Sequence[sp.Symbol], asked: Sequence[sp.Symbol]) -> tuple[Step, ...]:
+    """The changes `asked`, step by step, with those of the steps themselves that they read."""
+    moving, all_steps = list(inputs), list[Step]()
     for step in steps:
-        made += [step, Step(change_of(step.symbol), changed(step.value, moving), f"change of {step.source}")]
+        all_steps += [step, Step(change_of(step.symbol), changed(step.value, moving), f"change of {step.source}")]
         moving.append(step.symbol)
-    needed, kept = set(wanted), list[Step]()
-    for step in reversed(made):
+    needed, kept = set(asked), list[Step]()
+    for step in reversed(all_steps):
         if step.symbol in needed:
             kept.append(step)
             needed |= step.value.free_symbols
@@ -106,9 +106,9 @@ def free_slopes() -> Steps:
 def excess_change(model: Model) -> Steps:
     """Change of the friction at rest, less that of the friction in motion, with the robot."""
     steps = model.in_parameters(modes.excess_of(model))
-    wanted = {change_of(symbol): symbol for symbol in modes.EXCESS.symbols}
-    for step in changed_steps(steps, model.robot.symbols, tuple(wanted)):
-        yield replace(step, symbol=wanted.get(step.symbol, step.symbol))
+    symbols = {change_of(symbol): symbol for symbol in modes.EXCESS.symbols}
+    for step in changed_steps(steps, model.robot.symbols, tuple(symbols)):
+        yield replace(step, symbol=symbols.get(step.symbol, step.symbol))
 
 
 @function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=scalar("d_body", "J", "change of the energy"))

@@ -49,16 +49,16 @@ def open_conditions(model: Model) -> tuple[Condition, ...]:
     """The conditions that some robot of the model may violate though it obeys the others."""
     masses = (m_eff, m_s)
     in_own = {letter: value for letter, value in model.constants.items() if letter not in masses}
-    known = {quantity.symbol for quantity in model.robot.quantities if quantity.interval.low >= 0.0} | {*masses}
+    nonnegative = {quantity.symbol for quantity in model.robot.quantities if quantity.interval.low >= 0.0} | {*masses}
     # letters that are never negative stand for their values first: multiplied out, these may be long
-    letters = {each for each, value in in_own.items() if value != 0 and _cannot_be_negative(value, known)}
+    letters = {each for each, value in in_own.items() if value != 0 and _cannot_be_negative(value, nonnegative)}
     in_letters = {letter: value for letter, value in in_own.items() if letter not in letters}
-    left = _left_open(model, CONDITIONS, in_letters, known | letters)
-    return _left_open(model, left, in_own, known)
+    left = _left_open(model, CONDITIONS, in_letters, nonnegative | letters)
+    return _left_open(model, left, in_own, nonnegative)
 
 
 def _left_open(
-    model: Model, conditions: tuple[Condition, ...], values: Mapping[sp.Symbol, sp.Expr], known: set[sp.Symbol]
+    model: Model, conditions: tuple[Condition, ...], values: Mapping[sp.Symbol, sp.Expr], nonnegative: set[sp.Symbol]
 ) -> tuple[Condition, ...]:
     """Those that are not sums of products of what is known to be positive or 0, with some letters by their values."""
     rates = tuple(replace(step, value=step.value.xreplace(values)) for step in laplace.rates_of(model))
@@ -67,15 +67,16 @@ def _left_open(
     return tuple(
         condition
         for condition in conditions
-        if not _cannot_be_negative(unfold(condition.value, rates), known)
+        if not _cannot_be_negative(unfold(condition.value, rates), nonnegative)
         and not _cannot_be_negative(
-            condition.value.subs(of_both).subs(of_one), known | {p_1, q_1, p_2, q_2} - condition.value.free_symbols
+            condition.value.subs(of_both).subs(of_one),
+            nonnegative | {p_1, q_1, p_2, q_2} - condition.value.free_symbols,
         )
     )
 
 
-def _cannot_be_negative(value: sp.Expr, known: set[sp.Symbol]) -> bool:
+def _cannot_be_negative(value: sp.Expr, nonnegative: set[sp.Symbol]) -> bool:
     """Whether an expression is, term by term, a product of a positive number and of factors that are not negative."""
     factors = (factor for term in sp.Add.make_args(sp.expand(value)) for factor in sp.Mul.make_args(term))
     powers = ((factor, *factor.as_base_exp()) for factor in factors)
-    return all(factor.is_nonnegative or base in known or exponent.is_even for factor, base, exponent in powers)
+    return all(factor.is_nonnegative or base in nonnegative or exponent.is_even for factor, base, exponent in powers)

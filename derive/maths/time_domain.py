@@ -61,13 +61,13 @@ def taylor_step() -> Steps:
     """
     half, sixth, rest = sp.symbols("half sixth rest", real=True)
     gains = sp.symbols("more_Wdd more_Wd more_W more_W1 more_W2", real=True)
-    known = (W2, W1, W, Wd, Wdd, W_third, W_fourth, W_fifth, W_sixth)
+    jet = (W2, W1, W, Wd, Wdd, W_third, W_fourth, W_fifth, W_sixth)
     yield from HIGHER_DERIVATIVES
     yield Step(half, t * t / 2, "t^2/2!")
     yield Step(sixth, half * t / 3, "t^3/3!")
     yield Step(rest, sixth * t / 4, "t^4/4!")
     for n, (gain, value) in enumerate(zip(gains, PROPAGATED.symbols, strict=True)):
-        start, *rates = known[known.index(Wdd) - n :][:5]
+        start, *rates = jet[jet.index(Wdd) - n :][:5]
         series = t * rates[0] + half * rates[1] + sixth * rates[2] + rest * rates[3]
         yield Step(gain, series, "its Taylor series")
         yield Step(value, start + gain, "t later")

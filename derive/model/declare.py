@@ -126,9 +126,9 @@ class Draft:
     def names(self) -> Iterator[tuple[str, str]]:
         """All names that are taken, with what each is."""
         yield from ((each.name, "a parameter") for each in self.parameters)
-        for each in self.coordinates:
-            yield each.symbol.name, "a coordinate"
-            yield each.velocity, f"the velocity of {each.symbol}"
+        for declared in self.coordinates:
+            yield declared.symbol.name, "a coordinate"
+            yield declared.velocity, f"the velocity of {declared.symbol}"
         yield from ((each.symbol.name, "the current") for each in self.currents)
         yield from ((each.target, "the target of the law") for each in self.laws)
 
@@ -163,8 +163,8 @@ def shown(value: object, most: int = 80) -> str:
     return line if len(line) <= most else f"{line[: most - 3]}..."
 
 
-def _wrong(what: str, wanted: str, got: object) -> ModelError:
-    return ModelError(f"{what} must be {wanted}, got {shown(repr(got))}")
+def _wrong(what: str, allowed: str, got: object) -> ModelError:
+    return ModelError(f"{what} must be {allowed}, got {shown(repr(got))}")
 
 
 def _text(value: object, what: str) -> str:
@@ -216,18 +216,18 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 
-def _call(made: Callable[P, R]) -> Callable[P, R]:
+def _call(function: Callable[P, R]) -> Callable[P, R]:
     """A call of a model file; one with other arguments is refused by those that it takes."""
-    takes = signature(made)
+    takes = signature(function)
 
-    @wraps(made)
+    @wraps(function)
     def called(*given: P.args, **named: P.kwargs) -> R:
         try:
             takes.bind(*given, **named)
         except TypeError as error:
             names = ", ".join(name for name in takes.parameters if name != "self")
-            raise ModelError(f"{made.__name__}(...): {error}; it takes {names}") from None
-        return made(*given, **named)
+            raise ModelError(f"{function.__name__}(...): {error}; it takes {names}") from None
+        return function(*given, **named)
 
     return called
 
@@ -245,20 +245,20 @@ def parameter(
     "bound" for the limit of the current, which may be infinite. Without a default every robot must give it. glyph: as
     LaTeX writes it.
     """
-    own = _name(name, "a parameter")
-    what = f"the parameter {own}"
-    made = Parameter(
-        own,
-        _text(glyph_of(own) if glyph is None else glyph, f"the glyph of {what}"),
+    label = _name(name, "a parameter")
+    what = f"the parameter {label}"
+    declared = Parameter(
+        label,
+        _text(glyph_of(label) if glyph is None else glyph, f"the glyph of {what}"),
         _unit(unit, what),
         _text(meaning, f"the meaning of {what}"),
         domain,
         _default(what, domain, default),
         _draft().shipped,
     )
-    _draft().parameters.append(made)
-    _draft().lines[own] = _draft().line()
-    return made.symbol
+    _draft().parameters.append(declared)
+    _draft().lines[label] = _draft().line()
+    return declared.symbol
 
 
 def _default(what: str, domain: object, default: Any) -> float | None:
@@ -316,8 +316,8 @@ _GREEK = [
 def glyph_of(name: str) -> str:
     """A name as LaTeX writes it: what is behind the first _ or a first letter is its index."""
     head, _, index = name.partition("_")
-    if not index and (found := re.fullmatch(r"([A-Za-z]+?)(\d+)", head)):
-        head, index = found[1], found[2]
+    if not index and (match := re.fullmatch(r"([A-Za-z]+?)(\d+)", head)):
+        head, index = match[1], match[2]
     letter = f"\\{head}" if head in _GREEK else head if len(head) == 1 else rf"\mathrm{{{head}}}"
     index = index.replace("_", ",")
     return f"{letter}_{index if len(index) == 1 else f'{{{index}}}'}" if index else letter
@@ -341,8 +341,8 @@ def coordinate(
     positive and a negative velocity. velocity: its name, by default v1 of x1, q_dot of q. held: whether it is bolted,
     at 0.
     """
-    own = _column(name, "a coordinate")
-    what = f"the coordinate {own}"
+    label = _column(name, "a coordinate")
+    what = f"the coordinate {label}"
     if unit not in ("m", "rad"):
         raise _wrong(f"the unit of {what}", "'m' or 'rad'", unit)
     if not (
@@ -353,17 +353,17 @@ def coordinate(
         raise _wrong(f"directions of {what}", "two words", directions)
     if not isinstance(held, bool):
         raise _wrong(f"held of {what}", "True or False", held)
-    rate = velocity_of(own) if velocity is None else velocity
-    if own == rate:
-        raise ModelError(f"the name of the velocity of {own} is {rate!r}: it must be another")
-    symbol = Coordinate(own, real=True)
+    rate = velocity_of(label) if velocity is None else velocity
+    if label == rate:
+        raise ModelError(f"the name of the velocity of {label} is {rate!r}: it must be another")
+    symbol = Coordinate(label, real=True)
     words = tuple(_text(each, f"directions of {what}") for each in directions)
-    made = DeclaredCoordinate(
-        symbol, unit, _expression(inertia, f"the inertia of {what}"), _text(thing or own, f"the thing of {what}"), (words[0], words[1]),
-        _column(rate, f"the velocity of {own}"), held, _text(meaning, f"the meaning of {what}"),
+    declared = DeclaredCoordinate(
+        symbol, unit, _expression(inertia, f"the inertia of {what}"), _text(thing or label, f"the thing of {what}"), (words[0], words[1]),
+        _column(rate, f"the velocity of {label}"), held, _text(meaning, f"the meaning of {what}"),
         _draft().line(),
     )  # fmt: skip
-    _draft().coordinates.append(made)
+    _draft().coordinates.append(declared)
     return symbol
 
 
@@ -380,14 +380,14 @@ def current(
 
     limit: the largest size that a controller may choose.
     """
-    own = _column(name, "a current")
+    label = _column(name, "a current")
     if _draft().currents:
-        raise ModelError(f"the current {own}: a model has one input, which is {_draft().currents[0].symbol}")
-    symbol = Current(own, real=True)
+        raise ModelError(f"the current {label}: a model has one input, which is {_draft().currents[0].symbol}")
+    symbol = Current(label, real=True)
     _draft().currents.append(
         DeclaredCurrent(
-            symbol, _unit(unit, f"the current {own}"), None if limit is None else _expression(limit, f"the limit of the current {own}"),
-            _text(thing, f"the thing of the current {own}"), _text(meaning, f"the meaning of the current {own}"),
+            symbol, _unit(unit, f"the current {label}"), None if limit is None else _expression(limit, f"the limit of the current {label}"),
+            _text(thing, f"the thing of the current {label}"), _text(meaning, f"the meaning of the current {label}"),
             _draft().line(),
         )
     )  # fmt: skip
@@ -400,46 +400,48 @@ def current(
 def _element(
     kind: str, name: object, on: Value, where: object = "both", *, beside: bool = False, **values: Value
 ) -> Element:
-    own, line = _label(name, kind), _draft().line()
-    made = Element(kind, own, _expression(on, f"{kind} '{own}'"), {}, _where(where, f"{kind} '{own}'"), beside, line)
+    label, line = _label(name, kind), _draft().line()
+    element = Element(
+        kind, label, _expression(on, f"{kind} '{label}'"), {}, _where(where, f"{kind} '{label}'"), beside, line
+    )
     for key, value in values.items():
-        made.values[key] = None if value is None else _expression(value, f"{key} of {made}")
-    if any(other.name == own and other.kind == kind and other.on == made.on for other in _draft().elements):
-        raise ModelError(f"{made} is declared twice: give the second one a name of its own")
-    _draft().elements.append(made)
-    return made
+        element.values[key] = None if value is None else _expression(value, f"{key} of {element}")
+    if any(other.name == label and other.kind == kind and other.on == element.on for other in _draft().elements):
+        raise ModelError(f"{element} is declared twice: give the second one a name of its own")
+    _draft().elements.append(element)
+    return element
 
 
 def _expression(value: object, what: str) -> sp.Expr:
     if isinstance(value, bool) or not (isinstance(value, sp.Expr) or hasattr(value, "__float__")):
         raise _wrong(what, "a number or an expression of sympy", value)
-    made = sp.sympify(value)
-    counted = _terms(made, {})
+    expression = sp.sympify(value)
+    counted = _terms(expression, {})
     if counted is not None:
-        _draft().terms[made] = counted[0]
+        _draft().terms[expression] = counted[0]
     if counted is None or sum(_draft().terms.values()) > MOST_TERMS:
         raise ModelError(
             f"{what} is too large: multiplied out, the expressions of a file may have {MOST_TERMS} terms in all, of at "
             f"most {MOST_FACTORS} factors; declare a part of it as a parameter, whose value the robot gives"
         )
-    return made
+    return expression
 
 
 MOST_TERMS, MOST_FACTORS = 64, 32
 """[B] of the expressions of a file when they are multiplied out, as in the derivation, which takes 30 s for 60 terms."""
 
 
-def _terms(value: sp.Expr, known: dict[sp.Expr, tuple[int, int]]) -> tuple[int, int] | None:
+def _terms(value: sp.Expr, counts: dict[sp.Expr, tuple[int, int]]) -> tuple[int, int] | None:
     """How many terms an expression has when it is multiplied out, and how many factors one of them at most, counted
     without doing it; None beyond the limits. A power n of t terms has binomial(n + t - 1, n).
 
     known: of what occurs many times, once counted.
     """
-    if value in known:
-        return known[value]
+    if value in counts:
+        return counts[value]
     parts = []
     for part in value.args[:1] if value.is_Pow else value.args:
-        if (counted := _terms(part, known)) is None:
+        if (counted := _terms(part, counts)) is None:
             return None
         parts.append(counted)
     terms = factors = 1
@@ -452,7 +454,7 @@ def _terms(value: sp.Expr, known: dict[sp.Expr, tuple[int, int]]) -> tuple[int, 
         terms, factors = comb(power + parts[0][0] - 1, power), power * parts[0][1]
     if terms > MOST_TERMS or factors > MOST_FACTORS:
         return None
-    known[value] = terms, factors
+    counts[value] = terms, factors
     return terms, factors
 
 
@@ -502,15 +504,15 @@ def friction(
     at_rest: the level up to which it holds what is at rest, >= that of the motion, or a pair of such levels, against a
     motion forward and backward; by default that of the motion.
     """
-    made = f"friction '{name}'"
+    label = f"friction '{name}'"
     if (level is None) == (forward is None and backward is None):
-        raise ModelError(f"{made} has either one level, or forward= and backward=")
+        raise ModelError(f"{label} has either one level, or forward= and backward=")
     if level is None and (forward is None or backward is None):
-        raise ModelError(f"{made} has {'backward' if forward is None else 'forward'}= alone: give both, 0 for none")
+        raise ModelError(f"{label} has {'backward' if forward is None else 'forward'}= alone: give both, 0 for none")
     forward, backward = (level, level) if level is not None else (forward, backward)
     pair = at_rest if isinstance(at_rest, tuple | list) else (at_rest, at_rest)
     if len(pair) != 2:
-        raise _wrong(f"at_rest of {made}", "a level, or a pair of levels", at_rest)
+        raise _wrong(f"at_rest of {label}", "a level, or a pair of levels", at_rest)
     _element(
         "friction", name, on, where, forward=forward, backward=backward,
         forward_at_rest=forward if pair[0] is None else pair[0],
@@ -561,9 +563,9 @@ def contact(leg: Spring, impact_loss: Value = 0, name: str = "contact") -> None:
 def include(name: str) -> SimpleNamespace:
     """All that the file of a model that ships declares, beside which more is declared: its symbols, by their names."""
     path = MODELS / f"{name}.py"
-    known = sorted(each.stem for each in MODELS.glob("[!_]*.py"))
-    if name not in known:
-        raise ModelError(f"include({name!r}): models that ship are {', '.join(known)}")
+    shipped = sorted(each.stem for each in MODELS.glob("[!_]*.py"))
+    if name not in shipped:
+        raise ModelError(f"include({name!r}): models that ship are {', '.join(shipped)}")
     draft = _draft()
     around, draft.shipped = draft.shipped, name
     try:
@@ -590,13 +592,13 @@ def law(
     derivative [N s/m, N m s/rad]: >= 0, what the motor pulls with; k_t is its force per current. target: the name of
     the input, which is in place of the current, constant or in steps. meaning: of the target.
     """
-    own = _label(name, "law")
+    label = _label(name, "law")
     if not isinstance(of, Current):
-        raise _wrong(f"what law '{own}' sets", "what `current` returns", of)
+        raise _wrong(f"what law '{label}' sets", "what `current` returns", of)
     if not isinstance(on, Coordinate):
-        raise _wrong(f"what law '{own}' acts on", "what `coordinate` returns", on)
+        raise _wrong(f"what law '{label}' acts on", "what `coordinate` returns", on)
     if _draft().laws:
-        raise ModelError(f"law '{own}': a model has one law, which sets {_draft().laws[0].current}")
-    called = _column(target, f"the target of law '{own}'")
-    _draft().laws.append(DeclaredLaw(of, called, _text(meaning, f"the meaning of law '{own}'")))
-    _element("law", own, on, proportional=proportional, derivative=derivative)
+        raise ModelError(f"law '{label}': a model has one law, which sets {_draft().laws[0].current}")
+    called = _column(target, f"the target of law '{label}'")
+    _draft().laws.append(DeclaredLaw(of, called, _text(meaning, f"the meaning of law '{label}'")))
+    _element("law", label, on, proportional=proportional, derivative=derivative)

@@ -169,9 +169,12 @@ class Model:
     @property
     def still(self) -> dict[sp.Symbol, sp.Expr]:
         """Positions and velocities of the mass that the file does not have: 0 for ever."""
-        of = ((x1, v1), (x2, v2))
+        state = ((x1, v1), (x2, v2))
         return {
-            symbol: sp.S.Zero for own, symbols in zip(self.names, of, strict=True) if own is None for symbol in symbols
+            symbol: sp.S.Zero
+            for own, symbols in zip(self.names, state, strict=True)
+            if own is None
+            for symbol in symbols
         }
 
     @property
@@ -188,12 +191,12 @@ class Model:
         """A unit of what moves along a line as that of what the coordinates of the model are."""
         if not any(own is not None and own.unit == "rad" for own in self.names):
             return unit
-        return re.sub(r"\b(kg|m|N)\b", lambda found: {"kg": "kg m^2", "m": "rad", "N": "N m"}[found[0]], unit)
+        return re.sub(r"\b(kg|m|N)\b", lambda match: {"kg": "kg m^2", "m": "rad", "N": "N m"}[match[0]], unit)
 
     def words(self, text: str) -> str:
         """A text about actuator and body in the words of the model."""
         things = {mass: own.thing for own, mass in zip(self.names, MASSES, strict=True) if own is not None}
-        return re.sub(rf"\b({'|'.join(MASSES)})\b", lambda found: things.get(found[0], found[0]), text)
+        return re.sub(rf"\b({'|'.join(MASSES)})\b", lambda match: things.get(match[0], match[0]), text)
 
     def value(self, expression: sp.Expr) -> sp.Expr:
         """An expression in letters by the parameters."""

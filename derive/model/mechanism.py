@@ -37,9 +37,9 @@ _Declared = Element | DeclaredCoordinate | DeclaredCurrent
 """What a refusal is about, which has a line."""
 
 
-def _refused(of: _Declared, message: str) -> ModelError:
+def _refused(declared: _Declared, message: str) -> ModelError:
     """A refusal of what is declared, with its line of the file."""
-    return ModelError(message, of.line)
+    return ModelError(message, declared.line)
 
 
 @dataclass(frozen=True)
@@ -101,9 +101,9 @@ class _Mechanism:
 
     def _of(self, *kinds: str) -> Iterator[Element]:
         """The elements of some kinds that act on what moves."""
-        for each in self.draft.elements:
-            if each.kind in kinds and (each.kind == "contact" or self._moving(each.on)):
-                yield each
+        for element in self.draft.elements:
+            if element.kind in kinds and (element.kind == "contact" or self._moving(element.on)):
+                yield element
 
     def _declared(self, symbol: sp.Symbol) -> DeclaredCoordinate:
         return next(each for each in self.draft.coordinates if each.symbol == symbol)
@@ -115,8 +115,8 @@ class _Mechanism:
     # ---- expressions ----
 
     def _expressions(self) -> Iterator[tuple[_Declared, str, sp.Expr]]:
-        for each in self.draft.coordinates:
-            yield each, f"the inertia of {each.symbol}", each.inertia
+        for coordinate in self.draft.coordinates:
+            yield coordinate, f"the inertia of {coordinate.symbol}", coordinate.inertia
         if self.input is not None and self.input.limit is not None:
             yield self.input, f"the limit of {self.input.symbol}", self.input.limit
         for element in self.draft.elements:
@@ -126,24 +126,24 @@ class _Mechanism:
                     yield element, f"{element}: {key}", value
 
     def _check_expressions(self) -> None:
-        known = {*self.parameters, *(each.symbol for each in self.draft.coordinates)}
-        known |= {each.symbol for each in self.draft.currents}
+        symbols = {*self.parameters, *(each.symbol for each in self.draft.coordinates)}
+        symbols |= {each.symbol for each in self.draft.currents}
         coordinates = {each.symbol for each in self.draft.coordinates}
-        for of, what, value in self._expressions():
-            if unknown := sorted(map(str, value.free_symbols - known)):
+        for declared, what, value in self._expressions():
+            if unknown := sorted(map(str, value.free_symbols - symbols)):
                 raise _refused(
-                    of,
+                    declared,
                     f"{what} is {_short(value)}, and {', '.join(unknown)} is not declared: symbols are what "
                     "`parameter`, `coordinate` and `current` return",
                 )
-            _exact(of, value, f"{what} is {_short(value)}")
+            _exact(declared, value, f"{what} is {_short(value)}")
             for symbol in value.free_symbols & self.parameters.keys():
                 domain = self.parameters[symbol].domain
                 if domain not in FINITE and not (
                     value == symbol and what.endswith((": low", ": high")) or "limit of" in what
                 ):
                     raise _refused(
-                        of,
+                        declared,
                         f"{what} reads {symbol}, which may be infinite: its domain {domain!r} is for an end of a stop, "
                         "or the limit of the current",
                     )
@@ -182,29 +182,33 @@ class _Mechanism:
 
     def _check_units(self) -> None:
         """Units that a file gives, where all of them are known."""
-        known = {symbol: units.dimension(each.unit) for symbol, each in self.parameters.items()}
-        known |= {each.symbol: units.dimension("m" if each.unit == "m" else "1") for each in self.draft.coordinates}
+        dimensions = {symbol: units.dimension(each.unit) for symbol, each in self.parameters.items()}
+        dimensions |= {
+            each.symbol: units.dimension("m" if each.unit == "m" else "1") for each in self.draft.coordinates
+        }
         if self.input is not None:
-            known[self.input.symbol] = units.dimension(self.input.unit)
-        of: dict[str, str] = {}
-        for each in self.draft.coordinates:
-            _fits(each, each.inertia, "kg" if each.unit == "m" else "kg m^2", known, f"the inertia of {each.symbol}")
-            of[each.symbol.name] = each.unit
+            dimensions[self.input.symbol] = units.dimension(self.input.unit)
+        unit_of: dict[str, str] = {}
+        for axis in self.draft.coordinates:
+            _fits(
+                axis, axis.inertia, "kg" if axis.unit == "m" else "kg m^2", dimensions, f"the inertia of {axis.symbol}"
+            )
+            unit_of[axis.symbol.name] = axis.unit
         if self.input is not None and self.input.limit is not None:
-            _fits(self.input, self.input.limit, self.input.unit, known, f"the limit of {self.input.symbol}")
+            _fits(self.input, self.input.limit, self.input.unit, dimensions, f"the limit of {self.input.symbol}")
         for element in self.draft.elements:
-            self._check_units_of(element, known, of)
+            self._check_units_of(element, dimensions, unit_of)
 
     def _check_units_of(
-        self, element: Element, known: dict[sp.Symbol, units.Dimension | None], of: dict[str, str]
+        self, element: Element, dimensions: dict[sp.Symbol, units.Dimension | None], unit_of: dict[str, str]
     ) -> None:
-        where = [of[str(symbol)] for symbol in element.on.free_symbols if str(symbol) in of]
+        where = [unit_of[str(symbol)] for symbol in element.on.free_symbols if str(symbol) in unit_of]
         turns = where == ["rad"]
         effort = "N m" if turns else "N"
         values = {key: value for key, value in element.values.items() if value is not None}
         if element.kind in ("force", "torque"):
-            wanted = "rad" if element.kind == "torque" else "m"
-            if where and where[0] != wanted:
+            unit_of_push = "rad" if element.kind == "torque" else "m"
+            if where and where[0] != unit_of_push:
                 other = "torque" if element.kind == "force" else "force"
                 raise _refused(
                     element, f"{element} acts along {element.on}, which is in {where[0]}: declare it as {other}(...)"
@@ -222,20 +226,20 @@ class _Mechanism:
         }  # fmt: skip
         for key, unit in expected.get(element.kind, {}).items():
             if key in values:
-                _fits(element, values[key], unit, known, f"{element}: {key}")
+                _fits(element, values[key], unit, dimensions, f"{element}: {key}")
         if element.kind not in ("spring", "viscous") or not where:
             return
         what = f"{element}: {element.on}"
         try:
-            stretch = units.of_expression(sp.expand(element.on), known)
+            stretch = units.of_expression(sp.expand(element.on), dimensions)
         except units.UnitError as error:
             raise _refused(element, f"{what}: units do not fit: {error}") from None
         (key, value), *_ = values.items()
-        found = _dimension_of(element, value, known, f"{element}: {key}")
-        if stretch is None or found is None or not value.free_symbols:
+        dimension = _dimension_of(element, value, dimensions, f"{element}: {key}")
+        if stretch is None or dimension is None or not value.free_symbols:
             return
         # the force along a coordinate is (d stretch/d q) times stiffness times stretch
-        power = [each + 2 * other for each, other in zip(found, stretch, strict=True)]
+        power = [each + 2 * other for each, other in zip(dimension, stretch, strict=True)]
         energy = units.dimension("J")
         assert energy is not None
         if element.kind == "viscous":
@@ -247,7 +251,7 @@ class _Mechanism:
             fits = "N m" if per == "rad" else "N"
             raise _refused(
                 element,
-                f"{element}: {unit} {_short(value)} is in {units.spelled(found)}, and of a stretch in {per} it must be "
+                f"{element}: {unit} {_short(value)} is in {units.spelled(dimension)}, and of a stretch in {per} it must be "
                 f"in {fits}{rate}/{per}",
             )
 
@@ -258,8 +262,8 @@ class _Mechanism:
         moving = [each for each in self.draft.coordinates if not each.held]
         if not moving:
             raise _refused(self.draft.coordinates[-1], "every coordinate is held: nothing moves")
-        for each in moving:
-            self._refuse_sign(each, each.inertia, f"the inertia of {each.symbol}", positive=True)
+        for coordinate in moving:
+            self._refuse_sign(coordinate, coordinate.inertia, f"the inertia of {coordinate.symbol}", positive=True)
         if len(moving) > 2:
             extra = _short(", ".join(str(each.symbol) for each in moving))
             order = f": with nothing held the motion is of {self._order()}" if len(moving) <= MOST_TRIED else ""
@@ -326,15 +330,15 @@ class _Mechanism:
 
     # ---- letters ----
 
-    def _put(self, of: _Declared, letter: sp.Symbol, value: sp.Expr, source: str) -> None:
-        self.constants[letter] = _exact(of, value, source)
+    def _put(self, declared: _Declared, letter: sp.Symbol, value: sp.Expr, source: str) -> None:
+        self.constants[letter] = _exact(declared, value, source)
         self.sources[letter] = source
 
     def _put_inertias(self) -> None:
-        for letter, each in ((Q.m_eff, self.first), (Q.m_s, self.second)):
-            if each is not None:
-                self._refuse_sign(each, each.inertia, f"the inertia of {each.symbol}", positive=True)
-                self._put(each, letter, each.inertia, f"inertia of {each.symbol}")
+        for letter, coordinate in ((Q.m_eff, self.first), (Q.m_s, self.second)):
+            if coordinate is not None:
+                self._refuse_sign(coordinate, coordinate.inertia, f"the inertia of {coordinate.symbol}", positive=True)
+                self._put(coordinate, letter, coordinate.inertia, f"inertia of {coordinate.symbol}")
 
     def _slopes(self, element: Element) -> dict[sp.Symbol, sp.Expr]:
         """How a stretch changes with each coordinate that moves, constants; ModelError where it is not linear."""
@@ -469,8 +473,8 @@ class _Mechanism:
 
     def _put_springs(self) -> None:
         springs = list(self._of("spring"))
-        for each in springs:
-            self._refuse_sign(each, each.values["stiffness"], f"{each}: stiffness", positive=False)
+        for spring in springs:
+            self._refuse_sign(spring, spring.values["stiffness"], f"{spring}: stiffness", positive=False)
         leg = self.contact.on if self.contact is not None else None
         if self.contact is not None and not any(each.on == leg for each in springs):
             raise _refused(self.contact, f"{self.contact}: the spring of its leg stretches nothing that moves")
@@ -492,14 +496,14 @@ class _Mechanism:
         if self.undone is not None:
             self._put(main, Q.c, pulled, f"spring {main.name}")
         self._put(main, Q.L0, sp.expand(offset - pulled), f"spring {main.name}")
-        for each in springs:
-            if each is main:
+        for spring in springs:
+            if spring is main:
                 continue
-            own, k = self._stretch(each), each.values["stiffness"]
+            stretched, k = self._stretch(spring), spring.values["stiffness"]
             assert k is not None
             positions = Q.x1 if self.alone else Q.x1 - Q.x2
-            push = -k * own.factor * (own.factor * positions + own.offset)
-            self._further(each, push, sp.S.Zero if self.alone else -push)
+            push = -k * stretched.factor * (stretched.factor * positions + stretched.offset)
+            self._further(spring, push, sp.S.Zero if self.alone else -push)
 
     def _refuse_what_nothing_ties(self, first: DeclaredCoordinate, second: DeclaredCoordinate) -> None:
         between = {each.kind for each in self._of("spring", "viscous") if len(self._slopes(each)) == 2}
@@ -513,42 +517,44 @@ class _Mechanism:
 
     def _offset_force(self, stiffness: sp.Expr, offset: sp.Expr) -> sp.Expr:
         """The share of a spring's offset that a constant force on mass 1 undoes there, as (3) has it; 0 without one."""
-        for each in self._of("force", "torque"):
-            share = _cancelled((each.values["value"] or sp.S.Zero) / stiffness)
+        for element in self._of("force", "torque"):
+            share = _cancelled((element.values["value"] or sp.S.Zero) / stiffness)
             if (
-                not self.alone and share.is_Symbol and self._number(each.on) == 1 and each.where == "both"
+                not self.alone and share.is_Symbol and self._number(element.on) == 1 and element.where == "both"
                 and share in sp.Add.make_args(offset)
             ):  # fmt: skip
-                self.undone = each
+                self.undone = element
                 return share
         return sp.S.Zero
 
     def _put_forces(self) -> None:
         self._put_viscous()
         gravities = list(self._of("gravity"))
-        for each in gravities:
-            value, number = each.values["acceleration"], self._one(each)
+        for element in gravities:
+            value, number = element.values["acceleration"], self._one(element)
             assert value is not None
             if number == 2 and self.contact is not None:
-                self._refuse_sign(each, value, f"{each}: acceleration", positive=False)
+                self._refuse_sign(element, value, f"{element}: acceleration", positive=False)
             if number == 2 and Q.g not in self.sources and self._never_negative(value):
-                self._put(each, Q.g, value, f"gravity {each.name}")
+                self._put(element, Q.g, value, f"gravity {element.name}")
             else:
                 weight = -self.constants[Q.m_eff if number == 1 else Q.m_s] * value
-                self._further(each, *((weight, sp.S.Zero) if number == 1 else (sp.S.Zero, weight)))
-        for each in self._of("force", "torque"):
-            value = each.values["value"]
+                self._further(element, *((weight, sp.S.Zero) if number == 1 else (sp.S.Zero, weight)))
+        for element in self._of("force", "torque"):
+            value = element.values["value"]
             assert value is not None
-            number = self._one(each)
-            if each is self.undone:
+            number = self._one(element)
+            if element is self.undone:
                 continue
-            constant, per_unit = self._split(each, value)
+            constant, per_unit = self._split(element, value)
             if per_unit != 0:
-                if each.where != "both":
-                    raise _refused(each, f"{each} has the current in it: it acts in stance and in flight, where='both'")
-                self._put(each, Q.gamma2, self.constants[Q.gamma2] - per_unit, f"{each.kind} {each.name}")
+                if element.where != "both":
+                    raise _refused(
+                        element, f"{element} has the current in it: it acts in stance and in flight, where='both'"
+                    )
+                self._put(element, Q.gamma2, self.constants[Q.gamma2] - per_unit, f"{element.kind} {element.name}")
             if constant != 0:
-                self._further(each, *((constant, sp.S.Zero) if number == 1 else (sp.S.Zero, constant)))
+                self._further(element, *((constant, sp.S.Zero) if number == 1 else (sp.S.Zero, constant)))
 
     def _split(self, element: Element, value: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
         """The constant part of a force, and that per unit of the input."""
@@ -563,29 +569,31 @@ class _Mechanism:
         return sp.expand(value - per_unit * self.input.symbol), per_unit
 
     def _put_viscous(self) -> None:
-        for each in self._of("viscous"):
-            damping = each.values["damping"]
+        for damper in self._of("viscous"):
+            damping = damper.values["damping"]
             assert damping is not None
-            stretch = self._stretch(each)
+            stretch = self._stretch(damper)
             if stretch.offset != 0:
-                raise _refused(each, f"{each} acts on {_short(each.on)}: a velocity knows no {_short(stretch.offset)}")
-            symbols = self._moving(each.on)
+                raise _refused(
+                    damper, f"{damper} acts on {_short(damper.on)}: a velocity knows no {_short(stretch.offset)}"
+                )
+            symbols = self._moving(damper.on)
             damping = sp.expand(damping * stretch.factor**2)
-            if len(symbols) == 2 or self._is_in_leg(each):
-                self._refuse_where(each, "both", "in the leg" if self.contact else "between two coordinates")
-                self._refuse_sign(each, damping, f"{each}: damping", positive=False)
+            if len(symbols) == 2 or self._is_in_leg(damper):
+                self._refuse_where(damper, "both", "in the leg" if self.contact else "between two coordinates")
+                self._refuse_sign(damper, damping, f"{damper}: damping", positive=False)
                 push = -damping * (Q.v1 - Q.v2)
-                self._further(each, push, -push)
+                self._further(damper, push, -push)
                 continue
             number = self._number(symbols[0])
-            letter, own = ((Q.b1, "both"), (Q.b2, "stance"))[number - 1]
+            letter, where = ((Q.b1, "both"), (Q.b2, "stance"))[number - 1]
             if self.contact is None:
-                own = "both"
-            if each.where == own and letter not in self.sources:
-                self._put(each, letter, damping, f"viscous {each.name}")
+                where = "both"
+            if damper.where == where and letter not in self.sources:
+                self._put(damper, letter, damping, f"viscous {damper.name}")
             else:
                 push = -damping * (Q.v1, Q.v2)[number - 1]
-                self._further(each, *((push, sp.S.Zero) if number == 1 else (sp.S.Zero, push)))
+                self._further(damper, *((push, sp.S.Zero) if number == 1 else (sp.S.Zero, push)))
 
     def _is_in_leg(self, damper: Element) -> bool:
         """Of a leg with one coordinate that moves: whether a damper is beside its spring, or between the leg's ends."""
@@ -594,40 +602,43 @@ class _Mechanism:
         ends = {each.symbol for each in self.draft.coordinates} & self.contact.on.free_symbols
         return damper.beside or (len(ends) == 2 and ends <= damper.on.free_symbols)
 
-    def _refuse_where(self, element: Element, wanted: str, why: str) -> None:
-        if element.where != wanted:
-            raise _refused(element, f"{element} acts in {element.where!r}: {why} it must act in {wanted!r}")
+    def _refuse_where(self, element: Element, phases: str, why: str) -> None:
+        if element.where != phases:
+            raise _refused(element, f"{element} acts in {element.where!r}: {why} it must act in {phases!r}")
 
     def _put_friction(self) -> None:
-        for each in self._of("friction"):
-            number = self._one(each)
-            wanted = "stance" if number == 2 and self.contact is not None else "both"
-            why = "the friction of a body that flies is" if wanted == "stance" else "friction is that"
-            if each.where != wanted:
+        for element in self._of("friction"):
+            number = self._one(element)
+            phases = "stance" if number == 2 and self.contact is not None else "both"
+            why = "the friction of a body that flies is" if phases == "stance" else "friction is that"
+            if element.where != phases:
                 raise _refused(
-                    each,
-                    f"{each} of {each.on} acts in {each.where!r}: {why} carried in {wanted!r} alone, so declare it with "
-                    f"where={wanted!r}",
+                    element,
+                    f"{element} of {element.on} acts in {element.where!r}: {why} carried in {phases!r} alone, so declare it with "
+                    f"where={phases!r}",
                 )
             inertia = self.constants[(Q.m_eff, Q.m_s)[number - 1]]
             letters = ((Q.f1, Q.f1_minus), (Q.f2, Q.f2_minus))[number - 1]
             for letter, key in zip(letters, ("forward", "backward"), strict=True):
-                level = each.values[key]
+                level = element.values[key]
                 assert level is not None
-                self._refuse_sign(each, level, f"{each}: {key}", positive=False)
-                self._put(each, letter, self.constants[letter] + _cancelled(level / inertia), f"friction {each.name}")
+                self._refuse_sign(element, level, f"{element}: {key}", positive=False)
+                self._put(
+                    element, letter, self.constants[letter] + _cancelled(level / inertia), f"friction {element.name}"
+                )
             for letter, key in zip(EXCESSES[number - 1], ("forward", "backward"), strict=True):
-                in_motion, at_rest = each.values[key], each.values[f"{key}_at_rest"]
+                in_motion, at_rest = element.values[key], element.values[f"{key}_at_rest"]
                 assert in_motion is not None and at_rest is not None
                 if not (more := sp.expand(at_rest - in_motion)).free_symbols and more < 0:
                     raise _refused(
-                        each, f"{each}: {key} at rest is {_short(at_rest)}, less than {_short(in_motion)} in motion"
+                        element,
+                        f"{element}: {key} at rest is {_short(at_rest)}, less than {_short(in_motion)} in motion",
                     )
                 if more != 0:  # else at rest it is that in motion
                     value = self.constants[letter] + _cancelled(more / inertia)
-                    self._put(each, letter, value, f"friction {each.name}")
-            self.by_sign[number - 1] |= each.values["forward"] != each.values["backward"]
-            self.by_sign[number - 1] |= each.values["forward_at_rest"] != each.values["backward_at_rest"]
+                    self._put(element, letter, value, f"friction {element.name}")
+            self.by_sign[number - 1] |= element.values["forward"] != element.values["backward"]
+            self.by_sign[number - 1] |= element.values["forward_at_rest"] != element.values["backward_at_rest"]
         self.rest_may_lack = not all(
             self._never_negative(sp.expand(self.constants[letter] * self.constants[inertia]))
             for pair, inertia in zip(EXCESSES, (Q.m_eff, Q.m_s), strict=True)
@@ -636,13 +647,13 @@ class _Mechanism:
 
     def _put_stops(self) -> None:
         seen = set[int]()
-        for each in self._of("stop"):
-            if (number := self._one(each)) in seen:
-                raise _refused(each, f"{each} of {each.on}: a coordinate has one `stop`, with both ends")
+        for stop in self._of("stop"):
+            if (number := self._one(stop)) in seen:
+                raise _refused(stop, f"{stop} of {stop.on}: a coordinate has one `stop`, with both ends")
             seen.add(number)
             for letter, key in ((Q.x1_min, "low"), (Q.x1_max, "high")):
-                if (value := each.values[key]) is not None:
-                    self._put(each, letter, value, f"stop {each.name}")
+                if (value := stop.values[key]) is not None:
+                    self._put(stop, letter, value, f"stop {stop.name}")
         if self.constants[Q.gamma2] == 0:  # no input, or it acts on what is held
             return
         if self.input is not None and self.input.limit is not None:
@@ -656,10 +667,10 @@ class _Mechanism:
 
     def _put_contact(self) -> None:
         if self.contact is None:
-            for each in self.draft.elements:
-                if each.where != "both":
+            for other in self.draft.elements:
+                if other.where != "both":
                     raise _refused(
-                        each, f"{each} acts in {each.where!r}, and the model has no contact that begins or ends"
+                        other, f"{other} acts in {other.where!r}, and the model has no contact that begins or ends"
                     )
             return
         loss = self.contact.values["impact_loss"]
@@ -671,11 +682,11 @@ class _Mechanism:
                 self.contact, f"{self.contact}: impact_loss must be a number >= 0 and < 1, or a parameter in 'fraction'"
             )
         self._put(self.contact, Q.impact_loss, loss, "contact")
-        for mass, own, others in ((self.first, 1, ("x2", "v2")), (self.second, 2, ("x1", "v1"))):
+        for mass, index, others in ((self.first, 1, ("x2", "v2")), (self.second, 2, ("x1", "v1"))):
             if mass is not None and {mass.symbol.name, mass.velocity} & {*others}:
                 raise _refused(
                     self.contact,
-                    f"{self.contact}: {mass.symbol} with the velocity {mass.velocity} is mass {own} of the leg, and "
+                    f"{self.contact}: {mass.symbol} with the velocity {mass.velocity} is mass {index} of the leg, and "
                     f"{', '.join(others)} are the other one in a stance: give it another name",
                 )
         for element, force in self.of_further:
@@ -683,54 +694,54 @@ class _Mechanism:
 
     def _law(self) -> Law | None:
         """The law, whose gains take the letters that are theirs."""
-        each = next((element for element in self.draft.elements if element.kind == "law"), None)
-        if each is None:
+        law = next((element for element in self.draft.elements if element.kind == "law"), None)
+        if law is None:
             return None
         assert self.input is not None
         if self.contact is not None:
-            raise _refused(each, f"{each}: a law is carried without a contact: a flight has the gains of its own law")
+            raise _refused(law, f"{law}: a law is carried without a contact: a flight has the gains of its own law")
         if self.second is not None:
             moving = f"{self.first and self.first.symbol} and {self.second.symbol}"
-            raise _refused(each, f"{each}: a law is carried on one mass, and {moving} move")
+            raise _refused(law, f"{law}: a law is carried on one mass, and {moving} move")
         assert self.first is not None
-        if each.on != self.first.symbol:
-            raise _refused(each, f"{each} acts on {each.on}, which is held")
+        if law.on != self.first.symbol:
+            raise _refused(law, f"{law} acts on {law.on}, which is held")
         per_unit = -self.constants[Q.gamma2]
         if per_unit == 0:
             effort = "torque" if self.first.unit == "rad" else "force"
             raise _refused(
-                each,
-                f"{each} sets {self.input.symbol}, by which no force acts along {each.on}: declare it, "
-                f"{effort}({each.on}, k_t*{self.input.symbol}), because the law divides by k_t",
+                law,
+                f"{law} sets {self.input.symbol}, by which no force acts along {law.on}: declare it, "
+                f"{effort}({law.on}, k_t*{self.input.symbol}), because the law divides by k_t",
             )
         along = 1 if self._is_positive(per_unit) else -1
         if not self._is_positive(along * per_unit):
             raise _refused(
-                each,
-                f"{each}: the force per {self.input.symbol} is {_short(per_unit)}, which may be 0 or of either sign for "
+                law,
+                f"{law}: the force per {self.input.symbol} is {_short(per_unit)}, which may be 0 or of either sign for "
                 "some robot, and the law divides by it: declare its parameters as 'positive'",
             )
         for letter, key in ((Q.K_p, "proportional"), (Q.K_d, "derivative")):
-            value = each.values[key]
+            value = law.values[key]
             assert value is not None
-            self._refuse_sign(each, value, f"{each}: {key}", positive=False)
-            self._put(each, letter, value, f"law {each.name}")
+            self._refuse_sign(law, value, f"{law}: {key}", positive=False)
+            self._put(law, letter, value, f"law {law.name}")
         return Law(Input(self.input.symbol.name, self.input.unit, self.input.thing, self.input.meaning), along)
 
     def _further(self, element: Element, force_1: sp.Expr, force_2: sp.Expr) -> None:
         what = str(element)
-        made = Force(
+        force = Force(
             element.name, _exact(element, sp.sympify(force_1), what), _exact(element, sp.sympify(force_2), what), what,
             element.where,
         )  # fmt: skip
-        own = field_name(made.name)
-        if any(field_name(other.name) == own for other in self.further) or own in _TAKEN:
+        field = field_name(force.name)
+        if any(field_name(other.name) == field for other in self.further) or field in _TAKEN:
             raise _refused(
                 element,
-                f"{element}: another entry of the ledger has its name, {own}, already: give the element another",
+                f"{element}: another entry of the ledger has its name, {field}, already: give the element another",
             )
-        self.further.append(made)
-        self.of_further.append((element, made))
+        self.further.append(force)
+        self.of_further.append((element, force))
 
     # ---- signs ----
 
@@ -758,24 +769,24 @@ class _Mechanism:
             for factor in sp.Mul.make_args(term)
         )
 
-    def _refuse_sign(self, of: _Declared, value: sp.Expr | None, what: str, *, positive: bool) -> None:
+    def _refuse_sign(self, declared: _Declared, value: sp.Expr | None, what: str, *, positive: bool) -> None:
         assert value is not None
         if self._is_positive(value) if positive else self._never_negative(value):
             return
         if not value.free_symbols:
-            raise _refused(of, f"{what} is {_short(value)}: it must be {'> 0' if positive else '>= 0'}")
-        wanted, of_that_sign = ("positive", ("positive",)) if positive else ("nonnegative", _NOT_NEGATIVE)
+            raise _refused(declared, f"{what} is {_short(value)}: it must be {'> 0' if positive else '>= 0'}")
+        domain, of_that_sign = ("positive", ("positive",)) if positive else ("nonnegative", _NOT_NEGATIVE)
         names = sorted(
             (each for each in value.free_symbols if each in self.parameters and not self._in(each, *of_that_sign)),
             key=str,
         )
         tried = _Mechanism(self.draft)
-        tried.parameters = self.parameters | {each: replace(self.parameters[each], domain=wanted) for each in names}
+        tried.parameters = self.parameters | {each: replace(self.parameters[each], domain=domain) for each in names}
         enough = tried._is_positive(value) if positive else tried._never_negative(value)
         them = ", ".join(map(str, names)) if enough else "it as a parameter of its own,"
         sign = "0 or negative" if positive else "negative"
         raise _refused(
-            of, f"{what} is {_short(value)}, which may be {sign} for some robot: declare {them} as {wanted!r}"
+            declared, f"{what} is {_short(value)}, which may be {sign} for some robot: declare {them} as {domain!r}"
         )
 
     # ---- what is left over ----
@@ -785,22 +796,23 @@ class _Mechanism:
         read = {s for value in self.constants.values() for s in value.free_symbols}
         read |= {s for f in self.further for value in (f.force_1, f.force_2) for s in value.free_symbols}
         named = {s for *_, value in self._expressions() for s in value.free_symbols}
-        for symbol, each in self.parameters.items():
+        for symbol, parameter in self.parameters.items():
             if symbol not in named:
                 raise ModelError(
-                    f"the parameter {each.name} is declared, and no element has it", self.draft.lines.get(each.name)
+                    f"the parameter {parameter.name} is declared, and no element has it",
+                    self.draft.lines.get(parameter.name),
                 )
         return tuple(each for symbol, each in self.parameters.items() if symbol in read)
 
     def _refuse_hidden(self, parameters: tuple[Parameter, ...]) -> None:
         """Names that the state of a model has, and no parameter may have."""
-        own = {"y", "u"} if self.second is not None and self.first is not None else {"u"}
-        for each in parameters:
-            if each.name in own:
+        names = {"y", "u"} if self.second is not None and self.first is not None else {"u"}
+        for parameter in parameters:
+            if parameter.name in names:
                 raise ModelError(
-                    f"the name of the parameter {each.name} is that of the compression or of the current in a state: "
+                    f"the name of the parameter {parameter.name} is that of the compression or of the current in a state: "
                     "give it another",
-                    self.draft.lines.get(each.name),
+                    self.draft.lines.get(parameter.name),
                 )
 
     def _input(self, law: Law | None) -> Input | None:
@@ -810,29 +822,29 @@ class _Mechanism:
             assert self.first is not None
             meaning = declared.meaning or f"target of the {self.first.thing}, to which the {law.current.thing} pulls it"
             return Input(declared.target, self.first.unit, law.current.thing, meaning)
-        each = self.input
-        if each is not None and not any(
-            each.symbol in value.free_symbols
+        current = self.input
+        if current is not None and not any(
+            current.symbol in value.free_symbols
             for element in self.draft.elements
             for value in element.values.values()
             if value is not None
         ):
-            raise _refused(each, f"the current {each.symbol} is declared, and no force has it")
-        if each is None or self.constants[Q.gamma2] == 0:
+            raise _refused(current, f"the current {current.symbol} is declared, and no force has it")
+        if current is None or self.constants[Q.gamma2] == 0:
             return None
-        return Input(each.symbol.name, each.unit, each.thing, each.meaning)
+        return Input(current.symbol.name, current.unit, current.thing, current.meaning)
 
     def _listed(self, parameters: tuple[Parameter, ...]) -> Iterator[Listed]:
         """The elements with the parameters that each reads, the coordinates among them."""
-        own = {each.symbol for each in parameters}
-        for each in self.draft.coordinates:
-            if not each.held:
-                yield Listed("mass", each.thing, _names(each.inertia.free_symbols & own))
+        symbols = {each.symbol for each in parameters}
+        for coordinate in self.draft.coordinates:
+            if not coordinate.held:
+                yield Listed("mass", coordinate.thing, _names(coordinate.inertia.free_symbols & symbols))
         if self.input is not None and self.input.limit is not None:
-            yield Listed("motor", self.input.thing, _names(self.input.limit.free_symbols & own))
+            yield Listed("motor", self.input.thing, _names(self.input.limit.free_symbols & symbols))
         for element in self.draft.elements:
             values = [element.on, *(value for value in element.values.values() if value is not None)]
-            read = {symbol for value in values for symbol in value.free_symbols} & own
+            read = {symbol for value in values for symbol in value.free_symbols} & symbols
             yield Listed(element.kind, element.name, _names(read))
 
 
@@ -844,10 +856,10 @@ def _names(symbols: Iterable[sp.Symbol]) -> frozenset[str]:
     return frozenset(map(str, symbols))
 
 
-def _named(each: DeclaredCoordinate | None) -> Named | None:
-    if each is None:
+def _named(axis: DeclaredCoordinate | None) -> Named | None:
+    if axis is None:
         return None
-    return Named(each.symbol.name, each.velocity, each.unit, each.thing, each.directions, each.meaning)
+    return Named(axis.symbol.name, axis.velocity, axis.unit, axis.thing, axis.directions, axis.meaning)
 
 
 def field_name(name: str) -> str:
@@ -865,51 +877,53 @@ def _cancelled(value: sp.Expr) -> sp.Expr:
 
 
 def _dimension_of(
-    of: _Declared, value: sp.Expr, known: dict[sp.Symbol, units.Dimension | None], what: str
+    declared: _Declared, value: sp.Expr, dimensions: dict[sp.Symbol, units.Dimension | None], what: str
 ) -> units.Dimension | None:
     try:
-        return units.of_expression(value, known)
+        return units.of_expression(value, dimensions)
     except units.UnitError as error:
-        raise _refused(of, f"{what} is {_short(value)}, whose units do not fit: {error}") from None
+        raise _refused(declared, f"{what} is {_short(value)}, whose units do not fit: {error}") from None
 
 
-def _fits(of: _Declared, value: sp.Expr, unit: str, known: dict[sp.Symbol, units.Dimension | None], what: str) -> None:
-    found, wanted = _dimension_of(of, value, known, what), units.dimension(unit)
-    if found is not None and wanted is not None and value.free_symbols and found != wanted:
-        raise _refused(of, f"{what} is {_short(value)} in {units.spelled(found)}: it must be in {unit}")
+def _fits(
+    declared: _Declared, value: sp.Expr, unit: str, dimensions: dict[sp.Symbol, units.Dimension | None], what: str
+) -> None:
+    actual, expected = _dimension_of(declared, value, dimensions, what), units.dimension(unit)
+    if actual is not None and expected is not None and value.free_symbols and actual != expected:
+        raise _refused(declared, f"{what} is {_short(value)} in {units.spelled(actual)}: it must be in {unit}")
 
 
 # ---- numbers and functions ----
 
 
-def _check_size(of: _Declared, number: sp.Expr, what: str) -> None:
+def _check_size(declared: _Declared, number: sp.Expr, what: str) -> None:
     if number and not SMALLEST <= abs(number) <= LARGEST:
-        raise _refused(of, f"{what}: a number must be 0 or between 1e-30 and 1e30 in size")
+        raise _refused(declared, f"{what}: a number must be 0 or between 1e-30 and 1e30 in size")
 
 
-def _exact(of: _Declared, value: sp.Expr, what: str) -> sp.Expr:
+def _exact(declared: _Declared, value: sp.Expr, what: str) -> sp.Expr:
     """The expression with each float as the decimal fraction that it is written as: 12.5 is 25/2, 0.1 is 1/10."""
-    made = _spelled(of, value, what)
-    for number in made.atoms(sp.Rational):
-        _check_size(of, number, what)
-    return made
+    exact = _spelled(declared, value, what)
+    for number in exact.atoms(sp.Rational):
+        _check_size(declared, number, what)
+    return exact
 
 
-def _spelled(of: _Declared, value: sp.Expr, what: str) -> sp.Expr:
+def _spelled(declared: _Declared, value: sp.Expr, what: str) -> sp.Expr:
     if value.is_Float:
-        _check_size(of, value, what)
+        _check_size(declared, value, what)
         fraction = Fraction(repr(float(value)))
         return sp.Rational(fraction.numerator, fraction.denominator)
     if value.is_Rational or value.is_Symbol:
         return value
     if value.is_Add or value.is_Mul:
-        return value.func(*(_spelled(of, part, what) for part in value.args))
+        return value.func(*(_spelled(declared, part, what) for part in value.args))
     if value.is_Pow:
-        base, exponent = (_spelled(of, part, what) for part in value.args)
+        base, exponent = (_spelled(declared, part, what) for part in value.args)
         if exponent.is_Integer:
             return sp.Pow(base, exponent)
     raise _refused(
-        of,
+        declared,
         f"{what}: {_short(value)} has no spelling in generated code: the closed form takes what is linear in coordinates, "
         "velocities and the current, with constants that are sums, products, quotients and whole powers of parameters "
         f"and numbers{_way_out(value)}",

@@ -54,7 +54,7 @@ def in_c(name: str) -> str:
     >>> [in_c(name) for name in ("k", "A0", "J_L", "I_", "int", "θ")]
     ['k', 'A0_', 'J_L_', 'I__', 'int_', 'U0003B8']
     """
-    spelled = re.sub("[^A-Za-z0-9_]|U(?=[0-9A-F]{6})|[hH](?=(?i:opform))", lambda found: f"U{ord(found[0]):06X}", name)
+    spelled = re.sub("[^A-Za-z0-9_]|U(?=[0-9A-F]{6})|[hH](?=(?i:opform))", lambda match: f"U{ord(match[0]):06X}", name)
     return f"{spelled}_" if _is_of_c(spelled.rstrip("_")) else spelled
 
 

@@ -15,10 +15,10 @@ def of_quantities(quantities: Iterable[Quantity], type_: str = "real") -> Iterat
     """Members that are quantities of the derivation, or columns of them; where C spells the name of a file otherwise the
     meaning begins with the file's.
     """
-    for each in quantities:
-        name = member_name(each)
-        meaning = each.meaning if name == each.name else f"{each.name}: {each.meaning}"
-        yield Member(name, type_, meaning, each.unit)
+    for quantity in quantities:
+        name = member_name(quantity)
+        meaning = quantity.meaning if name == quantity.name else f"{quantity.name}: {quantity.meaning}"
+        yield Member(name, type_, meaning, quantity.unit)
 
 
 def member_name(quantity: Quantity) -> str:
@@ -214,7 +214,7 @@ STANCES_OUT = Struct("StancesOut", "Where results and states at the ending go; N
 
 def structs(robot: Record = ROBOT, *, has_law: bool = False) -> tuple[Struct, ...]:
     """The structs of the interface that are no records, each behind those that it holds."""
-    *members, made = PLAN.members
-    plan = PLAN.of(*members, *OF_LAW, made) if has_law else PLAN
-    known = (value for value in globals().values() if isinstance(value, Struct))
-    return (*(plan if each is PLAN else each for each in known), stances_in(robot))
+    *members, last = PLAN.members
+    plan = PLAN.of(*members, *OF_LAW, last) if has_law else PLAN
+    declared = (value for value in globals().values() if isinstance(value, Struct))
+    return (*(plan if each is PLAN else each for each in declared), stances_in(robot))

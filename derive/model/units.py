@@ -39,11 +39,11 @@ def dimension(unit: str) -> Dimension | None:
     total = list(_NONE)
     for sign, text in ((1, above), *((-1, each) for each in below)):
         for factor in text.replace("(", " ").replace(")", " ").split():
-            found = re.fullmatch(r"([A-Za-z]+|1)(?:\^?(-?\d+))?", factor)
-            if found is None or found[1] not in _UNITS:
+            match = re.fullmatch(r"([A-Za-z]+|1)(?:\^?(-?\d+))?", factor)
+            if match is None or match[1] not in _UNITS:
                 return None
-            power = sign * int(found[2] or 1)
-            total = [one + power * other for one, other in zip(total, _UNITS[found[1]], strict=True)]
+            power = sign * int(match[2] or 1)
+            total = [one + power * other for one, other in zip(total, _UNITS[match[1]], strict=True)]
     return tuple(total)
 
 
@@ -52,7 +52,7 @@ def scaled(unit: str) -> str:
     return next((each for each in re.findall(r"[A-Za-z]+", unit) if each in SCALED), "")
 
 
-def of_expression(value: sp.Expr, known: Mapping[sp.Symbol, Dimension | None]) -> Dimension | None:
+def of_expression(value: sp.Expr, dimensions: Mapping[sp.Symbol, Dimension | None]) -> Dimension | None:
     """The powers of the base units in an expression; None where a unit is not known, as that of a number which may have
     one, and of 0.
 
@@ -61,22 +61,22 @@ def of_expression(value: sp.Expr, known: Mapping[sp.Symbol, Dimension | None]) -
     if value.is_number:
         return _NONE if value in (1, -1) else None
     if value.is_Symbol:
-        return known.get(value)
+        return dimensions.get(value)
     if isinstance(value, sp.Abs):
-        return of_expression(value.args[0], known)
+        return of_expression(value.args[0], dimensions)
     if value.is_Pow:
-        base = of_expression(value.base, known)
+        base = of_expression(value.base, dimensions)
         return None if base is None or not value.exp.is_Rational else tuple(each * value.exp for each in base)
-    parts = [(part, of_expression(part, known)) for part in value.args]
+    parts = [(part, of_expression(part, dimensions)) for part in value.args]
     if value.is_Mul:
         if any(each is None for _, each in parts):
             return None
         return tuple(map(sum, zip(*(each for _, each in parts if each is not None), strict=True)))
-    found = [(part, each) for part, each in parts if each is not None and not part.is_number]
-    for part, each in found[1:]:
-        if each != found[0][1]:
-            raise UnitError(f"{found[0][0]} is in {spelled(found[0][1])} and {part} in {spelled(each)}")
-    return found[0][1] if found else None
+    terms = [(part, each) for part, each in parts if each is not None and not part.is_number]
+    for part, dimension_of_part in terms[1:]:
+        if dimension_of_part != terms[0][1]:
+            raise UnitError(f"{terms[0][0]} is in {spelled(terms[0][1])} and {part} in {spelled(dimension_of_part)}")
+    return terms[0][1] if terms else None
 
 
 def spelled(powers: Dimension) -> str:

@@ -72,9 +72,9 @@ class Command(Shown):
         given = [("h_des", h_des), ("v2", start.v2), ("x1", start.x1), ("v1", start.v1)]
         if datum or margin:
             given += [("datum", f"{datum:.5g} m"), ("stop margin", f"{margin:.5g} m")]
-        found: list[tuple[str, object]] = [("u", self.u), ("apex", self.apex), ("stances solved", self.solved)]
-        found += [("warning", each) for each in self.warnings]
-        return Card(f"Command for {self.question.robot.label}: {self.status}", given, found)
+        rows: list[tuple[str, object]] = [("u", self.u), ("apex", self.apex), ("stances solved", self.solved)]
+        rows += [("warning", each) for each in self.warnings]
+        return Card(f"Command for {self.question.robot.label}: {self.status}", given, rows)
 
     def __hash__(self) -> int:
         return hash((self.u, self.status, self.solved))
@@ -141,8 +141,8 @@ def checked_target(robot: Robot, h_des: object, datum: object, stop_margin: obje
     """h_des, datum, stop_margin, horizon, checked, and that the robot can be controlled at all."""
     falling_robot(robot, "command", "an apex")
     if not math.isfinite(limit := robot.letters.u_max):
-        of = robot.solver.facts.inputs[0]
-        raise HopformError(f"the controller needs a finite {of['limit']}, got {limit!r} {of['unit']}")
+        motor = robot.solver.facts.inputs[0]
+        raise HopformError(f"the controller needs a finite {motor['limit']}, got {limit!r} {motor['unit']}")
     apex, level = finite("h_des", h_des, "m"), finite("datum", datum, "m")
     if apex + level < 0.0:
         message = f"h_des + datum must be >= 0 m, the apex must not lie below the ground, got {apex + level!r}"
@@ -211,9 +211,9 @@ class Reachability(Shown):
         shape = f"{self.heights.size} heights, {self.currents.size} currents"
         given = [("height", span(self.heights)), ("u", span(self.currents)), ("stop margin", f"{self.stop_margin:g} m")]
         held = span(self.heights[np.isfinite(self.hold)])
-        found = [("lowest", span(self.lowest)), ("highest", span(self.highest)), ("heights held", f"{held} m"),
+        rows = [("lowest", span(self.lowest)), ("highest", span(self.highest)), ("heights held", f"{held} m"),
                  ("fixed points", len(self.fixed_points))]  # fmt: skip
-        return Card(f"Reachability of {self.robot.label}: {shape}", given, found)
+        return Card(f"Reachability of {self.robot.label}: {shape}", given, rows)
 
     def _arrays(self) -> Arrays:
         points = {name: [getattr(each, name) for each in self.fixed_points] for name in ("u", "height", "multiplier")}
@@ -248,10 +248,10 @@ def next_apex(robot: Robot, height: ArrayLike, u: ArrayLike, *, horizon: Support
     check_map(size, 1)
     longest = checked_target(robot, 0.0, 0.0, 0.0, horizon)[3]
     v2 = np.reshape([start.v2 for start in _drops(robot, heights.reshape(-1))], heights.shape)
-    found = solve_stances(robot, x1=robot.home, v2=v2, u=currents, horizon=longest)
-    if np.any(found.status < 0):
+    stances = solve_stances(robot, x1=robot.home, v2=v2, u=currents, horizon=longest)
+    if np.any(stances.status < 0):
         raise HopformError(records.REFUSALS[NUMBERS["error_numbers"]])
-    return shaped(found.apex, found.apex)
+    return shaped(stances.apex, stances.apex)
 
 
 def reachability(
@@ -346,16 +346,16 @@ _HopFrom = Callable[[float], tuple[float, list[FixedPoint]]]
 
 def _fixed_points(hop: _Hop, heights: Array, currents: Array, apex: Array) -> tuple[FixedPoint, ...]:
     gain = apex - heights[:, np.newaxis]
-    found: list[FixedPoint] = []
+    fixed_points: list[FixedPoint] = []
     for column, u in enumerate(currents.tolist()):
         signs = np.sign(gain[:, column])
         changes = (signs[:-1] != signs[1:]) & (signs[:-1] != 0.0) & np.isfinite(signs[:-1] + signs[1:])
         for row in np.flatnonzero(changes):
             (low, high), (at_low, at_high) = heights[row : row + 2].tolist(), gain[row : row + 2, column].tolist()
-            found += _fixed_point(partial(hop, u), low, at_low, high, at_high)
+            fixed_points += _fixed_point(partial(hop, u), low, at_low, high, at_high)
         for row in np.flatnonzero(signs == 0.0):
-            found += hop(u, float(heights[row]))[1]
-    return tuple(found)
+            fixed_points += hop(u, float(heights[row]))[1]
+    return tuple(fixed_points)
 
 
 def _fixed_point(hop: _HopFrom, low: float, at_low: float, high: float, at_high: float) -> list[FixedPoint]:
@@ -438,7 +438,7 @@ def choose_current_as_printed(
     start = start_of(robot, x1, v1, x2, v2, compression, "command")
     halved, with_sign = flag("half", half), flag("signed", signed)
     with_spring = flag("spring_coordinate", spring_coordinate)
-    wanted, level, _, limit = checked_target(robot, h_des, datum, 0.0, horizon)
+    apex, level, _, limit = checked_target(robot, h_des, datum, 0.0, horizon)
     limit = float(robot.letters.u_max)
     count = math.ceil(min(limit / positive("grid", grid, "A"), MOST + 1.0))
     if count > MOST:
@@ -453,7 +453,7 @@ def choose_current_as_printed(
     rise = (-level if with_sign else abs(level)) * (0.5 if halved else 1.0)
     x1_end = np.asarray(batch.end.x1)[lifts]
     formulas = robot.solver.package.formulas
-    objective = formulas.objective(robot.parameters, start, batch.aed[lifts], x1_end, wanted, rise, float(with_spring))
+    objective = formulas.objective(robot.parameters, start, batch.aed[lifts], x1_end, apex, rise, float(with_spring))
     best = int(np.argmin(objective))
     place = lifts[best]
     return PrintedCommand(float(u[place]), float(batch.apex[place]) - level, float(objective[best]), "found")

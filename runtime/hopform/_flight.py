@@ -154,8 +154,8 @@ class Flight(OverTime):
         gains = f"{self.gains.Kp:.5g} N/m, {self.gains.Kd:.5g} N s/m"
         given = [("x1", start.x1), ("v1", start.v1), ("x2", start.x2), ("v2", start.v2), ("gains", gains)]
         after = [] if self.touchdown is None else [("touchdown at v2", self.touchdown.v2), ("x1", self.touchdown.x1)]
-        found = [("apex", self.apex), ("apex_time", self.apex_time), *after, ("events", len(self.events))]
-        return Card(f"Flight of {self.robot.label}: {self.status} after {self.duration:.5g} s", given, found)
+        rows = [("apex", self.apex), ("apex_time", self.apex_time), *after, ("events", len(self.events))]
+        return Card(f"Flight of {self.robot.label}: {self.status} after {self.duration:.5g} s", given, rows)
 
     def _over(self, t: NDArray[np.float64]) -> dict[str, Any]:
         energy = self.energy(t)

@@ -9,6 +9,8 @@ from pathlib import Path
 import pytest
 
 from tools.long_stages import ROOMS, why
+from tools.rooms import FOLDERS, STANDS_ON, Suite, concerned, room_of
+from tools.slices import chosen, of_checkout, slices
 
 ROOT = Path(__file__).resolve().parents[2]
 pytestmark = pytest.mark.skipif(shutil.which("git") is None, reason="git is absent (on Debian: apt install git)")
@@ -120,3 +122,127 @@ def test_a_stage_begins_if_it_is_likely_to_end_in_time(tmp_path, minutes, of_tes
     )
     assert ("it runs" in done.stdout.splitlines()) == begins
     assert ("left out: no time is left" in done.stdout) != begins
+
+
+@pytest.fixture(scope="module")
+def here() -> Suite:
+    """The tests of this checkout, each of which is read once."""
+    suite = Suite(ROOT)
+    assert all(map(suite.stands_on, suite.files))
+    return suite
+
+
+def named(files: list[Path]) -> set[str]:
+    return {path.name for path in files}
+
+
+def test_an_arrow_is_the_only_way():
+    assert {*FOLDERS.values()} == {*STANDS_ON}
+    assert concerned(["engine"]) == {"engine", "generated", "core", "hopping", "identify"}
+    assert concerned(["derive"]) == {"derive", "generated", "core", "hopping", "identify"}
+    assert concerned(["core"]) == {"core", "hopping", "identify"}
+    assert all(concerned([room]) == {room} for room in ("hopping", "identify", "pages"))
+    assert room_of("runtime/hopform/_motion.py") == "core" and room_of("README.md") == "pages"
+    assert room_of("pyproject.toml") is room_of("tests/fits.py") is None
+
+
+@pytest.mark.parametrize("name", ["runtime/hopform/hopping/terrain.py", "runtime/hopform/identify/_fits.py"])
+def test_a_change_of_an_application_runs_its_slower_tests_alone(here, name):
+    files, reason = chosen(here, [name])
+    room = str(room_of(name))
+    assert files == [path for path in slices(here) if room in here.rooms(path)]
+    assert 5 < len(files) < len(slices(here)) - 5
+    assert reason == (
+        f"{room} changed: {len(files)} files of slower tests, {len(slices(here)) - len(files)} are left out"
+    )
+
+
+def test_whose_slower_tests_a_change_of_an_application_leaves_out(here):
+    hopping, _ = chosen(here, ["runtime/hopform/hopping/terrain.py"])
+    identify, _ = chosen(here, ["runtime/hopform/identify/_fits.py"])
+    assert "test_hops.py" in named(hopping) - named(identify)
+    assert {"test_estimation.py", "test_repeats.py", "test_outliers.py"} <= named(identify) - named(hopping)
+    assert not {"test_stance.py", "test_checker.py", "test_c_programs.py"} & (named(hopping) | named(identify))
+
+
+@pytest.mark.parametrize("name", ["derive/ir.py", "runtime/engine/c/a.h", "runtime/hopform/_motion.py", "Makefile"])
+def test_a_change_of_what_the_rooms_stand_on_runs_all_slower_tests(here, name):
+    files, reason = chosen(here, [name])
+    assert files == slices(here)
+    assert ("Makefile concerns every room" in reason) == (name == "Makefile")
+
+
+@pytest.mark.parametrize("name", ["docs/how-to/many-stances.md", "README.md", "docs/play/play.js"])
+def test_a_change_of_pages_runs_the_slower_tests_of_pages_alone(here, name):
+    files, _ = chosen(here, [name])
+    assert files == [path for path in slices(here) if "pages" in here.rooms(path)]
+    assert {"test_pages.py", "test_notebooks.py", "test_user_script.py"} <= named(files)
+    assert not {"test_hops.py", "test_estimation.py", "test_stance.py"} & named(files)
+
+
+def test_a_change_of_tests_runs_the_slower_tests_that_use_what_changed(here):
+    assert named(chosen(here, ["tests/unit/test_grid.py"])[0]) == {"test_grid.py"}
+    assert named(chosen(here, ["tests/unit/test_hopping.py"])[0]) == set()  # it has none, and none uses it
+    assert "test_repeats.py" in (of := named(chosen(here, ["tests/fits.py"])[0])) and "test_grid.py" not in of
+    assert "test_c_programs.py" in (of := named(chosen(here, ["tests/conformance/batches.c"])[0]))
+    assert "test_grid.py" not in of
+    assert all(chosen(here, [f"tests/{name}.py"])[0] == slices(here) for name in ("conftest", "rings", "seeds"))
+
+
+def test_each_file_of_slower_tests_tests_a_room(here):
+    assert [path for path in slices(here) if not here.rooms(path)] == []
+
+
+@pytest.fixture
+def rooms(repository) -> Path:
+    """A repository with a test file for each way in which one reaches a room, all of them with slower tests."""
+    texts = {
+        "runtime/hopform/_front.py": 'COMMANDS = {"stance": "_cli.solve", "hop": "hopping._commands"}\n',
+        "docs/tour.md": "`hopform hop` walks.\n",
+        "tests/conftest.py": "import pytest\n",
+        "tests/helper.py": "from hopform.identify import fit_robot\n",
+        "tests/test_import.py": "from hopform import hopping\nfrom tests.needs import sliced\n",
+        "tests/test_attribute.py": "import hopform\nfrom tests.needs import sliced\nhopform.hopping.simulate\n",
+        "tests/test_command.py": 'from tests.needs import sliced\nrun("hop --height 0.2")\n',
+        "tests/test_page.py": 'from tests.needs import sliced\nread("docs/tour.md")\n',
+        "tests/test_helper.py": "from tests import helper\nfrom tests.needs import sliced\n",
+        "tests/test_prose.py": '"""It does not hop here."""\nimport hopform\nfrom tests.needs import sliced\n',
+        "tests/test_quick.py": "from hopform import hopping\n",
+    }
+    for name, text in texts.items():
+        change(repository, name, text, date="2026-01-02T00:00:00")
+    return repository
+
+
+@pytest.mark.parametrize(
+    ("name", "files"),
+    [
+        ("runtime/hopform/hopping/a.py", {"import", "attribute", "command", "page"}),
+        ("runtime/hopform/identify/a.py", {"helper"}),
+        ("runtime/hopform/_a.py", {"import", "attribute", "command", "page", "helper", "prose"}),
+        ("docs/tour.md", {"page"}),
+        ("tests/helper.py", {"helper"}),
+        ("tests/test_quick.py", set()),
+    ],
+)
+def test_a_test_file_tests_what_it_imports_runs_or_reads(rooms, name, files):
+    change(rooms, name)
+    assert named(of_checkout(rooms)[0]) == {f"test_{each}.py" for each in files}
+
+
+def test_without_a_base_or_where_all_are_wanted_no_slower_test_is_left_out(rooms):
+    every = slices(Suite(rooms))
+    assert len(every) == 6
+    assert of_checkout(rooms) == (every, "all 6 files of slower tests: the base is HEAD itself")
+    assert of_checkout(rooms, "0" * 40)[0] == every
+    change(rooms, "docs/tour.md")
+    assert len(of_checkout(rooms)[0]) == 1
+    assert of_checkout(rooms, everything=True) == (every, "all 6 files of slower tests: HOPFORM_ALL is set")
+
+
+def test_a_pull_request_runs_the_slower_tests_that_are_named_and_the_night_all():
+    script = (ROOT / ".ci" / "run").read_text("utf-8")
+    assert "files=$(python3 -m tools.slices)" in script and 'make test-slices SLICES="$files"' in script
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    nightly = makefile[makefile.index("nightly: ##") : makefile.index("\nSLOW =")]
+    assert "test-slices" in nightly and "SLICES" not in nightly

@@ -153,3 +153,55 @@ def test_a_coined_word_is_found():
     assert coined("a tolerance, undoubted, adipose, a half-turned leaf") == {}
     of_a_name = coined("static inline real way_in_flight_real(".replace("_", " "), ENGINE)
     assert of_a_name == {"way": "variation, displacement, moved"}
+
+
+EMPTY = {"each", "found", "made", "of", "own", "wanted"}
+"""What says nothing of a value that has it for a name; in a comprehension, and in the key of a sort, `each` is fine."""
+
+NAMED_BY_CONTENT = (
+    "derive/maths", "derive/model", "runtime/hopform/hopping", "runtime/hopform/identify", "runtime/hopform/_solver",
+    "runtime/hopform/_robots", "runtime/hopform/_control.py", "runtime/hopform/_flight.py",
+)  # fmt: skip
+"""Folders and modules whose functions bind none of EMPTY."""
+
+COMPREHENSIONS = ast.ListComp | ast.SetComp | ast.DictComp | ast.GeneratorExp | ast.Lambda
+
+
+def bound_in(node: ast.AST, function: str = "") -> set[tuple[str, str]]:
+    """The names that functions bind, each after its function: variables, and arguments other than `of`, which callers
+    write before what it is of.
+    """
+    names = set[tuple[str, str]]()
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.Name) and isinstance(child.ctx, ast.Store) and function:
+            names.add((function, child.id))
+        elif isinstance(child, ast.arg) and child.arg != "of":
+            names.add((function, child.arg))
+        if not isinstance(child, COMPREHENSIONS):
+            inside = {ast.FunctionDef: getattr(child, "name", ""), ast.ClassDef: ""}.get(type(child), function)
+            names |= bound_in(child, inside)
+    return names
+
+
+def test_a_variable_is_named_by_what_it_holds():
+    paths = [
+        path
+        for room in NAMED_BY_CONTENT
+        for path in ([ROOT / room] if room.endswith(".py") else (ROOT / room).glob("*.py"))
+    ]
+    assert len(paths) > 60
+    empty = {
+        f"{path.relative_to(ROOT)}, {function}: {name}"
+        for path in paths
+        for function, name in bound_in(ast.parse(path.read_text("utf-8")))
+        if name in EMPTY
+    }
+    assert not empty, sorted(empty)
+
+
+def test_a_variable_that_says_nothing_is_found():
+    text = "def f(made):\n    for each in made: found, x = each\n    return [own for own in x], lambda wanted: 0\n"
+    text += "class A:\n    own: int\n    def g(self, of): self.found = of; of = 1\n"
+    assert {name for name in bound_in(ast.parse(text)) if name[1] in EMPTY} == {
+        ("f", "made"), ("f", "each"), ("f", "found"), ("g", "of"),
+    }  # fmt: skip

@@ -107,8 +107,8 @@ def _toml(value: Any) -> str:
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, tuple):
-        each: tuple[Any, ...] = value  # pyright: ignore[reportUnknownVariableType]
-        return f"[{', '.join(map(_toml, each))}]"
+        numbers: tuple[Any, ...] = value  # pyright: ignore[reportUnknownVariableType]
+        return f"[{', '.join(map(_toml, numbers))}]"
     return string_of_toml(value) if isinstance(value, str) else repr(value)
 
 
@@ -137,11 +137,11 @@ MOST_ORIGINS = 20_000
 """Texts that say what a fit was made of, at most: two of each recording."""
 
 
-def _fields_in(name: str, value: object, known: set[str]) -> tuple[str, ...]:
-    found = items(name, value, "a list of parameters of the robot", len(known))
-    if not all(isinstance(each, str) and each in known for each in found) or len(set(found)) < len(found):
-        raise HopformError(f"{name} must be parameters of the robot, each once, got {shown(found)}")
-    return tuple(found)
+def _fields_in(name: str, value: object, parameters: set[str]) -> tuple[str, ...]:
+    letters = items(name, value, "a list of parameters of the robot", len(parameters))
+    if not all(isinstance(each, str) and each in parameters for each in letters) or len(set(letters)) < len(letters):
+        raise HopformError(f"{name} must be parameters of the robot, each once, got {shown(letters)}")
+    return tuple(letters)
 
 
 def _refuse_no_covariance(rows: NDArray[Any]) -> None:
@@ -156,15 +156,15 @@ def _refuse_no_covariance(rows: NDArray[Any]) -> None:
 def _array(name: str, value: object, shape: tuple[int, ...], *, finite: bool = True) -> NDArray[Any]:
     """Numbers in a shape; an end of an interval may be infinite."""
     try:
-        found = np.array(value, dtype=object)
+        numbers = np.array(value, dtype=object)
     except ValueError:
-        found = np.array(None)
-    if found.shape != shape:
+        numbers = np.array(None)
+    if numbers.shape != shape:
         raise HopformError(f"{name} must be numbers of the shape {shape}, got {shown(value)}")
-    made = array_of(name, found, "SI units") if found.size else found.astype(float)
-    allowed = np.isfinite(made) if finite else ~np.isnan(made)
-    refuse_any(name, made, allowed, lambda bad: f"must be a number, got {bad!r}")
-    return made
+    array = array_of(name, numbers, "SI units") if numbers.size else numbers.astype(float)
+    allowed = np.isfinite(array) if finite else ~np.isnan(array)
+    refuse_any(name, array, allowed, lambda bad: f"must be a number, got {bad!r}")
+    return array
 
 
 LARGEST_TOML = 2**20
@@ -177,12 +177,12 @@ ROBOTS = ("hopper_c", "hopper_b", "ideal")
 
 def _text(key: str, text: object) -> str:
     """The text; HopformError for what is none, or none that a file can hold."""
-    found = instance(key, text, str, "a text")
+    checked_text = instance(key, text, str, "a text")
     try:
-        found.encode()
+        checked_text.encode()
     except UnicodeEncodeError:
         raise HopformError(f"{key} must be a text that UTF-8 holds, got {shown(text)}") from None
-    return found
+    return checked_text
 
 
 def checked_value(field: records.Field, value: object) -> float:
@@ -218,8 +218,8 @@ class BaseRobot:
 
     def __new__(cls, *_: object, **values: object) -> Self:
         """HopformError for a name that is none of the robot's, which its __init__ would call a TypeError."""
-        known = {*cast(Any, cls).__dataclass_fields__, *(field.name for field in cls.all_fields())}
-        if unknown := next((name for name in values if name not in known), None):
+        names = {*cast(Any, cls).__dataclass_fields__, *(field.name for field in cls.all_fields())}
+        if unknown := next((name for name in values if name not in names), None):
             raise HopformError(unknown_parameter(unknown, cls))
         return super().__new__(cls)
 
@@ -235,10 +235,10 @@ class BaseRobot:
         >>> load_robot("hopper_c")["k"]
         1200.0
         """
-        known = [field.name for field in self.all_fields()]
-        if name not in known:
+        names = [field.name for field in self.all_fields()]
+        if name not in names:
             raise HopformError(
-                f"the model {self.solver.name} has no parameter {shown(name)}{nearest(str(name), known)}"
+                f"the model {self.solver.name} has no parameter {shown(name)}{nearest(str(name), names)}"
             )
         return cast(float, getattr(self, attribute_of(type(self), name)))
 
@@ -261,8 +261,8 @@ class BaseRobot:
         >>> load_robot("hopper_c").letters.gamma2
         -65.0
         """
-        found: records.Letters = self.solver.package.formulas.letters_of(cast(Any, self).parameters)
-        return found
+        letters: records.Letters = self.solver.package.formulas.letters_of(cast(Any, self).parameters)
+        return letters
 
     @cached_property
     def fall(self) -> float:
@@ -387,14 +387,14 @@ def robot_class(solver: Solver) -> type[Robot]:
     if solver is DEFAULT:
         return Robot
     about = f"A robot of the model {solver.name}, in SI units and A, checked at construction."
-    own = {"solver": solver, "__doc__": about, "__module__": __name__}
+    namespace = {"solver": solver, "__doc__": about, "__module__": __name__}
     bases = (BaseRobot, solver.package.robot.Robot)
-    made: Any = make_dataclass("Robot", [], bases=bases, namespace=own, frozen=True, kw_only=True)
-    arguments = {each.name for each in fields(made)}
-    others = {field.name: attribute_of(made, field.name) for field in made.fields() if field.name not in arguments}
+    robot: Any = make_dataclass("Robot", [], bases=bases, namespace=namespace, frozen=True, kw_only=True)
+    arguments = {each.name for each in fields(robot)}
+    others = {field.name: attribute_of(robot, field.name) for field in robot.fields() if field.name not in arguments}
     if others:  # the names of parameters that are attributes of every robot, as arguments
-        made.__init__ = partialmethod(_initialised, made.__init__, others)
-    return cast(type[Robot], made)
+        robot.__init__ = partialmethod(_initialised, robot.__init__, others)
+    return cast(type[Robot], robot)
 
 
 def _robot_again(source: str, values: dict[str, Any]) -> BaseRobot:
@@ -432,10 +432,10 @@ def placed(robot: Robot, act: str, x1: Any, v1: Any, v2: Any) -> tuple[float, fl
 
 def falling_robot(robot: object, act: str, what: str, name: str = "robot") -> Robot:
     """The same of a robot whose body comes down again, which an act needs."""
-    known = checked_robot(robot, act, name)
-    if not known.fall > 0.0:
-        raise HopformError(f"{what} needs g > 0 m/s^2, got {known.fall!r}")
-    return known
+    checked_one = checked_robot(robot, act, name)
+    if not checked_one.fall > 0.0:
+        raise HopformError(f"{what} needs g > 0 m/s^2, got {checked_one.fall!r}")
+    return checked_one
 
 
 def load_robot(name_or_path: str | Path) -> Robot:
@@ -462,12 +462,12 @@ def shipped(kind: type[BaseRobot]) -> dict[str, Path]:
     fit = "hop" in kind.solver.can and {field.name for field in Robot.fields()} <= here
     if kind.fields() == Robot.fields() and fit:
         return of_hopper
-    own = {}
+    files = {}
     with suppress(HopformError):
         path = kind.solver.folder.path("robot.toml")
         name = _table(read_text(path, LARGEST_TOML), name_of(path)).get("name")
-        own = {name if isinstance(name, str) and name else kind.solver.name: path}
-    return own | (of_hopper if fit else {})
+        files = {name if isinstance(name, str) and name else kind.solver.name: path}
+    return files | (of_hopper if fit else {})
 
 
 def robot_of(kind: type[RobotKind], name_or_path: str | Path) -> RobotKind:
@@ -480,15 +480,15 @@ def robot_of(kind: type[RobotKind], name_or_path: str | Path) -> RobotKind:
         name, names = str(name_or_path), list(shipped(kind))
         if "/" in name or "\\" in name or name.endswith(".toml"):
             raise HopformError(f"there is no file {shown(name)}")
-        close, known = nearest(name, names), f"{', '.join(names)}, or a TOML file"
-        raise HopformError(f"there is no robot {shown(name)}{f'{close} Known' if close else '; known'}: {known}")
+        close, expected = nearest(name, names), f"{', '.join(names)}, or a TOML file"
+        raise HopformError(f"there is no robot {shown(name)}{f'{close} Known' if close else '; known'}: {expected}")
     return robot_from_toml(read_text(path, LARGEST_TOML), name_of(path), kind)
 
 
 def robot_file(name_or_path: str | Path, kind: type[BaseRobot] = Robot) -> Path | None:
     """The file that `load_robot` reads; None for a robot that the solver has."""
-    known = isinstance(name_or_path, str) and name_or_path in shipped(kind)
-    return None if known else path_of("robot", name_or_path)
+    is_shipped = isinstance(name_or_path, str) and name_or_path in shipped(kind)
+    return None if is_shipped else path_of("robot", name_or_path)
 
 
 def robot_from_toml(text: str, source: str = "TOML", kind: type[RobotKind] = Robot) -> RobotKind:  # type: ignore[assignment]
@@ -503,14 +503,14 @@ def robot_from_toml(text: str, source: str = "TOML", kind: type[RobotKind] = Rob
     with noted(after=f" ({source}, line {_line_of('parameters', text)})"):
         apart = cast(dict[str, Any], instance("parameters", table.pop("parameters", {}), dict, "a table [parameters]"))
     given = dict[str, Any]()
-    for known, part in ((keys, table), (names, apart)):
+    for field_of, part in ((keys, table), (names, apart)):
         for key, value in part.items():
             with noted(after=f" ({source}, line {_line_of(key, text)})"):
-                if key not in known:
+                if key not in field_of:
                     raise HopformError(unknown_parameter(key, kind))
-                if known[key] in given:
+                if field_of[key] in given:
                     raise HopformError(f"{key} is given twice")
-                given[known[key]] = checks[known[key]](value)
+                given[field_of[key]] = checks[field_of[key]](value)
     missing = [field.name for field in kind.fields() if field.default is None and names[field.name] not in given]
     if missing:
         raise HopformError(f"{source} lacks {', '.join(missing)}")
@@ -543,15 +543,15 @@ def _line_of(key: str, text: str) -> int:
 
 def unknown_parameter(name: str, kind: type[BaseRobot]) -> str:
     """What is said of a name that is none of a robot's."""
-    known = [field.name for field in kind.all_fields()]
-    close = nearest(name, [*known, "name"])
-    return f"unknown parameter {shown(name)}{f'{close} Known' if close else '; known'}: {', '.join(known)}"
+    names = [field.name for field in kind.all_fields()]
+    close = nearest(name, [*names, "name"])
+    return f"unknown parameter {shown(name)}{f'{close} Known' if close else '; known'}: {', '.join(names)}"
 
 
-def nearest(word: str, known: list[str]) -> str:
+def nearest(word: str, words: list[str]) -> str:
     """A question about the known word that is nearest to one, nothing where none is near; one that differs by its case
     alone is the nearest.
     """
-    same = [each for each in known if each.casefold() == word.casefold()]
-    close = same or difflib.get_close_matches(word, known, 1, 0.5)
+    same = [each for each in words if each.casefold() == word.casefold()]
+    close = same or difflib.get_close_matches(word, words, 1, 0.5)
     return f", did you mean {close[0]!r}?" if close else ""

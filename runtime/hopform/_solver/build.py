@@ -90,11 +90,11 @@ def compile_solver(
     units = list(dict.fromkeys([*sources, *notes]))
     try:
         with aside_in(output.parent, "objects") as aside:
-            made = {source: Path(aside, f"{Path(source).stem}.o") for source in units}
-            each = [[*of_object, str(folder / source), "-o", str(to)] for source, to in made.items()]
+            object_of = {source: Path(aside, f"{Path(source).stem}.o") for source in units}
+            calls = [[*of_object, str(folder / source), "-o", str(to)] for source, to in object_of.items()]
             pool = ThreadPoolExecutor(os.cpu_count())
             try:
-                for done, one in enumerate(as_completed([pool.submit(run, line) for line in each]), 1):
+                for done, one in enumerate(as_completed([pool.submit(run, line) for line in calls]), 1):
                     one.result()
                     if progress is not None:
                         progress(done, len(units) + 1)
@@ -103,7 +103,7 @@ def compile_solver(
             for target, of_it in ((with_notes(output), notes), (output, sources)):
                 if of_it:
                     library = Path(aside, target.name)  # a library for Windows knows its own name
-                    objects = [str(made[source]) for source in of_it]
+                    objects = [str(object_of[source]) for source in of_it]
                     run([*command, *flags, *more, *objects, "-o", str(library), *libraries])
             move_libraries(sealed(aside / output.name), output)
     except OSError as error:

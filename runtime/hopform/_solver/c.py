@@ -121,8 +121,8 @@ class Types:
         if kind.endswith("*"):
             return ctypes.c_void_p
         ours = {"real": self.real, "ptrdiff": ctypes.c_ssize_t}
-        found: Any = ours.get(kind) or getattr(ctypes, f"c_{kind}", None) or getattr(self, kind)
-        return found * count if count > 1 else found
+        ctype: Any = ours.get(kind) or getattr(ctypes, f"c_{kind}", None) or getattr(self, kind)
+        return ctype * count if count > 1 else ctype
 
     def pack(self, *numbers: float) -> bytes:
         """Numbers as C rounds them, to infinity what is too large; `struct` would raise for a float."""
@@ -139,8 +139,8 @@ class _Inputs:
     def __init__(self, types: Types) -> None:
         count = types.stances_in.format.count("P")
         self.numbers = (types.real * count)()
-        own, size = ctypes.addressof(self.numbers), types.dtype.itemsize
-        self.places = [place for n in range(count) for place in (own + n * size, 0)]
+        address, size = ctypes.addressof(self.numbers), types.dtype.itemsize
+        self.places = [place for n in range(count) for place in (address + n * size, 0)]
         self.packed: tuple[int, bytes] = 0, b""
         """The struct for the latest bound on phases."""
 
@@ -186,9 +186,9 @@ class _Motion:
 
     def read(self, name: str, t: Array, *shapes: tuple[int, ...]) -> list[Array]:
         """What a function says of times of one dimension: arrays of these shapes, with the times before them."""
-        found = [np.empty((t.size, *shape), t.dtype) for shape in shapes]
-        self.call(name, pointer(t), ctypes.c_int32(t.size), *map(pointer, found))
-        return found
+        arrays = [np.empty((t.size, *shape), t.dtype) for shape in shapes]
+        self.call(name, pointer(t), ctypes.c_int32(t.size), *map(pointer, arrays))
+        return arrays
 
 
 class Solved(_Motion):
@@ -249,11 +249,11 @@ class Solved(_Motion):
 
     def ledger_at(self, t: Array) -> records.Ledger:
         """The ledger at times of one dimension, which must not decrease."""
-        of = self.types.library.package.records
+        layouts = self.types.library.package.records
         _, work, losses = self.read(
-            "stance_energy", t, (len(of.Energy._fields),), (len(self.types.Ledger._fields_),), ()
+            "stance_energy", t, (len(layouts.Energy._fields),), (len(self.types.Ledger._fields_),), ()
         )
-        return cast("records.Ledger", _ledger(of.Ledger, of.Work, work, losses))
+        return cast("records.Ledger", _ledger(layouts.Ledger, layouts.Work, work, losses))
 
     def compression_max(self) -> float:
         """The largest compression."""
@@ -304,10 +304,10 @@ class SolvedFlight(_Motion):
 
     def energy_at(self, t: Array) -> tuple[records.Energy, records.FlightLedger]:
         """Energies and ledger at times of one dimension, which do not decrease."""
-        of = self.types.library.package.records
-        of_energy, of_work = len(of.Energy._fields), len(self.types.FlightLedger._fields_)
+        layouts = self.types.library.package.records
+        of_energy, of_work = len(layouts.Energy._fields), len(self.types.FlightLedger._fields_)
         energy, work, losses = self.read("flight_energy", t, (of_energy,), (of_work,), ())
-        return records.Energy(*energy.T), _ledger(of.FlightLedger, of.FlightWork, work, losses)
+        return records.Energy(*energy.T), _ledger(layouts.FlightLedger, layouts.FlightWork, work, losses)
 
 
 def _ledger(ledger: Any, of_work: Any, work: Array, losses: Array) -> Any:
@@ -383,8 +383,8 @@ class C:
     ) -> Solved:
         """One stance, by the compiled library."""
         types = self.library.types(dtype)
-        known, plan = types.latest
-        if known is not parameters:
+        latest, plan = types.latest
+        if latest is not parameters:
             plan = plan_of(types, parameters)
             types.latest = parameters, plan
         one = len(steps) == 1
@@ -431,8 +431,8 @@ class C:
         """
         types = self.library.types(dtype)
         search, command = types.Search(), types.Command()
-        begin, wanted = ctypes.byref(types.State(*start)), ctypes.byref(types.Target(*target, *package.WITHOUT_CAPS))
-        asked = ctypes.byref(search), plan_of(types, parameters), begin, wanted
+        begin, to_reach = ctypes.byref(types.State(*start)), ctypes.byref(types.Target(*target, *package.WITHOUT_CAPS))
+        asked = ctypes.byref(search), plan_of(types, parameters), begin, to_reach
         with_room(types, "choose_current", types.Phase, max_phases, asked, ctypes.byref(command))
         return command.u, command.apex, command.status, search.trials
 
@@ -453,8 +453,8 @@ class C:
 
     def apexes(self, parameters: Any, starts: list[LegState], currents: Array, horizon: float) -> tuple[Array, Array]:
         """The next apex, NaN without take-off, and the largest x1, (starts, currents)."""
-        made = self.try_currents(parameters, starts, currents, horizon, package.MAX_PHASES)
-        return np.where(made["takes_off"], made["apex"], np.nan), made["largest_x1"]
+        trials = self.try_currents(parameters, starts, currents, horizon, package.MAX_PHASES)
+        return np.where(trials["takes_off"], trials["apex"], np.nan), trials["largest_x1"]
 
     def solve_columns(
         self,
@@ -465,10 +465,10 @@ class C:
         events: bool,
     ) -> Events:
         """Put the results and readings of stances into arrays; the events, if they are asked for."""
-        found = _solve(self.library, columns, results, max_phases, _FIRST_EVENTS if events else 0)
+        events_found = _solve(self.library, columns, results, max_phases, _FIRST_EVENTS if events else 0)
         for name, into in readings.items():
             _read(self.library, name, columns, into, max_phases)
-        return found
+        return events_found
 
 
 # ---- many stances, from columns into columns ----
@@ -499,12 +499,12 @@ def _solve(
         return []
     short = codes[-1] > room
     lanes, place = np.nonzero((kinds != 0) & ~short[:, np.newaxis])
-    found = [(first + lanes, times[lanes, place], kinds[lanes, place])]
+    events_found = [(first + lanes, times[lanes, place], kinds[lanes, place])]
     for lane in np.flatnonzero(short).tolist():
         one = [column[lane : lane + 1] if isinstance(column, np.ndarray) else column for column in columns]
         part = codes[:, lane : lane + 1], reals[:, lane : lane + 1]
-        found += _solve(library, one, part, max_phases, int(codes[-1, lane]), lane)
-    return found
+        events_found += _solve(library, one, part, max_phases, int(codes[-1, lane]), lane)
+    return events_found
 
 
 def _read(library: Library, name: str, columns: Columns, results: NDArray[Any], max_phases: int) -> None:

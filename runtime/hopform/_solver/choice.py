@@ -51,8 +51,8 @@ class Solver:
 
     def compiled(self) -> c.C:
         """The compiled library; BackendError if it is unusable."""
-        self._compiled = found = self._compiled or c.C(self._library())
-        return found
+        self._compiled = core = self._compiled or c.C(self._library())
+        return core
 
 
 DEFAULT = Solver(OURS, c.library)

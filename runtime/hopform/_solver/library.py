@@ -129,8 +129,8 @@ def layout_of(package: str) -> str:
     """The layout that a package names, read from its text: importing it takes much longer."""
     spec = find_spec(package)
     text = Path(spec.origin).read_text("utf-8") if spec and spec.origin else ""
-    found = re.search(r'^LAYOUT = "(\w+)"$', text, re.MULTILINE)
-    return found[1] if found else str(import_module(package).LAYOUT)
+    match = re.search(r'^LAYOUT = "(\w+)"$', text, re.MULTILINE)
+    return match[1] if match else str(import_module(package).LAYOUT)
 
 
 def library_message() -> str | None:

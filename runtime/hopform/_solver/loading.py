@@ -41,8 +41,8 @@ def loaded(name_or_folder: str | Path) -> Solver:
         return _of_name(name_or_folder)
     if os.path.isdir(path):
         if not os.path.isfile(path / FACTS):
-            made = f"`hopform model build FILE --out {name_of(path)}` makes one"
-            raise HopformError(f"{name_of(path)} is no solver, it has no {FACTS}: {made}")
+            remedy = f"`hopform model build FILE --out {name_of(path)}` makes one"
+            raise HopformError(f"{name_of(path)} is no solver, it has no {FACTS}: {remedy}")
         return _of_folder(path.resolve())
     if os.path.lexists(path):
         raise HopformError(f"{name_of(path)} is no solver: that is a folder with {FACTS}")
@@ -53,10 +53,10 @@ def _of_name(name: str) -> Solver:
     """The solver of a name; the newest of those that were built under it."""
     if name == DEFAULT.name:
         return DEFAULT
-    known = {own: folder for folder, own in built_solvers()}
-    if name in known:
-        return _of_folder(known[name])
-    names = ", ".join([DEFAULT.name, *sorted(known.keys() - {DEFAULT.name})])
+    folders = {own: folder for folder, own in built_solvers()}
+    if name in folders:
+        return _of_folder(folders[name])
+    names = ", ".join([DEFAULT.name, *sorted(folders.keys() - {DEFAULT.name})])
     folder = (
         f"the folder is {name_of(os.path.join(os.curdir, name))}" if os.path.isdir(name) else "a folder has a separator"
     )
@@ -100,13 +100,13 @@ def programs_of(path: Path) -> dict[str, bytes]:
     """The facts and the package in a folder of one's own, by path in it, each as MANIFEST has it, to be asked before
     any of it is run. HopformError otherwise: a build was killed, a copy was cut short, a file was edited.
     """
-    made = dict(_digests(path))
-    names = [FACTS, *sorted(each for each in made if each.startswith(f"{PACKAGE}/") and each.endswith(".py"))]
-    found = {name: _read(path / name) for name in names}
-    for name, content in found.items():
-        if sha256(content).hexdigest() != made.get(name):
+    digests = dict(_digests(path))
+    names = [FACTS, *sorted(each for each in digests if each.startswith(f"{PACKAGE}/") and each.endswith(".py"))]
+    programs = {name: _read(path / name) for name in names}
+    for name, content in programs.items():
+        if sha256(content).hexdigest() != digests.get(name):
             raise HopformError(f"{name_of(path / name)} is not the one that its build made: {MADE_AGAIN}")
-    return found
+    return programs
 
 
 def _digests(path: Path) -> Iterator[tuple[str, str]]:

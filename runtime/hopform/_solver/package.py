@@ -41,8 +41,8 @@ class Package:
     def __getattr__(self, module: str) -> Any:
         if module.startswith("__"):
             raise AttributeError(module)
-        self.__dict__[module] = found = import_module(f"{self.name}.{module}")
-        return found
+        self.__dict__[module] = loaded = import_module(f"{self.name}.{module}")
+        return loaded
 
 
 OURS = Package("hopform_solver")

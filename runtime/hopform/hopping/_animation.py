@@ -50,7 +50,7 @@ def animate(
     """
     if not isinstance(run, Run):
         raise HopformError(f"run must be a Run, as simulate gives it, got {shown(run)}")
-    wanted = None if h_des is None else finite("h_des", h_des, "m")
+    set_point = None if h_des is None else finite("h_des", h_des, "m")
     pictures = whole("rate", rate, most=100)
     end = run.duration if seconds is None else min(positive("seconds", seconds, "s"), run.duration)
     count = math.ceil(end / (positive("speed", speed, "of real time") / pictures))
@@ -59,5 +59,5 @@ def animate(
     needs("matplotlib", "plot", "an animation")
     from hopform.hopping._scene import gif_of
 
-    gif = gif_of(run, wanted, pictures, [n * speed / pictures for n in range(count)])
+    gif = gif_of(run, set_point, pictures, [n * speed / pictures for n in range(count)])
     return Animation(gif, f"Animation of {run.robot.label}: {count} pictures, {pictures} a second")

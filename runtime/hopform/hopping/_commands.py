@@ -90,15 +90,15 @@ def hop(
     constant (--u), exact (the energy-based feedforward), printed (the same as the paper prints it), return-map (Hopper
     B's first one).
     """
-    known = in_use()
-    reads = [("--robot", known.robot_file(robot)), ("--from-fit", from_fit), ("--model", known.robot_file(model))]
+    solver = in_use()
+    reads = [("--robot", solver.robot_file(robot)), ("--from-fit", from_fit), ("--model", solver.robot_file(model))]
     reads.append(("--terrain", None if terrain in NAMES else Path(terrain)))
     outputs = Outputs(json, csv, plot, reads, [("--hops-csv", hops_csv), ("--npz", npz)])
     ground = terrain_of(terrain, size, hops, seed)
     hopper, drawn = robot_and_draws("hop", robot, values, from_fit, draws, seed, len(ground))
     asked = controller_of(controller, u, h_des, stop_margin, horizon)
     noise = (noise_x1, noise_v1, noise_x2, noise_v2, noise_ground)
-    errors = Errors(*noise, current_scale, quantum, delay, None if model is None else known.load_robot(model))
+    errors = Errors(*noise, current_scale, quantum, delay, None if model is None else solver.load_robot(model))
     how: dict[str, Any] = {"height": height, "gains": gains, "errors": errors, "seed": seed, "horizon": horizon}
     with progress_bar(f"{len(ground)} hops") as progress:
         run = simulate(hopper, ground, asked, **how, progress=progress)
@@ -122,14 +122,14 @@ def bands_of(drawn: Any, ground: tuple[float, ...], asked: Any, how: dict[str, A
     """Bands of the apexes [m] of runs of the robots that were drawn, whose controller believes in the fitted one; a robot
     has none from where it hops no more.
     """
-    found = np.full((len(drawn.robots), len(ground)), np.nan)
+    apexes = np.full((len(drawn.robots), len(ground)), np.nan)
     believed = drawn.model if how["errors"].model is None else how["errors"].model
     prepared = asked.prepare(believed, ground) if hasattr(asked, "prepare") else asked
     how = how | {"errors": replace(how["errors"], model=believed)}
-    for row, each in enumerate(drawn.each()):
-        run = simulate(each, ground, prepared, **how)
-        found[row, : len(run.hops)] = run.table["apex"]
-    return drawn.bands(found)
+    for row, robot in enumerate(drawn.each()):
+        run = simulate(robot, ground, prepared, **how)
+        apexes[row, : len(run.hops)] = run.table["apex"]
+    return drawn.bands(apexes)
 
 
 def terrain_of(name: str, size: float, hops: int | None, seed: int) -> tuple[float, ...]:

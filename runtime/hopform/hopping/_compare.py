@@ -81,9 +81,9 @@ def compare(
                 raise HopformError(f"{where}: {error}") from None
             done = len(run.hops)
             status.flat[n], count.flat[n] = run.status, done
-            found = {name: run.table[name] for name in ("apex", "u", "bottoms_out")}
-            found["miss"] = found["apex"] - (run.h_des[:done] or np.nan)
-            for name, values in found.items():
+            columns = {name: run.table[name] for name in ("apex", "u", "bottoms_out")}
+            columns["miss"] = columns["apex"] - (run.h_des[:done] or np.nan)
+            for name, values in columns.items():
                 series[name].reshape(total, hops)[n, :done] = values
             (progress or bar)(n + 1, total)
     arrays: dict[str, Any] = {dim: ((dim,), each) for dim, each in axes.items()}
@@ -100,7 +100,7 @@ def _named(name: str, things: Mapping[Any, Thing]) -> dict[Any, Thing]:
     """What is compared, by name."""
     if not isinstance(things, Mapping):
         raise HopformError(f"{name} must be a mapping of names to values, got {shown(things)}")
-    found = dict(items(name, things.items(), "a mapping of names to values", MOST_RUNS))
-    if not found:
+    named = dict(items(name, things.items(), "a mapping of names to values", MOST_RUNS))
+    if not named:
         raise HopformError(f"{name} must be at least one, got none")
-    return found
+    return named

@@ -132,8 +132,8 @@ def draw_wanted(axes: Axes, run: Run) -> None:
 def apexes(run: Run) -> tuple[Curve, Curve]:
     """Times [s] and heights [m] of a run's apexes, up to its end; hops without take-off are left out."""
     lifts = [hop for hop in run.hops if hop.stance.takeoff is not None]
-    found = [(hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / run.robot.fall, hop.apex) for hop in lifts]
-    times, heights = np.array(found).reshape(-1, 2).T
+    points = [(hop.takeoff_time + max(float(hop.stance.end.v2), 0.0) / run.robot.fall, hop.apex) for hop in lifts]
+    times, heights = np.array(points).reshape(-1, 2).T
     return times[times <= run.duration], heights[times <= run.duration]
 
 

@@ -180,14 +180,14 @@ class _Legs(OverTime):
         return self._read(t, lambda times: self._in_legs(times, values, count))
 
     def _in_legs(self, asked: Array, values: Callable[[_Leg, Array], Any], count: int) -> Array:
-        legs, found = self._all_legs, np.empty((count, asked.size))
+        legs, columns = self._all_legs, np.empty((count, asked.size))
         begins = [math.nextafter(leg.begin, math.inf) if leg.after_takeoff else leg.begin for leg in legs]
         places = np.maximum(np.searchsorted(np.maximum.accumulate(begins), asked, side="right") - 1, 0)
         order = np.argsort(places, kind="stable")
         for inside in np.split(order, np.flatnonzero(np.diff(places[order])) + 1) if order.size else ():
             leg = legs[int(places[inside[0]])]
-            found[:, inside] = values(leg, np.clip(asked[inside] - leg.begin, 0.0, leg.motion.duration))
-        return found
+            columns[:, inside] = values(leg, np.clip(asked[inside] - leg.begin, 0.0, leg.motion.duration))
+        return columns
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -230,9 +230,9 @@ class Hop(_Legs):
 
     def _card(self) -> Card:
         given = [("height", self.height), ("ground", self.ground), ("u", self.u)]
-        found = [("apex", self.apex), ("v2", self.touchdown.v2), ("aed", self.stance.aed), ("stop hit", self.hits_stop)]
+        rows = [("apex", self.apex), ("v2", self.touchdown.v2), ("aed", self.stance.aed), ("stop hit", self.hits_stop)]
         ends = f"{self.stance.status} {self.takeoff_time:.5g} s after the start"
-        return Card(f"Hop {self.index} of {self.robot.label}: {ends}", given, found)
+        return Card(f"Hop {self.index} of {self.robot.label}: {ends}", given, rows)
 
     def _arrays(self) -> Mapping[str, Any]:
         return {name: ((), getattr(self, name)) for name in ("height", "apex")} | {"status": ((), self.stance.status)}
@@ -365,9 +365,9 @@ class Run(_Legs):
         height, u = [hop.height for hop in self.hops[:1]], [hop.u for hop in self.hops]
         given = [("height", height), ("terrain", list(self.terrain)), ("u", u)]
         stops = sum(hop.hits_stop for hop in self.hops)
-        found = [("apex", [hop.apex for hop in self.hops]), ("hops that meet a stop", stops)]
+        rows = [("apex", [hop.apex for hop in self.hops]), ("hops that meet a stop", stops)]
         title = f"Run of {self.robot.label}: {self.status} after {len(self.hops)} hops, {self.duration:.5g} s"
-        return Card(title, given, [*found, *(("warning", each) for each in self.warnings)])
+        return Card(title, given, [*rows, *(("warning", each) for each in self.warnings)])
 
     def _arrays(self) -> Mapping[str, Any]:
         table = {f"hop_{name}": (("hop",), self.table[name], _attrs(text)) for name, _, text in COLUMNS[1:]}

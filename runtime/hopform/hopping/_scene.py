@@ -26,12 +26,12 @@ SHANK = 0.08  # [m] from the body's middle to the actuator's at x1 = 0
 COILS = 7
 
 
-def gif_of(run: Run, wanted: float | None, rate: int, times: Sequence[float]) -> bytes:
+def gif_of(run: Run, set_point: float | None, rate: int, times: Sequence[float]) -> bytes:
     """A run at times [s], `rate` pictures a second; wanted [m]: the apex that a line shows."""
     figure = Figure(dpi=100)
     with framed(figure, 5.4, 3.6, ""), tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / "animation.gif"
-        place = scene(figure.subplots(), run, wanted)
+        place = scene(figure.subplots(), run, set_point)
         figure.draw_without_rendering()
         figure.set_layout_engine("none")  # laid out once
         writer = PillowWriter(fps=rate, metadata={"Software": "hopform"})
@@ -45,17 +45,21 @@ def position(run: Run, t: Curve) -> Curve:
     return STRIDE * np.interp(t, corners, [-1, *(hop.index for hop in run.hops for _ in range(2)), len(run.hops)])
 
 
-def scene(axes: Axes, run: Run, wanted: float | None) -> Callable[[float], list[Artist]]:
+def scene(axes: Axes, run: Run, set_point: float | None) -> Callable[[float], list[Artist]]:
     """The ground, the set point and the parts that move, with what places these at a time and moves the view along."""
     edges = STRIDE * (np.arange(len(run.terrain) + 1) - 0.5)
     edges[0], edges[-1] = -3 * STRIDE, edges[-1] + 3 * STRIDE
     length = run.robot.standing_height
-    tops = [0.0, wanted or 0.0, *(hop.height for hop in run.hops), *(hop.apex for hop in run.hops)]
+    tops = [0.0, set_point or 0.0, *(hop.height for hop in run.hops), *(hop.apex for hop in run.hops)]
     low, high = min(run.terrain) - 0.05, length + float(np.nanmax(tops)) + 0.15
     axes.stairs(run.terrain, edges, baseline=low, fill=True, facecolor="#DDDDDD", edgecolor=GREY)
-    if wanted is not None:
+    if set_point is not None:
         axes.axhline(
-            wanted + length, color=BLACK, linestyle="--", linewidth=1.0, label=f"wanted apex, {100.0 * wanted:.0f} cm"
+            set_point + length,
+            color=BLACK,
+            linestyle="--",
+            linewidth=1.0,
+            label=f"wanted apex, {100.0 * set_point:.0f} cm",
         )
     (trace,) = axes.plot([], [], color=BLUE, linewidth=0.9, label="body")
     (spring,) = axes.plot([], [], color=BLACK, linewidth=1.4)
@@ -63,8 +67,8 @@ def scene(axes: Axes, run: Run, wanted: float | None) -> Callable[[float], list[
     box: dict[str, Any] = {"edgecolor": BLACK, "linewidth": 0.8, "zorder": 3}
     body = Rectangle((0.0, 0.0), *BODY, facecolor=BLUE, **box)
     actuator = Rectangle((0.0, 0.0), *ACTUATOR, facecolor=ORANGE, label="actuator", **box)
-    for each in (body, actuator):
-        axes.add_patch(each)
+    for part in (body, actuator):
+        axes.add_patch(part)
     (foot,) = axes.plot([], [], "_", color=BLACK, markersize=14.0, markeredgewidth=3.0, label="foot")
     said = axes.text(0.99, 0.01, "", transform=axes.transAxes, ha="right", va="bottom", family="monospace", fontsize=8)
     axes.set(ylim=(low, high), ylabel="height [m]", xticks=[], aspect="equal")
@@ -78,8 +82,8 @@ def scene(axes: Axes, run: Run, wanted: float | None) -> Callable[[float], list[
         spring.set_data(*coil(middle, level, low))
         foot.set_data([middle], [level])
         rod.set_data([middle, middle], [low, float(state.x2)])
-        for each, height, size in ((body, float(state.x2), BODY), (actuator, low, ACTUATOR)):
-            each.set_xy((middle - size[0] / 2.0, height - size[1] / 2.0))
+        for part, height, size in ((body, float(state.x2), BODY), (actuator, low, ACTUATOR)):
+            part.set_xy((middle - size[0] / 2.0, height - size[1] / 2.0))
         said.set_text(f"t = {t:6.3f} s   u = {float(run.current(t)):6.2f} A")
         axes.set_xlim(middle - 0.62, middle + 0.62)
         return []

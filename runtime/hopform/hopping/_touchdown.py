@@ -57,8 +57,8 @@ class TouchdownDetector(Checked):
         """Touchdowns and take-offs in a signal that begins in flight, each at the time of the sample that confirms it
         [s].
         """
-        found = load_solver("hopper").contacts(samples, self.high, self.low, self.count)
-        return tuple(Event(n * self.dt, kind) for n, kind in found)
+        contacts = load_solver("hopper").contacts(samples, self.high, self.low, self.count)
+        return tuple(Event(n * self.dt, kind) for n, kind in contacts)
 
     def false_alarm_rate(self, noise: SupportsFloat) -> float:
         """Touchdowns per second [1/s] that noise of a standard deviation makes of a signal of 0."""

@@ -126,8 +126,8 @@ def set_points(name: str, h_des: SetPoints) -> Heights:
     given = cast(Any, h_des)
     if isinstance(given, str) or (isinstance(given, SupportsFloat) and np.ndim(cast(Any, given)) == 0):
         return finite(name, given, "m")
-    each = items(name, given, "a height in m, or one per hop", MOST_HOPS)
-    return tuple(finite(f"{name}[{number}]", value, "m") for number, value in enumerate(each))
+    heights = items(name, given, "a height in m, or one per hop", MOST_HOPS)
+    return tuple(finite(f"{name}[{number}]", value, "m") for number, value in enumerate(heights))
 
 
 def set_point(h_des: Any, hop: int) -> float:
@@ -153,9 +153,9 @@ class _Aiming(Checked):
         if isinstance(asked, tuple) and len(asked) < len(grounds):
             raise HopformError(f"h_des must be one height, or one per hop: got {len(asked)} for {len(grounds)} hops")
         for hop, ground in enumerate(grounds):
-            if (wanted := set_point(asked, hop)) < ground:
+            if (target := set_point(asked, hop)) < ground:
                 where = f"at hop {hop}, where the ground is at {ground!r} m"
-                raise HopformError(f"h_des must not lie below the ground: got {wanted!r} m {where}")
+                raise HopformError(f"h_des must not lie below the ground: got {target!r} m {where}")
         limit, u = falling_robot(robot, "command", "an apex").letters.u_max, robot.solver.facts.inputs[0]
         if not math.isfinite(limit):
             raise HopformError(f"the controller needs a finite {u['limit']}, got {limit!r} {u['unit']}")
@@ -319,8 +319,8 @@ def crossing(currents: Array, miss: Array) -> float:
         return float(currents[int(np.nanargmin(np.abs(miss)))]) if np.isfinite(miss).any() else 0.0
     low, high = miss[crossings], miss[crossings + 1]
     share = np.divide(low, low - high, out=np.zeros_like(low), where=low != high)
-    found = currents[crossings] + share * (currents[crossings + 1] - currents[crossings])
-    return float(found[int(np.argmin(np.abs(found)))])
+    roots = currents[crossings] + share * (currents[crossings + 1] - currents[crossings])
+    return float(roots[int(np.argmin(np.abs(roots)))])
 
 
 @dataclass(frozen=True)

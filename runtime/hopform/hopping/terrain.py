@@ -39,8 +39,8 @@ def steps(hops: int, size: SupportsFloat, length: int = 3) -> Heights:
     >>> steps(5, 0.02, length=2)
     (0.0, 0.0, 0.02, 0.02, 0.0)
     """
-    rise, each = finite("size", size, "m"), whole("length", length)
-    return tuple(rise if (hop // each) % 2 else 0.0 for hop in range(whole("hops", hops, most=MOST_HEIGHTS)))
+    rise, spacing = finite("size", size, "m"), whole("length", length)
+    return tuple(rise if (hop // spacing) % 2 else 0.0 for hop in range(whole("hops", hops, most=MOST_HEIGHTS)))
 
 
 def uniform(hops: int, size: SupportsFloat, seed: int = 0) -> Heights:
@@ -103,8 +103,8 @@ def read(path: str | Path) -> Heights:
 
 def heights_of(terrain: Iterable[Any]) -> Heights:
     """The heights of a terrain as floats; HopformError if there is none, or one is not finite."""
-    found = items("terrain", terrain, "a sequence of heights in m", MOST_HOPS)
-    heights = tuple(finite(f"terrain[{number}]", height, "m") for number, height in enumerate(found))
+    given = items("terrain", terrain, "a sequence of heights in m", MOST_HOPS)
+    heights = tuple(finite(f"terrain[{number}]", height, "m") for number, height in enumerate(given))
     if not heights:
         raise HopformError("terrain must have at least one height, under the first touchdown, got none")
     return heights

@@ -97,9 +97,9 @@ def missed(solution: Solution) -> list[Missed]:
     inflation = max(each.inflation for each in solution.tests)
     size = np.sqrt((scaled**2).sum(axis=0))
     alive = size > 1e-9 * size.max(initial=0.0)
-    found = list[Missed]()
-    for each in ALTERNATIVES:
-        directions = [_direction(one, solution.values, each) for one in solution.experiments]
+    causes = list[Missed]()
+    for cause in ALTERNATIVES:
+        directions = [_direction(one, solution.values, cause) for one in solution.experiments]
         column = np.asarray(np.concatenate(directions) / noise, dtype=np.float64)
         whole = math.sqrt(float(column @ column))
         if whole == 0.0:
@@ -110,18 +110,18 @@ def missed(solution: Solution) -> list[Missed]:
         left = float(rest @ rest)
         seen = left > (_TRACE * whole) ** 2
         error = math.sqrt(unit / slope * inflation / left) if seen else math.inf
-        found.append(Missed(each, moves, -float(rest @ psi) / (slope * left) if seen else 0.0, error))
-    return found
+        causes.append(Missed(cause, moves, -float(rest @ psi) / (slope * left) if seen else 0.0, error))
+    return causes
 
 
-def _direction(of: Experiment, values: Values, cause: Alternative) -> Array:
+def _direction(experiment: Experiment, values: Values, cause: Alternative) -> Array:
     """The change of a prediction by a cause, per its size."""
     if cause.force is not None:
-        return of.response_to(values, cause.force, cause.least)
-    if "lag" in of.names:
-        return np.zeros(of.time.size)
-    late = replace(of, constants={**of.constants, "lag": _LAG})
-    return np.asarray((late.predict(values)[0] - of.predict(values)[0]) / _LAG)
+        return experiment.response_to(values, cause.force, cause.least)
+    if "lag" in experiment.names:
+        return np.zeros(experiment.time.size)
+    late = replace(experiment, constants={**experiment.constants, "lag": _LAG})
+    return np.asarray((late.predict(values)[0] - experiment.predict(values)[0]) / _LAG)
 
 
 _METHODS = {each: f"{each}, allowing for causes" for each in ("profile", "t")}
@@ -136,33 +136,33 @@ def allowing(
     hidden = [each for each in some if each.hidden]
     if not hidden:
         return tuple(estimates), spread, []
-    found, wider = list[Estimate](), dict[str, list[str]]()
+    widened, wider = list[Estimate](), dict[str, list[str]]()
     covariance = _widened(solution, spread.covariance, hidden)
     errors = np.sqrt(np.diag(covariance)).tolist()
-    for n, each in enumerate(estimates):
-        found.append(each._replace(stderr=errors[n]) if math.isfinite(each.stderr) else each)
-        if each.own or not math.isfinite(each.high - each.low) or not each.stderr > 0.0:
+    for n, estimate in enumerate(estimates):
+        widened.append(estimate._replace(stderr=errors[n]) if math.isfinite(estimate.stderr) else estimate)
+        if estimate.own or not math.isfinite(estimate.high - estimate.low) or not estimate.stderr > 0.0:
             continue
-        ends = [_ends(solution, n, each, one) for one in hidden]
+        ends = [_ends(solution, n, estimate, one) for one in hidden]
         widest = max(ends, key=lambda pair: pair[1] - pair[0])
-        low, high = min(each.value, widest[0]), max(each.value, widest[1])
-        if high - low < _NOTED * (each.high - each.low):
+        low, high = min(estimate.value, widest[0]), max(estimate.value, widest[1])
+        if high - low < _NOTED * (estimate.high - estimate.low):
             continue
-        found[-1] = found[-1]._replace(low=low, high=high, method=_METHODS.get(each.method, each.method))
+        widened[-1] = widened[-1]._replace(low=low, high=high, method=_METHODS.get(estimate.method, estimate.method))
         for one, (a, b) in zip(hidden, ends, strict=True):
-            if b - a > 0.5 * (high - low) and each.name not in wider.setdefault(one.of.words, []):
-                wider[one.of.words].append(each.name)
-    return tuple(found), spread._replace(covariance=covariance), _said(wider)
+            if b - a > 0.5 * (high - low) and estimate.name not in wider.setdefault(one.of.words, []):
+                wider[one.of.words].append(estimate.name)
+    return tuple(widened), spread._replace(covariance=covariance), _said(wider)
 
 
-def _ends(solution: Solution, n: int, of: Estimate, cause: Missed) -> tuple[float, float]:
+def _ends(solution: Solution, n: int, estimate: Estimate, cause: Missed) -> tuple[float, float]:
     """The ends of a parameter's interval that allows for a cause: what the samples say of both, within what plausible
     sizes of the cause can do.
     """
     place, shift = estimation.Place(solution, n), float(cause.moves[n])
     t = estimation.student(0.5 + 0.5 * LEVEL, solution.freedom)
-    least = t * of.stderr
-    below, above = (max(abs(place.into(end)), place.by(least)) for end in (of.low, of.high))
+    least = t * estimate.stderr
+    below, above = (max(abs(place.into(end)), place.by(least)) for end in (estimate.low, estimate.high))
     bounds = -_WIDER * below + min(0.0, shift * cause.of.most), _WIDER * above + max(0.0, shift * cause.of.most)
     if not math.isfinite(cause.error):
         return place.out(bounds[0]), place.out(bounds[1])
@@ -177,8 +177,8 @@ def _widened(solution: Solution, covariance: Array, hidden: Sequence[Missed]) ->
     size = np.maximum(np.diag(covariance), 1e-300)
     shared = np.array([not p.own for p in solution.parameters]) & np.isfinite(size)
     slopes = estimation.slopes(solution) * shared
-    each = [np.outer(one.moves * slopes, one.moves * slopes) * min(one.error, one.of.most) ** 2 for one in hidden]
-    return covariance + max(each, key=lambda more: float((np.diag(more) / size).sum()))
+    shifts = [np.outer(one.moves * slopes, one.moves * slopes) * min(one.error, one.of.most) ** 2 for one in hidden]
+    return covariance + max(shifts, key=lambda more: float((np.diag(more) / size).sum()))
 
 
 def _said(wider: Mapping[str, Sequence[str]]) -> list[str]:

@@ -51,9 +51,9 @@ class Diagnosis(NamedTuple):
         sizes = list(self.values.values())
         in_ms = ", ".join(f"{1e3 * each:.3g}" for each in sizes)
         fast = 100.0 * (sizes[0] - 1.0)
-        known = ", ".join(f"{name} is not as known: {value:.4g} fits" for name, value in self.values.items())
+        changes = ", ".join(f"{name} is not as known: {value:.4g} fits" for name, value in self.values.items())
         return {
-            "known value": known,
+            "known value": changes,
             "lag": f"a first-order lag of {in_ms} ms",
             "gain": f"a sensor gain of {', '.join(f'{each:.4g}' for each in sizes)}",
             "clock": f"a clock of the recording that is {abs(fast):.3g} % {'slow' if fast > 0.0 else 'fast'}",
@@ -66,12 +66,12 @@ class Diagnosis(NamedTuple):
         }[self.name]
 
 
-def said(found: Sequence[Diagnosis], shown: tuple[str, float]) -> list[str]:
+def said(diagnoses: Sequence[Diagnosis], shown: tuple[str, float]) -> list[str]:
     """The cause that explains most, and those that explain as much; shown: the unit of residuals and its factor."""
-    if not found:
+    if not diagnoses:
         return []
-    first = found[0]
-    alike = [each for each in found[1:] if first.decrease - each.decrease < _ALIKE]
+    first = diagnoses[0]
+    alike = [each for each in diagnoses[1:] if first.decrease - each.decrease < _ALIKE]
     unit, factor = shown
     causes = " or ".join(each.cause(unit) for each in (first, *alike))
     options = " or ".join(dict.fromkeys(each.option for each in (first, *alike) if each.option))
@@ -98,13 +98,13 @@ def diagnose(problem: Problem, solution: Solution) -> tuple[Diagnosis, ...]:
     """The causes that explain a fit's residuals, the best first. A test for one cause sees what a test for any memory
     does not, so residuals that pass for noise are asked too.
     """
-    known = [*_known(problem, solution)]
-    found = known + [each for letter in NUISANCES if not (known and letter in ("gain", "clock"))
+    of_known = [*_known(problem, solution)]
+    diagnoses = of_known + [each for letter in NUISANCES if not (of_known and letter in ("gain", "clock"))
                      for each in _nuisance(problem, solution, letter)]  # fmt: skip
-    found += [*_forces(problem, solution), *_play(problem, solution)]
+    diagnoses += [*_forces(problem, solution), *_play(problem, solution)]
     if solution.loss == "linear":
-        found += _without_outliers(problem, solution)
-    return tuple(sorted(found, key=lambda each: -each.decrease))
+        diagnoses += _without_outliers(problem, solution)
+    return tuple(sorted(diagnoses, key=lambda each: -each.decrease))
 
 
 def _held_out(size: int) -> NDArray[np.bool_]:
@@ -116,10 +116,10 @@ def _whitens(solution: Solution, residuals: Parts) -> bool:
     """Whether residuals of a fit to the other samples are white, or the encoder's rounding, where samples were held out,
     without outliers.
     """
-    for each, part in zip(solution.experiments, residuals, strict=True):
+    for experiment, part in zip(solution.experiments, residuals, strict=True):
         held = _held_out(part.size) & estimation.bulk(part, solution.loss)
         white = estimation.tests_of(part[held]).chance >= _HELD_OUT
-        if not (white or estimation.is_rounding(each.measured[held], part[held])):
+        if not (white or estimation.is_rounding(experiment.measured[held], part[held])):
             return False
     return True
 
@@ -130,11 +130,11 @@ def _whitens(solution: Solution, residuals: Parts) -> bool:
 def _known(problem: Problem, solution: Solution) -> Iterator[Diagnosis]:
     """Known values that are off: where another one explains what is left. The fit of a model takes it as a start."""
 
-    def near(found: Diagnosis) -> Diagnosis:
+    def near(diagnosis: Diagnosis) -> Diagnosis:
         if problem.kind != "model":
-            return found
-        given = " ".join(f"--near {name}={value:.6g}" for name, value in found.values.items())
-        return found._replace(option=f"fit it with {given} in place of --known, or measure it again")
+            return diagnosis
+        given = " ".join(f"--near {name}={value:.6g}" for name, value in diagnosis.values.items())
+        return diagnosis._replace(option=f"fit it with {given} in place of --known, or measure it again")
 
     for letter, value in problem.known.items():
         if (letter in _RELEASED or problem.kind == "model") and letter not in solution.values:
@@ -147,10 +147,10 @@ def _known(problem: Problem, solution: Solution) -> Iterator[Diagnosis]:
 
 def _untied(problem: Problem, letter: str, name: str, solution: Solution) -> Problem:
     """A problem in which a letter that is known to be as a parameter is one of its own, and begins as that."""
-    of = next(p for p in problem.parameters if p.name == name)
-    made = of._replace(name=letter, start=solution.values[name])
+    tied = next(p for p in problem.parameters if p.name == name)
+    untied = tied._replace(name=letter, start=solution.values[name])
     experiments = tuple(replace(each, names={**each.names, letter: letter}) for each in problem.experiments)
-    return replace(problem, experiments=experiments, parameters=(*problem.parameters, made))
+    return replace(problem, experiments=experiments, parameters=(*problem.parameters, untied))
 
 
 _RELEASED = ("m_s", "m_eff", "k", "gamma2", "b1", "b2", "length")
@@ -162,15 +162,17 @@ def _released(problem: Problem, letter: str, value: float) -> Problem | None:
     if not any(letter in each.constants for each in problem.experiments):
         return None
 
-    def freed(each: Experiment) -> Experiment:
-        if letter not in each.constants:
-            return each
-        constants = {name: own for name, own in each.constants.items() if name != letter}
-        return replace(each, names={**each.names, letter: letter}, constants=constants)
+    def freed(experiment: Experiment) -> Experiment:
+        if letter not in experiment.constants:
+            return experiment
+        constants = {name: own for name, own in experiment.constants.items() if name != letter}
+        return replace(experiment, names={**experiment.names, letter: letter}, constants=constants)
 
     kind = "positive" if value > 0.0 else "real"
-    made = Parameter(letter, "", value, max(abs(value), 1e-9), kind)
-    return replace(problem, experiments=tuple(map(freed, problem.experiments)), parameters=(*problem.parameters, made))
+    parameter = Parameter(letter, "", value, max(abs(value), 1e-9), kind)
+    return replace(
+        problem, experiments=tuple(map(freed, problem.experiments)), parameters=(*problem.parameters, parameter)
+    )
 
 
 def _nuisance(problem: Problem, solution: Solution, letter: str) -> Iterator[Diagnosis]:
@@ -187,16 +189,16 @@ def _fitted(name: str, letter: str, wider: Problem, solution: Solution) -> list[
         return []
     some = selected(wider.experiments, [~_held_out(each.time.size) for each in wider.experiments])
     start = begun(wider, solution, some, independent, start)
-    found = estimation.again(solution, some, start, most=25, precision=1e-6)
-    if not _whitens(solution, estimation.again(found, wider.experiments, most=1).residuals):
+    fitted = estimation.again(solution, some, start, most=25, precision=1e-6)
+    if not _whitens(solution, estimation.again(fitted, wider.experiments, most=1).residuals):
         return []
-    whole = estimation.again(found, wider.experiments, most=10, precision=1e-6)
+    whole = estimation.again(fitted, wider.experiments, most=10, precision=1e-6)
     return _worth(name, {each: whole.values[each] for each in new}, solution, whole.residuals)
 
 
-def _worth(name: str, values: Values, of: Solution, after: Parts) -> list[Diagnosis]:
+def _worth(name: str, values: Values, solution: Solution, after: Parts) -> list[Diagnosis]:
     """A diagnosis of a fit, if it explains more than noise would."""
-    return brought(name, values, (of.residuals, after), of.sigma, len(of.parameters), of.loss)
+    return brought(name, values, (solution.residuals, after), solution.sigma, len(solution.parameters), solution.loss)
 
 
 def brought(
@@ -274,11 +276,11 @@ def _forced(problem: Problem, solution: Solution, name: str, shape: Force) -> li
         if not column.any():
             return []
         size, after = _with_column(solution, column)
-        found = _worth(name, {"level": size}, solution, after)
-        if not found or abs(size) < 1e-6:
+        diagnoses = _worth(name, {"level": size}, solution, after)
+        if not diagnoses or abs(size) < 1e-6:
             return []
         if _whitens(solution, after):
-            return found
+            return diagnoses
     return []
 
 
@@ -311,8 +313,8 @@ _WORTH = 0.97
 
 def stiffest(tried: Iterable[Diagnosis]) -> list[Diagnosis]:
     """Of friction that is higher at rest what explains most, if it explains enough."""
-    found = [each for each in tried if each.values["level"] > 0.0 and each.after < _WORTH * each.before]
-    return [max(found, key=lambda each: each.decrease)] if found else []
+    helpful = [each for each in tried if each.values["level"] > 0.0 and each.after < _WORTH * each.before]
+    return [max(helpful, key=lambda each: each.decrease)] if helpful else []
 
 
 # ---- play ----
@@ -333,11 +335,11 @@ def _play(problem: Problem, solution: Solution) -> Iterator[Diagnosis]:
 
 def behind_play(x: Array, width: float) -> Array:
     """What a sensor shows that follows a motion through a play of a width [m]."""
-    found, shown = np.empty(x.size), float(x[0])
+    positions, shown = np.empty(x.size), float(x[0])
     for n, place in enumerate(x.tolist()):
         shown = min(max(shown, place - 0.5 * width), place + 0.5 * width)
-        found[n] = shown
-    return found
+        positions[n] = shown
+    return positions
 
 
 # ---- outliers ----
@@ -355,8 +357,8 @@ def _without_outliers(problem: Problem, solution: Solution) -> list[Diagnosis]:
         return []
     before, after = (estimation.rms(np.concatenate(each.residuals)) for each in (solution, again))
     decrease = solution.count * ((before / max(after, 1e-300)) ** 2 - 1.0)
-    found = Diagnosis("outliers", {"samples": off}, before, after, decrease, _OPTIONS["outliers"])
-    return [found] if after < _SPOILT * before else []
+    diagnosis = Diagnosis("outliers", {"samples": off}, before, after, decrease, _OPTIONS["outliers"])
+    return [diagnosis] if after < _SPOILT * before else []
 
 
 _SPOILT = 0.8

@@ -128,21 +128,21 @@ def known_values(pairs: Sequence[str]) -> dict[str, float]:
 
 def ranges_of(pairs: Sequence[str]) -> dict[str, tuple[float, float]]:
     """Ranges of parameters from name=low:high."""
-    found = dict[str, tuple[float, float]]()
+    ranges = dict[str, tuple[float, float]]()
     for pair in pairs:
         name, equals, ends = pair.partition("=")
         low, high = (number_of(each) for each in (ends.split(":") + [""])[:2])
         if not equals or low is None or high is None or not -math.inf < low < high < math.inf:
             raise HopformError(f"--ranges takes name=low:high in SI units, as in k=800:1600, got {shown(pair)}")
-        found[name] = low, high
-    return found
+        ranges[name] = low, high
+    return ranges
 
 
 def added_masses(text: str) -> tuple[float, ...]:
     """Masses [kg] from "0,0.986"."""
-    found = [number_of(each) for each in text.split(",")] if text else []
-    masses = tuple(each for each in found if each is not None and 0.0 <= each < math.inf)
-    if len(masses) < len(found):
+    numbers = [number_of(each) for each in text.split(",")] if text else []
+    masses = tuple(each for each in numbers if each is not None and 0.0 <= each < math.inf)
+    if len(masses) < len(numbers):
         raise HopformError(f"--added-mass takes masses >= 0 in kg, one per file, as in 0,0.986, got {shown(text)}")
     return masses
 
@@ -158,10 +158,10 @@ def answer_to(
         if kind == "check":
             return check(by_role, known)
         if force:
-            found = fit_force(recordings, known=known, **how)
+            result = fit_force(recordings, known=known, **how)
         else:
             roles = {kind: recordings} if kind in KINDS else by_role
-            found = fit({of: roles[role] for role, of in KINDS.items() if role in roles}, known, **how)
+            result = fit({of: roles[role] for role, of in KINDS.items() if role in roles}, known, **how)
     except HopformError as error:
         hints = [
             f"; it was taken for a {role}: name its kind, as in {_OTHER[role]}:{name}"
@@ -172,8 +172,8 @@ def answer_to(
             hints = [_other_kind(kind, recordings, known)]
         raise HopformError(f"{error}{''.join(hints[:1])}") from None
     unstopped = all({"x1", "x2"} <= each.columns.keys() for each in recordings)
-    refuse_no_fit(found, recordings, ("x1_min", "x1_max") if unstopped else ())
-    return found
+    refuse_no_fit(result, recordings, ("x1_min", "x1_max") if unstopped else ())
+    return result
 
 
 _OTHER = {"drop": "decay", "free": "drop", "step": "air"}
@@ -190,24 +190,26 @@ def refuse_no_fit(fit: Fit, recordings: Sequence[Recording], stops: Sequence[str
 
 def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit, stops: Sequence[str]) -> HopformError:
     """The error about a fit that explains too little: where it is off most, and what may be wrong."""
-    own = max((each for each in recordings if trace.label.startswith(each.source)), key=lambda each: len(each.source))
+    recording = max(
+        (each for each in recordings if trace.label.startswith(each.source)), key=lambda each: len(each.source)
+    )
     left = trace.measured - trace.predicted
     at = int(np.abs(left).argmax())
     share = max(1.0 - float(np.var(left)) / float(np.var(trace.measured)), 0.0)
     force = trace.quantity == "force"
-    position, drives = own.column_of("x1" if force else trace.quantity), own.found("u")
-    lengths = " and ".join(each.title for each in own.columns.values() if each.quantity in ("length", "angle"))
+    position, drives = recording.column_of("x1" if force else trace.quantity), recording.found("u")
+    lengths = " and ".join(each.title for each in recording.columns.values() if each.quantity in ("length", "angle"))
     asked = [f"is the unit of {lengths} right"]
     asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
     missing = [] if {*stops} & fit.known.keys() else [f"{name}=..." for name in stops]
     asked += [f"does it reach a stop, which --known {' or '.join(missing)} gives"] if missing else []
-    asked += ["does it reach a stop"] if drives and position.title[:2] != "x2" and flat_top(own) else []
+    asked += ["does it reach a stop"] if drives and position.title[:2] != "x2" and flat_top(recording) else []
     asked += ["is it of this rig?", *said(fit.diagnoses, fit.shown)]
     what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units.position, 96)
     explained = f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit"
     message = f"{explained}; it is off most here, by {abs(left[at]):.3g} {unit}: {', '.join(asked)}"
-    line = own.line_of(int(np.count_nonzero(own.time < trace.time[at] - 1e-9)))
-    return own.error(message, line, drives if force else position)
+    line = recording.line_of(int(np.count_nonzero(recording.time < trace.time[at] - 1e-9)))
+    return recording.error(message, line, drives if force else position)
 
 
 def _other_kind(kind: str, recordings: Sequence[Recording], known: Values) -> str:
@@ -307,12 +309,12 @@ def check_fit_outputs(
         raise HopformError("--json and --export both print; give --export a file by --out")
 
 
-def options_of(loss: str, wanted: Mapping[str, bool], advance: Callable[[int, int], None]) -> Options:
+def options_of(loss: str, flags: Mapping[str, bool], advance: Callable[[int, int], None]) -> Options:
     """The options of a fit: its loss, the nuisances that are wanted, and a progress bar that advances with its stages."""
     stages = iter(range(STAGES))
     return {
         "loss": loss,
-        "nuisances": tuple(name for name, each in wanted.items() if each),
+        "nuisances": tuple(name for name, each in flags.items() if each),
         "progress": lambda _: advance(next(stages, STAGES), STAGES),
     }
 
@@ -374,7 +376,7 @@ def record(
     if every:
         show(reports.plan_of(planned(base, ranges_of(ranges or []), known_values(known or []) or None, seed or 0)))
         return
-    made = synthetic.record(
+    recording = synthetic.record(
         base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
         hold=hold, added_mass=added_mass, repeats=repeats, free_stroke=free_stroke, start=start_in_use(start),
         u=u_steps or u, seed=seed,
@@ -383,6 +385,6 @@ def record(
         weighed = "m_eff" if test in ("step", "air") else "m_s"  # what is taken as known if nothing is given
         given = known_values(known or []) or {weighed: getattr(base, weighed)}
         letters = {field.name: getattr(base, field.name) for field in base.fields()} | {"length": base.L0 + base.c}
-        show(reports.tables_of(check({str(test): [made]}, given, letters)))
+        show(reports.tables_of(check({str(test): [recording]}, given, letters)))
         return
-    outputs.emit(list, csv=lambda: synthetic.to_csv(made))
+    outputs.emit(list, csv=lambda: synthetic.to_csv(recording))

@@ -81,15 +81,15 @@ def _extrema(time: Array, values: Array, half: float, least: float) -> list[tupl
     """Times and sizes of the extrema: the largest deviation between crossings of the rest, as long as they exceed the
     noise.
     """
-    found = list[tuple[float, float]]()
+    extrema = list[tuple[float, float]]()
     for begin, end in runs(np.signbit(values)):
         if time[min(end, values.size - 1)] - time[begin] < 0.4 * half and begin > 0:
             continue
         peak = begin + int(np.abs(values[begin:end]).argmax())
         if abs(values[peak]) < least:
             break
-        found.append((float(time[peak]), float(values[peak])))
-    return found
+        extrema.append((float(time[peak]), float(values[peak])))
+    return extrema
 
 
 def fit_drop_test(
@@ -254,10 +254,10 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
     if count < 5:
         return
     powers = np.vander(recording.time[line : line + count] - recording.time[line], 3)
-    found = -2.0 * float(np.linalg.lstsq(powers, x[:count], rcond=None)[0][0])
+    acceleration = -2.0 * float(np.linalg.lstsq(powers, x[:count], rcond=None)[0][0])
     margin = 6.0 * noise_of(x) * math.sqrt(float(np.linalg.pinv(powers.T @ powers)[0, 0]))
-    if not g / 3.0 - margin < found < 3.0 * g + margin:
-        fall = f"falls with {found:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}"
+    if not g / 3.0 - margin < acceleration < 3.0 * g + margin:
+        fall = f"falls with {acceleration:.3g} m/s^2, not {g / 3.0:.3g} to {3.0 * g:.3g} as g = {g:.4g}"
         message = f"{fall}: is its unit right, is that of time, is this the release?"
         raise recording.error_of("x2", message, line)
 
@@ -298,7 +298,7 @@ def _stances(cut: Cut, x1: Array, g: float, rounds: int) -> Oscillation:
     length = float((x - x1)[early + int(off.argmax())])
     step = float(np.median(np.diff(time)))
     omega = math.sqrt(1.8 * g * depth) / max(length - float((x - x1)[lowest]), 1e-3)
-    found = Oscillation(length - g / omega**2, omega, 0.1 * omega, 0.3)
+    oscillation = Oscillation(length - g / omega**2, omega, 0.1 * omega, 0.3)
     for n in range(rounds):  # m_s a = k (length - x + x1) - ...: what is missing of the length is a constant
         rows = filtered_part(time, x, np.maximum(length - x + x1, 0.0), step, min(CUTOFFS[-1], 0.2 / step))
         stance = rows.u > (0.3 if n else 0.1) * float(rows.u.max())
@@ -308,8 +308,8 @@ def _stances(cut: Cut, x1: Array, g: float, rounds: int) -> Oscillation:
         if not square > 0.0:
             break
         length += min(max(missing / square, -depth), depth)
-        found = Oscillation(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
-    return found
+        oscillation = Oscillation(length - g / square, math.sqrt(square), max(viscous, 0.0), max(coulomb, 0.0))
+    return oscillation
 
 
 def _shared_starts(known: Values, guesses: Sequence[Oscillation], added: Sequence[float], rig: Rig) -> list[Guess]:

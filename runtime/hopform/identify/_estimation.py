@@ -309,10 +309,10 @@ def triangle(matrix: Array) -> Array:
     """R of a tall matrix' QR, block by block: blocks so small that no library of linear algebra starts threads for
     them.
     """
-    found = np.empty((0, matrix.shape[1]))
+    factor = np.empty((0, matrix.shape[1]))
     for begin in range(0, matrix.shape[0], 256):
-        found = np.asarray(np.linalg.qr(np.vstack([found, matrix[begin : begin + 256]]), mode="r"))
-    return found
+        factor = np.asarray(np.linalg.qr(np.vstack([factor, matrix[begin : begin + 256]]), mode="r"))
+    return factor
 
 
 def residuals(experiments: Experiments, parameters: Parameters, values: Values) -> tuple[list[Array], Array]:
@@ -411,13 +411,13 @@ def trimmed(fit: Callable[[Masks], tuple[Fitted, Sequence[Array]]], masks: Masks
 
     fit: returns its answer and the residuals of all samples, an array per mask.
     """
-    found, residuals = fit(masks)
+    solution, residuals = fit(masks)
     for _ in range(_REFITS):
         last, masks = masks, [regular(each) for each in residuals]
         if all(float((one != other).mean()) <= _FEW for one, other in zip(last, masks, strict=True)):
             break
-        found, residuals = fit(masks)
-    return found
+        solution, residuals = fit(masks)
+    return solution
 
 
 class Spread(NamedTuple):
@@ -447,9 +447,9 @@ def spread(solution: Solution) -> Spread:
     part = directions[~unseen].T / singular[~unseen]
     covariance, inflation = np.full((names.size, names.size), 0.0), np.ones(names.size)
     inverse = plain = part @ part.T
-    own = [each.inflation for each in solution.tests]
-    if max(own) > 1.0:
-        factors = np.sqrt(np.repeat(own, [each.size for each in solution.residuals]))[:, np.newaxis]
+    inflations = [each.inflation for each in solution.tests]
+    if max(inflations) > 1.0:
+        factors = np.sqrt(np.repeat(inflations, [each.size for each in solution.residuals]))[:, np.newaxis]
         middle = triangle(scaled[:, alive] / norms[alive] * factors)
         inverse = inverse @ (middle.T @ middle) @ inverse
         inflation[alive] = np.diag(inverse) / np.maximum(np.diag(plain), 1e-300)
@@ -477,7 +477,7 @@ def estimates(
     seen = spread(solution)
     none = _without(solution, explained)
     t = student(0.5 + 0.5 * LEVEL, solution.freedom)
-    found = list[Estimate]()
+    rows = list[Estimate]()
     for index, parameter in enumerate(solution.parameters):
         value = solution.values[parameter.name]
         stderr = math.sqrt(seen.covariance[index, index])
@@ -495,8 +495,8 @@ def estimates(
             low, high = value / factor, value * factor
         elif parameter.kind in ("nonnegative", "fraction"):
             low = max(low, 0.0)
-        found.append(Estimate(parameter.name, parameter.unit, value, stderr, low, high, method, parameter.own))
-    return tuple(found), seen
+        rows.append(Estimate(parameter.name, parameter.unit, value, stderr, low, high, method, parameter.own))
+    return tuple(rows), seen
 
 
 FEWEST = 10.0
@@ -582,14 +582,14 @@ def clip(parameter: Parameter, value: float) -> float:
     return min(max(value, low), high)
 
 
-def _cross(growth: Callable[[float], float], value: float, step: float, wanted: float, end: float) -> float:
+def _cross(growth: Callable[[float], float], value: float, step: float, level: float, end: float) -> float:
     """Where the growth, about (x - value)^2/step^2, reaches what is wanted; its root is nearly straight, so secants do
     it. end: x is no less, 0 or -inf; where a step says nothing, the interval goes on to there, or to infinity, and so
     does one whose growth stays below what is wanted: any value beyond fits as well.
     """
     if not math.isfinite(step) or step == 0.0:
         return abs(end)
-    root, target, closed = 0.0, math.sqrt(wanted), False
+    root, target, closed = 0.0, math.sqrt(level), False
     near, x = value, max(value + target * step, end)
     for _ in range(6):
         height = math.sqrt(max(growth(x), 0.0))
@@ -614,8 +614,8 @@ def started(solution: Solution) -> list[Parameter]:
 def moved(solution: Solution, name: str, errors: float) -> list[Parameter]:
     """The parameters with one off by so many standard errors, and the others where the covariance takes them."""
     seen = spread(solution).covariance
-    own = [p.name for p in solution.parameters].index(name)
-    rows, size = seen[:, own], math.sqrt(seen[own, own])
+    column = [p.name for p in solution.parameters].index(name)
+    rows, size = seen[:, column], math.sqrt(seen[column, column])
     if not 0.0 < size < math.inf:
         return started(solution)
     pairs = zip(started(solution), rows, strict=True)

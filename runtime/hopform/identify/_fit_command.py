@@ -43,12 +43,12 @@ def fit(
     with progress_bar("identification") as advance:
         how = options_of(loss, {"gain": gain, "clock": clock, "lag": lag}, advance)
         recordings = [read_recording(each) for each in files]
-        found = fit_model_of(in_use(), recordings, fitted=names, known=given, start=starts, sine=sine, **how)
+        result = fit_model_of(in_use(), recordings, fitted=names, known=given, start=starts, sine=sine, **how)
         stops = [each["name"] for each in core().facts.parameters if each["domain"] in ("lower", "upper")]
-        refuse_no_fit(found, [seen_by(core(), each) for each in recordings], stops)
-        model, more = model_of(found, export)
-        written = files_of(found, None, out, report, plot, model)
-    give(found, written, more, "" if out else model, json)
+        refuse_no_fit(result, [seen_by(core(), each) for each in recordings], stops)
+        model, more = model_of(result, export)
+        written = files_of(result, None, out, report, plot, model)
+    give(result, written, more, "" if out else model, json)
 
 
 def pairs_of(option: str, pairs: Sequence[str] | None, names_too: bool = False) -> dict[str, float | str]:

@@ -168,9 +168,9 @@ class Fit(Shown):
 
     def __getitem__(self, name: str) -> Estimate:
         """The estimate of a parameter; HopformError if there is none of that name."""
-        for each in self.estimates:
-            if each.name == name:
-                return each
+        for estimate in self.estimates:
+            if estimate.name == name:
+                return estimate
         raise HopformError(f"there is no estimate {name!r}; there are {', '.join(e.name for e in self.estimates)}")
 
     @property
@@ -227,17 +227,17 @@ class Fit(Shown):
         robot = self.robot(base or self.base or load_robot("hopper_c"))
         fields = {"length" if each.name == "L0" else each.name for each in robot.fields()}
         for some in self.combinations:
-            if len(own := [name for name in some if name.partition("@")[0] in fields]) > 1:
-                names = " and ".join(own)
+            if len(alike := [name for name in some if name.partition("@")[0] in fields]) > 1:
+                names = " and ".join(alike)
                 raise HopformError(
                     f"no robots are drawn: the recordings fix {names} in combination alone; give one as known"
                 )
         return tuple(robot.sample(count, seed))
 
 
-def _half_width(each: Estimate) -> str:
+def _half_width(estimate: Estimate) -> str:
     """The interval of an estimate, in words."""
-    half = 0.5 * (each.high - each.low)
+    half = 0.5 * (estimate.high - estimate.low)
     return f"+- {half:.2g}" if math.isfinite(half) else "(no interval)"
 
 
@@ -245,18 +245,18 @@ def mean_of(estimates: Sequence[Estimate], letter: str) -> tuple[Array, Array]:
     """The mean of a letter over the recordings, where each has its own: weights of the estimates; its value and the
     ends of its interval, infinite without one. All are 0 for a letter that is known or not identifiable.
     """
-    own = [each.name.partition("@")[0] == letter and each.method != "not identifiable" for each in estimates]
+    is_meant = [each.name.partition("@")[0] == letter and each.method != "not identifiable" for each in estimates]
     ends = np.array([(each.value, each.low, each.high) for each in estimates]).reshape(-1, 3)
-    weights = np.array(own, dtype=float) / max(sum(own), 1)
+    weights = np.array(is_meant, dtype=float) / max(sum(is_meant), 1)
     mean = weights @ np.where(np.isfinite(ends), ends, 0.0)
-    if any(mine and not math.isfinite(each.high - each.low) for mine, each in zip(own, estimates, strict=True)):
+    if any(mine and not math.isfinite(each.high - each.low) for mine, each in zip(is_meant, estimates, strict=True)):
         mean[1:] = -math.inf, math.inf
     return weights, mean
 
 
-def _together(each: Sequence[float], traces: Sequence[Trace]) -> float:
+def _together(per_trace: Sequence[float], traces: Sequence[Trace]) -> float:
     sizes = [trace.time.size for trace in traces]
-    return math.sqrt(sum(rms**2 * size for rms, size in zip(each, sizes, strict=True)) / max(sum(sizes), 1))
+    return math.sqrt(sum(rms**2 * size for rms, size in zip(per_trace, sizes, strict=True)) / max(sum(sizes), 1))
 
 
 def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> list[str]:
@@ -274,12 +274,16 @@ def blind(spread: estimation.Spread) -> list[str]:
 
 def _boundary(estimates: Sequence[Estimate]) -> list[str]:
     some = [each for each in estimates if each.method.endswith("at 0")]
-    found = [f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip() for each in some]
-    for each in estimates:
-        if each.method.endswith(" end"):
-            end, way = (each.low, "up") if math.isfinite(each.low) else (each.high, "down")
-            found.append(f"{each.name} has one end: any value from {end:.4g} {each.unit} {way} fits as well")
-    return found
+    statements = [
+        f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip() for each in some
+    ]
+    for estimate in estimates:
+        if estimate.method.endswith(" end"):
+            end, way = (estimate.low, "up") if math.isfinite(estimate.low) else (estimate.high, "down")
+            statements.append(
+                f"{estimate.name} has one end: any value from {end:.4g} {estimate.unit} {way} fits as well"
+            )
+    return statements
 
 
 _MISSED, _NO_FIT = 0.1, 0.2
@@ -324,14 +328,14 @@ def coloured(traces: Sequence[Trace], explained: Sequence[bool]) -> list[str]:
 
 
 def _correlations(estimates: Sequence[Estimate], spread: estimation.Spread) -> dict[tuple[str, str], float]:
-    found = dict[tuple[str, str], float]()
+    correlations = dict[tuple[str, str], float]()
     size = np.sqrt(np.diag(spread.covariance))
     for i, first in enumerate(estimates):
         for j in range(i):
             second = estimates[j]
             if not (first.own or second.own) and math.isfinite(size[i] * size[j]) and size[i] * size[j] > 0.0:
-                found[second.name, first.name] = float(spread.covariance[i, j] / (size[i] * size[j]))
-    return found
+                correlations[second.name, first.name] = float(spread.covariance[i, j] / (size[i] * size[j]))
+    return correlations
 
 
 # ---- the recipe ----
@@ -394,26 +398,28 @@ def checked(options: Options) -> Asked:
     compare, holdout, further = (flag(name, options.get(name, True)) for name in ("compare", "holdout", "diagnose"))
     function("progress", options.get("progress"))
     loss = word("loss", options.get("loss", "linear"), ("linear", "soft_l1", "huber", "cauchy"))
-    wanted = tuple(dict.fromkeys(word("nuisances", each, nuisances.NUISANCES) for each in options.get("nuisances", ())))
+    chosen = tuple(dict.fromkeys(word("nuisances", each, nuisances.NUISANCES) for each in options.get("nuisances", ())))
     stage: Progress = options.get("progress") or (lambda _: None)
-    return Asked(loss, compare, holdout, further, wanted, stage)
+    return Asked(loss, compare, holdout, further, chosen, stage)
 
 
 def _traces(problem: Problem, solution: Solution, old: Sequence[Array], holdout: Sequence[float]) -> tuple[Trace, ...]:
     tests, inliers = solution.tests, solution.inliers
-    found = list[Trace]()
-    for n, (each, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True)):
-        x, of = each.measured, each.quantity
+    traces = list[Trace]()
+    for n, (motion, residual) in enumerate(zip(problem.experiments, solution.residuals, strict=True)):
+        x, quantity = motion.measured, motion.quantity
         worse = x + old[n] if old else None
         rms = estimation.tests_of(old[n][inliers[n]]).rms if old else math.nan
-        found.append(Trace(each.label, of, each.time + each.begin, x, x + residual, worse, tests[n], rms, holdout[n]))
-    return tuple(found)
+        traces.append(
+            Trace(motion.label, quantity, motion.time + motion.begin, x, x + residual, worse, tests[n], rms, holdout[n])
+        )
+    return tuple(traces)
 
 
-def _minimum(problem: Problem, wanted: Sequence[str]) -> tuple[Problem, Solution]:
+def _minimum(problem: Problem, freed: Sequence[str]) -> tuple[Problem, Solution]:
     """The minimum of a problem; delays and nuisances are fitted from where it is without them."""
     solution = minimise(problem)
-    wider = nuisances.with_nuisances(problem, [*nuisances.DELAY, *wanted])
+    wider = nuisances.with_nuisances(problem, [*nuisances.DELAY, *freed])
     if len(wider.parameters) == len(problem.parameters):
         return problem, solution
     parameters = nuisances.begun(wider, solution, wider.experiments, *nuisances.extended(wider, solution)[1:])
@@ -481,8 +487,8 @@ def _old(problem: Problem, solution: Solution) -> tuple[Array, ...]:
     starts = tuple(at | {p.name: more * at[p.name] + 0.02 * (more - 1.0) * p.scale for p in viscous} for more in shares)
     whole, fixed = problem.experiments, dict.fromkeys(problem.coulomb, 0.0)
     some = selected(whole, inliers)
-    found = least_squares(replace(problem, experiments=some, starts=starts, parts=problem.parts[-2:]), fixed)
-    return estimation.again(found, whole, fixed=fixed, most=1).residuals
+    viscous_solution = least_squares(replace(problem, experiments=some, starts=starts, parts=problem.parts[-2:]), fixed)
+    return estimation.again(viscous_solution, whole, fixed=fixed, most=1).residuals
 
 
 def _holdout(problem: Problem, solution: Solution) -> list[float]:

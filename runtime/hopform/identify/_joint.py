@@ -103,13 +103,13 @@ def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at
     problem = with_nuisances(problem_of({kind: of.get(role, ()) for role, kind in KINDS.items()}, known), DELAY)
     telemetry = tuple(_telemetry(each, role) for role, some in of.items() for each in some)
     quick = None if at is not None else minimise(problem)
-    found, spread = expected(problem, quick or at or {}, explained=not quick or all(quick.explained))
+    estimates, spread = expected(problem, quick or at or {}, explained=not quick or all(quick.explained))
     letters = (name.partition("@")[0] for name in spread.weak)
     helps = dict.fromkeys(_HELPS[letter] for letter in letters if letter in _HELPS)
     driven = [each for role in ("step", "air") for each in of.get(role, ())]
     odd = [each for one in telemetry for each in _odd(one)]
     warnings = (*problem.warnings, *odd, *map(_stopped, filter(flat_top, driven)), *_unexplained(quick, problem.units))
-    return Check(telemetry, found, (*problem.statements, *blind(spread), *helps), warnings, problem.units)
+    return Check(telemetry, estimates, (*problem.statements, *blind(spread), *helps), warnings, problem.units)
 
 
 # ---- a plan, before anything is recorded ----
@@ -176,11 +176,11 @@ def _step_of(robots: Sequence[Robot], test: str, given: Values, seed: int) -> St
         name, value, unit = hardest(robots, test, duration)
         shares = [_shares(each, test, given, {name: value}, duration, seed) for each in robots]
         worst = {letter: max(one.get(letter, math.inf) for one in shares) for letter in shares[0]}
-        made = Step(test, name, value, unit, duration, {n: each for n, each in worst.items() if each < 0.1})
-        if best is not None and not any(made.gives[n] < _WORTH * best.gives.get(n, math.inf) and
-                                        best.gives.get(n, math.inf) > _FINE for n in made.gives):  # fmt: skip
+        step = Step(test, name, value, unit, duration, {n: each for n, each in worst.items() if each < 0.1})
+        if best is not None and not any(step.gives[n] < _WORTH * best.gives.get(n, math.inf) and
+                                        best.gives.get(n, math.inf) > _FINE for n in step.gives):  # fmt: skip
             break
-        best = made
+        best = step
     assert best is not None
     return best
 
@@ -189,12 +189,12 @@ def _shares(
     robot: Robot, test: str, given: Values, setting: Mapping[str, float], duration: float, seed: int
 ) -> dict[str, float]:
     """Of each parameter the half width of the interval to expect, as a share of it."""
-    made = record(robot, test, duration=duration, seed=seed, **cast(Any, setting))
+    recording = record(robot, test, duration=duration, seed=seed, **cast(Any, setting))
     letters = {field.name: getattr(robot, field.name) for field in robot.fields()} | {"length": robot.L0 + robot.c}
     mine = {name: letters[name] for name in given if name in KINDS[test].letters}
-    found = check({test: [made]}, mine, letters).expected
+    estimates = check({test: [recording]}, mine, letters).expected
     return {each.name: 0.5 * (each.high - each.low) / abs(each.value) if each.value else math.inf
-            for each in found if not each.own and each.name != "offset"}  # fmt: skip
+            for each in estimates if not each.own and each.name != "offset"}  # fmt: skip
 
 
 def _stopped(recording: Recording) -> str:
@@ -247,13 +247,13 @@ def expected(
     rest = tuple(np.full(each.time.size, size * share) for each, size in zip(problem.experiments, sigma, strict=True))
     cost = float(rows.shape[0])
     solution = Solution(problem.parameters, values, rest, tuple(sigma), rows, cost, 1, experiments=problem.experiments)
-    found, spread = estimation.estimates(solution, explained=explained, profiles=False)
+    estimates, spread = estimation.estimates(solution, explained=explained, profiles=False)
     unseen = list[alternatives.Missed]()
     if explained:
         unseen = alternatives.missed(quick or solution)
         unseen = unseen if quick else [each._replace(size=0.0) for each in unseen]
-    found, spread, _ = alternatives.allowing(solution, found, spread, unseen)
-    return found, spread
+    estimates, spread, _ = alternatives.allowing(solution, estimates, spread, unseen)
+    return estimates, spread
 
 
 def noise_level(values: Array) -> float:
@@ -279,15 +279,15 @@ direction should have.
 
 def _odd(one: Telemetry) -> list[str]:
     """What is poor about a recording."""
-    found = list[str]()
+    statements = list[str]()
     level = max(one.noise, one.quantum)
     if one.travel < _FEW_STEPS * level:
-        found.append(f"it moves by {one.travel / level:.0f} times its noise or quantum: let it move further")
+        statements.append(f"it moves by {one.travel / level:.0f} times its noise or quantum: let it move further")
     if one.outliers:
-        found.append(f"{one.outliers} samples are far off their neighbours: fit it with --loss huber")
+        statements.append(f"{one.outliers} samples are far off their neighbours: fit it with --loss huber")
     if one.gap > 0.0:
-        found.append(f"a gap of {one.gap:.3g} s")
+        statements.append(f"a gap of {one.gap:.3g} s")
     down, up = -one.lowest, one.highest
     if one.role in ("step", "air", "free") and min(down, up) < _ONE_SIDED * max(down, up):
-        found.append("the current has one direction: friction and a constant load are one; record both")
-    return [f"{one.source}: {each}" for each in found]
+        statements.append("the current has one direction: friction and a constant load are one; record both")
+    return [f"{one.source}: {each}" for each in statements]

@@ -178,15 +178,15 @@ class Kind:
             for n, cut, guess in zip(numbers, clean, tries[0], strict=True)
         ]  # fmt: skip
         starts, parameters = [_by_name(guesses, names) for guesses in tries], dict[str, Parameter]()
-        for cut, own in zip(clean, names, strict=True):
-            for letter, name in own.items():
-                made = _parameter(letter, name, starts[0][name], cut.x, group.units)
-                parameters.setdefault(name, self.bounded(made, letter, cut, group.known))
+        for cut, by_letter in zip(clean, names, strict=True):
+            for letter, name in by_letter.items():
+                parameter = _parameter(letter, name, starts[0][name], cut.x, group.units)
+                parameters.setdefault(name, self.bounded(parameter, letter, cut, group.known))
         starts[0] = {name: each.start for name, each in parameters.items()}
         experiments = list[Experiment]()
-        for cut, own in zip(group.cuts, names, strict=True):
+        for cut, by_letter in zip(group.cuts, names, strict=True):
             constants, kept = {**group.known, **cut.still}, cut.independent()
-            experiments.append(Experiment(cut.label, self.rig, cut.time[kept], cut.x[kept], own, constants, cut.steps,
+            experiments.append(Experiment(cut.label, self.rig, cut.time[kept], cut.x[kept], by_letter, constants, cut.steps,
                                           cut.recording.added_mass, cut.begin))  # fmt: skip
             if cut.x1 is not None:
                 experiments.append(replace(experiments[-1], label=f"{cut.label}, x1", measured=cut.x1[kept], of="x1"))
@@ -212,12 +212,12 @@ def read_several(recordings: Recordings, name: str) -> tuple[Recording, ...]:
     """One recording, several or none, as several, those of files read; HopformError for what is no recording."""
     one = isinstance(recordings, Recording | File)
     several: list[Any] = [recordings] if one else items(name, recordings, "recordings", MOST_RECORDINGS)
-    found = [read_recording(each) if isinstance(each, File) else each for each in several]
-    for n, each in enumerate(found):
-        if not isinstance(each, Recording):
+    several_read = [read_recording(each) if isinstance(each, File) else each for each in several]
+    for n, recording in enumerate(several_read):
+        if not isinstance(recording, Recording):
             what = "a Recording, as read_recording gives it, or a file of one"
-            raise HopformError(f"{name}[{n}] must be {what}, got {shown(each)}")
-    return tuple(found)
+            raise HopformError(f"{name}[{n}] must be {what}, got {shown(recording)}")
+    return tuple(several_read)
 
 
 def read_some(recordings: Recordings) -> tuple[Recording, ...]:
@@ -243,8 +243,8 @@ def check(given: Mapping[Kind, Sequence[Recording]], known: Known = None, loss: 
     for kind, several in some.items():
         units = units_of(several, kind.position, driven=kind.driven)
         values = checked_known(named, allowed, units)
-        own = {name: value for name, value in values.items() if name in (*kind.letters, *kind.defaults)}
-        groups.append(kind.check(Group(kind, several, units, {**kind.defaults, **own}, loss=loss), scaled))
+        values_of_kind = {name: value for name, value in values.items() if name in (*kind.letters, *kind.defaults)}
+        groups.append(kind.check(Group(kind, several, units, {**kind.defaults, **values_of_kind}, loss=loss), scaled))
     if len({each.units.position for each in groups}) > 1:
         raise HopformError("recordings in m and in rad are of two mechanisms: fit them apart")
     return groups
@@ -282,11 +282,11 @@ def _name(letter: str, motion: int, recording: int | None) -> str:
 
 def _by_name(guesses: Sequence[Guess], names: Sequence[Mapping[str, str]]) -> Guess:
     """Where each parameter starts: the median over the motions that share it."""
-    found = dict[str, list[float]]()
-    for guess, own in zip(guesses, names, strict=True):
-        for letter, name in own.items():
-            found.setdefault(name, []).append(guess[letter])
-    return {name: float(np.median(values)) for name, values in found.items()}
+    by_name = dict[str, list[float]]()
+    for guess, by_letter in zip(guesses, names, strict=True):
+        for letter, name in by_letter.items():
+            by_name.setdefault(name, []).append(guess[letter])
+    return {name: float(np.median(values)) for name, values in by_name.items()}
 
 
 def _parameter(letter: str, name: str, value: float, x: Array, units: Units) -> Parameter:
@@ -304,10 +304,14 @@ def _merged(problems: Sequence[Problem]) -> Problem:
     parameters, known = dict[str, Parameter](), dict[str, float]()
     first, others = Guess(), list[Guess]()
     for problem in problems:
-        own = {p.name: p.start for p in problem.parameters}
-        shared = next((name for name in ("k", "m_eff") if name in parameters and own.get(name, 0.0) > 0.0), None)
-        factor = parameters[shared].start / own[shared] if shared and problem.quantity == "x1" else 1.0
-        factors = {name: factor if name in _SCALED else 1.0 for each in (own, *problem.starts) for name in each}
+        starts_by_name = {p.name: p.start for p in problem.parameters}
+        shared = next(
+            (name for name in ("k", "m_eff") if name in parameters and starts_by_name.get(name, 0.0) > 0.0), None
+        )
+        factor = parameters[shared].start / starts_by_name[shared] if shared and problem.quantity == "x1" else 1.0
+        factors = {
+            name: factor if name in _SCALED else 1.0 for each in (starts_by_name, *problem.starts) for name in each
+        }
         for p in problem.parameters:
             by = factors[p.name]
             parameters.setdefault(p.name, p._replace(start=p.start * by, scale=max(p.scale * by, 1e-12)))

@@ -96,9 +96,9 @@ class Model:
         x1, v1, v2 = places.get(1, zero), speeds.get(1, zero), speeds.get(2, zero)
         y = x1 - places.get(2, zero) + self.formulas.body_height(robot, 0.0, 0.0)
         state, rates = self.records.LegState(x1, v1, v2, y), self.formulas.rates_of(robot)
-        each = sides.get(1, zero), sides.get(2, zero)
-        drive = self.formulas.drive_of(robot, rates, u, *each)
-        speeds_of = self.formulas.speeds_of(rates, drive, *each, state)
+        forces = sides.get(1, zero), sides.get(2, zero)
+        drive = self.formulas.drive_of(robot, rates, u, *forces)
+        speeds_of = self.formulas.speeds_of(rates, drive, *forces, state)
         return speeds_of.v1_rate if number == 1 else speeds_of.v2_rate
 
     @property
@@ -115,13 +115,13 @@ class Model:
         """The parameters of friction, by kind: Coulomb's as the facts of the masses name them, viscous ones by their unit."""
         levels = [level for each in self.core.facts.elements for level in each.get("friction", ())]
         named = {word for level in levels for word in re.findall(r"\w+", level)}
-        found = dict[str, str]()
-        for name, each in self.parameters.items():
-            if name in named and each["domain"] != "positive":
-                found[name] = "coulomb"
-            elif re.match(r"N( m)? s(/|$)", each["unit"]):
-                found[name] = "viscous"
-        return found
+        letters = dict[str, str]()
+        for name, parameter in self.parameters.items():
+            if name in named and parameter["domain"] != "positive":
+                letters[name] = "coulomb"
+            elif re.match(r"N( m)? s(/|$)", parameter["unit"]):
+                letters[name] = "viscous"
+        return letters
 
     @property
     def powers(self) -> dict[str, int]:
@@ -134,8 +134,8 @@ def power_of(unit: str) -> int:
     above, _, below = unit.partition("/")
 
     def of(words: str) -> int:
-        found = [re.fullmatch(r"(\w+?)(?:\^(\d+))?", each) for each in words.replace("*", " ").split()]
-        return sum({"N": 2, "J": 2, "s": -1}.get(each[1], 0) * int(each[2] or 1) for each in found if each)
+        factors = [re.fullmatch(r"(\w+?)(?:\^(\d+))?", each) for each in words.replace("*", " ").split()]
+        return sum({"N": 2, "J": 2, "s": -1}.get(each[1], 0) * int(each[2] or 1) for each in factors if each)
 
     return of(above) - of(below.replace("/", " "))
 
@@ -168,8 +168,8 @@ class Modelled(Experiment):
         model, robot = self.model, self.model.robot(at)
         under, fed = self._with_sine(at, robot, steps) if self.grid is not None else (steps, None)
         length = float(model.formulas.body_height(robot, 0.0, 0.0))
-        found = self._solved(at, robot, under, float(time[-1]), length)
-        state, rows = found.tangents(np.ascontiguousarray(time))
+        motion = self._solved(at, robot, under, float(time[-1]), length)
+        state, rows = motion.tangents(np.ascontiguousarray(time))
         lengths = lengths_of(model.core.package, robot)
         by = in_height(rows, True, lengths)
         if self.mass == 1:
@@ -197,37 +197,37 @@ class Modelled(Experiment):
         """As of every rig; the drive is the angle's up to the last sample, and of a thinned recording over twice as long
         steps.
         """
-        found = super().only(chosen)
+        thinned = super().only(chosen)
         if self.grid is None:
-            return found
+            return thinned
         every = 2 if isinstance(chosen, slice) and (chosen.step or 1) > 1 else 1
-        before = self.grid[self.grid < found.time[-1]][::every]
-        return replace(found, grid=np.append(before, found.time[-1]), seen=[self.seen[-1], self.seen[-1]])
+        before = self.grid[self.grid < thinned.time[-1]][::every]
+        return replace(thinned, grid=np.append(before, thinned.time[-1]), seen=[self.seen[-1], self.seen[-1]])
 
     def _solved(self, at: Values, robot: Any, steps: Steps, horizon: float, length: float) -> Any:
         """The motion as its library has it; HopformError if it ends before the last sample."""
         x1, v1, x2, v2 = (at.get(letter, 0.0) for letter in _STARTS)
         state = self.model.records.LegState(x1, v1, v2, x1 - x2 + length)
         longest = horizon * (1.0 + 1e-12)
-        found = self.model.core.compiled().solve_stance(robot, state, steps, longest, MAX_PHASES, DOUBLE)
-        ending, duration, *_ = found.outcome()
+        motion = self.model.core.compiled().solve_stance(robot, state, steps, longest, MAX_PHASES, DOUBLE)
+        ending, duration, *_ = motion.outcome()
         word = self.model.records.ENDINGS[ending]
         if word not in ("rest", "horizon"):
             raise HopformError(f"the motion ends by {word} after {duration:.6g} s, before the last sample")
-        return found
+        return motion
 
     def _rates(self, at: Values, robot: Any, u: float) -> Rates:
         """The rates of the letters of the start."""
-        found = Rates()
-        for each in self.model.masses:
-            x, v = _start_letters(each.number)
+        rates = Rates()
+        for mass in self.model.masses:
+            x, v = _start_letters(mass.number)
             free = (
-                self._acceleration(at, robot, u, each.number, 1.0),
-                self._acceleration(at, robot, u, each.number, -1.0),
+                self._acceleration(at, robot, u, mass.number, 1.0),
+                self._acceleration(at, robot, u, mass.number, -1.0),
             )
             side = 0.0 if at[v] == 0.0 and free[0] <= 0.0 <= free[1] else at[v] or free[0] + free[1]
-            found |= {x: at[v], v: 0.0 if side == 0.0 else free[0 if side > 0.0 else 1]}
-        return found
+            rates |= {x: at[v], v: 0.0 if side == 0.0 else free[0 if side > 0.0 else 1]}
+        return rates
 
     def _acceleration(self, at: Values, robot: Any, u: float, number: int, side: float) -> float:
         """Of a mass at the start, if it slips to a side."""
@@ -252,11 +252,11 @@ class Modelled(Experiment):
         rest = a() / stiffness if stiffness > 0.0 else 0.0
         return Linear(stiffness, damping, gain, rest, friction, middle)
 
-    def _slopes(self, at: Values, of: "Linear", letters: Sequence[str]) -> tuple[Array, Array]:
+    def _slopes(self, at: Values, linear: "Linear", letters: Sequence[str]) -> tuple[Array, Array]:
         """By each letter the derivatives of what gravity's sine is less than its spring, s (z - sin z), s the stiffness
         over the gain of the drive, at a place of the mass: gain ds/dp, of z - sin z, and stiffness drest/dp, of 1 - cos z.
         """
-        own, shift = np.zeros(len(letters)), np.zeros(len(letters))
+        stiffening, shift = np.zeros(len(letters)), np.zeros(len(letters))
         for n, letter in enumerate(letters):
             if letter in self.model.parameters:
                 positive = self.model.parameters[letter]["domain"] == "positive"
@@ -265,8 +265,11 @@ class Modelled(Experiment):
                 above, below = (self._linear(self.model.robot({**at, letter: end})) for end in ends)
                 stiffness, gain = (above.stiffness - below.stiffness) / step, (above.gain - below.gain) / step
                 pull = (above.stiffness * above.rest - below.stiffness * below.rest) / step
-                own[n], shift[n] = stiffness - of.stiffness * gain / of.gain, pull - of.rest * stiffness
-        return own, shift
+                stiffening[n], shift[n] = (
+                    stiffness - linear.stiffness * gain / linear.gain,
+                    pull - linear.rest * stiffness,
+                )
+        return stiffening, shift
 
     def words(self, at: Values) -> dict[str, float]:
         """What a simulator calls the numbers of a joint: the inertia from the kinetic energy, all else times it."""
@@ -274,43 +277,43 @@ class Modelled(Experiment):
         length = float(formulas.body_height(robot, 0.0, 0.0))
         still, moving = (self.model.records.LegState(0.0, v, 0.0, length) for v in (0.0, 1.0))
         inertia = 2.0 * float(formulas.energies(robot, moving).total - formulas.energies(robot, still).total)
-        of = self._linear(robot)
-        found = {"inertia": inertia, "damping": of.damping * inertia, "frictionloss": of.friction * inertia}
-        if of.stiffness > 0.0:
-            found |= {"stiffness": of.stiffness * inertia, "springref": of.middle / of.stiffness}
-        if self.model.input is not None and of.gain != 0.0:
-            found |= {"gear": of.gain * inertia}
-            found |= {} if of.stiffness > 0.0 else {"bias": of.middle / of.gain}
-        return found
+        linear = self._linear(robot)
+        values = {"inertia": inertia, "damping": linear.damping * inertia, "frictionloss": linear.friction * inertia}
+        if linear.stiffness > 0.0:
+            values |= {"stiffness": linear.stiffness * inertia, "springref": linear.middle / linear.stiffness}
+        if self.model.input is not None and linear.gain != 0.0:
+            values |= {"gear": linear.gain * inertia}
+            values |= {} if linear.stiffness > 0.0 else {"bias": linear.middle / linear.gain}
+        return values
 
     def _with_sine(self, at: Values, robot: Any, steps: Steps) -> "tuple[Steps, FedBack]":
         """The drive with what gravity's sine is less than its spring, of the angle that it leads to, and by how much more
         this changes the derivatives. First by Newton's steps, then, where these lead nowhere, by those of Picard.
         """
-        of, grid = self._linear(robot), cast(Array, self.grid)
-        if of.gain == 0.0:
+        linear, grid = self._linear(robot), cast(Array, self.grid)
+        if linear.gain == 0.0:
             raise HopformError("gravity's sine is a further drive, and the model's has no force here")
         begins, levels = np.array(steps, dtype=float).T
         times = np.unique(np.concatenate([grid, begins[(begins >= 0.0) & (begins < grid[-1])]]))
         base = levels[np.searchsorted(begins, times, side="right") - 1]
         length = float(self.model.formulas.body_height(robot, 0.0, 0.0))
         reach = max(float(np.ptp(self.seen[-1].x)), 1e-12)
-        wanted = self._columns(at)
-        columns, starts = [*wanted.values()], [[*wanted].index(letter) for letter in ("x", "v")]
-        letters = np.array([at[letter] for letter in wanted])
+        by_column = self._columns(at)
+        columns, starts = [*by_column.values()], [[*by_column].index(letter) for letter in ("x", "v")]
+        letters = np.array([at[letter] for letter in by_column])
         tries = [(self.seen[0].near(letters), True), (self.seen[-1], True), (self.seen[-1], False)]
         for seen, newton in tries:
-            z, v = np.interp(times, seen.time, seen.x) - of.rest, np.interp(times, seen.time, seen.v)
+            z, v = np.interp(times, seen.time, seen.x) - linear.rest, np.interp(times, seen.time, seen.v)
             last = math.inf
             for _ in range(_MOST_SINES):
-                sines = _under_sine(of, times, base, z, v)
+                sines = _under_sine(linear, times, base, z, v)
                 state, rows = self._solved(at, robot, sines, float(times[-1]), length).tangents(times)
-                off = np.stack([np.asarray(state.x1) - of.rest - z, np.asarray(state.v1) - v], axis=1)
+                off = np.stack([np.asarray(state.x1) - linear.rest - z, np.asarray(state.v1) - v], axis=1)
                 moved = float(np.abs(off[:, 0]).max())
                 if not math.isfinite(moved) or moved > 100.0 * reach:
                     break
                 by = in_height(rows, True, lengths_of(self.model.core.package, robot))[:, 0:2][:, :, columns]
-                softer, change = of.stiffness * (1.0 - np.cos(z)), off
+                softer, change = linear.stiffness * (1.0 - np.cos(z)), off
                 if newton and moved <= 0.3 * last:  # else beside a kink, where a joint comes to stick
                     change, last = _fed_back(times, by[:, :, starts], softer, off[:, :, np.newaxis])[:, :, 0], moved
                 else:
@@ -319,11 +322,11 @@ class Modelled(Experiment):
                 if (
                     moved <= _SAME_ANGLE * reach
                 ):  # what the last step leaves is smaller by orders, and is not solved again
-                    own, shift = self._slopes(at, of, [*wanted])
-                    direct = np.outer(z - np.sin(z), own) - np.outer(1.0 - np.cos(z), shift)
+                    stiffening, shift = self._slopes(at, linear, [*by_column])
+                    direct = np.outer(z - np.sin(z), stiffening) - np.outer(1.0 - np.cos(z), shift)
                     whole = _fed_back(times, by[:, :, starts], softer, by, direct)
-                    self.seen[0] = Seen(times, z + of.rest, v, letters, whole)
-                    return _under_sine(of, times, base, z, v), FedBack(times, whole - by)
+                    self.seen[0] = Seen(times, z + linear.rest, v, letters, whole)
+                    return _under_sine(linear, times, base, z, v), FedBack(times, whole - by)
         raise HopformError("the angle under gravity's sine does not settle: these parameters are far from the motion's")
 
     def response_to(self, values: Values, force: Force, size: float) -> Array:
@@ -331,8 +334,8 @@ class Modelled(Experiment):
         letters = self.letters(values)
         at = in_recorded_time(letters, letters["clock"], self.powers)
         robot, steps = self.model.robot(at), delayed(self.steps, letters["delay"])
-        of = self._linear(robot) if len(self.model.masses) == 1 else None
-        if of is None or of.gain == 0.0:
+        linear = self._linear(robot) if len(self.model.masses) == 1 else None
+        if linear is None or linear.gain == 0.0:
             return np.zeros(self.time.size)
         try:
             steps = self._with_sine(at, robot, steps)[0] if self.grid is not None else steps
@@ -346,19 +349,19 @@ class Modelled(Experiment):
         length = float(self.model.formulas.body_height(robot, 0.0, 0.0))
 
         def moved(u: Array) -> tuple[Array, Array]:
-            found = self._solved(at, robot, current_steps(fine, u), float(fine[-1]), length)
-            state = found.state_at(np.minimum(fine, found.outcome()[1]))
+            motion = self._solved(at, robot, current_steps(fine, u), float(fine[-1]), length)
+            state = motion.state_at(np.minimum(fine, motion.outcome()[1]))
             return np.asarray(state.x1), np.asarray(state.v1)
 
         x, v = moved(drive)
         fastest = float(np.abs(v).max())
         if fastest == 0.0:
             return np.zeros(self.time.size)
-        pull = of.middle + of.gain * drive - of.stiffness * x
-        largest = max(float(np.abs(of.gain * drive).max()), of.stiffness * float(np.abs(x - of.rest).max()))
-        way, level = np.where(v != 0.0, v, pull), np.full(x.size, of.friction)
-        along = Along(fine, x - of.rest, v, way, fastest, level, largest, of.stiffness, of.damping)
-        shifted, _ = moved(drive - size * force(along) / of.gain)
+        pull = linear.middle + linear.gain * drive - linear.stiffness * x
+        largest = max(float(np.abs(linear.gain * drive).max()), linear.stiffness * float(np.abs(x - linear.rest).max()))
+        way, level = np.where(v != 0.0, v, pull), np.full(x.size, linear.friction)
+        along = Along(fine, x - linear.rest, v, way, fastest, level, largest, linear.stiffness, linear.damping)
+        shifted, _ = moved(drive - size * force(along) / linear.gain)
         return np.asarray(letters["gain"] * (shifted - x) / size)[::finer]
 
 
@@ -407,11 +410,11 @@ class FedBack(NamedTuple):
         return np.asarray(low + share[:, np.newaxis, np.newaxis] * (high - low))
 
 
-def _under_sine(of: "Linear", times: Array, base: Array, z: Array, v: Array) -> Steps:
+def _under_sine(linear: "Linear", times: Array, base: Array, z: Array, v: Array) -> Steps:
     """The drive with what gravity's sine is less than its spring, at angles z and velocities v [rad, rad/s] at the times."""
     middle = 0.5 * (z[1:] + z[:-1]) + np.diff(times) * (v[:-1] - v[1:]) / 8.0
     more = [each - np.sin(each) for each in (z[:-1], middle, z[1:])]
-    extra = of.stiffness / of.gain * (more[0] + 4.0 * more[1] + more[2]) / 6.0
+    extra = linear.stiffness / linear.gain * (more[0] + 4.0 * more[1] + more[2]) / 6.0
     extra[1:-1] -= np.diff(extra, 2) / 12.0
     return tuple(zip(times.tolist(), (base + np.append(extra, extra[-1:])).tolist(), strict=True))
 
@@ -431,10 +434,13 @@ def _fed_back(time: Array, transition: Array, softer: Array, plain: Array, direc
     inverse = np.stack([-p[:, 0, 1], p[:, 0, 0]], axis=1) / determinant[:moves, np.newaxis]
     half = 0.5 * np.diff(time[:moves])[:, np.newaxis]
     weights = inverse * softer[:moves, np.newaxis]
-    inside, own = weights[:, :, np.newaxis] * first[:, 0:1], weights[:, :, np.newaxis] * p[:, 0:1]
+    inside, of_itself = weights[:, :, np.newaxis] * first[:, 0:1], weights[:, :, np.newaxis] * p[:, 0:1]
     if direct is not None:
         inside = inside + inverse[:, :, np.newaxis] * direct[:moves, np.newaxis]
-    now, before = np.eye(2) - half[:, :, np.newaxis] * own[1:], -np.eye(2) - half[:, :, np.newaxis] * own[:-1]
+    now, before = (
+        np.eye(2) - half[:, :, np.newaxis] * of_itself[1:],
+        -np.eye(2) - half[:, :, np.newaxis] * of_itself[:-1],
+    )
     band = np.zeros((5, 2 * (moves - 1)))  # row 1 + i - j, column j
     band[0, 1::2], band[1, ::2], band[1, 1::2], band[2, ::2] = now[:, 0, 1], now[:, 0, 0], now[:, 1, 1], now[:, 1, 0]
     band[2, 1:-2:2], band[3, :-2:2], band[3, 1:-2:2], band[4, :-2:2] = (
@@ -488,9 +494,9 @@ def fit_model(
         tries.insert(0, _near(model, view, values | given | same, rest, loose, sine) | given)
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
     for n, cut in enumerate(motions):
-        made, own = _posed(model, cut, n, values, {name: name for name in names} | tied, sine)
-        experiments += made
-        parameters |= {p.name: p for p in own}
+        posed, parameters_of_cut = _posed(model, cut, n, values, {name: name for name in names} | tied, sine)
+        experiments += posed
+        parameters |= {p.name: p for p in parameters_of_cut}
     shared = {name: _parameter(model, name, tries[0][name]) for name in names}
     first = {name: p.start for name, p in {**shared, **parameters}.items()}
     mass = model.masses[0]
@@ -502,16 +508,16 @@ def fit_model(
         units=units, loss=asked.loss, given=given, tied=tied,
         friction=model.friction, files=files_of(several),
     )  # fmt: skip
-    found = solved(problem, asked)
+    result = solved(problem, asked)
     driven = any(len(each.steps) > 1 for each in experiments)
-    if driven and left > _UNDRIVEN and not all(cast(Solution, found.solution).explained):
-        found = replace(found, statements=(*found.statements, _undriven(model, left)))
-    ours = {name: found.values[name] for name in names}
+    if driven and left > _UNDRIVEN and not all(cast(Solution, result.solution).explained):
+        result = replace(result, statements=(*result.statements, _undriven(model, left)))
+    ours = {name: result.values[name] for name in names}
     every = values | ours | {name: ours[other] for name, other in tied.items()}
     kind = robot_class(core)
     values_of_robot: dict[str, Any] = {attribute_of(kind, name): value for name, value in every.items()}
     base: Any = kind(**values_of_robot, name=core.name)
-    return replace(found, base=base, tied=tied)
+    return replace(result, base=base, tied=tied)
 
 
 _UNDRIVEN = 0.2
@@ -573,15 +579,15 @@ def _view(model: Model, recording: Recording) -> Recording:
     """The columns of a recording that the model has: positions, and what drives it."""
     columns = dict[str, Column]()
     alone = len(model.masses) == 1
-    for each in model.masses:
-        column = recording.named(each.coordinate) or (recording.column_of("x1") if alone else None)
+    for mass in model.masses:
+        column = recording.named(mass.coordinate) or (recording.column_of("x1") if alone else None)
         if column is None:
             continue
-        if SI[column.quantity] != each.unit:
+        if SI[column.quantity] != mass.unit:
             raise recording.error(
-                f"must be in {each.unit} or a unit of it: the model's {each.coordinate} is", recording.head, column
+                f"must be in {mass.unit} or a unit of it: the model's {mass.coordinate} is", recording.head, column
             )
-        columns["position" if alone else f"x{each.number}"] = column
+        columns["position" if alone else f"x{mass.number}"] = column
     if not columns:
         raise recording.error(
             f"no column is one of {', '.join(each.coordinate for each in model.masses)}", recording.head
@@ -620,35 +626,35 @@ def _posed(
     """The experiments of a motion, one of each coordinate that was measured, and where it begins as parameters."""
     measured = [each for each in model.masses if len(model.masses) == 1 or f"x{each.number}" in cut.recording.columns]
     kept, clean = cut.independent(), cut.mended()
-    own, letters, constants = list[Parameter](), dict(names), dict(values)
-    for each in model.masses:
-        x, v = _start_letters(each.number)
-        seen = {1: clean.x, 2: clean.x1}[measured.index(each) + 1] if each in measured else None
+    parameters, letters, constants = list[Parameter](), dict(names), dict(values)
+    for mass in model.masses:
+        x, v = _start_letters(mass.number)
+        seen = {1: clean.x, 2: clean.x1}[measured.index(mass) + 1] if mass in measured else None
         place = speed = 0.0
         if seen is not None:
             place, speed = float(np.median(seen[:5])), float(np.polyfit(cut.time[:5], seen[:5], 1)[0])
         reach = float(np.ptp(cut.x))
-        letters[x] = f"{each.coordinate}@{n}"
-        start = Parameter(letters[x], each.unit, place, 0.1 * reach, own=True)
+        letters[x] = f"{mass.coordinate}@{n}"
+        start = Parameter(letters[x], mass.unit, place, 0.1 * reach, own=True)
         if "v" in cut.still and seen is not None:
             constants[v] = 0.0
             wide = 8.0 * max(noise_of(seen), quantum_of(seen), 1e-9)
             start = start._replace(low=place - wide, high=place + wide)
         else:
-            letters[v] = f"{each.velocity}@{n}"
-            own.append(Parameter(letters[v], f"{each.unit}/s", speed, reach, own=True))
-        own.append(start)
+            letters[v] = f"{mass.velocity}@{n}"
+            parameters.append(Parameter(letters[v], f"{mass.unit}/s", speed, reach, own=True))
+        parameters.append(start)
     angle = Seen(cut.time, clean.x, np.gradient(clean.x, cut.time))
     experiments = list[Modelled]()
-    for each, place_of in zip(measured, (cut.x, cut.x1), strict=False):
+    for mass, place_of in zip(measured, (cut.x, cut.x1), strict=False):
         experiments.append(
             Modelled(
                 cut.label, "model", cut.time[kept], cast(Array, place_of)[kept], letters, constants, cut.steps,
-                begin=cut.begin, of="x1" if each.number == 1 else "x2", model=model, mass=each.number,
+                begin=cut.begin, of="x1" if mass.number == 1 else "x2", model=model, mass=mass.number,
                 grid=_grid(cut.time, clean.x) if sine else None, seen=[angle, angle],
             )
         )  # fmt: skip
-    return experiments, own
+    return experiments, parameters
 
 
 _ANGLE = 0.06
@@ -667,10 +673,10 @@ def _grid(time: Array, x: Array) -> Array:
 
 def _start(model: Model, name: str, start: Values | None) -> float:
     """Where the search for a start begins: what is given, the default, or 1."""
-    each = model.parameters[name]
-    given = mapping("start", start, MOST_KNOWN).get(name, each.get("default", 1.0))
-    value = real(f"start: {name}", given, each["unit"])
-    return value if value or each["domain"] == "real" else 0.1
+    parameter = model.parameters[name]
+    given = mapping("start", start, MOST_KNOWN).get(name, parameter.get("default", 1.0))
+    value = real(f"start: {name}", given, parameter["unit"])
+    return value if value or parameter["domain"] == "real" else 0.1
 
 
 def _given(model: Model, names: Sequence[str], start: Values | None) -> dict[str, float]:
@@ -680,10 +686,10 @@ def _given(model: Model, names: Sequence[str], start: Values | None) -> dict[str
 
 
 def _parameter(model: Model, name: str, start: float) -> Parameter:
-    each = model.parameters[name]
-    domain = each["domain"] if each["domain"] in ("positive", "nonnegative", "fraction") else "real"
+    declared = model.parameters[name]
+    domain = declared["domain"] if declared["domain"] in ("positive", "nonnegative", "fraction") else "real"
     scale = abs(start) if domain == "positive" else max(abs(start), 1e-3)
-    return Parameter(name, each["unit"], start, scale, domain, profiled=True)
+    return Parameter(name, declared["unit"], start, scale, domain, profiled=True)
 
 
 _SPREAD = (1.0, 0.05, 20.0)
@@ -744,35 +750,35 @@ def _regressed(
     size = max(float(np.sqrt(np.mean(np.concatenate([a for each in rows for a in each.a]) ** 2))), 1e-12)
 
     def out(z: Array) -> dict[str, float]:
-        found = np.where(log, scale * np.exp(np.clip(np.where(log, z, 0.0), -30.0, 30.0)), scale * z)
-        return dict(zip(names, found.tolist(), strict=True))
+        values_of_z = np.where(log, scale * np.exp(np.clip(np.where(log, z, 0.0), -30.0, 30.0)), scale * z)
+        return dict(zip(names, values_of_z.tolist(), strict=True))
 
     def off(z: Array) -> Array:
         free_values = out(z)
         same = {name: free_values[other] for name, other in tied.items()}
         robot, parts = model.robot({**values, **free_values, **same}), list[Array]()
-        for each in rows:
-            moving = np.all([np.abs(v) > 0.05 * np.abs(v).max() for v in each.v], axis=0)
-            x, v = [p[moving] for p in each.x], [p[moving] for p in each.v]
-            for mass, a in zip(model.masses, each.a, strict=True):
-                made = model.accelerations(robot, mass.number, x, v, each.u[moving], [np.sign(p) for p in v])
+        for row in rows:
+            moving = np.all([np.abs(v) > 0.05 * np.abs(v).max() for v in row.v], axis=0)
+            x, v = [p[moving] for p in row.x], [p[moving] for p in row.v]
+            for mass, a in zip(model.masses, row.a, strict=True):
+                acceleration = model.accelerations(robot, mass.number, x, v, row.u[moving], [np.sign(p) for p in v])
                 if sine:
                     none, zero, side = np.zeros_like(x[0]), np.zeros_like(v[0]), [np.ones_like(v[0])]
                     flat, slope = (
                         float(model.accelerations(robot, 1, [none + d], [zero], zero, side)[0]) for d in (0.0, 1.0)
                     )
-                    made = made + (flat - slope) * (x[0] - np.sin(x[0]))
-                parts.append((made - a[moving]) / size)
+                    acceleration = acceleration + (flat - slope) * (x[0] - np.sin(x[0]))
+                parts.append((acceleration - a[moving]) / size)
         return np.nan_to_num(np.concatenate(parts), nan=1e6, posinf=1e6, neginf=-1e6)
 
-    found = list[tuple[float, float, Array]]()
+    minima = list[tuple[float, float, Array]]()
     for by in _SPREAD:
         z = np.where(log, math.log(by), np.array([free[name] for name in names]) / scale)
         one = optimize.least_squares(off, np.maximum(z, low + 1e-6), bounds=(low, np.inf), loss="soft_l1", max_nfev=200)
-        found.append((float(one.cost), float(np.mean(np.asarray(one.fun) ** 2)), np.asarray(one.x)))
-        if found[-1][1] <= _MOST_LEFT:
+        minima.append((float(one.cost), float(np.mean(np.asarray(one.fun) ** 2)), np.asarray(one.x)))
+        if minima[-1][1] <= _MOST_LEFT:
             break
-    _, left, best = min(found, key=lambda each: each[0])
+    _, left, best = min(minima, key=lambda each: each[0])
     return left, out(best)
 
 
@@ -798,5 +804,5 @@ def fit(
     The fit's `robot()` has its numbers. Raises HopformError for recordings that are not of the model, and for names that
     are none of its parameters, MissingExtra without scipy.
     """
-    of = solver if isinstance(solver, Solver) else load_solver(solver)
-    return fit_model(of.Robot.solver, recordings, fitted, known, start, sine, options)
+    core = solver if isinstance(solver, Solver) else load_solver(solver)
+    return fit_model(core.Robot.solver, recordings, fitted, known, start, sine, options)

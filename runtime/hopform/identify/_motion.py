@@ -65,9 +65,9 @@ def stance(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> 
     """The motion from a state x1, v1, x2, v2 at t = 0 at times that do not decrease; HopformError if the leg takes off
     before.
     """
-    motion, found = stance_piece(robot, start, steps, times, None)
+    motion, solution = stance_piece(robot, start, steps, times, None)
     if motion.states.shape[0] < times.size:
-        raise HopformError(f"the leg takes off after {found.outcome()[1]!r} s, before the last sample")
+        raise HopformError(f"the leg takes off after {solution.outcome()[1]!r} s, before the last sample")
     return motion
 
 
@@ -75,17 +75,17 @@ def states(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> 
     """The states alone of such a motion, (times, 4), without their derivatives."""
     x1, v1, x2, v2 = start
     state = LegState(x1, v1, v2, x1 - x2 + robot.L0 + robot.c)
-    found = solved(robot, state, steps, float(times[-1]) * (1.0 + 1e-12))
-    at = found.state_at(np.minimum(times, found.outcome()[1]))
+    motion = solved(robot, state, steps, float(times[-1]) * (1.0 + 1e-12))
+    at = motion.state_at(np.minimum(times, motion.outcome()[1]))
     return np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1)
 
 
 def solved(robot: Robot, state: LegState, steps: Steps, horizon: float) -> Solved:
     """A stance as the library has it; HopformError for more phases than any recording has."""
-    found = DEFAULT.compiled().solve_stance(robot, state, steps, horizon, MAX_PHASES, DOUBLE)
-    if ENDINGS[found.outcome()[0]] == "too_many_phases":
+    motion = DEFAULT.compiled().solve_stance(robot, state, steps, horizon, MAX_PHASES, DOUBLE)
+    if ENDINGS[motion.outcome()[0]] == "too_many_phases":
         raise HopformError(f"the motion has more than {MAX_PHASES} phases: hardly any friction for so long a recording")
-    return found
+    return motion
 
 
 def _of_height(rows: NDArray[Any], given: bool) -> Array:
@@ -104,11 +104,11 @@ def stance_piece(
     given = y is None
     compression = max(x1 - x2 + robot.L0 + robot.c, 0.0) if y is None else y
     horizon = max(float(times[-1]), 1e-9) * (1.0 + 1e-12) if times.size else 1e-9
-    found = solved(robot, LegState(x1, v1, v2, compression), steps, horizon)
-    ending, duration, *_ = found.outcome()
-    at, rows = found.tangents(np.ascontiguousarray(times if ENDINGS[ending] == "rest" else times[times <= duration]))
+    motion = solved(robot, LegState(x1, v1, v2, compression), steps, horizon)
+    ending, duration, *_ = motion.outcome()
+    at, rows = motion.tangents(np.ascontiguousarray(times if ENDINGS[ending] == "rest" else times[times <= duration]))
     states = np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1)
-    return Motion(states, _of_height(rows, given)), found
+    return Motion(states, _of_height(rows, given)), motion
 
 
 # ---- drops ----

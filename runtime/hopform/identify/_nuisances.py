@@ -25,20 +25,20 @@ _SHAPES: Mapping[str, Parameter] = {
 }
 
 
-def with_nuisances(problem: Problem, wanted: Sequence[str]) -> Problem:
+def with_nuisances(problem: Problem, freed: Sequence[str]) -> Problem:
     """A problem with sensor, clock or logger among its parameters: where the recordings have a current for a delay, one
     per recording; a gain and a lag per sensor (gain1 of x1, gain2 of x2); one clock.
     """
-    experiments, made = list[Experiment](), dict[str, Parameter]()
-    for each in problem.experiments:
-        names = dict(each.names)
-        for letter in wanted:
-            name = _name(each, letter)
+    experiments, parameters = list[Experiment](), dict[str, Parameter]()
+    for experiment in problem.experiments:
+        names = dict(experiment.names)
+        for letter in freed:
+            name = _name(experiment, letter)
             if name and letter not in names:
                 names[letter] = name
-                made.setdefault(name, _SHAPES[letter]._replace(name=name))
-        experiments.append(replace(each, names=names))
-    new = tuple(p for name, p in made.items() if all(name != other.name for other in problem.parameters))
+                parameters.setdefault(name, _SHAPES[letter]._replace(name=name))
+        experiments.append(replace(experiment, names=names))
+    new = tuple(p for name, p in parameters.items() if all(name != other.name for other in problem.parameters))
     return replace(problem, experiments=tuple(experiments), parameters=(*problem.parameters, *new))
 
 
@@ -59,15 +59,15 @@ def extended(problem: Problem, solution: Solution) -> tuple[float, bool, list[Pa
     they predict, whether the fitted ones leave anything of their derivatives, and all parameters one step of Gauss and
     Newton on.
     """
-    own = len(solution.parameters)
-    further = problem.parameters[own:]
+    count = len(solution.parameters)
+    further = problem.parameters[count:]
     at = {p.name: p.start for p in further} | solution.values
     parts, rows = estimation.residuals(problem.experiments, problem.parameters, at)
     weight = weights(solution)
     jacobian = rows * weight[:, np.newaxis]
     size = np.sqrt((jacobian**2).sum(axis=0))
-    alive, whole = np.flatnonzero(size[:own] > 0.0), size[own:]
-    columns = [jacobian[:, alive] / size[alive], jacobian[:, own:], np.concatenate(parts) * weight]
+    alive, whole = np.flatnonzero(size[:count] > 0.0), size[count:]
+    columns = [jacobian[:, alive] / size[alive], jacobian[:, count:], np.concatenate(parts) * weight]
     r = estimation.triangle(np.column_stack(columns))[alive.size : alive.size + whole.size, alive.size :]
     left, rest = r[:, :-1], r[:, -1]
     independent = bool((np.sqrt((left**2).sum(axis=0)) > _INDEPENDENT * whole).all() and whole.all())
@@ -87,8 +87,8 @@ def begun(
     """Where the fit of further parameters to some experiments begins: from one step on; of lags that have no score from
     the better of two, to which all else is fitted.
     """
-    own = {p.name for p in problem.parameters[len(solution.parameters) :]}
-    lags = {name for each in problem.experiments if (name := each.names.get("lag")) in own}
+    names = {p.name for p in problem.parameters[len(solution.parameters) :]}
+    lags = {name for each in problem.experiments if (name := each.names.get("lag")) in names}
     if independent or not lags:
         return list(start)
     rest = [p for p in start if p.name not in lags]

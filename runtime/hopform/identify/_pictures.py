@@ -114,14 +114,14 @@ def _with_intervals(fit: Fit) -> list[Estimate]:
     """Estimates whose interval is shown as a share of the value: none that may have either sign, none of one
     recording.
     """
-    known = [each for each in fit.estimates if not each.own and math.isfinite(each.high - each.low)]
-    return [each for each in known if each.high - each.low < 2.0 * abs(each.value)]
+    bounded = [each for each in fit.estimates if not each.own and math.isfinite(each.high - each.low)]
+    return [each for each in bounded if each.high - each.low < 2.0 * abs(each.value)]
 
 
 def _draw_intervals(axes: Axes, shown: Sequence[Estimate]) -> None:
     """95 % intervals as shares of the values, on a scale that shows small and large ones."""
-    for row, each in enumerate(reversed(shown)):
-        ends = 100.0 * (np.array([each.low, each.high]) - each.value) / abs(each.value)
+    for row, estimate in enumerate(reversed(shown)):
+        ends = 100.0 * (np.array([estimate.low, estimate.high]) - estimate.value) / abs(estimate.value)
         axes.plot(ends, [row, row], "|-", color=plots.BLUE)
         axes.plot([0.0], [row], "o", ms=3, color=plots.BLUE)
     axes.set(xlabel="95 % interval about the value [%]")

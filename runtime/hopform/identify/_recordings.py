@@ -153,14 +153,14 @@ class Recording(Shown):
 
     def line_of(self, sample: int) -> int:
         """The line of a sample in the file; of a recording that was made, the one that `to_csv` gives it."""
-        known = len(self.lines) - 1
-        return self.lines[min(sample, known)] + max(sample - known, 0)
+        last = len(self.lines) - 1
+        return self.lines[min(sample, last)] + max(sample - last, 0)
 
-    def whole(self, *of: str) -> "Recording":
+    def whole(self, *quantities: str) -> "Recording":
         """The same where each of x1, x2 or the current u that is recorded has a number, with a note of what is left out;
         HopformError for too few such samples.
         """
-        return self.of_columns([column for each in of if (column := self.found(each)) is not None])
+        return self.of_columns([column for each in quantities if (column := self.found(each)) is not None])
 
     def of_columns(self, used: Sequence[Column]) -> "Recording":
         """The same where each of these columns has a number."""
@@ -182,8 +182,8 @@ class Recording(Shown):
         rate = (self.time.size - 1) / float(np.ptp(self.time)) if self.time.size > 1 else 0.0
         given = [("samples", self.time.size), ("time", span(self.time)), ("rate", f"{rate:.5g} Hz"),
                  ("added mass", f"{self.added_mass:g} kg")]  # fmt: skip
-        found = [(f"{name} [{SI[each.quantity]}]", span(each.values)) for name, each in sorted(self.columns.items())]
-        return Card(f"Recording {self.source}", given, found)
+        rows = [(f"{name} [{SI[each.quantity]}]", span(each.values)) for name, each in sorted(self.columns.items())]
+        return Card(f"Recording {self.source}", given, rows)
 
     def _curve(self) -> Curve:
         name, column = next(iter(self.columns.items()))
@@ -264,8 +264,8 @@ class Recording(Shown):
         column = self.found(of)
         if column is None:
             titles = ", ".join(column.title for column in self.columns.values())
-            wanted = f"one must be named {' or '.join(TITLES[of])}, with its unit"
-            raise self.error(f"no column is {what}: {wanted}; there are {titles}", self.head)
+            advice = f"one must be named {' or '.join(TITLES[of])}, with its unit"
+            raise self.error(f"no column is {what}: {advice}; there are {titles}", self.head)
         if column.quantity not in quantities:
             raise self.error(f"is to be {what}, but its unit is that of a {column.quantity}", self.head, column)
         return column
@@ -291,14 +291,14 @@ class Recording(Shown):
         return self.error(message, self.line_of(worst), column)
 
 
-def units_of(recordings: Sequence[Recording], of: str, *, driven: bool) -> Units:
+def units_of(recordings: Sequence[Recording], quantity: str, *, driven: bool) -> Units:
     """The units of recordings that are fitted together; HopformError where they differ. driven: by what drives too."""
-    found = [each.units(of, driven=driven) for each in recordings]
-    for each, units in zip(recordings, found, strict=True):
-        if units != found[0]:
-            ours, first = (" by ".join(one if driven else one[:1]) for one in (units, found[0]))
-            raise each.error(f"is in {ours}, {recordings[0].source} in {first}: one fit takes one of them")
-    return found[0]
+    units_by_recording = [each.units(quantity, driven=driven) for each in recordings]
+    for recording, units in zip(recordings, units_by_recording, strict=True):
+        if units != units_by_recording[0]:
+            ours, first = (" by ".join(one if driven else one[:1]) for one in (units, units_by_recording[0]))
+            raise recording.error(f"is in {ours}, {recordings[0].source} in {first}: one fit takes one of them")
+    return units_by_recording[0]
 
 
 def read_recording(path: str | Path, *, added_mass: float = 0.0) -> Recording:
@@ -328,16 +328,16 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
             rows.append((line, row))
     if not rows:
         raise HopformError(f"{source}: is empty")
-    head_line, titles, known, unfit = _head(rows, source)
+    head_line, titles, quantities, unfit = _head(rows, source)
     cut = rows.pop()[0] if len(rows) > 2 and _is_cut(rows[-1][1], rows[-2][1]) else None
     if len(rows) < FEWEST:
         last = rows[-1][0] if rows else head_line
         raise fault(source, f"ends after {len(rows)} samples, at least {FEWEST} are needed", last)
-    used = {name: place for place, (name, quantity, _) in enumerate(known) if quantity != UNUSED}
+    used = {name: place for place, (name, quantity, _) in enumerate(quantities) if quantity != UNUSED}
     cells = [_cells(row, titles, used.values(), source, line) for line, row in rows]
     columns = dict[str, Column]()
     for name, place in used.items():
-        _, quantity, factor = known[place]
+        _, quantity, factor = quantities[place]
         comma = separator != "," and not any("." in row[place] for row in cells)
         try:
             values = factor * np.array([_number(row[place], comma, source, line, titles[place])
@@ -353,7 +353,7 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
     read = Recording(source, clock.values, rest, lines, mass, (), tuple(remarks), head_line,
                      sha256(text.encode("utf-8", "surrogatepass")).hexdigest(), unfit).of_columns([clock])  # fmt: skip
     time = _time(read, clock)
-    unused = [title for title, (_, quantity, _) in zip(titles, known, strict=True) if quantity == UNUSED and title]
+    unused = [title for title, (_, quantity, _) in zip(titles, quantities, strict=True) if quantity == UNUSED and title]
     left_out = [f"without a unit that is known, so left out: {', '.join(map(shown, unused))}"] if unused else []
     left_out += [f"line {cut} is cut short, so left out"] if cut else []
     return replace(read, time=time, notes=(*remarks, *_notes(time, read.columns), *read.notes, *left_out))
@@ -400,22 +400,22 @@ def _head(
     if len(units) == len(titles) and any(map(unit_of, units)) and all(number_of(each) is None for each in rows[0][1]):
         del rows[0]
         spelt = [f"{name}_{unit}" if unit else name for name, unit in zip(spelt, units, strict=True)]
-    known, lacks, doubles = [_title(each) for each in spelt], dict[str, HopformError](), dict[str, HopformError]()
+    columns, lacks, doubles = [_title(each) for each in spelt], dict[str, HopformError](), dict[str, HopformError]()
     good = dict[str, str]()
-    for n, (title, (name, quantity, _)) in enumerate(zip(titles, known, strict=True)):
+    for n, (title, (name, quantity, _)) in enumerate(zip(titles, columns, strict=True)):
         if quantity != UNUSED and name in good:
             doubles[name] = fault(source, f"{good[name]!r} is named {name} too", line, title)
         elif quantity != UNUSED:
             good[name] = title
         elif (named := next((each for each in (name, name.rpartition("_")[0]) if each in _NAMED), "")) != "":
             lacks.setdefault(named, _without_unit(title, spelt, source, line, n))
-    return line, titles, known, {name: each for name, each in lacks.items() if name not in good} | doubles
+    return line, titles, columns, {name: each for name, each in lacks.items() if name not in good} | doubles
 
 
 def _spelt(title: str) -> str:
     """A title as name_unit, whether its unit is in brackets or not."""
-    found = _BRACKETS.fullmatch(title.strip())
-    name, unit = (found[1], f"_{found[2]}") if found else (title.strip(), "")
+    match = _BRACKETS.fullmatch(title.strip())
+    name, unit = (match[1], f"_{match[2]}") if match else (title.strip(), "")
     return (name.replace(" ", "_") + unit.replace(" ", "")).translate(_SIGNS)
 
 
@@ -432,12 +432,12 @@ def _is_cut(row: Sequence[str], before: Sequence[str]) -> bool:
 def _title(spelt: str) -> tuple[str, str, float]:
     """Name, quantity and factor of a column by its title as name_unit; `UNUSED` without a unit that is known."""
     name, _, unit = spelt.rpartition("_")
-    found = unit_of(unit)
-    if not name or found is None:
+    unit_in_si = unit_of(unit)
+    if not name or unit_in_si is None:
         return spelt.lower(), UNUSED, 1.0
     if name.endswith("_counts") and COUNTS.fullmatch(unit):
         name = name.removesuffix("_counts")
-    return name.lower(), *found
+    return name.lower(), *unit_in_si
 
 
 def _without_unit(title: str, spelt: Sequence[str], source: str, line: int, place: int) -> HopformError:
@@ -455,9 +455,9 @@ def _with_unit(name: str) -> str:
     if bare and unit_of(unit):
         return name
     bare = bare if bare.lower() in _NAMED else name
-    of = {**dict.fromkeys(TIMES, "s"), **dict.fromkeys((*TITLES["x1"], *TITLES["x2"]), "m")}
-    of |= dict.fromkeys(TITLES["u"], "A") | {"voltage": "V", "drive_voltage": "V"}
-    return f"{bare}_{of[bare.lower()]}" if bare.lower() in of else name
+    units = {**dict.fromkeys(TIMES, "s"), **dict.fromkeys((*TITLES["x1"], *TITLES["x2"]), "m")}
+    units |= dict.fromkeys(TITLES["u"], "A") | {"voltage": "V", "drive_voltage": "V"}
+    return f"{bare}_{units[bare.lower()]}" if bare.lower() in units else name
 
 
 _EMPTY = ("", "nan", "na", "n/a", "null")
@@ -478,8 +478,8 @@ def _number(cell: str, comma: bool, source: str, line: int, title: str) -> float
         return math.nan
     number = number_of(cell.replace(",", ".") if comma else cell)
     if number is None or not math.isfinite(number):
-        wanted = "a number" if number is None else "finite"
-        raise fault(source, f"must be {wanted}, got {shown(cell.strip())}", line, title)
+        needed = "a number" if number is None else "finite"
+        raise fault(source, f"must be {needed}, got {shown(cell.strip())}", line, title)
     return number
 
 
@@ -565,15 +565,15 @@ def outliers(values: Array) -> NDArray[np.bool_]:
     The rest is looked at once more without those found, since several close together hide each other. None of a few
     samples is.
     """
-    rest, found = np.arange(values.size), np.zeros(values.size, dtype=bool)
+    rest, flags = np.arange(values.size), np.zeros(values.size, dtype=bool)
     for _ in range(2):
         if rest.size < FEWEST:
             break
         some = values[rest]
         travel = float(np.percentile(np.abs(np.diff(some)), 75.0))
         off = np.abs(some - calm(some, 3, "reflect")) > max(3.0 * travel, 6.0 * noise_of(some), 6.0 * quantum_of(some))
-        found[rest[off]], rest = True, rest[~off]
-    return found
+        flags[rest[off]], rest = True, rest[~off]
+    return flags
 
 
 _REST, _KEPT = 8, 4

@@ -32,23 +32,23 @@ class Repeat(NamedTuple):
 
 def repeats_of(problem: Problem, solution: Solution, estimates: Sequence[Estimate]) -> tuple[list[Repeat], list[str]]:
     """The parameters that each of several recordings of one rig identifies alone, and statements about them."""
-    found, statements = list[Repeat](), list[str]()
+    repeats, statements = list[Repeat](), list[str]()
     for group in _groups(problem):
         alone = [_alone(problem, solution, each) for each in group]
         shared = [each for each in estimates if not each.own and all(each.name in one for one in alone)]
         some = [_repeat(each, [one[each.name] for one in alone]) for each in shared]
-        found += some
+        repeats += some
         differing = [each for each in some if each.differ]
         statements += [*([REPEATABILITY] if some else []), *map(_said, differing), *_traded(differing)]
-    return found, list(dict.fromkeys(statements))
+    return repeats, list(dict.fromkeys(statements))
 
 
 def _groups(problem: Problem) -> list[list[list[int]]]:
     """Motions of one rig under one mass, where there are several; of each the numbers of its experiments."""
     rigs = dict[tuple[str, float], dict[str, list[int]]]()
-    for n, each in enumerate(problem.experiments):
-        motions = rigs.setdefault((each.kind, each.added_mass), {})
-        motions.setdefault(each.names["x"], []).append(n)
+    for n, experiment in enumerate(problem.experiments):
+        motions = rigs.setdefault((experiment.kind, experiment.added_mass), {})
+        motions.setdefault(experiment.names["x"], []).append(n)
     return [list(motions.values()) for motions in rigs.values() if len(motions) > 1]
 
 
@@ -58,10 +58,10 @@ def _alone(problem: Problem, solution: Solution, numbers: Sequence[int]) -> dict
     names = {name for each in motion for name in each.names.values()}
     start = [p for p in estimation.started(solution) if p.name in names]
     sigma = [solution.sigma[n] for n in numbers]
-    found = estimation.again(solution, motion, start, sigma=sigma, most=30, precision=1e-7)
-    spread = estimation.spread(found)
+    solution_alone = estimation.again(solution, motion, start, sigma=sigma, most=30, precision=1e-7)
+    spread = estimation.spread(solution_alone)
     pairs = zip(start, np.sqrt(np.diag(spread.covariance)).tolist(), strict=True)
-    return {p.name: (found.values[p.name], error) for p, error in pairs if p.name not in spread.weak}
+    return {p.name: (solution_alone.values[p.name], error) for p, error in pairs if p.name not in spread.weak}
 
 
 REPEATABILITY = "repeats show whether the rig repeats; change amplitude or load to see whether the model holds"
@@ -70,18 +70,18 @@ _CHANCE = 0.999
 """Quantile of Q up to which chance explains it."""
 
 
-def _repeat(each: Estimate, alone: Sequence[tuple[float, float]]) -> Repeat:
+def _repeat(estimate: Estimate, alone: Sequence[tuple[float, float]]) -> Repeat:
     values, errors = np.array(alone).T
     weights = 1.0 / np.maximum(errors, 1e-300) ** 2
     mean = float(weights @ values) / float(weights.sum())
     q = float(weights @ (values - mean) ** 2)
     differ = q > float(of_scipy("special").chdtri(len(alone) - 1, 1.0 - _CHANCE))
-    return Repeat(each.name, each.unit, tuple(values.tolist()), float(np.std(values, ddof=1)), differ)
+    return Repeat(estimate.name, estimate.unit, tuple(values.tolist()), float(np.std(values, ddof=1)), differ)
 
 
-def _said(each: Repeat) -> str:
-    values = ", ".join(f"{value:.4g}" for value in each.values)
-    alone = f"{each.name} of each recording alone: {values} {each.unit}".rstrip()
+def _said(repeat: Repeat) -> str:
+    values = ", ".join(f"{value:.4g}" for value in repeat.values)
+    alone = f"{repeat.name} of each recording alone: {values} {repeat.unit}".rstrip()
     return f"{alone}; they differ by more than noise explains, so there is no interval"
 
 

@@ -54,7 +54,7 @@ def fit_sections(fit: Fit) -> list[Section]:
         (each.name, ", ".join(number(value, ".4g") for value in each.values), each.unit,
          number(each.spread, ".2g"), "yes" if each.differ else "no") for each in fit.repeats
     ]  # fmt: skip
-    found = [
+    sections = [
         Section("Parameters", ("parameter", "value", "unit", "95 % interval", "by"), parameters,
                 ("parameter", "unit", "by")),
         Section("Recordings", ("recording", "samples", "rms", "rms, viscous alone", "hold-out", "quantum", "unit",
@@ -64,26 +64,26 @@ def fit_sections(fit: Fit) -> list[Section]:
         Section("Repeatability of the rig", ("parameter", "each recording alone", "unit", "standard deviation",
                                              "more than noise"), repeats, ("parameter", "unit", "more than noise")),
     ]  # fmt: skip
-    return [section for section in found if section.rows]
+    return [section for section in sections if section.rows]
 
 
-def rounded(each: Estimate) -> tuple[str, str, str]:
+def rounded(estimate: Estimate) -> tuple[str, str, str]:
     """A value and the ends of its interval, to two digits of its half width; to four digits without an interval."""
-    half = 0.5 * (each.high - each.low)
+    half = 0.5 * (estimate.high - estimate.low)
     if not math.isfinite(half) or half <= 0.0:
-        return format(each.value, ".4g"), format(each.low, ".4g"), format(each.high, ".4g")
+        return format(estimate.value, ".4g"), format(estimate.low, ".4g"), format(estimate.high, ".4g")
     last = math.floor(math.log10(half)) - 1
-    size = max(abs(each.value), abs(each.low), abs(each.high))
+    size = max(abs(estimate.value), abs(estimate.low), abs(estimate.high))
     digits = max(math.floor(math.log10(size)) - last + 1, 1) if size > 0.0 else 1
     form = f".{digits}g" if not -4 <= last <= 0 and (size >= 1e6 or size < 1e-4) else f".{max(-last, 0)}f"
-    low, value, high = (format(round(number, -last), form) for number in (each.low, each.value, each.high))
+    low, value, high = (format(round(number, -last), form) for number in (estimate.low, estimate.value, estimate.high))
     return value, low, high
 
 
-def interval(each: Estimate) -> str:
+def interval(estimate: Estimate) -> str:
     """The interval of a value in a table; "-" where neither end is known."""
-    _, low, high = rounded(each)
-    return f"{low} .. {high}" if math.isfinite(each.low) or math.isfinite(each.high) else "-"
+    _, low, high = rounded(estimate)
+    return f"{low} .. {high}" if math.isfinite(estimate.low) or math.isfinite(estimate.high) else "-"
 
 
 def verdict(fit: Fit) -> str:
@@ -114,13 +114,13 @@ def _too_few(fit: Fit) -> str:
 
 def results(fit: Fit) -> list[str]:
     """The parameters with their intervals, a line each."""
-    found = list[str]()
-    for each in fit.estimates:
-        if not each.own and each.method != "not identifiable":
-            value, low, high = rounded(each)
-            ends = f" ({low} .. {high})" if math.isfinite(each.low) or math.isfinite(each.high) else ""
-            found.append(f"{each.name} = {value} {each.unit}".rstrip() + ends)
-    return found
+    lines = list[str]()
+    for estimate in fit.estimates:
+        if not estimate.own and estimate.method != "not identifiable":
+            value, low, high = rounded(estimate)
+            ends = f" ({low} .. {high})" if math.isfinite(estimate.low) or math.isfinite(estimate.high) else ""
+            lines.append(f"{estimate.name} = {value} {estimate.unit}".rstrip() + ends)
+    return lines
 
 
 def check_sections(check: Check) -> list[Section]:
@@ -187,8 +187,8 @@ def fit_json(fit: Fit) -> str:
                rms_viscous=each.old_rms, holdout=each.holdout, quantum=each.quantum) for each in fit.traces
     ]  # fmt: skip
     correlations = [(*pair, value) for pair, value in fit.correlations.items()]
-    own = {"covariance": covariance, "correlations": correlations, "recordings": recordings}
-    return to_json("identify", fit, parameters=fit.estimates, **own)
+    tables = {"covariance": covariance, "correlations": correlations, "recordings": recordings}
+    return to_json("identify", fit, parameters=fit.estimates, **tables)
 
 
 def json_of(answer: Answer) -> str:

@@ -57,10 +57,10 @@ def by_clock(
 ) -> dict[str, Array]:
     """Derivatives by the letters in true time, and by the clock, from those by letters in recorded time."""
     powers = {name: power for name, power in all_powers.items() if name in by and name in at}
-    found = {name: rows * clock ** powers.get(name, 0) for name, rows in by.items()}
+    rows_by_name = {name: rows * clock ** powers.get(name, 0) for name, rows in by.items()}
     slopes = (power * at[name] * clock ** (power - 1) * by[name] for name, power in powers.items())
-    found["clock"] = sum(slopes, np.zeros_like(next(iter(by.values()))))
-    return found
+    rows_by_name["clock"] = sum(slopes, np.zeros_like(next(iter(by.values()))))
+    return rows_by_name
 
 
 def lagged(time: Array, moved: Moved, lag: float, before: float) -> Moved:
@@ -76,10 +76,10 @@ def lagged(time: Array, moved: Moved, lag: float, before: float) -> Moved:
     else:
         y = response(x, v, float(x[0] - lag * v[0] + lag * lag * before))
         rate = (x - y) / lag
-    found = {name: np.stack([response(rows[:, 0], rows[:, 1]), rows[:, 1]], axis=1) for name, rows in by.items()}
+    rows_by_name = {name: np.stack([response(rows[:, 0], rows[:, 1]), rows[:, 1]], axis=1) for name, rows in by.items()}
     slope = (v - rate) / lag if lag > 0.0 else np.gradient(v, time) if time.size > 1 else np.zeros_like(v)
-    found["lag"] = np.stack([-response(rate, slope), -slope], axis=1)
-    return np.stack([y, rate], axis=1), found
+    rows_by_name["lag"] = np.stack([-response(rate, slope), -slope], axis=1)
+    return np.stack([y, rate], axis=1), rows_by_name
 
 
 class _Filter:
@@ -208,9 +208,9 @@ class Experiment:
 
     def letters(self, values: Values) -> dict[str, float]:
         """The letters of the rig, of its sensor, clock and logger under values of the parameters."""
-        names, known = self.names, SENSOR | dict(self.constants)
+        names, fixed = self.names, SENSOR | dict(self.constants)
         letters = (*self.own_letters, *SENSOR)
-        return {letter: values[names[letter]] if letter in names else known[letter] for letter in letters}
+        return {letter: values[names[letter]] if letter in names else fixed[letter] for letter in letters}
 
     def predict(self, values: Values, time: Array | None = None) -> tuple[Array, dict[str, Array]]:
         """The predicted measurement, and its derivatives by the parameters; HopformError for no motion up to the last
@@ -234,10 +234,10 @@ class Experiment:
             before = rate.get("v1" if self.kind == "free" and self.of == "x1" else "v", 0.0)
             states, by = lagged(time, (states, by), lag, before)
         by["gain"] = states
-        found: dict[str, Array] = {}
+        columns: dict[str, Array] = {}
         for letter, name in self.names.items():
-            found[name] = found.get(name, 0.0) + (1.0 if letter == "gain" else gain) * by[letter][:, 0]
-        return gain * states[:, 0], found
+            columns[name] = columns.get(name, 0.0) + (1.0 if letter == "gain" else gain) * by[letter][:, 0]
+        return gain * states[:, 0], columns
 
     def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, "Rates"]:
         """The motion at times by letters in recorded time, under a current, with the rates of the letters of its start."""
@@ -277,8 +277,8 @@ class Experiment:
         inside = -rows * force(along)[:moves, np.newaxis]
         parts = 0.5 * (inside[1:] + inside[:-1]) * np.diff(fine[:moves])[:, np.newaxis]
         whole = np.concatenate([np.zeros((1, 2)), np.cumsum(parts, axis=0)])
-        found = (transition[:moves, 0] * whole).sum(axis=1)
-        return np.append(found, np.full(fine.size - moves, found[-1]))
+        response = (transition[:moves, 0] * whole).sum(axis=1)
+        return np.append(response, np.full(fine.size - moves, response[-1]))
 
     def _driven_response(self, at: Values, steps: Steps, fine: Array, force: "Force", size: float) -> Array:
         """Of an actuator, which sticks at every turn of its drive: the difference that the force makes, in what is
@@ -338,21 +338,21 @@ _OF_ACTUATOR = {"x": "x1", "v": "v1", "offset": "u"}
 """Columns of derivatives by letters that are not named as they are."""
 
 
-def _rows(of: Kind, moved: Motion, place: int, names: Mapping[str, str]) -> Moved:
+def _rows(kind: Kind, moved: Motion, place: int, names: Mapping[str, str]) -> Moved:
     """Position and velocity of one mass, and their derivatives by the letters of a rig."""
-    both, letters = slice(place, place + 2), (letter for letter in LETTERS[of] if letter != "rest")
+    both, letters = slice(place, place + 2), (letter for letter in LETTERS[kind] if letter != "rest")
     return moved.states[:, both], {letter: moved.by[:, both, AT[names.get(letter, letter)]] for letter in letters}
 
 
-def _as_actuator(of: Experiment, at: Values) -> dict[str, float]:
+def _as_actuator(experiment: Experiment, at: Values) -> dict[str, float]:
     """The letters of a body that is fixed to its spring, and those of an actuator that moves as it."""
-    mass = at["m_s"] + of.added_mass
+    mass = at["m_s"] + experiment.added_mass
     return {**at, "m_eff": mass, "b1": at["b2"], "f1": at["f2"], "gamma2": mass}
 
 
-def _attached(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
+def _attached(experiment: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
     """An actuator's motion in the letters of a body: its weight is the force of a current g."""
-    (states, by), rates = _actuator(of, _as_actuator(of, at), ((0.0, at["g"]),), time)
+    (states, by), rates = _actuator(experiment, _as_actuator(experiment, at), ((0.0, at["g"]),), time)
     by |= {"m_s": by["m_eff"] + by["gamma2"], "b2": by["b1"], "f2": by["f1"], "g": by["offset"]}
     return (states, by), rates
 
@@ -361,8 +361,8 @@ _LOCKED = dict.fromkeys(("b1", "f1", "gamma2", "offset", "x1", "v1", "x1_min", "
 """The letters of an actuator that is held."""
 
 
-def _ground(of: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
-    return _free(replace(of, of="x2"), _LOCKED | dict(at), ((0.0, 0.0),), time)
+def _ground(experiment: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
+    return _free(replace(experiment, of="x2"), _LOCKED | dict(at), ((0.0, 0.0),), time)
 
 
 @lru_cache(maxsize=2)
@@ -371,24 +371,24 @@ def _dropped(robot: Robot, start: tuple[float, ...], steps: Steps, times: bytes)
     return motion.drop(robot, start, steps, np.frombuffer(times))
 
 
-def _leg_robot(of: Experiment, at: Values) -> Robot:
-    own = {letter: value for letter, value in at.items() if letter in Robot._fields}
-    return _NOTHING._replace(**own | {"m_s": at["m_s"] + of.added_mass, "L0": at["length"]})
+def _leg_robot(experiment: Experiment, at: Values) -> Robot:
+    values = {letter: value for letter, value in at.items() if letter in Robot._fields}
+    return _NOTHING._replace(**values | {"m_s": at["m_s"] + experiment.added_mass, "L0": at["length"]})
 
 
-def _free(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
+def _free(experiment: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
     steps = tuple((t, u + at["offset"]) for t, u in steps)
-    moved = _dropped(_leg_robot(of, at), (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes())
+    moved = _dropped(_leg_robot(experiment, at), (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes())
     pull = -(at["b1"] * at["v1"] + at["gamma2"] * steps[0][1]) / at["m_eff"]
     onto_a_stop = (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
     first = 0.0 if at["v1"] == 0.0 and onto_a_stop else _first_acceleration(pull, at["v1"], at["f1"])
     rates = {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
-    return _rows("free", moved, STATE.index(of.of), _OF_BODY), rates
+    return _rows("free", moved, STATE.index(experiment.of), _OF_BODY), rates
 
 
-def _actuator(of: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
+def _actuator(experiment: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
     """The body is held at x2 = 0; the offset of the spring puts its relaxed state at `rest`."""
-    robot, offset = actuator_robot(at, of.preload(at, steps)), at.get("offset", 0.0)
+    robot, offset = actuator_robot(at, experiment.preload(at, steps)), at.get("offset", 0.0)
     steps = tuple((t, u + offset) for t, u in steps) if offset else steps
     moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time)
     states, by = _rows("air", moved, 0, _OF_ACTUATOR)
@@ -401,8 +401,8 @@ def actuator_robot(at: Values, preload: float) -> Robot:
     """The actuator in the letters of `held` or `air`, its body held at x2 = 0 by friction; preload [m]: of its spring,
     which so pushes and pulls.
     """
-    own, k = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}, at.get("k", SOFT * at["m_eff"])
-    return _NOTHING._replace(**own, k=k, L0=-at.get("rest", 0.0), c=preload, f2=motion.FIRM)
+    values, k = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}, at.get("k", SOFT * at["m_eff"])
+    return _NOTHING._replace(**values, k=k, L0=-at.get("rest", 0.0), c=preload, f2=motion.FIRM)
 
 
 _PREDICT: Mapping[Kind, Callable[[Experiment, Values, Steps, Array], tuple[Moved, Rates]]] = {

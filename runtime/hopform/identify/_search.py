@@ -78,46 +78,48 @@ def minimise(problem: Problem) -> Solution:
     if is_noise(problem, first):
         return _from_given(problem, first)
     other = _searched(problem, {}, first.sigma)
-    found = _unstuck(problem, _traded(problem, estimation.better(first, other, problem.experiments)))
-    return _moving(_from_given(problem, found))
+    solution = _unstuck(problem, _traded(problem, estimation.better(first, other, problem.experiments)))
+    return _moving(_from_given(problem, solution))
 
 
-def _from_given(problem: Problem, found: Solution) -> Solution:
+def _from_given(problem: Problem, solution: Solution) -> Solution:
     """The better of a minimum and of the one that the given start leads to by all samples: at first what was given is
     held.
     """
-    held = {name: value for name, value in problem.given.items() if name in found.values}
+    held = {name: value for name, value in problem.given.items() if name in solution.values}
     if not held:
-        return found
-    first = _from_start(found.parameters, {**problem.starts[0], **held})
+        return solution
+    first = _from_start(solution.parameters, {**problem.starts[0], **held})
     rest = [p for p in first if p.name not in held]
-    begun = estimation.again(found, problem.experiments, rest, fixed=held, most=20, precision=1e-6).values
-    other = settled(problem, found, _from_start(found.parameters, begun))
-    return estimation.better(found, other, problem.experiments)
+    begun = estimation.again(solution, problem.experiments, rest, fixed=held, most=20, precision=1e-6).values
+    other = settled(problem, solution, _from_start(solution.parameters, begun))
+    return estimation.better(solution, other, problem.experiments)
 
 
-def _moving(found: Solution) -> Solution:
+def _moving(solution: Solution) -> Solution:
     """A solution that is a motion of each recording; HopformError if no start led to one."""
-    for each in found.experiments:
+    for experiment in solution.experiments:
         try:
-            each.predict(found.values)
+            experiment.predict(solution.values)
         except HopformError as error:
             asked = "are units, signs and what is known of it right"
             raise HopformError(f"{error}; no start of the fit leads to a motion of this rig: {asked}?") from None
-    return found
+    return solution
 
 
 def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:
     """The least sum of squares from all starts, where some parameters may be fixed."""
     linear, held = replace(problem, loss="linear"), dict(fixed or {})
-    found = _searched(linear, held)
-    return found if held else _unstuck(linear, _traded(linear, found))
+    solution = _searched(linear, held)
+    return solution if held else _unstuck(linear, _traded(linear, solution))
 
 
 def follow(problem: Problem) -> Solution:
     """The minimum that a problem's first start leads to, and no other."""
-    found = _from(problem, {}, problem.starts[:1]) if problem.loss == "linear" else _without_outliers(problem, follow)
-    return _moving(_weighed(problem, found, {}))
+    solution = (
+        _from(problem, {}, problem.starts[:1]) if problem.loss == "linear" else _without_outliers(problem, follow)
+    )
+    return _moving(_weighed(problem, solution, {}))
 
 
 def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = None) -> Solution:
@@ -127,12 +129,14 @@ def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = No
     Where it stays far from the data, by more than noise and a two thousandth of the motion, it looks again from further
     away.
     """
-    found = _from(problem, held, problem.starts, sigma)
-    if not held and _level(problem, found) > 1.0:
-        found = estimation.best([found, _from(problem, held, _further(problem.parameters, found.values), sigma)])
-    found = _weighed(problem, found, held)
+    solution = _from(problem, held, problem.starts, sigma)
+    if not held and _level(problem, solution) > 1.0:
+        solution = estimation.best(
+            [solution, _from(problem, held, _further(problem.parameters, solution.values), sigma)]
+        )
+    solution = _weighed(problem, solution, held)
     impacts = any(each.kind in ("ground", "free") for each in problem.experiments)
-    return _basin_hopping(problem, found) if impacts and not held else found
+    return _basin_hopping(problem, solution) if impacts and not held else solution
 
 
 _ROUNDS, _THROWN, _APART = 4, 10, 0.2
@@ -141,38 +145,40 @@ _FOLLOWED = 3
 """Starts about a minimum that are followed: those of least cost after some steps."""
 
 
-def _lowest(problem: Problem, found: Solution, starts: Sequence[Values]) -> Solution:
+def _lowest(problem: Problem, solution: Solution, starts: Sequence[Values]) -> Solution:
     """The lowest of a minimum and of those that starts about it lead to: over some of the samples first."""
-    some, own = [_beginning(each, 1.0) for each in problem.experiments], estimation.started(found)
-    solve = partial(estimation.again, found, some)
+    some, parameters = [_beginning(each, 1.0) for each in problem.experiments], estimation.started(solution)
+    solve = partial(estimation.again, solution, some)
     here = solve(most=6, precision=1e-4)
-    begun = sorted((solve(_from_start(own, each), most=3, precision=1e-3) for each in starts), key=lambda one: one.cost)
+    begun = sorted(
+        (solve(_from_start(parameters, each), most=3, precision=1e-3) for each in starts), key=lambda one: one.cost
+    )
     ends = [solve(estimation.started(each), most=10, precision=1e-3) for each in begun[:_FOLLOWED]]
     least = estimation.best([here, *ends])
-    return found if least.cost >= here.cost * (1.0 - 1e-4) else _better(problem, found, estimation.started(least))
+    return solution if least.cost >= here.cost * (1.0 - 1e-4) else _better(problem, solution, estimation.started(least))
 
 
-def _basin_hopping(problem: Problem, found: Solution) -> Solution:
+def _basin_hopping(problem: Problem, solution: Solution) -> Solution:
     """The lowest of the minima around one that leaves more than noise: from beside it over all of the recordings, again
     and again. The sum of squares of a motion with impacts and stops has many minima, close to each other.
     """
     for turn in range(_ROUNDS):
-        if _level(problem, found) <= 1.0:
+        if _level(problem, solution) <= 1.0:
             break
-        found = _lowest(problem, found, _around(found, turn))
-    return found
+        solution = _lowest(problem, solution, _around(solution, turn))
+    return solution
 
 
-def _around(found: Solution, turn: int) -> list[dict[str, float]]:
+def _around(solution: Solution, turn: int) -> list[dict[str, float]]:
     """Starts around a minimum, drawn alike every time; where a motion begins is kept."""
-    rng = np.random.default_rng([len(found.parameters), turn])
+    rng = np.random.default_rng([len(solution.parameters), turn])
 
     def drawn(p: Parameter) -> float:
-        value, more = found.values[p.name], 0.1 * _APART * p.scale * float(rng.random())
+        value, more = solution.values[p.name], 0.1 * _APART * p.scale * float(rng.random())
         bounded = p.kind in ("nonnegative", "fraction")  # which may be 0
         return value if p.own else value * math.exp(float(rng.uniform(-_APART, _APART))) + (more if bounded else 0.0)
 
-    return [{p.name: drawn(p) for p in found.parameters} for _ in range(_THROWN)]
+    return [{p.name: drawn(p) for p in solution.parameters} for _ in range(_THROWN)]
 
 
 def _without_outliers(problem: Problem, least: Callable[[Problem], Solution]) -> Solution:
@@ -181,9 +187,9 @@ def _without_outliers(problem: Problem, least: Callable[[Problem], Solution]) ->
 
     def fit(masks: estimation.Masks) -> tuple[Solution, Sequence[Array]]:
         nonlocal starts
-        found = least(replace(problem, experiments=selected(several, masks), starts=starts, loss="linear"))
-        starts = (found.values, *problem.starts)
-        return found, estimation.again(found, several, most=1).residuals
+        solution = least(replace(problem, experiments=selected(several, masks), starts=starts, loss="linear"))
+        starts = (solution.values, *problem.starts)
+        return solution, estimation.again(solution, several, most=1).residuals
 
     return estimation.trimmed(fit, [~outliers(each.measured) for each in several])
 
@@ -191,9 +197,9 @@ def _without_outliers(problem: Problem, least: Callable[[Problem], Solution]) ->
 def selected(several: Sequence[Experiment], masks: estimation.Masks) -> tuple[Experiment, ...]:
     """The samples that the masks select: x1 and x2 of one motion are solved together, so where both masks do."""
 
-    def common(each: Experiment) -> NDArray[np.bool_]:
-        own = [mask for other, mask in zip(several, masks, strict=True) if other.time is each.time]
-        return np.asarray(np.logical_and.reduce(own))
+    def common(experiment: Experiment) -> NDArray[np.bool_]:
+        masks_of_motion = [mask for other, mask in zip(several, masks, strict=True) if other.time is experiment.time]
+        return np.asarray(np.logical_and.reduce(masks_of_motion))
 
     return tuple(each.only(common(each)) for each in several)
 
@@ -249,14 +255,14 @@ _NEAR = 3.0
 """A fit within so many times the noise has nearly converged."""
 
 
-def is_noise(problem: Problem, found: Solution) -> bool:
+def is_noise(problem: Problem, solution: Solution) -> bool:
     """Whether a fit leaves nothing but noise of each recording."""
-    return _level(problem, found) <= 1.0 and all(each.white for each in found.tests)
+    return _level(problem, solution) <= 1.0 and all(each.white for each in solution.tests)
 
 
-def _level(problem: Problem, found: Solution) -> float:
+def _level(problem: Problem, solution: Solution) -> float:
     """Residual of the worst recording, over the share that noise and the smallest errors of a model explain."""
-    return max(test.rms / _limit(each) for each, test in zip(problem.experiments, found.tests, strict=True))
+    return max(test.rms / _limit(each) for each, test in zip(problem.experiments, solution.tests, strict=True))
 
 
 def _limit(experiment: Experiment) -> float:
@@ -270,7 +276,7 @@ _SAME = 1e-3
 """Solutions whose costs differ by less, as a share, are one: that is how precisely a part is fitted."""
 
 
-def _further(parameters: Sequence[Parameter], found: Values) -> list[dict[str, float]]:
+def _further(parameters: Sequence[Parameter], values: Values) -> list[dict[str, float]]:
     """Starts all around: what is shared by factors of up to 2, friction from none to much, drawn alike every time."""
     rng = np.random.default_rng(len(parameters))
 
@@ -278,30 +284,30 @@ def _further(parameters: Sequence[Parameter], found: Values) -> list[dict[str, f
         if p.own:
             return p.start
         if p.kind in ("nonnegative", "fraction"):
-            return float(rng.uniform(0.0, 2.0)) * max(found[p.name], p.start, 0.1 * p.scale)
+            return float(rng.uniform(0.0, 2.0)) * max(values[p.name], p.start, 0.1 * p.scale)
         return p.start * math.exp(float(rng.uniform(-0.7, 0.7)))
 
     return [{p.name: drawn(p) for p in parameters} for _ in range(12)]
 
 
-def _weighed(problem: Problem, found: Solution, fixed: Values) -> Solution:
+def _weighed(problem: Problem, solution: Solution, fixed: Values) -> Solution:
     """Of all samples, each recording counted by its own noise, until that no longer changes what counts how much.
 
     A common factor of all noises moves no least squares; a robust loss takes the noise itself.
     """
     rounds, precision = (1, 1e-6) if fixed else (3, 1e-8)
-    noise, loss = found.sigma, problem.loss
+    noise, loss = solution.sigma, problem.loss
     solve = partial(estimation.again, experiments=problem.experiments, fixed=fixed, loss=loss)
     if len(problem.experiments) > 1 or loss != "linear":
-        noise = estimation.deviations(solve(found, most=1))
+        noise = estimation.deviations(solve(solution, most=1))
     for _ in range(rounds):
-        found = solve(found, sigma=noise, most=20, precision=precision)
-        last, noise = noise, estimation.deviations(found)
+        solution = solve(solution, sigma=noise, most=20, precision=precision)
+        last, noise = noise, estimation.deviations(solution)
         changes = np.array(noise) / np.array(last)
         change = changes.max() / changes.min() if loss == "linear" else np.exp(np.abs(np.log(changes)).max())
         if float(change) < _STEADY:
             break
-    return found
+    return solution
 
 
 _STEADY = 1.02
@@ -315,22 +321,22 @@ _SMALL_TRADES = ((0.9, 0.9), (1.1, 1.1))
 """Viscous and Coulomb friction times so much; the small ones where residuals are no noise."""
 
 
-def _traded(problem: Problem, found: Solution) -> Solution:
+def _traded(problem: Problem, solution: Solution) -> Solution:
     """The least of the minima between kinks: where a mass comes to stick the sum of squares has some.
 
     Friction of one kind is traded for the other, and the best is kept. Some of the samples show where that leads.
     A body sticks once, at its end, and its residuals are enough; an actuator sticks at every turn of its current.
     """
-    white = all(each.white for each in found.tests)
+    white = all(each.white for each in solution.tests)
     viscous, coulomb = problem.viscous, problem.coulomb
     if not coulomb or (white and "f1" not in coulomb):
-        return found
-    at, shares = found.values, _TRADES if white else _TRADES + _SMALL_TRADES
+        return solution
+    at, shares = solution.values, _TRADES if white else _TRADES + _SMALL_TRADES
     trades = [{n: b * at[n] for n in viscous} | {n: f * at[n] for n in coulomb} for b, f in shares]
-    return _lowest(problem, found, trades)
+    return _lowest(problem, solution, trades)
 
 
-def _unstuck(problem: Problem, found: Solution) -> Solution:
+def _unstuck(problem: Problem, solution: Solution) -> Solution:
     """Out of a kink: where least squares ends though its own slopes predict a decrease, it goes on from beside it,
     either way.
 
@@ -338,14 +344,14 @@ def _unstuck(problem: Problem, found: Solution) -> Solution:
     stays.
     """
     for side in (1.0, -1.0):
-        for p in [p for p in found.parameters if p.name[:3] == "v1@" and p.low < p.high]:
-            if estimation.expected_decrease(found) >= _KINK:
-                beside = {p.name: min(max(found.values[p.name] + side * _ASIDE * p.scale, p.low), p.high)}
-                found = _better(problem, found, _from_start(estimation.started(found), beside))
+        for p in [p for p in solution.parameters if p.name[:3] == "v1@" and p.low < p.high]:
+            if estimation.expected_decrease(solution) >= _KINK:
+                beside = {p.name: min(max(solution.values[p.name] + side * _ASIDE * p.scale, p.low), p.high)}
+                solution = _better(problem, solution, _from_start(estimation.started(solution), beside))
     for name, side in product(problem.coulomb[:1], (1.0, -1.0)):
-        if estimation.expected_decrease(found) >= _KINK:
-            found = _better(problem, found, estimation.moved(found, name, side))
-    return found
+        if estimation.expected_decrease(solution) >= _KINK:
+            solution = _better(problem, solution, estimation.moved(solution, name, side))
+    return solution
 
 
 _ASIDE = 0.01
@@ -354,15 +360,15 @@ _KINK = 0.05
 """Variances by which the slopes at a minimum may still predict a decrease."""
 
 
-def settled(problem: Problem, found: Solution, start: Sequence[Parameter]) -> Solution:
+def settled(problem: Problem, solution: Solution, start: Sequence[Parameter]) -> Solution:
     """The fit from a start near its end by all samples, under the noise of another fit."""
-    return _weighed(problem, estimation.again(found, problem.experiments, start, most=20, precision=1e-6), {})
+    return _weighed(problem, estimation.again(solution, problem.experiments, start, most=20, precision=1e-6), {})
 
 
-def _better(problem: Problem, found: Solution, start: Sequence[Parameter]) -> Solution:
+def _better(problem: Problem, solution: Solution, start: Sequence[Parameter]) -> Solution:
     """The fit from a start by all samples, if its cost is lower."""
-    again = estimation.again(found, problem.experiments, start, most=8, precision=1e-4)
-    return _weighed(problem, again, {}) if again.cost < found.cost * (1.0 - 1e-5) else found
+    again = estimation.again(solution, problem.experiments, start, most=8, precision=1e-4)
+    return _weighed(problem, again, {}) if again.cost < solution.cost * (1.0 - 1e-5) else solution
 
 
 _ENOUGH = 400

@@ -38,7 +38,7 @@ def decays(recording: Recording, values: Array) -> list[Span]:
     main = _decay(recording, values, 0, values.size)
     size = _reach(values, main)
     pace = _pace(recording, values, main)
-    found, open_spans = [main], [(0, _hand(values, main)), (main[1], values.size)]
+    spans, open_spans = [main], [(0, _hand(values, main)), (main[1], values.size)]
     while open_spans and math.isfinite(pace):
         begin, end = open_spans.pop()
         try:
@@ -49,8 +49,8 @@ def decays(recording: Recording, values: Array) -> list[Span]:
             continue
         open_spans += [(begin, _hand(values, other, begin)), (other[1], end)]
         if abs(_pace(recording, values, other) / pace - 1.0) <= _ALIKE:
-            found.append(other)
-    return sorted(found)
+            spans.append(other)
+    return sorted(spans)
 
 
 def _decay(recording: Recording, whole: Array, begin: int, end: int) -> Span:
@@ -133,17 +133,17 @@ def drops(recording: Recording, values: Array, driven: bool = False) -> list[Spa
     first = _fall(recording, values, 0, values.size, noise)
     size = float(np.ptp(calm(values[slice(*first)])))
     lifts = _lifts(recording.time, values, noise, size)
-    found, ends = [first], [*(taken for taken, _ in lifts), values.size]
+    falls, ends = [first], [*(taken for taken, _ in lifts), values.size]
     if lifts:
-        found = [_fall(recording, values, 0, ends[0], noise)]
+        falls = [_fall(recording, values, 0, ends[0], noise)]
     for (_, held), end in zip(lifts, ends[1:], strict=True):
         try:
             other = _fall(recording, values, held, end, noise)
         except HopformError:  # lifted, and held to the end
             continue
         if float(np.ptp(calm(values[slice(*other)]))) >= _LEAST_REACH * size:
-            found.append(other)
-    return found
+            falls.append(other)
+    return falls
 
 
 def _fall(recording: Recording, whole: Array, begin: int, end: int, noise: float, driven: bool = False) -> Span:
@@ -314,8 +314,8 @@ def moving_rows(rows: Filtered, columns: Sequence[Array], *, robust: bool = Fals
     """
     moving = np.abs(rows.v) > 0.02 * float(np.abs(rows.v).max())
     a, b = np.stack(columns, axis=1)[moving], rows.acceleration[moving]
-    found = np.asarray(np.linalg.lstsq(a, b, rcond=None)[0], dtype=np.float64)
+    coefficients = np.asarray(np.linalg.lstsq(a, b, rcond=None)[0], dtype=np.float64)
     if robust and moving.any():
-        spread = max(float(np.median(np.abs(a @ found - b))), 1e-12)
-        found = robust_linear(a, b, found, spread, loss="cauchy", x_scale="jac").x
-    return [float(each) for each in found]
+        spread = max(float(np.median(np.abs(a @ coefficients - b))), 1e-12)
+        coefficients = robust_linear(a, b, coefficients, spread, loss="cauchy", x_scale="jac").x
+    return [float(each) for each in coefficients]

@@ -85,47 +85,47 @@ def quantities(fit: Fit) -> dict[str, Quantity]:
         raise HopformError("--export takes the fit of an actuator or a joint: a decay, step, air or force recording")
     mass, damping, friction = ("m_eff", "b1", "f1") if actuator else ("m_s", "b2", "f2")
     words = {"inertia": mass, "damping": damping} | ({"gear": "gamma2", "bias": "offset"} if actuator else {})
-    found = {word: _single(fit, letter) for word, letter in words.items() if letter in values}
+    values_by_word = {word: _single(fit, letter) for word, letter in words.items() if letter in values}
     rests = _rests(fit, "x1" if actuator else "x2")
     if rests.any():
         _refuse_blind(fit, "rest")
-        m, k, g = found["inertia"].value, _single(fit, "k"), 0.0 if actuator else fit.known["g"]
+        m, k, g = values_by_word["inertia"].value, _single(fit, "k"), 0.0 if actuator else fit.known["g"]
         rest = float(rests @ [each.value for each in fit.estimates])
         slope = rests - g / k.value * _weights(fit, mass) + m * g / k.value**2 * _weights(fit, "k")
-        found |= {"stiffness": k, "springref": _spread(fit, rest - m * g / k.value, slope, fit.units.position)}
-    m, f = found["inertia"].value, _single(fit, friction).value
+        values_by_word |= {"stiffness": k, "springref": _spread(fit, rest - m * g / k.value, slope, fit.units.position)}
+    m, f = values_by_word["inertia"].value, _single(fit, friction).value
     slope = f * _weights(fit, mass) + m * _weights(fit, friction)
     loss = _spread(fit, m * f, slope, fit.units.force)
-    found["frictionloss"] = loss._replace(low=max(loss.low, 0.0)) if math.isfinite(loss.low) else loss
-    if "gear" in found:
-        gear = found["gear"]
-        found["gear"] = Quantity(-gear.value, -gear.high, -gear.low, gear.unit)
-    return found
+    values_by_word["frictionloss"] = loss._replace(low=max(loss.low, 0.0)) if math.isfinite(loss.low) else loss
+    if "gear" in values_by_word:
+        gear = values_by_word["gear"]
+        values_by_word["gear"] = Quantity(-gear.value, -gear.high, -gear.low, gear.unit)
+    return values_by_word
 
 
 def _modelled(fit: Fit) -> Modelled:
     """The recording of a model's fit; HopformError for a model of several masses."""
-    of = fit.solution.experiments[0] if fit.solution else None
-    if not isinstance(of, Modelled) or len(of.model.masses) > 1:
+    experiment = fit.solution.experiments[0] if fit.solution else None
+    if not isinstance(experiment, Modelled) or len(experiment.model.masses) > 1:
         raise HopformError("a simulator's file takes the fit of one mass, an actuator or a joint")
-    return of
+    return experiment
 
 
 def _of_model(fit: Fit) -> dict[str, Quantity]:
     """The words of a model's fit, from its energy and its accelerations; intervals to first order."""
-    of, units = _modelled(fit), fit.units
+    experiment, units = _modelled(fit), fit.units
     blind = [each.name for each in fit.estimates if each.method == "not identifiable"]
     if blind:
         raise HopformError(f"--export needs {blind[0]}, which these recordings do not identify: see the notes")
 
     def words(values: Values) -> dict[str, float]:
-        return of.words(of.letters(values))
+        return experiment.words(experiment.letters(values))
 
     values = {each.name: each.value for each in fit.estimates}
     slopes: dict[str, list[float]] = {name: [] for name in words(values)}
-    for each in fit.estimates:
-        step = 1e-6 * max(abs(each.value), 1e-3)
-        ends = [words({**values, each.name: each.value + side * step}) for side in (1.0, -1.0)]
+    for estimate in fit.estimates:
+        step = 1e-6 * max(abs(estimate.value), 1e-3)
+        ends = [words({**values, estimate.name: estimate.value + side * step}) for side in (1.0, -1.0)]
         for name, rows in slopes.items():
             rows.append((ends[0][name] - ends[1][name]) / (2.0 * step))
     unit = {
@@ -150,8 +150,8 @@ def notes(fit: Fit) -> list[str]:
 
 
 def _refuse_blind(fit: Fit, letter: str) -> None:
-    own = (each for each in fit.estimates if each.name.partition("@")[0] == letter)
-    blind = [each.name for each in own if each.method == "not identifiable"]
+    of_letter = (each for each in fit.estimates if each.name.partition("@")[0] == letter)
+    blind = [each.name for each in of_letter if each.method == "not identifiable"]
     if blind:
         raise HopformError(f"--export needs {blind[0]}, which these recordings do not identify: see the notes")
 
@@ -159,8 +159,8 @@ def _refuse_blind(fit: Fit, letter: str) -> None:
 def _single(fit: Fit, letter: str) -> Quantity:
     """A letter with its interval, the mean over recordings where each has its own."""
     _refuse_blind(fit, letter)
-    known = (fit.known[letter], math.nan, math.nan) if letter in fit.known else None
-    value, low, high = known or mean_of(fit.estimates, letter)[1].tolist()
+    fixed = (fit.known[letter], math.nan, math.nan) if letter in fit.known else None
+    value, low, high = fixed or mean_of(fit.estimates, letter)[1].tolist()
     return Quantity(value, low, high, fit.units.of(UNITS[letter]))
 
 
@@ -171,8 +171,8 @@ def _weights(fit: Fit, letter: str) -> Array:
 def _rests(fit: Fit, quantity: str) -> Array:
     """Weights of the estimates in the mean rest of the motions of one mass; a motion's number is that of its trace."""
     numbered = [each.name.partition("@") for each in fit.estimates]
-    own = [name == "rest" and fit.traces[int(n)].quantity == quantity for name, _, n in numbered]
-    return np.array(own, dtype=float) / max(sum(own), 1)
+    is_rest = [name == "rest" and fit.traces[int(n)].quantity == quantity for name, _, n in numbered]
+    return np.array(is_rest, dtype=float) / max(sum(is_rest), 1)
 
 
 def _spread(fit: Fit, value: float, slope: Array, unit: str) -> Quantity:
@@ -184,12 +184,12 @@ def _spread(fit: Fit, value: float, slope: Array, unit: str) -> Quantity:
     return Quantity(value, value - half, value + half, unit)
 
 
-def _head(fit: Fit, found: Mapping[str, Quantity]) -> list[str]:
+def _head(fit: Fit, by_word: Mapping[str, Quantity]) -> list[str]:
     """What the numbers come from, and each with unit and interval."""
     white = all(trace.tests.white for trace in fit.traces)
     sources = ", ".join(Path(trace.label).name for trace in fit.traces)
     lines = [f"identified by hopform from {sources}; residuals {'' if white else 'NOT '}white"]
-    lines += [f"{word} {each.value:.9g} {each.said()}" for word, each in found.items()]
+    lines += [f"{word} {each.value:.9g} {each.said()}" for word, each in by_word.items()]
     lines += ["inertia is all that moved: give it to the link or to the joint's armature, once"]
     if not _swings(fit):
         lines += ["gravity acts on nothing here: springref and bias hold the load of the recording"]
@@ -201,66 +201,66 @@ def _xml(lines: list[str]) -> list[str]:
     return [f"  <!-- {comment_of_xml(each)} -->" for each in lines]
 
 
-def _inertial(fit: Fit, found: Mapping[str, Quantity]) -> tuple[str, str]:
+def _inertial(fit: Fit, by_word: Mapping[str, Quantity]) -> tuple[str, str]:
     """Mass and moment of inertia of the link: it has all that moves."""
-    moving = repr(found["inertia"].value)
+    moving = repr(by_word["inertia"].value)
     return (repr(_TINY), moving) if fit.units.position == "rad" else (moving, repr(_TINY))
 
 
-def _mjcf(fit: Fit, found: Mapping[str, Quantity]) -> str:
+def _mjcf(fit: Fit, by_word: Mapping[str, Quantity]) -> str:
     """A link on its joint. `angle` is set, since springref would be in degrees without; the bias acts through gear."""
     kind = "slide" if fit.units.position == "m" else "hinge"
     spring = () if _swings(fit) else ("stiffness", "springref")
-    attributes = [word for word in ("damping", "frictionloss", *spring) if word in found]
-    words = "".join(f' {word}="{found[word].value!r}"' for word in attributes)
-    mass, inertia = _inertial(fit, found)
+    attributes = [word for word in ("damping", "frictionloss", *spring) if word in by_word]
+    words = "".join(f' {word}="{by_word[word].value!r}"' for word in attributes)
+    mass, inertia = _inertial(fit, by_word)
     place, pull, turned = "0 0 0", "0 0 0", ""
     if _swings(fit):  # a point mass at half of the radius of gyration's lever, so that both m l^2 and the rest are > 0
-        lever = 0.5 * _G * found["inertia"].value / found["stiffness"].value
-        weight = found["stiffness"].value / (_G * lever)
+        lever = 0.5 * _G * by_word["inertia"].value / by_word["stiffness"].value
+        weight = by_word["stiffness"].value / (_G * lever)
         place, pull, mass = f"0 {-lever!r} 0", f"0 {-_G!r} 0", repr(weight)
-        inertia = repr(found["inertia"].value - weight * lever**2)
-        turned = f' euler="0 0 {-found["springref"].value!r}"'
+        inertia = repr(by_word["inertia"].value - weight * lever**2)
+        turned = f' euler="0 0 {-by_word["springref"].value!r}"'
     more = ["solreffriction is two time steps; MuJoCo raises it to two of a longer step, with which friction creeps"]
     lines = [
-        f'<mujoco model="{NAME}">', *_xml([*_head(fit, found), *more]), '  <compiler angle="radian"/>',
+        f'<mujoco model="{NAME}">', *_xml([*_head(fit, by_word), *more]), '  <compiler angle="radian"/>',
         f'  <option timestep="{_STEP}" integrator="RK4" gravity="{pull}"/>', "  <worldbody>",
         f'    <body name="{NAME}"{turned}>',
         f'      <joint name="{NAME}" type="{kind}" axis="0 0 1"{words} solreffriction="{2.0 * _STEP} 1"/>',
         f'      <inertial pos="{place}" mass="{mass}" diaginertia="{inertia} {inertia} {inertia}"/>', "    </body>",
         "  </worldbody>",
     ]  # fmt: skip
-    if "gear" in found:
-        bias = f' biastype="affine" biasprm="{found["bias"].value!r} 0 0"' if "bias" in found else ""
-        gear = f'<general name="{NAME}" joint="{NAME}" gear="{found["gear"].value!r}" gainprm="1"{bias}/>'
+    if "gear" in by_word:
+        bias = f' biastype="affine" biasprm="{by_word["bias"].value!r} 0 0"' if "bias" in by_word else ""
+        gear = f'<general name="{NAME}" joint="{NAME}" gear="{by_word["gear"].value!r}" gainprm="1"{bias}/>'
         lines += ["  <actuator>", f"    {gear}", "  </actuator>"]
-    return "\n".join([*lines, *_keyframe(fit, found), "</mujoco>", ""])
+    return "\n".join([*lines, *_keyframe(fit, by_word), "</mujoco>", ""])
 
 
-def _keyframe(fit: Fit, found: Mapping[str, Quantity]) -> list[str]:
+def _keyframe(fit: Fit, by_word: Mapping[str, Quantity]) -> list[str]:
     """Where each motion of the recordings begins by the fit, as a key to replay it from."""
-    place, speed, of = "x", "v", "x1" if "gear" in found else "x2"
+    place, speed, position = "x", "v", "x1" if "gear" in by_word else "x2"
     if fit.kind == "model":
         mass = _modelled(fit).model.masses[0]
-        place, speed, of = mass.coordinate, mass.velocity, f"x{mass.number}"
+        place, speed, position = mass.coordinate, mass.velocity, f"x{mass.number}"
     keys = list[str]()
     for n, trace in enumerate(fit.traces):
-        if trace.quantity == of and f"{place}@{n}" in fit.values:
+        if trace.quantity == position and f"{place}@{n}" in fit.values:
             q, v = fit.values[f"{place}@{n}"], fit.values.get(f"{speed}@{n}", 0.0)
             keys += [f"  {each}" for each in _xml([f"start_{n}: {trace.label} from {trace.time[0]:.6g} s on"])]
             keys.append(f'    <key name="start_{n}" qpos="{q!r}" qvel="{v!r}"/>')
     return ["  <keyframe>", *keys, "  </keyframe>"] if keys else []
 
 
-def _urdf(fit: Fit, found: Mapping[str, Quantity]) -> str:
+def _urdf(fit: Fit, by_word: Mapping[str, Quantity]) -> str:
     """A link on its joint. URDF has no gear, stiffness, springref and bias."""
     _refuse_pendulum(fit)
-    rotary, (mass, inertia) = fit.units.position == "rad", _inertial(fit, found)
+    rotary, (mass, inertia) = fit.units.position == "rad", _inertial(fit, by_word)
     places = np.concatenate([trace.measured for trace in fit.traces])
     limit = f'    <limit lower="{places.min():.6g}" upper="{places.max():.6g}" effort="1e9" velocity="1e9"/>'
-    damping, friction = found["damping"].value, found["frictionloss"].value
+    damping, friction = by_word["damping"].value, by_word["frictionloss"].value
     lines = [
-        '<?xml version="1.0"?>', f'<robot name="{NAME}">', *_xml(_head(fit, found)),
+        '<?xml version="1.0"?>', f'<robot name="{NAME}">', *_xml(_head(fit, by_word)),
         *_xml(["the file has no word for gear, stiffness, springref, bias and gravity",
                *([] if rotary else ["the limits are the way of the recordings; effort and velocity are not limited"])]),
         '  <link name="base"/>', f'  <link name="{NAME}_link">', "    <inertial>", f'      <mass value="{mass}"/>',
@@ -280,16 +280,16 @@ def _refuse_pendulum(fit: Fit) -> None:
         )
 
 
-def _isaac(fit: Fit, found: Mapping[str, Quantity]) -> str:
+def _isaac(fit: Fit, by_word: Mapping[str, Quantity]) -> str:
     """An actuator of Isaac Lab (from 2.3 on), whose friction is an effort, and whose units are those of the fit."""
     _refuse_pendulum(fit)
-    friction, loose = found["frictionloss"], Quantity(0.0, math.nan, math.nan, "none")
-    numbers = {"stiffness": found.get("stiffness", loose), "armature": found["inertia"]}
-    numbers |= {"friction": friction, "dynamic_friction": friction, "viscous_friction": found["damping"]}
-    lines = [f"# {line(each)}" for each in _head(fit, found)]
+    friction, loose = by_word["frictionloss"], Quantity(0.0, math.nan, math.nan, "none")
+    numbers = {"stiffness": by_word.get("stiffness", loose), "armature": by_word["inertia"]}
+    numbers |= {"friction": friction, "dynamic_friction": friction, "viscous_friction": by_word["damping"]}
+    lines = [f"# {line(each)}" for each in _head(fit, by_word)]
     lines += ["# the effort of the joint is GEAR (drive + BIAS); its spring has the position target SPRINGREF", ""]
     lines += ["from isaaclab.actuators import ImplicitActuatorCfg", ""]
-    lines += [f"{word.upper()} = {found[word].value!r}" for word in ("gear", "bias", "springref") if word in found]
+    lines += [f"{word.upper()} = {by_word[word].value!r}" for word in ("gear", "bias", "springref") if word in by_word]
     lines += [f"{NAME.upper()} = ImplicitActuatorCfg(", f'    joint_names_expr=["{NAME}"],', "    damping=0.0,"]
     return "\n".join([*lines, *(f"    {word}={each.value!r}," for word, each in numbers.items()), ")", ""])
 

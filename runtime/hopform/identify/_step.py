@@ -75,9 +75,9 @@ class _Actuator(Kind):
         them.
         """
         cuts = list[Cut]()
-        for n, each in enumerate(group.recordings, first):
-            x = each.position("x1") if self.rig == "air" else each.oscillation("x1")
-            cuts += cuts_of(each, n, known_spans(each), x)
+        for n, recording in enumerate(group.recordings, first):
+            x = recording.position("x1") if self.rig == "air" else recording.oscillation("x1")
+            cuts += cuts_of(recording, n, known_spans(recording), x)
         return replace(group, cuts=cuts)
 
     def start(self, group: Group) -> list[list[Guess]]:
@@ -131,8 +131,8 @@ def _integrated(cut: Cut, letters: Sequence[str], known: Values) -> Guess:
     columns = [-once["x"], -_integral(t, once["side"]), -_integral(t, once["u"]), 0.5 * t * t]
     columns += [-_integral(t, once["x"])] if "k" in letters else []
     rows = np.stack([*columns, np.ones_like(t), t], axis=1)
-    found: list[float] = np.linalg.lstsq(rows, x, rcond=None)[0].tolist()
-    return _scaled(found[: len(columns)], known)
+    coefficients: list[float] = np.linalg.lstsq(rows, x, rcond=None)[0].tolist()
+    return _scaled(coefficients[: len(columns)], known)
 
 
 def _integral(t: Array, y: Array) -> Array:
@@ -140,13 +140,13 @@ def _integral(t: Array, y: Array) -> Array:
     return np.append(0.0, np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(t)))
 
 
-def _scaled(found: Sequence[float], known: Values) -> Guess:
+def _scaled(coefficients: Sequence[float], known: Values) -> Guess:
     """A start from viscous and Coulomb friction, force constant, constant force and stiffness per unit of m_eff, by
     what is known.
     """
-    b, f, gamma, constant = found[:4]
-    spring = len(found) > 4
-    k = max(found[4], 1e-3) if spring else 0.0
+    b, f, gamma, constant = coefficients[:4]
+    spring = len(coefficients) > 4
+    k = max(coefficients[4], 1e-3) if spring else 0.0
     scales = (("m_eff", 1.0), ("k", k), ("gamma2", gamma))
     mass = next((known[name] / per for name, per in scales if name in known and per != 0.0), 1.0)
     mass = mass if mass > 0.0 else 1.0
@@ -188,32 +188,32 @@ def fit_force(
     if cutoff is not None:
         positive("cutoff", cutoff, "Hz")
     asked = checked(options)
-    loss, wanted = asked.loss, asked.nuisances
+    loss, refused = asked.loss, asked.nuisances
     if len(values) != 1:
         raise HopformError("known: a fit in force needs gamma2 or m_eff, one of them: it is the scale of all forces")
-    if wanted:
-        raise HopformError(f"nuisances: a fit in force takes none, got {', '.join(wanted)}")
+    if refused:
+        raise HopformError(f"nuisances: a fit in force takes none, got {', '.join(refused)}")
     asked.stage("fit in force")
     equation = _late(several, values, cutoff, loss)
     a, b, parts = equation.a, equation.b, equation.parts
     if np.linalg.matrix_rank(a / np.abs(a).max(axis=0, initial=1e-300)) < a.shape[1]:
         message = "does not distinguish friction, mass and load: move both ways, at several speeds"
         raise several[0].error_of("x1", message)
-    found, covariance, residual = _linear(a, b, loss)
+    coefficients, covariance, residual = _linear(a, b, loss)
     diagnoses = _causes(equation, loss) if asked.diagnose else ()
     explained = not diagnoses and all(estimation.tests_of(part).white for part in equation.split(residual))
-    estimates, spread = _force_estimates(equation, found, covariance, units, explained=explained)
-    scale = -equation.of("gamma2", found)
+    estimates, spread = _force_estimates(equation, coefficients, covariance, units, explained=explained)
+    scale = -equation.coefficient("gamma2", coefficients)
     kept = a[:, [n for n, name in enumerate(equation.names) if name != "coulomb"]]
     viscous = b - kept @ np.linalg.lstsq(kept, b, rcond=None)[0] if asked.compare else np.full_like(b, np.nan)
     left_out = _left_out(equation) if asked.holdout else [math.nan] * len(parts)
     each_part = zip(several, parts, equation.split(residual), equation.split(viscous), left_out, strict=True)
     traces = list[Trace]()
-    for each, part, rest, worse, error in each_part:
+    for recording, part, rest, worse, error in each_part:
         force_of, tests = scale * part.u, estimation.tests_of(rest)
         old = None if np.isnan(worse).any() else force_of - worse
         fitted = force_of, force_of - rest, old, tests, estimation.rms(worse), error
-        traces.append(Trace(each.source, "force", part.time, *fitted))
+        traces.append(Trace(recording.source, "force", part.time, *fitted))
     notes = (*coloured(traces, [trace.tests.white for trace in traces]), *said(diagnoses, units.shown("force")))
     force = Fit("force", estimates, values, {}, tuple(traces), (), notes, 1, 0.0, None, diagnoses, spread, units=units)
     if position:
@@ -238,13 +238,13 @@ class _Equation(NamedTuple):
         """Values by recording."""
         return np.split(values, np.cumsum([part.time.size for part in self.parts])[:-1])
 
-    def of(self, name: str, found: Sequence[float]) -> float:
-        """A coefficient, known or found; NaN if it is neither."""
-        return self.known.get(name, found[self.names.index(name)] if name in self.names else math.nan)
+    def coefficient(self, name: str, coefficients: Sequence[float]) -> float:
+        """A coefficient, known or fitted; NaN if it is neither."""
+        return self.known.get(name, coefficients[self.names.index(name)] if name in self.names else math.nan)
 
-    def late(self, found: Sequence[float]) -> float:
+    def late(self, coefficients: Sequence[float]) -> float:
         """The delay [s] that is left, by its coefficient, -gamma2 delay."""
-        return -self.of("late", found) / self.of("gamma2", found)
+        return -self.coefficient("late", coefficients) / self.coefficient("gamma2", coefficients)
 
 
 def _equation(
@@ -284,15 +284,15 @@ def _causes(equation: _Equation, loss: str) -> tuple[Diagnosis, ...]:
     names, a, b = equation.names, equation.a, equation.b
 
     def rest_of(columns: Array) -> tuple[list[float], list[Array]]:
-        found, _, residual = _linear(columns, b, loss)
-        return found, equation.split(residual)
+        coefficients, _, residual = _linear(columns, b, loss)
+        return coefficients, equation.split(residual)
 
     before = rest_of(a)[1]
     sigma = [max(estimation.scale(part), 1e-300) for part in before]
 
     def with_it(column: Array) -> list[Diagnosis]:
-        found, after = rest_of(np.column_stack([a, column]))
-        values = {"level": found[-1] / equation.of("coulomb", found)}
+        coefficients, after = rest_of(np.column_stack([a, column]))
+        values = {"level": coefficients[-1] / equation.coefficient("coulomb", coefficients)}
         white = all(estimation.tests_of(part).white for part in after)
         return brought("Stribeck", values, (before, after), sigma, len(names), loss) if white else []
 
@@ -308,21 +308,21 @@ def _linear(a: Array, b: Array, loss: str) -> tuple[list[float], Array, Array]:
     scaled = a / size
 
     def least_squares(masks: estimation.Masks) -> tuple[Array, list[Array]]:
-        found = np.asarray(np.linalg.lstsq(scaled[masks[0]], b[masks[0]], rcond=None)[0], dtype=np.float64)
-        return found, [np.asarray(b - scaled @ found)]
+        coefficients = np.asarray(np.linalg.lstsq(scaled[masks[0]], b[masks[0]], rcond=None)[0], dtype=np.float64)
+        return coefficients, [np.asarray(b - scaled @ coefficients)]
 
-    found, _ = least_squares([np.full(b.size, True)])
+    solution, _ = least_squares([np.full(b.size, True)])
     if loss != "linear":
         trimmed = estimation.trimmed(least_squares, [np.full(b.size, True)])
         spread = max(estimation.scale(b - scaled @ trimmed), 1e-300)
         how = {"loss": loss, "f_scale": estimation.BEND}
-        tried = [robust_linear(scaled, b, start, spread, **how) for start in (found, trimmed)]
-        found = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=np.float64)
-    residual = np.asarray(b - scaled @ found, dtype=np.float64)
-    variance = float((residual**2).sum()) / max(b.size - found.size, 1) * estimation.tests_of(residual).inflation
+        tried = [robust_linear(scaled, b, start, spread, **how) for start in (solution, trimmed)]
+        solution = np.asarray(min(tried, key=lambda each: float(each.cost)).x, dtype=np.float64)
+    residual = np.asarray(b - scaled @ solution, dtype=np.float64)
+    variance = float((residual**2).sum()) / max(b.size - solution.size, 1) * estimation.tests_of(residual).inflation
     inverse = np.asarray(np.linalg.pinv(scaled.T @ scaled, hermitian=True), dtype=np.float64)
     covariance = inverse * variance / np.outer(size, size)
-    return (found / size).tolist(), covariance, residual
+    return (solution / size).tolist(), covariance, residual
 
 
 def _left_out(equation: _Equation) -> list[float]:
@@ -335,25 +335,27 @@ def _left_out(equation: _Equation) -> list[float]:
 
 
 def _force_estimates(
-    equation: _Equation, found: Sequence[float], covariance: Array, units: Units, *, explained: bool
+    equation: _Equation, coefficients: Sequence[float], covariance: Array, units: Units, *, explained: bool
 ) -> tuple[tuple[Estimate, ...], Array]:
     """The parameters and the forces behind them, with their covariance; f1 and the offset are quotients, whose errors
     follow to first order. No interval where the residuals are not noise.
     """
     names = equation.names
     t = estimation.student(0.5 + 0.5 * LEVEL, max(equation.b.size - len(names), 1))
-    mass, gamma, coulomb, constant = (equation.of(each, found) for each in ("m_eff", "gamma2", "coulomb", "constant"))
+    mass, gamma, coulomb, constant = (
+        equation.coefficient(each, coefficients) for each in ("m_eff", "gamma2", "coulomb", "constant")
+    )
     direct = [name for name in names if name in ("m_eff", "gamma2", "b1")]
-    made: list[tuple[str, str, float, dict[str, float]]] = [
-        *((name, UNITS[name], equation.of(name, found), {name: 1.0}) for name in direct),
+    quotients: list[tuple[str, str, float, dict[str, float]]] = [
+        *((name, UNITS[name], equation.coefficient(name, coefficients), {name: 1.0}) for name in direct),
         ("f1", "m/s^2", coulomb / mass, {"coulomb": 1.0 / mass, "m_eff": -coulomb / mass**2}),
         ("offset", "A", constant / gamma, {"constant": 1.0 / gamma, "gamma2": -constant / gamma**2}),
         ("f1 m_eff", "N", coulomb, {"coulomb": 1.0}),
         ("offset force", "N", constant, {"constant": 1.0}),
     ]
-    left = equation.late(found)
-    made.append(("delay", "s", equation.delay + left, {"late": -1.0 / gamma, "gamma2": -left / gamma}))
-    slopes = np.array([[slope.get(each, 0.0) for each in names] for *_, slope in made])
+    left = equation.late(coefficients)
+    quotients.append(("delay", "s", equation.delay + left, {"late": -1.0 / gamma, "gamma2": -left / gamma}))
+    slopes = np.array([[slope.get(each, 0.0) for each in names] for *_, slope in quotients])
     whole = np.asarray(slopes @ covariance @ slopes.T)
 
     def estimate(name: str, unit: str, value: float, stderr: float) -> Estimate:
@@ -363,7 +365,7 @@ def _force_estimates(
         return Estimate(name, units.of(unit), value, stderr, low, value + t * stderr, "t")
 
     errors = np.sqrt(np.diag(whole)).tolist()
-    return tuple(estimate(*each[:3], error) for each, error in zip(made, errors, strict=True)), whole
+    return tuple(estimate(*each[:3], error) for each, error in zip(quotients, errors, strict=True)), whole
 
 
 def _coarse(recording: Recording, number: int) -> Cut:
@@ -380,17 +382,17 @@ def _coarse(recording: Recording, number: int) -> Cut:
 
 def _beside(recordings: Sequence[Recording], force: Fit, loss: str) -> tuple[str, ...]:
     """The fit in position from that in force, and what their difference comes from."""
-    known = {"gamma2": force.values["gamma2"], **force.known}
+    values = {"gamma2": force.values["gamma2"], **force.known}
     cuts = [_coarse(each, n) for n, each in enumerate(recordings)]
-    problem = AIR.posed(Group(AIR, recordings, force.units, known, cuts=cuts, loss=loss), 0)
+    problem = AIR.posed(Group(AIR, recordings, force.units, values, cuts=cuts, loss=loss), 0)
     first = {p.name: force.values.get(p.name, p.start) for p in problem.parameters}
     solution = follow(replace(problem, starts=(first,), parts=(1.0,)))
     rest = np.concatenate([part[some] for part, some in zip(solution.residuals, solution.inliers, strict=True)])
     rms = estimation.rms(rest)
-    found = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in problem.parameters if not p.own)
+    parameters = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in problem.parameters if not p.own)
     unit, factor = force.units.shown("x1")
     return (
-        f"the fit in position, by the same current without feedback, gives {found}, rms {factor * rms:.3g} {unit}",
+        f"the fit in position, by the same current without feedback, gives {parameters}, rms {factor * rms:.3g} {unit}",
         "a closed loop keeps the position near its reference whatever the model misses, so an error of the force of "
         "1 % adds up twice into position, unopposed: the fit in position bends the parameters after that drift, the "
         "one in force does not",

@@ -85,8 +85,8 @@ def record(
     if repeats > 1 and test not in ("drop", "decay"):
         raise HopformError(f"repeats are for a drop or a decay, got {test!r}")
     # Of one seed each test has noise of its own.
-    own = None if seed is None else [whole("seed", seed, 0, math.inf), (*TESTS, MOTION).index(test)]
-    draw = np.random.default_rng(own)
+    of_test = None if seed is None else [whole("seed", seed, 0, math.inf), (*TESTS, MOTION).index(test)]
+    draw = np.random.default_rng(of_test)
     encoder = finite("noise", noise, "m", 0.0), finite("quantum", quantum, "m", 0.0), draw
     length = positive("duration", 2.0 if duration is None else duration, "s")
     hertz = positive("rate", rate, "Hz")
@@ -112,15 +112,15 @@ def record(
     if free_stroke:
         rig = replace(robot, x1_min=-math.inf, x1_max=math.inf, travel=math.inf)
     bench = _Bench(rig, test, time, still, finite("added_mass", added_mass, "kg", 0.0))
-    made = bench.made(_given(bench, height, current))
+    motion_made = bench.made(_given(bench, height, current))
     columns = dict[str, Column]()
-    if made.x2 is not None:
-        x, time = _again(made.x2, repeats, hertz) if repeats > 1 else (made.x2, time)
+    if motion_made.x2 is not None:
+        x, time = _again(motion_made.x2, repeats, hertz) if repeats > 1 else (motion_made.x2, time)
         columns["x2"] = _column("x2_m", 2, x, *encoder)
-    if made.u is not None:
-        columns["current"] = Column("current_A", "current", 3, made.u)
-    if made.x1 is not None:
-        columns["x1"] = _column("x1_m", 4 if test == "free" else 2, made.x1, *encoder)
+    if motion_made.u is not None:
+        columns["current"] = Column("current_A", "current", 3, motion_made.u)
+    if motion_made.x1 is not None:
+        columns["x1"] = _column("x1_m", 4 if test == "free" else 2, motion_made.x1, *encoder)
     remarks = (FREE_STROKE,) if free_stroke else ()
     name = f"{robot.name or 'robot'}, {test}"
     return Recording(name, time, columns, (2 + len(remarks),), bench.mass, remarks, remarks)
@@ -153,11 +153,11 @@ def _motion(
     if solved.status not in ("rest", "horizon"):
         message = f"the motion ends by {solved.status} after {solved.duration:.6g} s, before the last sample"
         raise HopformError(f"{message}: a shorter duration, or another start, is needed")
-    found, columns = solved.at(np.minimum(time, solved.duration)), dict[str, Column]()
+    state, columns = solved.at(np.minimum(time, solved.duration)), dict[str, Column]()
     for axis in ("x1", "x2"):
         if axis in facts.axes:
             name, unit = (str(facts.axes[axis][part]) for part in ("name", "unit"))
-            x = np.asarray(getattr(found, name), dtype=np.float64)
+            x = np.asarray(getattr(state, name), dtype=np.float64)
             columns[name.lower()] = _column(f"{name}_{unit}", len(columns) + 2, x, noise, quantum, rng)
     drive = solved.current(time) if facts.inputs else np.zeros(time.size)
     if drive.any():
@@ -207,10 +207,10 @@ def _given(bench: "_Bench", height: SupportsFloat | None, current: SupportsFloat
     beyond = bench.made(asked).beyond
     if not beyond:
         return asked
-    found = _fitting(bench, asked, sorted(names, key=given.__contains__))
-    less = {name: value for name, value in (found or {}).items() if value != asked[name]}
-    if found and not less.keys() & given.keys():
-        return found
+    fitting = _fitting(bench, asked, sorted(names, key=given.__contains__))
+    less = {name: value for name, value in (fitting or {}).items() if value != asked[name]}
+    if fitting and not less.keys() & given.keys():
+        return fitting
     units, ways = {"height": "m", "current": "A"}, " and ".join(names)
     limits = [f"{name} must be <= {value!r} {units[name]}, got {asked[name]!r}" for name, value in less.items()]
     raise HopformError(f"{' and '.join(limits) or f'no {ways} fits'}: {beyond}; {_ANOTHER}")
@@ -219,17 +219,17 @@ def _given(bench: "_Bench", height: SupportsFloat | None, current: SupportsFloat
 def _fitting(bench: "_Bench", asked: Settings, names: Sequence[str]) -> Settings | None:
     """The settings with the first of those named that can be made to fit as large as it fits, then with all."""
 
-    def largest(name: str, of: Settings) -> Settings | None:
-        value = _largest(lambda each: not bench.made({**of, name: each}).beyond, of[name])
-        return {**of, name: value} if value else None
+    def largest(name: str, settings: Settings) -> Settings | None:
+        value = _largest(lambda each: not bench.made({**settings, name: each}).beyond, settings[name])
+        return {**settings, name: value} if value else None
 
-    found = next((each for name in names if (each := largest(name, asked))), None)
-    if found or len(names) == 1:
-        return found
+    fitting = next((each for name in names if (each := largest(name, asked))), None)
+    if fitting or len(names) == 1:
+        return fitting
     lowest = largest("height", {**asked, "current": 0.0})
     while lowest and lowest["height"] > 1e-6 * asked["height"]:
-        if found := largest("current", {**lowest, "current": asked["current"]}):
-            return found
+        if fitting := largest("current", {**lowest, "current": asked["current"]}):
+            return fitting
         lowest = {**lowest, "height": 0.5 * lowest["height"]}
     return None
 
@@ -305,12 +305,12 @@ class _Bench(NamedTuple):
         letters = {"m_eff": robot.m_eff, "b1": robot.b1, "f1": robot.f1, "gamma2": gamma2}
         letters |= {"k": robot.k} if held else {}
         leg = rigs.actuator_robot(letters, _PRELOAD)
-        found = motion.solved(leg, LegState(0.0, 0.0, 0.0, _PRELOAD), steps, float(self.time[-1]) * _PAST)
-        ending, duration, end, *_ = found.outcome()
+        solution = motion.solved(leg, LegState(0.0, 0.0, 0.0, _PRELOAD), steps, float(self.time[-1]) * _PAST)
+        ending, duration, end, *_ = solution.outcome()
         if ENDINGS[ending] == "takeoff":
             raise HopformError(f"current moves the actuator by more than {_PRELOAD:g} m: a smaller one is needed")
-        state = found.state_at(np.minimum(self.time, duration))
-        ways = [start.x1 for _, start, *_ in found.phase_rows()] + [end.x1]
+        state = solution.state_at(np.minimum(self.time, duration))
+        ways = [start.x1 for _, start, *_ in solution.phase_rows()] + [end.x1]
         low, high, stroke = min(ways), max(ways), robot.x1_max - robot.x1_min
         beyond = ""
         if not high - low < stroke:
