@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from operator import attrgetter
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, SupportsFloat, TypeAlias, cast, overload
 
 import numpy as np
@@ -509,7 +510,7 @@ class Motion(OverTime):
 
         >>> from hopform import load_robot, solve_stance
         >>> print(solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).explain().splitlines()[0])
-        hopper_c, u = 2 A; takes off after 184.08 ms, apex 13.98 cm
+        hopper_c, u = 2 A; takes off after 184.08 ms, apex 0.1398 m
         """
         return self._explained(self, self._asked)
 
@@ -517,6 +518,10 @@ class Motion(OverTime):
     """What explains a motion; `_explain`, which stands above, binds it."""
 
     _endings: ClassVar[Mapping[str, str]] = WORDS_OF_ENDINGS
+    _figures: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """What it has beside its ending, with the words for it."""
+    beginning: ClassVar[str] = "start"
+    """What a motion begins with, in a word."""
 
     @property
     def outcome(self) -> str:
@@ -533,6 +538,18 @@ class Motion(OverTime):
     def input_in_words(self) -> str:
         """The input, in words; nothing of a model without one."""
         return ", ".join(steps_in_words(self.u, each["name"], each["unit"]) for each in self.inputs)
+
+    @property
+    def figures_in_words(self) -> list[str]:
+        """What it has beside its ending, in words, with units: of a stance the apex of a take-off, the AED and the
+        largest compression.
+
+        >>> from hopform import load_robot, solve_stance
+        >>> solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).figures_in_words
+        ['apex 0.139828 m', 'AED -1.42434 J', 'largest compression 0.117927 m']
+        """
+        found = ((words, float(getattr(self, name)), self._unit(name)) for name, words in self._figures.items())
+        return [f"{words} {value:.6g} {unit}" for words, value, unit in found if math.isfinite(value)]
 
     def _card(self) -> Card:
         inputs, u = self.robot.solver.facts.inputs, [each for _, each in self.u]
@@ -553,7 +570,8 @@ class Motion(OverTime):
         return f"{name} [{unit}] over time [s]", t, self.at(t)[0]
 
     def _arrays(self) -> Arrays:
-        return events_of(self.events) | {name: ((), getattr(self, name)) for name in ("status", "duration")}
+        figures = ("status", "duration", *self._figures)
+        return events_of(self.events) | {name: ((), getattr(self, name)) for name in figures}
 
     def _shown(self, state: records.LegState) -> list[Any]:
         return shown_of(self.robot, self.dtype, self._layout, state)
@@ -589,6 +607,12 @@ def shown_of(robot: Robot, dtype: np.dtype[Any], layout: Layout, state: records.
 def force_units(motion: Motion) -> dict[str, str]:
     """The forces of a motion with their units."""
     return {name: str(motion._unit(name) or "N") for name in motion.forces(0.0)}  # pyright: ignore[reportPrivateUsage]
+
+
+def energies_of(motion: Motion, t: Number | Times) -> dict[str, Real]:
+    """The energies that a model has, by their letters, at times t [s]: H, and of a body over a contact E."""
+    found = motion._solved.energy_at(motion._times(t))  # pyright: ignore[reportPrivateUsage]
+    return {each["glyph"]: shaped(getattr(found, each["name"]), t) for each in motion.robot.solver.facts.energies}
 
 
 def events_in_short(events: Sequence[Event]) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from inspect import getattr_static
+from types import MappingProxyType
 from typing import Any, ClassVar, SupportsFloat, overload
 
 import numpy as np
@@ -37,7 +38,7 @@ from hopform._motion import (
 )
 from hopform._robots import Robot, checked_robot, placed
 from hopform._sensitivities import Sensitivities, of_matrix
-from hopform._show import Arrays, Card, Curve, OverTime
+from hopform._show import Card, Curve, OverTime
 from hopform._solver.c import Solved, tuple_of
 from hopform._solver.package import ENDINGS, TAKEOFF, Precision, Steps, records
 from hopform._warnings import WARNINGS, Warning
@@ -145,12 +146,14 @@ class Stance(Motion):
 
         >>> from hopform import load_robot
         >>> solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).outcome
-        'takes off after 184.08 ms, apex 13.98 cm'
+        'takes off after 184.08 ms, apex 0.1398 m'
         """
         words = super().outcome
-        return words if math.isnan(self.apex) else f"{words}, apex {100.0 * self.apex:.4g} cm"
+        return words if math.isnan(self.apex) else f"{words}, apex {self.apex:.4g} {self._unit('apex')}"
 
     _endings = WORDS_OF_ENDINGS | {"horizon": "is still on the ground after"}
+    _figures = MappingProxyType({"apex": "apex", "aed": "AED", "compression_max": "largest compression"})
+    beginning = "touchdown"
 
     def aed_at(self, t: Number | Times) -> Real:
         """The AED (24) [J], the change of the body's energy since touchdown, at times t [s], in t's shape: the sum of
@@ -239,10 +242,6 @@ class Stance(Motion):
 
     def _curve(self) -> Curve:
         return OverTime._curve(self)
-
-    def _arrays(self) -> Arrays:
-        figures = {name: ((), getattr(self, name)) for name in ("apex", "aed", "compression_max")}
-        return {**super()._arrays(), **figures}
 
     @property
     def end_compression(self) -> float:
