@@ -615,6 +615,11 @@ def energies_of(motion: Motion, t: Number | Times) -> dict[str, Real]:
     return {each["glyph"]: shaped(getattr(found, each["name"]), t) for each in motion.robot.solver.facts.energies}
 
 
+def units_of_energies(motion: Motion) -> dict[str, str]:
+    """The units of the energies that a model has, by their letters: H, and of a body over a contact E."""
+    return {each["glyph"]: each["unit"] for each in motion.robot.solver.facts.energies}
+
+
 def events_in_short(events: Sequence[Event]) -> str:
     """The first events and how many more there are."""
     first = ", ".join(f"{event.kind} {event.time:.4g} s" for event in events[:3])

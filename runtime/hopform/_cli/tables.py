@@ -26,7 +26,7 @@ from hopform._cli.bands import Bands, Draws
 from hopform._cli.output import Record, number, record, spaced, table, to_json
 from hopform._errors import printable
 from hopform._files import csv_of
-from hopform._motion import energies_of, force_units, layout_of, masses_of, unit_of_time
+from hopform._motion import energies_of, force_units, layout_of, masses_of, unit_of_time, units_of_energies
 from hopform._solver.package import records
 from hopform._words import limit_in, modes_of, start_of
 
@@ -157,11 +157,6 @@ def units_of_law(solved: Motion) -> dict[str, str]:
 def currents_at(solved: Motion, t: float) -> list[float]:
     """The current that a law sets, of a model that has one."""
     return [float(solved.current(t)) for _ in solved.robot.solver.facts.currents]
-
-
-def units_of_energies(solved: Motion) -> dict[str, str]:
-    """The units of the energies that a model has, by their letters: H, and of a body over a contact E."""
-    return {each["glyph"]: each["unit"] for each in solved.robot.solver.facts.energies}
 
 
 def ledger(solved: Motion) -> Table:
