@@ -15,10 +15,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import hopform._checks as checks
-from hopform._checks import finite, in_stroke, items, mapping, positive, shaped, shown, times_within
+from hopform._checks import finite, items, mapping, positive, shaped, shown, times_within
 from hopform._errors import HopformError
-from hopform._robots import Robot, nearest
-from hopform._sensitivities import ManySensitivities, Sensitivities, aliases_of, at_times, of_ending
+from hopform._robots import Robot, nearest, placed
+from hopform._sensitivities import ManySensitivities, Sensitivities, aliases_of, at_times, of_motion
 from hopform._show import UNITS, Arrays, Card, Curve, OverTime, events_of
 from hopform._solver.c import Solved, tuple_of
 from hopform._solver.choice import Solver
@@ -485,8 +485,11 @@ class Motion(OverTime):
         input's column moves all of them alike. NaN where an event grazes, where a rest ends at a small change, and where
         the search has ended.
         """
+        return self._derived(of_motion)
+
+    def _derived(self, of: Callable[..., Sensitivities]) -> Sensitivities:
         solved = self._solved.sensitivities()
-        return of_ending(solved, self._x2_is_given, self.robot.solver, self.robot.parameters)
+        return of(Sensitivities, solved, self._x2_is_given, self.robot.solver, self.robot.parameters)
 
     def derivatives(self, t: ArrayLike) -> ManySensitivities:
         """Derivatives of the state at times t [s], in t's shape, with two further axes, by the same.
@@ -671,23 +674,18 @@ def axis_of(facts: Facts, axes: Mapping[str, str], name: object) -> str:
     return axes[name]
 
 
-def free_start(robot: Robot, start: Start) -> tuple[records.LegState, bool]:
-    """The state that a motion without a contact starts from, and whether the second position is given, not y.
-
-    What is left out is 0. HopformError as `named_start` has it, for a position beyond its stops, and for both x2 and y.
+def free_start(
+    robot: Robot, x1: float, v1: float, x2: float | None, v2: float, y: float | None, act: str
+) -> records.LegState:
+    """The state that a motion without a contact starts from: x2 is 0 where it and y are left out. HopformError for a
+    position beyond its stops, and for both x2 and y.
     """
-    given, facts = named_start(robot, start), robot.solver.facts
-    x1 = given.get("x1", 0.0)
-    low, high = stroke_of(robot)
-    if not low <= x1 <= high:
-        name, unit = facts.axes["x1"]["name"], facts.axes["x1"]["unit"]
-        raise HopformError(f"start {name} must be {in_stroke(low, high, unit)}, got {x1!r}")
-    if "x2" in given and "y" in given:
-        both = " and ".join(f"{facts.axes[axis]['name']} = {given[axis]!r}" for axis in ("x2", "y"))
-        raise HopformError(f"start: one of two coordinates may be given, got {both}")
+    x_1, v_1, v_2 = placed(robot, act, x1, v1, v2)
+    if x2 is not None and y is not None:
+        first, second = (robot.solver.facts.axes[axis]["name"] for axis in ("x2", "y"))
+        raise HopformError(f"either {first} or {second} may be given, got {first} = {x2!r} and {y!r}")
     # x2 = x1 - y + length has the inverse y = x1 - x2 + length
-    y = given["y"] if "y" in given else float(body_height(robot, DOUBLE, x1, given.get("x2", 0.0)))
-    return records.LegState(x1, given.get("v1", 0.0), given.get("v2", 0.0), y), "y" not in given
+    return records.LegState(x_1, v_1, v_2, float(body_height(robot, DOUBLE, x_1, x2 or 0.0)) if y is None else y)
 
 
 def precision_of(dtype: Any) -> Precision:
