@@ -7,7 +7,7 @@ is heard.
 import dataclasses
 import math
 import sys
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -20,7 +20,7 @@ from hopform._checks import MEMORY, array_of, flag, function, in_stroke, mapping
 from hopform._errors import HopformError
 from hopform._motion import TOUCHING_ULP, State, axes_by_name, axis_of, layout_of, precision_of, state_of_leg
 from hopform._robots import Robot, checked_robot, nearest
-from hopform._sensitivities import COLUMNS, ManySensitivities, many_of_ending, of_matrix
+from hopform._sensitivities import COLUMNS, ManySensitivities, of_motion, of_stance
 from hopform._show import UNITS, Arrays, Card, Curve, Figures, Shown, counted, span
 from hopform._solver import package
 from hopform._solver.c import C
@@ -35,7 +35,10 @@ MOST_THREADS = 1024
 CURVE = 400
 """Stances whose apexes a batch draws in a notebook at most."""
 _UNITS = LAYOUT.unit_of
-INPUTS = ("x1", "v1", "v2", "x2", "compression", "u", "horizon")
+NAMES = {"x1": "x1", "v1": "v1", "v2": "v2", "x2": "x2", "y": "compression", "u": "u", "horizon": "horizon"}
+"""The names of what a stance is solved from by the engine's."""
+INPUTS = {"stance": tuple(NAMES.values()), "motion": ("start", "u", "horizon")}
+"""What is solved from, beside fields of the robot."""
 
 
 class Labels(NamedTuple):
@@ -161,7 +164,7 @@ def labelled(inputs: Mapping[str, Any], units: Mapping[str, str]) -> tuple[dict[
     DataArray.
     """
     xarray: Any = sys.modules.get("xarray")  # a DataArray is there only where xarray is
-    known = {name: each for name, each in inputs.items() if xarray is not None and isinstance(each, xarray.DataArray)}
+    known = {} if xarray is None else {k: each for k, each in inputs.items() if isinstance(each, xarray.DataArray)}
     if not known:
         return dict(inputs), None
     dims = tuple(dict.fromkeys(dim for each in known.values() for dim in each.dims))
@@ -245,25 +248,15 @@ def solve_stances(
     ((2, 3), ['takeoff', 'takeoff', 'takeoff'])
     """
     checked_robot(robot, "stance")
-    how = _how(robot, u, max_phases, events, sensitivities, compression_max, dtype, threads, progress)
-    if x2 is not None and compression is not None:
-        raise HopformError(f"either x2 or compression may be given, got x2 = {shown(x2)} and {shown(compression)}")
-    leg = {name: each for name, each in (("x2", x2), ("compression", compression)) if each is not None}
-    states = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon} | leg
-    plain, labels = labelled({**states, **fields}, robot.solver.facts.units)
-    given = {name: _column(name, plain[name], UNITS[name]) for name in states}
-    robots = robot_columns(robot, {name: plain[name] for name in fields})
-    shape = _shape_of(given | {name: getattr(robots, name) for name in fields}, how.each)
-    _check_states(robot, given, robots)
-    given["y"] = _compression(robot, given, robots) if leg else 0.0
-    found = _solved(robot, how, given, robots, shape)
-    derivatives = None
-    if found.matrices is not None:
-        derivatives = of_matrix(ManySensitivities, found.matrices, x2 is not None, robot.solver, robots)
+    how = _how("stance", u, max_phases, events, sensitivities, compression_max, dtype, threads, progress)
+    inputs = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon}
+    inputs |= {} if x2 is None else {"x2": x2}
+    inputs |= {} if compression is None else {"y": compression}
+    found = _solved(robot, how, inputs, NAMES, fields)
     of, end = found.of, state_of_leg(robot.solver)(*(found.of[name] for name in State._fields))
     return Batch(
-        of["status"], of["duration"], end, of["event_count"], found.times, found.kinds, derivatives,
-        labels, _UNITS, EVENTS, found.compressions, apex=of["apex"], aed=of["aed"],
+        of["status"], of["duration"], end, of["event_count"], found.times, found.kinds, found.derivatives,
+        found.labels, _UNITS, EVENTS, found.compressions, apex=of["apex"], aed=of["aed"],
     )  # fmt: skip
 
 
@@ -301,31 +294,14 @@ def solve_motions(
         states: dict[str, Any] = {"compression" if axis == "y" else axis: each for axis, each in axes.items()}
         others: dict[str, Any] = {"v2": 0.0, **states, **how, **fields}
         return solve_stances(robot, **others)
-    asked = _how(robot, u, max_phases, events, sensitivities, False, dtype, threads, progress)
-    facts, layout = robot.solver.facts, layout_of(robot.solver)
-    names = {axis: str(table["name"]) for axis, table in facts.axes.items()}
-    places = {names[axis]: each for axis, each in axes.items()}
-    inputs = {"u": u, "horizon": horizon}
-    plain, labels = labelled({**places, **inputs, **fields}, facts.units)
-    given: dict[str, Column] = {"x1": 0.0, "v1": 0.0, "v2": 0.0}
-    given |= {name: _column(name, plain[name], UNITS[name]) for name in inputs}
-    given |= {axis: _column(f"start {names[axis]}", plain[names[axis]], facts.units[names[axis]]) for axis in axes}
-    robots = robot_columns(robot, {name: plain[name] for name in fields}, "motion", ("start", *inputs))
-    x2_is_given = "y" not in given
-    if not x2_is_given and "x2" in given:
-        raise HopformError(f"start: one of {names['x2']} and {names['y']} may be given, got both")
-    shape = _shape_of(given | {name: getattr(robots, name) for name in fields}, asked.each)
-    _check_states(robot, given, robots)
-    if x2_is_given:  # x2 = x1 - y + length has the inverse y = x1 - x2 + length
-        given["y"] = robot.solver.package.formulas.body_height(robots, given["x1"], given.get("x2", 0.0))
-    found = _solved(robot, asked, given, robots, shape)
-    derivatives = None
-    if found.matrices is not None:
-        derivatives = many_of_ending(found.matrices, x2_is_given, robot.solver, robots)
+    asked = _how("motion", u, max_phases, events, sensitivities, False, dtype, threads, progress)
+    layout, names = layout_of(robot.solver), {axis: name for name, axis in axes_by_name(robot.solver.facts).items()}
+    names |= {name: name for name in ("u", "horizon")}
+    found = _solved(robot, asked, {**axes, "u": u, "horizon": horizon}, names, fields)
     of, kinds = found.of, robot.solver.package.records.EVENTS
     return Motions(
         of["status"], of["duration"], layout.state(*(of[axis] for axis in layout.axes)), of["event_count"],
-        found.times, found.kinds, derivatives, labels, layout.unit_of, kinds,
+        found.times, found.kinds, found.derivatives, found.labels, layout.unit_of, kinds,
     )  # fmt: skip
 
 
@@ -339,8 +315,9 @@ def named_columns(robot: Robot, start: Mapping[str, ArrayLike] | None) -> dict[s
 
 
 class _How(NamedTuple):
-    """How a batch is solved, checked."""
+    """What is solved, a "stance" or a "motion", and how, checked."""
 
+    what: str
     most: int
     events: bool
     sensitivities: bool
@@ -356,7 +333,7 @@ class _How(NamedTuple):
 
 
 def _how(
-    robot: Robot, u: object, max_phases: int, events: bool, sensitivities: bool, compressions: bool,
+    what: str, u: object, max_phases: int, events: bool, sensitivities: bool, compressions: bool,
     dtype: Any, threads: int, progress: Progress | None,
 ) -> _How:  # fmt: skip
     """What is asked of a batch; HopformError for what is not allowed, steps of the current among it."""
@@ -368,30 +345,42 @@ def _how(
     function("progress", progress)
     several = type(u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[Any], u))
     if several or callable(u):
-        each, laws = "stance", ", laws (controllers.Sampled) for simulate"
-        if "stance" not in robot.solver.can:
-            each, laws = "motion", ""
+        laws = ", laws (controllers.Sampled) for simulate" if what == "stance" else ""
         raise HopformError(
-            f"u must be a number per {each} in A; steps (t, u) are for solve_{each}{laws}, got {shown(u)}"
+            f"u must be a number per {what} in A; steps (t, u) are for solve_{what}{laws}, got {shown(u)}"
         )
-    return _How(most, with_events, derived, largest, real, workers, progress)
+    return _How(what, most, with_events, derived, largest, real, workers, progress)
 
 
 class _Found(NamedTuple):
-    """What a batch has found, in the shape of its inputs; None for what was not asked for."""
+    """What a batch has found, in the shape of its inputs, with the labels of these; None for what was not asked for."""
 
+    labels: Labels | None
     of: dict[str, NDArray[Any]]
     times: NDArray[Any] | None
     kinds: NDArray[np.int8] | None
-    matrices: NDArray[Any] | None
+    derivatives: ManySensitivities | None
     compressions: NDArray[Any] | None
 
 
 def _solved(
-    robot: Robot, how: _How, given: dict[str, Column], robots: Sequence[Column], shape: tuple[int, ...]
+    robot: Robot, how: _How, inputs: Mapping[str, ArrayLike], names: Mapping[str, str], fields: dict[str, ArrayLike]
 ) -> _Found:
-    """The motions from columns of states, u and horizon, and of the robots' fields."""
-    columns = (*(given[name] for name in STATES), *robots)
+    """The motions from inputs by the engine's axes, u and horizon, which people know by `names`, and from fields of the
+    robot.
+    """
+    facts = robot.solver.facts
+    if "x2" in inputs and "y" in inputs:
+        both = " and ".join(shown(inputs[axis]) for axis in ("x2", "y"))
+        raise HopformError(f"either {names['x2']} or {names['y']} may be given, got {names['x2']} = {both}")
+    plain, labels = labelled({names[axis]: inputs[axis] for axis in inputs} | fields, facts.units)
+    columns = {axis: _column(names[axis], plain[names[axis]], axis, facts.axes) for axis in inputs}
+    robots = robot_columns(robot, fields, plain, how.what)
+    by_field = {name: getattr(robots, name) for name in fields}
+    shape = _shape_of({names[axis]: columns[axis] for axis in columns} | by_field, how.each)
+    given: dict[str, Column] = {"x1": 0.0, "v1": 0.0, "v2": 0.0, **columns}
+    _check_states(robot, given, robots)
+    given["y"] = _compression(robot, how.what, given, robots)
     size = math.prod(shape)
     library = robot.solver.compiled()
     results = package.results_like(size, how.real)
@@ -400,12 +389,17 @@ def _solved(
         readings["sensitivities"] = np.empty((size, len(ROWS), len(robot.solver.package.elements.COLUMNS)), how.real)
     if how.compressions:
         readings["compressions"] = np.empty(size, how.real)
-    job = _Job(columns, shape, size, how.most, how.real, results, readings)
+    job = _Job((*(given[axis] for axis in STATES), *robots), shape, size, how.most, how.real, results, readings)
     times, kinds = _run(job, library, how.events, how.threads, how.progress)
     of = package.by_name(results, shape)
     listed = (times, kinds, readings.get("sensitivities"), readings.get("compressions"))
     times, kinds, matrices, compressions = (None if each is None else _in_shape(each, shape) for each in listed)
-    return _Found(of, times, kinds, matrices, compressions)
+    derivatives = None
+    if matrices is not None:
+        x2_is_given = "x2" in inputs or (how.what == "motion" and "y" not in inputs)
+        derived = {"stance": of_stance, "motion": of_motion}[how.what]
+        derivatives = derived(ManySensitivities, matrices, x2_is_given, robot.solver, robots)
+    return _Found(labels, of, times, kinds, derivatives, compressions)
 
 
 def _in_shape(values: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
@@ -465,9 +459,11 @@ def _joined(job: _Job, lists: package.Events) -> tuple[NDArray[Any], NDArray[np.
 # ---- what goes in ----
 
 
-def _column(name: str, value: object, unit: str) -> Column:
+def _column(name: str, value: object, axis: str, axes: Mapping[str, Mapping[str, Any]]) -> Column:
     """The value as a float or an array of finite numbers; HopformError names the first that is none."""
-    return value if type(value) is float and math.isfinite(value) else numbers(name, value, unit)
+    if type(value) is float and math.isfinite(value):
+        return value
+    return numbers(name, value, axes[axis]["unit"] if axis in axes else UNITS[name])
 
 
 def check_names(names: Iterable[str], known: Iterable[str], what: str, inputs: Iterable[str]) -> None:
@@ -479,16 +475,16 @@ def check_names(names: Iterable[str], known: Iterable[str], what: str, inputs: I
             raise HopformError(f"{name!r} is neither an input of a {what} nor a field of the robot{hint}")
 
 
-def robot_columns(robot: Robot, fields: dict[str, Any], what: str = "stance", inputs: Iterable[str] = INPUTS) -> Any:
+def robot_columns(robot: Robot, fields: Collection[str], plain: Mapping[str, Any], what: str) -> Any:
     """The robot's parameters, as arrays those of `fields` in place of its own; HopformError for one out of its domain."""
     if not fields:
         return robot.parameters
     columns: dict[str, Column] = {}
-    check_names(fields, robot.parameters._fields, what, inputs)
+    check_names(fields, robot.parameters._fields, what, INPUTS[what])
     for field in robot.solver.package.records.ROBOT_FIELDS:
         name = field.name
         if name in fields:
-            columns[name] = array = array_of(name, fields[name], field.unit)
+            columns[name] = array = array_of(name, plain[name], field.unit)
 
             def reason(bad: float, name: str = name, field: records.Field = field) -> str:
                 return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")
@@ -527,14 +523,19 @@ def _check_states(robot: Robot, given: dict[str, Column], robots: Any) -> None:
     refuse_any(str(place["name"]), x1, (low <= x1) & (x1 <= high), reason)
 
 
-def _compression(robot: Robot, given: dict[str, Column], robots: Any) -> Column:
-    """The compression at touchdown from x1 and from x2 or itself, exactly 0 where these say so within rounding."""
-    x1, x2 = given["x1"], given.get("x2")
-    formulas = robot.solver.package.formulas
+def _compression(robot: Robot, what: str, given: dict[str, Column], robots: Any) -> Column:
+    """The compression at the start from x1 and from x2 or itself. Of a leg that touches down it is 0 where neither is
+    given, and exactly 0 where these say so within rounding; else x2 is 0 where neither is given.
+    """
+    x1, formulas = given["x1"], robot.solver.package.formulas
+    if what == "motion":  # x2 = x1 - y + length has the inverse y = x1 - x2 + length
+        return given["y"] if "y" in given else formulas.body_height(robots, x1, given.get("x2", 0.0))
+    if "x2" not in given and "y" not in given:
+        return 0.0
     letters, rest = formulas.letters_of(robots), formulas.compression_at_rest(robots)  # as for one stance, in double
     place, L0, c = np.asarray(x1, float), letters.L0, letters.c
-    height = None if x2 is None else np.asarray(x2, float)
-    y = np.asarray(given["compression"], float) if height is None else (place - height + L0) + c - rest
+    height = np.asarray(given["x2"], float) if "x2" in given else None
+    y = np.asarray(given["y"], float) if height is None else (place - height + L0) + c - rest
     y = np.where(np.abs(y) <= TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
     if height is None:
         refuse_any("compression", y, y >= 0.0, lambda bad: f"must be >= 0 m, or the spring pulls, got {bad!r}")

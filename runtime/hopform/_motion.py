@@ -8,16 +8,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from operator import attrgetter
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, NamedTuple, SupportsFloat, TypeAlias, cast, overload
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 import hopform._checks as checks
-from hopform._checks import finite, in_stroke, items, mapping, positive, shaped, shown, times_within
+from hopform._checks import finite, items, mapping, positive, shaped, shown, times_within
 from hopform._errors import HopformError
-from hopform._robots import Robot, nearest
-from hopform._sensitivities import ManySensitivities, Sensitivities, aliases_of, at_times, of_ending
+from hopform._robots import Robot, nearest, placed
+from hopform._sensitivities import ManySensitivities, Sensitivities, aliases_of, at_times, of_motion
 from hopform._show import UNITS, Arrays, Card, Curve, OverTime, events_of
 from hopform._solver.c import Solved, tuple_of
 from hopform._solver.choice import Solver
@@ -484,8 +485,11 @@ class Motion(OverTime):
         input's column moves all of them alike. NaN where an event grazes, where a rest ends at a small change, and where
         the search has ended.
         """
+        return self._derived(of_motion)
+
+    def _derived(self, of: Callable[..., Sensitivities]) -> Sensitivities:
         solved = self._solved.sensitivities()
-        return of_ending(solved, self._x2_is_given, self.robot.solver, self.robot.parameters)
+        return of(Sensitivities, solved, self._x2_is_given, self.robot.solver, self.robot.parameters)
 
     def derivatives(self, t: ArrayLike) -> ManySensitivities:
         """Derivatives of the state at times t [s], in t's shape, with two further axes, by the same.
@@ -509,7 +513,7 @@ class Motion(OverTime):
 
         >>> from hopform import load_robot, solve_stance
         >>> print(solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).explain().splitlines()[0])
-        hopper_c, u = 2 A; takes off after 184.08 ms, apex 13.98 cm
+        hopper_c, u = 2 A; takes off after 184.08 ms, apex 0.1398 m
         """
         return self._explained(self, self._asked)
 
@@ -517,6 +521,10 @@ class Motion(OverTime):
     """What explains a motion; `_explain`, which stands above, binds it."""
 
     _endings: ClassVar[Mapping[str, str]] = WORDS_OF_ENDINGS
+    _figures: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    """What it has beside its ending, with the words for it."""
+    beginning: ClassVar[str] = "start"
+    """What a motion begins with, in a word."""
 
     @property
     def outcome(self) -> str:
@@ -533,6 +541,18 @@ class Motion(OverTime):
     def input_in_words(self) -> str:
         """The input, in words; nothing of a model without one."""
         return ", ".join(steps_in_words(self.u, each["name"], each["unit"]) for each in self.inputs)
+
+    @property
+    def figures_in_words(self) -> list[str]:
+        """What it has beside its ending, in words, with units: of a stance the apex of a take-off, the AED and the
+        largest compression.
+
+        >>> from hopform import load_robot, solve_stance
+        >>> solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).figures_in_words
+        ['apex 0.139828 m', 'AED -1.42434 J', 'largest compression 0.117927 m']
+        """
+        found = ((words, float(getattr(self, name)), self._unit(name)) for name, words in self._figures.items())
+        return [f"{words} {value:.6g} {unit}" for words, value, unit in found if math.isfinite(value)]
 
     def _card(self) -> Card:
         inputs, u = self.robot.solver.facts.inputs, [each for _, each in self.u]
@@ -553,7 +573,8 @@ class Motion(OverTime):
         return f"{name} [{unit}] over time [s]", t, self.at(t)[0]
 
     def _arrays(self) -> Arrays:
-        return events_of(self.events) | {name: ((), getattr(self, name)) for name in ("status", "duration")}
+        figures = ("status", "duration", *self._figures)
+        return events_of(self.events) | {name: ((), getattr(self, name)) for name in figures}
 
     def _shown(self, state: records.LegState) -> list[Any]:
         return shown_of(self.robot, self.dtype, self._layout, state)
@@ -589,6 +610,17 @@ def shown_of(robot: Robot, dtype: np.dtype[Any], layout: Layout, state: records.
 def force_units(motion: Motion) -> dict[str, str]:
     """The forces of a motion with their units."""
     return {name: str(motion._unit(name) or "N") for name in motion.forces(0.0)}  # pyright: ignore[reportPrivateUsage]
+
+
+def energies_of(motion: Motion, t: Number | Times) -> dict[str, Real]:
+    """The energies that a model has, by their letters, at times t [s]: H, and of a body over a contact E."""
+    found = motion._solved.energy_at(motion._times(t))  # pyright: ignore[reportPrivateUsage]
+    return {each["glyph"]: shaped(getattr(found, each["name"]), t) for each in motion.robot.solver.facts.energies}
+
+
+def units_of_energies(motion: Motion) -> dict[str, str]:
+    """The units of the energies that a model has, by their letters: H, and of a body over a contact E."""
+    return {each["glyph"]: each["unit"] for each in motion.robot.solver.facts.energies}
 
 
 def events_in_short(events: Sequence[Event]) -> str:
@@ -642,23 +674,18 @@ def axis_of(facts: Facts, axes: Mapping[str, str], name: object) -> str:
     return axes[name]
 
 
-def free_start(robot: Robot, start: Start) -> tuple[records.LegState, bool]:
-    """The state that a motion without a contact starts from, and whether the second position is given, not y.
-
-    What is left out is 0. HopformError as `named_start` has it, for a position beyond its stops, and for both x2 and y.
+def free_start(
+    robot: Robot, x1: float, v1: float, x2: float | None, v2: float, y: float | None, act: str
+) -> records.LegState:
+    """The state that a motion without a contact starts from: x2 is 0 where it and y are left out. HopformError for a
+    position beyond its stops, and for both x2 and y.
     """
-    given, facts = named_start(robot, start), robot.solver.facts
-    x1 = given.get("x1", 0.0)
-    low, high = stroke_of(robot)
-    if not low <= x1 <= high:
-        name, unit = facts.axes["x1"]["name"], facts.axes["x1"]["unit"]
-        raise HopformError(f"start {name} must be {in_stroke(low, high, unit)}, got {x1!r}")
-    if "x2" in given and "y" in given:
-        both = " and ".join(f"{facts.axes[axis]['name']} = {given[axis]!r}" for axis in ("x2", "y"))
-        raise HopformError(f"start: one of two coordinates may be given, got {both}")
+    x_1, v_1, v_2 = placed(robot, act, x1, v1, v2)
+    if x2 is not None and y is not None:
+        first, second = (robot.solver.facts.axes[axis]["name"] for axis in ("x2", "y"))
+        raise HopformError(f"either {first} or {second} may be given, got {first} = {x2!r} and {y!r}")
     # x2 = x1 - y + length has the inverse y = x1 - x2 + length
-    y = given["y"] if "y" in given else float(body_height(robot, DOUBLE, x1, given.get("x2", 0.0)))
-    return records.LegState(x1, given.get("v1", 0.0), given.get("v2", 0.0), y), "y" not in given
+    return records.LegState(x_1, v_1, v_2, float(body_height(robot, DOUBLE, x_1, x2 or 0.0)) if y is None else y)
 
 
 def precision_of(dtype: Any) -> Precision:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, TypeVar
 
@@ -22,6 +23,7 @@ AXES = STARTS[:-1]
 """The engine's axes that are coordinates and velocities, in the order in which states are shown."""
 COLUMNS = (*STARTS, *records.Robot._fields)
 """The same with those of the hopper."""
+NO_NAMES: Mapping[str, str] = MappingProxyType({})
 Lengths = Mapping[int, Any]
 LENGTHS: Lengths = MappingProxyType({COLUMNS.index("L0"): 1.0, COLUMNS.index("c"): 1.0})
 """How the length of the paper's leg without load, L0 + c, changes, by columns."""
@@ -130,41 +132,40 @@ def in_height(solved: NDArray[Any], x2_is_given: bool, lengthens: Lengths = LENG
     return matrix
 
 
-def of_matrix(
-    kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any
-) -> Kind:
-    """The sensitivities of one stance, or of many, from what the library of a solver computes for its robots."""
-    lengthens = lengths_of(solver.package, parameters) if x2_is_given else {}
-    fields: tuple[str, ...] = parameters._fields
-    facts = solver.facts
-    absent = {*({"x1", "v1"} if "x1" not in facts.axes else ()), *({"u"} if not facts.inputs else ())}
-    rows, columns = ({n: name for n, name in enumerate(names) if name not in absent}
-                     for names in (ROWS, (*STARTS, *fields)))  # fmt: skip
-    matrix = in_height(solved, x2_is_given, lengthens)[..., [*rows], :][..., [*columns]]
-    matrix.setflags(write=False)
-    units = facts.units | {axis: str(table["unit"]) for axis, table in facts.axes.items()}
-    units |= {"u": str(facts.inputs[0]["unit"])} if facts.inputs else {}
-    return kind(tuple(rows.values()), tuple(columns.values()), matrix, units, aliases_of(solver))
-
-
 def aliases_of(solver: Solver) -> dict[str, str]:
     """The axes of a solver by the names of its file, where those are others."""
     axes = {str(table["name"]): axis for axis, table in solver.facts.axes.items() if axis in AXES}
     return {name: axis for name, axis in axes.items() if name != axis}
 
 
-def of_ending(solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any) -> Sensitivities:
+def of_stance(
+    kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any
+) -> Kind:
+    """The sensitivities of one stance, or of many, from what the library of a solver computes for its robots: by the
+    engine's names, which a leg's file may have others for.
+    """
+    names = {name: name for name in names_of(solver)}
+    rows = {n: name for n, name in enumerate(ROWS) if name in names or name not in AXES}
+    about = aliases_of(solver), _units(solver)
+    return _by_names(kind, rows, names, solved, x2_is_given, solver, parameters, *about)
+
+
+@lru_cache(maxsize=64)
+def _units(solver: Solver) -> Mapping[str, str]:
+    """Units by the engine's names."""
+    units = {axis: str(table["unit"]) for axis, table in solver.facts.axes.items()}
+    for each in solver.facts.inputs:
+        units["u"] = str(each["unit"])
+    return units
+
+
+def of_motion(
+    kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any
+) -> Kind:
     """Those of the duration and of the coordinates and velocities that the model has, under its names."""
-    rows = [0, *_shown_rows(solver, 1)]
-    found: Sensitivities = _by_names(Sensitivities, rows, "T", solved, x2_is_given, solver, parameters)
-    return found
-
-
-def many_of_ending(solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any) -> ManySensitivities:
-    """The same of many."""
-    rows = [0, *_shown_rows(solver, 1)]
-    found: ManySensitivities = _by_names(ManySensitivities, rows, "T", solved, x2_is_given, solver, parameters)
-    return found
+    names = names_of(solver)
+    rows = {0: "T"} | {n: names[name] for n, name in enumerate(ROWS) if name in names}
+    return _by_names(kind, rows, names, solved, x2_is_given, solver, parameters)
 
 
 def at_times(
@@ -175,37 +176,39 @@ def at_times(
     x2 = x1 - y
     for column, change in lengths_of(solver.package, parameters).items():
         x2[..., column] += change[0]
-    rows = np.stack((x1, v1, x2, v2), -2).reshape(*shape, len(AXES), tangents.shape[-1])
-    found: ManySensitivities = _by_names(
-        ManySensitivities, _shown_rows(solver, 0), "", rows, x2_is_given, solver, parameters
-    )
-    return found
+    by, names = np.stack((x1, v1, x2, v2), -2).reshape(*shape, len(AXES), tangents.shape[-1]), names_of(solver)
+    rows = {n: names[axis] for n, axis in enumerate(AXES) if axis in names}
+    return _by_names(ManySensitivities, rows, names, by, x2_is_given, solver, parameters)
 
 
-def _shown_rows(solver: Solver, first: int) -> list[int]:
-    """The rows of the coordinates and velocities that the model has; `first` is the row of x1."""
-    return [first + n for n, axis in enumerate(AXES) if axis in solver.facts.axes]
+@lru_cache(maxsize=64)
+def names_of(solver: Solver) -> dict[str, str]:
+    """What a motion starts from by the engine's names: coordinates, velocities and the input that the model has."""
+    facts = solver.facts
+    names = {axis: str(facts.axes[axis]["name"]) for axis in AXES if axis in facts.axes}
+    for each in facts.inputs:
+        names["u"] = str(each["name"])
+    return names
 
 
 def _by_names(
-    kind: Callable[..., Any], places: list[int], ahead: str, solved: NDArray[Any], x2_is_given: bool, solver: Solver,
-    parameters: Any,
-) -> Any:  # fmt: skip
-    """Some rows of a matrix by the columns that a model has, all under its names."""
+    kind: Callable[..., Kind], rows: Mapping[int, str], names: Mapping[str, str], solved: NDArray[Any],
+    x2_is_given: bool, solver: Solver, parameters: Any, aliases: Mapping[str, str] = NO_NAMES,
+    units: Mapping[str, str] = NO_NAMES,
+) -> Kind:  # fmt: skip
+    """Some rows of a matrix by the columns that a model has, under names, whose units are given where they are none of
+    the file's.
+    """
     facts, lengthens = solver.facts, lengths_of(solver.package, parameters) if x2_is_given else {}
     by = in_height(solved, x2_is_given, lengthens)
-    axes = [axis for axis in AXES if axis in facts.axes]
-    names = [str(facts.axes[axis]["name"]) for axis in axes]
-    columns = [*names, *(str(each["name"]) for each in facts.inputs), *parameters._fields]
-    taken = [STARTS.index(axis) for axis in axes]
-    taken += [STARTS.index("u")] * len(facts.inputs) + list(range(len(STARTS), by.shape[-1]))
+    columns = [*names.values(), *parameters._fields]
+    taken = [*map(STARTS.index, names), *range(len(STARTS), by.shape[-1])]
     if not x2_is_given and "y" in facts.axes and "stance" not in solver.can:
         by[..., STARTS.index("x2")] = solved[..., STARTS.index("x2")]
-        columns[names.index(str(facts.axes["x2"]["name"]))] = str(facts.axes["y"]["name"])
-    matrix = by[..., places, :][..., taken]
+        columns[columns.index(names["x2"])] = str(facts.axes["y"]["name"])
+    matrix = by[..., [*rows], :][..., taken]
     matrix.setflags(write=False)
-    rows = ([ahead] if ahead else []) + names
-    return kind(tuple(rows), tuple(columns), matrix, facts.units | {"T": "s"})
+    return kind(tuple(rows.values()), tuple(columns), matrix, {**facts.units, "T": "s", **units}, aliases)
 
 
 def lengths_of(of: Package, parameters: Any) -> dict[int, NDArray[Any]]:

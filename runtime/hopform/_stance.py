@@ -5,6 +5,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 from inspect import getattr_static
+from types import MappingProxyType
 from typing import Any, ClassVar, SupportsFloat, overload
 
 import numpy as np
@@ -36,8 +37,8 @@ from hopform._motion import (
     with_height,
 )
 from hopform._robots import Robot, checked_robot, placed
-from hopform._sensitivities import Sensitivities, of_matrix
-from hopform._show import Arrays, Card, Curve, OverTime
+from hopform._sensitivities import Sensitivities, of_stance
+from hopform._show import Card, Curve, OverTime
 from hopform._solver.c import Solved, tuple_of
 from hopform._solver.package import ENDINGS, TAKEOFF, Precision, Steps, records
 from hopform._warnings import WARNINGS, Warning
@@ -145,12 +146,14 @@ class Stance(Motion):
 
         >>> from hopform import load_robot
         >>> solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0).outcome
-        'takes off after 184.08 ms, apex 13.98 cm'
+        'takes off after 184.08 ms, apex 0.1398 m'
         """
         words = super().outcome
-        return words if math.isnan(self.apex) else f"{words}, apex {100.0 * self.apex:.4g} cm"
+        return words if math.isnan(self.apex) else f"{words}, apex {self.apex:.4g} {self._unit('apex')}"
 
     _endings = WORDS_OF_ENDINGS | {"horizon": "is still on the ground after"}
+    _figures = MappingProxyType({"apex": "apex", "aed": "AED", "compression_max": "largest compression"})
+    beginning = "touchdown"
 
     def aed_at(self, t: Number | Times) -> Real:
         """The AED (24) [J], the change of the body's energy since touchdown, at times t [s], in t's shape: the sum of
@@ -221,8 +224,7 @@ class Stance(Motion):
         >>> print(round(stance.sensitivities["apex", "u"], 6))
         0.089756
         """
-        solver, solved = self.robot.solver, self._solved.sensitivities()
-        return of_matrix(Sensitivities, solved, self._x2_is_given, solver, self.robot.parameters)
+        return self._derived(of_stance)
 
     def _card(self) -> Card:
         first, u = self.phases[0].state, [each for _, each in self.u]
@@ -239,10 +241,6 @@ class Stance(Motion):
 
     def _curve(self) -> Curve:
         return OverTime._curve(self)
-
-    def _arrays(self) -> Arrays:
-        figures = {name: ((), getattr(self, name)) for name in ("apex", "aed", "compression_max")}
-        return {**super()._arrays(), **figures}
 
     @property
     def end_compression(self) -> float:
@@ -276,7 +274,7 @@ def solve_stance(
     ('takeoff', 0.1841, ['x2_reverses'])
     """
     start = start_of(robot, x1, v1, x2, v2, compression)
-    solved: Stance = _solve(robot, start, x2 is not None, u, horizon, max_phases, dtype)
+    solved: Stance = _solve(Stance, robot, start, x2 is not None, u, horizon, max_phases, dtype)
     return solved
 
 
@@ -303,30 +301,28 @@ def solve_motion(
     ('rest', 0.1572)
     """
     facts = checked_robot(robot).solver.facts
-    if "stance" in facts.can:
-        given = named_start(robot, start)
-        x1, v1, v2 = (given.get(axis, 0.0) for axis in ("x1", "v1", "v2"))
-        begin, x2_is_given = start_of(robot, x1, v1, given.get("x2"), v2, given.get("y"), "motion"), "x2" in given
-    else:
-        begin, x2_is_given = free_start(robot, start)
+    stands, given = "stance" in facts.can, named_start(robot, start)
+    x1, v1, v2 = (given.get(axis, 0.0) for axis in ("x1", "v1", "v2"))
+    begin = (start_of if stands else free_start)(robot, x1, v1, given.get("x2"), v2, given.get("y"), "motion")
+    x2_is_given = "x2" in given or not (stands or "y" in given)
     if not facts.inputs and any(current for _, current in steps_of(u)):
         raise HopformError(f"u must be 0: the model {facts.name} has no input, got {shown(u)}")
-    solved: Motion = _solve(robot, begin, x2_is_given, u, horizon, max_phases, dtype)
+    solved: Motion = _solve(Stance if stands else Motion, robot, begin, x2_is_given, u, horizon, max_phases, dtype)
     return solved
 
 
 def _solve(
-    robot: Robot, start: records.LegState, x2_is_given: bool, u: Current, horizon: SupportsFloat, max_phases: int,
-    dtype: Any,
+    kind: type[Motion], robot: Robot, start: records.LegState, x2_is_given: bool, u: Current, horizon: SupportsFloat,
+    max_phases: int, dtype: Any,
 ) -> Any:  # fmt: skip
-    """What follows from a state."""
+    """What follows from a state, a `Stance` of a model with a contact, else a `Motion`."""
     precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
     steps = steps_of(u)
     longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
     quick = type(max_phases) is int and 0 < max_phases <= checks.LARGEST
     most = max_phases if quick else whole("max_phases", max_phases)
     solved = robot.solver.compiled().solve_stance(robot.parameters, start, steps, longest, most, precision)
-    return _stance(robot, steps, precision, solved, x2_is_given, (start, longest, most))
+    return _made(kind, robot, steps, precision, solved, x2_is_given, (start, longest, most))
 
 
 def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
@@ -340,26 +336,27 @@ def touchdown_velocity(robot: Robot, height: SupportsFloat) -> float:
     return float(checked_robot(robot, "flight").solver.package.formulas.touchdown_velocity(robot.parameters, drop))
 
 
-def _stance(robot: Robot, u: Steps, dtype: Precision, solved: Solved, given: bool, asked: Any) -> Motion:
-    """A stance with its ending, or a motion of another model, made without the slow __init__ of a frozen dataclass."""
+def _made(
+    kind: type[Motion], robot: Robot, u: Steps, dtype: Precision, solved: Solved, given: bool, asked: Any
+) -> Motion:
+    """A stance or another motion with its ending, made without the slow __init__ of a frozen dataclass."""
     ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
     status, lifts = ENDINGS[ending], ending == TAKEOFF
     solver = robot.solver
-    stands = "stance" in solver.can
-    made: Motion = object.__new__(Stance if stands else Motion)
+    made: Motion = object.__new__(kind)
     held: dict[str, Any] = {
         "robot": robot, "u": u, "dtype": dtype, "status": status, "duration": duration,
         "_solved": solved, "_x2_is_given": given, "_asked": asked,
     }  # fmt: skip
-    if stands:
+    if kind is Stance:
         height: Any = solver.package.formulas.body_height if dtype is DOUBLE else partial(_height, robot, dtype)
         end = tuple_of(state_of_leg(solver), (x1, v1, float(height(robot.parameters, x1, y)), v2))
         apex = apex if lifts and robot.fall > 0.0 else math.nan
         held |= {"end": end, "takeoff": end if lifts else None, "apex": apex, "aed": aed}
-    object.__setattr__(made, "__dict__", held)
-    if not stands:
+    else:
         layout = layout_of(solver)
         held["end"] = layout.state(*map(float, shown_of(robot, dtype, layout, records.LegState(x1, v1, v2, y))))
+    object.__setattr__(made, "__dict__", held)
     return made
 
 
@@ -383,7 +380,7 @@ def start_of(
     y = finite("compression", compression, "m") if height is None else x_1 - height + L0 + c - rest
     if abs(y) <= TOUCHING_ULP * math.ulp(L0):
         y = 0.0
-    if y < 0.0 and "stance" in robot.solver.can:  # without a contact the leg pulls
+    if y < 0.0:
         highest = f"x1 + L0 + c{' - rest' if rest else ''} = {x_1 + L0 + c - rest!r} m"
         what = "compression must be >= 0 m" if height is None else f"x2 must be <= {highest}"
         raise HopformError(f"{what}, or the spring pulls, got {y if height is None else height!r}")

@@ -42,7 +42,7 @@ def sweep(
     ({'height': 2, 'u': 3}, 'm', 0.229)
     """
     stands, named = "stance" in checked_robot(robot).solver.can, axes_by_name(robot.solver.facts)
-    states = INPUTS if stands else (*named, "u", "horizon")
+    states = INPUTS["stance"] if stands else (*named, "u", "horizon")
     check_names(
         inputs,
         [*(["height"] if stands else []), *states, *(field.name for field in robot.fields())],

@@ -1,6 +1,6 @@
 """Answers in words, for tables and pictures."""
 
-from hopform._motion import Mass, Motion, Phase, masses_of, stroke_of
+from hopform._motion import Mass, Motion, Phase, layout_of, masses_of, stroke_of
 from hopform._robots import Robot
 
 
@@ -33,5 +33,6 @@ def limit_in(phase: Phase) -> str:
 
 def start_of(motion: Motion) -> str:
     """Where a motion starts, in words: what is not 0 there."""
-    first = zip(motion.units.items(), motion.phases[0].state, strict=True)
-    return ", ".join(f"{name} = {value:.4g} {unit}" for (name, unit), value in first if value) or "0"
+    first, units = motion.phases[0].state, layout_of(motion.robot.solver).unit_of
+    found = {name: getattr(first, name) for name in units}
+    return ", ".join(f"{name} = {value:.4g} {units[name]}" for name, value in found.items() if value) or "0"

@@ -53,7 +53,6 @@ def assert_balanced(motion: Any) -> float:
     scale = sum(map(abs, entries)) + abs(before) + abs(after)
     assert abs(before - energy_of(motion, motion._asked[0])) <= ROUNDING * scale
     assert abs(math.fsum(entries) - (after - before)) <= ROUNDING * scale
-    shown = [tables.motion_ledger(motion)]
     if isinstance(motion, hopform.Stance):
         stance = json.loads(tables.stance_json(motion, None))
         changes = {name: stance["energy"]["end"][name] - stance["energy"]["start"][name] for name in ("body", "total")}
@@ -62,9 +61,8 @@ def assert_balanced(motion: Any) -> float:
             ends = sum(abs(stance["energy"][end][name]) for end in ("start", "end"))
             scale = max(scale, sum(abs(stance["ledger"][part]) for part in parts) + ends)
             assert abs(math.fsum(stance["ledger"][part] for part in parts) - changes[name]) <= ROUNDING * scale
-        shown.append(tables.ledger(motion))
-    for table in shown:
-        assert all(abs(float(list(column.cells)[-1])) <= ROUNDING * scale for column in table.columns[1:])
+    for column in tables.ledger(motion).columns[1:]:
+        assert abs(float(list(column.cells)[-1])) <= ROUNDING * scale
     return -tables.lost_at_start(motion)
 
 

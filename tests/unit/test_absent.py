@@ -4,6 +4,7 @@ each element has its own. Read from the declarations of the file, not from what 
 
 import csv
 import io
+import json
 import re
 import tomllib
 from functools import cache, cached_property
@@ -19,7 +20,7 @@ from derive.model import mechanism
 from derive.model.declare import DeclaredCoordinate, Draft, Element, drafted
 from derive.model.mechanism import field_name
 from derive.page import page
-from hopform._cli import tables
+from hopform._cli import output, tables
 from tests import needs
 from tests.derived import MODELS, SHIPPED, solver_of
 
@@ -241,7 +242,7 @@ SOLVED = {
 
 @needs.library
 @pytest.mark.parametrize("name", needs.the_first([*SOLVED], 0))
-def test_a_motion_has_the_columns_and_entries_of_what_is_declared(store, name):
+def test_a_motion_has_the_columns_and_entries_of_what_is_declared(store, name, monkeypatch, capsys):
     one, (axis, value) = declared(name), SOLVED[name]
     file = store / f"absent_{name.replace(' ', '_')}.py"
     file.write_text(HEAD + RIMS[name], "utf-8")
@@ -265,5 +266,12 @@ def test_a_motion_has_the_columns_and_entries_of_what_is_declared(store, name):
     work = sum(float(each) for own in motion.ledger_by_element(motion.duration).values() for each in own.values())
     gain = float(motion.total_energy(motion.duration) - motion.total_energy(0.0))
     assert work == pytest.approx(gain, abs=1e-12)
+    monkeypatch.setattr("hopform._cli.output.core", lambda: solver.Robot.solver)
+    assert json.loads(tables.motion_json(motion))["total_energy"][0] == pytest.approx(float(motion.total_energy(0.0)))
+    output.show(tables.motion(motion))
+    labels = [label for each in one.facts["elements"] for label in each["ledger"].values()]
+    of_ledger = capsys.readouterr().out.partition("Energy ledger")[2]
+    assert all(of_ledger.count(label) == 1 for label in labels)
+    assert ("E [J]" in of_ledger) == ("AED" in of_ledger) == (axis == "v2")
     explained = motion.explain()
     assert ("monotone, so its end says all" in explained) == bool(stops or axis == "v2")

@@ -309,13 +309,16 @@ def made(name):
 
 
 def stance_panels(stance):
-    shaded = {"x1": lambda t: stance.at(t).x1, "x2": lambda t: stance.at(t).x2}
-    energy = whole(lambda t: stance.energy(t).body, stance)
-    force = whole(lambda t: HOPPER.k * stance.compression(t), stance)
+    shaded, velocities = ("x1", "x2"), ("v1", "v2")
+    state = {name: whole(lambda t, name=name: getattr(stance.at(t), name), stance) for name in (*shaded, *velocities)}
+    forces = {f"{name} [N]": whole(lambda t, name=name: stance.forces(t)[name], stance)
+              for name in ("friction_x1", "stop_x1", "friction_x2")}  # fmt: skip
+    forces |= {"contact [N]": whole(lambda t: HOPPER.k * stance.compression(t), stance)}
+    energies = {f"{name} [J]": whole(lambda t, n=n: stance.energy(t)[n], stance) for n, name in enumerate("EH")}
     return [
-        *(Panel({"": whole(method, stance)}, {}, ANY_SHADES) for method in shaded.values()),
-        Panel({"": force, "take-off": (stance.duration, 0.0)}), Panel({"": energy}),
-        Panel({"": whole(stance.current, stance)}),
+        *(Panel({"": state[name]}, {}, ANY_SHADES) for name in shaded),
+        Panel({f"{name} [m/s]": state[name] for name in velocities}),
+        Panel(forces | {"take-off": (stance.duration, 0.0)}), Panel(energies), Panel({"": whole(stance.current, stance)}),
     ]  # fmt: skip
 
 

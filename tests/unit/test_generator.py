@@ -270,7 +270,7 @@ def test_an_edited_equation_reaches_the_commands(tree):
         drop = ("stance", "--robot", "hopper_c", "--height", "0.2", "--u", "3")
         return ran(sys.executable, "-W", "always", "-c", code, *drop)
 
-    assert "apex 22.33 cm" in stance().out
+    assert "apex 0.2233 m" in stance().out
     file, old, new = DAMPED
     replace(tree / file, old, new)
     assert derive(tree).code == 0
@@ -278,7 +278,7 @@ def test_an_edited_equation_reaches_the_commands(tree):
     assert refused.code and refused.out == "" and "is stale" in refused.err, "the library has the old equation"
     made = ran("make", "-o", "venv", f"PY={sys.executable}", "generate")
     assert made.code == 0 and "built runtime/hopform/_libhopform" in made.out, made.err
-    assert "apex 19.55 cm" in stance().out
+    assert "apex 0.1955 m" in stance().out
     assert ran(sys.executable, "tools/build_library.py").out == "", "what is fresh is left alone"
 
 

@@ -98,8 +98,8 @@ def test_a_picture_is_written(answer, tmp_path):
         (("--start", "q=1", "--start", "q=2"), "--start: 'q' is given twice"),
         (("--u", "1", "--u-steps", "0:1"), "give either --u or --u-steps"),
         (("--u-steps", "1"), "takes steps t:u in s and the input's unit, as in 0:0,0.05:2.0, got '1'"),
-        (("--set", "q_max=-0.5"), "start q must be <= -0.5 rad, its upper stop, got 0.0"),
-        (("--set", "q_min=0.5"), "start q must be >= 0.5 rad, its lower stop, got 0.0"),
+        (("--set", "q_max=-0.5"), "q must be <= -0.5 rad, its upper stop, got 0.0"),
+        (("--set", "q_min=0.5"), "q must be >= 0.5 rad, its lower stop, got 0.0"),
     ],
 )
 def test_what_is_wrong_is_said_in_one_line(folder, capsys, arguments, message):

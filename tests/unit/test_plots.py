@@ -77,7 +77,7 @@ def texts(svg):
 def test_a_stance_has_labels_with_units_and_legends(svg):
     said = texts(svg)
     for text in (
-        "actuator $x_1$ [mm]", "body $x_2$ [mm]", "contact force [N]", "energy E (23) [J]", "current $u$ [A]",
+        "x1 [m]", "x2 [m]", "v1 [m/s]", "v2 [m/s]", "contact [N]", "friction_x1 [N]", "E [J]", "H [J]", "u [A]",
         "time since touchdown [ms]", "take-off", "reverses",
         "extends", "retracts", "slips up", "slips down", "at stop",
     ):  # fmt: skip
@@ -99,8 +99,8 @@ def test_no_panel_shows_rounding(figure, run_figure):
 
 def test_events_are_named_at_their_times_in_the_panel_of_their_mass():
     stance = hopform.solve_stance(HOPPER, v2=hopform.touchdown_velocity(HOPPER, height=0.2), u=0.75)
-    named = [[(each.xy[0], each.get_text()) for each in axes.texts] for axes in results.figure_of(stance).axes[:3]]
-    expected = [[], [], [(1e3 * stance.duration, "take-off")]]
+    named = [[(each.xy[0], each.get_text()) for each in axes.texts] for axes in results.figure_of(stance).axes[:4]]
+    expected = [[], [], [], [(1e3 * stance.duration, "take-off")]]
     for event in stance.events:
         mass, _, word = event.kind.partition("_")
         expected[["x1", "x2"].index(mass)].append((1e3 * event.time, word.replace("_", " ")))
@@ -308,7 +308,7 @@ def test_a_current_has_one_colour():
         hopform.solve_stance(HOPPER, v2=-1.9, u=2.0).fly(),
     )
     figures = [results.figure_of(each) for each in (steps, run, flight)]
-    drawn = [axes for each in figures for axes in each.axes if axes.get_ylabel() == "current $u$ [A]"]
+    drawn = [axes for each in figures for axes in each.axes if axes.get_ylabel() in ("u [A]", "current $u$ [A]")]
     drawn += [gallery.draw(number).figure.axes[1] for number in (6, 9, 16)]
     assert len(drawn) == 6
     assert [axes.get_lines()[-1].get_color() for axes in drawn] == [plots.CURRENT] * 6

@@ -170,7 +170,7 @@ def test_the_picture_of_the_command_line_is_that_of_plot():
     """The same curves, whoever makes the figure."""
     stance = SHOWN["Stance"]
     ours, theirs = results.figure_of(stance).axes, stance.plot().figure.axes
-    assert len(ours) == len(theirs) == 4
+    assert len(ours) == len(theirs) == 5
     for one, other in zip(ours, theirs, strict=True):
         for a, b in zip(one.lines, other.lines, strict=True):
             np.testing.assert_array_equal(a.get_xydata(), b.get_xydata())

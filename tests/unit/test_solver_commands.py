@@ -53,7 +53,7 @@ def refused(capsys):
 
 def test_a_stance_is_that_of_the_model_and_shows_its_words(leg):
     found = leg("stance", *DROP)
-    assert "takes off after 189.87 ms, apex 17.16 cm" in found
+    assert "takes off after 189.87 ms, apex 0.1716 m" in found
     assert "actuator, damper" in found and "body, damper" in found and "b12 [N s/m]" not in found
     assert "b12 [N s/m]" in leg("stance", *DROP, "--sensitivities")
 

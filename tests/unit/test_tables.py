@@ -76,7 +76,7 @@ def check(rows, columns, objects):
 
 def numbers(text, *values):
     """The numbers with a unit of a line, against values in SI in their order."""
-    found = re.findall(r"([-+]?\d[\d.e+-]*) (cm|mm|ms|m/s\^2|m/s|s|A|J|N)\b", text)
+    found = re.findall(r"([-+]?\d[\d.e+-]*) (cm|mm|ms|m/s\^2|m/s|m|s|A|J|N)\b", text)
     assert len(found) == len(values), text
     for (number, unit), value in zip(found, values, strict=True):
         near(number, value, unit)
@@ -144,7 +144,8 @@ def test_the_phases_of_a_stance_are_printed(stance):
         near(row[f"from {times}"], phase.start, times[1:-1])
         near(row[f"to {times}"], phase.end, times[1:-1])
         near(row["u [A]"], phase.u, "A")
-        near(row["x1 [cm]"], phase.state.x1, "cm")
+        near(row["x1 [m]"], phase.state.x1, "m")
+        near(row["x2 [m]"], phase.state.x2, "m")
         assert row["body"] == BODY[phase.mode_2]
         assert row["actuator"] == ACTUATOR[phase.mode_1] or (phase.mode_1 == 0 and row["actuator"] == "at stop")
         kind = words.get(phase.start, "")
@@ -158,15 +159,16 @@ def test_the_states_of_a_stance_are_printed(stance):
     robot = solved.robot
     columns = {
         "": lambda t: "touchdown" if t == 0.0 else solved.status,
-        "x1 [cm]": lambda t: float(solved.at(t).x1),
-        "v1 [m/s]": lambda t: float(solved.at(t).v1),
-        "x2 [cm]": lambda t: float(solved.at(t).x2),
-        "v2 [m/s]": lambda t: float(solved.at(t).v2),
-        "N [N]": lambda t: robot.k * float(solved.at(t).x1 - solved.at(t).x2 + robot.L0 + robot.c),
+        **{f"{name} [{unit}]": lambda t, name=name: float(getattr(solved.at(t), name))
+           for name, unit in {"x1": "m", "v1": "m/s", "x2": "m", "v2": "m/s"}.items()},
+        **{f"{name} [N]": lambda t, name=name: float(solved.forces(t)[name])
+           for name in ("friction_x1", "stop_x1", "friction_x2") if name in solved.forces(0.0)},
+        "input [N]": lambda t: -robot.gamma2 * solved.current(t),
+        "contact [N]": lambda t: robot.k * float(solved.at(t).x1 - solved.at(t).x2 + robot.L0 + robot.c),
         "E [J]": lambda t: float(solved.energy(t).body),
         "H [J]": lambda t: float(solved.energy(t).total),
-    }
-    check(shown["State"], columns, [0.0, solved.duration])
+    }  # fmt: skip
+    check(shown["State and forces"], columns, [0.0, solved.duration])
 
 
 def test_the_ledger_of_a_stance_is_printed(stance):
@@ -174,15 +176,14 @@ def test_the_ledger_of_a_stance_is_printed(stance):
     ledger, rows = solved.ledger(solved.duration), {row[""]: row for row in shown["Energy ledger"]}
     of_body = ("spring_work", "viscous_2", "coulomb_2")
     for name, words in solved.robot.solver.facts.ledger.items():
-        whole, body = rows[words]["whole robot [J]"], rows[words]["body [J]"]
+        whole, body = rows[words]["H [J]"], rows[words]["E [J]"]
         value = float(getattr(ledger, name))
         assert (body != "") == (name in of_body) and (whole != "") == (name != "spring_work")
         for cell in filter(None, (whole, body)):
             near(cell, value, "J")
     before, after = solved.energy(0.0), solved.energy(solved.duration)
-    changes = {"whole robot [J]": after.total - before.total, "body [J]": after.body - before.body}
-    for head, change in changes.items():
-        for words in ("sum", "change of energy H, E"):
+    for head, change in {"H [J]": after.total - before.total, "E [J]": after.body - before.body}.items():
+        for words in ("sum", "change"):
             near(rows[words][head], float(change), "J")
         assert abs(float(rows["difference"][head])) < 1e-12
 
@@ -204,10 +205,18 @@ def test_the_lines_of_a_stance_have_its_numbers(stance):
     solved, _, lines = stance
     most = float(np.max(solved.compression(np.linspace(0.0, solved.duration, 20_001))))
     assert most > 0.01
-    numbers(line(lines, "AED"), solved.aed, most)
-    first = [solved.phases[0].state.v2, max(u for _, u in solved.u)]
-    ends = [solved.duration, *([solved.apex] if solved.takeoff else [])]
-    numbers(lines[0], *first, *ends)
+    apex = [solved.apex] if solved.takeoff else []
+    numbers(next(each for each in lines if "AED" in each), *apex, solved.aed, most)
+    first = solved.phases[0].state
+    start = [each for each in (first.x1, first.v1, first.x2, first.v2) if each]
+    numbers(lines[0], *start, max(u for _, u in solved.u), solved.duration, *apex)
+
+
+def test_a_stance_is_the_motion_from_its_drop(printed):
+    """`hopform stance` and `hopform motion` print the same of one start."""
+    drop = hopform.touchdown_velocity(HOPPER, 0.2)
+    stance = printed("stance", "--height", 0.2, "--u", 3, "--sensitivities")
+    assert printed("motion", "--start", f"v2={drop!r}", "--u", 3, "--sensitivities") == stance
 
 
 # ---- a run, the controller, a map ----

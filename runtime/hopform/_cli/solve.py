@@ -77,12 +77,11 @@ def stance(
     """Solve one stance: phases, events, ending, apex, energy ledger."""
     outputs = outputs_of(robot, u, u_steps, explain, json, csv, plot)
     hopper = robot_in_use(robot, values, "stance")
-    how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "dtype": dtype}
-    velocity = velocity_after_impact(hopper, height, v2)
-    start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity, "x2": x2, "compression": compression}
-    solved = hopform.solve_stance(hopper, **start, u=u_steps or u, **how)
+    start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": velocity_after_impact(hopper, height, v2), "x2": x2}
+    how: dict[str, Any] = {"u": u_steps or u, "horizon": horizon, "max_phases": max_phases, "dtype": dtype}
+    solved = hopform.solve_stance(hopper, **start, compression=compression, **how)
     outputs.emit(
-        lambda: tables.stance(solved, sensitivities, explain), solved.warnings, picture_of=solved,
+        lambda: tables.motion(solved, sensitivities, explain), solved.warnings, picture_of=solved,
         csv=lambda: tables.stance_csv(solved, samples), json=lambda: tables.stance_json(solved, height),
     )  # fmt: skip
 
@@ -95,9 +94,8 @@ def motion(
 ) -> None:  # fmt: skip
     """Solve a motion of any model: phases, events, forces, energies."""
     outputs = outputs_of(robot, u, u_steps, explain, json, csv, plot)
-    machine = robot_in_use(robot, values)
-    how: dict[str, Any] = {"horizon": horizon, "max_phases": max_phases, "dtype": dtype}
-    solved = hopform.solve_motion(machine, start=start_in_use(start), u=u_steps or u, **how)
+    how: dict[str, Any] = {"u": u_steps or u, "horizon": horizon, "max_phases": max_phases, "dtype": dtype}
+    solved = hopform.solve_motion(robot_in_use(robot, values), start=start_in_use(start), **how)
     outputs.emit(
         lambda: tables.motion(solved, sensitivities, explain), solved.warnings, picture_of=solved,
         csv=lambda: tables.motion_csv(solved, samples), json=lambda: tables.motion_json(solved),

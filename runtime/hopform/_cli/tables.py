@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 from rich.console import RenderableType
 from rich.table import Column, Table
 from rich.text import Text
@@ -25,7 +26,7 @@ from hopform._cli.bands import Bands, Draws
 from hopform._cli.output import Record, number, record, spaced, table, to_json
 from hopform._errors import printable
 from hopform._files import csv_of
-from hopform._motion import force_units, masses_of, unit_of_time
+from hopform._motion import energies_of, force_units, layout_of, masses_of, unit_of_time, units_of_energies
 from hopform._solver.package import records
 from hopform._words import limit_in, modes_of, start_of
 
@@ -94,35 +95,19 @@ def equation(shown: Equation) -> Iterator[RenderableType]:
     return spaced(*unclaimed([shown]), title, made)
 
 
-def stance(solved: Stance, with_sensitivities: bool = False, explained: bool = False) -> Iterator[RenderableType]:
-    """A stance: its ending, phases with the events that begin them, states and energies; where asked for, derivatives
-    and how it was solved.
-    """
-    first = solved.phases[0].state
-    begin = f"{solved.robot.label}: touchdown at {float(first.v2) + 0.0:.4g} m/s"
-    about = ", ".join(each for each in (begin, solved.input_in_words) if each)
-    title = Text(f"{about}; {solved.outcome}", style="bold")
-    parts = [phases(solved), states(solved), ledger(solved), *([sensitivities(solved)] if with_sensitivities else [])]
-    most = f"largest compression {100.0 * solved.compression_max:.4g} cm"
-    by = f"solved in {solved.dtype}"
-    how = [solved.explain()] if explained else []
-    return spaced(title, *parts, *loss_at_start(solved), f"AED {solved.aed:+.6g} J; {most}; {by}", *how)
-
-
 def motion(solved: Motion, with_sensitivities: bool = False, explained: bool = False) -> Iterator[RenderableType]:
-    """A motion: its ending, phases with the events that begin them, states and forces, the ledger by element; where asked
-    for, derivatives and how it was solved.
+    """A motion, of which a stance is one: its ending, phases with the events that begin them, states, forces and
+    energies, the ledger; where asked for, derivatives and how it was solved.
     """
     about = ", ".join(each for each in (f"from {start_of(solved)}", solved.input_in_words) if each)
     title = Text(f"{solved.robot.label}: {about}; {solved.outcome}", style="bold")
-    parts = [motion_phases(solved), motion_states(solved), motion_ledger(solved)]
-    parts += [sensitivities(solved)] if with_sensitivities else []
-    by = f"solved in {solved.dtype}"
+    parts = [phases(solved), states(solved), ledger(solved), *([sensitivities(solved)] if with_sensitivities else [])]
+    by = "; ".join([*solved.figures_in_words, f"solved in {solved.dtype}"])
     return spaced(title, *parts, *loss_at_start(solved), by, *([solved.explain()] if explained else []))
 
 
-def motion_phases(solved: Motion) -> Table:
-    """The chain of phases of a motion; what begins each one is its event."""
+def phases(solved: Motion) -> Table:
+    """The chain of phases; what begins each one is its event."""
     scale, unit = unit_of_time(solved.duration)
     masses, inputs = masses_of(solved.robot.solver), solved.inputs
     currents = solved.robot.solver.facts.currents
@@ -130,7 +115,7 @@ def motion_phases(solved: Motion) -> Table:
     numbers = [f"{each['name']} [{each['unit']}]" for each in inputs]
     numbers += [f"{mass.position} [{mass.unit}]" for mass in masses]
     rows = list[tuple[str, ...]]()
-    for phase, event in zip(solved.phases, beginnings(solved, "start"), strict=True):
+    for phase, event in zip(solved.phases, beginnings(solved), strict=True):
         times = (f"{t * scale:.6g}" for t in (phase.start, phase.end))
         state = [getattr(phase.state, mass.position) for mass in masses]
         values = (f"{value:.4g}" for value in (*([phase.u] if inputs else []), *state))
@@ -139,14 +124,29 @@ def motion_phases(solved: Motion) -> Table:
     return table("Phases and events", (f"from [{unit}]", f"to [{unit}]", *words, *numbers), rows, words)
 
 
-def motion_states(solved: Motion) -> Table:
-    """First and last state of a motion, the forces there and the energy."""
-    rows, units = list[tuple[str, ...]](), force_units(solved)
-    for name, t in (("start", 0.0), (solved.status.replace("_", " "), solved.duration)):
-        numbers = (*solved.at(t), *currents_at(solved, t), *solved.forces(t).values(), solved.total_energy(t))
+def beginnings(solved: Motion) -> list[str]:
+    """The beginning of each phase: the start, events, or a step of the current or target."""
+    events: dict[float, list[str]] = {}
+    words = solved.robot.solver.facts.events
+    for event in solved.events:
+        events.setdefault(event.time, []).append(words[event.kind])
+    steps, what = {t for t, _ in solved.u[1:]}, "target" if solved.robot.solver.facts.currents else "current"
+    found = [solved.beginning]
+    for phase in solved.phases[1:]:
+        waiting = events.get(phase.start, [])
+        found.append(waiting.pop(0) if waiting else f"{what} steps" if phase.start in steps else "")
+    return found
+
+
+def states(solved: Motion) -> Table:
+    """First and last state, the forces there and the energies."""
+    of, rows = layout_of(solved.robot.solver), list[tuple[str, ...]]()
+    for name, t in ((solved.beginning, 0.0), (solved.status.replace("_", " "), solved.duration)):
+        state = (getattr(solved.at(t), each) for each in of.names)
+        numbers = (*state, *currents_at(solved, t), *solved.forces(t).values(), *energies_of(solved, t).values())
         rows.append((name, *(f"{round(float(each), 9) + 0.0:.5g}" for each in numbers)))
-    columns = [f"{name} [{unit}]" for name, unit in (solved.units | units_of_law(solved) | units).items()]
-    return table("State and forces", ("", *columns, "H [J]"), rows, ("",))
+    units = of.unit_of | units_of_law(solved) | force_units(solved) | units_of_energies(solved)
+    return table("State and forces", ("", *(f"{name} [{unit}]" for name, unit in units.items())), rows, ("",))
 
 
 def units_of_law(solved: Motion) -> dict[str, str]:
@@ -159,82 +159,24 @@ def currents_at(solved: Motion, t: float) -> list[float]:
     return [float(solved.current(t)) for _ in solved.robot.solver.facts.currents]
 
 
-def motion_ledger(solved: Motion) -> Table:
-    """The ledger at the ending, with its sum."""
-    words = solved.robot.solver.facts.ledger
-    work = {key: value for own in solved.ledger_by_element(solved.duration).values() for key, value in own.items()}
-    made = table("Energy ledger", ("", "J"), ((words[key], f"{each + 0.0:+.6f}") for key, each in work.items()), ("",))
-    made.add_section()
-    total = math.fsum(work.values())
-    change = float(solved.total_energy(solved.duration)) - given_energy(solved)
-    made.add_row("sum", f"{total:+.6f}")
-    made.add_row("change of energy H", f"{change:+.6f}")
-    made.add_row("difference", f"{total - change:.1e}")
-    return made
-
-
-def phases(solved: Stance) -> Table:
-    """The chain of phases; what begins each one is its event."""
-    scale, unit = unit_of_time(solved.duration)
-    numbers = [1, 2] if has_actuator(solved) else [2]
-    words = ["begins with", *({1: "actuator", 2: "body"}[n] for n in numbers)]
-    columns = [f"from [{unit}]", f"to [{unit}]", *words, *(["u [A]"] if solved.inputs else [])]
-    columns += ["x1 [cm]"] if 1 in numbers else ["x2 [cm]"]
-    rows = list[tuple[str, ...]]()
-    for phase, event in zip(solved.phases, beginnings(solved), strict=True):
-        ends = (f"{t * scale:.6g}" for t in (phase.start, phase.end))
-        values = [*([phase.u] if solved.inputs else []), 100.0 * float(getattr(phase.state, f"x{numbers[0]}"))]
-        rows.append((*ends, event, *modes_of(phase, solved.robot), *(f"{value:.4g}" for value in values)))
-    return table("Phases and events", columns, rows, words)
-
-
-def has_actuator(solved: Stance) -> bool:
-    """Whether the body stands on an actuator, and not on a leg by itself."""
-    return "x1" in solved.robot.solver.facts.axes
-
-
-def beginnings(solved: Motion, start: str = "touchdown") -> list[str]:
-    """The beginning of each phase: touchdown, events, or a step of the current or target."""
-    events: dict[float, list[str]] = {}
-    words = solved.robot.solver.facts.events
-    for event in solved.events:
-        events.setdefault(event.time, []).append(words[event.kind])
-    steps, what = {t for t, _ in solved.u[1:]}, "target" if solved.robot.solver.facts.currents else "current"
-    found = [start]
-    for phase in solved.phases[1:]:
-        waiting = events.get(phase.start, [])
-        found.append(waiting.pop(0) if waiting else f"{what} steps" if phase.start in steps else "")
-    return found
-
-
-def states(solved: Stance) -> Table:
-    """First and last state of the stance."""
-    rows, shows_actuator = list[tuple[str, ...]](), has_actuator(solved)
-    for name, t in (("touchdown", 0.0), (solved.status.replace("_", " "), solved.duration)):
-        at, energy = solved.at(t), solved.energy(t)
-        force = float(solved.contact_force(t))
-        of_actuator = (100.0 * at.x1, at.v1) if shows_actuator else ()
-        numbers = (*of_actuator, 100.0 * at.x2, at.v2, force, energy.body, energy.total)
-        rows.append((name, *(f"{round(float(each), 9) + 0.0:.5g}" for each in numbers)))
-    columns = ("x1 [cm]", "v1 [m/s]") if shows_actuator else ()
-    return table("State", ("", *columns, "x2 [cm]", "v2 [m/s]", "N [N]", "E [J]", "H [J]"), rows, ("",))
-
-
-def ledger(solved: Stance) -> Table:
-    """The ledger at the ending, with its sums."""
-    of = {name: float(value) for name, value in solved.ledger(solved.duration)._asdict().items()}
-    known, words = solved.robot.solver.package.records, solved.robot.solver.facts.ledger
-    parts = (known.LEDGER_OF_ROBOT, known.LEDGER_OF_BODY)
+def ledger(solved: Motion) -> Table:
+    """The ledger at the ending with its sums, a column per energy of the model."""
+    of, known = solved.ledger(solved.duration)._asdict(), solved.robot.solver.package.records
+    parts = {"E": known.LEDGER_OF_BODY, "H": known.LEDGER_OF_ROBOT}
+    before, after = energies_of(solved, 0.0), energies_of(solved, solved.duration)
+    before["H"] = given_energy(solved)
     rows = [
-        (words[key], *(f"{value + 0.0:+.6f}" if key in part else "" for part in parts)) for key, value in of.items()
+        (words, *(f"{float(of[key]) + 0.0:+.6f}" if key in parts[each] else "" for each in before))
+        for key, words in solved.robot.solver.facts.ledger.items()
+        if any(key in parts[each] for each in before)
     ]
-    made = table("Energy ledger", ("", "whole robot [J]", "body [J]"), rows, ("",))
+    heads = (f"{name} [{unit}]" for name, unit in units_of_energies(solved).items())
+    made = table("Energy ledger", ("", *heads), rows, ("",))
     made.add_section()
-    sums = [math.fsum(of[name] for name in part) for part in parts]
-    before, after = solved.energy(0.0), solved.energy(solved.duration)
-    changes = [float(after.total) - given_energy(solved), float(after.body) - float(before.body)]
+    sums = [math.fsum(of[key] for key in parts[each]) for each in before]
+    changes = [float(after[each] - before[each]) for each in before]
     made.add_row("sum", *(f"{each:+.6f}" for each in sums))
-    made.add_row("change of energy H, E", *(f"{each:+.6f}" for each in changes))
+    made.add_row("change", *(f"{each:+.6f}" for each in changes))
     made.add_row("difference", *(f"{a - b:.1e}" for a, b in zip(sums, changes, strict=True)))
     return made
 
@@ -390,15 +332,19 @@ def reach_json(found: Reachability, drawn: Draws | None, bands: Mapping[str, Ban
 
 def stance_csv(solved: Stance, samples: int) -> str:
     """A stance over time: uniform times, and those of the events."""
-    t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
-    force, energy, state = solved.contact_force(t), solved.energy(t).body, solved.at(t)._asdict()
-    shown = state if has_actuator(solved) else {name: state[name] for name in ("x2", "v2")}
-    return csv_of({"t": t, **shown, "N": force, "E": energy, "AED": solved.aed_at(t)})
+    t = times_of(solved, samples)
+    state = {name: values for name, values in solved.at(t)._asdict().items() if name in solved.robot.solver.facts.axes}
+    return csv_of({"t": t, **state, "N": solved.contact_force(t), "E": solved.energy(t).body, "AED": solved.aed_at(t)})
 
 
 def motion_csv(solved: Motion, samples: int) -> str:
     """A motion over time: uniform times, and those of the events."""
-    t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
-    t = t[t <= solved.duration]
+    t = times_of(solved, samples)
     columns = {"t": t, **solved.at(t)._asdict(), **solved.driven(t), **solved.forces(t)}
     return csv_of(columns | {"H": solved.total_energy(t)})
+
+
+def times_of(solved: Motion, samples: int) -> NDArray[np.float64]:
+    """Uniform times from the start to the ending, and those at which phases begin."""
+    t = np.union1d(np.linspace(0.0, solved.duration, samples), [phase.start for phase in solved.phases])
+    return t[t <= solved.duration]

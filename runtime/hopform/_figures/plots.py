@@ -35,7 +35,7 @@ from hopform._control import Command, Reachability
 from hopform._errors import HopformError
 from hopform._figures.palette import PALETTE
 from hopform._flight import Flight
-from hopform._motion import Mass, Motion, Phase, force_unit, masses_of, unit_of_time
+from hopform._motion import Mass, Motion, Phase, energies_of, force_units, masses_of, unit_of_time, units_of_energies
 from hopform._robots import Robot
 from hopform._sensitivities import Sensitivities
 from hopform._show import Picture
@@ -76,9 +76,10 @@ SAMPLES = 400
 """Points along a stance's curves."""
 LEAST_SPAN = 0.5
 """In the units of an axis."""
+COLOURS = (BLUE, GREEN, SKY, MAGENTA, BLACK)
+"""Those of the curves of a panel; that of a current is its own."""
 
 Curve = NDArray[np.floating]
-Drawing = Callable[[Axes, Stance, Curve, Curve], None]
 
 
 @contextmanager
@@ -124,48 +125,7 @@ def framed(figure: Figure, width: float, height: float, name: str, words: str = 
         figure.suptitle(literal(name) + plain(words))
 
 
-# ---- one stance ----
-
-
-def plot_stance(figure: Figure, stance: Stance) -> None:
-    """A stance over time, its events named: actuator if there is one, body, contact force, the energy (23), the current
-    where it has steps.
-
-    >>> import hopform
-    >>> robot = hopform.load_robot("hopper_c")
-    >>> figure = Figure()
-    >>> plot_stance(figure, hopform.solve_stance(robot, v2=-1.93, u=3.0))
-    >>> [axes.get_ylabel() for axes in figure.axes[:4]]
-    ['actuator $x_1$ [mm]', 'body $x_2$ [mm]', 'contact force [N]', 'energy E (23) [J]']
-    """
-    scale, unit = unit_of_time(stance.duration)
-    t = stance_times(stance)
-    masses = masses_of(stance.robot.solver)
-    panels: list[Drawing] = [*([draw_strokes] if len(masses) > 1 else []), draw_body, draw_force, draw_energy]
-    shares = [1.0] * len(panels)
-    if len(stance.u) > 1 and stance.inputs:
-        panels.append(draw_current)
-        shares.append(0.8)
-    with framed(figure, 6.4, 1.45 * sum(shares) + 1.1, *title_of(stance)):
-        rows: list[Axes] = list(figure.subplots(len(panels), 1, sharex=True, height_ratios=shares))
-        for draw, axes in zip(panels, rows, strict=True):
-            draw(axes, stance, t, t * scale)
-            mark_phases(axes, stance.phases, scale)
-        for n in range(len(masses)):
-            shade(rows[n], stance.phases, modes_over(stance, n), scale, shades(stance.robot))
-        name_events(rows[: len(masses) + 1], stance, scale)
-        rows[-1].set_xlabel(f"time since touchdown [{unit}]")
-        figure.align_ylabels(rows)
-        legend_of_modes(figure, stance)
-
-
-def stance_panel(axes: Axes, stance: Stance) -> None:
-    """The height of the body, with its modes behind it."""
-    scale, unit = unit_of_time(stance.duration)
-    t = stance_times(stance)
-    draw_body(axes, stance, t, t * scale)
-    shade(axes, stance.phases, modes_over(stance, -1), scale, shades(stance.robot))
-    axes.set_xlabel(f"time since touchdown [{unit}]")
+# ---- what pictures over time are made of ----
 
 
 def modes_over(motion: Motion, mass: int) -> list[str]:
@@ -185,23 +145,13 @@ def draw_strokes(axes: Axes, moved: Stance | Flight, t: Curve, shown: Curve) -> 
     name_axis(axes, "actuator $x_1$ [mm]")
 
 
-def draw_body(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
-    axes.plot(shown, 1000.0 * np.asarray(stance.at(t).x2), color=BLUE)
-    axes.set_ylabel("body $x_2$ [mm]")
-
-
 def draw_force(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
     axes.plot(shown, np.asarray(stance.contact_force(t)), color=BLUE)
     axes.set_ylabel("contact force [N]")
     axes.set_ylim(bottom=-0.07 * axes.get_ylim()[1])  # the mark of a take-off stands clear of the frame
 
 
-def draw_energy(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
-    axes.plot(shown, np.asarray(stance.energy(t).body), color=BLUE)
-    name_axis(axes, "energy E (23) [J]")
-
-
-def draw_current(axes: Axes, moved: Stance | Flight, t: Curve, shown: Curve) -> None:
+def draw_current(axes: Axes, moved: Flight, t: Curve, shown: Curve) -> None:
     axes.plot(shown, moved.current(t), color=CURRENT)
     name_axis(axes, "current $u$ [A]")
 
@@ -268,12 +218,6 @@ def legend_of_modes(figure: Figure, stance: Motion) -> None:
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
 
 
-def title_of(stance: Stance) -> tuple[str, str]:
-    first = stance.phases[0].state
-    about = (f"touchdown at {float(first.v2) + 0.0:.3g} m/s", stance.input_in_words)
-    return name_of(stance.robot), f": {', '.join(each for each in about if each)}\n{stance.outcome}"
-
-
 _NO_CHARACTER = re.compile("[\x00-\x09\x0b-\x1f\x7f-\x9f\ud800-\udfff\ufffe\uffff]")
 """Not allowed in XML: control characters, but line feeds are, halves of surrogate pairs, non-characters."""
 
@@ -292,52 +236,59 @@ def plain(text: str) -> str:
 
 
 def plot_motion(figure: Figure, motion: Motion) -> None:
-    """A motion over time, its events named: each coordinate, the velocities, what friction and stops carry, the energy of
-    the whole machine, and the input where it has steps, or the current that a law sets.
+    """A motion over time, of which a stance is one, its events named: each coordinate, the velocities, what friction,
+    stops and a contact carry, the energies, and the input where it has steps, or the current that a law sets.
+
+    >>> import hopform
+    >>> robot = hopform.load_robot("hopper_c")
+    >>> figure = Figure()
+    >>> plot_motion(figure, hopform.solve_stance(robot, v2=-1.93, u=3.0))
+    >>> [axes.get_ylabel().replace("\\n", ", ") for axes in figure.axes]
+    ['actuator, x1 [m]', 'body, x2 [m]', 'velocity', 'force', 'energy']
     """
     scale, unit = unit_of_time(motion.duration)
     t, masses, facts = stance_times(motion), masses_of(motion.robot.solver), motion.robot.solver.facts
-    steps = int(len(motion.u) > 1 or len(facts.currents) > 0)
-    held_by = carried(motion, t)
-    count = len(masses) + 2 + bool(held_by) + steps
-    with framed(figure, 6.4, 1.45 * count + 1.1, *title_of_motion(motion)):
+    state, drives = motion.at(t), facts.currents or motion.inputs
+    curves: dict[str, dict[str, Curve]] = {
+        "velocity": {f"{mass.velocity} [{mass.unit}/s]": getattr(state, mass.velocity) for mass in masses},
+        "force": carried(motion, t),
+        "energy": {
+            f"{name} [{units_of_energies(motion)[name]}]": each for name, each in energies_of(motion, t).items()
+        },
+    }
+    shown = [(name, lines) for name, lines in curves.items() if lines]
+    inputs = [f"{each['name']} [{each['unit']}]" for each in drives if len(motion.u) > 1 or facts.currents]
+    count = len(masses) + len(shown) + len(inputs)
+    with framed(figure, 7.4, 1.45 * count + 1.1, *title_of(motion)):
         rows: list[Axes] = list(figure.subplots(count, 1, sharex=True))
         for n, mass in enumerate(masses):
             draw_coordinate(rows[n], motion, mass, t, t * scale)
             shade(rows[n], motion.phases, modes_over(motion, n), scale, shades_of(mass))
-        state, (velocities, *forces, energy) = motion.at(t), rows[len(masses) : count - steps]
-        inputs = rows[count - steps :]
-        for mass, colour in zip(masses, (BLUE, GREEN), strict=False):
-            words = literal(f"{mass.velocity} [{mass.unit}/s]")
-            velocities.plot(t * scale, getattr(state, mass.velocity), color=colour, label=words)
-        for axes in forces:
-            for (name, values), colour in zip(held_by, (BLUE, ORANGE, GREEN, SKY), strict=False):
-                axes.plot(t * scale, values, color=colour, label=literal(name))
-            axes.set_ylabel("force")
-        energy.plot(t * scale, motion.total_energy(t), color=BLUE)
-        drives = facts.currents or motion.inputs
-        for axes in inputs:
+        by_name = {name: axes for (name, _), axes in zip(shown, rows[len(masses) :], strict=False)}
+        for name, lines in shown:
+            for (words, values), colour in zip(lines.items(), COLOURS, strict=False):
+                by_name[name].plot(t * scale, values, color=colour, label=literal(words))
+            by_name[name].set_ylabel(name)
+        for axes, name in zip(rows[count - len(inputs) :], inputs, strict=True):
             axes.plot(t * scale, motion.current(t), color=CURRENT)
-            name_axis(axes, literal(f"{drives[0]['name']} [{drives[0]['unit']}]"))
-        velocities.set_ylabel("velocity")
-        energy.set_ylabel("energy H [J]")
+            name_axis(axes, literal(name))
         for axes in rows:
             mark_phases(axes, motion.phases, scale)
-        for axes in (velocities, *forces):
-            axes.legend(loc="upper right")
-        name_events(rows, motion, scale)
-        rows[-1].set_xlabel(f"time [{unit}]")
+        name_events([*rows[: len(masses)], by_name.get("force", rows[0])], motion, scale)
+        for axes in by_name.values():
+            axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+        rows[-1].set_xlabel(f"time since {motion.beginning} [{unit}]")
         figure.align_ylabels(rows)
         legend_of_modes(figure, motion)
 
 
-def motion_panel(axes: Axes, motion: Motion) -> None:
-    """The first coordinate, with the modes of its mass behind it."""
+def motion_panel(axes: Axes, motion: Motion, n: int = 0) -> None:
+    """A coordinate, the first, with the modes of its mass behind it."""
     scale, unit = unit_of_time(motion.duration)
-    t, mass = stance_times(motion), masses_of(motion.robot.solver)[0]
+    t, mass = stance_times(motion), masses_of(motion.robot.solver)[n]
     draw_coordinate(axes, motion, mass, t, t * scale)
-    shade(axes, motion.phases, modes_over(motion, 0), scale, shades_of(mass))
-    axes.set_xlabel(f"time [{unit}]")
+    shade(axes, motion.phases, modes_over(motion, n), scale, shades_of(mass))
+    axes.set_xlabel(f"time since {motion.beginning} [{unit}]")
 
 
 def draw_coordinate(axes: Axes, motion: Motion, mass: Mass, t: Curve, shown: Curve) -> None:
@@ -359,16 +310,15 @@ def shades(robot: Robot) -> dict[str, dict[str, Any]]:
     return looks
 
 
-def carried(motion: Motion, t: Curve) -> list[tuple[str, Curve]]:
-    """The forces of friction and stops, named with their units."""
-    found, masses = motion.forces(t), masses_of(motion.robot.solver)
-    names = [(mass, f"{what}_{mass.position}") for mass in masses for what in ("friction", "stop")]
-    return [(f"{name} [{force_unit(mass.unit)}]", found[name]) for mass, name in names if name in found]
+def carried(motion: Motion, t: Curve) -> dict[str, Curve]:
+    """The forces of friction, stops and a contact, named with their units."""
+    units = force_units(motion)
+    return {f"{name} [{units[name]}]": each for name, each in motion.forces(t).items() if name != "input"}
 
 
-def title_of_motion(motion: Motion) -> tuple[str, str]:
-    about = ", ".join(each for each in (f"from {start_of(motion)}", motion.input_in_words) if each)
-    return name_of(motion.robot), f": {about}\n{motion.outcome}"
+def title_of(motion: Motion) -> tuple[str, str]:
+    about = (each for each in (motion.input_in_words, motion.outcome) if each)
+    return name_of(motion.robot), f": from {start_of(motion)}\n{', '.join(about)}"
 
 
 # ---- a flight ----
@@ -504,7 +454,7 @@ def alone(panel: Callable[[Axes, Any], object], width: float, height: float, fig
 
 OF_RESULTS: Mapping[type, Picture] = {
     Motion: (plot_motion, motion_panel),
-    Stance: (plot_stance, stance_panel),
+    Stance: (plot_motion, partial(motion_panel, n=-1)),
     Flight: (plot_flight, flight_panel),
     Batch: (partial(alone, batch_panel, 6.0, 3.6), batch_panel),
     Sensitivities: (partial(alone, sensitivities_panel, 9.0, 5.0), sensitivities_panel),

@@ -27,6 +27,7 @@ from hopform._checks import (
     array_of,
     finite,
     flag,
+    in_stroke,
     instance,
     items,
     real,
@@ -426,7 +427,8 @@ def placed(robot: Robot, act: str, x1: Any, v1: Any, v2: Any) -> tuple[float, fl
         x_1, v_1, v_2 = finite("x1", x1, "m"), finite("v1", v1, "m/s"), finite("v2", v2, "m/s")
     low, high = robot.letters.x1_min, robot.letters.x1_max
     if not low <= x_1 <= high:
-        raise HopformError(f"x1 must be within its stroke {low!r} .. {high!r} m, got {x_1!r}")
+        axis = robot.solver.facts.axes.get("x1", {"name": "x1", "unit": "m"})  # of a leg alone it never moves
+        raise HopformError(f"{axis['name']} must be {in_stroke(low, high, axis['unit'])}, got {x_1!r}")
     return x_1, v_1, v_2
 
 
