@@ -148,7 +148,10 @@ def api(names: list[str]) -> str:
     """A table of public names of hopform and its rooms, and what each is."""
     table = "\n   ".join([".. autosummary::", ":nosignatures:", "", *names])
     kinds = {name: "class" if isinstance(attrgetter(name)(hopform), type) else "function" for name in names}
-    each = (f".. auto{kind}:: {name}" + ("\n   :members:" if kind == "class" else "") for name, kind in kinds.items())
+    each = (
+        f".. auto{kind}:: hopform.{name}" + ("\n   :members:" if kind == "class" else "")
+        for name, kind in kinds.items()
+    )
     return "\n\n".join([".. currentmodule:: hopform", table, *each])
 
 
