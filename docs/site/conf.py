@@ -17,9 +17,11 @@ from docutils import nodes
 from latex2mathml.converter import convert
 from nbconvert.exporters import MarkdownExporter
 from nbconvert.preprocessors import ExecutePreprocessor
+from sphinx.pycode import ModuleAnalyzer
 from traitlets.config import Config
 
 import hopform
+import hopform.extend
 import hopform.hopping
 import hopform.identify
 from hopform._front import COMMANDS
@@ -145,11 +147,32 @@ def with_figures(name: str, text: str) -> str:
 
 
 def api(names: list[str]) -> str:
-    """A table of public names of hopform and its rooms, and what each is."""
+    """A table of public names of hopform and its rooms, `extend.*` for the classes and functions of one, and what each
+    is.
+    """
+    names = [each for name in names for each in (of_room(name[:-2]) if name.endswith(".*") else [name])]
     table = "\n   ".join([".. autosummary::", ":nosignatures:", "", *names])
     kinds = {name: "class" if isinstance(attrgetter(name)(hopform), type) else "function" for name in names}
-    each = (f".. auto{kind}:: {name}" + ("\n   :members:" if kind == "class" else "") for name, kind in kinds.items())
+    each = (
+        f".. auto{kind}:: hopform::{name}" + ("\n   :members:" if kind == "class" else "")
+        for name, kind in kinds.items()
+    )
     return "\n\n".join([".. currentmodule:: hopform", table, *each])
+
+
+def of_room(room: str) -> list[str]:
+    public = attrgetter(room)(hopform).__all__
+    return [name for each in public if callable(attrgetter(name := f"{room}.{each}")(hopform))]
+
+
+def on_source(_: Any, module: str) -> tuple[str, Any]:
+    """A module's code and where its names stand in it, also as names of a room. sphinx.ext.viewcode links a module back
+    to one place of its names: that is hopform, of which a name of a room is an attribute.
+    """
+    analyzer = ModuleAnalyzer.for_module(module)
+    analyzer.find_tags()
+    rooms = ("", "extend.", "hopping.", "identify.")
+    return analyzer.code, {room + name: place for room in rooms for name, place in analyzer.tags.items()}
 
 
 def in_c(names: list[str]) -> str:
@@ -219,3 +242,4 @@ def setup(app: Any) -> None:
     app.add_html_math_renderer("mathml", (in_line, None), (in_block, None))
     app.connect("source-read", on_read)
     app.connect("autodoc-process-docstring", on_docstring)
+    app.connect("viewcode-find-source", on_source)

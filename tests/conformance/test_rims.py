@@ -23,7 +23,7 @@ from derive.derivation import Derivation
 from derive.emit.render import render
 from derive.emit.texts import BROKEN
 from derive.model.equations import ModelError
-from derive.model.names import why_no_column, why_not
+from derive.model.names import in_python, why_no_column, why_not
 from derive.solver import model_of, solver
 from hopform._cli import tables
 from hopform._export import struct_of
@@ -66,7 +66,7 @@ def test_a_model_at_a_rim_is_built_and_solved(name, store, tmp_path):
     file.write_text(RIMS[name], "utf-8")
     built = solver_of(store, file)
     facts = built._core.facts
-    numbers = {each["name"]: each["default"] for each in facts.parameters}
+    numbers = {in_python(each["name"]): each["default"] for each in facts.parameters}
     force = sum(value for value in numbers.values()) - 1.0 or 1.0
     robot = built.Robot(**numbers)
     motion = built.solve_motion(robot, start={}, horizon=0.5)
