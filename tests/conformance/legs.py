@@ -81,7 +81,8 @@ def drawn(name: str, seed: int, count: int) -> Iterator[tuple[tuple[float, ...],
             further = (robot["k"] * 10.0 ** choose.uniform(-3.0, 0.0), robot["L0"] + robot["c"] + longer)
             problem = builders.second_spring(robot, *further, **start, u=u, max_phases=MOST)
         else:
-            further = (0.0, 0.0, robot["m_s"] * robot["g"] * choose.uniform(-0.5, 0.9))
+            force = robot["m_s"] * robot["g"] * choose.uniform(-0.5, 0.9)
+            further = (force,) if name == "cable" else (0.0, 0.0, force)  # further_forces has two before it
             problem = builders.pushed_body(robot, further[-1], **start, u=u, max_phases=MOST)
         yield (
             (*(robot.get(key, 0.0) for key in Robot._fields), *further),
