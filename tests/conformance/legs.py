@@ -44,11 +44,12 @@ class Leg:
         return [(float(row[0]), words[row[3]]) for row in solved.phase_rows() if row[3]]
 
     def answer(self, solved: Any) -> Answer:
-        """Up to the ending; x2 counts from the length of the leg without load."""
+        """Up to the ending; x2 counts from the length of the leg without load. Without a contact there is no AED."""
         ending, duration, end, _, aed = solved.outcome()
         final = {"x1": end.x1, "v1": end.v1, "v2": end.v2, "y": end.y}
         status = self.package.records.ENDINGS[ending]
-        return Answer(status, float(duration), self.events(solved), final, {"body": aed})
+        gains = {"body": aed} if "spring_work" in self.package.records.LEDGER_OF_BODY else {}
+        return Answer(status, float(duration), self.events(solved), final, gains)
 
 
 class Legs:
@@ -81,7 +82,8 @@ def drawn(name: str, seed: int, count: int) -> Iterator[tuple[tuple[float, ...],
             further = (robot["k"] * 10.0 ** choose.uniform(-3.0, 0.0), robot["L0"] + robot["c"] + longer)
             problem = builders.second_spring(robot, *further, **start, u=u, max_phases=MOST)
         else:
-            further = (0.0, 0.0, robot["m_s"] * robot["g"] * choose.uniform(-0.5, 0.9))
+            force = robot["m_s"] * robot["g"] * choose.uniform(-0.5, 0.9)
+            further = (force,) if name == "cable" else (0.0, 0.0, force)  # further_forces has two before it
             problem = builders.pushed_body(robot, further[-1], **start, u=u, max_phases=MOST)
         yield (
             (*(robot.get(key, 0.0) for key in Robot._fields), *further),

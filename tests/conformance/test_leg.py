@@ -91,7 +91,7 @@ def test_random_stances_are_those_of_the_oracle(count, name, legs):
 
 
 def test_random_rigs_are_those_of_the_oracle(legs):
-    """Events, ending, times, states and AED; a compression below 0 at the start, too, and no take-off."""
+    """Events, ending, times and states; a compression below 0 at the start, too, and no take-off."""
     leg, verdicts = legs["rig"], []
     for parameters, start, horizon, problem in rigs(9, 24):
         verdicts.append(compare(problem, leg.answer(leg.solve(parameters, start, start["u"], horizon))))

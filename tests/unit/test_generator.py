@@ -247,7 +247,7 @@ def test_a_file_of_the_hopper_that_is_no_model_is_one_line(tree):
     for options in ((), ("--check",), ("--model", "derive/models/cart.py", "--out", "cart")):
         ran = derive(tree, *options)
         assert (ran.code, ran.out, len(ran.err.splitlines())) == (2, "", 1)
-        assert "derive/models/hopper.py: force 'offset': another entry of the ledger has its name" in ran.err
+        assert "derive/models/hopper.py: line 41: force 'offset': another entry of the ledger has its name" in ran.err
     assert contents(tree) == before
 
 
