@@ -924,7 +924,9 @@ contact(spring(0.4 - h, k).damper(b))
 @pytest.mark.sliced
 @pytest.mark.parametrize("b", [0.0, 5.0, 90.0])
 def test_a_damper_beside_the_spring_of_a_leg_of_one_mass_is_in_the_leg(store, tmp_path, b):
-    """It takes off where k y + b y' = 0, by matrix exponentials of 30 digits."""
+    """It takes off where k y + b y' = 0, which it never is under the largest damping, by matrix exponentials of 30
+    digits.
+    """
     (tmp_path / "one_leg.py").write_text(DAMPED, "utf-8")
     solver = hopform.load_solver(built(store, tmp_path / "one_leg.py"))
     stance = solver.solve_stance(dataclasses.replace(solver.load_robot("one_leg"), b=b), v2=-1.9)
@@ -935,8 +937,15 @@ def test_a_damper_beside_the_spring_of_a_leg_of_one_mass_is_in_the_leg(store, tm
         def state(t: Any) -> Any:
             return mp.expm(rates * t) * mp.matrix([length, mp.mpf(-1.9), 1])
 
-        end = mp.findroot(lambda t: k * (length - state(t)[0]) - b * state(t)[1], stance.duration)
-        assert stance.status == "takeoff" and abs(stance.duration - end) <= 1e-14
+        def force(t: Any) -> Any:
+            return k * (length - state(t)[0]) - b * state(t)[1]
+
+        if b > 50.0:
+            assert min(force(mp.mpf(n) / 200) for n in range(400)) > 20.0 and stance.status == "horizon"
+            end = mp.mpf(stance.duration)
+        else:
+            end = mp.findroot(force, stance.duration)
+            assert stance.status == "takeoff" and abs(stance.duration - end) <= 1e-14
         assert max(abs(stance.end.x2 - state(end)[0]), abs(stance.end.v2 - state(end)[1])) <= 1e-13
 
 
