@@ -85,6 +85,7 @@ def test_there_are_as_many_symbols_as_the_field_uses():
     assert not [name for name in NAMES if why_not(name) is not None]
 
 
+@pytest.mark.sliced
 def test_every_name_has_its_own_number_in_a_motion(solver, robot):
     motion = solver.solve_motion(robot, start={}, horizon=HORIZON)
     assert motion.at(HORIZON).x == pytest.approx(place(VALUES), rel=1e-12)
@@ -98,6 +99,7 @@ def test_every_name_has_its_own_number_in_a_motion(solver, robot):
     assert by["x", MASS] == pytest.approx(-place(VALUES) / VALUES[MASS], rel=1e-11)
 
 
+@pytest.mark.sliced
 def test_every_name_is_that_of_its_number_in_a_robot(solver, robot):
     assert {name: robot[name] for name in NAMES} == VALUES == robot.parameters._asdict()
     for n, name in enumerate(NAMES):
@@ -109,6 +111,7 @@ def test_every_name_is_that_of_its_number_in_a_robot(solver, robot):
         robot["J_l"]
 
 
+@pytest.mark.sliced
 def test_every_name_can_be_given_to_a_batch_or_is_an_argument_of_it(solver, robot):
     arguments = {"robot", "start", "horizon", "dtype"}
     for name in [name for name in NAMES if name not in arguments][::9]:
@@ -117,6 +120,7 @@ def test_every_name_can_be_given_to_a_batch_or_is_an_argument_of_it(solver, robo
         assert found == pytest.approx([place(VALUES | {name: each}) for each in at], rel=1e-12), name
 
 
+@pytest.mark.sliced
 def test_files_and_answers_have_every_name(solver, robot):
     text = robot.to_toml()
     assert robot_from_toml(text, kind=solver.Robot) == robot
@@ -186,6 +190,7 @@ def test_attributes_of_a_robot_are_those_that_python_renames():
     assert {name for name in own if in_python(name) == name} == {"travel"}  # which is no name of a parameter
 
 
+@pytest.mark.sliced
 def test_headers_and_programs_for_boards_compile_beside_their_macros(solver, tmp_path):
     """The public header, a robot by its members, and the library without them."""
     folder = solver._core.folder.path("solver.toml").parent / "c"
