@@ -40,12 +40,13 @@ smoke: compiler venv-dev ## in a minute: one derivation, the digests of this com
 	$(PY) -m tests.conformance.exhaustive --seed $(SEED) --count 1000 --reference 1000
 
 QUICK_TESTS = $(addprefix tests/repository/test_,words.py docs.py rooms.py derive.py facts.py statuses.py tests.py ci.py)
-precheck: venv-dev ## in 20 s what most changes are refused for: style, format, stale files, words, links, rooms, facts
+precheck: compiler venv-dev ## in 20 s what most changes are refused for: style, format, stale files, words, links, rooms, facts
 	$(PY) -m ruff check .
 	$(PY) -m ruff format --check .
 	.venv/bin/lint-imports --no-cache --no-logo
 	sh tools/lint_c.sh format
 	$(PY) -m derive --check
+	$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -q -n auto -p no:cacheprovider -k "not builds" $(QUICK_TESTS)
 
 format: venv-dev ## let the formatters write: ruff, clang-format
@@ -193,6 +194,7 @@ wheel: compiler venv-dev ## build the sdist, from it the wheel, look inside, use
 	@rm -rf dist
 	$(PY) -m build --no-isolation
 	.venv/bin/check-wheel-contents dist
+	$(PY) tools/build_library.py
 	$(PY) -m pytest -q -m sliced tests/repository/test_package.py
 
 wheels: compiler venv-wheels ## the sdist and a wheel for each of PLATFORMS (all), cross compiled, into dist

@@ -246,3 +246,19 @@ def test_a_pull_request_runs_the_slower_tests_that_are_named_and_the_night_all()
     makefile = (ROOT / "Makefile").read_text("utf-8")
     nightly = makefile[makefile.index("nightly: ##") : makefile.index("\nSLOW =")]
     assert "test-slices" in nightly and "SLICES" not in nightly
+
+
+def test_tests_run_with_the_library_of_this_checkout():
+    """A checkout that was updated has the library of before, which is refused: what runs tests makes it first."""
+    makefile = (ROOT / "Makefile").read_text("utf-8")
+    recipes = re.findall(r"^([\w-]+):([^\n#=]*)[^\n]*\n((?:\t[^\n]*\n)+)", makefile, re.MULTILINE)
+    builds = {name for name, _, lines in recipes if "tools/build_library.py" in lines}
+    runs = {
+        name: (set(needs.split()), lines)
+        for name, needs, lines in recipes
+        if re.search("python -m pytest|PY\\) -m pytest", lines)
+    }
+    assert {"test", "precheck", "test-slices", "wheel", "site-test"} <= runs.keys()
+    for name, (needs, lines) in runs.items():
+        assert lines.find("tools/build_library.py") in range(lines.index("-m pytest")) or needs & builds, name
+        assert needs & ({"compiler"} | builds), name
