@@ -112,12 +112,13 @@ class Model:
     """A mechanism in the letters of the derivation.
 
     parameters: those that its file declares. constants: what each letter is in them. sources: the element that a
-    constant comes from, of the letters that the file declares; the others stand for nothing. further: forces that no letter stands for. has_contact: whether a leg stands on the ground,
-    which it pushes and cannot pull. moves_alone: whether mass 1 alone moves, so that x_2 = 0 for ever. by_sign:
-    whether the Coulomb friction of each mass differs by the sign of its velocity. It is the mean of its two levels with
-    that sign, and half their difference as a constant force. Friction at rest differs by sign, too. rest_may_lack:
-    whether a robot may give friction at rest a level below that in motion. law: what sets the current, if `input` is a
-    target. The letter u is the input of a mode: under the law the target, at a limit of the current this limit.
+    constant comes from, of the letters that the file declares; the others stand for nothing. further: forces that no
+    letter stands for. has_contact: whether a leg stands on the ground, which it pushes and cannot pull. moves_alone:
+    whether mass 1 alone moves, so that x_2 = 0 for ever. by_sign: whether the Coulomb friction of each mass differs by
+    the sign of its velocity. It is the mean of its two levels with that sign, and half their difference as a constant
+    force. Friction at rest differs by sign, too. rest_may_lack: whether a robot may give friction at rest a level below
+    that in motion. law: what sets the current, if `input` is a target. The letter u is the input of a mode: under the
+    law the target, at a limit of the current this limit.
 
     names: of both masses, None for one that is none of the file's. name, title: what its solver is called, and is in a
     line. text: the file.

@@ -235,7 +235,8 @@ def stance() -> Figure:
     figure = Figure(figsize=(4.2, 4.2), layout="constrained")
     strokes, force = figure.subplots(2, 1, sharex=True)
     plots.draw_strokes(strokes, found, t, 1e3 * t)
-    plots.draw_force(force, found, t, 1e3 * t)
+    force.plot(1e3 * t, np.asarray(found.contact_force(t)), color=BLUE)
+    force.set_ylabel("contact force [N]")
     for axes in (strokes, force):
         plots.mark_phases(axes, found.phases, 1e3)
     for axes, room in ((strokes, 1.6), (force, 2.0)):

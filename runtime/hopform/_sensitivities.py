@@ -82,8 +82,9 @@ class Sensitivities(_Derivatives):
     """Derivatives of the ending through the events of a stance, in the units of row over column; NaN where there are
     none.
 
-    rows: the duration T [s], the state x1, v1, x2, v2 at the ending, apex, aed. columns: the initial state x1, v1, x2, v2, the current
-    u (all steps alike), the robot's fields. matrix: rows times columns; `[row, column]` is one entry by name.
+    rows: the duration T [s], the state x1, v1, x2, v2 at the ending, apex, aed. columns: the initial state x1, v1, x2,
+    v2, the current u (all steps alike), the robot's fields. matrix: rows times columns; `[row, column]` is one entry by
+    name.
     """
 
     def __getitem__(self, names: tuple[str, str]) -> float:

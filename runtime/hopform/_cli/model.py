@@ -77,8 +77,8 @@ def spelled(derivation: Any, formula: str | None, form: Form, f32: bool = False)
 def model_show(model: str, formula: str | None = None, form: Form = Form.text, f32: bool = False) -> None:
     """Print the formulas that follow from a model, to paste.
 
-    They go into a paper, a notebook or firmware. FORMULA is a name, a group (lagrangian, equations_of_motion, transfer, numerators, poles, partial_fractions, states,
-    energies, control, event_functions) or a number of the paper.
+    They go into a paper, a notebook or firmware. FORMULA is a name, a group (lagrangian, equations_of_motion, transfer,
+    numerators, poles, partial_fractions, states, energies, control, event_functions) or a number of the paper.
     """
     print(spelled(derived(model), formula, form, f32), end="")
 
@@ -136,9 +136,10 @@ def next_step(model: str) -> str:
 def model_build(model: str, out: Path | None = None) -> None:
     """Build the solver of a model file.
 
-    It has a package, a compiled library, equations and a robot's numbers. The file is run as Python, and the solver is a program: read the file first. Without --out it goes to the cache of
-    solvers, by a hash of the model, hopform and the compiler: a second build is a look-up. Without a C compiler the
-    solver has no library, and solves where there is one.
+    It has a package, a compiled library, equations and a robot's numbers. The file is run as Python, and the solver is
+    a program: read the file first. Without --out it goes to the cache of solvers, by a hash of the model, hopform and
+    the compiler: a second build is a look-up. Without a C compiler the solver has no library, and solves where there is
+    one.
     """
     readable(model)
     with in_one_line():

@@ -145,12 +145,6 @@ def draw_strokes(axes: Axes, moved: Stance | Flight, t: Curve, shown: Curve) -> 
     name_axis(axes, "actuator $x_1$ [mm]")
 
 
-def draw_force(axes: Axes, stance: Stance, t: Curve, shown: Curve) -> None:
-    axes.plot(shown, np.asarray(stance.contact_force(t)), color=BLUE)
-    axes.set_ylabel("contact force [N]")
-    axes.set_ylim(bottom=-0.07 * axes.get_ylim()[1])  # the mark of a take-off stands clear of the frame
-
-
 def draw_current(axes: Axes, moved: Flight, t: Curve, shown: Curve) -> None:
     axes.plot(shown, moved.current(t), color=CURRENT)
     name_axis(axes, "current $u$ [A]")

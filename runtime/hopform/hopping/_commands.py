@@ -86,9 +86,9 @@ def hop(
 ) -> None:  # fmt: skip
     """Let the robot hop, over rough terrain and under a controller.
 
-    It is dropped from --height. The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of heights. The controllers:
-    constant (--u), exact (the energy-based feedforward), printed (the same as the paper prints it), return-map (Hopper
-    B's first one).
+    It is dropped from --height. The terrain is flat, steps, uniform, gaussian (with --size and --seed) or a CSV file of
+    heights. The controllers: constant (--u), exact (the energy-based feedforward), printed (the same as the paper
+    prints it), return-map (Hopper B's first one).
     """
     solver = in_use()
     reads = [("--robot", solver.robot_file(robot)), ("--from-fit", from_fit), ("--model", solver.robot_file(model))]

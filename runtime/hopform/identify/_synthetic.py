@@ -61,18 +61,19 @@ def record(
     "air" (the same without a spring). An actuator that is held is so at x1 = 0, or at the stop next
     to it; one that is driven begins where its motion lies in the middle of its stroke.
 
-    height, if not given: 0.2 m, of a decay 0.04 m; current: u_max, 1 A if that is infinite; both the largest that
-    stays within stroke and travel if that is less. hold [s]: of stillness at first, but in a decay; 0.2 s if not given.
-    duration [s]: of a motion; 2 s if not given. A drop or a decay is repeated `repeats` times, the body taken back by hand in between. rate [Hz],
-    noise [m] (standard deviation), quantum [m] (0 for none). free_stroke: on a rig without stops, whose spring's
-    travel has no limit, as the recording's remarks say. The same seed gives the same recording, None another one each
-    time.
+    height, if not given: 0.2 m, of a decay 0.04 m; current: u_max, 1 A if that is infinite; both the largest that stays
+    within stroke and travel if that is less. hold [s]: of stillness at first, but in a decay; 0.2 s if not given.
+    duration [s]: of a motion; 2 s if not given. A drop or a decay is repeated `repeats` times, the body taken back by
+    hand in between. rate [Hz], noise [m] (standard deviation), quantum [m] (0 for none). free_stroke: on a rig without
+    stops, whose spring's travel has no limit, as the recording's remarks say. The same seed gives the same recording,
+    None another one each time.
 
     test "motion": any model from `start` under `u`, as `solve_motion` takes them; every position is recorded, noise and
     quantum in its unit, and the input where it is not 0. What the other tests are set by is refused.
 
     Raises HopformError for a value that is not allowed, and for a height or a current under which the actuator reaches
-    a stop, or the spring the end of its travel; the message has the largest that fits. In a free drop the actuator may reach its stops.
+    a stop, or the spring the end of its travel; the message has the largest that fits. In a free drop the actuator may
+    reach its stops.
 
     >>> import hopform
     >>> recording = record(hopform.load_robot("hopper_c"), "step", seed=1)
