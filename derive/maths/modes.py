@@ -58,7 +58,7 @@ def excess_of(model: Model) -> Steps:
 
 
 @function(takes=(STATE,), returns=scalar("rate_y", "m/s", "rate of the compression"))
-def compression_rate() -> Steps:
+def stretch_rate() -> Steps:
     """Rate of the compression."""
     yield Step(sp.Symbol("rate_y", real=True), v1 - v2, "(3), (4)")
 

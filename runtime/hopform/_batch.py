@@ -386,7 +386,7 @@ def _solved(
     results = package.results_like(size, how.real)
     readings: dict[str, NDArray[Any]] = {}  # a parametrised dict takes longer than a motion
     if how.sensitivities:
-        readings["sensitivities"] = np.empty((size, len(ROWS), len(robot.solver.package.elements.COLUMNS)), how.real)
+        readings["sensitivities"] = np.empty((size, *_matrix_of(robot)), how.real)
     if how.compressions:
         readings["compressions"] = np.empty(size, how.real)
     job = _Job((*(given[axis] for axis in STATES), *robots), shape, size, how.most, how.real, results, readings)
@@ -400,6 +400,12 @@ def _solved(
         derived = {"stance": of_stance, "motion": of_motion}[how.what]
         derivatives = derived(ManySensitivities, matrices, x2_is_given, robot.solver, robots)
     return _Found(labels, of, times, kinds, derivatives, compressions)
+
+
+def _matrix_of(robot: Robot) -> tuple[int, int]:
+    """The rows and columns of derivatives."""
+    elements = robot.solver.package.elements
+    return len(elements.ROWS), len(elements.COLUMNS)
 
 
 def _in_shape(values: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:

@@ -340,7 +340,7 @@ def _made(
     kind: type[Motion], robot: Robot, u: Steps, dtype: Precision, solved: Solved, given: bool, asked: Any
 ) -> Motion:
     """A stance or another motion with its ending, made without the slow __init__ of a frozen dataclass."""
-    ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
+    ending, duration, (x1, v1, v2, y), *rises = solved.outcome()
     status, lifts = ENDINGS[ending], ending == TAKEOFF
     solver = robot.solver
     made: Motion = object.__new__(kind)
@@ -351,6 +351,7 @@ def _made(
     if kind is Stance:
         height: Any = solver.package.formulas.body_height if dtype is DOUBLE else partial(_height, robot, dtype)
         end = tuple_of(state_of_leg(solver), (x1, v1, float(height(robot.parameters, x1, y)), v2))
+        apex, aed = rises
         apex = apex if lifts and robot.fall > 0.0 else math.nan
         held |= {"end": end, "takeoff": end if lifts else None, "apex": apex, "aed": aed}
     else:

@@ -106,15 +106,15 @@ Status: TypeAlias = Literal[
 STATUSES: dict[int, Status] = {
     0: "ok",  # the answer, without a warning
     1: "phases_not_kept",  # the phase buffer was too small; everything else is exact
-    2: "no_derivative",  # no take-off, an event that grazes, or derivatives out of range
+    2: "no_derivative",  # an event grazes, the ending has no derivative, or one is out of range
     3: "searching",  # the search for a current goes on
     4: "ill_conditioned",  # the actuator is too stiff for the precision: events of its creep may be wrong
     5: "capped",  # a cap on the search for a current was met: the best one within it
     -1: "error_null",  # a pointer is NULL
     -2: "error_robot",  # a parameter of the robot is out of its domain, or the plan was not made
-    -3: "error_state",  # a state is not finite, x_1 is beyond its stroke, or what is fixed moves
+    -3: "error_state",  # a state is not finite, a position is beyond a stop, or what is fixed moves
     -4: "error_extended",  # the leg is extended at the start, its compression negative
-    -5: "error_steps",  # the steps of the current are none or too many, do not start at 0 or do not increase
+    -5: "error_steps",  # the steps of the input are none or too many, do not start at 0 or do not increase
     -6: "error_horizon",  # horizon or max_phases is not positive
     -7: "error_time",  # a time is not finite or outside the stance
     -8: "error_numbers",  # out of the range of the precision: scale the robot or use double precision
@@ -151,7 +151,7 @@ Ending: TypeAlias = Literal[
 
 ENDINGS: dict[int, Ending] = {
     1: "takeoff",  # the contact force returned to zero with the leg extending
-    2: "rest",  # both masses are held and nothing can change
+    2: "rest",  # all that may move is held and nothing can change
     3: "horizon",  # the longest time was reached
     4: "too_many_phases",  # the cap on phases was reached
     5: "uncertified",  # no first event was certified within the bound; up to here it is
@@ -167,7 +167,7 @@ EventKind: TypeAlias = Literal[
     "x2_sticks",
     "x2_slips",
 ]
-"""What starts a phase; 0 is the start of the stance or a step of the current."""
+"""What starts a phase; 0 is the start or a step of the input."""
 
 EVENTS: dict[int, EventKind] = {
     1: "x1_reverses",  # the actuator reverses
@@ -223,9 +223,9 @@ CONTACTS: dict[int, Contact] = {
 REFUSALS = {
     -1: "a pointer is NULL",
     -2: "a parameter of the robot is out of its domain, or the plan was not made",
-    -3: "a state is not finite, x_1 is beyond its stroke, or what is fixed moves",
+    -3: "a state is not finite, a position is beyond a stop, or what is fixed moves",
     -4: "the leg is extended at the start, its compression negative",
-    -5: "the steps of the current are none or too many, do not start at 0 or do not increase",
+    -5: "the steps of the input are none or too many, do not start at 0 or do not increase",
     -6: "horizon or max_phases is not positive",
     -7: "a time is not finite or outside the stance",
     -8: "out of the range of the precision: scale the robot or use double precision",
@@ -376,7 +376,7 @@ class Drive(NamedTuple):
     """[m/s^2] constant acceleration of the body"""
 
 
-class Motion(NamedTuple):
+class Numerators(NamedTuple):
     """Numerators of (11), counted from where and how fast each coordinate starts."""
 
     H3_1: Real

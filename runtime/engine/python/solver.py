@@ -45,8 +45,7 @@ from . import formulas
 from .checked import attributes
 from .elements import AXES, EVENTS, HAS_CONTACT, HAS_LAW, MODES, MOVING, State
 from .kernels import basis_at, factor_cubic
-from .records import Ending, EventKind, LegState, Poles, Rates, Robot
-from .records import Motion as Numerators
+from .records import Ending, EventKind, LegState, Numerators, Poles, Rates, Robot
 from .robot import Robot as CheckedRobot
 from .stability import conditions
 

@@ -125,20 +125,20 @@ typedef struct {
     double W2;           /**< [s^4] integral of W1 */
 } hopform_node_f64;
 
-/** What is computed once per robot: coefficients of (3), (4), poles and a node of each mode. */
+/** What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode. */
 typedef struct {
     hopform_robot_f64 robot;
     hopform_rates_f64 rates;
     hopform_poles_f64 both; /**< both masses slip */
-    hopform_poles_f64 actuator; /**< the body is held */
-    hopform_poles_f64 body; /**< the actuator is held */
+    hopform_poles_f64 mass_1; /**< mass 1 slips alone */
+    hopform_poles_f64 mass_2; /**< mass 2 slips alone */
     hopform_node_f64 node_both;
-    hopform_node_f64 node_actuator;
-    hopform_node_f64 node_body;
+    hopform_node_f64 node_mass_1;
+    hopform_node_f64 node_mass_2;
     uint32_t made; /**< HOPFORM_PLAN_MADE once hopform_plan_init was content */
 } hopform_plan_f64;
 
-/** A step of the current: u from time t on. */
+/** A step of the input: u from time t on. */
 typedef struct {
     double t;  /**< [s] */
     double u;  /**< [A] */
@@ -146,14 +146,14 @@ typedef struct {
 
 /** A phase: where and when it starts, and in which mode. */
 typedef struct {
-    double t; /**< [s] time since touchdown */
+    double t; /**< [s] time since the start */
     double x1; /**< [m] displacement of the actuator */
     double v1; /**< [m/s] velocity of the actuator */
     double v2; /**< [m/s] velocity of the body */
     double y; /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
     int8_t mode; /**< 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held; with a law side_2 is its limit */
     int8_t event; /**< HOPFORM_EVENT_..., what started it */
-    uint16_t step; /**< index of the step of the current */
+    uint16_t step; /**< index of the step of the input */
 } hopform_phase_f64;
 
 /** A stance, solved. */
@@ -304,7 +304,7 @@ typedef struct {
     int32_t event_capacity;
 } hopform_stances_out_f64;
 
-/** Where robots, states after the impact, currents and longest times are read. */
+/** Where robots, states at the start, inputs and longest times are read. */
 typedef struct {
     hopform_input_f64 robot[17]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
     hopform_input_f64 x1; /**< [m] displacement of the actuator */
@@ -317,16 +317,16 @@ typedef struct {
 } hopform_stances_in_f64;
 
 /** Coefficients and poles of a robot. A refusal zeroes the plan, and every function refuses it. HOPFORM_ILL_CONDITIONED
- * where the actuator is too stiff for the precision: the plan is made, and what it solves may lack events of the creep
- * after the transient. */
+ * where mass 1 is too stiff for the precision: the plan is made, and what it solves may lack events of the creep after
+ * the transient. */
 int32_t hopform_plan_init_f64(hopform_plan_f64 *plan, const hopform_robot_f64 *robot);
 
 /** Solve one stance from its start; phases go into the caller's buffer as far as it reaches.
  *
- * start: state after the impact, y = 0 at touchdown. steps: the current, at most HOPFORM_MOST_STEPS, steps[0].t = 0,
- * times increase. horizon [s]: longest time. max_phases: after so many phases the ending is too_many_phases; where no
- * first event of a phase is certified within 10 000 intervals it is uncertified, and the stance is known up to its
- * duration.
+ * start: the state at t = 0; of a hop that after the impact. steps: the input, at most HOPFORM_MOST_STEPS,
+ * steps[0].t = 0, times increase. horizon [s]: longest time. max_phases: after so many phases the ending is
+ * too_many_phases; where no first event of a phase is certified within 10 000 intervals it is uncertified, and the
+ * stance is known up to its duration.
  */
 int32_t hopform_solve_stance_f64(const hopform_plan_f64 *plan, const hopform_state_f64 *start,
                                   const hopform_step_f64 *steps, int32_t step_count, double horizon, int32_t max_phases,
@@ -362,14 +362,13 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
 
 /** Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
  * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
- * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass, and that
- * of the stop where the contact force jumped below 0 there. A leg that pulls from the start ends as it starts: T stays
- * 0, the state moves with the start. The row of the apex is 0 without take-off.
+ * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a
+ * contact it is also that of the stop where the contact force jumped below 0; one that pulls from the start ends as it
+ * starts: T stays 0, the state moves with the start; and a row that only a rise has is 0 without one.
  *
- * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
- * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0, but for a
- * take-off at once. An actuator that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count
- * where a stop is met later.
+ * Column y holds the others' at a fixed stretch. Column u moves every step's input alike. The velocity of a mass at
+ * rest that is held stays 0, but where a contact is lost at once. Mass 1, if it starts on a stop, stays where it starts
+ * until it departs; the ends of its stroke count where a stop is met later.
  */
 int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                           const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
@@ -471,7 +470,7 @@ int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *i
 /** Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN
  * where there is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK,
  * HOPFORM_NO_DERIVATIVE, HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an
- * error. The apex' row is NaN without take-off or gravity. A negative status refuses every stance. */
+ * error. A row that only a rise behind a contact has is NaN without one. A negative status refuses every stance. */
 int32_t hopform_stances_sensitivities_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
                                            int32_t capacity, double *matrices, int32_t *status);
 
