@@ -17,14 +17,14 @@ from .sources import Part, Solver, engine
 WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Motion", "Basis")
 """Records whose members the engine goes through one after the other."""
 
-BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction"), "Element") | {
+BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction", "Resisted"), "Element") | {
     "State": "Axis", "Excess": "Side", "Slopes": "Share", "RobotChange": "Field", "Basis": "Order"
 }  # fmt: skip
 """Records that the engine goes through as arrays, and what counts them; further ones of the axes of a state."""
 BY_AXIS = Member("later", "At"), Member("rates", "Speeds"), Member("change", "StateChange")
 
 IN_HEADER = (
-    "stance", "states", "energy", "sensitivity", "control", "flight", "touchdown", "selftest", "batch",
+    "start", "stance", "states", "energy", "forces", "plant", "sensitivity", "control", "flight", "touchdown", "selftest", "batch",
     "readings_of_many",
 )  # fmt: skip
 """The engine's files with public functions, in the order of the header."""

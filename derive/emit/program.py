@@ -6,7 +6,7 @@ events, the chain of phases) stands once per language in runtime/engine and call
 
 from dataclasses import replace
 
-from ..ir import Definition, Parameter, Program, Record
+from ..ir import Definition, Parameter, Program, Record, Spelled
 from ..maths import (
     contact,
     control,
@@ -19,14 +19,16 @@ from ..maths import (
     modes,
     partial_fractions,
     sensitivity,
+    start,
     time_domain,
 )
 from ..model import quantities
 from ..model.equations import Model
 from ..shipped import HOPPER
+from .facts import shown
 
 MODULES = (
-    laplace, law, linear, elements, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight
+    laplace, law, linear, elements, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight, start
 )  # fmt: skip
 
 
@@ -36,7 +38,8 @@ def program(model: Model = HOPPER) -> Program:
         record.name: record
         for record in (
             model.robot, elements.letters_record(model), energy.ledger_record(model), energy.moments_record(model),
-            flight.flight_ledger_record(model), sensitivity.changes(model.robot),
+            flight.flight_ledger_record(model), sensitivity.changes(model.robot), _start_record(model),
+            modes.forces_record(model),
         )
     }  # fmt: skip
     defined = [value for module in MODULES for value in vars(module).values()]
@@ -51,6 +54,16 @@ def program(model: Model = HOPPER) -> Program:
         "Exact stances of a series-elastic hopper with dry friction, in closed form, and its controller",
         tuple(of_model.values()),
         tuple(value.of(model, of_model).without(zeros) for value in defined if isinstance(value, Definition)),
+    )
+
+
+def _start_record(model: Model) -> Record:
+    """The coordinates and velocities that move under their names in the file, with the engine's letter of each."""
+    return start.START.of(
+        *(
+            Spelled(each["name"], each["glyph"], each["unit"], each["meaning"], letter=each["axis"])
+            for each in shown(model)
+        )
     )
 
 

@@ -16,7 +16,7 @@ import sympy as sp
 from ..ir import Own, Record, Step, Steps, function, scalar
 from ..model import kinds
 from ..model.equations import MASSES, Model
-from ..model.kinds import EVENTS, Kind, Word
+from ..model.kinds import BEGINNINGS, EVENTS, Kind, Word
 from ..model.quantities import *
 from .laplace import MATRIX, MODES, NAMES, START, WHOLE
 
@@ -220,7 +220,8 @@ def axis_of_event() -> tuple[int, ...]:
     for element in ELEMENTS:
         at = {"reverses": element.velocity, "sticks": element.velocity, "hits_stop": element.position}
         axes |= {element.events[what]: axis for what, axis in at.items()}
-    return (-1, *(AXES.index(axes[word.number]) if word.number in axes else -1 for word in EVENTS.words))
+    last = max(word.number for word in (*EVENTS.words, *BEGINNINGS.words))
+    return (-1, *(AXES.index(axes[number]) if number in axes else -1 for number in range(1, last + 1)))
 
 
 def column_of_axis() -> tuple[int, ...]:

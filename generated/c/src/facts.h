@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "a7280b808d6be56e"
+#define HOPFORM_LAYOUT "c8241955c551ae5c"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
  * */
@@ -59,7 +59,7 @@
 /* X(mode, rates, p, q) of each mode in which one element slips alone, its denominator being s^2 + p s + q. */
 #define HOPFORM_MODES_OF_ONE(X) X(actuator, rates, p_1, q_1) X(body, rates, p_2, q_2)
 /* By the number of an event, the axis that is at a value then; -1 where nothing jumps. */
-#define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1}
+#define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1, -1, -1, -1}
 /* Columns of derivatives: those of the axes, of the current, of the robot's first parameter. */
 #define HOPFORM_COLUMN_OF_AXIS {0, 1, 3, 2}
 #define HOPFORM_COLUMN_OF_CURRENT 4

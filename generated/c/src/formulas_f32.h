@@ -193,13 +193,6 @@ typedef struct {
     float resisted_2;  /* [m/s^2] of the body; held, as much of the free acceleration as it can */
 } resisted_f32;
 
-/* Forces of friction and of a stop. */
-typedef struct {
-    float friction_1;  /* [N] force of Coulomb friction on the actuator */
-    float friction_2;  /* [N] force of Coulomb friction on the body */
-    float stop_1;      /* [N] force of the stop on the actuator that it holds */
-} forces_f32;
-
 /* R, its derivative and what is left of the initial 1. */
 typedef struct {
     float Rd;      /* [1] derivative of R */
@@ -766,18 +759,23 @@ static inline free_f32 free_terms_f32(const hopform_rates_f32 *rates, const hopf
     return result;
 }
 
-/* Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration. */
-static inline forces_f32 forces_of_f32(const hopform_robot_f32 *robot,
+/* Forces of friction, of the stop that holds the actuator, of the current and of the ground. */
+static inline hopform_forces_f32 forces_of_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
     const free_f32 *free,
-    const resisted_f32 *resisted)
+    const resisted_f32 *resisted,
+    float u)
 {
-    const float m_eff = robot->m_eff, m_s = robot->m_s;
+    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, gamma2 = robot->gamma2;
+    const float y = state->y;
     const float free_1 = free->free_1;
     const float resisted_1 = resisted->resisted_1, resisted_2 = resisted->resisted_2;
     const float friction_1 = -m_eff*resisted_1;        /* (3), (4) */
     const float friction_2 = -m_s*resisted_2;          /* (3), (4) */
     const float stop_1 = m_eff*(resisted_1 - free_1);  /* (3) at v_1' = 0 */
-    const forces_f32 result = {friction_1, friction_2, stop_1};
+    const float driven_1 = -gamma2*u;                  /* (3) */
+    const float contact_force = k*y;                   /* what the leg carries */
+    const hopform_forces_f32 result = {friction_1, stop_1, friction_2, driven_1, contact_force};
     return result;
 }
 
@@ -1614,6 +1612,32 @@ static inline hopform_flight_ledger_f32 flight_ledger_of_f32(const hopform_robot
     const float viscous_1 = -b1*int_v1v1;                                                                          /* ledger */
     const float coulomb_1 = -f1*m_eff*moved*side_1;                                                                /* ledger */
     const hopform_flight_ledger_f32 result = {motor_work, offset_work, viscous_1, coulomb_1};
+    return result;
+}
+
+/* The state of a start. */
+static inline hopform_state_f32 state_of_start_f32(const hopform_robot_f32 *robot,
+    const hopform_start_f32 *start)
+{
+    const float L0 = robot->L0, c = robot->c;
+    const float x1 = start->x1, v1 = start->v1, x2 = start->x2, v2 = start->v2;
+    const float length = x1 - x2;       /* hop height of the body, downwards */
+    const float unloaded = L0 + c;      /* length of the leg without load */
+    const float y = length + unloaded;  /* y = x_1 - x_2 + unloaded */
+    const hopform_state_f32 result = {x1, v1, v2, y};
+    return result;
+}
+
+/* The coordinates and velocities of a state. */
+static inline hopform_start_f32 start_of_state_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state)
+{
+    const float L0 = robot->L0, c = robot->c;
+    const float x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
+    const float length = x1 - y;         /* hop height of the body */
+    const float unloaded = L0 + c;       /* length of the leg without load */
+    const float x2 = length + unloaded;  /* y = x_1 - x_2 + unloaded */
+    const hopform_start_f32 result = {x1, v1, x2, v2};
     return result;
 }
 
