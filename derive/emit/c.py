@@ -26,7 +26,7 @@ from .texts import comment_of_c
 ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
 """Functions of the C library that the engine or a formula may call."""
 
-PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "FlightLedger")
+PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "FlightLedger", "Start", "Forces")
 """Records that appear in the public header; the others belong to the formulas. The prefix is that of public names."""
 
 _PREFIXED = {*PUBLIC, *(struct.name for struct in structs())}

@@ -19,14 +19,14 @@ from .sources import Part, Solver
 WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Numerators", "Basis")
 """Records whose members the engine goes through one after the other."""
 
-BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction"), "Element") | {
+BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction", "Resisted"), "Element") | {
     "State": "Axis", "Excess": "Side", "Slopes": "Share", "RobotChange": "Field", "Basis": "Order"
 }  # fmt: skip
 """Records that the engine goes through as arrays, and what counts them; further ones of the axes of a state."""
 BY_AXIS = Member("later", "At"), Member("rates", "Speeds"), Member("change", "StateChange")
 
 IN_HEADER = (
-    "stance", "states", "energy", "sensitivity", "control", "flight", "touchdown", "selftest", "batch",
+    "start", "stance", "states", "energy", "forces", "plant", "sensitivity", "control", "flight", "touchdown", "selftest", "batch",
     "readings_of_many",
 )  # fmt: skip
 """The engine's files with public functions, in the order of the header."""
@@ -72,7 +72,7 @@ HEADERS: Part = {
         "search_candidates": structs.SEARCH_CANDIDATES,
     },
     "c/src/facts.h": lambda solver: {
-        "both_move": int(len(solver.model.moving) == 2), "c": c, "contact": contact, "elements": elements, "energy": energy,
+        "both_move": int(len(solver.model.moving) == 2), "c": c, "contact": contact, "elements": elements, "energy": energy, "kinds": kinds,
         "if_law": "(void)(argument)" if solver.model.law is None else "X(argument)",
         "layout": solver.layout, "model": solver.model, "modes": modes, "numpy": numpy, "quantities": quantities,
         "stability": stability, "walked_records": [record for record in solver.program.records if record.name in WALKED],

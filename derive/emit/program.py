@@ -6,7 +6,7 @@ events, the chain of phases) stands once per language in runtime/engine and call
 
 from dataclasses import replace
 
-from ..ir import Definition, Parameter, Program, Record
+from ..ir import Definition, Parameter, Program, Record, Spelled
 from ..maths import (
     contact,
     control,
@@ -19,16 +19,18 @@ from ..maths import (
     modes,
     partial_fractions,
     sensitivity,
+    start,
     time_domain,
 )
 from ..model import quantities
 from ..model.equations import Model
 from ..shipped import HOPPER
+from .facts import shown
 
 OF_CONTACT = (contact, control, flight)
 """Modules of which a model without a contact has nothing."""
 MODULES = (
-    laplace, law, linear, elements, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight
+    laplace, law, linear, elements, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight, start
 )  # fmt: skip
 
 
@@ -45,8 +47,8 @@ def program(model: Model = HOPPER) -> Program:
         record.name: record
         for record in (
             model.robot, elements.letters_record(model), energy.ledger_record(model), energy.moments_record(model),
-            energy.energy_record(model), sensitivity.changes(model.robot),
-            *((flight.flight_ledger_record(model),) if model.has_contact else ()),
+            energy.energy_record(model), sensitivity.changes(model.robot), _start_record(model),
+            modes.forces_record(model), *((flight.flight_ledger_record(model),) if model.has_contact else ()),
         )
     }  # fmt: skip
     modules = (module for module in MODULES if model.has_contact or module not in OF_CONTACT)
@@ -69,6 +71,16 @@ def program(model: Model = HOPPER) -> Program:
             for value in defined
             if isinstance(value, Definition) and (model.has_contact or not value.of_contact)
         ),
+    )
+
+
+def _start_record(model: Model) -> Record:
+    """The coordinates and velocities that move under their names in the file, with the engine's letter of each."""
+    return start.START.of(
+        *(
+            Spelled(each["name"], each["glyph"], each["unit"], each["meaning"], letter=each["axis"])
+            for each in shown(model)
+        )
     )
 
 

@@ -16,7 +16,7 @@ import sympy as sp
 from ..ir import Own, Record, Step, Steps, function, scalar
 from ..model import kinds
 from ..model.equations import MASSES, Model
-from ..model.kinds import EVENTS, Kind, Word
+from ..model.kinds import BEGINNINGS, EVENTS, Kind, Word
 from ..model.quantities import *
 from .laplace import MATRIX, MODES, NAMES, START, WHOLE
 
@@ -156,8 +156,8 @@ def name_of(model: Model, symbol: sp.Symbol) -> str:
 
 
 def _word_of(model: Model, word: Word) -> Word | None:
-    """The word of an event under the name of its coordinate; None of a contact, mass or stop that the model has not."""
-    if word.of_contact and not model.has_contact:
+    """The word of an event under the name of its coordinate; None of a contact, law, mass or stop that it has not."""
+    if (word.of_contact and not model.has_contact) or (word.of_law and not model.has_law):
         return None
     for number, coordinate in enumerate(model.names, 1):
         prefix = f"x{number}_"
@@ -238,7 +238,8 @@ def axis_of_event() -> tuple[int, ...]:
     for element in ELEMENTS:
         at = {"reverses": element.velocity, "sticks": element.velocity, "hits_stop": element.position}
         axes |= {element.events[what]: axis for what, axis in at.items()}
-    return (-1, *(AXES.index(axes[word.number]) if word.number in axes else -1 for word in EVENTS.words))
+    last = max(word.number for word in (*EVENTS.words, *BEGINNINGS.words))
+    return (-1, *(AXES.index(axes[number]) if number in axes else -1 for number in range(1, last + 1)))
 
 
 def column_of_axis() -> tuple[int, ...]:

@@ -11,12 +11,13 @@ class Word:
     text: str
     meaning: str
     of_contact: bool = False
+    of_law: bool = False
 
 
 @dataclass(frozen=True)
 class Kind:
     """Words of one kind: their meaning, their type and the name of their table in Python, the prefix of their macros
-    in C. Words and kinds `of_contact` are those of models with a contact alone.
+    in C. Words and kinds `of_contact` or `of_law` are those of models with one alone.
     """
 
     meaning: str
@@ -73,7 +74,7 @@ ENDINGS = Kind("How a stance ended.", "Ending", "ENDINGS", "ending_").of(
     Word(4, "too_many_phases", "the cap on phases was reached"),
     Word(5, "uncertified", "no first event was certified within the bound; up to here it is"),
 )
-EVENTS = Kind("What starts a phase; 0 is the start or a step of the input.", "EventKind", "EVENTS", "event_").of(
+EVENTS = Kind("What starts a phase: the events of a stance.", "EventKind", "EVENTS", "event_").of(
     Word(1, "x1_reverses", "the actuator reverses"),
     Word(2, "x1_sticks", "the actuator comes to rest"),
     Word(3, "x1_slips", "the actuator starts to move, or leaves a stop"),
@@ -82,6 +83,14 @@ EVENTS = Kind("What starts a phase; 0 is the start or a step of the input.", "Ev
     Word(6, "x2_sticks", "the body comes to rest"),
     Word(7, "x2_slips", "the body starts to move"),
 )
+SATURATES = Word(8, "u_saturates", "the input of a law reaches its limit", of_law=True)
+DESATURATES = Word(9, "u_desaturates", "the input of a law leaves its limit", of_law=True)
+BEGINNINGS = Kind("What starts a phase and is no event of a stance.", "Beginning", "BEGINNINGS", "event_").of(
+    Word(0, "none", "the start, or a velocity or a stop that is touched"),
+    SATURATES,
+    DESATURATES,
+    Word(10, "step", "a step of the input"),
+)
 FLIGHT_ENDINGS = Kind("How a flight ended.", "FlightEnding", "FLIGHT_ENDINGS", "flight_", of_contact=True).of(
     Word(1, "touchdown", "the foot has met the ground from above"),
     Word(2, "tripped", "the foot never got above the ground ahead"),
@@ -89,7 +98,7 @@ FLIGHT_ENDINGS = Kind("How a flight ended.", "FlightEnding", "FLIGHT_ENDINGS", "
     Word(4, "too_many_phases", "the cap on phases was reached"),
 )
 CURRENT_EVENTS = Kind(
-    "What starts a phase of a flight beside the actuator.",
+    "What starts a phase of a flight beside the actuator: events there.",
     "CurrentEventKind",
     "CURRENT_EVENTS",
     "flight_event_",
@@ -104,15 +113,20 @@ CONTACTS = Kind(
     Word(1, "touchdown", "the foot touches"),
     Word(2, "takeoff", "the foot has left the ground"),
 )
-KINDS = (STATUSES, COMMANDS, ENDINGS, EVENTS, FLIGHT_ENDINGS, CURRENT_EVENTS, CONTACTS)
+KINDS = (STATUSES, COMMANDS, ENDINGS, EVENTS, BEGINNINGS, FLIGHT_ENDINGS, CURRENT_EVENTS, CONTACTS)
 FLIGHT_EVENTS = (*(word for word in EVENTS.words if word.text.startswith("x1_")), *CURRENT_EVENTS.words)
 """Events that start a phase of a flight."""
+LAST_EVENT = max(word.number for word in EVENTS.words)
+"""What starts a phase is an event of a stance where its number is 1 up to this."""
 
 
 def refusals() -> list[Word]:
     """Statuses that are errors."""
     return [word for word in STATUSES.words if word.number < 0]
 
+
+TICK_PHASES = 4096
+"""Phases of a tick of a plant at most."""
 
 MOST_STEPS = 2**16 - 1
 """Steps of the current at most: a phase stores the index of its step in 16 bits."""

@@ -66,7 +66,7 @@ PHASE = Struct("Phase", "A phase: where and when it starts, and in which mode.")
     Member(
         "mode", "int8", "3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held; with a law side_2 is its limit"
     ),
-    Member("event", "int8", "HOPFORM_EVENT_..., what started it"),
+    Member("event", "int8", "HOPFORM_EVENT_..., what started it; HOPFORM_IS_EVENT tells events"),
     Member("step", "uint16", "index of the step of the input"),
 )
 STANCE = Struct("Stance", "A stance, solved.").of(
@@ -79,6 +79,28 @@ STANCE = Struct("Stance", "A stance, solved.").of(
     Member("phase_count", "int32", "phases of the stance, kept or not"),
     Member("phases_kept", "int32", "phases in the caller's buffer"),
     Member("event_count", "int32", "events of the stance, kept or not"),
+)
+PLANT = Struct("Plant", "A motion that continues from tick to tick under an input that each tick sets.").of(
+    Member("plan", "Plan"),
+    Member("state", "State", "now"),
+    Member("from_lower", "real", "position less its lower stop: more digits than the position has"),
+    Member("from_upper", "real", "position less its upper stop"),
+    Member("largest_y", "real", "largest magnitude of y where a phase has begun"),
+    Member("rounding", "real", "what the acceleration is rounded by of what rests at a stop; else 0"),
+    Member("fraction", "real", "time since it began, less whole seconds", "s"),
+    Member("carry", "real", "what rounding has left of that: fraction + carry is the time", "s"),
+    Member("seconds", "uint32", "whole seconds since it began", "s"),
+    Member("mode", "int8", "as that of a phase"),
+    Member("begins", "int8", "1 if its next tick is the first from its state: what happens there is no event"),
+)
+REPORT = Struct("Report", "What a tick of a plant did; `phases` and `capacity` are the caller's.").of(
+    Member("start", "Start", "coordinates and velocities behind it, as the file of the model has them"),
+    Member("duration", "real", "time that has passed: dt where the tick is over", "s"),
+    Member("ending", "int32", "HOPFORM_ENDING_HORIZON or _REST where the tick is over; else what ended it before"),
+    Member("count", "int32", "phases of the tick, kept or not"),
+    Member("event_count", "int32", "events of the tick, kept or not"),
+    Member("capacity", "int32", "phases that fit into the caller's memory"),
+    Member("phases", "Phase *", "this memory, NULL for none; times count from where the tick begins"),
 )
 TARGET = Struct("Target", "What the controller is asked for.").of(
     Member("h_des", "real", "hop height of the next apex", "m"),

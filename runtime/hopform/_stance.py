@@ -27,6 +27,7 @@ from hopform._motion import (
     State,
     Times,
     body_height,
+    compression_of,
     events_in_short,
     free_start,
     layout_of,
@@ -203,10 +204,6 @@ class Stance(Motion):
         """
         return records.Energy(*(shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
-    def forces(self, t: Number | Times) -> dict[str, Real]:
-        """Those of a motion, and the contact force."""
-        return super().forces(t) | {"contact": self.contact_force(t)}
-
     @property
     def sensitivities(self) -> Sensitivities:
         """Derivatives of the duration T, the state at the ending, apex and AED by initial state, current and robot,
@@ -378,7 +375,7 @@ def start_of(
     height = None if x2 is None else finite("x2", x2, "m")
     rest = robot.compression_at_rest
     L0, c = robot.letters.L0, robot.letters.c
-    y = finite("compression", compression, "m") if height is None else x_1 - height + L0 + c - rest
+    y = finite("compression", compression, "m") if height is None else float(compression_of(robot, x_1, height))
     if abs(y) <= TOUCHING_ULP * math.ulp(L0):
         y = 0.0
     if y < 0.0:

@@ -429,7 +429,7 @@ static inline hopform_phase_f64 phase_of_chain_f64(const stance_chain_f64 *chain
 
 static inline void stance_record_f64(stance_chain_f64 *chain, int event) {
     if (chain->count < chain->capacity) { chain->phases[chain->count] = phase_of_chain_f64(chain, event); }
-    if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
+    if (HOPFORM_IS_EVENT(event) && chain->count < chain->max_phases && chain->event_count <= chain->count) {
         chain->event_count++;
     }
     chain->event = event;
@@ -467,11 +467,10 @@ static inline void end_of_velocity_f64(stance_chain_f64 *chain, int element, boo
     }
 }
 
-/* The input takes its next value: what is held may begin to slip. */
-static inline void next_step_f64(stance_chain_f64 *chain) {
+/* The input has taken its value of a step: what is held may begin to slip. */
+static inline void take_step_f64(stance_chain_f64 *chain) {
     const uint32_t held = held_elements_f64(chain);
     const int32_t count = chain->count;
-    chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
     stance_choose_limit_f64(chain);
     stance_settle_f64(chain, held);
     stance_settle_limit_f64(chain);
@@ -480,7 +479,7 @@ static inline void next_step_f64(stance_chain_f64 *chain) {
             stance_record_f64(chain, HOPFORM_EVENT_SLIPS(element));
         }
     }
-    if (chain->count == count) { stance_record_f64(chain, HOPFORM_EVENT_NONE); }
+    if (chain->count == count) { stance_record_f64(chain, HOPFORM_EVENT_STEP); }
 }
 
 /* The magnitudes that the stretch is a sum of at the end of a phase. */
@@ -605,10 +604,11 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
     keep_free_acceleration_f64(chain, end);
     chain->just_switched = NO_ELEMENT_f64;
     if (end->owner == NO_OWNER_f64) {
-        next_step_f64(chain);
+        chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
+        take_step_f64(chain);
     } else if (HOPFORM_HAS_LAW && end->owner == LIMIT_f64) {
         chain->side[HOPFORM_ELEMENTS - 1] = end->side;
-        stance_record_f64(chain, HOPFORM_EVENT_NONE);
+        stance_record_f64(chain, HOPFORM_EVENT_OF_LIMIT(end->side));
     } else if (chain->side[element] != 0) {
         end_of_velocity_f64(chain, element, end->stops, end->touches);
     } else {
@@ -732,23 +732,36 @@ static inline bool is_finite_state_f64(const hopform_state_f64 *state) {
     return sum <= HOPFORM_NEVER_f64;
 }
 
-/* Status of a stance that is to be solved, but for its input. */
-static inline int32_t stance_status_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start, double horizon,
-                                         int32_t max_phases) {
+/* Whether a state is finite, and what never moves rests at 0. */
+static inline bool is_sound_state_f64(const hopform_state_f64 *state) {
     state_by_axis_f64 at;
-    at.named = *start;
-    const double position = at.of[HOPFORM_POSITION_AXIS];
-    bool fixed = !(HOPFORM_NEVER_MOVES(HOPFORM_STOPPED_ELEMENT) && fabs_f64(position) > 0.0);
+    at.named = *state;
+    bool fixed = !(HOPFORM_NEVER_MOVES(HOPFORM_STOPPED_ELEMENT) && fabs_f64(at.of[HOPFORM_POSITION_AXIS]) > 0.0);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         fixed = fixed && !(HOPFORM_NEVER_MOVES(element) && fabs_f64(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
     }
-    if (!is_finite_state_f64(start) || !fixed
-        || !(position >= lower_stop_f64(robot) && position <= upper_stop_f64(robot))) {
+    return is_finite_state_f64(state) && fixed;
+}
+
+/* Status of a state that a stance is to start from. */
+static inline int32_t state_status_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start) {
+    state_by_axis_f64 at;
+    at.named = *start;
+    const double position = at.of[HOPFORM_POSITION_AXIS];
+    if (!is_sound_state_f64(start) || !(position >= lower_stop_f64(robot) && position <= upper_stop_f64(robot))) {
         return HOPFORM_ERROR_STATE;
     }
 #if HOPFORM_HAS_CONTACT
     if (at.of[HOPFORM_STRETCH_AXIS] < 0.0) { return HOPFORM_ERROR_EXTENDED; }
 #endif
+    return HOPFORM_OK;
+}
+
+/* Status of a stance that is to be solved, but for its input. */
+static inline int32_t stance_status_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start, double horizon,
+                                         int32_t max_phases) {
+    const int32_t status = state_status_f64(robot, start);
+    if (status < 0) { return status; }
     const bool ends = horizon > 0.0 && horizon <= HOPFORM_NEVER_f64 && max_phases >= 1;
     return ends ? HOPFORM_OK : HOPFORM_ERROR_HORIZON;
 }

@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "3ebeae737587dd4a"
+#define HOPFORM_LAYOUT "463ee7400086ec05"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates. */
 #define HOPFORM_STABILITY(X)
@@ -26,6 +26,8 @@
  * under the law; the rates of a mode in a plan. */
 #define HOPFORM_HAS_LAW 0
 #define HOPFORM_RATES_OF_MODE(plan, side_2) (&(plan)->rates)
+/* The event in which the input of a law goes to a limit, or back under the law, 0. */
+#define HOPFORM_EVENT_OF_LIMIT(limit) ((limit) == 0 ? 9 : 8)
 /* X(argument) in the plan of a model with a law. */
 #define HOPFORM_IF_LAW(X, argument) (void)(argument)
 /* Whether parameters may say that friction at rest is less than that in motion, which is refused. */
@@ -60,7 +62,7 @@
 /* X(mode, rates, p, q) of each mode in which one element slips alone, its denominator being s^2 + p s + q. */
 #define HOPFORM_MODES_OF_ONE(X) X(mass_1, rates, p_1, q_1) X(mass_2, rates, p_2, q_2)
 /* By the number of an event, the axis that is at a value then; -1 where nothing jumps. */
-#define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1}
+#define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1, -1, -1, -1}
 /* Columns of derivatives: those of the axes, of the input, of the robot's first parameter. */
 #define HOPFORM_COLUMN_OF_AXIS {0, 1, 3, 2}
 #define HOPFORM_COLUMN_OF_INPUT 4

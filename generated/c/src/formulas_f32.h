@@ -161,6 +161,12 @@ typedef struct {
     float down_2;  /* [m/s^2] of the body, to v_2 < 0 */
 } excess_f32;
 
+/* What friction takes of the acceleration of a mass: its level with the sign of v_i. */
+typedef struct {
+    float resisted_1;  /* [m/s^2] of the actuator; held, as much of the free acceleration as it can */
+    float resisted_2;  /* [m/s^2] of the body; held, as much of the free acceleration as it can */
+} resisted_f32;
+
 /* R, its derivative and what is left of the initial 1. */
 typedef struct {
     float Rd;      /* [1] derivative of R */
@@ -489,6 +495,16 @@ static inline numerator_f32 law_numerator_f32(const hopform_robot_f32 *robot,
     return result;
 }
 
+/* The current that the law asks for at a state, where it is within the limit. */
+static inline float current_of_law_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
+{
+    (void)robot;
+    (void)state;
+    (void)u;
+    const float asked = 0.0f;  /* the law */
+    return asked;
+}
+
 /* The transfer functions of a mode over P(s): of the core's initial values, and of the constant accelerations. */
 static inline transfer_f32 transfer_of_f32(const hopform_rates_f32 *rates,
     const drive_f32 *drive,
@@ -652,6 +668,26 @@ static inline free_f32 free_terms_f32(const hopform_rates_f32 *rates, const hopf
     const float free_1 = fabs_f32(a1_0) + fabs_f32(a1_u*u) + fabs_f32(a1_y*y);  /* (3) at v_i = 0, by magnitude */
     const float free_2 = fabs_f32(a2_0) + fabs_f32(a2_y*y);                      /* (4) at v_i = 0, by magnitude */
     const free_f32 result = {free_1, free_2};
+    return result;
+}
+
+/* Forces of friction, of the stop that holds the actuator, of the current and of the ground. */
+static inline hopform_forces_f32 forces_of_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
+    const free_f32 *free,
+    const resisted_f32 *resisted,
+    float u)
+{
+    const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, gamma2 = robot->gamma2;
+    const float y = state->y;
+    const float free_1 = free->free_1;
+    const float resisted_1 = resisted->resisted_1, resisted_2 = resisted->resisted_2;
+    const float friction_1 = -m_eff*resisted_1;        /* (3), (4) */
+    const float friction_2 = -m_s*resisted_2;          /* (3), (4) */
+    const float stop_1 = m_eff*(resisted_1 - free_1);  /* (3) at v_1' = 0 */
+    const float driven_1 = -gamma2*u;                  /* (3) */
+    const float contact_force = k*y;                   /* what the leg carries */
+    const hopform_forces_f32 result = {friction_1, stop_1, friction_2, driven_1, contact_force};
     return result;
 }
 
@@ -1352,6 +1388,32 @@ static inline hopform_flight_ledger_f32 flight_ledger_of_f32(const hopform_robot
     const float viscous_1 = -b1*int_v1v1;                                                                          /* ledger */
     const float coulomb_1 = -f1*m_eff*moved*side_1;                                                                /* ledger */
     const hopform_flight_ledger_f32 result = {motor_work, offset_work, viscous_1, coulomb_1};
+    return result;
+}
+
+/* The state of a start. */
+static inline hopform_state_f32 state_of_start_f32(const hopform_robot_f32 *robot,
+    const hopform_start_f32 *start)
+{
+    const float L0 = robot->L0, c = robot->c;
+    const float x1 = start->x1, v1 = start->v1, x2 = start->x2, v2 = start->v2;
+    const float length = x1 - x2;       /* hop height of the body, downwards */
+    const float unloaded = L0 + c;      /* length of the leg without load */
+    const float y = length + unloaded;  /* y = x_1 - x_2 + unloaded */
+    const hopform_state_f32 result = {x1, v1, v2, y};
+    return result;
+}
+
+/* The coordinates and velocities of a state. */
+static inline hopform_start_f32 start_of_state_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state)
+{
+    const float L0 = robot->L0, c = robot->c;
+    const float x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
+    const float length = x1 - y;         /* hop height of the body */
+    const float unloaded = L0 + c;       /* length of the leg without load */
+    const float x2 = length + unloaded;  /* y = x_1 - x_2 + unloaded */
+    const hopform_start_f32 result = {x1, v1, x2, v2};
     return result;
 }
 

@@ -10,7 +10,10 @@
 #include "touchdown_f32.h"
 #endif
 #include "energy_f32.h"
+#include "forces_f32.h"
+#include "plant_f32.h"
 #include "selftest_f32.h"
 #include "sensitivity_f32.h"
 #include "stance_f32.h"
+#include "start_f32.h"
 #include "states_f32.h"

@@ -10,7 +10,10 @@
 #include "touchdown_f64.h"
 #endif
 #include "energy_f64.h"
+#include "forces_f64.h"
+#include "plant_f64.h"
 #include "selftest_f64.h"
 #include "sensitivity_f64.h"
 #include "stance_f64.h"
+#include "start_f64.h"
 #include "states_f64.h"

@@ -26,6 +26,12 @@ typedef union {
     float of[2];
 } friction_by_element_f32;
 
+/* What friction takes of the acceleration of a mass: its level with the sign of v_i. */
+typedef union {
+    resisted_f32 named;
+    float of[2];
+} resisted_by_element_f32;
+
 /* The hopper at one instant; x_2 is x_1 - y and the length without load. */
 typedef union {
     hopform_state_f32 named;

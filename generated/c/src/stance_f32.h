@@ -69,6 +69,19 @@ static int32_t call_status_f32(const hopform_plan_f32 *plan, const hopform_state
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
+/* Run a chain that has begun to its ending, which is not 0 if it is there already. */
+static int32_t stance_run_f32(stance_chain_f32 *chain, int32_t begun) {
+    stance_search_f32 search;
+    search_nothing_f32(any_poles_f32(chain->plan), &search);
+    int32_t ending = begun;
+    while (ending == 0) {
+        stance_begin_phase_f32(chain);
+        stance_find_end_f32(chain, &search);
+        ending = stance_end_phase_f32(chain, &search);
+    }
+    return ending;
+}
+
 /* hopform_solve_stance that shows every phase to `observer`; NULL for none. With the last of its evaluations it ends,
  * uncertified. */
 static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
@@ -101,14 +114,7 @@ static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_st
 #endif
     chain.observer = observer;
     chain.variation = variation;
-    stance_search_f32 search;
-    search_nothing_f32(any_poles_f32(plan), &search);
-    int32_t ending = stance_begin_f32(&chain);
-    while (ending == 0) {
-        stance_begin_phase_f32(&chain);
-        stance_find_end_f32(&chain, &search);
-        ending = stance_end_phase_f32(&chain, &search);
-    }
+    const int32_t ending = stance_run_f32(&chain, stance_begin_f32(&chain));
     return stance_report_f32(&chain, &from, ending, stance);
 }
 

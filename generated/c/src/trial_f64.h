@@ -176,7 +176,7 @@ static inline void carry_variation_f64(current_variation_f64 *variation, const s
     const int *side = phase->side;
     const hopform_poles_f64 *poles = poles_of_f64(plan, side[0], side[1]);
     const basis_f64 w = basis_of_propagator_f64(poles, phase->end);
-    if (phase->event != HOPFORM_EVENT_NONE) { pass_event_f64(variation, phase); }
+    if (HOPFORM_IS_EVENT(phase->event)) { pass_event_f64(variation, phase); }
     variation->moves = variation->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
     const bool turns = !HOPFORM_CONTACT_IS_STRETCH || HOPFORM_STRETCH_MAY_TURN(side);
     if (variation->moves || turns) {

@@ -49,6 +49,7 @@ from .records import (
     ShiftedSeries,
     Slopes,
     Speeds,
+    Start,
     StateChange,
     Transfer,
     Whole,
@@ -449,17 +450,21 @@ def free_terms(rates: Rates, state: LegState, u: Real) -> Free:
     return Free(free_1, free_2)
 
 
-def forces_of(robot: Robot, free: Free, resisted: Resisted) -> Forces:
-    """Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration.
+def forces_of(robot: Robot, state: LegState, free: Free, resisted: Resisted, u: Real) -> Forces:
+    """Forces of friction, of the stop that holds the actuator, of the current and of the ground.
 
+    u [A] current.
     """
-    m_eff, m_s = robot.m_eff, robot.m_s
+    m_eff, m_s, k, gamma2 = robot.m_eff, robot.m_s, robot.k, robot.gamma2
+    y = state.y
     free_1 = free.free_1
     resisted_1, resisted_2 = resisted.resisted_1, resisted.resisted_2
     friction_1 = -m_eff*resisted_1        # (3), (4)
     friction_2 = -m_s*resisted_2          # (3), (4)
     stop_1 = m_eff*(resisted_1 - free_1)  # (3) at v_1' = 0
-    return Forces(friction_1, friction_2, stop_1)
+    driven_1 = -gamma2*u                  # (3)
+    contact_force = k*y                   # what the leg carries
+    return Forces(friction_1, stop_1, friction_2, driven_1, contact_force)
 
 
 def free_numerator_1(rates: Rates, numerators: Numerators) -> Numerator:
@@ -1324,3 +1329,27 @@ def flight_ledger_of(robot: Robot, gains: Gains, largest: Real, x1: Real, side_1
     viscous_1 = -b1*int_v1v1                                                                          # ledger
     coulomb_1 = -f1*m_eff*moved*side_1                                                                # ledger
     return FlightWork(motor_work, offset_work, viscous_1, coulomb_1)
+
+
+def state_of_start(robot: Robot, start: Start) -> LegState:
+    """The state of a start.
+
+    """
+    L0, c = robot.L0, robot.c
+    x1, v1, x2, v2 = start.x1, start.v1, start.x2, start.v2
+    length = x1 - x2       # hop height of the body, downwards
+    unloaded = L0 + c      # length of the leg without load
+    y = length + unloaded  # y = x_1 - x_2 + unloaded
+    return LegState(x1, v1, v2, y)
+
+
+def start_of_state(robot: Robot, state: LegState) -> Start:
+    """The coordinates and velocities of a state.
+
+    """
+    L0, c = robot.L0, robot.c
+    x1, v1, v2, y = state.x1, state.v1, state.v2, state.y
+    length = x1 - y         # hop height of the body
+    unloaded = L0 + c       # length of the leg without load
+    x2 = length + unloaded  # y = x_1 - x_2 + unloaded
+    return Start(x1, v1, x2, v2)

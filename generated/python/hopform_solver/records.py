@@ -167,7 +167,7 @@ EventKind: TypeAlias = Literal[
     "x2_sticks",
     "x2_slips",
 ]
-"""What starts a phase; 0 is the start or a step of the input."""
+"""What starts a phase: the events of a stance."""
 
 EVENTS: dict[int, EventKind] = {
     1: "x1_reverses",  # the actuator reverses
@@ -177,6 +177,18 @@ EVENTS: dict[int, EventKind] = {
     5: "x2_reverses",  # the body reverses
     6: "x2_sticks",  # the body comes to rest
     7: "x2_slips",  # the body starts to move
+}
+"""Its words by their numbers in the C library."""
+
+Beginning: TypeAlias = Literal[
+    "none",
+    "step",
+]
+"""What starts a phase and is no event of a stance."""
+
+BEGINNINGS: dict[int, Beginning] = {
+    0: "none",  # the start, or a velocity or a stop that is touched
+    10: "step",  # a step of the input
 }
 """Its words by their numbers in the C library."""
 
@@ -200,7 +212,7 @@ CurrentEventKind: TypeAlias = Literal[
     "u_saturates",
     "u_desaturates",
 ]
-"""What starts a phase of a flight beside the actuator."""
+"""What starts a phase of a flight beside the actuator: events there."""
 
 CURRENT_EVENTS: dict[int, CurrentEventKind] = {
     8: "u_saturates",  # the current reaches its limit
@@ -713,14 +725,18 @@ class Resisted(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """Forces of friction and of a stop."""
+    """Forces at an instant, along the coordinate that each acts on."""
 
-    friction_1: Real
-    """[N] force of Coulomb friction on the actuator"""
-    friction_2: Real
-    """[N] force of Coulomb friction on the body"""
-    stop_1: Real
-    """[N] force of the stop on the actuator that it holds"""
+    friction_x1: Real
+    """[N] of friction on the actuator; held, as much as it takes to hold it"""
+    stop_x1: Real
+    """[N] of the stop that holds the actuator, what friction does not carry; 0 elsewhere"""
+    friction_x2: Real
+    """[N] of friction on the body; held, as much as it takes to hold it"""
+    input: Real
+    """[N] of the input"""
+    contact: Real
+    """[N] of the ground"""
 
 
 class PairCore(NamedTuple):
@@ -1010,6 +1026,19 @@ class FlightIntegrals(NamedTuple):
     """[m^2/s] integral of v_1^2"""
     rise: Real
     """[m] of the body"""
+
+
+class Start(NamedTuple):
+    """A start as the file of the model has it: coordinates and velocities that move."""
+
+    x1: Real
+    """[m] displacement of the actuator"""
+    v1: Real
+    """[m/s] velocity of the actuator"""
+    x2: Real
+    """[m] height of the body over the ground under the foot"""
+    v2: Real
+    """[m/s] velocity of the body"""
 
 
 class Ledger(NamedTuple, Generic[Value]):

@@ -10,7 +10,10 @@
 #include "touchdown_real.h"
 #endif
 #include "energy_real.h"
+#include "forces_real.h"
+#include "plant_real.h"
 #include "selftest_real.h"
 #include "sensitivity_real.h"
 #include "stance_real.h"
+#include "start_real.h"
 #include "states_real.h"

@@ -240,6 +240,20 @@ static inline hopform_state_real state_in_phase_real(const hopform_plan_real *pl
     return state_by_motion_real(plan, phase, &numerators, t);
 }
 
+/* The state just before the phase behind another one begins. Nothing jumps there but the velocity that a stop takes. */
+static inline hopform_state_real state_before_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
+                                                         real u, const hopform_phase_real *next) {
+    state_by_axis_real at;
+    at.named = start_of_phase_real(next);
+    if (next->event == HOPFORM_EVENT_HITS_STOP) {
+        state_by_axis_real met;
+        met.named = state_in_phase_real(plan, phase, u, next->t - phase->t);
+        const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
+        at.of[velocity] = met.of[velocity];
+    }
+    return at.named;
+}
+
 /* ---- through an event, at which an axis is at a value: a velocity at 0, or a position at a stop ---- */
 
 /* The axis that is at a value when an event comes; -1 where nothing jumps. */

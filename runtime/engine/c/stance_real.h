@@ -69,6 +69,19 @@ static int32_t call_status_real(const hopform_plan_real *plan, const hopform_sta
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
 }
 
+/* Run a chain that has begun to its ending, which is not 0 if it is there already. */
+static int32_t stance_run_real(stance_chain_real *chain, int32_t begun) {
+    stance_search_real search;
+    search_nothing_real(any_poles_real(chain->plan), &search);
+    int32_t ending = begun;
+    while (ending == 0) {
+        stance_begin_phase_real(chain);
+        stance_find_end_real(chain, &search);
+        ending = stance_end_phase_real(chain, &search);
+    }
+    return ending;
+}
+
 /* hopform_solve_stance that shows every phase to `observer`; NULL for none. With the last of its evaluations it ends,
  * uncertified. */
 static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_state_real *start,
@@ -101,14 +114,7 @@ static int32_t solve_observed_real(const hopform_plan_real *plan, const hopform_
 #endif
     chain.observer = observer;
     chain.variation = variation;
-    stance_search_real search;
-    search_nothing_real(any_poles_real(plan), &search);
-    int32_t ending = stance_begin_real(&chain);
-    while (ending == 0) {
-        stance_begin_phase_real(&chain);
-        stance_find_end_real(&chain, &search);
-        ending = stance_end_phase_real(&chain, &search);
-    }
+    const int32_t ending = stance_run_real(&chain, stance_begin_real(&chain));
     return stance_report_real(&chain, &from, ending, stance);
 }
 

@@ -176,7 +176,7 @@ static inline void carry_variation_real(current_variation_real *variation, const
     const int *side = phase->side;
     const hopform_poles_real *poles = poles_of_real(plan, side[0], side[1]);
     const basis_real w = basis_of_propagator_real(poles, phase->end);
-    if (phase->event != HOPFORM_EVENT_NONE) { pass_event_real(variation, phase); }
+    if (HOPFORM_IS_EVENT(phase->event)) { pass_event_real(variation, phase); }
     variation->moves = variation->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
     const bool turns = !HOPFORM_CONTACT_IS_STRETCH || HOPFORM_STRETCH_MAY_TURN(side);
     if (variation->moves || turns) {

@@ -226,9 +226,9 @@ class Solved(_Motion):
         ]
 
     def events(self) -> Iterator[tuple[float, int]]:
-        """When and which."""
-        rows = self.types.phase.iter_unpack(self.structs[2])
-        return ((t, event) for t, _, _, _, _, _, event, _ in rows if event)
+        """When and which; a step of the input and a limit of a law begin a phase and are none."""
+        rows, events = self.types.phase.iter_unpack(self.structs[2]), self.types.library.package.records.EVENTS
+        return ((t, event) for t, _, _, _, _, _, event, _ in rows if event in events)
 
     def state(self, t: float) -> LegState:
         """The state at one time."""
@@ -254,6 +254,11 @@ class Solved(_Motion):
         energies = np.empty((t.size, len(layout._fields)), dtype=t.dtype)
         self.call("stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), None, None)
         return cast("records.Energy", layout(*energies.T))
+
+    def forces_at(self, t: Array) -> dict[str, Array]:
+        """Forces at times of one dimension, by their names; C fills a struct without entries with a column of zeros."""
+        forces = self.read("stance_forces", t, (len(self.types.Forces._fields_),))[0]
+        return dict(zip(self.types.library.package.records.Forces._fields, forces.T, strict=False))
 
     def ledger_at(self, t: Array) -> records.Ledger:
         """The ledger at times of one dimension, which must not decrease."""

@@ -75,7 +75,7 @@ extern "C" {
 #define HOPFORM_ENDING_TOO_MANY_PHASES 4 /**< the cap on phases was reached */
 #define HOPFORM_ENDING_UNCERTIFIED 5 /**< no first event was certified within the bound; up to here it is */
 
-/** What starts a phase; 0 is the start or a step of the input. */
+/** What starts a phase: the events of a stance. */
 #define HOPFORM_EVENT_X1_REVERSES 1  /**< the actuator reverses */
 #define HOPFORM_EVENT_X1_STICKS 2    /**< the actuator comes to rest */
 #define HOPFORM_EVENT_X1_SLIPS 3     /**< the actuator starts to move, or leaves a stop */
@@ -84,13 +84,17 @@ extern "C" {
 #define HOPFORM_EVENT_X2_STICKS 6    /**< the body comes to rest */
 #define HOPFORM_EVENT_X2_SLIPS 7     /**< the body starts to move */
 
+/** What starts a phase and is no event of a stance. */
+#define HOPFORM_EVENT_NONE 0         /**< the start, or a velocity or a stop that is touched */
+#define HOPFORM_EVENT_STEP 10        /**< a step of the input */
+
 /** How a flight ended. */
 #define HOPFORM_FLIGHT_TOUCHDOWN 1   /**< the foot has met the ground from above */
 #define HOPFORM_FLIGHT_TRIPPED 2     /**< the foot never got above the ground ahead */
 #define HOPFORM_FLIGHT_HORIZON 3     /**< the longest time was reached */
 #define HOPFORM_FLIGHT_TOO_MANY_PHASES 4 /**< the cap on phases was reached */
 
-/** What starts a phase of a flight beside the actuator. */
+/** What starts a phase of a flight beside the actuator: events there. */
 #define HOPFORM_FLIGHT_EVENT_U_SATURATES 8 /**< the current reaches its limit */
 #define HOPFORM_FLIGHT_EVENT_U_DESATURATES 9 /**< the current leaves its limit */
 
@@ -98,7 +102,9 @@ extern "C" {
 #define HOPFORM_CONTACT_TOUCHDOWN 1  /**< the foot touches */
 #define HOPFORM_CONTACT_TAKEOFF 2    /**< the foot has left the ground */
 
-#define HOPFORM_EVENT_NONE 0         /**< what starts a phase: the start, or a step of the input */
+/** Whether what starts a phase is an event of a stance. */
+#define HOPFORM_IS_EVENT(event) ((event) >= 1 && (event) <= 7)
+#define HOPFORM_TICK_PHASES 4096     /**< phases of a tick of a plant at most */
 #define HOPFORM_SEARCH_TRIALS 4096   /**< currents tried at most */
 #define HOPFORM_CANDIDATE_EVALUATIONS 300 /**< of the motion in the stance of each of them */
 

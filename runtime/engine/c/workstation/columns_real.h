@@ -149,7 +149,7 @@ static inline bool put_events_real(const hopform_stances_out_real *out, int64_t 
     int32_t from = 0;
     int32_t found = 0;
     for (int32_t n = 0; n < out->event_capacity; n++) {
-        while (from < stance->phases_kept && phases[from].event == HOPFORM_EVENT_NONE) {
+        while (from < stance->phases_kept && !HOPFORM_IS_EVENT(phases[from].event)) {
             from++;
         }
         const bool has = from < stance->phases_kept;
