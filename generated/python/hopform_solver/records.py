@@ -367,7 +367,7 @@ class Poles(NamedTuple):
 
 
 class LegState(NamedTuple):
-    """The hopper at one instant; x_2 is x_1 - y and the length without load."""
+    """The state at one instant, as the engine counts it."""
 
     x1: Real
     """[m] displacement of the actuator"""
@@ -376,7 +376,7 @@ class LegState(NamedTuple):
     v2: Real
     """[m/s] velocity of the body"""
     y: Real
-    """[m] compression of the leg, from where it carries nothing"""
+    """[m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing"""
 
 
 class Drive(NamedTuple):
@@ -957,7 +957,7 @@ class RobotChange(NamedTuple):
 
 
 class StateChange(NamedTuple):
-    """Changes: The hopper at one instant; x_2 is x_1 - y and the length without load."""
+    """Changes: The state at one instant, as the engine counts it."""
 
     d_x1: Real
     """[m] change of the displacement of the actuator"""
