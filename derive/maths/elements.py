@@ -162,7 +162,7 @@ def _word_of(model: Model, word: Word) -> Word | None:
                 return None
             text = f"{coordinate.coordinate}_{word.text.removeprefix(prefix)}"
             return replace(word, text=text, meaning=words.text(model, word.meaning))
-    return word
+    return replace(word, meaning=words.text(model, word.meaning))
 
 
 def _words_of(model: Model, words: Iterable[Word]) -> tuple[Word, ...]:
@@ -171,7 +171,15 @@ def _words_of(model: Model, words: Iterable[Word]) -> tuple[Word, ...]:
 
 def kinds_of(model: Model) -> tuple[Kind, ...]:
     """The words for what happens, in which events have the names of the model's coordinates."""
-    return tuple(replace(kind, words=_words_of(model, kind.words)) for kind in kinds.KINDS)
+    return tuple(
+        replace(kind, meaning=words.text(model, kind.meaning), words=_words_of(model, kind.words))
+        for kind in kinds.KINDS
+    )
+
+
+def refusals(model: Model) -> tuple[Word, ...]:
+    """Statuses that are errors."""
+    return _words_of(model, kinds.refusals())
 
 
 def events_by_element(model: Model) -> list[dict[str, str]]:
