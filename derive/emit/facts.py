@@ -188,8 +188,6 @@ def _in_the_file(model: Model, member: Quantity) -> str:
     meaning = words.of_quantity(model, member).meaning
     if member.symbol == Q.y:
         return f"{compression_of(model)}: {meaning}"
-    if model.names[1 if member.symbol == Q.v2 else 0] is None:
-        return "0: the model has no such mass"
     name = elements.name_of(model, member.symbol)
     return meaning if name == member.name else f"{name}: {meaning}"
 
