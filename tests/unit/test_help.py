@@ -32,7 +32,7 @@ def test_the_examples_of_the_help_run(tmp_path, monkeypatch, capsys, store):
     pytest.importorskip("scipy")
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
-    shutil.copy(SHIPPED / "leg_damper.py", "leg.py")
+    shutil.copy(SHIPPED / "leg_damper.py", "mine.py")
     solver = built(store, "leg_damper")
     monkeypatch.setattr("hopform._building.make", lambda model, folder, bar, in_cache: shutil.copytree(solver, folder))
     capsys.readouterr()

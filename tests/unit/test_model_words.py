@@ -85,8 +85,12 @@ def test_a_command_that_the_model_does_not_have_is_refused_in_a_sentence(strange
             assert stranger.call(*line) == 2
             printed = capsys.readouterr()
             assert printed.out == "" and printed.err.count("\n") == 1
-            said.add(printed.err.removeprefix("hopform: ").partition(":")[0])
-    assert said == {"no stance, flight, hop, controller or map of apexes", "no identification"}
+            said.add(printed.err.removeprefix("hopform: "))
+    contact = f": the model {stranger.name} lacks a contact()\n"
+    assert said == {
+        f"no stance, flight{acts}{contact}"
+        for acts in (" or hop", ", hop or identification", ", hop or controller", ", hop or map of apexes")
+    }
 
 
 def test_help_of_a_command_has_the_input_the_coordinates_and_robots_of_the_model(stranger, capsys):

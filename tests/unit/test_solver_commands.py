@@ -140,7 +140,7 @@ def test_a_solver_without_a_robot_asks_for_one(store, tmp_path, refused):
     for line in (["robots"], ["robots", "--toml"], ["robots", "--set", "k=1"]):
         said = refused("--solver", folder, *line)
         assert "the solver joint comes without a robot: --robot FILE.toml gives one" in said
-    assert "no stance, flight, hop, controller or map of apexes: the model joint lacks" in refused(
+    assert "no stance, flight or hop: the model joint lacks a contact()" in refused(
         "--solver", folder, "stance", "--v2", "-1"
     )
 

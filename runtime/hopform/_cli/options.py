@@ -109,7 +109,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "name": typer.Argument(metavar="[NAME|FILE.toml]", help="one robot; all if left out"),
         "number": typer.Argument(metavar="[N]", help="an equation's number; all if left out"),
         **{
-            f"model {name}.model": typer.Argument(metavar="FILE.py|NAME", help="a model file, which is run; or hopper")
+            f"model {name}.model": typer.Argument(metavar="FILE.py|NAME", help="a model file, which is run; or one that ships")
             for name in ("check", "build", "show")
         },
         "formula": typer.Argument(metavar="[FORMULA]", help="a name, a group, a number of the paper; all if left out"),
@@ -226,8 +226,8 @@ EXAMPLES = {
     "reach": ("reach --from 0.05 --to 0.35", "reach --heights 5 --currents 4 --json"),
     "export": ("export firmware --for cmake --robot hopper_c", "export single --f32 --prefix mine"),
     "selftest": ("selftest", "selftest --json"),
-    "model check": ("model check hopper", "model check leg.py"),
-    "model build": ("model build leg.py --out leg", "model build leg.py"),
+    "model check": ("model check joint", "model check mine.py"),
+    "model build": ("model build mine.py --out mine", "model build mine.py"),
     "model list": ("model list", "model list --json"),
     "model show": ("model show hopper 14 --as latex", "model show hopper x2_t --as c --f32"),
 }  # fmt: skip

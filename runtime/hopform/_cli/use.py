@@ -140,8 +140,10 @@ def examples(command: str) -> Sequence[str]:
         "fit": (f"record motion {start} --seed 1 --csv log.csv", f"fit log.csv --known {value}"),
         "export": ("export firmware --for cmake", "export single --f32 --prefix mine"),
         "selftest": ("selftest", "selftest --json"),
+        "model show": ("model show joint acc_1 --as latex", "model show joint acc_1 --as c --f32"),
     }  # fmt: skip
-    return tuple(f"{solver} {line}" for line in lines.get(command, ()))
+    of_solver = "" if command.startswith("model ") else f"{solver} "
+    return tuple(f"{of_solver}{line}" for line in lines.get(command, ()))
 
 
 def _limit_of(driven: Table) -> str:

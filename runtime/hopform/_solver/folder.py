@@ -27,7 +27,9 @@ ACTS = {
     "motion": "motion", "stance": "stance", "flight": "flight", "hop": "hop", "command": "controller",
     "reach": "map of apexes", "identify": "identification",
 }  # fmt: skip
-"""What a model can, in words."""
+"""What some models alone can, in words."""
+STANDING = ("stance", "flight", "hop")
+"""What a contact brings."""
 
 Table = dict[str, Any]
 MASSES = "12"
@@ -94,11 +96,15 @@ class Facts:
         return tuple(table for axis, table in self.axes.items() if axis != "y" or "stance" in self.can)
 
     def cannot(self, act: str) -> HopformError:
-        """The error about what the model cannot do, one of ACTS, with all else that it cannot for the same reason."""
+        """The error about what the model cannot do, one of ACTS, with what else the same lack rules out; of what needs a
+        stance that is not listed beside it, but for the act.
+        """
         why = self.lacks.get(act, "what that needs")
-        *others, last = [ACTS[each] for each in ACTS if each == act or self.lacks.get(each) == why]
-        acts = f"{', '.join(others)} or {last}" if others else last
-        return HopformError(f"no {acts}: the model {self.name} lacks {why}")
+        same = [each for each in ACTS if each == act or self.lacks.get(each) == why]
+        shown = [each for each in same if each in (*STANDING, act)] if {*STANDING} & {*same} else same
+        *others, last = (ACTS[each] for each in shown)
+        listed = f"{', '.join(others)} or {last}" if others else last
+        return HopformError(f"no {listed}: the model {self.name} lacks {why}")
 
     @cached_property
     def directions(self) -> tuple[tuple[str, str], ...]:
