@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 from hopform._motion import Motion, Phase, force_unit, masses_of
 from hopform._solver.c import FIRST_CAPACITY, PHASES_NOT_KEPT, Library, Solved, Types, plan_of
 from hopform._solver.package import LegState, Precision, Steps
-from hopform._words import limit_in, modes_of
+from hopform._words import change_of_limit, limit_in, modes_of
 
 MONOTONE = "monotone, so its end says all"
 RULES = {
@@ -247,7 +247,7 @@ def kind_of(row: tuple[Any, ...], following: tuple[Any, ...], words: Mapping[int
     if step != row[-1]:
         found = f"a step of {facts.inputs[0]['name']}"
     elif facts.currents and row[2] % 3 != mode % 3:
-        found = f"a limit of {facts.currents[0]['name']}"
+        found = change_of_limit(facts.currents[0]["name"], mode % 3 != 1)
     else:
         found = "a touch, which is no event"
     return words.get(event, found)

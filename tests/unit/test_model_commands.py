@@ -270,6 +270,9 @@ def test_the_name_means_what_was_built_last(run, cache, quick, tmp_path):
         for n, folder in enumerate(sorted(cache.iterdir(), key=lambda each: os.path.getmtime(each / "solver.toml"))):
             os.utime(folder / "solver.toml", (n + 1, n + 1))
     newest = max(cache.iterdir(), key=lambda each: os.path.getmtime(each / "solver.toml"))
+    said = run("model", "list")
+    assert re.findall(r"^leg .*solvers/(\S+)", said, re.MULTILINE) == [newest.name]
+    assert said.endswith("older builds of these names: 1; --json lists them\n")
     listed = json.loads(run("model", "list", "--json"))
     assert [each["folder"] for each in listed if each["folder"]][-1] == str(newest)
     assert (newest / "model.py").read_text("utf-8") == DAMPER.read_text("utf-8")

@@ -351,7 +351,7 @@ def test_a_plot_shows_the_motion_that_it_names(motion):
         assert t.size > 400
     assert [text.get_text() for text in place.texts] == ["hits stop", "reverses", "sticks"]
     assert [each.get_text() for each in forces.get_legend().get_texts()] == [f"friction_{Q} [N m]", f"stop_{Q} [N m]"]
-    assert current.get_ylabel() == "i [A]" and current.get_xlabel() == "time since start [s]"
+    assert current.get_ylabel() == "current\ni [A]" and current.get_xlabel() == "time since start [s]"
 
 
 def test_a_grid_is_what_is_read_at_its_times(motion):

@@ -138,10 +138,13 @@ def model_list(json: bool = False) -> None:
     if json:
         print(json_module.dumps(found, indent=2))
         return
+    newest = {each["name"]: each for each in found}  # that which its name means
     rows = [(each["name"], ", ".join(each["can"]), "yes" if each["compiled"] else "no", where_of(each), each["title"])
-            for each in found]  # fmt: skip
+            for each in newest.values()]  # fmt: skip
     head = ("name", "can", "compiled", "where", "title")
-    show([table("", head, [tuple(map(printable, row)) for row in rows], head)])
+    older = len(found) - len(newest)
+    said = [f"older builds of these names: {older}; --json lists them"] if older else []
+    show([table("", head, [tuple(map(printable, row)) for row in rows], head), *said])
 
 
 def where_of(found: dict[str, Any]) -> str:
