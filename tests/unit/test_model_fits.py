@@ -234,6 +234,11 @@ def test_a_leg_of_two_masses_is_found_from_both_positions():
         ({"known": {"J": -1.0}}, "J must be > 0"),
         ({"fitted": ["k", "spring"]}, "fitted: unknown parameter 'spring'; free ones are"),
         ({"fitted": ["k"]}, "fitted: J must be fitted or known; they have no default"),
+        ({"fitted": ["k", "J"], "start": {"F": 1.0}}, "cannot begin near 'F': unknown parameter; fitted are k, J"),
+        (
+            {"fitted": ["k"], "known": {"J": 1.0}, "start": {"J": 1.0}},
+            "cannot begin near 'J': it is not fitted; fitted are k",
+        ),
         ({"known": {"J": 1.0, "F_minus": "F"}}, "known: F_minus = 'F', which is no fitted parameter; these are k"),
     ],
 )

@@ -124,6 +124,15 @@ def test_the_input_is_refused_in_its_unit(stranger):
         stranger.solver.solve_motions(robot, u=[(0.0, 1.0)])
 
 
+@pytest.mark.parametrize(("options", "said"), [
+    (["--u", "3 A"], "takes a number in {}, written without a unit, got '3 A'"), (["--u", "inf"], "takes a finite number in {},"),
+    (["--u-steps", "3"], "takes steps t:u in s and {}, as in"), (["--u-steps", "0:x"], "takes a number in {}, written"),
+])  # fmt: skip
+def test_an_option_of_the_input_is_refused_in_its_unit(stranger, capsys, options, said):
+    assert stranger.call("motion", *options) == 2
+    assert said.format(stranger.unit) in capsys.readouterr().err
+
+
 def test_a_step_of_the_input_has_its_name(stranger, capsys):
     first = {"door": "20", "relay": "12", "tendon": "3"}[stranger.name]
     assert stranger.call("motion", "--horizon", "0.3", "--u-steps", f"0:{first},0.1:0.3", "--explain") == 0
@@ -182,7 +191,7 @@ def test_a_recording_without_the_coordinate_is_refused_by_its_name(stranger, tmp
         hopform.identify.fit(stranger.solver, tmp_path / "log.csv")
     names = [mass for mass in stranger.motion().units if not mass.endswith("_dot")]
     for name in names:
-        assert f"{name}, as in {name}_" in str(error.value)
+        assert f"{name} (as in {name}_" in str(error.value)
     assert str(error.value).endswith("there are angle_rad") and "x1" not in str(error.value)
 
 

@@ -24,6 +24,18 @@ MOST_DRAWS = 100_000
 Precision = StrEnum("Precision", ["float64", "float32"])
 Form = StrEnum("Form", ["text", "latex", "sympy", "json", "numpy", "c", "notebook"])
 
+OF_MODEL = "the input's unit"
+"""The unit of an option that is the input of any model."""
+OF_POSITION = "the position's unit"
+"""That of one that is a place of what moves, m or rad."""
+METAVARS = {OF_MODEL: "U", OF_POSITION: "X"}
+
+
+def known(unit: str) -> str:
+    """The unit of an option; of the input of a model that has one its own."""
+    inputs = use.core().facts.inputs if unit == OF_MODEL else ()
+    return str(inputs[0]["unit"]) if inputs else unit
+
 
 def number_in(unit: str) -> Callable[[str], float]:
     """The parser of a number in `unit`, which is not written: a unit, NaN and infinities are refused."""
@@ -31,9 +43,9 @@ def number_in(unit: str) -> Callable[[str], float]:
     def parse(text: str) -> float:
         value = number_of(str(text))  # defaults are parsed too
         if value is None:
-            raise typer.BadParameter(f"takes a number in {unit}, written without a unit, got {shown(text)}")
+            raise typer.BadParameter(f"takes a number in {known(unit)}, written without a unit, got {shown(text)}")
         if not math.isfinite(value):
-            raise typer.BadParameter(f"takes a finite number in {unit}, got {shown(text)}")
+            raise typer.BadParameter(f"takes a finite number in {known(unit)}, got {shown(text)}")
         return value
 
     return parse
@@ -64,18 +76,13 @@ def steps_in(unit: str) -> Callable[[str], list[tuple[float, float]]]:
         for pair in text.split(","):
             t, colon, u = pair.partition(":")
             if not colon:
-                raise typer.BadParameter(f"takes steps t:u in s and {unit}, as in 0:0,0.05:2.0, got {shown(pair)}")
+                raise typer.BadParameter(
+                    f"takes steps t:u in s and {known(unit)}, as in 0:0,0.05:2.0, got {shown(pair)}"
+                )
             steps.append((second(t), ampere(u)))
         return steps
 
     return parse
-
-
-OF_MODEL = "the input's unit"
-"""The unit of an option that is the input of any model."""
-OF_POSITION = "the position's unit"
-"""That of one that is a place of what moves, m or rad."""
-METAVARS = {OF_MODEL: "U", OF_POSITION: "X"}
 
 
 def option(

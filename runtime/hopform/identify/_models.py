@@ -597,7 +597,7 @@ def _view(model: Model, recording: Recording) -> Recording:
             )
         columns["position" if alone else f"x{mass.number}"] = column
     if not columns:
-        names = " or ".join(f"{each.coordinate}, as in {each.coordinate}_{each.unit}" for each in model.masses)
+        names = " or ".join(f"{each.coordinate} (as in {each.coordinate}_{each.unit})" for each in model.masses)
         there = ", ".join(each.title for each in recording.columns.values()) or "none"
         raise recording.error(
             f"no column is a coordinate of the model: name it {names}; there are {there}", recording.head
@@ -692,6 +692,10 @@ def _start(model: Model, name: str, start: Values | None) -> float:
 def _given(model: Model, names: Sequence[str], start: Values | None) -> dict[str, float]:
     """The values near which the search is asked to begin, of what is fitted."""
     given = mapping("start", start, MOST_KNOWN)
+    for name in given:
+        if name not in names:
+            what = "it is not fitted" if name in model.parameters else "unknown parameter"
+            raise HopformError(f"the search cannot begin near {shown(name)}: {what}; fitted are {', '.join(names)}")
     return {n: real(f"start: {n}", given[n], model.parameters[n]["unit"]) for n in names if n in given}
 
 
