@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ..ir import Own, Record, Step, Steps, function, scalar
-from ..model import kinds
+from ..model import kinds, words
 from ..model.equations import MASSES, Model
 from ..model.kinds import EVENTS, Kind, Word
 from ..model.quantities import *
@@ -161,7 +161,7 @@ def _word_of(model: Model, word: Word) -> Word | None:
             if coordinate is None or (word.text.endswith("_hits_stop") and not model.has_stops):
                 return None
             text = f"{coordinate.coordinate}_{word.text.removeprefix(prefix)}"
-            return replace(word, text=text, meaning=model.words(word.meaning))
+            return replace(word, text=text, meaning=words.text(model, word.meaning))
     return word
 
 

@@ -417,7 +417,7 @@ def test_a_solver_shows_an_element_wherever_the_hopper_shows_its_forces(tmp_path
             (
                 "spring 'hardening spring'",
                 "k3*(x1 - x2)**2",
-                "changes with x1, x2; the Laplace transform (6), (7) needs",
+                "changes with x1, x2; the Laplace transform needs",
             ),
         ),
         ("undeclared", ("k_emf", "not declared", "`parameter`")),
@@ -901,7 +901,7 @@ def test_a_gear_is_taken_behind_with_the_motion_that_it_had(tmp_path):
     """The characteristic polynomial of what is advised is det(M s^2 + D s + K) of what was refused, less an integrator."""
     text = FOLLOWED["a gear between two coordinates"].removeprefix("HEAD ")
     (tmp_path / "robot.py").write_text(HEAD.replace('q = coordinate("q", "rad", J, "wheel")\n', "") + text, "utf-8")
-    (whole_set,) = (each for each in derive(tmp_path / "robot.py").held_sets if not each.held)
+    (whole_set,) = (each for each in derive(tmp_path / "robot.py").modes if not each.held)
     found = whole_set.denominator.as_expr()
     found = found.xreplace({each: sp.Symbol(each.name) for each in found.free_symbols})
     s, J, N, r = sp.symbols("s J N r")

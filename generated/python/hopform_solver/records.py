@@ -364,7 +364,7 @@ class LegState(NamedTuple):
     v2: Real
     """[m/s] velocity of the body"""
     y: Real
-    """[m] compression of the leg, from where it carries nothing"""
+    """[m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing"""
 
 
 class Drive(NamedTuple):

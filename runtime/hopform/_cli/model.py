@@ -95,31 +95,22 @@ def model_check(model: str) -> None:
     headings = door.part("maths.formulas").GROUPS
     deliver((), (), "", lambda: spaced(
         printable(f"{facts['name']}: {facts['title']}"),
-        "\n".join(abilities(facts)),
+        "\n".join(map(printable, door.part("emit.facts").abilities(facts))),
         *(table(headings[group], ("name", "formula", "unit"), rows_of(formulas[group]), ("name", "formula", "unit"))
           for group in groups),
-        table("Held sets", ("held", "slips", "order", "must be >= 0"), list(held_sets(derivation)),
+        table("Modes", ("held", "slips", "order", "must be >= 0"), list(modes(derivation)),
               ("held", "slips", "must be >= 0")),
         next_step(model),
     ))  # fmt: skip
-
-
-def abilities(facts: dict[str, Any]) -> Iterator[str]:
-    """What a model can, and what it lacks for the rest."""
-    yield f"It can: {', '.join(facts['can'])}."
-    acts = dict[str, list[str]]()
-    for act, why in facts["lacks"].items():
-        acts.setdefault(why, []).append(act)
-    yield from (printable(f"It cannot {', '.join(own)}: it lacks {why}.") for why, own in acts.items())
 
 
 def rows_of(formulas: list[Any]) -> list[tuple[str, str, str]]:
     return [(each.name, str(each.value), each.quantity.unit) for each in formulas]
 
 
-def held_sets(derivation: Any) -> Iterator[tuple[str, str, str, str]]:
+def modes(derivation: Any) -> Iterator[tuple[str, str, str, str]]:
     """The modes of a model: what is held, what slips, the order, and the conditions that a robot may violate."""
-    for each in derivation.held_sets:
+    for each in derivation.modes:
         conditions = "; ".join(f"{name} = {value}" for name, value in each.conditions.items())
         yield ", ".join(each.held) or "nothing", ", ".join(each.slipping) or "nothing", str(each.order), conditions
 
