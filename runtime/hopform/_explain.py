@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -242,11 +243,14 @@ def text_of(stance: Motion, asked: tuple[LegState, float, int]) -> str:
 def kind_of(row: tuple[Any, ...], following: tuple[Any, ...], words: Mapping[int, str], motion: Motion) -> str:
     """What ends a phase, by its row and the next one."""
     *_, mode, event, step = following
-    if motion.robot.solver.facts.currents:
-        reached = row[2] % 3 != mode % 3
-        return words.get(event, "a step of the target" if step != row[-1] else "a limit of the current" if reached
-                         else "a touch, which is no event")  # fmt: skip
-    return words.get(event, "a step of the current" if step != row[-1] else "a touch, which is no event")
+    facts = motion.robot.solver.facts
+    if step != row[-1]:
+        found = f"a step of {facts.inputs[0]['name']}"
+    elif facts.currents and row[2] % 3 != mode % 3:
+        found = f"a limit of {facts.currents[0]['name']}"
+    else:
+        found = "a touch, which is no event"
+    return words.get(event, found)
 
 
 def of_phase(number: int, stance: Motion, phase: Phase, kind: str, search: Search | None) -> Iterator[str]:
@@ -273,19 +277,36 @@ def of_phase(number: int, stance: Motion, phase: Phase, kind: str, search: Searc
 
 def in_names(function: EventFunction, motion: Motion) -> EventFunction:
     """An event function under the names and in the units of the model."""
-    names, units = dict[str, str](), {"N/k": "m"}
-    for mass in masses_of(motion.robot.solver):
-        n = mass.number
-        names |= {f"x{n}": mass.position, f"v{n}": mass.velocity}
-        ends = {f"x{n}_min": "lower", f"x{n}_max": "upper"}
-        names |= {letter: mass.stops[end] for letter, end in ends.items() if end in mass.stops}
-        units |= {each: mass.unit for each in (f"x{n}", f"v{n}", f"a{n}")}
-    length_of_first = masses_of(motion.robot.solver)[0].unit
-    tokens = re.findall(r"[a-z]+[12](?:_max|_min)?|N/k", function.name)
-    length = next((units[each] for each in tokens if each in units), "m")
-    name = re.sub(r"[xv][12](?:_max|_min)?", lambda found: names.get(found[0], found[0]), function.name)
-    unit = force_unit(length_of_first) if function.unit == "N" else function.unit.replace("m", length, 1)
-    return function._replace(name=name, unit=unit)
+    masses = {str(mass.number): mass for mass in masses_of(motion.robot.solver)}
+    if (found := re.fullmatch(r"f([12]).* ([+-]) a[12]", function.name)) is not None:
+        mass = masses[found[1]]
+        name = f"stick margin, {mass.name} {mass.directions[found[2] == '+']}"
+    elif (found := re.fullmatch(r"x([12])_max - x[12]|x[12] - x([12])_min", function.name)) is not None:
+        mass = masses[found[1] or found[2]]
+        name = to_stop(mass.position, mass.stops["upper" if found[1] else "lower"], upper=bool(found[1]))
+    elif (found := re.fullmatch(r"(-?)v([12])", function.name)) is not None:
+        mass = masses[found[2]]
+        name = f"{found[1]}{mass.velocity}"
+    else:
+        force = force_unit(next(iter(masses.values())).unit)
+        return function._replace(unit=force if function.unit == "N" else function.unit)
+    return function._replace(name=name, unit=function.unit.replace("m", mass.unit, 1))
+
+
+def to_stop(position: str, stop: str, *, upper: bool) -> str:
+    """The distance of a coordinate to a stop, which the file gives by a name, an expression or a number.
+
+    >>> to_stop("phi", "19/10", upper=True), to_stop("phi", "0", upper=False), to_stop("x", "x_min", upper=False)
+    ('1.9 - phi', 'phi', 'x - x_min')
+    """
+    if re.fullmatch(r"-?[0-9]+(/[0-9]+)?", stop):
+        value = float(Fraction(stop))
+        if upper:
+            return f"{value:.6g} - {position}" if value else f"-{position}"
+        return f"{position} {'-' if value > 0.0 else '+'} {abs(value):.6g}" if value else position
+    if upper:
+        return f"{stop} - {position}"
+    return f"{position} - {stop if stop.isidentifier() else f'({stop})'}"
 
 
 def poles_in_words(poles: Sequence[complex]) -> Iterator[str]:

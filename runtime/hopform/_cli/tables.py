@@ -125,16 +125,16 @@ def phases(solved: Motion) -> Table:
 
 
 def beginnings(solved: Motion) -> list[str]:
-    """The beginning of each phase: the start, events, or a step of the current or target."""
+    """The beginning of each phase: the start, events, or a step of the input."""
     events: dict[float, list[str]] = {}
     words = solved.robot.solver.facts.events
     for event in solved.events:
         events.setdefault(event.time, []).append(words[event.kind])
-    steps, what = {t for t, _ in solved.u[1:]}, "target" if solved.robot.solver.facts.currents else "current"
+    steps, what = {t for t, _ in solved.u[1:]}, ", ".join(each["name"] for each in solved.inputs)
     found = [solved.beginning]
     for phase in solved.phases[1:]:
         waiting = events.get(phase.start, [])
-        found.append(waiting.pop(0) if waiting else f"{what} steps" if phase.start in steps else "")
+        found.append(waiting.pop(0) if waiting else f"step of {what}" if phase.start in steps else "")
     return found
 
 
