@@ -70,7 +70,7 @@ def facts(model: Model, layout: str, sources: Mapping[str, list[str]]) -> dict[s
         **({"flight": _flight(model)} if model.has_contact else {}),
         "outputs": [
             {"name": name, "unit": model.unit(OUTPUT_UNITS.get(output, "")) or _unit_of(model, output)}
-            for output, name in zip(elements.OUTPUTS, elements.rows(model), strict=True)
+            for output, name in zip(elements.outputs(model), elements.rows(model), strict=True)
         ],
         "energies": [_named(each) for each in Q.ENERGY.quantities if each.symbol == Q.total or model.has_contact],
     }
@@ -173,6 +173,14 @@ def state_of(model: Model) -> tuple[Quantity, ...]:
     return tuple(
         replace(each, unit=model.unit(each.unit), meaning=_in_the_file(model, each)) for each in Q.STATE.quantities
     )
+
+
+def height_of(model: Model) -> Quantity:
+    """The second coordinate, which results have in place of y, as the file of a model counts it."""
+    name, element = elements.name_of(model, Q.x2), model.names[1]
+    meaning = "0: the model has no such mass" if element is None else f"{name}: {element.meaning or element.thing}"
+    own = Q.BODY_HEIGHT.meaning if name == Q.BODY_HEIGHT.name else meaning
+    return replace(Q.BODY_HEIGHT, unit=model.unit(Q.BODY_HEIGHT.unit), meaning=own)
 
 
 def compression_of(model: Model) -> sp.Expr:

@@ -31,10 +31,12 @@ SUMS = {
 
 def _records(solver: Solver) -> tuple[Record, ...]:
     """All records, and the ledgers that a user sees."""
-    sums = SUMS[solver.model.has_contact]
+    model = solver.model
+    sums = SUMS[model.has_contact]
     ledgers = (
-        energy.with_stop_loss(solver.model, solver.program.record(name), meaning.format(sums=sums))
+        energy.with_stop_loss(model, solver.program.record(name), meaning.format(sums=sums))
         for name, meaning in LEDGERS.items()
+        if model.has_contact or name != "FlightLedger"
     )
     return (*solver.program.records, *ledgers)
 
@@ -57,6 +59,7 @@ PART: Part = {
     "python/hopform_solver/formulas.py": lambda solver: {"numpy": numpy, "program": solver.program},
     "python/hopform_solver/records.py": lambda solver: {
         "domains": DOMAINS.values(), "elements": elements, "energy": energy, "kinds": kinds, "model": solver.model,
+        "flight_events": [elements.flight_events_of(solver.model)] if solver.model.has_contact else [],
         "numpy": numpy, "quantities": quantities, "records": _records(solver),
     },
     "python/hopform_solver/robot.py": lambda solver: {"numpy": numpy, "robot": solver.model.robot},

@@ -80,6 +80,15 @@ def ledger_record(model: Model) -> Record:
     return replace(LEDGER, quantities=tuple(entry for entry in entries if entry.symbol in has))
 
 
+def energy_record(model: Model) -> Record:
+    """The energies of a model: that of the body is one of hops."""
+    return (
+        ENERGY
+        if model.has_contact
+        else replace(ENERGY, meaning=ENERGY.quantities[1].meaning, quantities=ENERGY.quantities[1:])
+    )
+
+
 def with_stop_loss(model: Model, work: Record, meaning: str) -> Record:
     """The ledger that a user sees: the work of each force, and behind the losses of friction that at stops, if there are
     any.
@@ -126,7 +135,7 @@ def loss_at_stop() -> Steps:
     yield Step(STOP_LOSS.symbol, -m_eff * v1**2 / 2, "its kinetic energy")
 
 
-@function(takes=(LEDGER,), returns=AED)
+@function(takes=(LEDGER,), returns=AED, of_contact=True)
 def aed_of_ledger(model: Model) -> Steps:
     """Change of the energy of the body by the entries of a ledger."""
     yield Step(aed, sum(body_entries(model), sp.S.Zero), "(24)")
@@ -151,7 +160,7 @@ def compression_at_rest(model: Model) -> Steps:
     yield Step(REST.symbol, model.rest, "N = 0")
 
 
-@function(takes=(ROBOT, STATE), returns=STORED)
+@function(takes=(ROBOT, STATE), returns=STORED, of_contact=True)
 def stored_energy(model: Model) -> Steps:
     """Energy of the body beside its kinetic energy and that of its height.
 
@@ -163,7 +172,7 @@ def stored_energy(model: Model) -> Steps:
     yield Step(stored, k * length**2 / 2, "(22), (23)")
 
 
-@function(takes=(ROBOT, STATE, SPEED), returns=MOVING)
+@function(takes=(ROBOT, STATE, SPEED), returns=MOVING, of_contact=True)
 def moving_energy() -> Steps:
     """Kinetic energy of the body, and that of a given velocity, with which stored energy is compared."""
     yield Step(moving, m_s * (speed**2 + v2**2) / 2, "(22), (23)")
@@ -186,7 +195,7 @@ def energies(model: Model) -> Steps:
     )
 
 
-@function(takes=(ROBOT, STATE, AT), returns=GAIN)
+@function(takes=(ROBOT, STATE, AT), returns=GAIN, of_contact=True)
 def body_energy_gain(model: Model) -> Steps:
     """Change of the body's energy between two states, the AED.
 

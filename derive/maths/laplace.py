@@ -134,20 +134,20 @@ def motion_of_both() -> Steps:
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
-def motion_of_actuator() -> Steps:
-    """Numerators of the motion with actuator slipping."""
+def motion_of_mass_1() -> Steps:
+    """Numerators of the motion with mass 1 slipping."""
     return numerators((1,))
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
 def motion_of_law() -> Steps:
-    """Numerators of the motion with the actuator slipping under the law, by the rates of that."""
+    """Numerators of the motion with mass 1 slipping under the law, by the rates of that."""
     return numerators((1,))
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
-def motion_of_body() -> Steps:
-    """Numerators of the motion with body slipping."""
+def motion_of_mass_2() -> Steps:
+    """Numerators of the motion with mass 2 slipping."""
     return numerators((2,))
 
 

@@ -1,6 +1,7 @@
 """What the command line answers as JSON and CSV, from which its schema and the page about it are made."""
 
 import math
+import re
 import textwrap
 import tomllib
 from collections.abc import Iterable, Mapping
@@ -76,6 +77,13 @@ OF_FIRST: dict[str, tuple[str, ...]] = {
 """Those of the actuator of a leg."""
 
 
+OF_LEG = (
+    "hopform stance", "hopform hop", "hopform control", "hopform reach", "CSV of a stance", "CSV of a run",
+    "Table of a run",
+)  # fmt: skip
+"""Answers of hopping."""
+
+
 def answers(
     robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind],
     *, has_input: bool = True, has_first: bool = True, has_leg: bool = True,
@@ -107,6 +115,7 @@ def answers(
     }
     tables: dict[str, dict[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
     tables |= {"parameters": {}} if apart else {}
+    tables = tables if has_leg else {name: table for name, table in tables.items() if name not in _of_leg(tables)}
     return tuple(
         Answer(
             name,
@@ -125,6 +134,19 @@ def answers(
         )
         for name, table in tables.items()
     )
+
+
+def _of_leg(tables: Mapping[str, Mapping[str, str]]) -> set[str]:
+    """The answers that a model without a leg has not: those of hopping, and objects that no other one has."""
+    asked = [name for name in tables if (name[0].isupper() or name.startswith("hopform ")) and name not in OF_LEG]
+    kept = set[str]()
+    while asked:
+        name = asked.pop()
+        kept.add(name)
+        asked += {word for text in tables[name].values() for word in re.findall(r"\w+", text.partition(":")[0])} & (
+            tables.keys() - kept
+        )
+    return tables.keys() - kept
 
 
 def _field(name: str, text: str, words: Mapping[str, tuple[str, ...]]) -> Field:

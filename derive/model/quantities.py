@@ -79,7 +79,7 @@ DRIVE = Record("Drive", "Constant accelerations of a phase: current, gravity, of
 )
 C_1, C_2 = DRIVE.symbols
 
-MOTION = Record("Motion", "Numerators of (11), counted from where and how fast each coordinate starts.").of(
+MOTION = Record("Numerators", "Numerators of (11), counted from where and how fast each coordinate starts.").of(
     Quantity("H3_1", r"H_{3,1}", "m/s^2", "actuator, terms in s^2: its initial acceleration"),
     Quantity("H2_1", r"H_{2,1}", "m/s^3", "actuator, terms in s"),
     Quantity("H1_1", r"H_{1,1}", "m/s^4", "actuator, constant terms"),

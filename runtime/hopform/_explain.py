@@ -8,7 +8,7 @@ decides (runtime/engine/c/notes). docs/explanation/certificate.md has the rules 
 import ctypes
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any, NamedTuple
@@ -230,23 +230,24 @@ def searches_of(stance: Motion, asked: tuple[LegState, float, int]) -> tuple[Sol
 def text_of(stance: Motion, asked: tuple[LegState, float, int]) -> str:
     """How the motion was solved, phase by phase."""
     solved, searches = searches_of(stance, asked)
-    rows, words = solved.phase_rows(), stance.robot.solver.package.records.EVENTS
+    rows = solved.phase_rows()
     about = ", ".join(each for each in (stance.robot.label, stance.input_in_words) if each)
     lines = [f"{about}; {stance.outcome}"]
     for n, phase in enumerate(stance.phases):
-        kind = kind_of(rows[n], rows[n + 1], words, stance) if n + 1 < len(rows) else stance.status
+        kind = kind_of(rows[n + 1][3], stance) if n + 1 < len(rows) else stance.status
         lines += ["", *of_phase(n + 1, stance, phase, kind, searches.get(n))]
     return "\n".join([*lines, "", *NOTE])
 
 
-def kind_of(row: tuple[Any, ...], following: tuple[Any, ...], words: Mapping[int, str], motion: Motion) -> str:
-    """What ends a phase, by its row and the next one."""
-    *_, mode, event, step = following
-    if motion.robot.solver.facts.currents:
-        reached = row[2] % 3 != mode % 3
-        return words.get(event, "a step of the target" if step != row[-1] else "a limit of the current" if reached
-                         else "a touch, which is no event")  # fmt: skip
-    return words.get(event, "a step of the current" if step != row[-1] else "a touch, which is no event")
+def kind_of(event: int, motion: Motion) -> str:
+    """What ends a phase, by what begins the next one."""
+    of, law = motion.robot.solver.package.records, motion.robot.solver.facts.currents
+    limit = "a limit of the current"
+    others = {
+        "none": "a touch, which is no event", "u_saturates": limit, "u_desaturates": limit,
+        "step": f"a step of the {'target' if law else 'current'}",
+    }  # fmt: skip
+    return of.EVENTS[event] if event in of.EVENTS else others[of.BEGINNINGS[event]]
 
 
 def of_phase(number: int, stance: Motion, phase: Phase, kind: str, search: Search | None) -> Iterator[str]:

@@ -8,7 +8,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from . import formulas
-from .records import Drive, EventKind, LegState, Motion, Rates, Real
+from .records import Drive, EventKind, LegState, Numerators, Rates, Real
 
 
 class Mode(NamedTuple):
@@ -19,13 +19,13 @@ class Mode(NamedTuple):
 
     slips: tuple[bool, ...]
     polynomial: tuple[int, ...]
-    motion: Callable[[Rates, Drive, LegState], Motion]
+    motion: Callable[[Rates, Drive, LegState], Numerators]
 
 
 MODES = (
     Mode((True, True), (9, 10, 11), formulas.motion_of_both),
-    Mode((True, False), (12, 13), formulas.motion_of_actuator),
-    Mode((False, True), (14, 15), formulas.motion_of_body),
+    Mode((True, False), (12, 13), formulas.motion_of_mass_1),
+    Mode((False, True), (14, 15), formulas.motion_of_mass_2),
 )
 
 HAS_CONTACT = True

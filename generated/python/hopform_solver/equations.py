@@ -80,7 +80,7 @@ EQUATIONS: tuple[Equation, ...] = (
              derived='X_1(s) = \\frac{s^2 x_1(0) + s(\\dot{x}_1(0) + \\frac{x_1(0)b_1}{m_{eff}}) + \\lambda_2 + '
                      'sX_2(s) \\frac{k}{m_{eff}}}{s(s^2 + s \\frac{b_1}{m_{eff}} + \\frac{k}{m_{eff}})}',
              reason='The current is a step, u/s, so that u stands in lambda_2 without a factor of s.',
-             computed_by=('rates_of: p_1, q_1', 'motion_of_actuator: H3_1, H2_1'),
+             computed_by=('rates_of: p_1, q_1', 'motion_of_mass_1: H3_1, H2_1'),
              number=6),
     Equation(verdict='typographical slip',
              title='Laplace transform of (4)',
@@ -89,7 +89,7 @@ EQUATIONS: tuple[Equation, ...] = (
              derived='X_2(s) = \\frac{s^2 x_2(0) + s\\beta - \\gamma + s \\frac{k}{m_s} X_1(s)}{s(s^2 + s '
                      '\\frac{b_2}{m_s} + \\frac{k}{m_s})}',
              reason='m_2 is m_s.',
-             computed_by=('rates_of: p_2, q_2', 'motion_of_body: H3_2, H2_2'),
+             computed_by=('rates_of: p_2, q_2', 'motion_of_mass_2: H3_2, H2_2'),
              number=7),
     Equation(verdict='wrong',
              title='Constant acceleration of the body',

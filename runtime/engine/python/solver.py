@@ -45,8 +45,7 @@ from . import formulas
 from .checked import attributes
 from .elements import AXES, EVENTS, HAS_CONTACT, HAS_LAW, MODES, MOVING, State
 from .kernels import basis_at, factor_cubic
-from .records import Ending, EventKind, LegState, Poles, Rates, Robot
-from .records import Motion as Numerators
+from .records import Ending, EventKind, LegState, Numerators, Poles, Rates, Robot, Start
 from .robot import Robot as CheckedRobot
 from .stability import conditions
 
@@ -434,7 +433,7 @@ def start_of(robot: Robot, start: Mapping[str, float]) -> LegState:
     y = given.get("y", 0.0)
     if "x2" in given or not ("y" in given or HAS_CONTACT):
         x2, length = given.get("x2", 0.0), float(formulas.body_height(robot, 0.0, 0.0))
-        y = float(formulas.body_height(robot, x1, x2))  # y = x_1 - x_2 + length, as x_2 = x_1 - y + length
+        y = float(formulas.state_of_start(robot, Start(*(given.get(axis, 0.0) for axis in AXES))).y)
         touches = HAS_CONTACT and abs(y) <= 4.0 * EPS * max(abs(x1), abs(x2), abs(length))
         y = 0.0 if touches else y
     if HAS_CONTACT and y < 0.0:
