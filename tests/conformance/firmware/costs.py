@@ -286,6 +286,7 @@ def page(builds: dict[str, dict[str, Any]]) -> str:
         **{f"flash: {text} [B]": f"flash {{0}}: {text}" for text in MOTION_IMAGES.values()},
         **{f"{call}, instructions": f"{call} {{0}} mean" for call in MOTION_CALLS},
         **{f"{call}, stack, painted [B]": f"{call} {{0}} painted stack" for call in MOTION_CALLS},
+        **{f"sizeof {name} [B]": f"bytes of {{0}}_{name}" for name in ("plan", "motion", "phase", "plant")},
     }
     of_models = [[what, *(spaced(figures[name.format(model)]) for model in MODELS for figures in (m4f, small))]
                  for what, name in rows.items()]  # fmt: skip
@@ -314,10 +315,10 @@ it knows that none is nearer. A command takes {stances:.1f} stances on average.
 
 What a stance costs depends on its poles and on how its phases are evaluated, so each regime is counted apart: the drops
 of `hopper_c` by a robot between the same stops, a its real pole and w the frequency of its pair; moves of `joint` and of
-`servo`, under its law; the flights of `hops`. The last two columns compare a phase with one of the regime next to it. Where both are
-evaluated alike they cost within {ALIKE} times one another, which `make firmware-test` holds. Where W gives way to the
-[modal form](../explanation/poles.md#the-modal-form), between a/w = 30 and 33 in single precision, a phase costs
-{cost_of_a_phase(m4f, "a/w=33") / cost_of_a_phase(m4f, "a/w=30"):.2f} times as much.
+`servo`, under its law; the flights of `hops`. The last two columns compare a phase with one of the regime next to it.
+Where both are evaluated alike they cost within {ALIKE} times one another, which `make firmware-test` holds. Where W
+gives way to the [modal form](../explanation/poles.md#the-modal-form), between a/w = 30 and 33 in single precision, a
+phase costs {cost_of_a_phase(m4f, "a/w=33") / cost_of_a_phase(m4f, "a/w=30"):.2f} times as much.
 
 {table(["regime", "evaluated as", "mean", "max", "a phase", "times", "a phase of"], regimes)}
 {table(["memory", ""], memory)}

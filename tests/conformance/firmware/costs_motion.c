@@ -89,6 +89,13 @@ static void print_tally(const tally *of)
     board_text("\n");
 }
 
+#define SIZEOF(name)                                         \
+    do {                                                     \
+        board_text("sizeof " SET "_" #name " ");            \
+        board_number((int32_t)sizeof(OF(name)));             \
+        board_text("\n");                                    \
+    } while (0)
+
 int main(void)
 {
     tally init = {"plan_init", 0, 0, 0, 0.0f}, solve = {"solve_motion", 0, 0, 0, 0.0f};
@@ -122,6 +129,11 @@ int main(void)
     }
     const tally *const all[] = {&init, &solve, &phase, &at, &tick};
     for (int n = 0; n < 5; n++) { print_tally(all[n]); }
+    SIZEOF(robot);
+    SIZEOF(plan);
+    SIZEOF(motion);
+    SIZEOF(phase);
+    SIZEOF(plant);
     board_exit(wrong);
     return wrong;
 }
