@@ -1,7 +1,7 @@
 """The C library as a package of its own, for the build system of a firmware: what `hopform export` writes.
 
 What is written are the generated sources, with another prefix or in one precision if asked for, the two files of the
-amalgamated pair, a README, a licence, a table of costs, and the manifest of one build system; with a robot, a program
+amalgamated pair, a README, a licence, what a stance costs, and the manifest of one build system; with a robot, a program
 that makes it hop. Batches, which are for the vector registers of workstations, are left out.
 """
 
@@ -74,7 +74,8 @@ def package(wanted: Wanted) -> dict[Path, str]:
     library = sources(wanted)
     texts = {where(path, wanted.system): text for path, text in library.items()}
     texts |= {Path("amalgamated") / name: text for name, text in amalgamated(library, wanted.prefix).items()}
-    texts[Path("costs.md")] = renamed(COSTS.path("firmware-costs.md").read_text("utf-8"), wanted.prefix)
+    if "stance" in wanted.solver.facts.can:
+        texts[Path("costs.md")] = renamed(COSTS.path("firmware-costs.md").read_text("utf-8"), wanted.prefix)
     folder = wanted.solver.folder.path("packages")
     files = {path.relative_to(folder / part): path for part in ("all", wanted.system) for path in inside(folder / part)}
     if wanted.system in _EXAMPLE:
