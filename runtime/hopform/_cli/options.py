@@ -111,7 +111,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "Robot and start": {
         "robot": option("one of `hopform robots`, or a TOML file; hopper_c if left out", metavar="NAME|FILE.toml"),
         "values": option("another value of a parameter, in SI units; repeatable", metavar="NAME=VALUE"),
-        "export.robot": option("write it as robot.h, and a program that makes it hop", metavar="NAME|FILE.toml"),
+        "export.robot": option("write it as robot.h, and a program that runs it", metavar="NAME|FILE.toml"),
         "height": option("hop height of the drop; or give --v2", unit="m"),
         "v2": option("velocity of the body after the impact, < 0 downwards", unit="m/s"),
         "x1": option("displacement of the actuator at touchdown", unit="m"),
