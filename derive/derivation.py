@@ -29,13 +29,14 @@ MOST_DOUBLINGS = 5
 
 
 @dataclass(frozen=True)
-class HeldSet:
+class Mode:
     """A mode of a model: which masses are held by friction or a stop, and the linear motion of the others.
 
-    held, slipping: names of masses, "actuator" and "body". denominator: the characteristic polynomial of the motion in
-    s [1/s], whose roots are the poles, without the integrator of each position. conditions: expressions in parameters
-    that must be >= 0 for a motion that does not grow (Routh), by name; those that hold for every robot of the model are
-    left out. held_while: expressions in a state that are >= 0 while a mass is held by friction, by name.
+    held, slipping: what the file calls the masses, of the hopper "actuator" and "body". denominator: the characteristic
+    polynomial of the motion in s [1/s], whose roots are the poles, without the integrator of each position. conditions:
+    expressions in parameters that must be >= 0 for a motion that does not grow (Routh), by name; those that hold for
+    every robot of the model are left out. held_while: the stick margins, expressions in a state that are >= 0 while a
+    mass is held by friction, by name.
     """
 
     held: tuple[str, ...]
@@ -116,7 +117,8 @@ class Derivation:
                 return found
         known = [*self._by_name, *GROUPS]
         near = difflib.get_close_matches(name, known, 1)
-        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(GROUPS)}, their formulas, (1) to (27)"
+        numbers = ", (1) to (27)" if self.model.is_of_the_paper else ""
+        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(GROUPS)}, their formulas{numbers}"
         raise ModelError(f"{self.model.name} has no formula {name!r}: {hint}")
 
     def _group(self, group: str) -> dict[str, sp.Expr]:
@@ -192,7 +194,7 @@ class Derivation:
         """The state at time t [s] of a phase, x2_t (18), v2_t (19), x1_t (20), v1_t (21), and what it reads: W, the
         inverse transform of 1/((s + a)(s^2 + p s + q)), its derivative Wd and its integrals W1, W2.
 
-        This holds for all poles, for equal ones and for those at 0, too. Masses that are not bolted slip; `held_sets` has
+        This holds for all poles, for equal ones and for those at 0, too. Masses that are not bolted slip; `modes` has
         the other modes.
 
         >>> from hopform.model import derive
@@ -214,8 +216,8 @@ class Derivation:
 
     @property
     def event_functions(self) -> dict[str, sp.Expr]:
-        """Functions of a state whose first zero ends a phase: contact force [N], velocities [m/s], what friction has
-        left to hold a mass to either side [m/s^2], distances from stops [m].
+        """Functions of a state whose first zero ends a phase: contact force [N], velocities [m/s], stick
+        margins of a mass to either side [m/s^2], distances from stops [m].
 
         >>> from hopform.model import derive
         >>> derive("hopper").event_functions["contact_force"]
@@ -224,18 +226,18 @@ class Derivation:
         return self._group("event_functions")
 
     @cached_property
-    def held_sets(self) -> tuple[HeldSet, ...]:
+    def modes(self) -> tuple[Mode, ...]:
         """The modes of the model, by what is held.
 
         >>> from hopform.model import derive
-        >>> [(each.held, each.order) for each in derive("hopper").held_sets]
+        >>> [(each.held, each.order) for each in derive("hopper").modes]
         [((), 3), (('actuator',), 2), (('body',), 2), (('actuator', 'body'), 0)]
         """
         free = free_masses(self.model)
         held_by_size = ((), *((n,) for n in free), *((free,) if len(free) > 1 else ()))
-        return tuple(self._held_set(held, tuple(n for n in free if n not in held)) for held in held_by_size)
+        return tuple(self._mode(held, tuple(n for n in free if n not in held)) for held in held_by_size)
 
-    def _held_set(self, held: tuple[int, ...], moving: tuple[int, ...]) -> HeldSet:
+    def _mode(self, held: tuple[int, ...], moving: tuple[int, ...]) -> Mode:
         rates = tuple(
             Step(each.symbol, _plain(self.model.value(each.value)), each.source)
             for each in laplace.rates_of(self.model)
@@ -250,14 +252,14 @@ class Derivation:
         }
         functions = self.event_functions
         called = {n: elements.name_of(self.model, symbol) for n, symbol in ((1, x1), (2, x2))}
-        levels = {n: {way: functions[f"{called[n]}_holds_{way}"] for way in ("up", "down")} for n in held}
-        names = tuple(self.model.words(element.name) for element in elements.ELEMENTS)
-        return HeldSet(
-            tuple(names[n - 1] for n in held),
-            tuple(names[n - 1] for n in moving),
+        margins = [f"{called[n]}_stick_margin_{way}" for n in held for way in ("forward", "backward")]
+        things = {n: own.thing for n, own in enumerate(self.model.names, 1) if own is not None}
+        return Mode(
+            tuple(things[n] for n in held),
+            tuple(things[n] for n in moving),
             polynomial,
             conditions,
-            {f"{called[n]}_holds_{way}": value for n, ways in levels.items() for way, value in ways.items()},
+            {name: functions[name] for name in margins},
             (self.model, moving),
         )
 

@@ -1,4 +1,4 @@
-"""EQUATIONS.md of a model: its derivation, held sets, guards, energies and conditions, made from its file."""
+"""EQUATIONS.md of a model: its derivation, modes, guards, energies and conditions, made from its file."""
 
 import re
 from collections.abc import Iterable, Iterator
@@ -6,22 +6,24 @@ from collections.abc import Iterable, Iterator
 import sympy as sp
 
 from . import VERSION
-from .derivation import Derivation, HeldSet
-from .emit.facts import facts
+from .derivation import Derivation, Mode
+from .emit.facts import abilities, facts
 from .emit.texts import cell, math_on_page
 from .ir import Quantity
 from .maths.formulas import GROUPS, Formula
 from .model.equations import Model
 
-INTRODUCTION = """\
-Derived from `{file}` by hopform {version}. Units are SI and A. {coordinates}; $x_i(0)$,
-$\\dot{{x}}_i(0)$ are a state at the start of a phase, in which friction and current are constant. Numbers in brackets are those of the paper's hopper, of which each formula is the counterpart here.
-"""
+INTRODUCTION = "Derived from `{file}` by hopform {version}. Units are SI. {coordinates}"
+STATE = (
+    " A (0) behind a coordinate or velocity means the start of a phase, in which the sign of each friction and {constant} "
+    "constant."
+)
+OF_THE_PAPER = "Numbers in brackets are those of the paper's equations."
 GUARDS = {
     "takeoff": "the contact force falls to 0",
     "reverses": "its velocity is 0, and its acceleration without friction is beyond the friction at rest",
     "sticks": "its velocity is 0, and friction holds it",
-    "slips": "what friction has left to hold it falls to 0",
+    "slips": "its stick margin falls to 0",
     "hits_stop": "it meets a stop and loses its velocity",
 }
 """When an event happens, by the last words of its name."""
@@ -33,30 +35,30 @@ def page(derivation: Derivation, file: str = "model.py") -> str:
 
 
 def _lines(derivation: Derivation, file: str) -> Iterator[str]:
-    known = facts(derivation.model, "", {})
-    yield from (
-        f"# {cell(derivation.model.title.rstrip('.'))}",
-        "",
-        INTRODUCTION.format(file=file, version=VERSION, coordinates=_coordinates(derivation.model)),
+    model, known = derivation.model, facts(derivation.model, "", {})
+    constant = "the input are" if model.input is not None else "each stop are"
+    yield from (f"# {cell(model.title.rstrip('.'))}", "")
+    yield INTRODUCTION.format(file=file, version=VERSION, coordinates=_coordinates(model)) + STATE.format(
+        constant=constant
     )
-    yield f"The model can: {', '.join(known['can'])}."
-    if known["lacks"]:
-        yield from ("", "| it cannot | because it lacks |", "| --- | --- |")
-        yield from (f"| {act} | {why} |" for act, why in known["lacks"].items())
+    yield from (OF_THE_PAPER, "") if model.is_of_the_paper else ("",)
+    yield from abilities(known)
     yield from ("", "## Parameters", "", *_parameters(derivation.model.robot.quantities))
     for group, heading in GROUPS.items():
         members = [each for each in derivation.formulas if each.group == group]
         if members:
             yield from ("", f"## {heading}", "", *_formulas(derivation, members))
-    yield from ("", "## Held sets", "", *_held_sets(derivation))
+    yield from ("", "## Modes", "", *_modes(derivation))
     yield from ("", "## Events", "", *_events(derivation, known["elements"]))
-    yield from ("", "## Conditions", "", *_conditions(derivation.held_sets))
+    yield from ("", "## Conditions", "", *_conditions(derivation.modes))
 
 
 def _coordinates(model: Model) -> str:
-    """What is called x_1 and x_2."""
-    both = zip(("x_1", "x_2"), model.names, strict=True)
-    return ", ".join(f"${x}$ is `{own.coordinate}` of the {cell(own.thing)}" for x, own in both if own is not None)
+    """What the glyphs of the coordinates are, and which of two has which index."""
+    own = [(n, named) for n, named in enumerate(model.names, 1) if named is not None]
+    said = (f"${math_on_page(named.glyph)}$ is `{named.coordinate}` of the {cell(named.thing)}" for _, named in own)
+    index = (f"index {n} that of the {cell(named.thing)}" for n, named in own)
+    return f"{', '.join(said)}; of other quantities {', '.join(index)}."
 
 
 def _parameters(quantities: Iterable[Quantity]) -> Iterator[str]:
@@ -74,11 +76,11 @@ def _formulas(derivation: Derivation, members: Iterable[Formula]) -> Iterator[st
         yield from (f"`{each.name}`{numbers} {said}", "", "```math", derivation.latex(each.name), "```", "")
 
 
-def _held_sets(derivation: Derivation) -> Iterator[str]:
+def _modes(derivation: Derivation) -> Iterator[str]:
     yield from (
-        "| held | slips | order | denominator | held while >= 0 |", "| --- | --- | --: | --- | --- |"
+        "| held | slips | order | denominator | held while its margins are >= 0 |", "| --- | --- | --: | --- | --- |"
     )  # fmt: skip
-    for each in derivation.held_sets:
+    for each in derivation.modes:
         denominator = _polynomial(each.denominator, derivation.glyphs)
         held, slips = (", ".join(names) or "nothing" for names in (each.held, each.slipping))
         yield f"| {cell(held)} | {cell(slips)} | {each.order} | ${math_on_page(denominator)}$ | {', '.join(f'`{n}`' for n in each.held_while)} |"
@@ -104,18 +106,18 @@ def _events(derivation: Derivation, elements: Iterable[dict[str, object]]) -> It
         for event in events if isinstance(events, dict) else ():
             what = next(each for each in GUARDS if str(event).endswith(f"_{each}"))
             coordinate = str(event).removesuffix(f"_{what}")
-            of = {"reverses": "velocity", "sticks": "velocity", "slips": "holds", "hits_stop": "stop"}[what]
+            of = {"reverses": "velocity", "sticks": "velocity", "slips": "stick_margin", "hits_stop": "stop"}[what]
             names = [f"`{each}`" for each in functions if each.startswith(coordinate) and of in each]
             yield f"| `{event}` | {GUARDS[what]} | {', '.join(names)} |"
 
 
-def _conditions(held_sets: Iterable[HeldSet]) -> Iterator[str]:
-    """What parameters must obey, by the held set that asks for it."""
-    asked = [(each, name, value) for each in held_sets for name, value in each.conditions.items()]
+def _conditions(modes: Iterable[Mode]) -> Iterator[str]:
+    """What parameters must obey, by the mode that asks for it."""
+    asked = [(each, name, value) for each in modes for name, value in each.conditions.items()]
     if not asked:
-        yield "No motion of a held set grows, whatever the parameters in their domains (Routh)."
+        yield "No motion of a mode grows, whatever the parameters in their domains (Routh)."
         return
-    yield "A robot that violates one of these is refused: a motion of the held set would grow (Routh)."
+    yield "A robot that violates one of these is refused: a motion of the mode would grow (Routh)."
     yield from ("", "| held | condition |", "| --- | --- |")
     for each, name, value in asked:
         yield f"| {cell(', '.join(each.held)) or 'nothing'} | `{name}` = `{value}` >= 0 |"

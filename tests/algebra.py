@@ -12,7 +12,6 @@ import sympy as sp
 
 from derive.maths import control, energy, laplace
 from derive.maths.laplace import X1, X2, s, v1_0, v2_0, x1_0, x2_0
-from derive.model.equations import LAGRANGIAN
 from derive.model.quantities import (
     L0,
     b1,
@@ -69,7 +68,7 @@ LETTERS: dict[sp.Symbol, sp.Expr] = {
 }
 _transform_1, _transform_2 = (numerator.as_expr() / (s**2 * cubic) for numerator in _numerators)
 
-_spring = sp.diff(LAGRANGIAN, x1)
+_spring = sp.diff(HOPPER.lagrangian, x1)
 start_1 = s**2 * x1_0 + s * (v1_0 + x1_0 * b1 / m_eff) + lambda_2
 _numerator_11 = x2_0 * s**4 + H_4 * s**3 + H_3 * s**2 + H_2 * s + H_1
 _decays = [sp.exp(-rate * t) for rate in POLES]

@@ -11,11 +11,11 @@ from typing import Any
 import sympy as sp
 
 from .. import VERSION
-from ..ir import Own, Quantity
+from ..ir import Quantity
 from ..maths import elements, energy
 from ..model import quantities as Q
-from ..model.declare import glyph_of
-from ..model.equations import EXCESSES, MASSES, Input, Model
+from ..model import words
+from ..model.equations import EXCESSES, LETTER_OF_ENTRY, MASSES, Input, Model
 from ..model.names import in_c
 
 FORMAT = 1
@@ -28,23 +28,21 @@ second gcc -O3 -march=x86-64-v3 makes one vfmsubadd of a sum and a difference of
 FLAGS = ("-std=c99", "-O2", "-fPIC", "-shared", "-fvisibility=default", *ROUNDING)
 """Of the compiler that makes the library which Python loads."""
 
-HOPPING = ("flight", "hop", "command", "reach")
-"""What a body allows that flies under gravity with an input."""
-ALL = ("motion", "stance", *HOPPING, "identify")
-"""What a model can: a motion, always; a stance, if it has a contact; what identifies the paper's equations."""
+EVERY = ("motion", "fit", "batches", "derivatives", "plots", "export")
+"""What every model can."""
+STANDING = ("stance", "flight", "hop")
+"""What a contact brings."""
+CHOOSING = ("command", "reach")
+"""What an input brings to a hop: the choice of a current, and the map of all apexes."""
+IDENTIFY = "identify"
+"""What is of the paper's equations alone."""
 
-LACKS_CONTACT = "a contact, because nothing stands on the ground"
-LACKS_INPUT = "a current, which is what a controller chooses"
+LACKS_CONTACT = "a contact()"
+LACKS_INPUT = "a current()"
+LACKS_EQUATIONS = "the equations of motion of the hopper"
 
 MASS_OF = {Q.viscous_1: 0, Q.coulomb_1: 0, Q.STOP_LOSS.symbol: 0, Q.viscous_2: 1, Q.coulomb_2: 1}
-LABELS = {
-    Q.viscous_1: "viscous friction",
-    Q.viscous_2: "viscous friction",
-    Q.coulomb_1: "Coulomb friction",
-    Q.coulomb_2: "Coulomb friction",
-    Q.STOP_LOSS.symbol: "lost at stops",
-}
-"""What a table calls the entries of the ledger that belong to a mass, behind what that is called."""
+"""The entries of the ledger that belong to a mass, by its index."""
 
 OUTPUT_UNITS = {"T": "s", "apex": "m", "aed": "J"}
 
@@ -58,12 +56,12 @@ def facts(model: Model, layout: str, sources: Mapping[str, list[str]]) -> dict[s
         "title": model.title,
         "version": VERSION,
         "layout": layout,
-        "can": [act for act in ALL if act not in lacks],
+        "can": [act for act in (*EVERY, *STANDING, *CHOOSING, IDENTIFY) if act not in lacks],
         "lacks": lacks,
         "build": {"flags": list(FLAGS), **sources},
         "coordinates": list(_coordinates(model)),
         "parameters": [{**_quantity(each), "element": element_of(model, each)} for each in model.parameters],
-        "limits": [{**_quantity(Q.TRAVEL), "element": "spring"}] if model.has_contact else [],
+        "limits": [{**_quantity(Q.TRAVEL), "element": _spring(model)}] if model.has_contact else [],
         "elements": [*_masses(model), *_others(model), *_further(model)],
         "inputs": list(_inputs(model)),
         **({} if model.law is None else {"currents": list(_currents(model))}),
@@ -80,27 +78,25 @@ def facts(model: Model, layout: str, sources: Mapping[str, list[str]]) -> dict[s
 def _lacks(model: Model) -> Iterator[tuple[str, str]]:
     """What the model cannot do, and what it lacks for that."""
     if not model.has_contact:
-        yield from ((act, LACKS_CONTACT) for act in ("stance", *HOPPING))
-    elif model.input is None:
-        yield from ((act, LACKS_INPUT) for act in ("command", "reach"))
-    if not is_the_papers(model):
+        yield from ((act, LACKS_CONTACT) for act in (*STANDING, *CHOOSING, IDENTIFY))
+        return
+    if model.input is None:
+        yield from ((act, LACKS_INPUT) for act in CHOOSING)
+    if not model.is_of_the_paper:
         changed = " and ".join(force.meaning for force in model.further)
-        by = f", which it changes by {changed}" if changed else " of the paper, in the paper's parameters"
-        yield "identify", f"the equations of motion (3), (4){by}"
+        yield IDENTIFY, f"{LACKS_EQUATIONS}{f', to which it adds {changed}' if changed else ''}"
 
 
-def is_the_papers(model: Model) -> bool:
-    """Whether every letter is a parameter of its own name, and no force is further."""
-    return (
-        not model.further
-        and not any(model.by_sign)
-        and model.has_contact
-        and all(
-            isinstance(value := model.constants[letter], Own) and value.name == letter.name
-            for letter in Q.LETTERS
-            if letter not in (*Q.BY_SIGN, *Q.OF_LAW)
-        )
-    )
+def abilities(known: Mapping[str, Any]) -> Iterator[str]:
+    """What a model can by its facts, and in a sentence for each reason what it cannot; what needs a stance is not listed
+    beside it.
+    """
+    yield f"It can: {', '.join(known['can'])}."
+    for why in dict.fromkeys(known["lacks"].values()):
+        acts = [act for act, own in known["lacks"].items() if own == why]
+        *others, last = [act for act in acts if act in STANDING] or acts
+        listed = f"{', '.join(others)} or {last}" if others else last
+        yield f"No {listed}: the model lacks {why}."
 
 
 def element_of(model: Model, parameter: Quantity) -> str:
@@ -121,11 +117,16 @@ def _letters_of(model: Model) -> Iterator[tuple[sp.Symbol, str]]:
     motor = model.input.thing if model.input else ""
     letters_of = {
         first: (Q.m_eff, Q.b1, Q.f1, Q.f1_minus, *EXCESSES[0], Q.x1_min, Q.x1_max), motor: (Q.gamma2, Q.u_max, *Q.OF_LAW),
-        second: (Q.m_s, Q.b2, Q.f2, Q.f2_minus, *EXCESSES[1]), "spring": (Q.k, Q.L0, Q.c), "gravity": (Q.g,),
+        second: (Q.m_s, Q.b2, Q.f2, Q.f2_minus, *EXCESSES[1]), _spring(model): (Q.k, Q.L0, Q.c), "gravity": (Q.g,),
         "contact": (Q.impact_loss,),
     }  # fmt: skip
     for thing, letters in letters_of.items():
         yield from ((letter, thing) for letter in letters if thing)
+
+
+def _spring(model: Model) -> str:
+    """What a file calls the spring that the stretch is of."""
+    return next(iter(model.called(Q.k)), "spring")
 
 
 def _named(quantity: Quantity) -> dict[str, Any]:
@@ -149,22 +150,13 @@ def _coordinates(model: Model) -> Iterator[dict[str, Any]]:
     """
     masses = {Q.x1: 0, Q.v1: 0, Q.v2: 1, Q.x2: 1}
     for quantity in (*Q.STATE.quantities, Q.BODY_HEIGHT):
-        mass = masses.get(quantity.symbol)
-        if mass is None:
-            if None not in model.names:
-                yield {**_named(quantity), "unit": model.unit(quantity.unit), "axis": quantity.name}
+        own = model.names[masses[quantity.symbol]] if quantity.symbol in masses else None
+        if own is None and (quantity.symbol in masses or None in model.names):
             continue
-        if (element := model.names[mass]) is None:
-            continue
-        coordinate = {**_named(quantity), "axis": quantity.name}
-        name = elements.name_of(model, quantity.symbol)
-        if name != quantity.name or element.thing not in ("actuator", "body"):
-            glyph = glyph_of(element.coordinate)
-            rate = quantity.symbol in (Q.v1, Q.v2)
-            coordinate |= {"name": name, "glyph": rf"\dot{{{glyph}}}" if rate else glyph}
-            position = element.meaning or f"{element.thing}, its coordinate"
-            coordinate |= {"meaning": f"velocity of the {element.thing}" if rate else position}
-        yield {**coordinate, "unit": model.unit(quantity.unit)}
+        worded = _named(words.of_quantity(model, quantity)) | {"name": elements.name_of(model, quantity.symbol)}
+        if own is not None and own.meaning and quantity.symbol in (Q.x1, Q.x2):
+            worded["meaning"] = own.meaning
+        yield worded | {"axis": quantity.name}
 
 
 def state_of(model: Model) -> tuple[Quantity, ...]:
@@ -179,9 +171,11 @@ def state_of(model: Model) -> tuple[Quantity, ...]:
 def height_of(model: Model) -> Quantity:
     """The second coordinate, which results have in place of y, as the file of a model counts it."""
     name, element = elements.name_of(model, Q.x2), model.names[1]
-    meaning = "0: the model has no such mass" if element is None else f"{name}: {element.meaning or element.thing}"
-    own = Q.BODY_HEIGHT.meaning if name == Q.BODY_HEIGHT.name else meaning
-    return replace(Q.BODY_HEIGHT, unit=model.unit(Q.BODY_HEIGHT.unit), meaning=own)
+    meaning = "0: the model has no such mass"
+    if element is not None:
+        in_file = f"{name}: {element.meaning or element.thing}"
+        meaning = Q.BODY_HEIGHT.meaning if name == Q.BODY_HEIGHT.name else in_file
+    return replace(Q.BODY_HEIGHT, unit=model.unit(Q.BODY_HEIGHT.unit), meaning=meaning)
 
 
 def compression_of(model: Model) -> sp.Expr:
@@ -192,16 +186,10 @@ def compression_of(model: Model) -> sp.Expr:
 
 
 def _in_the_file(model: Model, member: Quantity) -> str:
+    meaning = words.of_quantity(model, member).meaning
     if member.symbol == Q.y:
-        springless = not model.has_contact and model.value(Q.k) == 0
-        meaning = "displacement" if None in model.names else "compression"
-        place = " of the leg" if model.has_contact else ""
-        zero = "no spring acts on it" if springless else f"from where {'it' if place else 'the spring'} carries nothing"
-        return f"{compression_of(model)}: {meaning}{place}, {zero}"
-    element = model.names[1 if member.symbol == Q.v2 else 0]
-    if element is None:
-        return "0: the model has no such mass"
-    name, meaning = elements.name_of(model, member.symbol), model.words(member.meaning)
+        return f"{compression_of(model)}: {meaning}"
+    name = elements.name_of(model, member.symbol)
     return meaning if name == member.name else f"{name}: {meaning}"
 
 
@@ -235,8 +223,7 @@ def _currents(model: Model) -> Iterator[dict[str, Any]]:
 
 
 def _of_input(quantity: Input) -> dict[str, Any]:
-    glyph = Q.CURRENT.glyph if quantity.name == "u" else glyph_of(quantity.name)
-    return {"name": quantity.name, "glyph": glyph, "unit": quantity.unit, "meaning": quantity.meaning}
+    return {"name": quantity.name, "glyph": quantity.glyph, "unit": quantity.unit, "meaning": quantity.meaning}
 
 
 def _per_unit(model: Model) -> dict[str, Any]:
@@ -247,7 +234,7 @@ def _per_unit(model: Model) -> dict[str, Any]:
 
 def _masses(model: Model) -> Iterator[dict[str, Any]]:
     """The elements that slip or are held."""
-    entries = energy.with_stop_loss(model, energy.ledger_record(model), "").symbols
+    work = energy.with_stop_loss(model, energy.ledger_record(model), "")
     for element, names in zip(elements.ELEMENTS, model.names, strict=True):
         if names is None:
             continue
@@ -266,11 +253,19 @@ def _masses(model: Model) -> Iterator[dict[str, Any]]:
             "stops": {end: str(model.constants[stop]) for end, stop in stops.items() if model.declares(stop)},
             "events": dict(_events(model, element)),
             "ledger": {
-                str(entry): f"{names.thing}, {LABELS[entry]}"
-                for entry, mass in MASS_OF.items()
-                if mass == element.number - 1 and entry in entries
+                entry.name: f"{names.thing}, {_label(model, entry.symbol)}"
+                for entry in sorted(work.quantities, key=lambda each: [*MASS_OF, each.symbol].index(each.symbol))
+                if MASS_OF.get(entry.symbol) == element.number - 1
             },
         }
+
+
+def _label(model: Model, entry: sp.Symbol) -> str:
+    """What a table calls an entry of the ledger that belongs to a mass: the elements whose work it is."""
+    if entry == Q.STOP_LOSS.symbol:
+        (stop,) = dict.fromkeys((*model.called(Q.x1_min), *model.called(Q.x1_max)))
+        return "lost at stops" if stop == "stop" else f"lost at the {stop}"
+    return " and ".join(model.called(LETTER_OF_ENTRY[entry]))
 
 
 def _events(model: Model, element: elements.Element) -> Iterator[tuple[str, str]]:
@@ -283,22 +278,21 @@ def _events(model: Model, element: elements.Element) -> Iterator[tuple[str, str]
 
 def _others(model: Model) -> Iterator[dict[str, Any]]:
     """The elements that letters stand for beside the masses."""
-    entries = energy.powers(model)
+    entries = {each.symbol: each.name for each in energy.ledger_record(model).quantities}
     kinds = {each.kind for each in model.listed}
+    driven = " and ".join(model.called(Q.gamma2))
     ledgers = {
-        "motor": {Q.motor_work: f"work of the {model.input.thing}" if model.input else ""},
-        "spring": {Q.offset_work: "work of the offset force k c", Q.spring_work: "the actuator's work on the body"},
+        "motor": {Q.motor_work: f"work of the {driven}"},
+        "spring": {
+            Q.offset_work: "work of the offset force k c",
+            Q.spring_work: words.text(model, "the actuator's work on the body"),
+        },
     }
-    if model.names[0] is not None and model.names[1] is not None:
-        ledgers["spring"][Q.spring_work] = f"the {model.names[0].thing}'s work on the {model.names[1].thing}"
+    names = {"motor": model.input.thing if model.input else "", "spring": _spring(model)}
     for kind in ("motor", "spring", "gravity", "contact"):
         if kind in kinds or (kind == "motor" and model.input is not None):
-            ledger = {str(entry): label for entry, label in ledgers.get(kind, {}).items() if entry in entries}
-            yield {
-                "name": model.input.thing if kind == "motor" and model.input else kind,
-                "kind": kind,
-                "ledger": ledger,
-            }
+            ledger = {entries[entry]: label for entry, label in ledgers.get(kind, {}).items() if entry in entries}
+            yield {"name": names.get(kind, kind), "kind": kind, "ledger": ledger}
 
 
 def _further(model: Model) -> Iterator[dict[str, Any]]:

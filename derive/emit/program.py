@@ -6,7 +6,7 @@ events, the chain of phases) stands once per language in runtime/engine and call
 
 from dataclasses import replace
 
-from ..ir import Definition, Parameter, Program, Record, Spelled
+from ..ir import Authored, Definition, Function, Program, Quantity, Record, Spelled
 from ..maths import (
     contact,
     control,
@@ -22,10 +22,10 @@ from ..maths import (
     start,
     time_domain,
 )
-from ..model import quantities
+from ..model import quantities, words
 from ..model.equations import Model
 from ..shipped import HOPPER
-from .facts import shown
+from .facts import shown, state_of
 
 OF_CONTACT = (contact, control, flight)
 """Modules of which a model without a contact has nothing."""
@@ -58,7 +58,13 @@ def program(model: Model = HOPPER) -> Program:
         under_law = {step.symbol for step in model.in_parameters(laplace.rates_under_law(model)) if step.value == 0}
         zeros = [symbol for symbol in zeros if symbol in under_law]
     named = {value.name: value for value in (*vars(quantities).values(), *defined) if isinstance(value, Record)}
-    of_model = {name: _in_units(model, record) for name, record in (named | of_model).items()}
+    of_model = {name: _worded(model, record) for name, record in (named | of_model).items()}
+    of_model[quantities.STATE.name] = replace(of_model[quantities.STATE.name], quantities=state_of(model))
+    functions = (
+        value.of(model, of_model).without(zeros)
+        for value in defined
+        if isinstance(value, Definition) and (model.has_contact or not value.of_contact)
+    )
     return Program(
         *(
             _OF_HOPPER
@@ -66,11 +72,7 @@ def program(model: Model = HOPPER) -> Program:
             else (model.title, f"{model.title.rstrip('.')}: exact motions with dry friction")
         ),
         tuple(of_model.values()),
-        tuple(
-            value.of(model, of_model).without(zeros)
-            for value in defined
-            if isinstance(value, Definition) and (model.has_contact or not value.of_contact)
-        ),
+        tuple(_in_words(model, function) for function in functions),
     )
 
 
@@ -84,12 +86,26 @@ def _start_record(model: Model) -> Record:
     )
 
 
-def _in_units(model: Model, record: Record) -> Record:
-    """A record in the units of a model's coordinates; its parameters are in units of their own."""
-    return replace(
-        record,
-        quantities=tuple(
-            each if isinstance(each, Parameter) else replace(each, unit=model.unit(each.unit))
-            for each in record.quantities
-        ),
+def _worded(model: Model, record: Record) -> Record:
+    """A record in the words and units of a model; what its file names is in them already."""
+    own = tuple(each if isinstance(each, Authored) else words.of_quantity(model, each) for each in record.quantities)
+    return replace(record, meaning=words.text(model, record.meaning), quantities=own)
+
+
+def _in_words(model: Model, function: Function) -> Function:
+    """A function whose meaning, arguments and comments are in the words of a model. Its records are already, and so are the
+    sources of letters, which are the elements of the file.
+    """
+
+    def worded(argument: Record | Quantity) -> Record | Quantity:
+        return argument if isinstance(argument, Record | Authored) else words.of_quantity(model, argument)
+
+    letters = {letter.name for letter in model.constants}
+    steps = (
+        step if step.symbol.name.removeprefix("d_") in letters else replace(step, source=words.text(model, step.source))
+        for step in function.steps
     )
+    return replace(
+        function, meaning=words.text(model, function.meaning), takes=tuple(map(worded, function.takes)),
+        steps=tuple(steps), returns=worded(function.returns),
+    )  # fmt: skip

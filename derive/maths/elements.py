@@ -14,7 +14,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 
 from ..ir import Own, Record, Step, Steps, function, scalar
-from ..model import kinds
+from ..model import kinds, words
 from ..model.equations import MASSES, Model
 from ..model.kinds import BEGINNINGS, EVENTS, Kind, Word
 from ..model.quantities import *
@@ -165,8 +165,8 @@ def _word_of(model: Model, word: Word) -> Word | None:
             if coordinate is None or (word.text.endswith("_hits_stop") and not model.has_stops):
                 return None
             text = f"{coordinate.coordinate}_{word.text.removeprefix(prefix)}"
-            return replace(word, text=text, meaning=model.words(word.meaning))
-    return replace(word, meaning=model.words(word.meaning))
+            return replace(word, text=text, meaning=words.text(model, word.meaning))
+    return replace(word, meaning=words.text(model, word.meaning))
 
 
 def _words_of(model: Model, words: Iterable[Word]) -> tuple[Word, ...]:
@@ -176,10 +176,15 @@ def _words_of(model: Model, words: Iterable[Word]) -> tuple[Word, ...]:
 def kinds_of(model: Model) -> tuple[Kind, ...]:
     """The words for what happens, in which events have the names of the model's coordinates."""
     return tuple(
-        replace(kind, words=_words_of(model, kind.words))
+        replace(kind, meaning=words.text(model, kind.meaning), words=_words_of(model, kind.words))
         for kind in kinds.KINDS
         if model.has_contact or not kind.of_contact
     )
+
+
+def refusals(model: Model) -> tuple[Word, ...]:
+    """Statuses that are errors."""
+    return _words_of(model, kinds.refusals())
 
 
 def events_by_element(model: Model) -> list[dict[str, str]]:

@@ -4,6 +4,8 @@
     AED = int k x_1 v_2 - int b_2 v_2^2 - m_s f_2 int |v_2|                                       (24), signs mended
     H = m_eff v_1^2/2 + m_s v_2^2/2 + m_s g x_2 + k (x_1 - x_2 + L_0 + c)^2/2
 
+Without a contact there is no E, and H has the weight of each mass times its coordinate, if gravity acts along that.
+
 Both hold the spring's own energy: where y counts from elsewhere, x_1 - x_2 + L_0 + c is y and the rest of the spring.
 What further forces in the leg do is work of their own.
 
@@ -15,8 +17,9 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ..ir import Authored, Quantity, Record, Step, Steps, function, scalar
-from ..model.equations import LETTER_OF_ENTRY, Force, Model, kinetic, potential
+from ..ir import Authored, Quantity, Record, Spelled, Step, Steps, function, scalar
+from ..model import words
+from ..model.equations import LETTER_OF_ENTRY, Force, Model, kinetic
 from ..model.mechanism import field_name
 from ..model.quantities import *
 from .laplace import REST, rest_of_spring
@@ -32,10 +35,13 @@ x1_0, aed, stored, moving, speed, gain = (quantity.symbol for quantity in (X1_0,
 displacement, length, unloaded = sp.symbols("displacement length unloaded", real=True)
 
 body_energy = m_s * v2**2 / 2 + m_s * g * x2 + k * (x2 - L0 - c) ** 2 / 2
-total_energy = kinetic + potential
-
 PRODUCTS = dict(zip(MOMENTS.symbols, (v1, v2, v1**2, v1 * v2, v2**2, y * v1, y * v2, displacement * v2), strict=True))
 """The products whose integrals are known, by their integral."""
+
+
+def total_energy(model: Model) -> sp.Expr:
+    """The energy H of everything, at a state."""
+    return kinetic + model.potential
 
 
 def moments_record(model: Model) -> Record:
@@ -73,11 +79,48 @@ def powers(model: Model) -> dict[sp.Symbol, sp.Expr]:
     return {entry: power for entry, power in values.items() if model.has_entry(entry)}
 
 
+def entries(model: Model) -> dict[sp.Symbol, Quantity]:
+    """The entries that letters of the derivation stand for, by their symbols: each is named after its element, if the file
+    names one, or else after what does its work.
+    """
+    taken = {work.entry.name for work in works(model)} | {each.name for each in (*LEDGER.quantities, STOP_LOSS)}
+    named = dict[sp.Symbol, Quantity]()
+    for quantity in (*LEDGER.quantities, STOP_LOSS):
+        named[quantity.symbol] = words.of_quantity(model, quantity)
+        if (entry := _of_element(model, quantity)) is not None and entry.name not in taken:
+            named[quantity.symbol] = entry
+            taken.add(entry.name)
+    return named
+
+
+def _of_element(model: Model, quantity: Quantity) -> Quantity | None:
+    """An entry under the name of the one element whose work it is; None where the file leaves that name as it is."""
+    mass, usual = OF_ELEMENT.get(quantity.symbol, (0, ""))
+    letter = LETTER_OF_ENTRY.get(quantity.symbol)
+    if not usual or letter is None or len(called := model.called(letter)) != 1 or called[0] == usual:
+        return None
+    kind, moved = model.sources[letter].split()[0], model.names[max(mass, 1) - 1]
+    assert moved is not None
+    name = f"{field_name(called[0])}_{mass or 'work'}"
+    meaning = f"work of {kind} '{called[0]}' on the {moved.thing}"
+    return Spelled(name, name, quantity.unit, meaning, letter=str(quantity.symbol))
+
+
+OF_ELEMENT = {
+    motor_work: (0, "motor"),
+    viscous_1: (1, "viscous friction"),
+    viscous_2: (2, "viscous friction"),
+    coulomb_1: (1, "Coulomb friction"),
+    coulomb_2: (2, "Coulomb friction"),
+}
+"""Of the entries of elements that a file names their mass, 0 of what the input drives, and the usual name."""
+
+
 def ledger_record(model: Model) -> Record:
-    """The fields of the ledger: those of the hopper, then the work of each further force on each mass it acts on."""
-    entries = (*LEDGER.quantities, *(work.entry for work in works(model)))
+    """The fields of the ledger: those that letters stand for, then the work of each further force on each mass it acts on."""
+    every = (*entries(model).items(), *((work.entry.symbol, work.entry) for work in works(model)))
     has = powers(model)
-    return replace(LEDGER, quantities=tuple(entry for entry in entries if entry.symbol in has))
+    return replace(LEDGER, quantities=tuple(entry for symbol, entry in every if symbol in has))
 
 
 def energy_record(model: Model) -> Record:
@@ -93,9 +136,16 @@ def with_stop_loss(model: Model, work: Record, meaning: str) -> Record:
     """The ledger that a user sees: the work of each force, and behind the losses of friction that at stops, if there are
     any.
     """
-    place = sum(entry.symbol in (motor_work, *LETTER_OF_ENTRY) for entry in work.quantities)
-    loss = (STOP_LOSS,) if model.has_stops else ()
+    place = sum(entry.symbol in LETTER_OF_ENTRY for entry in work.quantities)
+    loss = (entries(model)[STOP_LOSS.symbol],) if model.has_stops else ()
     return Record(work.name, meaning, (*work.quantities[:place], *loss, *work.quantities[place:]))
+
+
+def names_of(model: Model, symbols: tuple[sp.Symbol, ...]) -> tuple[str, ...]:
+    """What a ledger calls entries."""
+    record = with_stop_loss(model, ledger_record(model), "")
+    names = {entry.symbol: entry.name for entry in record.quantities}
+    return tuple(names[symbol] for symbol in symbols)
 
 
 def whole_robot_entries(model: Model) -> tuple[sp.Symbol, ...]:
@@ -150,7 +200,7 @@ def body_height(model: Model) -> Steps:
     steps, rest = rest_of_spring(model)
     yield from steps
     yield Step(length, x1 - y, "hop height of the body")
-    yield Step(unloaded, L0 + c - rest, "length of the leg without load")
+    yield Step(unloaded, L0 + c - rest, "length without load")
     yield Step(x2, length + unloaded, "y = x_1 - x_2 + unloaded")
 
 
@@ -168,7 +218,7 @@ def stored_energy(model: Model) -> Steps:
     """
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y - rest, "x_2 - L_0 - c at the start")
+    yield Step(length, x1 - y - rest, "its height less the length without load, at the start")
     yield Step(stored, k * length**2 / 2, "(22), (23)")
 
 
@@ -186,11 +236,12 @@ def energies(model: Model) -> Steps:
     """
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y - rest, "x_2 - L_0 - c")
+    yield Step(length, x1 - y - rest, "its height less the length without load")
     yield Step(body, m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * length**2 / 2, "(22), (23)")
+    first, second = model.weights
     yield Step(
         total,
-        m_eff * v1**2 / 2 + m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * (y + rest) ** 2 / 2,
+        m_eff * v1**2 / 2 + m_s * v2**2 / 2 + first * x1 + second * (length + (L0 + c)) + k * (y + rest) ** 2 / 2,
         "energy of the whole robot",
     )
 
@@ -204,8 +255,8 @@ def body_energy_gain(model: Model) -> Steps:
     length_t = sp.Symbol("length_t", real=True)
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y - rest, "x_2 - L_0 - c at the start")
-    yield Step(length_t, x1_t - y_t - rest, "x_2 - L_0 - c at the end")
+    yield Step(length, x1 - y - rest, "its height less the length without load, at the start")
+    yield Step(length_t, x1_t - y_t - rest, "the same at the end")
     yield Step(
         gain,
         m_s * (v2_t - v2) * (v2_t + v2) / 2 + (length_t - length) * (m_s * g + k * (length_t + length) / 2),

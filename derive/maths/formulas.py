@@ -25,22 +25,23 @@ from dataclasses import dataclass, replace
 
 import sympy as sp
 
-from ..ir import Own, Quantity, Step
-from ..model.equations import LAGRANGIAN, Model, kinetic, potential
+from ..ir import Authored, Own, Quantity, Step
+from ..model import words
+from ..model.equations import Model, kinetic
 from ..model.quantities import *
 from . import control, elements, energy, laplace, modes, partial_fractions
 from .elements import ELEMENTS
 
 GROUPS = {
     "lagrangian": "Lagrangian and generalised forces",
-    "equations_of_motion": "Accelerations (3), (4), and their coefficients",
-    "transfer": "Laplace transforms (6), (7), (11), (16)",
-    "numerators": "Numerators (12)-(15) of (11), and those of (16)",
-    "poles": "Denominators of (6), (7), (11) and their roots",
-    "partial_fractions": "(11) and (16) split into their poles",
-    "states": "The state over time (18)-(21)",
-    "energies": "Energies (22), (23), and the power of each force (24)",
-    "control": "What a controller asks: (5), (25)-(27)",
+    "equations_of_motion": "Accelerations and their coefficients",
+    "transfer": "Laplace transforms",
+    "numerators": "Numerators of the transforms",
+    "poles": "Denominators of the transforms and their roots",
+    "partial_fractions": "Partial fractions of the transforms",
+    "states": "The state over time",
+    "energies": "Energies, and the power of each force",
+    "control": "What a controller asks",
     "event_functions": "Functions whose first zero ends a phase",
 }
 """The groups of formulas in their order, and what each holds."""
@@ -102,10 +103,10 @@ _OWN = _STARTS | _named(
     ("force_2", "Q_2", "N", "generalised force on the body, beside the Lagrangian"),
     ("acc_1", r"\ddot{x}_1", "m/s^2", "acceleration of the actuator"),
     ("acc_2", r"\ddot{x}_2", "m/s^2", "acceleration of the body"),
-    ("beta_1", r"\beta_1", "m/s", "terms in s of the numerator of (6), with the initial velocity of the actuator"),
-    ("beta", r"\beta", "m/s", "terms in s of the numerator of (7), with the initial velocity of the body"),
-    ("lambda_2", r"\lambda_2", "m/s^2", "constant acceleration of the actuator, at x_1 = x_2 = 0"),
-    ("gamma", r"\gamma", "m/s^2", "constant acceleration of the body downwards, at x_1 = x_2 = 0"),
+    ("beta_1", r"\beta_1", "m/s", "terms in s of what the actuator starts with: its velocity, and its position times its damping"),
+    ("beta", r"\beta", "m/s", "terms in s of what the body starts with: its velocity, and its position times its damping"),
+    ("lambda_2", r"\lambda_2", "m/s^2", "constant acceleration of the actuator where all coordinates are 0"),
+    ("gamma", r"\gamma", "m/s^2", "constant acceleration of the body where all coordinates are 0, against its coordinate"),
     ("X1", "X_1(s)", "m s", "transform of the actuator's displacement"),
     ("X2", "X_2(s)", "m s", "transform of the body's height"),
     ("X1_by_X2", "X_1(s)", "m s", "transform of the actuator's displacement, by that of the body's height"),
@@ -117,7 +118,7 @@ _OWN = _STARTS | _named(
     ("slow", "r", "1/s", "rate of the slower one of a pair of real poles"),
     ("slow1", r"\int e^{-rt}", "s", "integral of exp(-r t)"),
     ("slow2", r"\iint e^{-rt}", "s^2", "integral of that"),
-    ("y_0", "y(0)", "m", "compression of the leg at the start, from where it carries nothing"),
+    ("y_0", "y(0)", "m", "compression of the leg, from where it carries nothing, at the start of the phase"),
     ("x1_t", "x_1(t)", "m", "displacement of the actuator at time t"),
     ("v1_t", r"\dot{x}_1(t)", "m/s", "velocity of the actuator at time t"),
     ("x2_t", "x_2(t)", "m", "height of the body at time t"),
@@ -139,12 +140,12 @@ for _n, _unit in ((4, "m/s"), (3, "m/s^2"), (2, "m/s^3"), (1, "m/s^4")):
         _glyph = rf"\hat{{H}}_{_n}" if _hat else f"H_{_n}"
         _OWN |= _named((f"H{_n}{_hat}", _glyph, _unit, f"numerator of {_of}, terms in s^{_n - 1}"))
 for _letter, _unit, _meaning in (
-    ("A", "m", "constant part"), ("B", "m/s", "velocity for ever after"), ("C", "m", "share of exp(-a t)"),
-    ("D", "m", "share of R', the response of the pair of poles"), ("E", "m/s", "share of R"),
+    ("A", "m", "constant term"), ("B", "m/s", "coefficient of t, the velocity of the drift,"), ("C", "m", "coefficient of exp(-a t)"),
+    ("D", "m", "coefficient of R'"), ("E", "m/s", "coefficient of R"),
 ):  # fmt: skip
     for _hat, _of in (("", "the body"), ("_hat", "the actuator")):
         _glyph = rf"\hat{{{_letter}}}" if _hat else _letter
-        _OWN |= _named((f"{_letter}{_hat}", _glyph, _unit, f"{_meaning} of {_of}"))
+        _OWN |= _named((f"{_letter}{_hat}", _glyph, _unit, f"{_meaning} in the motion of {_of}"))
 
 
 def _symbol(name: str) -> sp.Symbol:
@@ -226,6 +227,7 @@ def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
         *_law(model),
     )
     shown = [_each(each, lambda value: _shown(model, value)) for each in derived]
+    shown = shown if model.is_of_the_paper else [replace(each, numbers=()) for each in shown]
     parameter_names, order = {parameter.name for parameter in model.parameters}, list(GROUPS)
     return tuple(
         sorted(_finished(list(_without_zeros(shown)), parameter_names, model), key=lambda each: order.index(each.group))
@@ -277,34 +279,35 @@ def _without_zeros(derived: Iterable[Formula]) -> Iterator[Formula]:
 
 
 def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Quantity:
-    """A quantity under its name, a coordinate's in the model, and in its units; where a parameter of the model has that
-    name, with an underscore behind it. Beside a parameter t time is tau.
+    """A quantity under its name, a coordinate's in the model, and in its words, glyphs and units; where a parameter of the
+    model has that name, with an underscore behind it. Beside a parameter t time is tau.
     """
     name = quantity.name.removesuffix(_MARK)
     letter, _, index = name.partition("_")
     if name == "target" and model.input is not None:
         name = model.input.name
         taken = parameter_names
-    elif letter in ("x1", "v1", "x2", "v2", "u") and (index in ("", "0", "t") or letter[0] == "x"):
-        called = _called(model, sp.Symbol(letter, real=True))
-        name = f"{called}_{index}" if index else called
-        taken = parameter_names
+        quantity = replace(quantity, glyph=model.input.glyph, unit=model.input.unit, meaning=model.input.meaning)
     else:
-        taken = parameter_names | {_called(model, symbol) for symbol in (x1, v1, x2, v2, u)}
+        if letter in ("x1", "v1", "x2", "v2", "u") and (index in ("", "0", "t") or letter[0] == "x"):
+            called = _called(model, sp.Symbol(letter, real=True))
+            name = f"{called}_{index}" if index else called
+            taken = parameter_names
+        else:
+            taken = parameter_names | {_called(model, symbol) for symbol in (x1, v1, x2, v2, u)}
+        quantity = quantity if isinstance(quantity, Authored) else words.of_quantity(model, quantity)
     glyph = quantity.glyph
     if TIME.name in parameter_names:
         name = "tau" if name == TIME.name else name
         glyph = r"\tau" if glyph == TIME.glyph else glyph.replace("(t)", r"(\tau)").replace("{-at}", r"{-a\tau}")
     while name in taken:
         name += "_"
-    return replace(
-        quantity, name=name, glyph=glyph, unit=model.unit(quantity.unit), meaning=model.words(quantity.meaning)
-    )
+    return replace(quantity, name=name, glyph=glyph)
 
 
 def _called(model: Model, symbol: sp.Symbol) -> str:
     """What a model calls a member of a state, or the current, which a law may set."""
-    return model.law.current.name if symbol == u and model.law is not None else elements.name_of(model, symbol)
+    return model.driven_by.name if symbol == u and model.driven_by is not None else elements.name_of(model, symbol)
 
 
 def _finished(shown: Sequence[Formula], parameter_names: set[str], model: Model) -> Iterator[Formula]:
@@ -323,8 +326,8 @@ def _finished(shown: Sequence[Formula], parameter_names: set[str], model: Model)
 def _lagrangian(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
     group = "lagrangian"
     yield _made(group, "kinetic", kinetic)
-    if has_potential := model.declares(k) or model.declares(g):
-        yield _made(group, "potential", potential)
+    if has_potential := model.declares(k) or any(weight != 0 for weight in model.weights):
+        yield _made(group, "potential", model.potential)
     yield _made(group, "L", _symbol("kinetic") - (_symbol("potential") if has_potential else 0))
     for n in free:
         acts = any(map(model.declares, _FORCES_OF[n])) or any((f.force_1, f.force_2)[n - 1] != 0 for f in model.further)
@@ -340,7 +343,7 @@ def _equations_of_motion(model: Model, free: tuple[int, ...]) -> Iterator[Formul
     group, numbers = "equations_of_motion", {1: (1, 3), 2: (2, 4)}
     for n in free:
         mass, coordinate = ((m_eff, x1), (m_s, x2))[n - 1]
-        gradient = sum(map(sp.factor, sp.Add.make_args(LAGRANGIAN.diff(coordinate))), sp.S.Zero)
+        gradient = sum(map(sp.factor, sp.Add.make_args(model.lagrangian.diff(coordinate))), sp.S.Zero)
         balance = gradient + model.forces[n - 1]
         yield _made(group, f"acc_{n}", balance / mass, *numbers[n])
     coefficients = [symbol for n in free for symbol in COEFFICIENTS[n]]
@@ -572,13 +575,13 @@ def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
     group, has_body_energy = "energies", 2 in free and model.has_contact
     if has_body_energy:
         yield _made(group, body, energy.body_energy, 22, 23)
-    yield _made(group, total, energy.total_energy)
+    yield _made(group, total, energy.total_energy(model))
     entries = {quantity.symbol: quantity for quantity in energy.ledger_record(model).quantities}
     powers = dict[sp.Symbol, sp.Symbol]()
     for entry, power in energy.powers(model).items():
-        entry_quantity, word = entries[entry], str(entry).removesuffix("_work")
+        word = entries[entry].name.removesuffix("_work")
         glyph = rf"P_{{\text{{{word.replace('_', ' ')}}}}}"
-        quantity = Quantity(f"{word}_power{_MARK}", glyph, "W", f"power: {entry_quantity.meaning}")
+        quantity = Authored(f"{word}_power{_MARK}", glyph, "W", f"power: {entries[entry].meaning}")
         powers[entry] = quantity.symbol
         yield Formula(quantity, sp.sympify(power), group)
     if has_body_energy and (entries_of_body := energy.body_entries(model)):
@@ -590,14 +593,13 @@ def _control(model: Model) -> Iterator[Formula]:
     group = "control"
     if not model.has_contact:
         return
-    is_the_papers = not (model.further or any(model.by_sign))
-    if is_the_papers and model.input is not None:
+    if model.is_of_the_paper and model.input is not None:
         yield _made(group, control.u_threshold, _value_of(control.threshold_current(), control.u_threshold), 5)
     touchdown = control.touchdown_velocity(model)
-    yield _made(group, control.v_after, _value_of(touchdown, control.v_after), *((25,) if is_the_papers else ()))
+    yield _made(group, control.v_after, _value_of(touchdown, control.v_after), 25)
     apex = _value_of(control.apex_after(model), control.apex).subs(y, x1 - x2 + model.length)
     yield _made(group, control.apex, apex)
-    if is_the_papers and model.input is not None:
+    if model.is_of_the_paper and model.input is not None:
         printed = {control.lift: -control.step, control.spring: sp.S.One}
         printed |= {energy: _symbol(str(energy)) for energy in (control.E_td, control.E_dist, control.E_spring)}
         for step, number in zip(control.objective(), (25, 26, 27, 27), strict=True):
@@ -618,24 +620,42 @@ def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
     for n in free:
         element, velocity = ELEMENTS[n - 1], (v1, v2)[n - 1]
         alone = model.accelerations[n - 1].subs({velocity: 0, (side_1, side_2)[n - 1]: 0})
-        level, acceleration = modes.FRICTION.symbols[n - 1], FREE.symbols[n - 1]
-        has_friction = model.has_friction[n - 1]
-        yield _event(n, "velocity", velocity, f"velocity of the {element.name}, which reverses or sticks where it is 0")
+        level, acceleration = (
+            replace(quantity, name=f"x{n}_{name}{_MARK}")
+            for name, quantity in (
+                ("coulomb_level", modes.FRICTION.quantities[n - 1]), ("free_acceleration", FREE.quantities[n - 1]),
+            )
+        )  # fmt: skip
+        named, has_friction = model.names[n - 1], model.has_friction[n - 1]
+        assert named is not None
+        yield _event(
+            model,
+            n,
+            "velocity",
+            velocity,
+            f"velocity of the {named.thing}, which reverses or sticks where it is 0",
+            "m/s",
+        )
         if has_friction:
-            meaning = f"friction of the {element.name} in motion"
-            at_rest = replace(_quantity(level), glyph=rf"f_{{{n},0}}", meaning=meaning)
-            yield Formula(at_rest, model.levels[n - 1], group)
-        yield _made(group, acceleration, sp.expand(alone))
-        for way, sign, excess in zip(("up", "down"), (-1, 1), model.excesses[n - 1], strict=True):
-            what = "friction left" if has_friction else f"free acceleration, against a start {way},"
-            meaning = f"{what} of the {element.name} at rest: it slips {way} where this falls to 0"
-            level_left = level + excess if has_friction else sp.S.Zero
-            yield _event(n, f"holds_{way}", level_left + sign * acceleration, meaning, "m/s^2")
+            meaning = f"Coulomb level: friction of the {element.name} in motion over its inertia"
+            yield Formula(replace(level, glyph=rf"f_{{{n},0}}", meaning=meaning), model.levels[n - 1], group)
+        yield Formula(acceleration, sp.expand(alone), group)
+        at_rest = f"{'friction at rest' if has_friction else '0'} less the free acceleration to that side"
+        for way, sign, excess, direction in zip(
+            ("forward", "backward"), (-1, 1), model.excesses[n - 1], named.directions, strict=True
+        ):
+            side = way if way == direction else f"{way} ({direction})"
+            meaning = (
+                f"stick margin of the {named.thing}, held, {side}: {at_rest}; it slips there where this falls to 0"
+            )
+            level_left = level.symbol + excess if has_friction else sp.S.Zero
+            margin = level_left + sign * acceleration.symbol
+            yield _event(model, n, f"stick_margin_{way}", margin, meaning, "m/s^2")
         if element.position is not None:
             ends = ("lower", x1_min, x1 - x1_min), ("upper", x1_max, x1_max - x1)
             for which, distance in ((which, away) for which, end, away in ends if model.declares(end)):
-                meaning = f"distance of the {element.name} from its {which} stop, which it meets where this is 0"
-                yield _event(n, f"{which}_stop", distance, meaning, "m")
+                meaning = f"distance of the {named.thing} from its {which} stop, which it meets where this is 0"
+                yield _event(model, n, f"{which}_stop", distance, meaning, "m")
 
 
 def _law(model: Model) -> Iterator[Formula]:
@@ -652,6 +672,6 @@ def _law(model: Model) -> Iterator[Formula]:
         yield _made("event_functions", "room_down", u_max + asked)
 
 
-def _event(n: int, name: str, value: sp.Expr, meaning: str, unit: str = "m/s") -> Formula:
+def _event(model: Model, n: int, name: str, value: sp.Expr, meaning: str, unit: str) -> Formula:
     glyph = rf"g_{{{n},\text{{{name.replace('_', ' ')}}}}}"
-    return Formula(Quantity(f"x{n}_{name}{_MARK}", glyph, unit, meaning), value, "event_functions")
+    return Formula(Authored(f"x{n}_{name}{_MARK}", glyph, model.unit(unit), meaning), value, "event_functions")

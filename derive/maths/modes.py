@@ -14,6 +14,7 @@ masses the motion is linear, so it has the closed form of time_domain.py; it end
 import sympy as sp
 
 from ..ir import Quantity, Record, Spelled, Step, Steps, function, scalar
+from ..model import words
 from ..model.equations import Model
 from ..model.quantities import *
 
@@ -104,8 +105,8 @@ def forces_record(model: Model) -> Record:
     }
     return FORCES.of(
         *(
-            Spelled(names[each.name], each.glyph, each.unit, model.words(each.meaning), letter=each.name)
-            for each in FORCES.quantities
+            Spelled(names[each.name], each.glyph, each.unit, each.meaning, letter=each.name)
+            for each in (words.of_quantity(model, quantity) for quantity in FORCES.quantities)
             if names[each.name]
         )
     )

@@ -58,6 +58,7 @@ class DeclaredCoordinate:
     velocity: str
     held: bool
     meaning: str
+    glyph: str
     line: int | None = None
 
 
@@ -70,6 +71,7 @@ class DeclaredCurrent:
     limit: sp.Expr | None
     thing: str
     meaning: str
+    glyph: str
     line: int | None = None
 
 
@@ -176,8 +178,8 @@ def _text(value: object, what: str) -> str:
 
 def _label(value: object, kind: str) -> str:
     """The name of an element: its entry in the ledger is made of it."""
-    if not isinstance(value, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9 _-]*", value):
-        raise _wrong(f"the name of a {kind}", "letters, digits, blanks, - and _, a letter first", value)
+    if not isinstance(value, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9 _'-]*", value):
+        raise _wrong(f"the name of a {kind}", "letters, digits, blanks, -, _ and ', a letter first", value)
     return value
 
 
@@ -249,7 +251,7 @@ def parameter(
     what = f"the parameter {label}"
     declared = Parameter(
         label,
-        _text(glyph_of(label) if glyph is None else glyph, f"the glyph of {what}"),
+        _glyph(label, glyph, what),
         _unit(unit, what),
         _text(meaning, f"the meaning of {what}"),
         domain,
@@ -259,6 +261,11 @@ def parameter(
     _draft().parameters.append(declared)
     _draft().lines[label] = _draft().line()
     return declared.symbol
+
+
+def _glyph(name: str, given: object, what: str) -> str:
+    """How LaTeX writes what has a name, as a file says it or made of the name."""
+    return _text(glyph_of(name) if given is None else given, f"the glyph of {what}")
 
 
 def _default(what: str, domain: object, default: Any) -> float | None:
@@ -334,12 +341,13 @@ def coordinate(
     velocity: str | None = None,
     held: bool = False,
     meaning: str = "",
+    glyph: str | None = None,
 ) -> sp.Symbol:
     """A coordinate: how far something has moved, as a symbol.
 
     unit: "m" with an inertia in kg, or "rad" with one in kg m^2. thing: what moves, in words. directions: words for a
     positive and a negative velocity. velocity: its name, by default v1 of x1, q_dot of q. held: whether it is bolted,
-    at 0.
+    at 0. glyph: as LaTeX writes it, by default made from the name.
     """
     label = _column(name, "a coordinate")
     what = f"the coordinate {label}"
@@ -361,7 +369,7 @@ def coordinate(
     declared = DeclaredCoordinate(
         symbol, unit, _expression(inertia, f"the inertia of {what}"), _text(thing or label, f"the thing of {what}"), (words[0], words[1]),
         _column(rate, f"the velocity of {label}"), held, _text(meaning, f"the meaning of {what}"),
-        _draft().line(),
+        _glyph(label, glyph, what), _draft().line(),
     )  # fmt: skip
     _draft().coordinates.append(declared)
     return symbol
@@ -374,11 +382,12 @@ def velocity_of(name: str) -> str:
 
 @_call
 def current(
-    name: str, unit: str = "A", limit: Value = None, thing: str = "motor", *, meaning: str = "current"
-) -> sp.Symbol:
+    name: str, unit: str = "A", limit: Value = None, thing: str = "motor", *, meaning: str = "current",
+    glyph: str | None = None,
+) -> sp.Symbol:  # fmt: skip
     """The input: a current, a voltage, a pressure, constant or in steps, as a symbol that forces are linear in.
 
-    limit: the largest size that a controller may choose.
+    limit: the largest size that a controller may choose. glyph: as LaTeX writes it, by default made from the name.
     """
     label = _column(name, "a current")
     if _draft().currents:
@@ -388,7 +397,7 @@ def current(
         DeclaredCurrent(
             symbol, _unit(unit, f"the current {label}"), None if limit is None else _expression(limit, f"the limit of the current {label}"),
             _text(thing, f"the thing of the current {label}"), _text(meaning, f"the meaning of the current {label}"),
-            _draft().line(),
+            _glyph(label, glyph, f"the current {label}"), _draft().line(),
         )
     )  # fmt: skip
     return symbol

@@ -17,7 +17,7 @@ from functools import cached_property
 
 import sympy as sp
 
-from ..ir import Quantity, Record, Step, divisors
+from ..ir import Own, Quantity, Record, Step, divisors
 from .quantities import *
 
 
@@ -60,30 +60,34 @@ EXCESSES = ((f1_excess, f1_excess_minus), (f2_excess, f2_excess_minus))
 MASSES = {"actuator": (m_eff, f1, f1_minus, side_1), "body": (m_s, f2, f2_minus, side_2)}
 """Of each mass the inertia, Coulomb friction over it where the velocity is above 0 and below 0, the velocity's sign."""
 
-LETTER_OF_ENTRY = {offset_work: c, viscous_1: b1, viscous_2: b2, coulomb_1: f1, coulomb_2: f2}
+LETTER_OF_ENTRY = {motor_work: gamma2, offset_work: c, viscous_1: b1, viscous_2: b2, coulomb_1: f1, coulomb_2: f2}
 """The letter of what does the work of an entry of the ledger."""
 
 
 @dataclass(frozen=True)
 class Named:
-    """What a model calls a mass: the coordinate, its unit, its velocity, the thing that moves, its two directions."""
+    """What a model calls a mass: the coordinate, its unit, its velocity, the thing that moves, its two directions, and the
+    coordinate in LaTeX.
+    """
 
     coordinate: str
     velocity: str
     unit: str
     thing: str
     directions: tuple[str, str]
-    meaning: str = ""
+    meaning: str
+    glyph: str
 
 
 @dataclass(frozen=True)
 class Input:
-    """What a model calls its input, and in which unit it is."""
+    """What a model calls its input, in words and in LaTeX, and in which unit it is."""
 
     name: str = "u"
     unit: str = "A"
     thing: str = "motor"
     meaning: str = "current"
+    glyph: str = "u"
 
 
 @dataclass(frozen=True)
@@ -112,13 +116,14 @@ class Model:
     """A mechanism in the letters of the derivation.
 
     parameters: those that its file declares. constants: what each letter is in them. sources: the element that a
-    constant comes from, of the letters that the file declares; the others stand for nothing. further: forces that no
-    letter stands for. has_contact: whether a leg stands on the ground, which it pushes and cannot pull. moves_alone:
+    constant comes from, of the letters that the file declares; the others stand for nothing. elements: the names of the
+    elements that a letter stands for. further: forces that no letter stands for. has_contact: whether a leg stands on the ground, which it pushes and cannot pull. moves_alone:
     whether mass 1 alone moves, so that x_2 = 0 for ever. by_sign: whether the Coulomb friction of each mass differs by
     the sign of its velocity. It is the mean of its two levels with that sign, and half their difference as a constant
     force. Friction at rest differs by sign, too. rest_may_lack: whether a robot may give friction at rest a level below
     that in motion. law: what sets the current, if `input` is a target. The letter u is the input of a mode: under the
-    law the target, at a limit of the current this limit.
+    law the target, at a limit of the current this limit. weights: the weight of each mass [N] whose coordinate is its
+    height at all times, which is potential energy: of both without a contact, else of the body, m_s g.
 
     names: of both masses, None for one that is none of the file's. name, title: what its solver is called, and is in a
     line. text: the file.
@@ -134,7 +139,9 @@ class Model:
     by_sign: tuple[bool, bool] = (False, False)
     rest_may_lack: bool = False
     law: Law | None = None
+    weights: tuple[sp.Expr, sp.Expr] = (sp.S.Zero, sp.S.Zero)
     sources: Mapping[sp.Symbol, str] = field(default_factory=dict, hash=False)
+    elements: Mapping[sp.Symbol, tuple[str, ...]] = field(default_factory=dict, hash=False)
     listed: tuple[Listed, ...] = ()
     name: str = "hopper"
     title: str = ""
@@ -143,6 +150,31 @@ class Model:
     def declares(self, letter: sp.Symbol) -> bool:
         """Whether an element of the file has given a letter its value, be that a number or 0 itself."""
         return letter in self.sources
+
+    def called(self, letter: sp.Symbol) -> tuple[str, ...]:
+        """The names of the elements that a letter stands for, as the file declares them."""
+        return self.elements.get(letter, ())
+
+    @cached_property
+    def is_of_the_paper(self) -> bool:
+        """Whether its equations of motion are (3), (4) in the paper's parameters: each letter is a parameter of its own name,
+        and no force is further.
+        """
+        return (
+            not self.further
+            and not any(self.by_sign)
+            and self.has_contact
+            and all(
+                isinstance(value := self.constants[letter], Own) and value.name == letter.name
+                for letter in LETTERS
+                if letter not in (*BY_SIGN, *OF_LAW)
+            )
+        )
+
+    @property
+    def driven_by(self) -> Input | None:
+        """What the letter u is in the equations of motion: the input, or the current that a law sets; None without any."""
+        return self.input if self.law is None else self.law.current
 
     def has_entry(self, entry: sp.Symbol) -> bool:
         """Whether something that the file declares does the work of an entry of the ledger."""
@@ -189,15 +221,18 @@ class Model:
         return replace(ROBOT, quantities=self.parameters)
 
     def unit(self, unit: str) -> str:
-        """A unit of what moves along a line as that of what the coordinates of the model are."""
-        if not any(own is not None and own.unit == "rad" for own in self.names):
-            return unit
-        return re.sub(r"\b(kg|m|N)\b", lambda match: {"kg": "kg m^2", "m": "rad", "N": "N m"}[match[0]], unit)
+        """A unit of what moves along a line under a current in A as that of what the coordinates and the input of the model
+        are.
+        """
+        units = {"A": "1" if self.driven_by is None else self.driven_by.unit}
+        if any(own is not None and own.unit == "rad" for own in self.names):
+            units |= {"kg": "kg m^2", "m": "rad", "N": "N m"}
 
-    def words(self, text: str) -> str:
-        """A text about actuator and body in the words of the model."""
-        things = {mass: own.thing for own, mass in zip(self.names, MASSES, strict=True) if own is not None}
-        return re.sub(rf"\b({'|'.join(MASSES)})\b", lambda match: things.get(match[0], match[0]), text)
+        def own(match: re.Match[str]) -> str:
+            below, factor = match[1], units[match[2]]
+            return f"{below}({factor})" if below and re.search(r"[ /]", factor) else f"{below}{factor}"
+
+        return re.sub(rf"(/?)\b({'|'.join(units)})\b", own, unit).replace("/1", "")
 
     def value(self, expression: sp.Expr) -> sp.Expr:
         """An expression in letters by the parameters."""
@@ -308,10 +343,20 @@ class Model:
         return -self.in_flight[1]
 
     @cached_property
+    def potential(self) -> sp.Expr:
+        """The potential energy of weights and of the spring, [J]."""
+        return self.weights[0] * x1 + self.weights[1] * x2 + k * compression**2 / 2
+
+    @cached_property
+    def lagrangian(self) -> sp.Expr:
+        """Kinetic less potential energy, [J]."""
+        return kinetic - self.potential
+
+    @cached_property
     def accelerations(self) -> tuple[sp.Expr, sp.Expr]:
         """(3), (4) with sign(v_i) written as side_i, in x1, x2, v1, v2."""
         return tuple(
-            sp.expand((LAGRANGIAN.diff(coordinate) + force) / mass)
+            sp.expand((self.lagrangian.diff(coordinate) + force) / mass)
             for mass, coordinate, force in zip((m_eff, m_s), (x1, x2), self.forces, strict=True)
         )
 
@@ -353,5 +398,3 @@ class Model:
 
 compression = x1 - x2 + L0 + c
 kinetic = (m_eff * v1**2 + m_s * v2**2) / 2
-potential = m_s * g * x2 + k * compression**2 / 2
-LAGRANGIAN = kinetic - potential

@@ -1,7 +1,7 @@
 """From what a file declares to what the engine carries: two masses in series with one spring line, or one mass on a
 spring to the ground. Anything else is refused by name.
 
-Each held set must have at most one real pole, one pair and integrators. So a coordinate has an inertia, forces are
+Each mode must have at most one real pole, one pair and integrators. So a coordinate has an inertia, forces are
 linear, and of two coordinates that move, nothing but their difference is tied by a spring.
 """
 
@@ -15,7 +15,7 @@ import sympy as sp
 from ..ir import DOMAINS, Own, Parameter
 from . import quantities as Q
 from . import units
-from .declare import Coordinate, Current, DeclaredCoordinate, DeclaredCurrent, Draft, Element
+from .declare import Coordinate, Current, DeclaredCoordinate, DeclaredCurrent, Draft, Element, glyph_of
 from .equations import EXCESSES, Force, Input, Law, Listed, Model, ModelError, Named
 
 SMALLEST, LARGEST = sp.Rational(1, 10**30), sp.Integer(10**30)
@@ -63,6 +63,8 @@ class _Mechanism:
         self.constants: dict[sp.Symbol, sp.Expr] = dict.fromkeys(Q.LETTERS, sp.S.Zero)
         self.constants |= {Q.m_eff: sp.S.One, Q.m_s: sp.S.One, Q.x1_min: -sp.oo, Q.x1_max: sp.oo, Q.u_max: sp.oo}
         self.sources: dict[sp.Symbol, str] = {}
+        self.elements: dict[sp.Symbol, tuple[str, ...]] = {}
+        self.weights = [sp.S.Zero, sp.S.Zero]
         self.further: list[Force] = []
         self.of_further: list[tuple[Element, Force]] = []
         self.by_sign = [False, False]
@@ -93,7 +95,7 @@ class _Mechanism:
         return Model(
             parameters, self.constants, (_named(self.first), _named(self.second)), self._input(law),
             tuple(self.further), self.contact is not None, self.alone, (self.by_sign[0], self.by_sign[1]),
-            self.rest_may_lack, law, self.sources, tuple(self._listed(parameters)), name, title, text,
+            self.rest_may_lack, law, (self.weights[0], self.weights[1]), self.sources, self.elements, tuple(self._listed(parameters)), name, title, text,
         )  # fmt: skip
 
     def _the(self, kind: str) -> Element | None:
@@ -157,7 +159,7 @@ class _Mechanism:
                     raise _refused(
                         element,
                         f"{element}: {key} is {_short(value)}, which changes with {', '.join(map(str, moved))}"
-                        f"{self._way_as_spring(element, value, moved)}; the Laplace transform (6), (7) needs a linear "
+                        f"{self._way_as_spring(element, value, moved)}; the Laplace transform needs a linear "
                         "equation in each phase: a value is constant, a force may be linear in the current",
                     )
                 if element.kind not in ("force", "torque") and self.input is not None:
@@ -333,6 +335,8 @@ class _Mechanism:
     def _put(self, declared: _Declared, letter: sp.Symbol, value: sp.Expr, source: str) -> None:
         self.constants[letter] = _exact(declared, value, source)
         self.sources[letter] = source
+        if isinstance(declared, Element):
+            self.elements[letter] = tuple(dict.fromkeys((*self.elements.get(letter, ()), declared.name)))
 
     def _put_inertias(self) -> None:
         for letter, coordinate in ((Q.m_eff, self.first), (Q.m_s, self.second)):
@@ -349,7 +353,7 @@ class _Mechanism:
                 raise _refused(
                     element,
                     f"{element} is not linear: {_short(element.on)} changes with {symbol} by {_short(slope)}; the "
-                    "Laplace transform (6), (7) needs a linear equation in each phase",
+                    "Laplace transform needs a linear equation in each phase",
                 )
         return {symbol: slope for symbol, slope in slopes.items() if slope != 0}
 
@@ -529,17 +533,7 @@ class _Mechanism:
 
     def _put_forces(self) -> None:
         self._put_viscous()
-        gravities = list(self._of("gravity"))
-        for element in gravities:
-            value, number = element.values["acceleration"], self._one(element)
-            assert value is not None
-            if number == 2 and self.contact is not None:
-                self._refuse_sign(element, value, f"{element}: acceleration", positive=False)
-            if number == 2 and Q.g not in self.sources and self._never_negative(value):
-                self._put(element, Q.g, value, f"gravity {element.name}")
-            else:
-                weight = -self.constants[Q.m_eff if number == 1 else Q.m_s] * value
-                self._further(element, *((weight, sp.S.Zero) if number == 1 else (sp.S.Zero, weight)))
+        self._put_gravity()
         for element in self._of("force", "torque"):
             value = element.values["value"]
             assert value is not None
@@ -555,6 +549,25 @@ class _Mechanism:
                 self._put(element, Q.gamma2, self.constants[Q.gamma2] - per_unit, f"{element.kind} {element.name}")
             if constant != 0:
                 self._further(element, *((constant, sp.S.Zero) if number == 1 else (sp.S.Zero, constant)))
+
+    def _put_gravity(self) -> None:
+        """Weights: energy where the coordinate is a height at all times. In a flight the actuator's counts from the foot, so
+        that gravity on it does work there, as a second one on the body.
+        """
+        for element in self._of("gravity"):
+            value, number = element.values["acceleration"], self._one(element)
+            assert value is not None
+            weight = (Q.m_eff, Q.m_s)[number - 1] * _exact(element, value, f"{element}: acceleration")
+            if self.contact is None:
+                self.weights[number - 1] += weight
+                continue
+            if number == 2:
+                self._refuse_sign(element, value, f"{element}: acceleration", positive=False)
+            if number == 2 and Q.g not in self.sources:
+                self._put(element, Q.g, value, f"gravity {element.name}")
+                self.weights[1] = Q.m_s * Q.g
+            else:
+                self._further(element, *((-weight, sp.S.Zero) if number == 1 else (sp.S.Zero, -weight)))
 
     def _split(self, element: Element, value: sp.Expr) -> tuple[sp.Expr, sp.Expr]:
         """The constant part of a force, and that per unit of the input."""
@@ -726,7 +739,7 @@ class _Mechanism:
             assert value is not None
             self._refuse_sign(law, value, f"{law}: {key}", positive=False)
             self._put(law, letter, value, f"law {law.name}")
-        return Law(Input(self.input.symbol.name, self.input.unit, self.input.thing, self.input.meaning), along)
+        return Law(_input_of(self.input), along)
 
     def _further(self, element: Element, force_1: sp.Expr, force_2: sp.Expr) -> None:
         what = str(element)
@@ -795,6 +808,7 @@ class _Mechanism:
         """The parameters that the motion reads; what has those of a coordinate that is held leaves them out."""
         read = {s for value in self.constants.values() for s in value.free_symbols}
         read |= {s for f in self.further for value in (f.force_1, f.force_2) for s in value.free_symbols}
+        read |= {s for weight in self.weights for s in weight.free_symbols}
         named = {s for *_, value in self._expressions() for s in value.free_symbols}
         for symbol, parameter in self.parameters.items():
             if symbol not in named:
@@ -821,7 +835,7 @@ class _Mechanism:
             (declared,) = self.draft.laws
             assert self.first is not None
             meaning = declared.meaning or f"target of the {self.first.thing}, to which the {law.current.thing} pulls it"
-            return Input(declared.target, self.first.unit, law.current.thing, meaning)
+            return Input(declared.target, self.first.unit, law.current.thing, meaning, glyph_of(declared.target))
         current = self.input
         if current is not None and not any(
             current.symbol in value.free_symbols
@@ -832,7 +846,7 @@ class _Mechanism:
             raise _refused(current, f"the current {current.symbol} is declared, and no force has it")
         if current is None or self.constants[Q.gamma2] == 0:
             return None
-        return Input(current.symbol.name, current.unit, current.thing, current.meaning)
+        return _input_of(current)
 
     def _listed(self, parameters: tuple[Parameter, ...]) -> Iterator[Listed]:
         """The elements with the parameters that each reads, the coordinates among them."""
@@ -859,7 +873,11 @@ def _names(symbols: Iterable[sp.Symbol]) -> frozenset[str]:
 def _named(axis: DeclaredCoordinate | None) -> Named | None:
     if axis is None:
         return None
-    return Named(axis.symbol.name, axis.velocity, axis.unit, axis.thing, axis.directions, axis.meaning)
+    return Named(axis.symbol.name, axis.velocity, axis.unit, axis.thing, axis.directions, axis.meaning, axis.glyph)
+
+
+def _input_of(current: DeclaredCurrent) -> Input:
+    return Input(current.symbol.name, current.unit, current.thing, current.meaning, current.glyph)
 
 
 def field_name(name: str) -> str:

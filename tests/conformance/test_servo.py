@@ -317,12 +317,13 @@ def test_tables_of_a_motion_have_the_target_and_the_current(servo, store, capsys
     assert float(row["target"]) == 1.0 and float(row["i"]) == 10.0 and float(row["input"]) == 1.0
     assert cli.main(asked) == 0
     assert "at its limit" in (shown := capsys.readouterr().out) and "by the law" in shown
+    assert " i leaves its limit  forward  by the law " in shown
 
 
 def test_an_explanation_says_what_the_law_has_left(servo):
     """The event functions of the law are certified, and the end of a phase at a limit has a name."""
     text = servo.solve_motion(servo.Robot(), u=[(0.0, 1.0), (0.3, 0.9)], horizon=0.5).explain()
-    assert "i at its limit; then a limit of the current" in text and "i by the law; then a step of the target" in text
+    assert "i at its limit; then i leaves its limit" in text and "i by the law; then a step of target" in text
     certified = [
         line for line in text.splitlines() if "room of the law [N m]" in line or "law beyond its limit" in line
     ]

@@ -131,7 +131,8 @@ def test_formulas_are_those_of_the_coordinates_that_move(name):
     formulas = {each.name: each for each in one.derivation.formulas}
     assert sorted(masses(one).values()) == sorted(one.moving)
     assert numbered(formulas.keys(), r"acc_(\d)") == masses(one).keys()
-    assert numbered(formulas.keys(), r"free_(\d)") == masses(one).keys()
+    named = {each.removesuffix("_free_acceleration") for each in formulas if each.endswith("_free_acceleration")}
+    assert named == {*masses(one).values()}
     known = {*formulas, *(each.name for each in one.model.parameters)}
     known |= {"s", "t", "side_1", "side_2", "height", "step", "aed", "h_des", "x1_T"}
     for own in one.model.names:
@@ -162,7 +163,8 @@ def test_event_functions_are_those_of_friction_stops_and_limits_that_a_file_has(
     one = declared(name)
     functions = one.derivation.event_functions
     friction, coordinates = one.on("friction"), masses(one)
-    assert numbered(functions.keys(), r"level_(\d)") == {n for n, q in coordinates.items() if q in friction}
+    levels = {each.removesuffix("_coulomb_level") for each in functions if each.endswith("_coulomb_level")}
+    assert levels == {q for q in coordinates.values() if q in friction}
     assert ("contact_force" in functions) == any(each.kind == "contact" for each in one.draft.elements)
     wanted = {f"{q}_{end}_stop": (q, end, at) for q, ends in one.stops.items() for end, at in ends.items()}
     assert {each for each in functions if each.endswith("_stop")} == wanted.keys()
@@ -178,23 +180,35 @@ def test_event_functions_are_those_of_friction_stops_and_limits_that_a_file_has(
     assert all(f"`{function}`" in text for function in wanted)
 
 
+USUAL = ("viscous friction", "Coulomb friction", "motor")
+"""Names that an element has where a file gives it no other, and that of the input's force of the hopper."""
+
+
+def named(elements: list[Element], usual: str, behind: str) -> str:
+    """The entry of elements of one kind: under the name of the one that has a name of its own; "" without an element."""
+    names = list(dict.fromkeys(each.name for each in elements))
+    has_own = len(names) == 1 and names[0] not in USUAL
+    return f"{field_name(names[0])}_{behind}" if has_own else usual if names else ""
+
+
 @pytest.mark.parametrize("name", needs.the_first(NAMES, 2))
 def test_each_entry_of_the_ledger_has_the_element_that_does_its_work(name):
     one = declared(name)
     known = {entry: each for each in one.facts["elements"] for entry in each["ledger"]}
-    coordinates, viscous, friction = masses(one), one.on("viscous"), one.on("friction")
-    assert numbered(known.keys(), r"viscous_(\d)") == {n for n, q in coordinates.items() if q in viscous}
-    assert numbered(known.keys(), r"coulomb_(\d)") == {n for n, q in coordinates.items() if q in friction}
-    assert ("stop_loss" in known) == bool(one.stops)
-    assert ("motor_work" in known) == one.is_driven
-    has_contact = any(each.kind == "contact" for each in one.draft.elements)
-    assert ("spring_work" in known) == (len(coordinates) == 2 and has_contact)  # x_1 counts from the ground there alone
-    names = {field_name(each.name) for each in one.draft.elements}
-    others = {
-        entry
-        for entry in known
-        if not re.fullmatch(r"(viscous|coulomb)_\d|(motor|spring|offset)_work|stop_loss", entry)
-    }
+    coordinates, has_contact = masses(one), any(each.kind == "contact" for each in one.draft.elements)
+    inputs = {each.symbol for each in one.draft.currents}
+    driven = [each for forces in one.forces.values() for each in forces if each.values["value"].free_symbols & inputs]
+    carried = {
+        *(named(one.on("viscous").get(q, [])[:1], f"viscous_{n}", str(n)) for n, q in coordinates.items()),
+        *(named(one.on("friction").get(q, []), f"coulomb_{n}", str(n)) for n, q in coordinates.items()),
+        named(driven, "motor_work", "work"),
+        "stop_loss" if one.stops else "",
+        "spring_work" if len(coordinates) == 2 and has_contact else "",  # x_1 counts from the ground there alone
+    } - {""}
+    assert carried <= known.keys()
+    kinds = ("viscous", "spring", "force", "torque", *(["gravity"] if has_contact else []))
+    names = {field_name(each.name) for each in one.draft.elements if each.kind in kinds}
+    others = known.keys() - carried - {"offset_work"}
     assert {entry.rpartition("_")[0] for entry in others} <= names
     constant = [each for forces in one.forces.values() for each in forces
                 if each.values["value"].subs({i.symbol: 0 for i in one.draft.currents}) != 0]  # fmt: skip

@@ -52,7 +52,7 @@ def derivation_of(name: str) -> Derivation:
 @pytest.mark.parametrize("name", [*the_first(THAT_SHIP, 2), *AT_ZERO])
 def test_no_formula_has_a_number_that_is_none(name):
     found = derivation_of(name)
-    for formulas in (found.formulas, *(each.formulas for each in found.held_sets)):
+    for formulas in (found.formulas, *(each.formulas for each in found.modes)):
         for each in formulas:
             assert not each.value.has(sp.zoo, sp.nan, sp.oo, -sp.oo), each
             assert not each.in_code.has(sp.zoo, sp.nan, sp.oo, -sp.oo), each

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from derive.emit import c
-from derive.emit.facts import facts
+from derive.emit.facts import abilities, facts
 from derive.emit.toml import toml
 from derive.model import selftest
 from derive.model.equations import Model
@@ -85,16 +85,20 @@ def test_a_parameter_of_a_further_element_belongs_to_it():
 
 
 def test_what_a_model_can_follows_from_its_elements():
-    everything = ["motion", "stance", "flight", "hop", "command", "reach", "identify"]
+    every = ["motion", "fit", "batches", "derivatives", "plots", "export"]
+    standing = ["stance", "flight", "hop"]
+    everything = [*every, *standing, "command", "reach", "identify"]
     leg = facts(model("leg_damper"), "", {})
     assert facts(HOPPER, "", {})["can"] == everything
     assert leg["can"] == everything[:-1] and "viscous 'damper'" in leg["lacks"]["identify"]
     rig, joint = facts(model("rig"), "", {}), facts(model("joint"), "", {})
-    assert rig["can"] == joint["can"] == ["motion"]
-    assert all(known["lacks"].keys() == {*everything[1:]} for known in (rig, joint))
+    assert rig["can"] == joint["can"] == every
+    assert all(known["lacks"].keys() == {*everything} - {*every} for known in (rig, joint))
+    assert [*abilities(joint)][1:] == ["No stance, flight or hop: the model lacks a contact()."]
     assert all("contact" not in known and "flight" not in known for known in (rig, joint))
     alone = facts(model_of(BODY), "", {})
-    assert alone["can"] == ["motion", "stance", "flight", "hop"] and "a current" in alone["lacks"]["command"]
+    assert alone["can"] == [*every, *standing] and alone["lacks"]["command"] == "a current()"
+    assert [*abilities(alone)][1].startswith("No command or reach: the model lacks a current().")
 
 
 BODY = """

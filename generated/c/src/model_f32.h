@@ -32,7 +32,7 @@ typedef union {
     float of[2];
 } resisted_by_element_f32;
 
-/* The hopper at one instant; x_2 is x_1 - y and the length without load. */
+/* The hopper at one instant. */
 typedef union {
     hopform_state_f32 named;
     at_f32 later;

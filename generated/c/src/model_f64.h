@@ -32,7 +32,7 @@ typedef union {
     double of[2];
 } resisted_by_element_f64;
 
-/* The hopper at one instant; x_2 is x_1 - y and the length without load. */
+/* The hopper at one instant. */
 typedef union {
     hopform_state_f64 named;
     at_f64 later;

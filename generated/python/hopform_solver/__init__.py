@@ -4,7 +4,7 @@
 
 A solver that one can read, generated from the derivation; it needs NumPy alone.
 
-`formulas` has a function for each formula of the derivation, (6) to (24), for floats and for arrays. `kernels` has what
+`formulas` has a function for each formula of the derivation, for floats and for arrays. `kernels` has what
 they are evaluated with: the roots of the cubic, and W over time. `solver` makes motions of them:
 
     >>> from hopform_solver import Robot, solve

@@ -17,8 +17,8 @@ def export(
 ) -> None:  # fmt: skip
     """Write the C library for firmware, as a package of a build system.
 
-    It has sources, amalgamated pair, README, costs, and a build system's manifest; with --robot also a program that runs this
-    robot, on a board or simulated.
+    It has sources, amalgamated pair, README, costs, and a build system's manifest; with --robot also a program for a board,
+    or simulated.
     """
     chosen = tuple(name for name, alone in {"f32": f32, "f64": f64}.items() if alone) or _export.PRECISIONS
     act = "hop" if "stance" in core().facts.can else "motion"

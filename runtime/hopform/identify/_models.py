@@ -108,14 +108,19 @@ class Model:
     @property
     def excess(self) -> set[str]:
         """The parameters of friction that is higher at rest, which are fitted where they are asked for."""
-        return {name for each in self.core.facts.elements for name in each.get("excess", ())}
+        return {name for name in self._named("excess") if self.parameters[name]["domain"] != "positive"} - {
+            *self.coulomb
+        }
+
+    def _named(self, key: str) -> set[str]:
+        """The parameters in what the facts of the masses have under a key."""
+        texts = [text for each in self.core.facts.elements for text in each.get(key, ())]
+        return {word for text in texts for word in re.findall(r"\w+", text)} & self.parameters.keys()
 
     @property
     def friction(self) -> dict[str, str]:
         """The parameters of friction, by kind: Coulomb's as the facts of the masses name them, viscous ones by their unit."""
-        levels = [level for each in self.core.facts.elements for level in each.get("friction", ())]
-        named = {word for level in levels for word in re.findall(r"\w+", level)}
-        letters = dict[str, str]()
+        named, letters = self._named("friction"), dict[str, str]()
         for name, parameter in self.parameters.items():
             if name in named and parameter["domain"] != "positive":
                 letters[name] = "coulomb"
@@ -563,10 +568,13 @@ def _chosen(
         for name in names:
             if name not in fields or name in given or name in tied:
                 may = ", ".join(n for n in fields if n not in given and n not in tied)
-                raise HopformError(f"fitted: {shown(name)} is no parameter that is not known; there are {may}")
+                what = f"{shown(name)} is known" if name in fields else f"unknown parameter {shown(name)}"
+                raise HopformError(f"fitted: {what}; free ones are {may}")
     for name, other in tied.items():
         if other not in names:
-            raise HopformError(f"known: {name} is to be as {shown(other)}, which is none of {', '.join(names)}")
+            raise HopformError(
+                f"known: {name} = {shown(other)}, which is no fitted parameter; these are {', '.join(names)}"
+            )
     values = given | {n: each.default for n, each in fields.items()
                       if n not in given and n not in tied and n not in names and each.default is not None}  # fmt: skip
     missing = [n for n in fields if n not in names and n not in tied and n not in values]
@@ -580,7 +588,7 @@ def _view(model: Model, recording: Recording) -> Recording:
     columns = dict[str, Column]()
     alone = len(model.masses) == 1
     for mass in model.masses:
-        column = recording.named(mass.coordinate) or (recording.column_of("x1") if alone else None)
+        column = recording.named(mass.coordinate) or (recording.found("x1") if alone else None)
         if column is None:
             continue
         if SI[column.quantity] != mass.unit:
@@ -589,8 +597,10 @@ def _view(model: Model, recording: Recording) -> Recording:
             )
         columns["position" if alone else f"x{mass.number}"] = column
     if not columns:
+        names = " or ".join(f"{each.coordinate} (as in {each.coordinate}_{each.unit})" for each in model.masses)
+        there = ", ".join(each.title for each in recording.columns.values()) or "none"
         raise recording.error(
-            f"no column is one of {', '.join(each.coordinate for each in model.masses)}", recording.head
+            f"no column is a coordinate of the model: name it {names}; there are {there}", recording.head
         )
     if model.input is not None:
         drive = recording.named(model.input["name"]) or recording.found("u")
@@ -649,7 +659,7 @@ def _posed(
     for mass, place_of in zip(measured, (cut.x, cut.x1), strict=False):
         experiments.append(
             Modelled(
-                cut.label, "model", cut.time[kept], cast(Array, place_of)[kept], letters, constants, cut.steps,
+                cut.label if len(measured) == 1 else f"{cut.label}, {mass.coordinate}", "model", cut.time[kept], cast(Array, place_of)[kept], letters, constants, cut.steps,
                 begin=cut.begin, of="x1" if mass.number == 1 else "x2", model=model, mass=mass.number,
                 grid=_grid(cut.time, clean.x) if sine else None, seen=[angle, angle],
             )
@@ -682,6 +692,10 @@ def _start(model: Model, name: str, start: Values | None) -> float:
 def _given(model: Model, names: Sequence[str], start: Values | None) -> dict[str, float]:
     """The values near which the search is asked to begin, of what is fitted."""
     given = mapping("start", start, MOST_KNOWN)
+    for name in given:
+        if name not in names:
+            what = "it is not fitted" if name in model.parameters else "unknown parameter"
+            raise HopformError(f"the search cannot begin near {shown(name)}: {what}; fitted are {', '.join(names)}")
     return {n: real(f"start: {n}", given[n], model.parameters[n]["unit"]) for n in names if n in given}
 
 

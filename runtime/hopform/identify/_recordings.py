@@ -180,8 +180,8 @@ class Recording(Shown):
 
     def _card(self) -> Card:
         rate = (self.time.size - 1) / float(np.ptp(self.time)) if self.time.size > 1 else 0.0
-        given = [("samples", self.time.size), ("time", span(self.time)), ("rate", f"{rate:.5g} Hz"),
-                 ("added mass", f"{self.added_mass:g} kg")]  # fmt: skip
+        given = [("samples", self.time.size), ("time", span(self.time)), ("rate", f"{rate:.5g} Hz")]
+        given += [("added mass", f"{self.added_mass:g} kg")] if self.added_mass else []
         rows = [(f"{name} [{SI[each.quantity]}]", span(each.values)) for name, each in sorted(self.columns.items())]
         return Card(f"Recording {self.source}", given, rows)
 
@@ -202,10 +202,10 @@ class Recording(Shown):
         unit, most = SI[column.quantity], _MOST_WAY[column.quantity]
         allowed, small = f"{1e3 * _LEAST_WAY:g} m{unit} to {most:g} {unit}", f"{1e3 * reach:.2g} m{unit}"
         if float(np.abs(values).max()) > most:
-            raise self._beyond(column, f"a position of a hopper is within {most:g} {unit}")
+            raise self._beyond(column, f"a position is within {most:g} {unit}")
         if not _LEAST_WAY <= reach <= most:
-            seen, may = (f"{reach:.3g} {unit}", "a hopper moves by") if reach > most else (small, "a fit can use")
-            raise self.error(f"moves by {seen} in all; {may} {allowed}: is its unit right?", self.line, column)
+            seen = f"{reach:.3g} {unit}" if reach > most else small
+            raise self.error(f"moves by {seen} in all; a fit can use {allowed}: is its unit right?", self.line, column)
         noise = max(noise_of(values), quantum_of(values))
         if float(np.std(values)) < 3.0 * noise:
             message = f"does not move beyond its noise of {noise:.2g} {unit}: let it move further"
@@ -226,7 +226,7 @@ class Recording(Shown):
         column = self.column_of("u")
         reach, (least, most) = float(np.abs(column.values).max()), _DRIVEN_BY[column.quantity]
         if reach > 0.0 and not least <= reach <= most:
-            raise self._beyond(column, f"what drives a hopper reaches {least:g} to {most:g} {SI[column.quantity]}")
+            raise self._beyond(column, f"a drive reaches {least:g} to {most:g} {SI[column.quantity]}")
         return column.values
 
     def driving_current(self) -> Array:
