@@ -209,6 +209,19 @@ def test_a_fit_names_its_coordinates_and_takes_friction_at_rest_where_it_is_aske
     assert [each.name for each in fit.estimates if "@" not in each.name] == ["k_c", "c_oil", "F_h"]
 
 
+@pytest.mark.sliced
+def test_a_stop_that_a_parameter_of_any_domain_gives_is_not_fitted(store):
+    pytest.importorskip("scipy")
+    relay = hopform.load_solver(built(store, "relay"))
+    recording = hopform.identify.record(
+        relay.load_robot("relay"), "motion", start={"z": 0.001}, u=[(0.0, 5.0), (0.01, 0.0), (0.02, 3.0)],
+        duration=0.05, rate=4000.0, noise=1e-6, quantum=0.0, seed=1,
+    )  # fmt: skip
+    fit = hopform.identify.fit(relay, recording, known={"m_a": 0.012, "z_0": -0.001, "c_a": 0.4},
+                               compare=False, holdout=False, diagnose=False)  # fmt: skip
+    assert [each.name for each in fit.estimates if "@" not in each.name] == ["k_s", "F_g", "G"]
+
+
 # ---- a model that ships is built when it is named ----
 
 

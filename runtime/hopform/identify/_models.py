@@ -51,8 +51,6 @@ from hopform.identify._segments import CUTOFFS, decays, filtered_part
 
 Given = Mapping[str, float | str] | None
 """Known values; a name in place of one says that a parameter is as one that is fitted."""
-_UNFITTED = ("lower", "upper", "bound")
-"""Domains of stops and limits, which are known or absent."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +104,12 @@ class Model:
         return [each.number for each in self.masses]
 
     @property
+    def stops(self) -> set[str]:
+        """The parameters of stops and limits, which are known or absent."""
+        bounds = {name for name, each in self.parameters.items() if each["domain"] in ("lower", "upper", "bound")}
+        return bounds | self._named("stops")
+
+    @property
     def excess(self) -> set[str]:
         """The parameters of friction that is higher at rest, which are fitted where they are asked for."""
         return {name for name in self._named("excess") if self.parameters[name]["domain"] != "positive"} - {
@@ -114,7 +118,8 @@ class Model:
 
     def _named(self, key: str) -> set[str]:
         """The parameters in what the facts of the masses have under a key."""
-        texts = [text for each in self.core.facts.elements for text in each.get(key, ())]
+        entries = [each.get(key, ()) for each in self.core.facts.elements]
+        texts = [str(text) for each in entries for text in (each.values() if isinstance(each, dict) else each)]
         return {word for text in texts for word in re.findall(r"\w+", text)} & self.parameters.keys()
 
     @property
@@ -562,7 +567,7 @@ def _chosen(
             given[cast(str, name)] = checked_value(fields[cast(str, name)], value)
     if fitted is None:
         names = [n for n, each in fields.items()
-                 if n not in given and n not in tied and n not in model.excess and each.domain not in _UNFITTED]  # fmt: skip
+                 if n not in given and n not in tied and n not in model.excess and n not in model.stops]  # fmt: skip
     else:
         names = [cast(str, each) for each in items("fitted", fitted, "names of parameters", len(fields))]
         for name in names:
