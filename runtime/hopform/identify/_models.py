@@ -44,6 +44,7 @@ from hopform.identify._recordings import (
     mended,
     noise_of,
     quantum_of,
+    used_after_all,
 )
 from hopform.identify._rigs import SINGULAR, Along, Experiment, Force, Moved, Rates, in_recorded_time
 from hopform.identify._search import Problem
@@ -511,7 +512,7 @@ def fit_model(
     first = {name: p.start for name, p in {**shared, **parameters}.items()}
     mass = model.masses[0]
     units = Units(mass.unit, model.input["unit"] if model.input else "A")
-    warnings = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
+    warnings = tuple(f"{each.source}: {note}" for each in view for note in each.notes)
     problem = Problem(
         "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
         tuple(first | each for each in tries), {n: values[n] for n in known or {} if n in values}, (), warnings, parts=(0.35, 1.0),
@@ -608,13 +609,18 @@ def _view(model: Model, recording: Recording) -> Recording:
             f"no column is a coordinate of the model: name it {names}; there are {there}", recording.head
         )
     if model.input is not None:
-        drive = recording.named(model.input["name"]) or recording.found("u")
+        own = recording.in_unit(model.input["name"], model.input["unit"])
+        drive = own or recording.named(model.input["name"]) or recording.found("u")
+        if drive is None:  # one in another unit must not pass for a recording without a drive
+            prefix = f"{model.input['name']}_".lower()
+            drive = next((column for name, column in recording.others.items() if name.startswith(prefix)), None)
         if drive is not None:
-            if DRIVES.get(drive.quantity) != model.input["unit"]:
+            if own is None and DRIVES.get(drive.quantity) != model.input["unit"]:
                 raise recording.error(
                     f"must be in {model.input['unit']}: the model's {model.input['name']} is", recording.head, drive
                 )
             columns["current"] = drive
+            recording = replace(recording, notes=used_after_all(recording.notes, drive.title))
     return replace(recording, columns=columns, unfit={}).of_columns([*columns.values()])
 
 
