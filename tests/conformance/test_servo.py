@@ -330,6 +330,16 @@ def test_an_explanation_says_what_the_law_has_left(servo):
     assert len(certified) >= 4 and all("rule" in line for line in certified)
 
 
+def test_a_recording_of_a_servo_has_the_current_under_its_name(servo):
+    """As the motor's driver measures it, in A: the target [rad] is what the law is told."""
+    robot, steps = servo.Robot(name="servo"), [(0.0, 1.0), (0.3, 0.9)]
+    recording = hopform.identify.record(robot, "motion", u=steps, duration=0.5, seed=1)
+    motion = servo.solve_motion(robot, u=steps, horizon=0.5 * (1.0 + 1e-9))
+    drive = recording.named("i")
+    assert (drive.title, drive.quantity) == ("i_A", "current") and recording.named("target") is None
+    np.testing.assert_array_equal(drive.values, motion.current(recording.time))
+
+
 def test_a_model_without_a_law_has_no_target_and_a_servo_is_not_fitted(servo):
     with pytest.raises(hopform.HopformError, match="the model hopper has no law, and so no target"):
         hopform.solve_motion(hopform.load_robot("hopper_c"), start={"y": 0.02}).target(0.0)

@@ -19,6 +19,7 @@ from hopform import _building as building
 from hopform import _front as cli
 from hopform._solver import build
 from hopform._solver.folder import built_solvers
+from hopform.identify._synthetic import to_csv
 from tests.derived import built
 from tests.needs import the_first
 
@@ -207,6 +208,54 @@ def test_a_fit_names_its_coordinates_and_takes_friction_at_rest_where_it_is_aske
     fit = hopform.identify.fit(door, recording, known={"r": 0.85, "I_d": 2.5, "phi_0": -0.6},
                                compare=False, holdout=False, diagnose=False)  # fmt: skip
     assert [each.name for each in fit.estimates if "@" not in each.name] == ["k_c", "c_oil", "F_h"]
+
+
+@pytest.mark.sliced
+def test_a_stop_that_a_parameter_of_any_domain_gives_is_not_fitted(store):
+    pytest.importorskip("scipy")
+    relay = hopform.load_solver(built(store, "relay"))
+    recording = hopform.identify.record(
+        relay.load_robot("relay"), "motion", start={"z": 0.001}, u=[(0.0, 5.0), (0.01, 0.0), (0.02, 3.0)],
+        duration=0.05, rate=4000.0, noise=1e-6, quantum=0.0, seed=1,
+    )  # fmt: skip
+    fit = hopform.identify.fit(relay, recording, known={"m_a": 0.012, "z_0": -0.001, "c_a": 0.4},
+                               compare=False, holdout=False, diagnose=False)  # fmt: skip
+    assert [each.name for each in fit.estimates if "@" not in each.name] == ["k_s", "F_g", "G"]
+
+
+@pytest.fixture(scope="module")
+def valve(store) -> Any:
+    """A solver whose input is a pressure, a unit that recordings do not know."""
+    return hopform.load_solver(built(store, "relief_valve"))
+
+
+@pytest.mark.sliced
+@pytest.mark.parametrize("title", [None, "p_Pa", "p (Pa)", "P [Pa]"])
+def test_a_drive_is_recorded_and_fitted_in_the_unit_of_the_file(valve, tmp_path, title):
+    pytest.importorskip("scipy")
+    robot, steps = valve.load_robot("relief_valve"), [(0.0, 9e5), (0.004, 2e5), (0.02, 9e5)]
+    how = {"duration": 0.05, "rate": 1e4, "noise": 1e-6, "quantum": 0.0, "seed": 1}
+    recording = hopform.identify.record(robot, "motion", u=steps, **how)
+    if title is not None:
+        rows = to_csv(recording).splitlines()[1:]
+        log = "\n".join([f"time_s,x_m,{title},torque_on", *(f"{row},no" for row in rows)])
+        (tmp_path / "log.csv").write_text(log)
+        recording = hopform.identify.read_recording(tmp_path / "log.csv")
+    fit = hopform.identify.fit(valve, recording, known={"m": 0.05, "x_0": 0.01, "b": 5.0, "k": 8e3},
+                               compare=False, holdout=False, diagnose=False)  # fmt: skip
+    assert fit["A"].value == pytest.approx(1e-4, rel=1e-3) and fit.units.drive == "Pa"
+    left_out = [warning for warning in fit.warnings if "left out" in warning]
+    assert (
+        left_out == [f"{recording.source}: without a unit that is known, so left out: 'torque_on'"][: title is not None]
+    )
+
+
+@pytest.mark.sliced
+def test_a_drive_in_another_unit_is_refused(valve, tmp_path):
+    rows = "".join(f"{n / 1000.0},{n * 1e-5},1.0\n" for n in range(50))
+    (tmp_path / "log.csv").write_text(f"time_s,x_m,p_bar\n{rows}")
+    with pytest.raises(hopform.HopformError, match="column 'p_bar': must be in Pa: the model's p is"):
+        hopform.identify.fit(valve, tmp_path / "log.csv")
 
 
 # ---- a model that ships is built when it is named ----

@@ -53,8 +53,8 @@ def _of_name(name: str, shipped: Callable[[str], Path | None]) -> Solver:
     """The solver of a name; the newest of those that were built under it, else of the model that ships."""
     if name == DEFAULT.name:
         return DEFAULT
-    if (found := folder_of(name) or shipped(name)) is not None:
-        return _of_folder(found)
+    if (place := folder_of(name) or shipped(name)) is not None:
+        return _of_folder(place)
     names = ", ".join([DEFAULT.name, *sorted({own for _, own in built_solvers()} - {DEFAULT.name})])
     folder = (
         f"the folder is {name_of(os.path.join(os.curdir, name))}" if os.path.isdir(name) else "a folder has a separator"

@@ -44,6 +44,7 @@ from hopform.identify._recordings import (
     mended,
     noise_of,
     quantum_of,
+    used_after_all,
 )
 from hopform.identify._rigs import SINGULAR, Along, Experiment, Force, Moved, Rates, in_recorded_time
 from hopform.identify._search import Problem
@@ -51,8 +52,6 @@ from hopform.identify._segments import CUTOFFS, decays, filtered_part
 
 Given = Mapping[str, float | str] | None
 """Known values; a name in place of one says that a parameter is as one that is fitted."""
-_UNFITTED = ("lower", "upper", "bound")
-"""Domains of stops and limits, which are known or absent."""
 
 
 @dataclass(frozen=True)
@@ -106,6 +105,12 @@ class Model:
         return [each.number for each in self.masses]
 
     @property
+    def stops(self) -> set[str]:
+        """The parameters of stops and limits, which are known or absent."""
+        bounds = {name for name, each in self.parameters.items() if each["domain"] in ("lower", "upper", "bound")}
+        return bounds | self._named("stops")
+
+    @property
     def excess(self) -> set[str]:
         """The parameters of friction that is higher at rest, which are fitted where they are asked for."""
         return {name for name in self._named("excess") if self.parameters[name]["domain"] != "positive"} - {
@@ -114,7 +119,8 @@ class Model:
 
     def _named(self, key: str) -> set[str]:
         """The parameters in what the facts of the masses have under a key."""
-        texts = [text for each in self.core.facts.elements for text in each.get(key, ())]
+        entries = [each.get(key, ()) for each in self.core.facts.elements]
+        texts = [str(text) for each in entries for text in (each.values() if isinstance(each, dict) else each)]
         return {word for text in texts for word in re.findall(r"\w+", text)} & self.parameters.keys()
 
     @property
@@ -506,7 +512,7 @@ def fit_model(
     first = {name: p.start for name, p in {**shared, **parameters}.items()}
     mass = model.masses[0]
     units = Units(mass.unit, model.input["unit"] if model.input else "A")
-    warnings = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
+    warnings = tuple(f"{each.source}: {note}" for each in view for note in each.notes)
     problem = Problem(
         "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
         tuple(first | each for each in tries), {n: values[n] for n in known or {} if n in values}, (), warnings, parts=(0.35, 1.0),
@@ -562,7 +568,7 @@ def _chosen(
             given[cast(str, name)] = checked_value(fields[cast(str, name)], value)
     if fitted is None:
         names = [n for n, each in fields.items()
-                 if n not in given and n not in tied and n not in model.excess and each.domain not in _UNFITTED]  # fmt: skip
+                 if n not in given and n not in tied and n not in model.excess and n not in model.stops]  # fmt: skip
     else:
         names = [cast(str, each) for each in items("fitted", fitted, "names of parameters", len(fields))]
         for name in names:
@@ -603,13 +609,18 @@ def _view(model: Model, recording: Recording) -> Recording:
             f"no column is a coordinate of the model: name it {names}; there are {there}", recording.head
         )
     if model.input is not None:
-        drive = recording.named(model.input["name"]) or recording.found("u")
+        own = recording.in_unit(model.input["name"], model.input["unit"])
+        drive = own or recording.named(model.input["name"]) or recording.found("u")
+        if drive is None:  # one in another unit must not pass for a recording without a drive
+            prefix = f"{model.input['name']}_".lower()
+            drive = next((column for name, column in recording.others.items() if name.startswith(prefix)), None)
         if drive is not None:
-            if DRIVES.get(drive.quantity) != model.input["unit"]:
+            if own is None and DRIVES.get(drive.quantity) != model.input["unit"]:
                 raise recording.error(
                     f"must be in {model.input['unit']}: the model's {model.input['name']} is", recording.head, drive
                 )
             columns["current"] = drive
+            recording = replace(recording, notes=used_after_all(recording.notes, drive.title))
     return replace(recording, columns=columns, unfit={}).of_columns([*columns.values()])
 
 
