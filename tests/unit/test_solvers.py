@@ -229,7 +229,7 @@ def test_what_a_model_cannot_do_is_refused_in_one_line_that_says_what_it_lacks(s
 def test_a_joint_moves_as_a_mass_on_a_spring_and_has_no_stance(store):
     """J phi'' = -k (phi - phi_0) + i without friction: its motion in closed form; the spring pulls, too."""
     joint = solver_of(store, "joint")
-    assert joint.can == ("motion",) and joint.ROBOTS == ("joint",)
+    assert joint.can == ("motion", "fit", "batches", "derivatives", "plots", "export") and joint.ROBOTS == ("joint",)
     robot = joint.Robot(J=0.5, k=50.0, phi_0=-0.1, k_t=1.0)
     motion = joint.solve_motion(robot, start={"phi": -0.2, "phi_dot": 0.5}, u=0.3, horizon=2.0)
     t, middle = np.linspace(0.0, 2.0, 41), -0.1 + 0.3 / 50.0
