@@ -37,7 +37,10 @@ SPELLED = Expressions("sqrt_real", "fabs_real", infinity="(real)INFINITY")
 def public_structs(model: Model, program: Program) -> list[Struct]:
     """The structs of the public header; members that are a state's have the words of the model."""
     declared = [struct_of(record) for record in program.records if record.name in PUBLIC]
-    declared += structs(model.robot, model.moving, has_law=model.has_law, has_contact=model.has_contact)
+    declared += (
+        replace(struct, members=tuple(replace(each, unit=model.unit(each.unit)) for each in struct.members))
+        for struct in structs(model.robot, model.moving, has_law=model.has_law, has_contact=model.has_contact)
+    )
     quantities = (*STATE.quantities, BODY_HEIGHT)
     in_file = {
         (member.name, member.meaning): (words.meaning, words.unit)

@@ -200,7 +200,7 @@ def body_height(model: Model) -> Steps:
     steps, rest = rest_of_spring(model)
     yield from steps
     yield Step(length, x1 - y, "hop height of the body")
-    yield Step(unloaded, L0 + c - rest, "length of the leg without load")
+    yield Step(unloaded, L0 + c - rest, "length without load")
     yield Step(x2, length + unloaded, "y = x_1 - x_2 + unloaded")
 
 

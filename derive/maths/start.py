@@ -26,7 +26,7 @@ def state_of_start(model: Model) -> Steps:
     steps, rest = rest_of_spring(model)
     yield from steps
     yield Step(length, x1 - x2, "hop height of the body, downwards")
-    yield Step(unloaded, L0 + c - rest, "length of the leg without load")
+    yield Step(unloaded, L0 + c - rest, "length without load")
     yield Step(y, length + unloaded, "y = x_1 - x_2 + unloaded")
 
 

@@ -204,6 +204,12 @@ def force_unit(unit: str) -> str:
     return "N m" if unit == "rad" else "N"
 
 
+@lru_cache(maxsize=64)
+def input_unit(solver: Solver) -> str:
+    """The unit of the input; of a model without one it is 0, without a unit."""
+    return next((str(each["unit"]) for each in solver.facts.inputs), "1")
+
+
 def stroke_of(robot: Robot) -> tuple[float, float]:
     """The lower and the upper stop of the first mass."""
     return robot.letters.x1_min, robot.letters.x1_max
@@ -386,7 +392,7 @@ class Motion(OverTime):
         with np.errstate(invalid="ignore"):
             at_limit = limit * np.asarray(formulas.current_limit(parameters))
         asked = formulas.current_of_law(parameters, self._solved.state_at(times), target)
-        return np.where(limit == 0, asked, at_limit)
+        return cast("NDArray[Any]", np.where(limit == 0, asked, at_limit))
 
     @overload
     def total_energy(self, t: Number) -> float: ...
@@ -638,8 +644,9 @@ def axes_by_name(facts: Facts) -> dict[str, str]:
 def axis_of(facts: Facts, axes: Mapping[str, str], name: object) -> str:
     """The axis of a name of a start; HopformError for one that the model does not have."""
     if not isinstance(name, str) or name not in axes:
-        hint = nearest(name, [*axes]) if isinstance(name, str) else ""
-        known = ", ".join(f"{each} [{facts.units[each]}]" for each in axes)
+        offered = {str(table["name"]): str(table["unit"]) for table in facts.offered}
+        hint = nearest(name, [*offered]) if isinstance(name, str) else ""
+        known = ", ".join(f"{each} [{unit}]" for each, unit in offered.items())
         raise HopformError(f"start: the model {facts.name} has no coordinate {shown(name)}{hint}; it has {known}")
     return axes[name]
 

@@ -1,247 +1,312 @@
-"""What the derivation says of a model is in the words, glyphs and units of its file, and the hopper keeps the paper's."""
+"""What the runtime says of a model is in the words of its file: help, refusals, tables, explanations, fits.
 
-import ast
+Three mechanisms that have nothing of the hopper's: a door under a push [N], a relay under a voltage [V], and a tendon that
+ties two coordinates.
+"""
+
 import re
-import tomllib
-from functools import cache
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any, NamedTuple
 
+import numpy as np
 import pytest
 
-from derive.derivation import FORMS, Derivation, derive
-from derive.emit.facts import facts
-from derive.emit.program import program
-from derive.emit.render import render
-from derive.model import quantities as Q
-from derive.model import words
-from derive.model.declare import glyph_of
-from derive.model.equations import Model
-from derive.page import page
-from tests.derived import MODELS, hopper_with, model_of
+import hopform
+import hopform.identify
+from hopform import _building as building
+from hopform import _front as cli
+from hopform._solver import build
+from hopform._solver.folder import built_solvers
+from hopform.identify._synthetic import to_csv
+from tests.derived import built
 from tests.needs import the_first
 
-STRANGERS = ("door", "relay", "tendon")
-OF_HOPPER = ("leg", "body", "hopper", "touchdown", "take-off", "actuator", "compression", "AED", "x_1", "x_2")
-NUMBER = r"(?<!\w)\((?:[1-9]|1\d|2[0-7])\)"
+
+class Stranger(NamedTuple):
+    """A mechanism: its solver, the folder of it, and what its file calls its input, with the unit and the meaning."""
+
+    name: str
+    folder: Path
+    solver: Any
+    input: str
+    unit: str
+    meaning: str
+
+    def motion(self, **how: Any) -> Any:
+        """Its motion from 0 under two steps of the input."""
+        first = {"door": 20.0, "relay": 12.0, "tendon": 3.0}[self.name]
+        asked = {"u": [(0.0, first), (0.1, 0.1 * first)], "horizon": 0.3} | how
+        return self.solver.solve_motion(self.solver.load_robot(self.name), **asked)
+
+    def call(self, *line: str) -> int:
+        return cli.main(["--solver", str(self.folder), *line])
 
 
-@cache
-def stranger(name: str) -> Derivation:
-    return derive(MODELS / f"{name}.py")
+INPUTS = {
+    "door": ("P", "N", "push at the handle (hand)"),
+    "relay": ("U", "V", "voltage (coil)"),
+    "tendon": ("i", "A", "current (motor)"),
+}
 
 
-@cache
-def texts(name: str) -> dict[str, str]:
-    """The files of the solver of a stranger, or of a model that ships, by their paths."""
-    return {path.as_posix(): text for path, text in render(model(name)).items()}
+@pytest.fixture(params=the_first(["tendon", "door", "relay"], 2))
+def stranger(request, store) -> Stranger:
+    folder = built(store, request.param)
+    return Stranger(request.param, folder, hopform.load_solver(folder), *INPUTS[request.param])
 
 
-def model(name: str) -> Model:
-    return stranger(name).model if name in STRANGERS else derive(name).model
+HOPS = ("stance", "hop", "identify", "control", "reach", "equations")
+"""Commands about a body that hops, or about the paper."""
 
 
-def words_of_hopper(name: str, text: str) -> list[str]:
-    """Lines that have a word of the hopper, a number of the paper or a unit per A, where the file has none of them."""
-    declared = (MODELS / f"{name}.py").read_text("utf-8")
-    banned = [word for word in OF_HOPPER if not re.search(rf"\b{word}\b", declared)]
-    pattern = "|".join(
-        (*(rf"\b{re.escape(word)}\b" for word in banned), NUMBER, *([] if "/A" in declared else [r"/A\b"]))
-    )
-    return [line for line in text.splitlines() if re.search(pattern, line)]
+def test_help_has_the_model_and_the_commands_that_it_has(stranger, capsys):
+    assert stranger.call("--help") == 0
+    text = capsys.readouterr().out
+    assert f"{stranger.name}: {stranger.solver.title}" in text and "hopper with" not in text
+    listed = re.findall(r"^  ([a-z]+) ", text.partition("Commands:\n")[2], re.MULTILINE)
+    assert listed == ["robots", "motion", "fit", "record", "export", "selftest", "model"]
+    assert cli.main(["--help", "--solver", str(stranger.folder)]) == 0
+    assert capsys.readouterr().out == text
 
 
-@pytest.mark.parametrize("name", the_first(STRANGERS, 1))
-def test_no_form_of_a_formula_has_a_word_of_the_hopper(name):
-    found = stranger(name)
-    for form in FORMS:
-        assert not words_of_hopper(name, found.show(form=form)), form
-    assert not words_of_hopper(name, page(found))
+def test_help_of_a_solver_loads_no_numpy(stranger):
+    line = ["--solver", str(stranger.folder), "--help"]
+    program = f"import sys; from hopform._front import main; main({line!r}); print('numpy' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert stranger.solver.title in done.stdout and done.stdout.splitlines()[-1] == "False"
 
 
-@pytest.mark.parametrize("name", STRANGERS)
-def test_no_fact_has_a_word_of_the_hopper(name):
-    known = facts(stranger(name).model, "", {})
-    assert not words_of_hopper(name, "\n".join(map(str, (known["coordinates"], known["inputs"], known["elements"]))))
-    assert not words_of_hopper(name, "\n".join(known["lacks"].values()))
+@pytest.mark.parametrize("options", [[], ["--help"]])
+def test_a_command_that_the_model_does_not_have_is_refused_in_a_sentence(stranger, capsys, options):
+    said = set[str]()
+    for command in HOPS:
+        for line in ([command, *options], ["help", command]):
+            assert stranger.call(*line) == 2
+            printed = capsys.readouterr()
+            assert printed.out == "" and printed.err.count("\n") == 1
+            said.add(printed.err.removeprefix("hopform: "))
+    contact = f": the model {stranger.name} lacks a contact()\n"
+    assert said == {
+        f"no stance, flight{acts}{contact}"
+        for acts in (" or hop", ", hop or identification", ", hop or controller", ", hop or map of apexes")
+    }
 
 
-@pytest.mark.parametrize("name", STRANGERS)
-def test_records_and_functions_have_no_word_of_the_hopper(name):
-    made = program(stranger(name).model)
-    said = [record.meaning for record in made.records]
-    said += [f"{each.meaning} [{each.unit}]" for record in made.records for each in record.quantities]
-    for function in made.functions:
-        said += [function.meaning, *(step.source for step in function.steps)]
-        said += [f"{each.meaning} [{each.unit}]" for argument in function.takes for each in argument.quantities]
-    assert len(said) > 300
-    assert not words_of_hopper(name, "\n".join(said))
+def test_help_of_a_command_has_the_input_the_coordinates_and_robots_of_the_model(stranger, capsys):
+    names = [table["name"] for table in stranger.solver.Robot.solver.facts.offered]
+    for command in ("motion", "record", "fit", "robots", "export", "selftest"):
+        assert stranger.call(command, "--help") == 0
+        text = " ".join(capsys.readouterr().out.split())
+        assert not re.search(r"hopper_c|\by \[|--x1\b|--height|Current:|[Bb]ody|[Hh]op ", text), command
+        if command in ("motion", "record"):
+            assert f"{stranger.input} [{stranger.unit}] {stranger.meaning}; constant" in text
+        if command in ("motion", "record", "fit"):
+            place = text.index("Coordinates of ")
+            assert [text.index(f" {name} [", place) for name in names] == sorted(
+                text.index(f" {name} [", place) for name in names
+            )
+            assert f"--solver {stranger.folder} record motion --start {names[0]}=" in text or command == "motion"
 
 
-@pytest.mark.parametrize("name", the_first(STRANGERS, 1))
-def test_the_package_of_a_stranger_has_no_word_of_the_hopper(name):
-    files = {path: text for path, text in texts(name).items() if path.startswith(("python/", "JSON", "schema"))}
-    assert len(files) > 12
-    for path, text in files.items():
-        assert not words_of_hopper(name, text), path
+def test_the_input_is_refused_in_its_unit(stranger):
+    robot, unit = stranger.solver.load_robot(stranger.name), stranger.unit
+    for solve in (stranger.solver.solve_motion, stranger.solver.solve_motions):
+        with pytest.raises(hopform.HopformError, match=f"^u must be finite {unit}, got nan"):
+            solve(robot, u=np.nan)
+    with pytest.raises(hopform.HopformError, match=rf"^u\[0\] input must be finite {unit}, got inf"):
+        stranger.motion(u=[(0.0, np.inf)])
+    for wrong in ([], lambda t: t):
+        with pytest.raises(hopform.HopformError, match=rf"^u must be a number in {unit} or steps \(t, u\)") as error:
+            stranger.motion(u=wrong)
+        assert "simulate" not in str(error.value)
+    with pytest.raises(hopform.HopformError, match=f"^u must be a number per motion in {unit}; steps"):
+        stranger.solver.solve_motions(robot, u=[(0.0, 1.0)])
 
 
-@pytest.mark.parametrize("name", ["hopper", "cart", "relay"])
-def test_the_test_finds_words_of_the_hopper(name):
-    """Of the hopper all of them, of others none: the texts of the hopper are read as if they were a relay's."""
-    lines = words_of_hopper("relay", page(derive("hopper") if name == "hopper" else stranger("relay")))
-    assert bool(lines) == (name == "hopper")
+@pytest.mark.parametrize(("options", "said"), [
+    (["--u", "3 A"], "takes a number in {}, written without a unit, got '3 A'"), (["--u", "inf"], "takes a finite number in {},"),
+    (["--u-steps", "3"], "takes steps t:u in s and {}, as in"), (["--u-steps", "0:x"], "takes a number in {}, written"),
+])  # fmt: skip
+def test_an_option_of_the_input_is_refused_in_its_unit(stranger, capsys, options, said):
+    assert stranger.call("motion", *options) == 2
+    assert said.format(stranger.unit) in capsys.readouterr().err
 
 
-# ---- names, glyphs, units ----
+def test_a_step_of_the_input_has_its_name(stranger, capsys):
+    first = {"door": "20", "relay": "12", "tendon": "3"}[stranger.name]
+    assert stranger.call("motion", "--horizon", "0.3", "--u-steps", f"0:{first},0.1:0.3", "--explain") == 0
+    text = capsys.readouterr().out
+    assert re.search(rf"^ +100 .*  step of {stranger.input} ", text, re.MULTILINE)
+    assert "current" not in text and (f"then a step of {stranger.input}\n" in text or stranger.name == "relay")
 
 
-@pytest.mark.parametrize("name", STRANGERS)
-def test_the_latex_has_the_glyphs_of_coordinates_and_input(name):
-    found = stranger(name)
-    text = found.show(form="latex")
-    for own in filter(None, found.model.names):
-        assert own.glyph == glyph_of(own.coordinate)
-        assert f"{words.over(own.glyph, 'ddot')} = " in text and f"{own.glyph}(t) = " in text
-    driven = found.model.driven_by
-    assert driven is not None
-    assert re.search(rf"(?<![A-Za-z]){re.escape(driven.glyph)}(?![A-Za-z])", found.latex("acc_1"))
+def test_event_functions_have_the_words_of_the_file(stranger):
+    text = stranger.motion().explain()
+    assert not re.search(r"\b[avfx][12]\b", text) and "19/10" not in text and "- 0 " not in text
+    wanted = {
+        "door": ["1.9 - phi [rad]", "-phi_dot [rad/s]", "phi [rad]"],
+        "relay": ["gap - z [m]", "z_dot [m/s]"],
+        "tendon": ["d_max - drum [rad]", "stick margin, drum winds [rad/s^2]", "stick margin, drum unwinds [rad/s^2]"],
+    }
+    for words in wanted[stranger.name]:
+        assert re.search(rf"^  {re.escape(words)} ", text, re.MULTILINE), words
 
 
-def test_a_glyph_that_a_file_gives_stands_in_every_formula():
-    found = Derivation(model_of(
-        'm = parameter("m", "kg", "mass", "positive")\n'
-        'lift = coordinate("lift", "m", m, "valve", glyph=r"\\zeta_{v}")\n'
-        'p = current("p", "Pa", glyph=r"\\Pi", thing="line", meaning="pressure")\n'
-        'A = parameter("A", "m^2", "area", "positive")\nforce(lift, A * p, "pressure")\nspring(lift, 5, "coil")\n'
-    ))  # fmt: skip
-    assert found.latex("acc_1") == r"\ddot{\zeta}_{v} = \frac{A \Pi - 5 \zeta_{v}}{m}"
-    assert r"\dot{\zeta}_{v}(0)" in found.latex("H4_hat")
-    known = facts(found.model, "", {})
-    assert [each["glyph"] for each in known["coordinates"]] == [r"\zeta_{v}", r"\dot{\zeta}_{v}"]
-    assert known["inputs"][0]["glyph"] == r"\Pi"
+def test_a_start_is_offered_by_the_file_s_coordinates(stranger):
+    with pytest.raises(hopform.HopformError, match=r"has no coordinate 'q'") as error:
+        stranger.motion(start={"q": 1.0})
+    offered = str(error.value).partition("it has ")[2].split(", ")
+    assert offered == [f"{name} [{unit}]" for name, unit in stranger.motion().units.items()]
 
 
-def test_a_letter_of_the_derivation_that_is_the_models_too_is_told_apart():
-    assert derive("joint").latex("q_") == r"\tilde{q} = q_1"
-    assert derive("hopper").latex("q") == "q = - a p + s_2"
-    assert r"\ddot{q}" in derive("joint").latex("acc_1")
+def test_a_robot_has_the_parameters_of_the_file_alone(stranger):
+    robot = stranger.solver.load_robot(stranger.name)
+    assert "travel" not in repr(robot)
+    with pytest.raises(hopform.HopformError, match="unknown parameter 'travel'"):
+        stranger.solver.Robot(travel=1.0)
 
 
-@pytest.mark.parametrize(
-    ("name", "unit"),
-    [("door", "rad/s^2/N"), ("relay", "m/s^2/V"), ("tendon", "rad/s^2/A"), ("relief_valve", "m/s^2/Pa")],
-)
-def test_coefficients_of_the_input_are_in_its_unit(name, unit):
-    found = derive(name) if name == "relief_valve" else stranger(name)
-    assert found.formula("a1_u").quantity.unit == unit
-    rates = program(found.model).record("Rates")
-    assert [each.unit for each in rates.quantities if each.symbol == Q.a1_u] == [unit]
+# ---- pictures ----
 
 
-def test_a_unit_that_is_a_product_is_divided_by_as_a_whole():
-    found = model_of(
-        'q = coordinate("q", "rad", 2)\nM = current("M", "N m", meaning="torque")\ntorque(q, M, "drive")\nspring(q, 3)\n'
-    )
-    assert found.unit("m/s^2/A") == "rad/s^2/(N m)"
-    assert model_of('x = coordinate("x", "m", 2)\nspring(x, 3)\n').unit("m/s^2/A") == "m/s^2"
+def test_axes_of_a_picture_have_the_names_of_the_file(stranger):
+    pytest.importorskip("matplotlib")
+    labels = [each.get_ylabel() for each in stranger.motion().plot().figure.axes]
+    places = {
+        "door": ["door\nphi [rad]"], "relay": ["armature\nz [m]"], "tendon": ["drum [rad]", "leg [rad]"],
+    }[stranger.name]  # fmt: skip
+    of_input = {"door": "push at the handle", "relay": "voltage", "tendon": "current"}[stranger.name]
+    assert labels == [*places, "velocity", "force", "energy", f"{of_input}\n{stranger.input} [{stranger.unit}]"]
 
 
-# ---- elements ----
+# ---- fits ----
+
+
+def test_a_recording_without_the_coordinate_is_refused_by_its_name(stranger, tmp_path):
+    t = np.arange(100) / 100.0
+    rows = "".join(f"{time},{np.sin(time)}\n" for time in t)
+    (tmp_path / "log.csv").write_text(f"time_s,angle_rad\n{rows}")
+    with pytest.raises(hopform.HopformError, match="no column is a coordinate of the model: name it") as error:
+        hopform.identify.fit(stranger.solver, tmp_path / "log.csv")
+    names = [mass for mass in stranger.motion().units if not mass.endswith("_dot")]
+    for name in names:
+        assert f"{name} (as in {name}_" in str(error.value)
+    assert str(error.value).endswith("there are angle_rad") and "x1" not in str(error.value)
+
+
+def test_a_fit_names_its_coordinates_and_takes_friction_at_rest_where_it_is_asked_for(store, tmp_path):
+    pytest.importorskip("scipy")
+    tendon, door = (hopform.load_solver(built(store, name)) for name in ("tendon", "door"))
+    robot = tendon.load_robot("tendon")
+    recording = hopform.identify.record(robot, "motion", u=[(0.0, 3.0), (0.2, -3.0)], duration=0.5, seed=1)
+    fit = hopform.identify.fit(tendon, recording, fitted=["K"], compare=False, holdout=False, diagnose=False)
+    assert [trace.label for trace in fit.traces] == [f"{recording.source}, drum", f"{recording.source}, leg"]
+    robot = door.load_robot("door")
+    recording = hopform.identify.record(robot, "motion", u=[(0.0, 30.0), (0.5, -30.0)], duration=1.0, seed=1)
+    fit = hopform.identify.fit(door, recording, known={"r": 0.85, "I_d": 2.5, "phi_0": -0.6},
+                               compare=False, holdout=False, diagnose=False)  # fmt: skip
+    assert [each.name for each in fit.estimates if "@" not in each.name] == ["k_c", "c_oil", "F_h"]
 
 
 @pytest.mark.sliced
-@pytest.mark.parametrize(
-    ("name", "entries", "labels"),
-    [
-        ("door", {"oil_1", "hinges_1", "push_work"}, {"door, oil", "door, hinges", "work of the push", "door, lost at the frame"}),
-        ("relay", {"air_1", "guide_1", "pull_work"}, {"armature, air", "armature, guide", "armature, lost at the seat"}),
-        ("tendon", {"knee_2", "drum_friction_1", "motor_work", "tendon_damping_1"}, {"leg, knee", "drum, drum friction"}),
-        ("joint", {"viscous_1", "coulomb_1", "motor_work", "load_1"}, {"joint, viscous friction", "joint, Coulomb friction"}),
-    ],
-)  # fmt: skip
-def test_elements_keep_their_names_in_ledger_labels_and_powers(name, entries, labels):
-    known = tomllib.loads(texts(name)["solver.toml"])
-    ledger = {entry: label for each in known["elements"] for entry, label in each["ledger"].items()}
-    assert entries <= ledger.keys() and labels <= {*ledger.values()}
-    powers = {f"{entry.removesuffix('_work')}_power" for entry in entries}
-    assert powers <= Derivation(model(name)).energies.keys()
-    (listed,) = re.findall(r"^LEDGER_OF_ROBOT = (.*)$", texts(name)["python/hopform_solver/records.py"], re.MULTILINE)
-    assert {*ast.literal_eval(listed)} == ledger.keys()
+def test_a_stop_that_a_parameter_of_any_domain_gives_is_not_fitted(store):
+    pytest.importorskip("scipy")
+    relay = hopform.load_solver(built(store, "relay"))
+    recording = hopform.identify.record(
+        relay.load_robot("relay"), "motion", start={"z": 0.001}, u=[(0.0, 5.0), (0.01, 0.0), (0.02, 3.0)],
+        duration=0.05, rate=4000.0, noise=1e-6, quantum=0.0, seed=1,
+    )  # fmt: skip
+    fit = hopform.identify.fit(relay, recording, known={"m_a": 0.012, "z_0": -0.001, "c_a": 0.4},
+                               compare=False, holdout=False, diagnose=False)  # fmt: skip
+    assert [each.name for each in fit.estimates if "@" not in each.name] == ["k_s", "F_g", "G"]
 
 
-def test_an_entry_whose_name_is_taken_keeps_its_usual_one():
-    found = model_of(
-        'x = coordinate("x", "m", 2)\nspring(x, 3)\nviscous(x, 1, "rail")\nfriction(x, 1, name="rail")\n'
-        'viscous(x, 2, "oil")\n'
-    )
-    entries = {entry for each in facts(found, "", {})["elements"] for entry in each["ledger"]}
-    assert entries == {"rail_1", "coulomb_1", "oil_1"}
-
-
-def test_friction_of_two_elements_is_called_by_both():
-    found = model_of(
-        'x = coordinate("x", "m", 2, "slide")\nspring(x, 3)\nfriction(x, 1, name="seal")\nfriction(x, 2, name="rail")\n'
-    )
-    ledger = {entry: label for each in facts(found, "", {})["elements"] for entry, label in each["ledger"].items()}
-    assert ledger == {"coulomb_1": "slide, seal and rail"}
-
-
-def test_the_stretch_is_that_of_the_spring_by_its_name():
-    for name, spring in (("door", "closer spring"), ("relay", "seat spring"), ("tendon", "tendon")):
-        assert stranger(name).formula("y_0").quantity.meaning.startswith(f"stretch of the {spring}")
-    springless = model_of('x = coordinate("x", "m", 2, "sledge")\nforce(x, 3)\n')
-    assert words.stretch(springless) == "displacement of the sledge"
-
-
-def test_a_word_of_the_file_is_not_taken_for_one_of_the_hopper():
-    """The first mass is called as the hopper's second one, and its oil as its first one."""
-    found = Derivation(model_of(
-        'a = coordinate("a", "m", 1, "body")\nb = coordinate("b", "m", 1, "hull")\nspring(a - b, 3, "compression")\n'
-        'viscous(a, 1, "actuator")\nviscous(b, 1, "motor")\nforce(a, 2, "current")\n'
-    ))  # fmt: skip
-    meanings = {each.name: each.quantity.meaning for each in found.formulas}
-    assert meanings["acc_1"] == "acceleration of the body" and meanings["acc_2"] == "acceleration of the hull"
-    assert meanings["actuator_1_power"] == "power: work of viscous 'actuator' on the body"
-    assert meanings["motor_2_power"] == "power: work of viscous 'motor' on the hull"
-    assert meanings["current_1_power"] == "power: work of force 'current' on the body"
-    assert meanings["a1_y"] == "acceleration of the body per stretch of the compression"
+@pytest.fixture(scope="module")
+def valve(store) -> Any:
+    """A solver whose input is a pressure, a unit that recordings do not know."""
+    return hopform.load_solver(built(store, "relief_valve"))
 
 
 @pytest.mark.sliced
-def test_a_name_with_an_apostrophe_ends_nothing():
-    found = model_of(
-        """q = coordinate("q", "rad", 2, "door's leaf")\nspring(q, 3, "closer's spring").damper(1, "spring's damping")\n"""
-        """viscous(q, 1, "closer's oil")\nfriction(q, 1, name="hinges' pins")\nstop(q, 0, 1, "frame's edge")\n"""
+@pytest.mark.parametrize("title", [None, "p_Pa", "p (Pa)", "P [Pa]"])
+def test_a_drive_is_recorded_and_fitted_in_the_unit_of_the_file(valve, tmp_path, title):
+    pytest.importorskip("scipy")
+    robot, steps = valve.load_robot("relief_valve"), [(0.0, 9e5), (0.004, 2e5), (0.02, 9e5)]
+    how = {"duration": 0.05, "rate": 1e4, "noise": 1e-6, "quantum": 0.0, "seed": 1}
+    recording = hopform.identify.record(robot, "motion", u=steps, **how)
+    if title is not None:
+        rows = to_csv(recording).splitlines()[1:]
+        log = "\n".join([f"time_s,x_m,{title},torque_on", *(f"{row},no" for row in rows)])
+        (tmp_path / "log.csv").write_text(log)
+        recording = hopform.identify.read_recording(tmp_path / "log.csv")
+    fit = hopform.identify.fit(valve, recording, known={"m": 0.05, "x_0": 0.01, "b": 5.0, "k": 8e3},
+                               compare=False, holdout=False, diagnose=False)  # fmt: skip
+    assert fit["A"].value == pytest.approx(1e-4, rel=1e-3) and fit.units.drive == "Pa"
+    left_out = [warning for warning in fit.warnings if "left out" in warning]
+    assert (
+        left_out == [f"{recording.source}: without a unit that is known, so left out: 'torque_on'"][: title is not None]
     )
-    files = {path.name: text for path, text in render(found).items()}
-    for file in (name for name in files if name.endswith(".py")):
-        ast.parse(files[file])
-    known = tomllib.loads(files["solver.toml"])
-    ledger = {entry: label for each in known["elements"] for entry, label in each["ledger"].items()}
-    assert ledger["hinges__pins_1"] == "door's leaf, hinges' pins"
-    assert r"\text{hinges  pins 1}" in Derivation(found).show(form="latex")
 
 
-# ---- the paper ----
+@pytest.mark.sliced
+def test_a_drive_in_another_unit_is_refused(valve, tmp_path):
+    rows = "".join(f"{n / 1000.0},{n * 1e-5},1.0\n" for n in range(50))
+    (tmp_path / "log.csv").write_text(f"time_s,x_m,p_bar\n{rows}")
+    with pytest.raises(hopform.HopformError, match="column 'p_bar': must be in Pa: the model's p is"):
+        hopform.identify.fit(valve, tmp_path / "log.csv")
 
 
-def test_the_hopper_keeps_the_papers_letters_and_numbers():
-    found = derive("hopper")
-    assert {number for each in found.formulas for number in each.numbers} >= {3, 4, 5, 6, 11, 18, 24, 27}
-    assert found.latex("acc_2").startswith(r"\ddot{x}_2 = \frac{- b_2 \dot{x}_2")
-    assert "(3), (4)" in program(found.model).record("Rates").meaning
-    assert found.formula("y_0").quantity.meaning.startswith("compression of the leg")
+# ---- a model that ships is built when it is named ----
 
 
-@pytest.mark.parametrize(
-    ("further", "is_of_the_paper"),
-    [("", True), ("viscous(h.x1, 2, 'oil')", False), ("friction(h.x1, 2, name='seal')", False)],
-)
-def test_a_model_made_of_the_hopper_keeps_numbers_while_its_equations_are_the_papers(further, is_of_the_paper):
-    found = Derivation(hopper_with(further))
-    assert found.model.is_of_the_paper == is_of_the_paper
-    assert any(each.numbers for each in found.formulas) == is_of_the_paper
-    derived = page(found).partition("## Lagrangian")[
-        2
-    ]  # before it stand the meanings of parameters, as the file has them
-    assert bool(re.search(NUMBER, derived)) == is_of_the_paper
-    assert r"\ddot{x}_1" in found.latex("acc_1")
+@pytest.fixture
+def emptied(tmp_path, monkeypatch) -> Path:
+    """The cache of a user who has built nothing."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    """A compiler that takes no time."""
+
+    def compiled(folder, output, progress):
+        output.write_bytes(b"a library")
+        build.sealed(output)
+
+    monkeypatch.setattr(build, "compile_solver", compiled)
+
+
+def test_a_model_that_ships_is_built_once_when_it_is_named(emptied, quick, capsys):
+    assert cli.main(["--solver", "cart", "robots", "--json"]) == 0
+    first = capsys.readouterr()
+    assert first.err == f"hopform: compiling the solver of cart, which takes {building.USUAL}\n"
+    assert [name for _, name in built_solvers()] == ["cart"]
+    assert cli.main(["--solver", "cart", "robots", "--json"]) == 0
+    assert capsys.readouterr() == (first.out, "")
+    assert hopform.load_solver("cart").name == "cart" and capsys.readouterr().err == ""
+    assert cli.main(["--solver", "cart", "--help"]) == 0
+    assert "A cart on a rail between two stops" in capsys.readouterr().out
+
+
+def test_a_build_says_how_long_it_took(emptied, quick, capsys):
+    assert cli.main(["model", "build", "cart"]) == 0
+    assert re.search(
+        r"^The solver is built in .*, after [0-9]+\.[0-9] s\. It can: ", capsys.readouterr().out, re.MULTILINE
+    )
+    assert cli.main(["model", "build", "cart"]) == 0
+    printed = capsys.readouterr()
+    assert "The solver was there already, in " in printed.out and " after " not in printed.out and printed.err == ""
+
+
+@pytest.mark.parametrize("fault", [KeyboardInterrupt, build.LibraryNotBuilt("cc does not compile c: error: no")])
+def test_nothing_is_left_of_a_named_model_whose_build_ends_early(emptied, monkeypatch, capsys, fault):
+    def ends(*_, **__):
+        raise fault
+
+    monkeypatch.setattr(build, "compile_solver", ends)
+    code = cli.main(["--solver", "cart", "robots"])
+    assert code == (130 if fault is KeyboardInterrupt else 2) and capsys.readouterr().out == ""
+    assert not emptied.exists()

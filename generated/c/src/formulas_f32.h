@@ -965,7 +965,7 @@ static inline float body_height_f32(const hopform_robot_f32 *robot, float x1, fl
 {
     const float L0 = robot->L0, c = robot->c;
     const float length = x1 - y;         /* hop height of the body */
-    const float unloaded = L0 + c;       /* length of the leg without load */
+    const float unloaded = L0 + c;       /* length without load */
     const float x2 = length + unloaded;  /* y = x_1 - x_2 + unloaded */
     return x2;
 }
@@ -1167,7 +1167,7 @@ static inline float height_change_f32(const hopform_robot_f32 *robot,
     const float d_L0 = robot_change->d_L0, d_c = robot_change->d_c;
     const float d_x1 = state_change->d_x1, d_y = state_change->d_y;
     const float d_length = d_x1 - d_y;         /* change of hop height of the body */
-    const float d_unloaded = d_L0 + d_c;       /* change of length of the leg without load */
+    const float d_unloaded = d_L0 + d_c;       /* change of length without load */
     const float d_x2 = d_length + d_unloaded;  /* change of y = x_1 - x_2 + unloaded */
     return d_x2;
 }
@@ -1398,7 +1398,7 @@ static inline hopform_state_f32 state_of_start_f32(const hopform_robot_f32 *robo
     const float L0 = robot->L0, c = robot->c;
     const float x1 = start->x1, v1 = start->v1, x2 = start->x2, v2 = start->v2;
     const float length = x1 - x2;       /* hop height of the body, downwards */
-    const float unloaded = L0 + c;      /* length of the leg without load */
+    const float unloaded = L0 + c;      /* length without load */
     const float y = length + unloaded;  /* y = x_1 - x_2 + unloaded */
     const hopform_state_f32 result = {x1, v1, v2, y};
     return result;
@@ -1411,7 +1411,7 @@ static inline hopform_start_f32 start_of_state_f32(const hopform_robot_f32 *robo
     const float L0 = robot->L0, c = robot->c;
     const float x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
     const float length = x1 - y;         /* hop height of the body */
-    const float unloaded = L0 + c;       /* length of the leg without load */
+    const float unloaded = L0 + c;       /* length without load */
     const float x2 = length + unloaded;  /* y = x_1 - x_2 + unloaded */
     const hopform_start_f32 result = {x1, v1, x2, v2};
     return result;

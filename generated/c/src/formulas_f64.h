@@ -965,7 +965,7 @@ static inline double body_height_f64(const hopform_robot_f64 *robot, double x1, 
 {
     const double L0 = robot->L0, c = robot->c;
     const double length = x1 - y;         /* hop height of the body */
-    const double unloaded = L0 + c;       /* length of the leg without load */
+    const double unloaded = L0 + c;       /* length without load */
     const double x2 = length + unloaded;  /* y = x_1 - x_2 + unloaded */
     return x2;
 }
@@ -1167,7 +1167,7 @@ static inline double height_change_f64(const hopform_robot_f64 *robot,
     const double d_L0 = robot_change->d_L0, d_c = robot_change->d_c;
     const double d_x1 = state_change->d_x1, d_y = state_change->d_y;
     const double d_length = d_x1 - d_y;         /* change of hop height of the body */
-    const double d_unloaded = d_L0 + d_c;       /* change of length of the leg without load */
+    const double d_unloaded = d_L0 + d_c;       /* change of length without load */
     const double d_x2 = d_length + d_unloaded;  /* change of y = x_1 - x_2 + unloaded */
     return d_x2;
 }
@@ -1398,7 +1398,7 @@ static inline hopform_state_f64 state_of_start_f64(const hopform_robot_f64 *robo
     const double L0 = robot->L0, c = robot->c;
     const double x1 = start->x1, v1 = start->v1, x2 = start->x2, v2 = start->v2;
     const double length = x1 - x2;       /* hop height of the body, downwards */
-    const double unloaded = L0 + c;      /* length of the leg without load */
+    const double unloaded = L0 + c;      /* length without load */
     const double y = length + unloaded;  /* y = x_1 - x_2 + unloaded */
     const hopform_state_f64 result = {x1, v1, v2, y};
     return result;
@@ -1411,7 +1411,7 @@ static inline hopform_start_f64 start_of_state_f64(const hopform_robot_f64 *robo
     const double L0 = robot->L0, c = robot->c;
     const double x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
     const double length = x1 - y;         /* hop height of the body */
-    const double unloaded = L0 + c;       /* length of the leg without load */
+    const double unloaded = L0 + c;       /* length without load */
     const double x2 = length + unloaded;  /* y = x_1 - x_2 + unloaded */
     const hopform_start_f64 result = {x1, v1, x2, v2};
     return result;

@@ -775,7 +775,7 @@ def body_height(robot: Robot, x1: Real, y: Real) -> Real:
     """
     L0, c = robot.L0, robot.c
     length = x1 - y         # hop height of the body
-    unloaded = L0 + c       # length of the leg without load
+    unloaded = L0 + c       # length without load
     x2 = length + unloaded  # y = x_1 - x_2 + unloaded
     return x2
 
@@ -1072,7 +1072,7 @@ def height_change(robot: Robot, robot_change: RobotChange, state_change: StateCh
     d_L0, d_c = robot_change.d_L0, robot_change.d_c
     d_x1, d_y = state_change.d_x1, state_change.d_y
     d_length = d_x1 - d_y         # change of hop height of the body
-    d_unloaded = d_L0 + d_c       # change of length of the leg without load
+    d_unloaded = d_L0 + d_c       # change of length without load
     d_x2 = d_length + d_unloaded  # change of y = x_1 - x_2 + unloaded
     return d_x2
 
@@ -1338,7 +1338,7 @@ def state_of_start(robot: Robot, start: Start) -> LegState:
     L0, c = robot.L0, robot.c
     x1, v1, x2, v2 = start.x1, start.v1, start.x2, start.v2
     length = x1 - x2       # hop height of the body, downwards
-    unloaded = L0 + c      # length of the leg without load
+    unloaded = L0 + c      # length without load
     y = length + unloaded  # y = x_1 - x_2 + unloaded
     return LegState(x1, v1, v2, y)
 
@@ -1350,6 +1350,6 @@ def start_of_state(robot: Robot, state: LegState) -> Start:
     L0, c = robot.L0, robot.c
     x1, v1, v2, y = state.x1, state.v1, state.v2, state.y
     length = x1 - y         # hop height of the body
-    unloaded = L0 + c       # length of the leg without load
+    unloaded = L0 + c       # length without load
     x2 = length + unloaded  # y = x_1 - x_2 + unloaded
     return Start(x1, v1, x2, v2)
