@@ -613,7 +613,7 @@ def input_force(robot: Robot, u: Any) -> Any:
 
 def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
     """Height of the body [m] at states of a precision, in which every operation is rounded, as in the C library."""
-    parameters, height = robot.parameters, robot.solver.package.formulas.body_height
+    parameters, height = robot.parameters, robot.solver.package.formulas.second_position
     if dtype is DOUBLE:
         return height(parameters, x1, y)
     with np.errstate(over="ignore"):

@@ -93,7 +93,7 @@ class Model:
         places, speeds = dict(zip(self._numbers, x, strict=True)), dict(zip(self._numbers, v, strict=True))
         zero, sides = np.zeros_like(np.asarray(u, dtype=float)), dict(zip(self._numbers, side, strict=True))
         x1, v1, v2 = places.get(1, zero), speeds.get(1, zero), speeds.get(2, zero)
-        y = x1 - places.get(2, zero) + self.formulas.body_height(robot, 0.0, 0.0)
+        y = x1 - places.get(2, zero) + self.formulas.second_position(robot, 0.0, 0.0)
         state, rates = self.records.LegState(x1, v1, v2, y), self.formulas.rates_of(robot)
         forces = sides.get(1, zero), sides.get(2, zero)
         drive = self.formulas.drive_of(robot, rates, u, *forces)
@@ -178,7 +178,7 @@ class Modelled(Experiment):
     def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
         model, robot = self.model, self.model.robot(at)
         under, fed = self._with_sine(at, robot, steps) if self.grid is not None else (steps, None)
-        length = float(model.formulas.body_height(robot, 0.0, 0.0))
+        length = float(model.formulas.second_position(robot, 0.0, 0.0))
         motion = self._solved(at, robot, under, float(time[-1]), length)
         state, rows = motion.tangents(np.ascontiguousarray(time))
         lengths = lengths_of(model.core.package, robot)
@@ -285,7 +285,7 @@ class Modelled(Experiment):
     def words(self, at: Values) -> dict[str, float]:
         """What a simulator calls the numbers of a joint: the inertia from the kinetic energy, all else times it."""
         robot, formulas = self.model.robot(at), self.model.formulas
-        length = float(formulas.body_height(robot, 0.0, 0.0))
+        length = float(formulas.second_position(robot, 0.0, 0.0))
         still, moving = (self.model.records.LegState(0.0, v, 0.0, length) for v in (0.0, 1.0))
         inertia = 2.0 * float(formulas.energies(robot, moving).total - formulas.energies(robot, still).total)
         linear = self._linear(robot)
@@ -307,7 +307,7 @@ class Modelled(Experiment):
         begins, levels = np.array(steps, dtype=float).T
         times = np.unique(np.concatenate([grid, begins[(begins >= 0.0) & (begins < grid[-1])]]))
         base = levels[np.searchsorted(begins, times, side="right") - 1]
-        length = float(self.model.formulas.body_height(robot, 0.0, 0.0))
+        length = float(self.model.formulas.second_position(robot, 0.0, 0.0))
         reach = max(float(np.ptp(self.seen[-1].x)), 1e-12)
         by_column = self._columns(at)
         columns, starts = [*by_column.values()], [[*by_column].index(letter) for letter in ("x", "v")]
@@ -357,7 +357,7 @@ class Modelled(Experiment):
         places = np.arange(finer * (self.time.size - 1) + 1) / finer
         fine = np.interp(places, np.arange(self.time.size), self.time)
         drive = levels[np.searchsorted(begins, fine, side="right") - 1]
-        length = float(self.model.formulas.body_height(robot, 0.0, 0.0))
+        length = float(self.model.formulas.second_position(robot, 0.0, 0.0))
 
         def moved(u: Array) -> tuple[Array, Array]:
             motion = self._solved(at, robot, current_steps(fine, u), float(fine[-1]), length)
