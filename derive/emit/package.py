@@ -65,8 +65,9 @@ PART: Part = {
         "program": solver.program,
     },
     "python/hopform_solver/records.py": lambda solver: {
-        "domains": DOMAINS.values(), "elements": elements, "energy": energy,
-        "flight_events": [elements.flight_events_of(solver.model)] if solver.model.has_contact else [],
+        "body_entries": [energy.names_of(solver.model, energy.body_entries(solver.model))] if solver.model.has_contact else [],
+        "domains": DOMAINS.values(), "elements": elements,
+        "energy": energy, "flight_events": [elements.flight_events_of(solver.model)] if solver.model.has_contact else [],
         "kinds": kinds, "limits": [quantities.TRAVEL] if solver.model.has_contact else [], "model": solver.model,
         "numpy": numpy, "records": _records(solver),
     },

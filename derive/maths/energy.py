@@ -195,7 +195,7 @@ def aed_of_ledger(model: Model) -> Steps:
 def second_position(model: Model) -> Steps:
     """Height of the body over the ground under the foot.
 
-    x_2 of a state, solved from y; each step rounds once, in this order.
+    It is x_2 of a state, solved from y; each step rounds once, in this order.
     """
     steps, rest = rest_of_spring(model)
     yield from steps

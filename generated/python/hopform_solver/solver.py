@@ -9,8 +9,6 @@ room of a law to its limits. The mode changes, and the next phase begins.
 The C library certifies that no zero is left out. This module does not: it looks at `samples` times in each half period,
 and between two of them a function may cross zero twice. It is meant to be read, to run where there is no library, and
 as a second opinion. It has stances and motions, no flight and no derivatives.
-
-docs/how-to/read-the-solver.md has what random robots of each model gave, here and there.
 """
 
 import math
@@ -65,7 +63,7 @@ class Phase(NamedTuple):
     mode_1: int
     mode_2: int
     u: float
-    """the input, or the target of a law, in its unit"""
+    """the input, or the limit of a law"""
     state: State
     """where it starts"""
 
@@ -230,7 +228,7 @@ class Chain:
         comes before its velocity, mass 2, the limits of a law.
         """
         if HAS_CONTACT:
-            yield ("contact", 0, 0), formulas.contact_of(self.robot, state)
+            yield ("releases", 0, 0), formulas.contact_of(self.robot, state)
         stop = formulas.upper_stop(self.robot) if self.side[0] > 0 else formulas.lower_stop(self.robot)
         if self.side[0] != 0 and math.isfinite(stop):
             yield ("hits_stop", 0, 0), self.side[0] * (stop - state.x1)
@@ -294,7 +292,7 @@ class Chain:
         length, guard = (until - self.t, None) if rests else self.first_event(form, until - self.t, samples)
         self.state = LegState(*(float(each[0]) for each in form.at(np.array([length]))))
         self.t = until if guard is None else min(self.t + length, until)
-        if guard is not None and guard[0] == "contact":
+        if guard is not None and guard[0] == "releases":
             return ENDINGS[1]
         if guard is not None:
             self.passes(guard)

@@ -169,8 +169,8 @@ def currents_at(solved: Motion, t: float) -> list[float]:
 def ledger(solved: Motion) -> Table:
     """The ledger at the ending with its sums, a column per energy of the model."""
     of, known = solved.ledger(solved.duration)._asdict(), solved.robot.solver.package.records
+    parts = {"H": known.LEDGER_OF_ROBOT} | ({"E": known.LEDGER_OF_BODY} if "E" in units_of_energies(solved) else {})
     before, after = energies_of(solved, 0.0), energies_of(solved, solved.duration)
-    parts = {"H": known.LEDGER_OF_ROBOT} | ({"E": known.LEDGER_OF_BODY} if "E" in before else {})
     before["H"] = given_energy(solved)
     rows = [
         (words, *(f"{float(of[key]) + 0.0:+.6f}" if key in parts[each] else "" for each in before))
