@@ -102,6 +102,9 @@ def test_help_of_a_command_has_the_input_the_coordinates_and_robots_of_the_model
         assert not re.search(r"hopper_c|\by \[|--x1\b|--height|Current:|[Bb]ody|[Hh]op ", text), command
         if command in ("motion", "record"):
             assert f"{stranger.input} [{stranger.unit}] {stranger.meaning}; constant" in text
+        if command == "fit":
+            columns = {"door": "phi_rad,P_N", "relay": "z_m,U_V", "tendon": "drum_rad,leg_rad,i_A"}[stranger.name]
+            assert f"time_s,{columns}." in text and "q_rad" not in text
         if command in ("motion", "record", "fit"):
             place = text.index("Coordinates of ")
             assert [text.index(f" {name} [", place) for name in names] == sorted(
