@@ -268,7 +268,7 @@ def _read(steps: Sequence[Step], wanted: Iterable[sp.Symbol]) -> list[Step]:
 @dataclass(frozen=True)
 class Definition:
     """A function of the program where its steps are: what it takes and returns of every model, and how its steps are
-    made.
+    made. One `of_contact` has nothing to compute of a model without one.
     """
 
     name: str
@@ -276,6 +276,7 @@ class Definition:
     takes: tuple[Record | Quantity, ...]
     returns: Record | Quantity
     make: Callable[..., Steps]
+    of_contact: bool = False
 
     def __call__(self, *model: Any) -> tuple[Step, ...]:
         """The steps; those that depend on a model take it."""
@@ -338,7 +339,7 @@ RESERVED = frozenset(
         "poles",
         "state",
         "drive",
-        "motion",
+        "numerators",
         "numerator",
         "decay",
         "pair",
@@ -369,7 +370,7 @@ RESERVED = frozenset(
 
 
 def function(
-    *, takes: tuple[Record | Quantity, ...], returns: Record | Quantity
+    *, takes: tuple[Record | Quantity, ...], returns: Record | Quantity, of_contact: bool = False
 ) -> Callable[[Callable[..., Steps]], Definition]:
     """Make what yields steps a function of the program, under its name; the docstring's first line is the meaning."""
 
@@ -377,7 +378,7 @@ def function(
         meaning = inspect.getdoc(make)
         if not meaning:
             raise ValueError(f"{make.__name__} has no docstring to say what it means")
-        return Definition(make.__name__, meaning.split("\n")[0], takes, returns, make)
+        return Definition(make.__name__, meaning.split("\n")[0], takes, returns, make, of_contact)
 
     return define
 

@@ -6,7 +6,7 @@ precision.
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -17,16 +17,16 @@ from ..model.equations import Model
 from ..model.kinds import Kind, Word
 from ..model.names import in_c
 from ..model.precisions import F32, Precision
-from ..model.quantities import STATE
+from ..model.quantities import BODY_HEIGHT, STATE
 from ..model.structs import member_name, struct_of, structs
 from .expressions import Expressions, aligned, argument_name, snake, unpacked
-from .facts import state_of
+from .facts import height_of, state_of
 from .texts import comment_of_c
 
 ELEMENTARY = ("sqrt", "fabs", "exp", "expm1", "sin", "cos", "atan2", "log", "cbrt")
 """Functions of the C library that the engine or a formula may call."""
 
-PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "FlightLedger")
+PUBLIC = ("Robot", "Rates", "Poles", "State", "Energy", "Ledger", "Gains", "FlightLedger", "Start", "Forces")
 """Records that appear in the public header; the others belong to the formulas. The prefix is that of public names."""
 
 _PREFIXED = {*PUBLIC, *(struct.name for struct in structs())}
@@ -37,10 +37,14 @@ SPELLED = Expressions("sqrt_real", "fabs_real", infinity="(real)INFINITY")
 def public_structs(model: Model, program: Program) -> list[Struct]:
     """The structs of the public header; members that are a state's have the words of the model."""
     declared = [struct_of(record) for record in program.records if record.name in PUBLIC]
-    declared += structs(model.robot, has_law=model.law is not None)
+    declared += (
+        replace(struct, members=tuple(replace(each, unit=model.unit(each.unit)) for each in struct.members))
+        for struct in structs(model.robot, model.moving, has_law=model.has_law, has_contact=model.has_contact)
+    )
+    quantities = (*STATE.quantities, BODY_HEIGHT)
     in_file = {
         (member.name, member.meaning): (words.meaning, words.unit)
-        for member, words in zip(STATE.quantities, state_of(model), strict=True)
+        for member, words in zip(quantities, (*state_of(model), height_of(model)), strict=True)
     }
 
     def in_words(member: Member) -> Member:
@@ -50,9 +54,14 @@ def public_structs(model: Model, program: Program) -> list[Struct]:
     return [replace(struct, members=tuple(map(in_words, struct.members))) for struct in declared]
 
 
-def internal_structs(program: Program) -> list[Struct]:
-    """Those of the formulas alone."""
-    return [struct_of(record) for record in program.records if record.name not in PUBLIC]
+def internal_structs(program: Program, functions: Iterable[Function], words: Collection[str]) -> list[Struct]:
+    """Those that the formulas alone, or the engine by a word of its own, have a use for."""
+    used = {each.name for function in functions for each in (*function.takes, function.returns)}
+    return [
+        struct_of(record)
+        for record in program.records
+        if record.name not in PUBLIC and (record.name in used or snake(record.name) in words)
+    ]
 
 
 def of_libm(name: str, precision: Precision) -> str:

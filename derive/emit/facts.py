@@ -68,7 +68,7 @@ def facts(model: Model, layout: str, sources: Mapping[str, list[str]]) -> dict[s
         **({"flight": _flight(model)} if model.has_contact else {}),
         "outputs": [
             {"name": name, "unit": model.unit(OUTPUT_UNITS.get(output, "")) or _unit_of(model, output)}
-            for output, name in zip(elements.OUTPUTS, elements.rows(model), strict=True)
+            for output, name in zip(elements.outputs(model), elements.rows(model), strict=True)
         ],
         "energies": [_named(each) for each in Q.ENERGY.quantities if each.symbol == Q.total or model.has_contact],
     }
@@ -167,6 +167,16 @@ def state_of(model: Model) -> tuple[Quantity, ...]:
     )
 
 
+def height_of(model: Model) -> Quantity:
+    """The second coordinate, which results have in place of y, as the file of a model counts it."""
+    name, element = elements.name_of(model, Q.x2), model.names[1]
+    meaning = "0: the model has no such mass"
+    if element is not None:
+        in_file = f"{name}: {element.meaning or element.thing}"
+        meaning = Q.BODY_HEIGHT.meaning if name == Q.BODY_HEIGHT.name else in_file
+    return replace(Q.BODY_HEIGHT, unit=model.unit(Q.BODY_HEIGHT.unit), meaning=meaning)
+
+
 def compression_of(model: Model) -> sp.Expr:
     """The member y of the state in the coordinates and parameters of the file."""
     still = {x: sp.S.Zero for x, element in zip((Q.x1, Q.x2), model.names, strict=True) if element is None}
@@ -178,8 +188,6 @@ def _in_the_file(model: Model, member: Quantity) -> str:
     meaning = words.of_quantity(model, member).meaning
     if member.symbol == Q.y:
         return f"{compression_of(model)}: {meaning}"
-    if model.names[1 if member.symbol == Q.v2 else 0] is None:
-        return "0: the model has no such mass"
     name = elements.name_of(model, member.symbol)
     return meaning if name == member.name else f"{name}: {meaning}"
 

@@ -11,30 +11,47 @@ from ..maths import contact, elements, energy, kernels, modes, stability
 from ..model import kinds, quantities, selftest, structs
 from ..model.precisions import CONSTANTS
 from . import c, numpy
+from .expressions import snake
 from .facts import ROUNDING, compression_of, state_of
-from .sources import Part, Solver, engine
+from .instantiate import by_contact
+from .sources import Part, Solver
 
-WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Motion", "Basis")
+WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Numerators", "Basis")
 """Records whose members the engine goes through one after the other."""
 
-BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction"), "Element") | {
+BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction", "Resisted"), "Element") | {
     "State": "Axis", "Excess": "Side", "Slopes": "Share", "RobotChange": "Field", "Basis": "Order"
 }  # fmt: skip
 """Records that the engine goes through as arrays, and what counts them; further ones of the axes of a state."""
 BY_AXIS = Member("later", "At"), Member("rates", "Speeds"), Member("change", "StateChange")
 
 IN_HEADER = (
-    "stance", "states", "energy", "sensitivity", "control", "flight", "touchdown", "selftest", "batch",
+    "start", "stance", "states", "energy", "forces", "plant", "sensitivity", "control", "flight", "touchdown", "selftest", "batch",
     "readings_of_many",
 )  # fmt: skip
 """The engine's files with public functions, in the order of the header."""
 
 
-def _public_functions() -> list[str]:
+def _public_functions(solver: Solver) -> list[str]:
     """The engine's public functions as the header declares them: comment and first lines of each definition."""
     begins = re.compile(r"^(/\*(?:(?!\*/).)*\*/\n\w+ hopform_\w+_real\([^;{]*\)) \{", re.MULTILINE | re.DOTALL)
-    texts = {Path(name).name.partition("_real")[0]: source.read_text("utf-8") for name, source in engine()}
-    return [f"{definition[1]};" for name in IN_HEADER for definition in begins.finditer(texts[name])]
+    texts = {
+        Path(name).name.partition("_real")[0]: by_contact(text, has_contact=solver.model.has_contact)
+        for name, text in solver.engine()
+    }
+    return [f"{definition[1]};" for name in IN_HEADER for definition in begins.finditer(texts.get(name, ""))]
+
+
+def _formulas(solver: Solver) -> dict[str, Any]:
+    """The formulas that the engine calls, by name or for each mode, and the structs that these or the engine need."""
+    words = {word for _, text in solver.engine() for word in re.findall(r"\w+(?=_real\b)", text)}
+    words |= {"body_height"} | {f"motion_of_{mode['name']}" for mode in elements.modes_of(solver.model)}
+    words |= {snake(record) for record in BY_INDEX} | {snake(member.type) for member in BY_AXIS} | {"numerators"}
+    functions = [function for function in solver.program.functions if function.name in words]
+    return {
+        "c": c, "functions": functions,
+        "internal_structs": c.internal_structs(solver.program, functions, words), "program": solver.program,
+    }  # fmt: skip
 
 
 def _arrays(solver: Solver) -> list[dict[str, Any]]:
@@ -46,30 +63,30 @@ def _arrays(solver: Solver) -> list[dict[str, Any]]:
 
 HEADERS: Part = {
     "c/include/hopform/hopform.h": lambda solver: {
-        "c": c, "elements": elements, "kinds": kinds, "precisions": solver.precisions, "program": solver.program,
-        "state": state_of(solver.model),
+        "c": c, "elements": elements, "kinds": kinds, "model": solver.model, "precisions": solver.precisions,
+        "program": solver.program, "state": state_of(solver.model),
     },
     "c/include/hopform/hopform_real.h": lambda solver: {
-        "c": c, "program": solver.program, "public_functions": _public_functions(),
+        "c": c, "program": solver.program, "public_functions": _public_functions(solver),
         "public_structs": c.public_structs(solver.model, solver.program),
         "search_candidates": structs.SEARCH_CANDIDATES,
     },
     "c/src/facts.h": lambda solver: {
-        "both_move": int(len(solver.model.moving) == 2), "c": c, "contact": contact, "elements": elements, "energy": energy,
+        "both_move": int(len(solver.model.moving) == 2), "c": c, "contact": contact, "elements": elements, "energy": energy, "kinds": kinds,
         "if_law": "(void)(argument)" if solver.model.law is None else "X(argument)",
         "layout": solver.layout, "model": solver.model, "modes": modes, "numpy": numpy, "quantities": quantities,
-        "stability": stability, "walked_records": [solver.program.record(name) for name in WALKED],
+        "stability": stability, "walked_records": [record for record in solver.program.records if record.name in WALKED],
     },
 }  # fmt: skip
 """What a package and its library must agree on."""
 
 PART: Part = HEADERS | {
-    "c/src/formulas_real.h": lambda solver: {
-        "c": c, "internal_structs": c.internal_structs(solver.program), "program": solver.program
-    },
+    "c/src/formulas_real.h": _formulas,
     "c/src/model_real.h": lambda solver: {"by_index": _arrays(solver), "c": c, "quantities": quantities},
     "c/src/precision_real.h": lambda solver: {"c": c, "constants": CONSTANTS, "domains": DOMAINS.values()},
-    "c/src/selftest_cases_real.h": lambda solver: {"c": c, "robot": solver.model.robot, "selftest": selftest},
+    "c/src/selftest_cases_real.h": lambda solver: {
+        "c": c, "robot": solver.model.robot, "selftest": selftest
+    },
     "c/src/series_real.h": lambda solver: {"kernels": kernels},
     "c/README.md": lambda solver: {
         "compression": compression_of(solver.model), "kinds": kinds, "robot": solver.model.robot, "rounding": ROUNDING,

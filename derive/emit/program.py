@@ -6,7 +6,7 @@ events, the chain of phases) stands once per language in runtime/engine and call
 
 from dataclasses import replace
 
-from ..ir import Authored, Definition, Function, Program, Quantity, Record
+from ..ir import Authored, Definition, Function, Program, Quantity, Record, Spelled
 from ..maths import (
     contact,
     control,
@@ -19,16 +19,26 @@ from ..maths import (
     modes,
     partial_fractions,
     sensitivity,
+    start,
     time_domain,
 )
 from ..model import quantities, words
 from ..model.equations import Model
 from ..shipped import HOPPER
-from .facts import state_of
+from .facts import shown, state_of
 
+OF_CONTACT = (contact, control, flight)
+"""Modules of which a model without a contact has nothing."""
 MODULES = (
-    laplace, law, linear, elements, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight
+    laplace, law, linear, elements, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight, start
 )  # fmt: skip
+
+
+_OF_HOPPER = (
+    "Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.",
+    "Exact stances of a series-elastic hopper with dry friction, in closed form, and its controller",
+)
+"""Meaning and summary of a program with a contact."""
 
 
 def program(model: Model = HOPPER) -> Program:
@@ -37,10 +47,12 @@ def program(model: Model = HOPPER) -> Program:
         record.name: record
         for record in (
             model.robot, elements.letters_record(model), energy.ledger_record(model), energy.moments_record(model),
-            flight.flight_ledger_record(model), sensitivity.changes(model.robot),
+            energy.energy_record(model), sensitivity.changes(model.robot), _start_record(model),
+            modes.forces_record(model), *((flight.flight_ledger_record(model),) if model.has_contact else ()),
         )
     }  # fmt: skip
-    defined = [value for module in MODULES for value in vars(module).values()]
+    modules = (module for module in MODULES if model.has_contact or module not in OF_CONTACT)
+    defined = [value for module in modules for value in vars(module).values()]
     zeros = [step.symbol for step in model.in_parameters(laplace.rates_of(model)) if step.value == 0]
     if model.law is not None:
         under_law = {step.symbol for step in model.in_parameters(laplace.rates_under_law(model)) if step.value == 0}
@@ -48,12 +60,29 @@ def program(model: Model = HOPPER) -> Program:
     named = {value.name: value for value in (*vars(quantities).values(), *defined) if isinstance(value, Record)}
     of_model = {name: _worded(model, record) for name, record in (named | of_model).items()}
     of_model[quantities.STATE.name] = replace(of_model[quantities.STATE.name], quantities=state_of(model))
-    functions = (value.of(model, of_model).without(zeros) for value in defined if isinstance(value, Definition))
+    functions = (
+        value.of(model, of_model).without(zeros)
+        for value in defined
+        if isinstance(value, Definition) and (model.has_contact or not value.of_contact)
+    )
     return Program(
-        "Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.",
-        "Exact stances of a series-elastic hopper with dry friction, in closed form, and its controller",
+        *(
+            _OF_HOPPER
+            if model.has_contact
+            else (model.title, f"{model.title.rstrip('.')}: exact motions with dry friction")
+        ),
         tuple(of_model.values()),
         tuple(_in_words(model, function) for function in functions),
+    )
+
+
+def _start_record(model: Model) -> Record:
+    """The coordinates and velocities that move under their names in the file, with the engine's letter of each."""
+    return start.START.of(
+        *(
+            Spelled(each["name"], each["glyph"], each["unit"], each["meaning"], letter=each["axis"])
+            for each in shown(model)
+        )
     )
 
 

@@ -16,7 +16,7 @@ import sympy as sp
 from ..ir import Own, Record, Step, Steps, function, scalar
 from ..model import kinds, words
 from ..model.equations import MASSES, Model
-from ..model.kinds import EVENTS, Kind, Word
+from ..model.kinds import BEGINNINGS, EVENTS, Kind, Word
 from ..model.quantities import *
 from .laplace import MATRIX, MODES, NAMES, START, WHOLE
 
@@ -35,8 +35,10 @@ NUMERATORS = {x1: WHOLE, v1: NAMES[1], v2: NAMES[2], y: NAMES[0]}
 """Of each axis the terms of its motion."""
 INPUTS = (x1, v1, y, v2, u)
 """What stances are differentiated by, in the order of the columns; the parameters of the robot come behind."""
-OUTPUTS = ("T", "x1", "v1", "x2", "v2", "apex", "aed")
-"""What is differentiated, in the order of the rows: time and state of the take-off, hop height of the apex, AED."""
+OUTPUTS = ("T", "x1", "v1", "x2", "v2")
+"""What is differentiated, in the order of the rows: time and state of the ending."""
+OUTPUTS_OF_CONTACT = ("apex", "aed")
+"""Further rows of a model with a contact: hop height of the apex behind a take-off, AED."""
 WHATS = "reverses", "sticks", "slips", "hits_stop"
 """What an element does, as its events have it."""
 
@@ -154,7 +156,9 @@ def name_of(model: Model, symbol: sp.Symbol) -> str:
 
 
 def _word_of(model: Model, word: Word) -> Word | None:
-    """The word of an event under the name of its coordinate; None of a mass or a stop that the model has not."""
+    """The word of an event under the name of its coordinate; None of a contact, law, mass or stop that it has not."""
+    if (word.of_contact and not model.has_contact) or (word.of_law and not model.has_law):
+        return None
     for number, coordinate in enumerate(model.names, 1):
         prefix = f"x{number}_"
         if word.text.startswith(prefix):
@@ -162,7 +166,7 @@ def _word_of(model: Model, word: Word) -> Word | None:
                 return None
             text = f"{coordinate.coordinate}_{word.text.removeprefix(prefix)}"
             return replace(word, text=text, meaning=words.text(model, word.meaning))
-    return word
+    return replace(word, meaning=words.text(model, word.meaning))
 
 
 def _words_of(model: Model, words: Iterable[Word]) -> tuple[Word, ...]:
@@ -171,7 +175,16 @@ def _words_of(model: Model, words: Iterable[Word]) -> tuple[Word, ...]:
 
 def kinds_of(model: Model) -> tuple[Kind, ...]:
     """The words for what happens, in which events have the names of the model's coordinates."""
-    return tuple(replace(kind, words=_words_of(model, kind.words)) for kind in kinds.KINDS)
+    return tuple(
+        replace(kind, meaning=words.text(model, kind.meaning), words=_words_of(model, kind.words))
+        for kind in kinds.KINDS
+        if model.has_contact or not kind.of_contact
+    )
+
+
+def refusals(model: Model) -> tuple[Word, ...]:
+    """Statuses that are errors."""
+    return _words_of(model, kinds.refusals())
 
 
 def events_by_element(model: Model) -> list[dict[str, str]]:
@@ -190,9 +203,14 @@ def flight_events_of(model: Model) -> tuple[Word, ...]:
     return _words_of(model, kinds.FLIGHT_EVENTS)
 
 
+def columns_of_start(model: Model) -> tuple[str, ...]:
+    """What stances are differentiated by beside parameters: the state at the start and the input."""
+    return tuple(name_of(model, symbol) for symbol in INPUTS)
+
+
 def columns(model: Model) -> tuple[str, ...]:
     """What stances are differentiated by."""
-    return (*(name_of(model, symbol) for symbol in INPUTS), *(each.name for each in model.parameters))
+    return (*columns_of_start(model), *(each.name for each in model.parameters))
 
 
 def rates_of_mode(model: Model) -> str:
@@ -200,9 +218,14 @@ def rates_of_mode(model: Model) -> str:
     return "&(plan)->rates" if model.law is None else "(side_2) == 0 ? &(plan)->rates_law : &(plan)->rates"
 
 
+def outputs(model: Model) -> tuple[str, ...]:
+    """What is differentiated, in the order of the rows."""
+    return (*OUTPUTS, *(OUTPUTS_OF_CONTACT if model.has_contact else ()))
+
+
 def rows(model: Model) -> tuple[str, ...]:
-    """What is differentiated."""
-    return tuple(name_of(model, sp.Symbol(each, real=True)) for each in OUTPUTS)
+    """What is differentiated, by the names of the model."""
+    return tuple(name_of(model, sp.Symbol(each, real=True)) for each in outputs(model))
 
 
 def follows_of(axis: sp.Symbol) -> tuple[int, ...]:
@@ -220,7 +243,8 @@ def axis_of_event() -> tuple[int, ...]:
     for element in ELEMENTS:
         at = {"reverses": element.velocity, "sticks": element.velocity, "hits_stop": element.position}
         axes |= {element.events[what]: axis for what, axis in at.items()}
-    return (-1, *(AXES.index(axes[word.number]) if word.number in axes else -1 for word in EVENTS.words))
+    last = max(word.number for word in (*EVENTS.words, *BEGINNINGS.words))
+    return (-1, *(AXES.index(axes[number]) if number in axes else -1 for number in range(1, last + 1)))
 
 
 def column_of_axis() -> tuple[int, ...]:
@@ -235,7 +259,7 @@ def modes() -> Iterator[dict[str, object]]:
     for moving in MODES:
         slips = tuple(element.number in moving for element in ELEMENTS)
         held = [number for number, each in enumerate(slips) if not each]
-        name = "both" if all(slips) else ELEMENTS[moving[0] - 1].name
+        name = "both" if all(slips) else f"mass_{moving[0]}"
         polynomial = tuple(map(RATES.symbols.index, POLYNOMIALS[moving]))
         yield {"name": name, "held": [SIDES[each] for each in held], "numbers": (slips, polynomial)}
 
@@ -244,16 +268,22 @@ def modes_of(model: Model) -> list[dict[str, object]]:
     """The modes that a model is ever in; with a law the second side is its limit, 0 under it."""
     table = list(modes())
     if len(model.moving) == 1:
-        (name,) = (each.name for each in ELEMENTS if each.number in model.moving)
-        table = [mode for mode in table if mode["name"] == name]
+        table = [mode for mode in table if mode["name"] == f"mass_{model.moving[0]}"]
     if model.law is None:
         return table
     (alone,) = table
     return [alone | {"held": []}, alone | {"name": "law", "held": [SIDES[1]]}]
 
 
+def any_mode(model: Model) -> object:
+    """The name of a mode that a model has."""
+    return modes_of(model)[0]["name"]
+
+
 def modes_of_one(model: Model) -> list[tuple[object, ...]]:
     """Of each mode in which one element slips: its name, its rates in the plan, p and q."""
     moving = (each for each, never in zip(ELEMENTS, never_moves(model), strict=True) if not never)
-    table: list[tuple[object, ...]] = [(element.name, "rates", *POLYNOMIALS[element.number,]) for element in moving]
+    table: list[tuple[object, ...]] = [
+        (f"mass_{element.number}", "rates", *POLYNOMIALS[element.number,]) for element in moving
+    ]
     return table if model.law is None else [*table, ("law", "rates_law", *POLYNOMIALS[1,])]

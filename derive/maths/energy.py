@@ -87,9 +87,9 @@ def entries(model: Model) -> dict[sp.Symbol, Quantity]:
     named = dict[sp.Symbol, Quantity]()
     for quantity in (*LEDGER.quantities, STOP_LOSS):
         named[quantity.symbol] = words.of_quantity(model, quantity)
-        if (own := _of_element(model, quantity)) is not None and own.name not in taken:
-            named[quantity.symbol] = own
-            taken.add(own.name)
+        if (entry := _of_element(model, quantity)) is not None and entry.name not in taken:
+            named[quantity.symbol] = entry
+            taken.add(entry.name)
     return named
 
 
@@ -99,10 +99,10 @@ def _of_element(model: Model, quantity: Quantity) -> Quantity | None:
     letter = LETTER_OF_ENTRY.get(quantity.symbol)
     if not usual or letter is None or len(called := model.called(letter)) != 1 or called[0] == usual:
         return None
-    kind, own = model.sources[letter].split()[0], model.names[max(mass, 1) - 1]
-    assert own is not None
+    kind, moved = model.sources[letter].split()[0], model.names[max(mass, 1) - 1]
+    assert moved is not None
     name = f"{field_name(called[0])}_{mass or 'work'}"
-    meaning = f"work of {kind} '{called[0]}' on the {own.thing}"
+    meaning = f"work of {kind} '{called[0]}' on the {moved.thing}"
     return Spelled(name, name, quantity.unit, meaning, letter=str(quantity.symbol))
 
 
@@ -121,6 +121,15 @@ def ledger_record(model: Model) -> Record:
     every = (*entries(model).items(), *((work.entry.symbol, work.entry) for work in works(model)))
     has = powers(model)
     return replace(LEDGER, quantities=tuple(entry for symbol, entry in every if symbol in has))
+
+
+def energy_record(model: Model) -> Record:
+    """The energies of a model: that of the body is one of hops."""
+    return (
+        ENERGY
+        if model.has_contact
+        else replace(ENERGY, meaning=ENERGY.quantities[1].meaning, quantities=ENERGY.quantities[1:])
+    )
 
 
 def with_stop_loss(model: Model, work: Record, meaning: str) -> Record:
@@ -176,7 +185,7 @@ def loss_at_stop() -> Steps:
     yield Step(STOP_LOSS.symbol, -m_eff * v1**2 / 2, "its kinetic energy")
 
 
-@function(takes=(LEDGER,), returns=AED)
+@function(takes=(LEDGER,), returns=AED, of_contact=True)
 def aed_of_ledger(model: Model) -> Steps:
     """Change of the energy of the body by the entries of a ledger."""
     yield Step(aed, sum(body_entries(model), sp.S.Zero), "(24)")
@@ -191,7 +200,7 @@ def body_height(model: Model) -> Steps:
     steps, rest = rest_of_spring(model)
     yield from steps
     yield Step(length, x1 - y, "hop height of the body")
-    yield Step(unloaded, L0 + c - rest, "length of the leg without load")
+    yield Step(unloaded, L0 + c - rest, "length without load")
     yield Step(x2, length + unloaded, "y = x_1 - x_2 + unloaded")
 
 
@@ -201,7 +210,7 @@ def compression_at_rest(model: Model) -> Steps:
     yield Step(REST.symbol, model.rest, "N = 0")
 
 
-@function(takes=(ROBOT, STATE), returns=STORED)
+@function(takes=(ROBOT, STATE), returns=STORED, of_contact=True)
 def stored_energy(model: Model) -> Steps:
     """Energy of the body beside its kinetic energy and that of its height.
 
@@ -209,11 +218,11 @@ def stored_energy(model: Model) -> Steps:
     """
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y - rest, "x_2 - L_0 - c at the start")
+    yield Step(length, x1 - y - rest, "its height less the length without load, at the start")
     yield Step(stored, k * length**2 / 2, "(22), (23)")
 
 
-@function(takes=(ROBOT, STATE, SPEED), returns=MOVING)
+@function(takes=(ROBOT, STATE, SPEED), returns=MOVING, of_contact=True)
 def moving_energy() -> Steps:
     """Kinetic energy of the body, and that of a given velocity, with which stored energy is compared."""
     yield Step(moving, m_s * (speed**2 + v2**2) / 2, "(22), (23)")
@@ -227,7 +236,7 @@ def energies(model: Model) -> Steps:
     """
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y - rest, "x_2 - L_0 - c")
+    yield Step(length, x1 - y - rest, "its height less the length without load")
     yield Step(body, m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * length**2 / 2, "(22), (23)")
     first, second = model.weights
     yield Step(
@@ -237,7 +246,7 @@ def energies(model: Model) -> Steps:
     )
 
 
-@function(takes=(ROBOT, STATE, AT), returns=GAIN)
+@function(takes=(ROBOT, STATE, AT), returns=GAIN, of_contact=True)
 def body_energy_gain(model: Model) -> Steps:
     """Change of the body's energy between two states, the AED.
 
@@ -246,8 +255,8 @@ def body_energy_gain(model: Model) -> Steps:
     length_t = sp.Symbol("length_t", real=True)
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y - rest, "x_2 - L_0 - c at the start")
-    yield Step(length_t, x1_t - y_t - rest, "x_2 - L_0 - c at the end")
+    yield Step(length, x1 - y - rest, "its height less the length without load, at the start")
+    yield Step(length_t, x1_t - y_t - rest, "the same at the end")
     yield Step(
         gain,
         m_s * (v2_t - v2) * (v2_t + v2) / 2 + (length_t - length) * (m_s * g + k * (length_t + length) / 2),

@@ -87,9 +87,9 @@ def drive_of(model: Model) -> Steps:
 
 
 MODES = {
-    (1, 2): (s_3, "(11) of y = x_1 - x_2 + L_0 + c", "(16), (17) over the cubic", "({}) from x_2(0), v_2(0)"),
-    (1,): (q_1, "(6) of y, the other mass held", "(6) with x_2 held"),
-    (2,): (q_2, "(7) of y, the other mass held", "(7) with x_1 held"),
+    (1, 2): (s_3, "(11) of y", "(16), (17) over the cubic", "({}), counted from the start"),
+    (1,): (q_1, "(6) of y, the other mass held", "(6), the other mass held"),
+    (2,): (q_2, "(7) of y, the other mass held", "(7), the other mass held"),
 }
 """By the masses that slip: the constant coefficient of the denominator; where the numerators of y and of each of these
 masses stand in the paper, (13)-(15) for the body.
@@ -134,20 +134,20 @@ def motion_of_both() -> Steps:
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
-def motion_of_actuator() -> Steps:
-    """Numerators of the motion with actuator slipping."""
+def motion_of_mass_1() -> Steps:
+    """Numerators of the motion with mass 1 slipping."""
     return numerators((1,))
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
 def motion_of_law() -> Steps:
-    """Numerators of the motion with the actuator slipping under the law, by the rates of that."""
+    """Numerators of the motion with mass 1 slipping under the law, by the rates of that."""
     return numerators((1,))
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
-def motion_of_body() -> Steps:
-    """Numerators of the motion with body slipping."""
+def motion_of_mass_2() -> Steps:
+    """Numerators of the motion with mass 2 slipping."""
     return numerators((2,))
 
 

@@ -13,7 +13,8 @@ masses the motion is linear, so it has the closed form of time_domain.py; it end
 
 import sympy as sp
 
-from ..ir import Quantity, Record, Step, Steps, function, scalar
+from ..ir import Quantity, Record, Spelled, Step, Steps, function, scalar
+from ..model import words
 from ..model.equations import Model
 from ..model.quantities import *
 
@@ -31,11 +32,16 @@ RESISTED = Record("Resisted", "What friction takes of the acceleration of a mass
     Quantity("resisted_1", r"a_{1,r}", "m/s^2", "of the actuator; held, as much of the free acceleration as it can"),
     Quantity("resisted_2", r"a_{2,r}", "m/s^2", "of the body; held, as much of the free acceleration as it can"),
 )
-FORCES = Record("Forces", "Forces of friction and of a stop.").of(
-    Quantity("friction_1", r"F_{f,1}", "N", "force of Coulomb friction on the actuator"),
-    Quantity("friction_2", r"F_{f,2}", "N", "force of Coulomb friction on the body"),
-    Quantity("stop_1", r"F_{s,1}", "N", "force of the stop on the actuator that it holds"),
+FORCES = Record("Forces", "Forces at an instant, along the coordinate that each acts on.").of(
+    Quantity("friction_1", r"F_{f,1}", "N", "of friction on the actuator; held, as much as it takes to hold it"),
+    Quantity(
+        "stop_1", r"F_{s,1}", "N", "of the stop that holds the actuator, what friction does not carry; 0 elsewhere"
+    ),
+    Quantity("friction_2", r"F_{f,2}", "N", "of friction on the body; held, as much as it takes to hold it"),
+    Quantity("driven_1", r"F_u", "N", "of the input"),
+    Quantity("contact_force", "N", "N", "of the ground"),
 )
+"""All that a model may have; `forces_record` has those of a model, under their names in it."""
 
 
 def is_coupled(model: Model) -> bool:
@@ -58,7 +64,7 @@ def excess_of(model: Model) -> Steps:
 
 
 @function(takes=(STATE,), returns=scalar("rate_y", "m/s", "rate of the compression"))
-def compression_rate() -> Steps:
+def stretch_rate() -> Steps:
     """Rate of the compression."""
     yield Step(sp.Symbol("rate_y", real=True), v1 - v2, "(3), (4)")
 
@@ -87,15 +93,39 @@ def free_terms() -> Steps:
         yield Step(name, sp.Add(*map(sp.Abs, terms)), f"{equation} at v_i = 0, by magnitude")
 
 
-@function(takes=(ROBOT, FREE, RESISTED), returns=FORCES)
+def forces_record(model: Model) -> Record:
+    """The forces of what a model's file declares, named after the coordinates that they act on."""
+    first, second = (own.coordinate if own else "" for own in model.names)
+    names = {
+        "friction_1": f"friction_{first}" if first and model.has_friction[0] else "",
+        "stop_1": f"stop_{first}" if first and model.has_stops else "",
+        "friction_2": f"friction_{second}" if second and model.has_friction[1] else "",
+        "driven_1": "input" if model.input is not None else "",
+        "contact_force": "contact" if model.has_contact else "",
+    }
+    return FORCES.of(
+        *(
+            Spelled(names[each.name], each.glyph, each.unit, each.meaning, letter=each.name)
+            for each in (words.of_quantity(model, quantity) for quantity in FORCES.quantities)
+            if names[each.name]
+        )
+    )
+
+
+@function(takes=(ROBOT, STATE, FREE, RESISTED, CURRENT), returns=FORCES)
 def forces_of(model: Model) -> Steps:
-    """Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration."""
-    masses = (m_eff, m_s)
+    """Forces of friction, of the stop that holds the actuator, of the current and of the ground.
+
+    The stop carries what friction leaves of the free acceleration of the actuator.
+    """
+    friction_1, stop_1, friction_2, driven_1, contact_force = FORCES.symbols
     for name, friction, mass, side, resisted in zip(
-        FORCES.symbols, model.friction, masses, (side_1, side_2), RESISTED.symbols, strict=False
+        (friction_1, friction_2), model.friction, (m_eff, m_s), (side_1, side_2), RESISTED.symbols, strict=True
     ):
         yield Step(name, sp.expand(friction.subs(side, 0) - mass * resisted), "(3), (4)")
-    yield Step(FORCES.symbols[2], m_eff * (RESISTED.symbols[0] - free_1), "(3) at v_1' = 0")
+    yield Step(stop_1, m_eff * (RESISTED.symbols[0] - free_1), "(3) at v_1' = 0")
+    yield Step(driven_1, -gamma2 * u, "(3)")
+    yield Step(contact_force, sp.expand(model.stiffness * model.contact), "what the leg carries")
 
 
 @function(takes=(RATES, MOTION), returns=NUMERATOR)

@@ -111,7 +111,11 @@ def excess_change(model: Model) -> Steps:
         yield replace(step, symbol=symbols.get(step.symbol, step.symbol))
 
 
-@function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=scalar("d_body", "J", "change of the energy"))
+@function(
+    takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE),
+    returns=scalar("d_body", "J", "change of the energy"),
+    of_contact=True,
+)
 def body_energy_change(model: Model) -> Steps:
     """Change of the energy of the body with the robot and the state, x_2 counted from the leg without load.
 
@@ -130,7 +134,7 @@ def body_energy_change(model: Model) -> Steps:
     return changed_steps(model.in_parameters(steps), (*model.robot.symbols, x1, v2, y), (change_of(body),))
 
 
-@function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=APEX_CHANGE)
+@function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=APEX_CHANGE, of_contact=True)
 def apex_change(model: Model) -> Steps:
     """Change of the apex with the robot and the state at take-off; a body that falls does not rise."""
     up, change = control.v_up, change_of(v2)
@@ -140,7 +144,7 @@ def apex_change(model: Model) -> Steps:
     yield from (replace(step, value=step.value.subs(change_of(up), change)) for step in steps)
 
 
-@function(takes=(ROBOT, STATE, STATE_CHANGE), returns=APEX_CHANGE)
+@function(takes=(ROBOT, STATE, STATE_CHANGE), returns=APEX_CHANGE, of_contact=True)
 def apex_slope(model: Model) -> Steps:
     """Change of the apex with the state at take-off alone."""
     unchanged = dict.fromkeys(map(change_of, model.robot.symbols), 0)

@@ -63,9 +63,7 @@ POLES = Record("Poles", "The denominator of a mode, (s + a)(s^2 + p s + q); a = 
 )
 a, p, q = POLES.symbols[:3]
 
-STATE = Record(
-    "State", "The hopper at one instant; x_2 is x_1 - y and the length without load.", python_name="LegState"
-).of(
+STATE = Record("State", "The hopper at one instant.", python_name="LegState").of(
     Quantity("x1", r"x_1", "m", "displacement of the actuator"),
     Quantity("v1", r"\dot{x}_1", "m/s", "velocity of the actuator"),
     Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),
@@ -79,7 +77,7 @@ DRIVE = Record("Drive", "Constant accelerations of a phase: current, gravity, of
 )
 C_1, C_2 = DRIVE.symbols
 
-MOTION = Record("Motion", "Numerators of (11), counted from where and how fast each coordinate starts.").of(
+MOTION = Record("Numerators", "Numerators of (11), counted from where and how fast each coordinate starts.").of(
     Quantity("H3_1", r"H_{3,1}", "m/s^2", "actuator, terms in s^2: its initial acceleration"),
     Quantity("H2_1", r"H_{2,1}", "m/s^3", "actuator, terms in s"),
     Quantity("H1_1", r"H_{1,1}", "m/s^4", "actuator, constant terms"),

@@ -5,6 +5,7 @@ hold other structs.
 """
 
 from collections.abc import Iterable, Iterator
+from dataclasses import replace
 
 from ..ir import Authored, Member, Quantity, Record, Struct
 from .names import in_c
@@ -45,34 +46,28 @@ NODE = Struct("Node", "A mode's propagator where a phase is looked at first, and
     Member("omega", "real", "frequency of the pair, where the modal form is evaluated", "1/s"),
     *of_quantities((TIME, *BASIS.quantities)),
 )
-PLAN = Struct("Plan", "What is computed once per robot: coefficients of (3), (4), poles and a node of each mode.").of(
-    Member("robot", "Robot"),
-    Member("rates", "Rates"),
-    Member("both", "Poles", "both masses slip"),
-    Member("actuator", "Poles", "the body is held"),
-    Member("body", "Poles", "the actuator is held"),
-    Member("node_both", "Node"),
-    Member("node_actuator", "Node"),
-    Member("node_body", "Node"),
-    Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
+PLAN = Struct(
+    "Plan", "What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode."
 )
+MODES = {"both": "both masses slip", "mass_1": "mass 1 slips alone", "mass_2": "mass 2 slips alone"}
+"""The modes in which something slips, by their names."""
 OF_LAW = (
-    Member("rates_law", "Rates", "under the law; `rates` are those at a limit of its current"),
+    Member("rates_law", "Rates", "under the law; `rates` are those at a limit of its input"),
     Member("law", "Poles", "under the law"),
     Member("node_law", "Node"),
 )
 """What the plan of a model with a law has before its mark."""
-STEP = Struct("Step", "A step of the current: u from time t on.").of(
-    Member("t", "real", "", "s"), Member("u", "real", "", "A")
+STEP = Struct("Step", "A step of the input: u from time t on.").of(
+    Member("t", "real", "", "s"), Member("u", "real", "", CURRENT.unit)
 )
 PHASE = Struct("Phase", "A phase: where and when it starts, and in which mode.").of(
-    Member("t", "real", "time since touchdown", "s"),
+    Member("t", "real", "time since the start", "s"),
     *of_quantities(STATE.quantities),
     Member(
         "mode", "int8", "3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held; with a law side_2 is its limit"
     ),
-    Member("event", "int8", "HOPFORM_EVENT_..., what started it"),
-    Member("step", "uint16", "index of the step of the current"),
+    Member("event", "int8", "HOPFORM_EVENT_..., what started it; HOPFORM_IS_EVENT tells events"),
+    Member("step", "uint16", "index of the step of the input"),
 )
 STANCE = Struct("Stance", "A stance, solved.").of(
     Member("duration", "real", "time of the ending", "s"),
@@ -84,6 +79,28 @@ STANCE = Struct("Stance", "A stance, solved.").of(
     Member("phase_count", "int32", "phases of the stance, kept or not"),
     Member("phases_kept", "int32", "phases in the caller's buffer"),
     Member("event_count", "int32", "events of the stance, kept or not"),
+)
+PLANT = Struct("Plant", "A motion that continues from tick to tick under an input that each tick sets.").of(
+    Member("plan", "Plan"),
+    Member("state", "State", "now"),
+    Member("from_lower", "real", "position less its lower stop: more digits than the position has"),
+    Member("from_upper", "real", "position less its upper stop"),
+    Member("largest_y", "real", "largest magnitude of y where a phase has begun"),
+    Member("rounding", "real", "what the acceleration is rounded by of what rests at a stop; else 0"),
+    Member("fraction", "real", "time since it began, less whole seconds", "s"),
+    Member("carry", "real", "what rounding has left of that: fraction + carry is the time", "s"),
+    Member("seconds", "uint32", "whole seconds since it began", "s"),
+    Member("mode", "int8", "as that of a phase"),
+    Member("begins", "int8", "1 if its next tick is the first from its state: what happens there is no event"),
+)
+REPORT = Struct("Report", "What a tick of a plant did; `phases` and `capacity` are the caller's.").of(
+    Member("start", "Start", "coordinates and velocities behind it, as the file of the model has them"),
+    Member("duration", "real", "time that has passed: dt where the tick is over", "s"),
+    Member("ending", "int32", "HOPFORM_ENDING_HORIZON or _REST where the tick is over; else what ended it before"),
+    Member("count", "int32", "phases of the tick, kept or not"),
+    Member("event_count", "int32", "events of the tick, kept or not"),
+    Member("capacity", "int32", "phases that fit into the caller's memory"),
+    Member("phases", "Phase *", "this memory, NULL for none; times count from where the tick begins"),
 )
 TARGET = Struct("Target", "What the controller is asked for.").of(
     Member("h_des", "real", "hop height of the next apex", "m"),
@@ -187,7 +204,7 @@ OUTPUT = Struct("Output", "A column that is written; `first` may be NULL where i
 def stances_in(robot: Record) -> Struct:
     """Where a batch reads, with a column for each parameter of the robot."""
     fields = len(robot.quantities)
-    return Struct("StancesIn", "Where robots, states after the impact, currents and longest times are read.").of(
+    return Struct("StancesIn", "Where robots, states at the start, inputs and longest times are read.").of(
         Member(
             "robot", "Input", "HOPFORM_ROBOT_FIELDS, in the order of the robot's members", count=fields, is_array=True
         ),
@@ -212,9 +229,34 @@ STANCES_OUT = Struct("StancesOut", "Where results and states at the ending go; N
 )
 
 
-def structs(robot: Record = ROBOT, *, has_law: bool = False) -> tuple[Struct, ...]:
-    """The structs of the interface that are no records, each behind those that it holds."""
-    *members, last = PLAN.members
-    plan = PLAN.of(*members, *OF_LAW, last) if has_law else PLAN
-    declared = (value for value in globals().values() if isinstance(value, Struct))
-    return (*(plan if each is PLAN else each for each in declared), stances_in(robot))
+OF_CONTACT = ("Target", "Command", "Trial", "Search", "FlightPhase", "Flight", "Detector", "Contact")
+"""Structs of models with a contact alone: of the controller, of flights and of touchdown's detection."""
+ENDING_OF_CONTACT = ("apex", "aed")
+"""Members of what is solved that a contact brings."""
+
+
+def plan_of(moving: tuple[int, ...] = (1, 2), *, has_law: bool = False) -> Struct:
+    """The plan of a model: its modes are those of the masses that it has."""
+    names = list(MODES) if len(moving) == 2 else [f"mass_{moving[0]}"]
+    poles = (Member(name, "Poles", MODES[name]) for name in names)
+    nodes = (Member(f"node_{name}", "Node") for name in names)
+    mark = Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content")
+    law = OF_LAW if has_law else ()
+    return PLAN.of(Member("robot", "Robot"), Member("rates", "Rates"), *poles, *nodes, *law, mark)
+
+
+def structs(
+    robot: Record = ROBOT, moving: tuple[int, ...] = (1, 2), *, has_law: bool = False, has_contact: bool = True
+) -> tuple[Struct, ...]:
+    """The structs of the interface that are no records, each behind those that it holds: what a model has."""
+    declared = [value for value in globals().values() if isinstance(value, Struct)]
+    of_model = {PLAN.name: plan_of(moving, has_law=has_law)}
+    if not has_contact:
+        declared = [each for each in declared if each.name not in OF_CONTACT]
+        of_model |= {
+            each.name: replace(
+                each, members=tuple(member for member in each.members if member.name not in ENDING_OF_CONTACT)
+            )
+            for each in (STANCE, STANCES_OUT)
+        }
+    return (*(of_model.get(each.name, each) for each in declared), stances_in(robot))

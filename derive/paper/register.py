@@ -174,7 +174,7 @@ _ENTRIES = {
         r"X_1(s) = \frac{s^2 x_1(0) + s(\dot{x}_1(0) + \frac{x_1(0)b_1}{m_{eff}}) + \lambda_2 + sX_2(s) "
         r"\frac{k}{m_{eff}}}{s(s^2 + s \frac{b_1}{m_{eff}} + \frac{k}{m_{eff}})}",
         "The current is a step, u/s, so that u stands in lambda_2 without a factor of s.",
-        ("rates_of: p_1, q_1", "motion_of_actuator: H3_1, H2_1"),
+        ("rates_of: p_1, q_1", "motion_of_mass_1: H3_1, H2_1"),
     ),
     7: slip(
         "Laplace transform of (4)",
@@ -183,7 +183,7 @@ _ENTRIES = {
         r"X_2(s) = \frac{s^2 x_2(0) + s\beta - \gamma + s \frac{k}{m_s} X_1(s)}{s(s^2 + s \frac{b_2}{m_s} + "
         r"\frac{k}{m_s})}",
         "m_2 is m_s.",
-        ("rates_of: p_2, q_2", "motion_of_body: H3_2, H2_2"),
+        ("rates_of: p_2, q_2", "motion_of_mass_2: H3_2, H2_2"),
     ),
     8: wrong(
         "Constant acceleration of the body",

@@ -24,6 +24,7 @@ from hopform._motion import (
     State,
     axes_by_name,
     axis_of,
+    compression_of,
     input_unit,
     layout_of,
     precision_of,
@@ -409,7 +410,7 @@ def _solved(
     results = package.results_like(size, how.real)
     readings: dict[str, NDArray[Any]] = {}  # a parametrised dict takes longer than a motion
     if how.sensitivities:
-        readings["sensitivities"] = np.empty((size, len(ROWS), len(robot.solver.package.elements.COLUMNS)), how.real)
+        readings["sensitivities"] = np.empty((size, *_matrix_of(robot)), how.real)
     if how.compressions:
         readings["compressions"] = np.empty(size, how.real)
     job = _Job((*(given[axis] for axis in STATES), *robots), shape, size, how.most, how.real, results, readings)
@@ -423,6 +424,12 @@ def _solved(
         derived = {"stance": of_stance, "motion": of_motion}[how.what]
         derivatives = derived(ManySensitivities, matrices, x2_is_given, robot.solver, robots)
     return _Found(labels, of, times, kinds, derivatives, compressions)
+
+
+def _matrix_of(robot: Robot) -> tuple[int, int]:
+    """The rows and columns of derivatives."""
+    elements = robot.solver.package.elements
+    return len(elements.ROWS), len(elements.COLUMNS)
 
 
 def _in_shape(values: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
@@ -559,14 +566,14 @@ def _compression(robot: Robot, what: str, given: dict[str, Column], robots: Any)
     given, and exactly 0 where these say so within rounding; else x2 is 0 where neither is given.
     """
     x1, formulas = given["x1"], robot.solver.package.formulas
-    if what == "motion":  # x2 = x1 - y + length has the inverse y = x1 - x2 + length
-        return given["y"] if "y" in given else formulas.body_height(robots, x1, given.get("x2", 0.0))
+    if what == "motion":
+        return given["y"] if "y" in given else compression_of(robot, x1, given.get("x2", 0.0), robots)
     if "x2" not in given and "y" not in given:
         return 0.0
     letters, rest = formulas.letters_of(robots), formulas.compression_at_rest(robots)  # as for one stance, in double
     place, L0, c = np.asarray(x1, float), letters.L0, letters.c
     height = np.asarray(given["x2"], float) if "x2" in given else None
-    y = np.asarray(given["y"], float) if height is None else (place - height + L0) + c - rest
+    y = np.asarray(given["y"], float) if height is None else compression_of(robot, place, height, robots)
     y = np.where(np.abs(y) <= TOUCHING_ULP * np.spacing(np.abs(L0)), 0.0, y)
     if height is None:
         refuse_any("compression", y, y >= 0.0, lambda bad: f"must be >= 0 m, or the spring pulls, got {bad!r}")

@@ -8,7 +8,7 @@ decides (runtime/engine/c/notes). docs/explanation/certificate.md has the rules 
 import ctypes
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import lru_cache
@@ -231,26 +231,26 @@ def searches_of(stance: Motion, asked: tuple[LegState, float, int]) -> tuple[Sol
 def text_of(stance: Motion, asked: tuple[LegState, float, int]) -> str:
     """How the motion was solved, phase by phase."""
     solved, searches = searches_of(stance, asked)
-    rows, words = solved.phase_rows(), stance.robot.solver.package.records.EVENTS
+    rows = solved.phase_rows()
     about = ", ".join(each for each in (stance.robot.label, stance.input_in_words) if each)
     lines = [f"{about}; {stance.outcome}"]
     for n, phase in enumerate(stance.phases):
-        kind = kind_of(rows[n], rows[n + 1], words, stance) if n + 1 < len(rows) else stance.status
+        kind = kind_of(rows[n + 1][3], stance) if n + 1 < len(rows) else stance.status
         lines += ["", *of_phase(n + 1, stance, phase, kind, searches.get(n))]
     return "\n".join([*lines, "", *NOTE])
 
 
-def kind_of(row: tuple[Any, ...], following: tuple[Any, ...], words: Mapping[int, str], motion: Motion) -> str:
-    """What ends a phase, by its row and the next one."""
-    *_, mode, event, step = following
-    facts = motion.robot.solver.facts
-    if step != row[-1]:
-        found = f"a step of {facts.inputs[0]['name']}"
-    elif facts.currents and row[2] % 3 != mode % 3:
-        found = change_of_limit(facts.currents[0]["name"], mode % 3 != 1)
-    else:
-        found = "a touch, which is no event"
-    return words.get(event, found)
+def kind_of(event: int, motion: Motion) -> str:
+    """What ends a phase, by what begins the next one."""
+    records, facts = motion.robot.solver.package.records, motion.robot.solver.facts
+    if event in records.EVENTS:
+        return str(records.EVENTS[event])
+    beginning = records.BEGINNINGS[event]
+    if beginning == "step":
+        return f"a step of {facts.inputs[0]['name']}"
+    if beginning == "none":
+        return "a touch, which is no event"
+    return change_of_limit(facts.currents[0]["name"], beginning == "u_saturates")
 
 
 def of_phase(number: int, stance: Motion, phase: Phase, kind: str, search: Search | None) -> Iterator[str]:

@@ -281,7 +281,8 @@ def selftest(dtype: DTypeLike = np.float32, solver: Solver = DEFAULT) -> int:
         raise HopformError(f"dtype must be float32 or float64, got {shown(dtype)}")
     library = solver.compiled().library
     types = library.types(wanted)
-    search, phases = types.Search(), (types.Phase * PHASES)()
-    prototype = ctypes.CFUNCTYPE(ctypes.c_uint32, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_int32)
+    searches = (types.Search(),) if library.package.elements.HAS_CONTACT else ()
+    memory = (*searches, (types.Phase * PHASES)())
+    prototype = ctypes.CFUNCTYPE(ctypes.c_uint32, *(ctypes.c_void_p for _ in memory), ctypes.c_int32)
     run = prototype(library.address(f"selftest_{types.suffix}"))
-    return int(run(ctypes.addressof(search), ctypes.addressof(phases), PHASES))
+    return int(run(*map(ctypes.addressof, memory), PHASES))

@@ -4,7 +4,7 @@ elements have the names that the model's file gives them, by the facts of its so
 
 import math
 from collections import namedtuple
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from operator import attrgetter
@@ -355,7 +355,7 @@ class Motion(OverTime):
         Where a law sets the current, that which it sets: at its limit exactly the limit.
         """
         times = self._times(t)
-        return shaped(self._driven(times)[1] if self.robot.solver.facts.currents else self._steps(times), t)
+        return shaped(self._by_law(times) if self.robot.solver.facts.currents else self._steps(times), t)
 
     @overload
     def target(self, t: Number) -> float: ...
@@ -379,19 +379,20 @@ class Motion(OverTime):
         starts, inputs = np.array(self.u).T
         return np.asarray(inputs[np.searchsorted(starts, times, side="right") - 1])
 
-    def _driven(self, times: NDArray[Any]) -> tuple[NDArray[Any], NDArray[Any], NDArray[Any], records.LegState]:
-        """The modes at times, the current, the input of each mode (a current, or the target of a law), and the states."""
-        rows, formulas = self._solved.phase_rows(), self.robot.solver.package.formulas
+    def _by_law(self, times: NDArray[Any]) -> NDArray[Any]:
+        """The current that a law sets at times: what it asks for, or its limit."""
+        rows, formulas, parameters = (
+            self._solved.phase_rows(),
+            self.robot.solver.package.formulas,
+            self.robot.parameters,
+        )
         number = np.searchsorted(np.array([row[0] for row in rows], self.dtype), times, side="right") - 1
         modes, steps = (np.array([row[n] for row in rows])[number] for n in (2, 4))
-        u, state = np.array([u for _, u in self.u])[steps], self._solved.state_at(times)
-        if not self.robot.solver.facts.currents:
-            return modes, u, u, state
-        limit, parameters = modes % 3 - 1, self.robot.parameters
+        limit, target = modes % 3 - 1, np.array([u for _, u in self.u])[steps]
         with np.errstate(invalid="ignore"):
             at_limit = limit * np.asarray(formulas.current_limit(parameters))
-        asked = formulas.current_of_law(parameters, state, u)
-        return modes, np.where(limit == 0, asked, at_limit), np.where(limit == 0, u, at_limit), state
+        asked = formulas.current_of_law(parameters, self._solved.state_at(times), target)
+        return cast("NDArray[Any]", np.where(limit == 0, asked, at_limit))
 
     @overload
     def total_energy(self, t: Number) -> float: ...
@@ -433,38 +434,7 @@ class Motion(OverTime):
         level at rest. stop_NAME: of the stop on a mass that it holds, what friction does not carry; 0 elsewhere (a hit is an
         impulse). input: of the current. contact: of the ground. A model has those of what its file declares.
         """
-        times = np.minimum(self._times(t), self.dtype.type(self.duration))
-        return {name: shaped(values, t) for name, values in self._forces(times)}
-
-    def _forces(self, times: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:
-        robot, (modes, current, u, state) = self.robot, self._driven(times)
-        formulas, of, parameters = robot.solver.package.formulas, robot.solver.package.records, robot.parameters
-        sides = (modes // 3 - 1, modes % 3 - 1)
-        rates = formulas.rates_of(parameters)
-        if robot.solver.facts.currents:
-            under_law = formulas.rates_under_law(parameters)
-            rates = of.Rates(*(np.where(sides[1] == 0, *both) for both in zip(under_law, rates, strict=True)))
-        free = of.Free(*(np.broadcast_to(each, times.shape) for each in formulas.free_accelerations(rates, state, u)))
-        levels, excess = formulas.friction_of(parameters), formulas.excess_of(parameters)
-        at_rest = (
-            (-level - down, level + up) for level, up, down in zip(levels, excess[::2], excess[1::2], strict=True)
-        )
-        resisted = of.Resisted(
-            *(
-                np.where(side == 0, np.clip(each, *between), side * level)
-                for side, each, level, between in zip(sides, free, levels, at_rest, strict=True)
-            )
-        )
-        friction_1, friction_2, stop = formulas.forces_of(parameters, free, resisted)
-        low, high = stroke_of(robot)
-        rests_on_stop = (sides[0] == 0) & ((state.x1 <= low) | (state.x1 >= high))
-        for mass in masses_of(robot.solver):
-            if mass.has_friction:
-                yield f"friction_{mass.position}", np.asarray((friction_1, friction_2)[mass.number - 1], self.dtype)
-            if mass.stops:
-                yield f"stop_{mass.position}", np.where(rests_on_stop, stop, 0.0).astype(self.dtype)
-        if robot.solver.facts.inputs:
-            yield "input", np.asarray(input_force(robot, current), self.dtype)
+        return {name: shaped(values, t) for name, values in self._solved.forces_at(self._times(t)).items()}
 
     def _unit(self, name: str) -> str | None:
         layout, facts = self._layout, self.robot.solver.facts
@@ -691,8 +661,14 @@ def free_start(
     if x2 is not None and y is not None:
         first, second = (robot.solver.facts.axes[axis]["name"] for axis in ("x2", "y"))
         raise HopformError(f"either {first} or {second} may be given, got {first} = {x2!r} and {y!r}")
-    # x2 = x1 - y + length has the inverse y = x1 - x2 + length
-    return records.LegState(x_1, v_1, v_2, float(body_height(robot, DOUBLE, x_1, x2 or 0.0)) if y is None else y)
+    return records.LegState(x_1, v_1, v_2, float(compression_of(robot, x_1, x2 or 0.0)) if y is None else y)
+
+
+def compression_of(robot: Robot, x1: Real, x2: Real, parameters: Any = None) -> Any:
+    """The compression y of a start; parameters: those of the robot, or columns of them."""
+    package, at = robot.solver.package, {"x1": x1, "v1": 0.0, "x2": x2, "v2": 0.0}
+    start: Any = package.records.Start(*(at[axis] for axis in layout_of(robot.solver).axes))
+    return package.formulas.state_of_start(robot.parameters if parameters is None else parameters, start).y
 
 
 def precision_of(dtype: Any) -> Precision:

@@ -27,6 +27,7 @@ from hopform._motion import (
     State,
     Times,
     body_height,
+    compression_of,
     events_in_short,
     free_start,
     input_unit,
@@ -204,10 +205,6 @@ class Stance(Motion):
         """
         return records.Energy(*(shaped(value, t) for value in self._solved.energy_at(self._times(t))))
 
-    def forces(self, t: Number | Times) -> dict[str, Real]:
-        """Those of a motion, and the contact force."""
-        return super().forces(t) | {"contact": self.contact_force(t)}
-
     @property
     def sensitivities(self) -> Sensitivities:
         """Derivatives of the duration T, the state at the ending, apex and AED by initial state, current and robot,
@@ -341,7 +338,7 @@ def _made(
     kind: type[Motion], robot: Robot, u: Steps, dtype: Precision, solved: Solved, given: bool, asked: Any
 ) -> Motion:
     """A stance or another motion with its ending, made without the slow __init__ of a frozen dataclass."""
-    ending, duration, (x1, v1, v2, y), apex, aed = solved.outcome()
+    ending, duration, (x1, v1, v2, y), *rises = solved.outcome()
     status, lifts = ENDINGS[ending], ending == TAKEOFF
     solver = robot.solver
     made: Motion = object.__new__(kind)
@@ -352,6 +349,7 @@ def _made(
     if kind is Stance:
         height: Any = solver.package.formulas.body_height if dtype is DOUBLE else partial(_height, robot, dtype)
         end = tuple_of(state_of_leg(solver), (x1, v1, float(height(robot.parameters, x1, y)), v2))
+        apex, aed = rises
         apex = apex if lifts and robot.fall > 0.0 else math.nan
         held |= {"end": end, "takeoff": end if lifts else None, "apex": apex, "aed": aed}
     else:
@@ -378,7 +376,7 @@ def start_of(
     height = None if x2 is None else finite("x2", x2, "m")
     rest = robot.compression_at_rest
     L0, c = robot.letters.L0, robot.letters.c
-    y = finite("compression", compression, "m") if height is None else x_1 - height + L0 + c - rest
+    y = finite("compression", compression, "m") if height is None else float(compression_of(robot, x_1, height))
     if abs(y) <= TOUCHING_ULP * math.ulp(L0):
         y = 0.0
     if y < 0.0:

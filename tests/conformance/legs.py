@@ -41,7 +41,7 @@ class Leg:
 
     def events(self, solved: Any) -> list[tuple[float, str]]:
         words = self.package.records.EVENTS
-        return [(float(row[0]), words[row[3]]) for row in solved.phase_rows() if row[3]]
+        return [(float(row[0]), words[row[3]]) for row in solved.phase_rows() if row[3] in words]
 
     def answer(self, solved: Any) -> Answer:
         """Up to the ending; x2 counts from the length of the leg without load. Without a contact there is no AED."""

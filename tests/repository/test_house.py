@@ -278,6 +278,8 @@ def test_a_record_has_its_fields_in_the_same_order_in_python_and_c(record):
     assert list(getattr(records, record.in_python)._fields) == names
     struct = re.sub(r"(?<!^)(?=[A-Z])", "_", record.name).lower()
     sources = header("hopform_f64.h") + (C / "src" / "formulas_f64.h").read_text("utf-8")
+    if not re.search(rf"\b{struct}_f64\b", sources):
+        return  # C has those of the formulas that the engine calls
     (body,) = re.findall(rf"typedef struct {{([^}}]*)}} (?:hopform_)?{struct}_f64;", sources)
     assert re.findall(r"double (\w+);", body) == names
 
@@ -314,9 +316,15 @@ def definitions(path: Path, opening: str) -> dict[str, str]:
 
 @pytest.mark.parametrize("function", program().functions, ids=lambda function: function.name)
 def test_a_formula_is_the_same_lines_in_python_and_c(function: Function):
-    """Step by step the same name, the same expression, the same source; only the punctuation differs."""
+    """Step by step the same name, the same expression, the same source; only the punctuation differs. C has those that
+    the engine calls.
+    """
     python = definitions(SOLVER / "formulas.py", r"^def (\w+)\(")[function.name]
-    c = definitions(C / "src" / "formulas_f64.h", r"^static inline \w+ (\w+)_f64\(")[function.name]
+    c = definitions(C / "src" / "formulas_f64.h", r"^static inline \w+ (\w+)_f64\(").get(function.name)
+    if c is None:
+        sources = [path.read_text("utf-8") for path in (C / "src").glob("*_f64.[ch]")]
+        assert not any(re.search(rf"\b{function.name}_f64\(", text) for text in sources)
+        return
     in_python = re.findall(r"^    (\w+) = (.*?) +# (.*)$", python, flags=re.MULTILINE)
     in_c = re.findall(r"^    const double (\w+) = (.*?); +/\* (.*) \*/$", c, flags=re.MULTILINE)
     derived = [(str(step.symbol), step.source) for step in function.steps]

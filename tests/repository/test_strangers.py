@@ -56,8 +56,7 @@ EXEMPT = {
 
 
 NOT_YET = {
-    "equations": ("leg", "hopper", "compression", "/A", "number of the paper", "x_1"),
-    "facts": ("compression", "number of the paper", "AED"),
+    "facts": ("AED",),
     "Python": (
         "leg",
         "body",
@@ -128,10 +127,8 @@ NOT_YET = {
     "package for zephyr": ("hopper", "touchdown"),
     "package for esp-idf": ("hopper",),
     "package for cmsis-pack": ("hopper",),
-    "help": ("leg", "body", "hopper", "compression", "/A", "number of the paper"),
-    "help of files": ("leg", "hopper", "compression"),
-    "model check": ("/A", "number of the paper"),
-    "model show": ("leg", "compression", "/A", "number of the paper", "x_1"),
+    "help": ("leg", "body", "hopper", "/A", "number of the paper"),
+    "help of files": ("leg", "hopper"),
     "fit": ("actuator",),
     "refused": ("body", "touchdown", "actuator", "number of the paper", "AED"),
 }

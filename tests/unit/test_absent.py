@@ -215,7 +215,7 @@ def test_each_entry_of_the_ledger_has_the_element_that_does_its_work(name):
     of_forces = [entry for entry in others if entry.rpartition("_")[0] in {field_name(each.name) for each in constant}]
     assert len(of_forces) + ("offset_work" in known) == len(constant)
     package = one.texts["python/hopform_solver/records.py"]
-    fields = re.search(r"\nclass Ledger\(.*?\n\n(?=\n|\Z)", package, re.DOTALL)
+    fields = re.search(r"\nclass Ledger\(.*?\n(?=\n\n|\Z)", package, re.DOTALL)
     assert fields is not None and {*re.findall(r"^    (\w+): Value$", fields[0], re.MULTILINE)} == known.keys()
 
 

@@ -14,9 +14,10 @@ import yaml
 
 import hopform
 from derive.__main__ import main as derive
-from hopform._export import SYSTEMS, Wanted, amalgamated, export, package, sources
+from hopform._export import SYSTEMS, Wanted, amalgamated, export, package, sources, struct_of
 from hopform._front import main
 from tests import needs
+from tests.derived import SHIPPED, solver_of
 from tests.needs import the_first
 
 CC = shlex.split(os.environ.get("CC") or "cc")
@@ -109,6 +110,63 @@ def test_the_amalgamated_pair_compiles(tmp_path, standard, prefix):
     assert defined
     if "c++" not in standard:
         assert all(name.startswith(f"{prefix}_") for name in defined), defined
+
+
+TWO_SOLVERS = """#include <stdio.h>
+
+int main(void)
+{
+    const arm_start_f32 arm_start = {.q = 0.3f};
+    const jaw_start_f32 jaw_start = {.q = 0.1f};
+    const jaw_start_f64 jaw_start_f64 = {.q = 0.1};
+    arm_plant_f32 arm;
+    jaw_plant_f32 jaw;
+    jaw_plant_f64 jaw_of_f64;
+    arm_report_f32 of_arm = {.capacity = 0};
+    jaw_report_f32 of_jaw = {.capacity = 0};
+    jaw_report_f64 of_jaw_f64 = {.capacity = 0};
+    int status = arm_plant_begin_f32(&arm, &arm_f32, &arm_start) | jaw_plant_begin_f32(&jaw, &jaw_f32, &jaw_start)
+                 | jaw_plant_begin_f64(&jaw_of_f64, &jaw_f64, &jaw_start_f64);
+    for (int n = 0; n < 50; n++) {
+        status |= arm_plant_step_f32(&arm, 0.7f, 0.002f, &of_arm) < 0;
+        status |= jaw_plant_step_f32(&jaw, 0.2f, 0.002f, &of_jaw) < 0;
+        status |= jaw_plant_step_f64(&jaw_of_f64, 0.2, 0.002, &of_jaw_f64) < 0;
+    }
+    printf("%d %.9g %.9g %.17g\\n", status, (double)of_arm.start.q, (double)of_jaw.start.q, of_jaw_f64.start.q);
+    return 0;
+}
+"""
+
+
+@pytest.mark.sliced
+def test_two_solvers_with_two_prefixes_stand_in_one_program(store, tmp_path):
+    """A joint in single precision and a servo in both, compiled apart, linked, and run: each moves as its model does."""
+    arm = solver_of(store, SHIPPED / "joint.py").Robot(k_t=0.2, k=1.5, q_max=0.6)
+    jaw = solver_of(store, SHIPPED / "servo.py").Robot(K_p=4.0, K_d=0.05, i_max=1.5)
+    objects, names = list[Path](), ("f32", "f64")
+    for prefix, robot, precisions in (("arm", arm, names[:1]), ("jaw", jaw, names)):
+        folder = tmp_path / prefix
+        export(folder, Wanted(prefix=prefix, precisions=precisions, solver=robot.solver))
+        for source in sorted((folder / "src").glob("*.c")):
+            objects.append(tmp_path / f"{prefix}_{source.stem}.o")
+            run(*CC, "-std=c99", *FLAGS, "-I", folder / "include", "-c", source, "-o", objects[-1], cwd=tmp_path)
+
+    robots = [
+        struct_of(robot, precision).replace("hopform", prefix).replace(" robot =", f" {prefix}_{precision} =")
+        for prefix, robot, precision in (("arm", arm, "f32"), ("jaw", jaw, "f32"), ("jaw", jaw, "f64"))
+    ]
+    includes = '#include "arm/arm.h"\n#include "jaw/jaw.h"\n'
+    (tmp_path / "two.c").write_text("".join((includes, *robots, TWO_SOLVERS)), "utf-8")
+    include = ["-I", tmp_path / "arm" / "include", "-I", tmp_path / "jaw" / "include"]
+    run(*CC, "-std=c99", *FLAGS, "-pedantic", *include, "two.c", *objects, "-o", "two", "-lm", cwd=tmp_path)
+    status, *found = run(tmp_path / "two", cwd=tmp_path).split()
+    moved = [
+        float(hopform.solve_motion(robot, start={"q": q}, u=u, horizon=0.2).at(0.1).q)
+        for robot, q, u in ((arm, 0.3, 0.7), (jaw, 0.1, 0.2), (jaw, 0.1, 0.2))
+    ]
+    assert status == "0" and float(found[2]) == pytest.approx(moved[2], rel=1e-13)
+    assert [float(found[0]), float(found[1])] == pytest.approx(moved[:2], rel=1e-5)
+    assert abs(moved[0] - 0.3) > 1e-3 and abs(moved[1] - 0.1) > 1e-3
 
 
 @pytest.mark.sliced

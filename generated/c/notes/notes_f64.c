@@ -69,7 +69,7 @@ static void note_function_f64(const stance_chain_f64 *chain, const stance_search
     if (g->owner == search->owner && n == search->in.found) { (void)note_f64(notes, "ends", n, 0.0, end->t); }
 }
 
-/* That whose first zero has a closed form: the velocity of what slips alone, or the compression. */
+/* That whose first zero has a closed form: the velocity of what slips alone, or the stretch. */
 static void note_closed_form_f64(const stance_chain_f64 *chain, const stance_search_f64 *search) {
     evaluations_f64 *notes = chain->evaluations;
     const stance_events_f64 *events = &search->events;
@@ -78,9 +78,9 @@ static void note_closed_form_f64(const stance_chain_f64 *chain, const stance_sea
     const int32_t n = events->set.count;
     const bool contact = events->rests == CONTACT_f64;
     const int element = contact ? 0 : events->rests - ELEMENT_f64;
-    const int axis = contact ? HOPFORM_COMPRESSION_AXIS : HOPFORM_VELOCITY_AXIS(element);
+    const int axis = contact ? HOPFORM_STRETCH_AXIS : HOPFORM_VELOCITY_AXIS(element);
     const double sign = contact ? 1.0 : (double)chain->side[element];
-    const numerator_f64 *h = contact ? &chain->motion.of.compression : &chain->motion.of.velocity[element];
+    const numerator_f64 *h = contact ? &chain->numerators.of.stretch : &chain->numerators.of.velocity[element];
     const numerator_f64 towards = {sign * h->H3, sign * h->H2, sign * h->H1};
     const event_function_f64 g = event_function_of_f64(&towards, sign * chain->at.of[axis]);
     (void)note_f64(notes, contact ? "contact" : "velocity", n, (double)element, 0.0);

@@ -25,11 +25,13 @@ struct stance_chain_f64 {
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     double carried_acceleration; /* this acceleration, from before the state lost its digits */
-    double most_compressed;      /* the largest magnitude of the compression where phases have begun */
+    double most_stretched;       /* the largest magnitude of the stretch where phases have begun */
     double rounded_at_stop;      /* at a stop, what the spring's acceleration there has been rounded by; else 0 */
     double start_loss;
+#if HOPFORM_HAS_CONTACT
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
     double aed;
+#endif
     int32_t max_phases;
     hopform_phase_f64 *phases;
     int32_t capacity;
@@ -39,13 +41,13 @@ struct stance_chain_f64 {
     int32_t held_count;
     int event;                   /* with which the phase began */
     drive_by_element_f64 drive; /* of the phase, as its numerators */
-    numerators_f64 motion;
+    numerators_by_axis_f64 numerators;
     evaluations_f64 *evaluations;
     observer_f64 *observer;
     current_variation_f64 *variation;
 };
 
-/* The limit that the current of a law is at, 0 under it: the second side. */
+/* The limit that the input of a law is at, 0 under it: the second side. */
 static inline int limit_of_chain_f64(const stance_chain_f64 *chain) {
     return HOPFORM_HAS_LAW ? chain->side[HOPFORM_ELEMENTS - 1] : 0;
 }
@@ -62,8 +64,8 @@ static inline const hopform_rates_f64 *rates_of_chain_f64(const stance_chain_f64
 
 /* Numerator of the free acceleration of an element that is held. */
 static inline numerator_f64 free_numerator_f64(const hopform_rates_f64 *rates, int element,
-                                                 const motion_f64 *motion) {
-    return element == 0 ? free_numerator_1_f64(rates, motion) : free_numerator_2_f64(rates, motion);
+                                                 const numerators_f64 *numerators) {
+    return element == 0 ? free_numerator_1_f64(rates, numerators) : free_numerator_2_f64(rates, numerators);
 }
 
 /* What the elements do, by their sides; one that never moves rests. */
@@ -96,9 +98,9 @@ static inline drive_by_element_f64 drive_of_chain_f64(const stance_chain_f64 *ch
     return drive;
 }
 
-static inline numerators_f64 numerators_of_chain_f64(const stance_chain_f64 *chain, const int *side) {
+static inline numerators_by_axis_f64 numerators_of_chain_f64(const stance_chain_f64 *chain, const int *side) {
     const drive_by_element_f64 drive = drive_of_chain_f64(chain, side);
-    numerators_f64 made;
+    numerators_by_axis_f64 made;
     made.named = motion_under_f64(rates_of_chain_f64(chain), &drive.named, &chain->at.named, side[0], side[1]);
     return made;
 }
@@ -106,8 +108,8 @@ static inline numerators_f64 numerators_of_chain_f64(const stance_chain_f64 *cha
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline double drift_of_free_f64(const stance_chain_f64 *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
-    const numerators_f64 motion = numerators_of_chain_f64(chain, side);
-    const numerator_f64 free = free_numerator_f64(rates_of_chain_f64(chain), element, &motion.named);
+    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, side);
+    const numerator_f64 free = free_numerator_f64(rates_of_chain_f64(chain), element, &numerators.named);
     return first_derivative_f64(&free);
 }
 
@@ -181,8 +183,8 @@ static inline void stance_settle_limit_f64(stance_chain_f64 *chain) {
     if (!HOPFORM_HAS_LAW || limit_of_chain_f64(chain) != 0 || all_rest_f64(chain->side)) { return; }
     const double pull = pull_of_chain_f64(chain);
     if (beyond_limit_f64(chain, pull) < 0.0) { return; }
-    const numerators_f64 motion = numerators_of_chain_f64(chain, chain->side);
-    const numerator_f64 h = law_numerator_f64(&chain->plan->robot, &chain->at.named, &motion.named);
+    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->side);
+    const numerator_f64 h = law_numerator_f64(&chain->plan->robot, &chain->at.named, &numerators.named);
     const double leaves = goes_f64(pull, 0.0) * first_derivative_f64(&h);
     chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0 ? (int)goes_f64(pull, 0.0) : 0;
 }
@@ -195,7 +197,7 @@ static inline void add_limits_f64(const stance_chain_f64 *chain, event_set_f64 *
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const double terms = terms_of_room_f64(chain, largest);
     const double pull = pull_of_chain_f64(chain);
-    const numerator_f64 h = law_numerator_f64(robot, &chain->at.named, &chain->motion.named);
+    const numerator_f64 h = law_numerator_f64(robot, &chain->at.named, &chain->numerators.named);
     for (int side = -1; side <= 1; side += 2) {
         if (limit != 0 && side != limit) { continue; }
         event_function_f64 *room = add_event_function_f64(set, &h, pull - (double)side * largest,
@@ -244,7 +246,7 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element
                                        event_set_f64 *set) {
     const bool open[] = {!stance_blocked_f64(chain, element, -1), !stance_blocked_f64(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
-    const numerator_f64 h = free_numerator_f64(rates_of_chain_f64(chain), element, &chain->motion.named);
+    const numerator_f64 h = free_numerator_f64(rates_of_chain_f64(chain), element, &chain->numerators.named);
     const double drift = first_derivative_f64(&h);
     const free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
@@ -259,10 +261,12 @@ static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element
     }
 }
 
-/* The magnitudes that the contact force is a sum of; 0 where it is the compression alone. */
+#if HOPFORM_HAS_CONTACT
+/* The magnitudes that the contact force is a sum of; 0 where it is the stretch alone. */
 static inline double terms_of_contact_f64(const stance_chain_f64 *chain) {
-    return HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : contact_terms_f64(&chain->plan->robot, &chain->at.named);
+    return HOPFORM_CONTACT_IS_STRETCH ? 0.0 : contact_terms_f64(&chain->plan->robot, &chain->at.named);
 }
+#endif
 
 /* How far the position is from the stop ahead, if there is one. */
 static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *set) {
@@ -270,7 +274,7 @@ static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *se
     const double gap = side > 0 ? -chain->from_upper : chain->from_lower;
     if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_f64(gap)) { return; }
     const double away = -(double)side;
-    const numerator_f64 *h = &chain->motion.of.position;
+    const numerator_f64 *h = &chain->numerators.of.position;
     const numerator_f64 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f64 *stop =
         add_event_function_f64(set, &first, away * gap, away, ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, false);
@@ -278,8 +282,8 @@ static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *se
     stop->H0 = away * h->H1;
 }
 
-/* Where one element slips alone and the forces on it cancel at no compression, the compression rings about 0 as a
- * velocity does: its first zero is known however far it has faded by then. */
+/* The event functions of a phase. Where one element slips alone and the forces on it cancel at no stretch, the stretch
+ * of a contact rings about 0 as a velocity does: its first zero is known however far it has faded by then. */
 static inline void put_events_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
     const double *at = chain->at.of;
     const int *side = chain->side;
@@ -287,42 +291,46 @@ static inline void put_events_f64(stance_events_f64 *events, const stance_chain_
     const hopform_poles_f64 *poles = poles_of_f64(chain->plan, side[0], side[1]);
     const bool several = both_slip_f64(side);
     const int slips = HOPFORM_MOVES_ALONE || side[0] != 0 ? 0 : 1;
-    const double compression = at[HOPFORM_COMPRESSION_AXIS];
-    const bool is_monotone = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED;
+    const bool is_monotone = !several && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
     set->poles = poles;
     set->node = node_of_f64(chain->plan, side[0], side[1]);
     set->count = 0;
     events->rest_time = HOPFORM_NEVER_f64;
     events->rests = NO_OWNER_f64;
-    const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0)
-                       && !(fabs_f64(chain->drive.of[slips]) > 0.0);
-    const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
-    if (HOPFORM_HAS_CONTACT && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &chain->motion.named);
+#if HOPFORM_HAS_CONTACT
+    const double stretch = at[HOPFORM_STRETCH_AXIS];
+    const bool rings =
+        HOPFORM_CONTACT_IS_STRETCH && !several && !(stretch < 0.0) && !(fabs_f64(chain->drive.of[slips]) > 0.0);
+    const bool may_fall = HOPFORM_STRETCH_MAY_FALL(side) || stretch < 0.0; /* else it rises, from 0 on */
+    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_STRETCH)) {
+        const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &chain->numerators.named);
         event_function_f64 *contact = add_event_function_f64(
             set, &h, contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0, CONTACT_f64, !is_monotone);
-        if (!HOPFORM_CONTACT_IS_COMPRESSION) { put_on_threshold_f64(contact, terms_of_contact_f64(chain)); }
+        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_f64(contact, terms_of_contact_f64(chain)); }
     }
+#endif
     add_stop_f64(chain, set);
     if (HOPFORM_HAS_LAW) { add_limits_f64(chain, set); }
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
-        (void)add_event_function_f64(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
+        (void)add_event_function_f64(set, &chain->numerators.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
                                       (double)side[element], ELEMENT_f64 + element, true);
     }
     if (several) { return; }
     const double sign = (double)side[slips];
     if (!HOPFORM_MOVES_ALONE) { add_thresholds_f64(chain, 1 - slips, !is_monotone, set); }
-    events->rest_time =
-        time_to_rest_f64(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)], sign * chain->motion.of.velocity[slips].H3);
+    events->rest_time = time_to_rest_f64(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
+                                          sign * chain->numerators.of.velocity[slips].H3);
     events->rests = ELEMENT_f64 + slips;
-    const double lift =
-        rings ? time_to_rest_f64(poles, compression, chain->motion.of.compression.H3) : HOPFORM_NEVER_f64;
+#if HOPFORM_HAS_CONTACT
+    const double lift = rings ? time_to_rest_f64(poles, stretch, chain->numerators.of.stretch.H3) : HOPFORM_NEVER_f64;
     if (rings && lift <= events->rest_time) {
         events->rest_time = lift;
         events->rests = CONTACT_f64;
     }
+#endif
 }
 
+#if HOPFORM_HAS_CONTACT
 /* True late in a phase, when the steady-state form of the contact force is the more accurate one. */
 static inline bool is_late_f64(const basis_f64 *basis) {
     return fabs_f64(basis->Wdd) < 0.25;
@@ -334,13 +342,14 @@ SELDOM_f64 double later_takeoff_f64(const stance_chain_f64 *chain, const hopform
                                     const event_function_f64 *contact, const basis_f64 *basis, double t) {
     if (!is_late_f64(basis)) { return 0.0; }
     state_by_axis_f64 steady = {{0.0, 0.0, 0.0, 0.0}};
-    numerators_f64 from_slack;
+    numerators_by_axis_f64 from_slack;
     from_slack.named =
         motion_of_f64(chain->plan, &steady.named, current_of_chain_f64(chain), chain->side[0], chain->side[1]);
-    steady.of[HOPFORM_COMPRESSION_AXIS] = settled_f64(poles, &from_slack.of.compression);
+    steady.of[HOPFORM_STRETCH_AXIS] = settled_f64(poles, &from_slack.of.stretch);
     const double settled = contact_of_f64(&chain->plan->robot, &steady.named);
     return steady_state_correction_f64(poles, contact, settled, basis, t);
 }
+#endif
 
 /* The search at the start of the phase that starts at the chain's state. */
 static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
@@ -363,15 +372,19 @@ static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance
 SELDOM_f64 void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
     event_set_f64 *set = &search->events.set;
     motion_modes_f64 *modes = &search->events.modes;
-    *modes = modes_of_motion_f64(set->poles, set->node->omega, &chain->at.named, &chain->motion.named);
+    *modes = modes_of_motion_f64(set->poles, set->node->omega, &chain->at.named, &chain->numerators.named);
     search->in.high = modes_at_f64(set->poles, set->node->omega, search->in.high.t);
     for (int32_t n = 0; n < set->count; n++) {
         event_function_f64 *g = &set->function[n];
         const int element = g->owner - ELEMENT_f64;
+#if HOPFORM_HAS_CONTACT
         if (element < 0) {
             const numerator_f64 by = contact_numerator_f64(&chain->plan->robot, &modes->by.named);
             take_modes_f64(g, &by, contact_of_f64(&chain->plan->robot, &modes->final.named), 0.0, 1.0);
-        } else if (g->touch_is_no_event) {
+            continue;
+        }
+#endif
+        if (g->touch_is_no_event) {
             const double gap = chain->side[element] > 0 ? chain->from_upper : chain->from_lower;
             take_modes_f64(g, &modes->by.of.position, gap + modes->final.of[HOPFORM_POSITION_AXIS], modes->drift,
                             -(double)chain->side[element]);
@@ -385,7 +398,7 @@ SELDOM_f64 void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
     if (all_rest_f64(chain->side)) {
-        search->in.high = propagator_at_start_f64(&chain->plan->both);
+        search->in.high = propagator_at_start_f64(any_poles_f64(chain->plan));
         search->in.high.t = end_of_step_f64(chain) - chain->t;
         search->owner = NO_OWNER_f64;
         search->stops = false;
@@ -416,7 +429,7 @@ static inline hopform_phase_f64 phase_of_chain_f64(const stance_chain_f64 *chain
 
 static inline void stance_record_f64(stance_chain_f64 *chain, int event) {
     if (chain->count < chain->capacity) { chain->phases[chain->count] = phase_of_chain_f64(chain, event); }
-    if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
+    if (HOPFORM_IS_EVENT(event) && chain->count < chain->max_phases && chain->event_count <= chain->count) {
         chain->event_count++;
     }
     chain->event = event;
@@ -454,11 +467,10 @@ static inline void end_of_velocity_f64(stance_chain_f64 *chain, int element, boo
     }
 }
 
-/* The current takes its next value: what is held may begin to slip. */
-static inline void next_step_f64(stance_chain_f64 *chain) {
+/* The input has taken its value of a step: what is held may begin to slip. */
+static inline void take_step_f64(stance_chain_f64 *chain) {
     const uint32_t held = held_elements_f64(chain);
     const int32_t count = chain->count;
-    chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
     stance_choose_limit_f64(chain);
     stance_settle_f64(chain, held);
     stance_settle_limit_f64(chain);
@@ -467,14 +479,14 @@ static inline void next_step_f64(stance_chain_f64 *chain) {
             stance_record_f64(chain, HOPFORM_EVENT_SLIPS(element));
         }
     }
-    if (chain->count == count) { stance_record_f64(chain, HOPFORM_EVENT_NONE); }
+    if (chain->count == count) { stance_record_f64(chain, HOPFORM_EVENT_STEP); }
 }
 
-/* The magnitudes that the compression is a sum of at the end of a phase. */
-static inline double terms_of_compression_f64(const stance_chain_f64 *chain, const basis_f64 *basis) {
-    const numerator_f64 *h = &chain->motion.of.compression;
-    return fabs_f64(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_f64(h->H3 * basis->Wd)
-           + fabs_f64(h->H2 * basis->W) + fabs_f64(h->H1 * basis->W1);
+/* The magnitudes that the stretch is a sum of at the end of a phase. */
+static inline double terms_of_stretch_f64(const stance_chain_f64 *chain, const basis_f64 *basis) {
+    const numerator_f64 *h = &chain->numerators.of.stretch;
+    return fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]) + fabs_f64(h->H3 * basis->Wd) + fabs_f64(h->H2 * basis->W)
+           + fabs_f64(h->H1 * basis->W1);
 }
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
@@ -486,9 +498,9 @@ SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const basis
     const double friction = level_at_rest_f64(robot, element, 1) + level_at_rest_f64(robot, element, -1);
     if (friction > 0.0 || fabs_f64(rates->a1_v1) > 0.0) { return; }
     const free_by_element_f64 at_rest = free_of_f64(chain, &chain->at.named);
-    const double by_spring = fabs_f64(rates->a1_y * terms_of_compression_f64(chain, basis));
+    const double by_spring = fabs_f64(rates->a1_y * terms_of_stretch_f64(chain, basis));
     if (!(fabs_f64(at_rest.of[element]) < 64.0 * HOPFORM_EPS_f64 * by_spring)) { return; }
-    const numerator_f64 *h = &chain->motion.of.velocity[element];
+    const numerator_f64 *h = &chain->numerators.of.velocity[element];
     const double terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const double rate = terms[0] + terms[1] + terms[2];
     if (fabs_f64(decided_f64(rate, fabs_f64(terms[0]) + fabs_f64(terms[1]) + fabs_f64(terms[2]))) > 0.0) {
@@ -507,14 +519,14 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
     const bool alone = other_rests_f64(chain->side, element);
     const bool at_stop = end->stops || end->touches;
     if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
-        const double compressed = chain->most_compressed + terms_of_compression_f64(chain, &basis);
-        chain->rounded_at_stop = fabs_f64(rates_of_chain_f64(chain)->a1_y * compressed);
+        const double stretched = chain->most_stretched + terms_of_stretch_f64(chain, &basis);
+        chain->rounded_at_stop = fabs_f64(rates_of_chain_f64(chain)->a1_y * stretched);
     }
     if (alone && !at_stop) {
         chain->came_to_rest = element;
         chain->carried_acceleration =
             free_after_motion_f64((double)chain->side[element], level_of_f64(&chain->plan->robot, element),
-                                   &chain->motion.of.velocity[element], &basis);
+                                   &chain->numerators.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
         keep_small_acceleration_f64(chain, &basis);
     }
@@ -526,10 +538,10 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const motion_modes
                                       const propagator_f64 *end) {
     double *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const double before = *position;
-    chain->most_compressed = greater_f64(chain->most_compressed, fabs_f64(chain->at.of[HOPFORM_COMPRESSION_AXIS]));
+    chain->most_stretched = greater_f64(chain->most_stretched, fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0;
     chain->at.named =
-        arrive_at_f64(&chain->at.named, &chain->motion.named, modes, end, chain->side[0], chain->side[1]);
+        arrive_at_f64(&chain->at.named, &chain->numerators.named, modes, end, chain->side[0], chain->side[1]);
     const double moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -550,7 +562,7 @@ static inline void start_on_threshold_f64(stance_chain_f64 *chain) {
     if (element < 0 || !both_slip_f64(side)) { return; }
     double *drive = &chain->drive.of[element];
     *drive = 0.0;
-    numerators_f64 others;
+    numerators_by_axis_f64 others;
     others.named =
         motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named, side[0], side[1]);
     *drive = acceleration_on_threshold_f64(chain, element) - others.of.velocity[element].H3;
@@ -561,28 +573,30 @@ static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     const int element = chain->came_to_rest;
     chain->drive = drive_of_chain_f64(chain, chain->side);
     start_on_threshold_f64(chain);
-    chain->motion.named = motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named,
-                                            chain->side[0], chain->side[1]);
+    chain->numerators.named = motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named,
+                                                chain->side[0], chain->side[1]);
     const int starts = chain->just_switched;
     if (starts >= 0 && both_slip_f64(chain->side)) {
         const double acceleration = acceleration_on_threshold_f64(chain, starts);
         if (fabs_f64(acceleration) > 0.0) {
-            set_acceleration_from_rest_f64(&chain->motion, starts, false, acceleration);
+            set_acceleration_from_rest_f64(&chain->numerators, starts, false, acceleration);
         }
     }
     if (element >= 0 && chain->side[element] != 0) {
         const double level = (double)chain->side[element] * level_of_f64(&chain->plan->robot, element);
-        set_acceleration_from_rest_f64(&chain->motion, element, other_rests_f64(chain->side, element),
+        set_acceleration_from_rest_f64(&chain->numerators, element, other_rests_f64(chain->side, element),
                                         chain->carried_acceleration - level);
     }
 }
 
+#if HOPFORM_HAS_CONTACT
 /* The AED of a phase that lasts for t. */
 SELDOM_f64 double aed_in_phase_f64(const stance_chain_f64 *chain, double t) {
     const hopform_phase_f64 phase = phase_of_chain_f64(chain, HOPFORM_EVENT_NONE);
     const hopform_ledger_f64 ledger = ledger_in_phase_f64(chain->plan, &phase, current_of_chain_f64(chain), t);
     return aed_of_ledger_f64(&ledger);
 }
+#endif
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
 static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_f64 *end) {
@@ -590,10 +604,11 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
     keep_free_acceleration_f64(chain, end);
     chain->just_switched = NO_ELEMENT_f64;
     if (end->owner == NO_OWNER_f64) {
-        next_step_f64(chain);
+        chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
+        take_step_f64(chain);
     } else if (HOPFORM_HAS_LAW && end->owner == LIMIT_f64) {
         chain->side[HOPFORM_ELEMENTS - 1] = end->side;
-        stance_record_f64(chain, HOPFORM_EVENT_NONE);
+        stance_record_f64(chain, HOPFORM_EVENT_OF_LIMIT(end->side));
     } else if (chain->side[element] != 0) {
         end_of_velocity_f64(chain, element, end->stops, end->touches);
     } else {
@@ -603,25 +618,26 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
     }
 }
 
+#if HOPFORM_HAS_CONTACT
 /* The contact is lost at once: it pulls, or its contact force is on 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_f64(const stance_chain_f64 *chain) {
-    if (!HOPFORM_HAS_CONTACT) { return false; }
     const double contact =
         decided_f64(contact_of_f64(&chain->plan->robot, &chain->at.named), terms_of_contact_f64(chain));
-    const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_f64(&chain->at.named) > 0.0;
+    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f64(&chain->at.named) > 0.0;
     if (fabs_f64(contact) > 0.0 || rises) { return contact < 0.0; }
-    const numerators_f64 motion = numerators_of_chain_f64(chain, chain->side);
-    const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &motion.named);
+    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->side);
+    const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &numerators.named);
     return first_derivative_f64(&h) < 0.0;
 }
+#endif
 
 /* Pass the finished phase to the observer, if there is one. */
 static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis_f64 *start,
                                const motion_modes_f64 *modes, const propagator_f64 *end, bool leaves) {
     if (chain->observer != NULL) {
-        const solved_phase_f64 phase = {&chain->motion, end,         modes,        start,
-                                         &chain->at,     chain->side, chain->event, leaves};
+        const solved_phase_f64 phase = {&chain->numerators, end,         modes,        start,
+                                         &chain->at,         chain->side, chain->event, leaves};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -629,7 +645,7 @@ static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis
 /* The same of a last phase of no duration. */
 static inline void notify_ending_f64(stance_chain_f64 *chain) {
     if (chain->observer != NULL) {
-        const propagator_f64 now = propagator_at_start_f64(&chain->plan->both);
+        const propagator_f64 now = propagator_at_start_f64(any_poles_f64(chain->plan));
         stance_begin_phase_f64(chain);
         notify_f64(chain, &chain->at, NULL, &now, false);
     }
@@ -638,11 +654,11 @@ static inline void notify_ending_f64(stance_chain_f64 *chain) {
 /* The ending that comes before the next phase; 0 if the stance goes on. */
 static inline int32_t ending_before_phase_f64(stance_chain_f64 *chain) {
     if (chain->count > chain->max_phases) {
-        chain->count = chain->max_phases; /* a step of the current may have begun two */
+        chain->count = chain->max_phases; /* a step of the input may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
     if (all_rest_f64(chain->side) && chain->step + 1 >= chain->step_count) {
-        chain->t = chain->held_from; /* steps of the current since then have moved nothing */
+        chain->t = chain->held_from; /* steps of the input since then have moved nothing */
         chain->count = chain->held_count;
         notify_ending_f64(chain);
         return HOPFORM_ENDING_REST;
@@ -667,7 +683,10 @@ static inline int32_t stance_begin_f64(stance_chain_f64 *chain) {
     stance_settle_f64(chain, held_elements_f64(chain));
     stance_settle_limit_f64(chain);
     stance_record_f64(chain, HOPFORM_EVENT_NONE);
-    return leaves_at_once_f64(chain) ? HOPFORM_ENDING_TAKEOFF : ending_before_phase_f64(chain);
+#if HOPFORM_HAS_CONTACT
+    if (leaves_at_once_f64(chain)) { return HOPFORM_ENDING_TAKEOFF; }
+#endif
+    return ending_before_phase_f64(chain);
 }
 
 /* Carry the chain to the end of a phase and through its event; the ending, 0 if another phase follows. */
@@ -676,23 +695,28 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
     const state_by_axis_f64 start = chain->at;
     const bool passes = end->owner == NO_OWNER_f64 && end->certified;
     const double length = end->in.high.t;
-    chain->aed += HOPFORM_HAS_CONTACT && chain->adds_up ? aed_in_phase_f64(chain, length) : 0.0;
+#if HOPFORM_HAS_CONTACT
+    chain->aed += chain->adds_up ? aed_in_phase_f64(chain, length) : 0.0;
+#endif
     stance_arrive_f64(chain, &end->events.modes, &end->in.high);
     notify_f64(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_f64);
     chain->t = passes ? until : lesser_f64(chain->t + length, until); /* not behind it by rounding */
-    if (HOPFORM_HAS_CONTACT && end->owner == CONTACT_f64) {
-        double *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
-        *compression = HOPFORM_CONTACT_IS_COMPRESSION || *compression < 0.0 ? 0.0 : *compression;
+#if HOPFORM_HAS_CONTACT
+    if (end->owner == CONTACT_f64) {
+        double *stretch = &chain->at.of[HOPFORM_STRETCH_AXIS]; /* of an extending leg that carries nothing */
+        *stretch = HOPFORM_CONTACT_IS_STRETCH || *stretch < 0.0 ? 0.0 : *stretch;
         return HOPFORM_ENDING_TAKEOFF;
     }
+#endif
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_f64(chain, end);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION && end->stops && leaves_at_once_f64(chain)
-        && chain->count <= chain->max_phases) {
+#if HOPFORM_HAS_CONTACT
+    if (!HOPFORM_CONTACT_IS_STRETCH && end->stops && leaves_at_once_f64(chain) && chain->count <= chain->max_phases) {
         notify_ending_f64(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }
+#endif
     return ending_before_phase_f64(chain);
 }
 
@@ -708,21 +732,36 @@ static inline bool is_finite_state_f64(const hopform_state_f64 *state) {
     return sum <= HOPFORM_NEVER_f64;
 }
 
-/* Status of a stance that is to be solved, but for its current. */
-static inline int32_t stance_status_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start, double horizon,
-                                         int32_t max_phases) {
+/* Whether a state is finite, and what never moves rests at 0. */
+static inline bool is_sound_state_f64(const hopform_state_f64 *state) {
     state_by_axis_f64 at;
-    at.named = *start;
-    const double position = at.of[HOPFORM_POSITION_AXIS];
-    bool fixed = !(HOPFORM_NEVER_MOVES(HOPFORM_STOPPED_ELEMENT) && fabs_f64(position) > 0.0);
+    at.named = *state;
+    bool fixed = !(HOPFORM_NEVER_MOVES(HOPFORM_STOPPED_ELEMENT) && fabs_f64(at.of[HOPFORM_POSITION_AXIS]) > 0.0);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         fixed = fixed && !(HOPFORM_NEVER_MOVES(element) && fabs_f64(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
     }
-    if (!is_finite_state_f64(start) || !fixed
-        || !(position >= lower_stop_f64(robot) && position <= upper_stop_f64(robot))) {
+    return is_finite_state_f64(state) && fixed;
+}
+
+/* Status of a state that a stance is to start from. */
+static inline int32_t state_status_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start) {
+    state_by_axis_f64 at;
+    at.named = *start;
+    const double position = at.of[HOPFORM_POSITION_AXIS];
+    if (!is_sound_state_f64(start) || !(position >= lower_stop_f64(robot) && position <= upper_stop_f64(robot))) {
         return HOPFORM_ERROR_STATE;
     }
-    if (HOPFORM_HAS_CONTACT && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0) { return HOPFORM_ERROR_EXTENDED; }
+#if HOPFORM_HAS_CONTACT
+    if (at.of[HOPFORM_STRETCH_AXIS] < 0.0) { return HOPFORM_ERROR_EXTENDED; }
+#endif
+    return HOPFORM_OK;
+}
+
+/* Status of a stance that is to be solved, but for its input. */
+static inline int32_t stance_status_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start, double horizon,
+                                         int32_t max_phases) {
+    const int32_t status = state_status_f64(robot, start);
+    if (status < 0) { return status; }
     const bool ends = horizon > 0.0 && horizon <= HOPFORM_NEVER_f64 && max_phases >= 1;
     return ends ? HOPFORM_OK : HOPFORM_ERROR_HORIZON;
 }
@@ -745,11 +784,13 @@ static inline void stance_start_f64(stance_chain_f64 *chain, const hopform_plan_
     chain->just_switched = NO_ELEMENT_f64;
     chain->came_to_rest = NO_ELEMENT_f64;
     chain->carried_acceleration = 0.0;
-    chain->most_compressed = 0.0;
+    chain->most_stretched = 0.0;
     chain->rounded_at_stop = 0.0;
     chain->start_loss = 0.0;
-    chain->adds_up = HOPFORM_HAS_CONTACT && stores_much_f64(&plan->robot, start);
+#if HOPFORM_HAS_CONTACT
+    chain->adds_up = stores_much_f64(&plan->robot, start);
     chain->aed = 0.0;
+#endif
     chain->max_phases = max_phases;
     chain->phases = phases;
     chain->capacity = capacity;
@@ -765,24 +806,24 @@ static inline void stance_start_f64(stance_chain_f64 *chain, const hopform_plan_
 /* Put a stance that has come to its ending into its record. */
 static inline int32_t stance_report_f64(const stance_chain_f64 *chain, const hopform_state_f64 *start,
                                          int32_t ending, hopform_stance_f64 *stance) {
-    const hopform_robot_f64 *robot = &chain->plan->robot;
     const hopform_state_f64 *end = &chain->at.named;
+    double others = chain->t;
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = 0.0; /* E counts from the ground */
-    if (HOPFORM_HAS_CONTACT) {
-        stance->aed = chain->adds_up ? chain->aed : body_energy_gain_f64(robot, start, &chain->at.later);
-    }
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;
     stance->event_count = chain->event_count;
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
-    stance->apex = 0.0;
-    if (HOPFORM_HAS_CONTACT && ending == HOPFORM_ENDING_TAKEOFF && fall_of_f64(robot) > 0.0) {
-        stance->apex = apex_after_f64(robot, end);
-    }
-    const double others = fabs_f64(stance->duration) + fabs_f64(stance->apex) + fabs_f64(stance->aed);
+#if HOPFORM_HAS_CONTACT
+    const hopform_robot_f64 *robot = &chain->plan->robot;
+    const bool rises = ending == HOPFORM_ENDING_TAKEOFF && fall_of_f64(robot) > 0.0;
+    stance->aed = chain->adds_up ? chain->aed : body_energy_gain_f64(robot, start, &chain->at.later);
+    stance->apex = rises ? apex_after_f64(robot, end) : 0.0;
+    others = fabs_f64(others) + fabs_f64(stance->apex) + fabs_f64(stance->aed);
+#else
+    (void)start;
+#endif
     if (!is_finite_state_f64(end) || !(others - stance->start_loss <= HOPFORM_NEVER_f64)) {
         const memory_f64 written = array_f64(stance, 1, sizeof *stance);
         return refuse_f64(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);

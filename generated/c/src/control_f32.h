@@ -699,10 +699,10 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
 static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u, float t) {
     const int side[] = {side_1_f32(phase), side_2_f32(phase)};
     const float first = phase->y;
-    if (!HOPFORM_COMPRESSION_MAY_TURN(side) || !(t > 0.0f)) { return first; }
-    numerators_f32 motion;
-    motion.named = motion_in_phase_f32(plan, phase, u);
-    const numerator_f32 *h = &motion.of.compression;
+    if (!HOPFORM_STRETCH_MAY_TURN(side) || !(t > 0.0f)) { return first; }
+    numerators_by_axis_f32 numerators;
+    numerators.named = motion_in_phase_f32(plan, phase, u);
+    const numerator_f32 *h = &numerators.of.stretch;
     const numerator_f32 extension = {-h->H3, -h->H2, -h->H1};
     const hopform_poles_f32 *poles = poles_of_f32(plan, side[0], side[1]);
     const hopform_node_f32 *node = node_of_f32(plan, side[0], side[1]);

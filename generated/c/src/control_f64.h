@@ -699,10 +699,10 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
 static double most_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u, double t) {
     const int side[] = {side_1_f64(phase), side_2_f64(phase)};
     const double first = phase->y;
-    if (!HOPFORM_COMPRESSION_MAY_TURN(side) || !(t > 0.0)) { return first; }
-    numerators_f64 motion;
-    motion.named = motion_in_phase_f64(plan, phase, u);
-    const numerator_f64 *h = &motion.of.compression;
+    if (!HOPFORM_STRETCH_MAY_TURN(side) || !(t > 0.0)) { return first; }
+    numerators_by_axis_f64 numerators;
+    numerators.named = motion_in_phase_f64(plan, phase, u);
+    const numerator_f64 *h = &numerators.of.stretch;
     const numerator_f64 extension = {-h->H3, -h->H2, -h->H1};
     const hopform_poles_f64 *poles = poles_of_f64(plan, side[0], side[1]);
     const hopform_node_f64 *node = node_of_f64(plan, side[0], side[1]);

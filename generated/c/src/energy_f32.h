@@ -48,8 +48,8 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
             const float length = phases[n + 1].t - phases[n].t;
             const float u = input_of_phase_f32(plan, steps, &phases[n]);
             energy_add_f32(&sum, plan, &phases[n], u, length);
-            if (axis_of_event_f32(phases[n + 1].event) == HOPFORM_POSITION_AXIS) {
-                const hopform_state_f32 before = state_in_phase_f32(plan, &phases[n], u, length);
+            if (phases[n + 1].event == HOPFORM_EVENT_HITS_STOP) {
+                const hopform_state_f32 before = state_before_phase_f32(plan, &phases[n], u, &phases[n + 1]);
                 loss += loss_at_stop_f32(&plan->robot, &before);
             }
         }

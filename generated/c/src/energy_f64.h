@@ -48,8 +48,8 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
             const double length = phases[n + 1].t - phases[n].t;
             const double u = input_of_phase_f64(plan, steps, &phases[n]);
             energy_add_f64(&sum, plan, &phases[n], u, length);
-            if (axis_of_event_f64(phases[n + 1].event) == HOPFORM_POSITION_AXIS) {
-                const hopform_state_f64 before = state_in_phase_f64(plan, &phases[n], u, length);
+            if (phases[n + 1].event == HOPFORM_EVENT_HITS_STOP) {
+                const hopform_state_f64 before = state_before_phase_f64(plan, &phases[n], u, &phases[n + 1]);
                 loss += loss_at_stop_f64(&plan->robot, &before);
             }
         }

@@ -49,7 +49,7 @@ typedef struct {
     float H3, H2, H1, H0; /* its numerator */
     float start;
     float cancels;         /* a quarter of the magnitudes whose difference the start is: each is rounded four times */
-    float decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
+    float decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the spring's stretch */
     int32_t owner;
     int32_t side;
     bool needs_certificate;
@@ -120,9 +120,9 @@ typedef struct {
     float third;
 } jet_f32;
 
-/* Whether a function has a further term, which decays: only where a damper is in the leg. */
+/* Whether a function has a further term, which decays: only in flight, where a damper is beside the spring. */
 static inline bool has_decay_f32(const event_function_f32 *g) {
-    return HOPFORM_LEG_HAS_DAMPER && fabs_f32(g->decaying) > 0.0f;
+    return HOPFORM_FLIGHT_HAS_DECAY && fabs_f32(g->decaying) > 0.0f;
 }
 
 /* The n-th derivative of a function from that of its other terms. */

@@ -8,24 +8,26 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "a7280b808d6be56e"
+#define HOPFORM_LAYOUT "463ee7400086ec05"
 
-/* Routh's conditions that a robot may violate, X(what must not be negative), in its rates; none for the paper's hopper.
- * */
+/* Routh's conditions that a robot may violate, X(what must not be negative), in its rates. */
 #define HOPFORM_STABILITY(X)
-/* Whether the contact force of the leg is k y; whether a damper acts in the leg, which relaxes in flight. */
-#define HOPFORM_CONTACT_IS_COMPRESSION 1
-#define HOPFORM_LEG_HAS_DAMPER 0
-/* Whether a leg stands on the ground, which it pushes and cannot pull; whether the first element alone ever moves;
- * whether both do; whether the position of an element has a stop at either end. */
+/* Whether there is a contact, which pushes and cannot pull; whether its force is k y, and whether a damper acts in it,
+ * which relaxes in flight. */
 #define HOPFORM_HAS_CONTACT 1
+#define HOPFORM_CONTACT_IS_STRETCH 1
+#define HOPFORM_FLIGHT_HAS_DECAY 0
+/* Whether the first element alone ever moves; whether both do; whether the position of an element has a stop at either
+ * end. */
 #define HOPFORM_MOVES_ALONE 0
 #define HOPFORM_BOTH_MOVE 1
 #define HOPFORM_HAS_STOPS 1
-/* Whether a law sets the current of the one mass: the second side of a mode is then the limit that the current is at, 0
+/* Whether a law sets the input of the one mass: the second side of a mode is then the limit that the input is at, 0
  * under the law; the rates of a mode in a plan. */
 #define HOPFORM_HAS_LAW 0
 #define HOPFORM_RATES_OF_MODE(plan, side_2) (&(plan)->rates)
+/* The event in which the input of a law goes to a limit, or back under the law, 0. */
+#define HOPFORM_EVENT_OF_LIMIT(limit) ((limit) == 0 ? 9 : 8)
 /* X(argument) in the plan of a model with a law. */
 #define HOPFORM_IF_LAW(X, argument) (void)(argument)
 /* Whether parameters may say that friction at rest is less than that in motion, which is refused. */
@@ -36,15 +38,15 @@
 #define HOPFORM_AXES 4
 #define HOPFORM_AXES_AND_ONE 5
 #define HOPFORM_CORE (HOPFORM_AXES - 1)
-#define HOPFORM_COMPRESSION_AXIS 3
-/* Elements, which slip or are held, in the order in which they win a tie: axes of the state, how the compression
+#define HOPFORM_STRETCH_AXIS 3
+/* Elements, which slip or are held, in the order in which they win a tie: axes of the state, how the stretch
  * changes with the motion of one and whether it may fall while each keeps its side, whether the velocity of one acts on
  * another, whether one never moves, and what an event of one is. */
 #define HOPFORM_ELEMENTS 2
 #define HOPFORM_MOVING_ELEMENTS (HOPFORM_ELEMENTS - HOPFORM_MOVES_ALONE)
 #define HOPFORM_VELOCITY_AXIS(element) ((element) + 1)
-#define HOPFORM_COMPRESSION_FOLLOWS(element) (1 + -2 * (element))
-#define HOPFORM_COMPRESSION_MAY_FALL(side) ((side)[0] < 0 || (side)[1] > 0)
+#define HOPFORM_STRETCH_FOLLOWS(element) (1 + -2 * (element))
+#define HOPFORM_STRETCH_MAY_FALL(side) ((side)[0] < 0 || (side)[1] > 0)
 #define HOPFORM_IS_COUPLED 0
 #define HOPFORM_NEVER_MOVES(element) (0 + 0 * (element))
 #define HOPFORM_EVENT_REVERSES(element) (1 + 4 * (element))
@@ -54,15 +56,16 @@
 #define HOPFORM_STOPPED_ELEMENT 0
 #define HOPFORM_POSITION_AXIS 0
 #define HOPFORM_EVENT_HITS_STOP 4
-/* X(mode) of the mode in which the elements have these sides, 0 if held; of the last one where all are. */
-#define HOPFORM_OF_MODE(X, side_1, side_2) ((side_1) == 0 ? X(body) : (side_2) == 0 ? X(actuator) : X(both))
+/* A mode that the model has; X(mode) of the mode in which the elements have these sides, 0 if held; of the last one where all are. */
+#define HOPFORM_ANY_MODE both
+#define HOPFORM_OF_MODE(X, side_1, side_2) ((side_1) == 0 ? X(mass_2) : (side_2) == 0 ? X(mass_1) : X(both))
 /* X(mode, rates, p, q) of each mode in which one element slips alone, its denominator being s^2 + p s + q. */
-#define HOPFORM_MODES_OF_ONE(X) X(actuator, rates, p_1, q_1) X(body, rates, p_2, q_2)
+#define HOPFORM_MODES_OF_ONE(X) X(mass_1, rates, p_1, q_1) X(mass_2, rates, p_2, q_2)
 /* By the number of an event, the axis that is at a value then; -1 where nothing jumps. */
-#define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1}
-/* Columns of derivatives: those of the axes, of the current, of the robot's first parameter. */
+#define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1, -1, -1, -1}
+/* Columns of derivatives: those of the axes, of the input, of the robot's first parameter. */
 #define HOPFORM_COLUMN_OF_AXIS {0, 1, 3, 2}
-#define HOPFORM_COLUMN_OF_CURRENT 4
+#define HOPFORM_COLUMN_OF_INPUT 4
 #define HOPFORM_COLUMN_OF_ROBOT 5
 /* The axes whose product each of the ledger's moments integrates, X(axis, axis), axis 0 counted from where the phase
  * starts. */
@@ -70,28 +73,27 @@
 /* For the controller: the element that the current drives; whether the compression may rise and may turn while each
  * element keeps its side, and whether it falls where nothing moves yet. */
 #define HOPFORM_DRIVEN_ELEMENT 0
-#define HOPFORM_COMPRESSION_MAY_RISE(side) ((side)[0] > 0 || (side)[1] < 0)
-#define HOPFORM_COMPRESSION_MAY_TURN(side) (HOPFORM_COMPRESSION_MAY_FALL(side) && HOPFORM_COMPRESSION_MAY_RISE(side))
+#define HOPFORM_STRETCH_MAY_RISE(side) ((side)[0] > 0 || (side)[1] < 0)
+#define HOPFORM_STRETCH_MAY_TURN(side) (HOPFORM_STRETCH_MAY_FALL(side) && HOPFORM_STRETCH_MAY_RISE(side))
 #define HOPFORM_CONTACT_UNLOADS(side) \
-    (HOPFORM_COMPRESSION_MAY_FALL(side) && !HOPFORM_COMPRESSION_MAY_RISE(side))
-
+    (HOPFORM_STRETCH_MAY_FALL(side) && !HOPFORM_STRETCH_MAY_RISE(side))
 
 /* What the mechanism is made of. */
 #define HOPFORM_ROBOT_MEMBERS(EACH) EACH(m_eff, POSITIVE) EACH(m_s, POSITIVE) EACH(k, POSITIVE) EACH(L0, REAL) EACH(c, REAL) EACH(b1, NONNEGATIVE) EACH(b2, NONNEGATIVE) EACH(f1, NONNEGATIVE) EACH(f2, NONNEGATIVE) EACH(gamma2, REAL) EACH(g, NONNEGATIVE) EACH(x1_min, LOWER) EACH(x1_max, UPPER) EACH(u_max, BOUND) EACH(impact_loss, FRACTION) EACH(f1_excess, NONNEGATIVE) EACH(f2_excess, NONNEGATIVE)
 
-/* The hopper at one instant; x_2 is x_1 - y and the length without load. */
+/* The hopper at one instant. */
 #define HOPFORM_STATE_MEMBERS(EACH) EACH(x1, REAL) EACH(v1, REAL) EACH(v2, REAL) EACH(y, REAL)
+
+/* Numerators of (11), counted from where and how fast each coordinate starts. */
+#define HOPFORM_NUMERATORS_MEMBERS(EACH) EACH(H3_1, REAL) EACH(H2_1, REAL) EACH(H1_1, REAL) EACH(H3_2, REAL) EACH(H2_2, REAL) EACH(H1_2, REAL) EACH(H3_y, REAL) EACH(H2_y, REAL) EACH(H1_y, REAL) EACH(N2_1, REAL) EACH(N1_1, REAL) EACH(N0_1, REAL)
+
+/* The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals. */
+#define HOPFORM_BASIS_MEMBERS(EACH) EACH(Wdd, REAL) EACH(Wd, REAL) EACH(W, REAL) EACH(W1, REAL) EACH(W2, REAL)
 
 /* Work of each force, signed as it enters the robot; what is lost at stops is apart. */
 #define HOPFORM_LEDGER_MEMBERS(EACH) EACH(motor_work, REAL) EACH(offset_work, REAL) EACH(viscous_1, REAL) EACH(viscous_2, REAL) EACH(coulomb_1, REAL) EACH(coulomb_2, REAL) EACH(spring_work, REAL)
 
 /* Work of each force on the actuator in flight, signed as it enters; what is lost at stops is apart. */
 #define HOPFORM_FLIGHT_LEDGER_MEMBERS(EACH) EACH(motor_work, REAL) EACH(offset_work, REAL) EACH(viscous_1, REAL) EACH(coulomb_1, REAL)
-
-/* Numerators of (11), counted from where and how fast each coordinate starts. */
-#define HOPFORM_MOTION_MEMBERS(EACH) EACH(H3_1, REAL) EACH(H2_1, REAL) EACH(H1_1, REAL) EACH(H3_2, REAL) EACH(H2_2, REAL) EACH(H1_2, REAL) EACH(H3_y, REAL) EACH(H2_y, REAL) EACH(H1_y, REAL) EACH(N2_1, REAL) EACH(N1_1, REAL) EACH(N0_1, REAL)
-
-/* The inverse transform W of 1/((s + a)(s^2 + p s + q)), its derivatives and its integrals. */
-#define HOPFORM_BASIS_MEMBERS(EACH) EACH(Wdd, REAL) EACH(Wd, REAL) EACH(W, REAL) EACH(W1, REAL) EACH(W2, REAL)
 
 #endif

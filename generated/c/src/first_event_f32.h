@@ -362,13 +362,15 @@ static inline void search_nothing_f32(const hopform_poles_f32 *poles, stance_sea
     search->side = 0;
 }
 
+#if HOPFORM_HAS_CONTACT
 /* The contact force is the first event function, if it is one. */
 static inline bool is_takeoff_f32(const event_set_f32 *set, int32_t found) {
-    return HOPFORM_HAS_CONTACT && found == 0 && set->function[0].owner == CONTACT_f32;
+    return found == 0 && set->function[0].owner == CONTACT_f32;
 }
+#endif
 
-/* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
- * current. */
+/* At the time of the limit the owner that comes first wins over what rests there, and a lost contact over a step of the
+ * input. */
 static inline void cross_at_the_limit_f32(const stance_events_f32 *events, float limit, interval_f32 *in) {
     const event_set_f32 *set = &events->set;
     const int32_t before = events->rest_time > limit ? ELEMENT_f32 : events->rests;
@@ -384,6 +386,7 @@ typedef struct stance_chain_f32 stance_chain_f32;
 /* From the end of this interval on the modal form holds: the functions take it. */
 SELDOM_f32 void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search);
 
+#if HOPFORM_HAS_CONTACT
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
 SELDOM_f32 float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_poles_f32 *poles,
@@ -404,6 +407,7 @@ static inline bool sharpen_takeoff_f32(const stance_chain_f32 *chain, const stan
     }
     return in->high.t > before;
 }
+#endif
 
 /* Whether the position is within rounding of the stop ahead: a grazing contact. */
 static inline bool is_at_stop_f32(const event_set_f32 *set, const propagator_f32 *at) {
@@ -445,8 +449,13 @@ static inline bool find_event_f32(const stance_chain_f32 *chain, stance_search_f
     for (int n = 0; n < 2 && later && certified; n++) {
         certified = (n == 0 && known) || find_first_root_f32(set, in);
         if (!(in->high.t < search->limit)) { cross_at_the_limit_f32(&search->events, search->limit, in); }
+#if HOPFORM_HAS_CONTACT
         later = n == 0 && is_takeoff_f32(set, in->found)
                 && sharpen_takeoff_f32(chain, &search->events, search->limit, in);
+#else
+        (void)chain;
+        later = false;
+#endif
     }
     return certified;
 }

@@ -362,13 +362,15 @@ static inline void search_nothing_f64(const hopform_poles_f64 *poles, stance_sea
     search->side = 0;
 }
 
+#if HOPFORM_HAS_CONTACT
 /* The contact force is the first event function, if it is one. */
 static inline bool is_takeoff_f64(const event_set_f64 *set, int32_t found) {
-    return HOPFORM_HAS_CONTACT && found == 0 && set->function[0].owner == CONTACT_f64;
+    return found == 0 && set->function[0].owner == CONTACT_f64;
 }
+#endif
 
-/* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
- * current. */
+/* At the time of the limit the owner that comes first wins over what rests there, and a lost contact over a step of the
+ * input. */
 static inline void cross_at_the_limit_f64(const stance_events_f64 *events, double limit, interval_f64 *in) {
     const event_set_f64 *set = &events->set;
     const int32_t before = events->rest_time > limit ? ELEMENT_f64 : events->rests;
@@ -384,6 +386,7 @@ typedef struct stance_chain_f64 stance_chain_f64;
 /* From the end of this interval on the modal form holds: the functions take it. */
 SELDOM_f64 void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *search);
 
+#if HOPFORM_HAS_CONTACT
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
 SELDOM_f64 double later_takeoff_f64(const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
@@ -404,6 +407,7 @@ static inline bool sharpen_takeoff_f64(const stance_chain_f64 *chain, const stan
     }
     return in->high.t > before;
 }
+#endif
 
 /* Whether the position is within rounding of the stop ahead: a grazing contact. */
 static inline bool is_at_stop_f64(const event_set_f64 *set, const propagator_f64 *at) {
@@ -445,8 +449,13 @@ static inline bool find_event_f64(const stance_chain_f64 *chain, stance_search_f
     for (int n = 0; n < 2 && later && certified; n++) {
         certified = (n == 0 && known) || find_first_root_f64(set, in);
         if (!(in->high.t < search->limit)) { cross_at_the_limit_f64(&search->events, search->limit, in); }
+#if HOPFORM_HAS_CONTACT
         later = n == 0 && is_takeoff_f64(set, in->found)
                 && sharpen_takeoff_f64(chain, &search->events, search->limit, in);
+#else
+        (void)chain;
+        later = false;
+#endif
     }
     return certified;
 }

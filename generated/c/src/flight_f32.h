@@ -96,7 +96,7 @@ static hopform_state_f32 state_in_flight_f32(const hopform_robot_f32 *robot, con
 
 /* What a damper leaves of the leg's compression, at a time of the flight. */
 static float left_in_leg_f32(const flight_chain_f32 *chain, float t) {
-    return HOPFORM_LEG_HAS_DAMPER ? chain->leg * exponential_f32(-chain->relaxes * t) : 0.0f;
+    return HOPFORM_FLIGHT_HAS_DECAY ? chain->leg * exponential_f32(-chain->relaxes * t) : 0.0f;
 }
 
 /* ---- the height over the ground ---- */
@@ -145,9 +145,9 @@ static fall_f32 fall_search_f32(const flight_chain_f32 *chain, const event_funct
         displacement[i] = -poles->p * displacement[i - 1] - poles->q * displacement[i - 2];
     }
     const float value =
-        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0f ? displacement[4] + l * displacement[3] : displacement[3]);
+        -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0f ? displacement[4] + l * displacement[3] : displacement[3]);
     const float rate =
-        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0f ? displacement[5] + l * displacement[4] : displacement[4]);
+        -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0f ? displacement[5] + l * displacement[4] : displacement[4]);
     fall_f32 fall;
     fall.set.poles = poles;
     fall.set.node = NULL;
@@ -165,7 +165,7 @@ static fall_f32 fall_search_f32(const flight_chain_f32 *chain, const event_funct
 static int variations_in_fall_f32(const fall_f32 *fall, const jet_f32 *at, bool last) {
     const float l = fall->relaxes;
     const float relaxed = fall->is_rate ? at->curvature + l * at->rate : at->third + l * at->curvature;
-    const bool third = HOPFORM_LEG_HAS_DAMPER && l > 0.0f ? relaxed < 0.0f || (!(relaxed > 0.0f) && last) : last;
+    const bool third = HOPFORM_FLIGHT_HAS_DECAY && l > 0.0f ? relaxed < 0.0f || (!(relaxed > 0.0f) && last) : last;
     const bool curvature = fall->is_rate ? third : at->curvature < 0.0f || (!(at->curvature > 0.0f) && third);
     const bool rate = at->rate < 0.0f || (!(at->rate > 0.0f) && curvature);
     return (rate ? 1 : 0) + (rate != curvature ? 1 : 0) + (curvature != third ? 1 : 0) + (third != last ? 1 : 0);
@@ -198,7 +198,7 @@ static bool is_certified_in_fall_f32(const fall_f32 *fall, interval_f32 *in) {
         has_minimum ? cut_between_f32(from->rate, to.rate, h) : cut_between_f32(from->curvature, to.curvature, h);
     const float cut = before != after ? fall->turn : in->low.t + inside;
     float m = lesser_f32(lesser_f32(from->curvature, to.curvature), 0.0f);
-    if (HOPFORM_LEG_HAS_DAMPER && fall->relaxes > 0.0f && from->third < 0.0f && to.third > 0.0f) {
+    if (HOPFORM_FLIGHT_HAS_DECAY && fall->relaxes > 0.0f && from->third < 0.0f && to.third > 0.0f) {
         m += h * from->third; /* exp(l t) g''' rises */
     }
     const bool bends_least_at_an_end = before == after && !(fall->is_rate && before);
@@ -417,7 +417,7 @@ static flight_end_f32 end_at_touchdown_f32(flight_chain_f32 *chain, flight_end_f
 
 /* Finds the last instant of the phase, and what ends it; to what the pull changes. */
 static flight_end_f32 find_end_in_flight_f32(flight_chain_f32 *chain, int *to) {
-    if (chain->now.side == 0 && !(HOPFORM_LEG_HAS_DAMPER && fabs_f32(chain->leg) > 0.0f)) {
+    if (chain->now.side == 0 && !(HOPFORM_FLIGHT_HAS_DECAY && fabs_f32(chain->leg) > 0.0f)) {
         return end_of_parabola_f32(chain);
     }
     const float until = longest_phase_f32(chain);
@@ -591,8 +591,9 @@ static bool report_flight_f32(const flight_chain_f32 *chain, hopform_flight_f32 
     }
     flight->apex_time = top;
     flight->apex = start->x1 - start->y + (start->v2 - 0.5f * g * top) * top;
-    flight->leg_loss =
-        HOPFORM_LEG_HAS_DAMPER ? leg_energy_f32(chain->robot, left) - leg_energy_f32(chain->robot, chain->leg) : 0.0f;
+    flight->leg_loss = HOPFORM_FLIGHT_HAS_DECAY
+                           ? leg_energy_f32(chain->robot, left) - leg_energy_f32(chain->robot, chain->leg)
+                           : 0.0f;
     flight->phases_kept = flight->phase_count < chain->capacity ? flight->phase_count : chain->capacity;
     const float others = fabs_f32(flight->duration) + fabs_f32(flight->v2_after) + fabs_f32(flight->apex)
                         + fabs_f32(top) - flight->impact_loss - flight->start_loss - flight->leg_loss;
@@ -655,7 +656,7 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
         return HOPFORM_ERROR_HORIZON;
     }
     if (!gains_are_sound_f32(&law)) { return HOPFORM_ERROR_GAINS; }
-    const float time = HOPFORM_LEG_HAS_DAMPER ? leg_time_f32(robot) : 0.0f;
+    const float time = HOPFORM_FLIGHT_HAS_DECAY ? leg_time_f32(robot) : 0.0f;
     flight_chain_f32 chain; /* what is not set here is set by its first phase */
     chain.robot = robot;
     chain.largest = largest_force_f32(robot);
@@ -766,9 +767,9 @@ static float square_of_velocity_f32(const hopform_poles_f32 *poles, const hopfor
     for (int node = 0; node < HOPFORM_NODES_f32; node++) {
         const propagator_f32 at = propagator_at_f32(poles, place_f32[node] * h);
         const jet_f32 displacement = displacement_in_flight_f32(poles, phase, &at);
-        const float motion[] = {displacement.rate, displacement.curvature};
+        const float numerators[] = {displacement.rate, displacement.curvature};
         for (int n = 0; n < 3; n++) {
-            squares[n] += weight_f32[node] * h * motion[n / 2] * motion[(n + 1) / 2];
+            squares[n] += weight_f32[node] * h * numerators[n / 2] * numerators[(n + 1) / 2];
         }
     }
     for (; doublings > 0 && phase->side != 0; doublings--) {

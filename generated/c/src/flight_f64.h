@@ -96,7 +96,7 @@ static hopform_state_f64 state_in_flight_f64(const hopform_robot_f64 *robot, con
 
 /* What a damper leaves of the leg's compression, at a time of the flight. */
 static double left_in_leg_f64(const flight_chain_f64 *chain, double t) {
-    return HOPFORM_LEG_HAS_DAMPER ? chain->leg * exponential_f64(-chain->relaxes * t) : 0.0;
+    return HOPFORM_FLIGHT_HAS_DECAY ? chain->leg * exponential_f64(-chain->relaxes * t) : 0.0;
 }
 
 /* ---- the height over the ground ---- */
@@ -145,9 +145,9 @@ static fall_f64 fall_search_f64(const flight_chain_f64 *chain, const event_funct
         displacement[i] = -poles->p * displacement[i - 1] - poles->q * displacement[i - 2];
     }
     const double value =
-        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? displacement[4] + l * displacement[3] : displacement[3]);
+        -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? displacement[4] + l * displacement[3] : displacement[3]);
     const double rate =
-        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? displacement[5] + l * displacement[4] : displacement[4]);
+        -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? displacement[5] + l * displacement[4] : displacement[4]);
     fall_f64 fall;
     fall.set.poles = poles;
     fall.set.node = NULL;
@@ -165,7 +165,7 @@ static fall_f64 fall_search_f64(const flight_chain_f64 *chain, const event_funct
 static int variations_in_fall_f64(const fall_f64 *fall, const jet_f64 *at, bool last) {
     const double l = fall->relaxes;
     const double relaxed = fall->is_rate ? at->curvature + l * at->rate : at->third + l * at->curvature;
-    const bool third = HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? relaxed < 0.0 || (!(relaxed > 0.0) && last) : last;
+    const bool third = HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? relaxed < 0.0 || (!(relaxed > 0.0) && last) : last;
     const bool curvature = fall->is_rate ? third : at->curvature < 0.0 || (!(at->curvature > 0.0) && third);
     const bool rate = at->rate < 0.0 || (!(at->rate > 0.0) && curvature);
     return (rate ? 1 : 0) + (rate != curvature ? 1 : 0) + (curvature != third ? 1 : 0) + (third != last ? 1 : 0);
@@ -198,7 +198,7 @@ static bool is_certified_in_fall_f64(const fall_f64 *fall, interval_f64 *in) {
         has_minimum ? cut_between_f64(from->rate, to.rate, h) : cut_between_f64(from->curvature, to.curvature, h);
     const double cut = before != after ? fall->turn : in->low.t + inside;
     double m = lesser_f64(lesser_f64(from->curvature, to.curvature), 0.0);
-    if (HOPFORM_LEG_HAS_DAMPER && fall->relaxes > 0.0 && from->third < 0.0 && to.third > 0.0) {
+    if (HOPFORM_FLIGHT_HAS_DECAY && fall->relaxes > 0.0 && from->third < 0.0 && to.third > 0.0) {
         m += h * from->third; /* exp(l t) g''' rises */
     }
     const bool bends_least_at_an_end = before == after && !(fall->is_rate && before);
@@ -417,7 +417,7 @@ static flight_end_f64 end_at_touchdown_f64(flight_chain_f64 *chain, flight_end_f
 
 /* Finds the last instant of the phase, and what ends it; to what the pull changes. */
 static flight_end_f64 find_end_in_flight_f64(flight_chain_f64 *chain, int *to) {
-    if (chain->now.side == 0 && !(HOPFORM_LEG_HAS_DAMPER && fabs_f64(chain->leg) > 0.0)) {
+    if (chain->now.side == 0 && !(HOPFORM_FLIGHT_HAS_DECAY && fabs_f64(chain->leg) > 0.0)) {
         return end_of_parabola_f64(chain);
     }
     const double until = longest_phase_f64(chain);
@@ -591,8 +591,9 @@ static bool report_flight_f64(const flight_chain_f64 *chain, hopform_flight_f64 
     }
     flight->apex_time = top;
     flight->apex = start->x1 - start->y + (start->v2 - 0.5 * g * top) * top;
-    flight->leg_loss =
-        HOPFORM_LEG_HAS_DAMPER ? leg_energy_f64(chain->robot, left) - leg_energy_f64(chain->robot, chain->leg) : 0.0;
+    flight->leg_loss = HOPFORM_FLIGHT_HAS_DECAY
+                           ? leg_energy_f64(chain->robot, left) - leg_energy_f64(chain->robot, chain->leg)
+                           : 0.0;
     flight->phases_kept = flight->phase_count < chain->capacity ? flight->phase_count : chain->capacity;
     const double others = fabs_f64(flight->duration) + fabs_f64(flight->v2_after) + fabs_f64(flight->apex)
                         + fabs_f64(top) - flight->impact_loss - flight->start_loss - flight->leg_loss;
@@ -655,7 +656,7 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
         return HOPFORM_ERROR_HORIZON;
     }
     if (!gains_are_sound_f64(&law)) { return HOPFORM_ERROR_GAINS; }
-    const double time = HOPFORM_LEG_HAS_DAMPER ? leg_time_f64(robot) : 0.0;
+    const double time = HOPFORM_FLIGHT_HAS_DECAY ? leg_time_f64(robot) : 0.0;
     flight_chain_f64 chain; /* what is not set here is set by its first phase */
     chain.robot = robot;
     chain.largest = largest_force_f64(robot);
@@ -766,9 +767,9 @@ static double square_of_velocity_f64(const hopform_poles_f64 *poles, const hopfo
     for (int node = 0; node < HOPFORM_NODES_f64; node++) {
         const propagator_f64 at = propagator_at_f64(poles, place_f64[node] * h);
         const jet_f64 displacement = displacement_in_flight_f64(poles, phase, &at);
-        const double motion[] = {displacement.rate, displacement.curvature};
+        const double numerators[] = {displacement.rate, displacement.curvature};
         for (int n = 0; n < 3; n++) {
-            squares[n] += weight_f64[node] * h * motion[n / 2] * motion[(n + 1) / 2];
+            squares[n] += weight_f64[node] * h * numerators[n / 2] * numerators[(n + 1) / 2];
         }
     }
     for (; doublings > 0 && phase->side != 0; doublings--) {

@@ -2,11 +2,18 @@
  *
  * The library in one precision, as one unit: what its parts share stands in the image once.
  */
+#include "facts.h"
+
+#if HOPFORM_HAS_CONTACT
 #include "control_f32.h"
-#include "energy_f32.h"
 #include "flight_f32.h"
+#include "touchdown_f32.h"
+#endif
+#include "energy_f32.h"
+#include "forces_f32.h"
+#include "plant_f32.h"
 #include "selftest_f32.h"
 #include "sensitivity_f32.h"
 #include "stance_f32.h"
+#include "start_f32.h"
 #include "states_f32.h"
-#include "touchdown_f32.h"

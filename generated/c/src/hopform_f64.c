@@ -2,11 +2,18 @@
  *
  * The library in one precision, as one unit: what its parts share stands in the image once.
  */
+#include "facts.h"
+
+#if HOPFORM_HAS_CONTACT
 #include "control_f64.h"
-#include "energy_f64.h"
 #include "flight_f64.h"
+#include "touchdown_f64.h"
+#endif
+#include "energy_f64.h"
+#include "forces_f64.h"
+#include "plant_f64.h"
 #include "selftest_f64.h"
 #include "sensitivity_f64.h"
 #include "stance_f64.h"
+#include "start_f64.h"
 #include "states_f64.h"
-#include "touchdown_f64.h"

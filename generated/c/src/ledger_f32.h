@@ -21,12 +21,12 @@ typedef union {
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
 static inline matrix_f32 short_moments_f32(const hopform_plan_f32 *plan, const mode_f32 *mode,
                                              const hopform_state_f32 *start, float u, float h) {
-    const motion_f32 motion = motion_of_f32(plan, start, u, mode->side[0], mode->side[1]);
+    const numerators_f32 numerators = motion_of_f32(plan, start, u, mode->side[0], mode->side[1]);
     matrix_f32 sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_f32; node++) {
         const basis_f32 basis = basis_at_f32(mode->poles, place_f32[node] * h);
         state_and_one_f32 at;
-        at.named = arrive_f32(start, &motion, &basis, mode->side[0], mode->side[1]);
+        at.named = arrive_f32(start, &numerators, &basis, mode->side[0], mode->side[1]);
         at.of[ONE_f32] = 1.0f;
         const float weight = weight_f32[node] * h;
         for (int i = 0; i <= HOPFORM_AXES; i++) {

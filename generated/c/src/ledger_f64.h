@@ -21,12 +21,12 @@ typedef union {
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
 static inline matrix_f64 short_moments_f64(const hopform_plan_f64 *plan, const mode_f64 *mode,
                                              const hopform_state_f64 *start, double u, double h) {
-    const motion_f64 motion = motion_of_f64(plan, start, u, mode->side[0], mode->side[1]);
+    const numerators_f64 numerators = motion_of_f64(plan, start, u, mode->side[0], mode->side[1]);
     matrix_f64 sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_f64; node++) {
         const basis_f64 basis = basis_at_f64(mode->poles, place_f64[node] * h);
         state_and_one_f64 at;
-        at.named = arrive_f64(start, &motion, &basis, mode->side[0], mode->side[1]);
+        at.named = arrive_f64(start, &numerators, &basis, mode->side[0], mode->side[1]);
         at.of[ONE_f64] = 1.0;
         const double weight = weight_f64[node] * h;
         for (int i = 0; i <= HOPFORM_AXES; i++) {

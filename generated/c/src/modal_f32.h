@@ -29,7 +29,8 @@ typedef struct {
 
 /* The modal form of a motion. */
 typedef struct {
-    numerators_f32 by; /* fading, cosine and sine in place of H3, H2, H1; the position less that at the start */
+    numerators_by_axis_f32
+        by; /* fading, cosine and sine in place of H3, H2, H1; the position less that at the start */
     state_by_axis_f32 final;
     float drift; /* of the position */
 } motion_modes_f32;
@@ -126,18 +127,18 @@ static inline basis_f32 basis_of_propagator_f32(const hopform_poles_f32 *poles, 
 /* The modal form of a motion from a state on. Of the velocity that has a position the whole numerator is known, in
  * which nothing cancels. */
 SELDOM_f32 motion_modes_f32 modes_of_motion_f32(const hopform_poles_f32 *poles, float omega,
-                                                   const hopform_state_f32 *state, const motion_f32 *motion) {
+                                                   const hopform_state_f32 *state, const numerators_f32 *numerators) {
     const float chi = residue_f32(poles);
     motion_modes_f32 made;
-    numerators_f32 h;
-    h.named = *motion;
+    numerators_by_axis_f32 h;
+    h.named = *numerators;
     made.final.named = *state;
     for (int i = 0; i < HOPFORM_CORE; i++) {
         const int axis = i + 1;
         const float z = made.final.of[axis];
         const whole_f32 plain = {z, h.core[i].H3 + poles->s_1 * z, h.core[i].H2 + poles->s_2 * z,
-                                  axis == HOPFORM_COMPRESSION_AXIS ? h.core[i].H1 + poles->s_3 * z : motion->N0_1};
-        const whole_f32 known = {z, motion->N2_1, motion->N1_1, motion->N0_1};
+                                  axis == HOPFORM_STRETCH_AXIS ? h.core[i].H1 + poles->s_3 * z : numerators->N0_1};
+        const whole_f32 known = {z, numerators->N2_1, numerators->N1_1, numerators->N0_1};
         const bool moves = axis == HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
         const modes_f32 modes = modes_of_f32(poles, chi, omega, moves ? &known : &plain);
         const numerator_f32 by = {modes.h_fade, modes.h_cos, modes.h_sin};

@@ -29,7 +29,8 @@ typedef struct {
 
 /* The modal form of a motion. */
 typedef struct {
-    numerators_f64 by; /* fading, cosine and sine in place of H3, H2, H1; the position less that at the start */
+    numerators_by_axis_f64
+        by; /* fading, cosine and sine in place of H3, H2, H1; the position less that at the start */
     state_by_axis_f64 final;
     double drift; /* of the position */
 } motion_modes_f64;
@@ -126,18 +127,18 @@ static inline basis_f64 basis_of_propagator_f64(const hopform_poles_f64 *poles, 
 /* The modal form of a motion from a state on. Of the velocity that has a position the whole numerator is known, in
  * which nothing cancels. */
 SELDOM_f64 motion_modes_f64 modes_of_motion_f64(const hopform_poles_f64 *poles, double omega,
-                                                   const hopform_state_f64 *state, const motion_f64 *motion) {
+                                                   const hopform_state_f64 *state, const numerators_f64 *numerators) {
     const double chi = residue_f64(poles);
     motion_modes_f64 made;
-    numerators_f64 h;
-    h.named = *motion;
+    numerators_by_axis_f64 h;
+    h.named = *numerators;
     made.final.named = *state;
     for (int i = 0; i < HOPFORM_CORE; i++) {
         const int axis = i + 1;
         const double z = made.final.of[axis];
         const whole_f64 plain = {z, h.core[i].H3 + poles->s_1 * z, h.core[i].H2 + poles->s_2 * z,
-                                  axis == HOPFORM_COMPRESSION_AXIS ? h.core[i].H1 + poles->s_3 * z : motion->N0_1};
-        const whole_f64 known = {z, motion->N2_1, motion->N1_1, motion->N0_1};
+                                  axis == HOPFORM_STRETCH_AXIS ? h.core[i].H1 + poles->s_3 * z : numerators->N0_1};
+        const whole_f64 known = {z, numerators->N2_1, numerators->N1_1, numerators->N0_1};
         const bool moves = axis == HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
         const modes_f64 modes = modes_of_f64(poles, chi, omega, moves ? &known : &plain);
         const numerator_f64 by = {modes.h_fade, modes.h_cos, modes.h_sin};

@@ -8,7 +8,6 @@
 #include "facts.h"
 #include "formulas_f64.h"
 
-
 /* Constant accelerations of a phase: current, gravity, offset and Coulomb friction. */
 typedef union {
     drive_f64 named;
@@ -27,7 +26,13 @@ typedef union {
     double of[2];
 } friction_by_element_f64;
 
-/* The hopper at one instant; x_2 is x_1 - y and the length without load. */
+/* What friction takes of the acceleration of a mass: its level with the sign of v_i. */
+typedef union {
+    resisted_f64 named;
+    double of[2];
+} resisted_by_element_f64;
+
+/* The hopper at one instant. */
 typedef union {
     hopform_state_f64 named;
     at_f64 later;
@@ -60,19 +65,19 @@ typedef union {
     double of[5];
 } basis_by_order_f64;
 
-/* Numerators of a phase: of the velocity of each element, of the compression, and of the position that has stops,
- * behind its velocity. */
+/* Numerators of a phase: of the velocity of each element, of the stretch, and of the position that has stops, behind
+ * its velocity. */
 typedef union {
-    motion_f64 named;
+    numerators_f64 named;
     struct {
         numerator_f64 velocity[HOPFORM_ELEMENTS];
-        numerator_f64 compression;
+        numerator_f64 stretch;
         numerator_f64 position;
     } of;
     numerator_f64 core[HOPFORM_CORE]; /* by the axes of the core */
-} numerators_f64;
+} numerators_by_axis_f64;
 
-/* A state as a batch shows it, with the height of the body in place of the compression. */
+/* A state as a batch shows it, with the second coordinate in place of the stretch. */
 #define HOPFORM_SHOWN_f64(robot, state)                                                                               \
     (state)->x1, (state)->v1,                                                        \
         body_height_f64((robot), (state)->x1, (state)->y),                  \

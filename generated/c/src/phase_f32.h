@@ -7,13 +7,15 @@
 
 #include "modal_f32.h"
 
+#if HOPFORM_HAS_CONTACT
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool stores_much_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start) {
     return !(stored_energy_f32(robot, start) <= 64.0f * moving_energy_f32(robot, start, 1.0f));
 }
+#endif
 
 /* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. With a law, which
- * sets the current of the one mass, side_2 is the limit that the current is at, 0 under the law. */
+ * sets the input of the one mass, side_2 is the limit that the input is at, 0 under the law. */
 static inline const hopform_poles_f32 *poles_of_f32(const hopform_plan_f32 *plan, int side_1, int side_2) {
     (void)side_1; /* a model may have one mode, or go by one side */
     (void)side_2;
@@ -30,6 +32,11 @@ static inline const hopform_node_f32 *node_of_f32(const hopform_plan_f32 *plan, 
 #undef NODE_OF
 }
 
+/* The poles of a mode that the model has, where it does not matter which. */
+static inline const hopform_poles_f32 *any_poles_f32(const hopform_plan_f32 *plan) {
+    return &plan->HOPFORM_ANY_MODE;
+}
+
 /* The rates of a mode. */
 static inline const hopform_rates_f32 *rates_of_mode_f32(const hopform_plan_f32 *plan, int side_2) {
     (void)side_2;
@@ -42,18 +49,18 @@ static inline bool all_held_f32(int side_1, int side_2) {
 }
 
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
-static inline motion_f32 motion_under_f32(const hopform_rates_f32 *rates, const drive_f32 *drive,
-                                            const hopform_state_f32 *state, int side_1, int side_2) {
+static inline numerators_f32 motion_under_f32(const hopform_rates_f32 *rates, const drive_f32 *drive,
+                                                const hopform_state_f32 *state, int side_1, int side_2) {
 #define MOTION_OF(mode) motion_of_##mode##_f32(rates, drive, state)
     if (!all_held_f32(side_1, side_2)) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
 #undef MOTION_OF
-    const motion_f32 rest = {0};
+    const numerators_f32 rest = {0};
     return rest;
 }
 
 /* The same under an input. */
-static inline motion_f32 motion_of_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *state, float u,
-                                         int side_1, int side_2) {
+static inline numerators_f32 motion_of_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *state, float u,
+                                             int side_1, int side_2) {
     const hopform_rates_f32 *rates = rates_of_mode_f32(plan, side_2);
     const drive_f32 drive = drive_of_f32(&plan->robot, rates, u, (float)side_1, (float)side_2);
     return motion_under_f32(rates, &drive, state, side_1, side_2);
@@ -107,13 +114,13 @@ static inline float free_after_motion_f32(float side, float friction, const nume
     return side * (friction - (back > HOPFORM_UNDERFLOW_f32 ? back : HOPFORM_UNDERFLOW_f32));
 }
 
-/* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the compression
+/* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch
  * follows it. */
-static inline void set_acceleration_from_rest_f32(numerators_f32 *motion, int element, bool alone,
+static inline void set_acceleration_from_rest_f32(numerators_by_axis_f32 *numerators, int element, bool alone,
                                                    float acceleration) {
-    motion->of.velocity[element].H3 = acceleration;
-    if (element == HOPFORM_STOPPED_ELEMENT) { motion->of.position.H3 = acceleration; /* its velocity is 0 */ }
-    if (alone) { motion->of.compression.H2 = (float)HOPFORM_COMPRESSION_FOLLOWS(element) * acceleration; }
+    numerators->of.velocity[element].H3 = acceleration;
+    if (element == HOPFORM_STOPPED_ELEMENT) { numerators->of.position.H3 = acceleration; /* its velocity is 0 */ }
+    if (alone) { numerators->of.stretch.H2 = (float)HOPFORM_STRETCH_FOLLOWS(element) * acceleration; }
 }
 
 /* A state of a phase that began at `start`: what is held stays exactly where it is. */
@@ -130,20 +137,20 @@ static inline hopform_state_f32 held_in_place_f32(const hopform_state_f32 *start
 }
 
 /* The state of a phase where the response of the poles is `basis`. */
-static inline hopform_state_f32 arrive_f32(const hopform_state_f32 *state, const motion_f32 *motion,
+static inline hopform_state_f32 arrive_f32(const hopform_state_f32 *state, const numerators_f32 *numerators,
                                              const basis_f32 *basis, int side_1, int side_2) {
     state_by_axis_f32 at;
-    at.later = state_at_f32(state, motion, basis);
+    at.later = state_at_f32(state, numerators, basis);
     return held_in_place_f32(state, &at, side_1, side_2);
 }
 
 /* The same where a propagator is known; `modes` are read where it is modal. */
-static inline hopform_state_f32 arrive_at_f32(const hopform_state_f32 *state, const motion_f32 *motion,
+static inline hopform_state_f32 arrive_at_f32(const hopform_state_f32 *state, const numerators_f32 *numerators,
                                                 const motion_modes_f32 *modes, const propagator_f32 *at, int side_1,
                                                 int side_2) {
     if (!is_modal_f32(at)) {
         const basis_f32 basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-        return arrive_f32(state, motion, &basis, side_1, side_2);
+        return arrive_f32(state, numerators, &basis, side_1, side_2);
     }
     state_by_axis_f32 later;
     later.named = state_by_modes_f32(state, modes, at);
@@ -155,10 +162,12 @@ static inline bool is_made_f32(const hopform_plan_f32 *plan) {
     return plan->made == HOPFORM_PLAN_MADE;
 }
 
+#if HOPFORM_HAS_CONTACT
 /* A plan of a robot that can take off, and comes down again. */
 static inline bool hops_f32(const hopform_plan_f32 *plan) {
-    return is_made_f32(plan) && HOPFORM_HAS_CONTACT && fall_of_f32(&plan->robot) > 0.0f;
+    return is_made_f32(plan) && fall_of_f32(&plan->robot) > 0.0f;
 }
+#endif
 
 /* Index of the last phase that starts at or before t. */
 static inline int32_t phase_index_f32(const hopform_phase_f32 *phases, int32_t count, float t) {
@@ -201,14 +210,15 @@ static inline hopform_state_f32 start_of_phase_f32(const hopform_phase_f32 *phas
 }
 
 /* The numerators of a phase. */
-static inline motion_f32 motion_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u) {
+static inline numerators_f32 motion_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
+                                                   float u) {
     const hopform_state_f32 start = start_of_phase_f32(phase);
     return motion_of_f32(plan, &start, u, side_1_f32(phase), side_2_f32(phase));
 }
 
 /* The state at time t since a phase with these numerators began. */
 static inline hopform_state_f32 state_by_motion_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
-                                                      const motion_f32 *motion, float t) {
+                                                      const numerators_f32 *numerators, float t) {
     const int side_1 = side_1_f32(phase);
     const int side_2 = side_2_f32(phase);
     const hopform_state_f32 start = start_of_phase_f32(phase);
@@ -217,17 +227,31 @@ static inline hopform_state_f32 state_by_motion_f32(const hopform_plan_f32 *plan
     const hopform_node_f32 *node = node_of_f32(plan, side_1, side_2);
     if (t < node->modal) {
         const basis_f32 basis = basis_at_f32(poles, t);
-        return arrive_f32(&start, motion, &basis, side_1, side_2);
+        return arrive_f32(&start, numerators, &basis, side_1, side_2);
     }
     const propagator_f32 at = modes_at_f32(poles, node->omega, t);
-    const motion_modes_f32 modes = modes_of_motion_f32(poles, node->omega, &start, motion);
-    return arrive_at_f32(&start, motion, &modes, &at, side_1, side_2);
+    const motion_modes_f32 modes = modes_of_motion_f32(poles, node->omega, &start, numerators);
+    return arrive_at_f32(&start, numerators, &modes, &at, side_1, side_2);
 }
 
 static inline hopform_state_f32 state_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
                                                      float u, float t) {
-    const motion_f32 motion = motion_in_phase_f32(plan, phase, u);
-    return state_by_motion_f32(plan, phase, &motion, t);
+    const numerators_f32 numerators = motion_in_phase_f32(plan, phase, u);
+    return state_by_motion_f32(plan, phase, &numerators, t);
+}
+
+/* The state just before the phase behind another one begins. Nothing jumps there but the velocity that a stop takes. */
+static inline hopform_state_f32 state_before_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
+                                                         float u, const hopform_phase_f32 *next) {
+    state_by_axis_f32 at;
+    at.named = start_of_phase_f32(next);
+    if (next->event == HOPFORM_EVENT_HITS_STOP) {
+        state_by_axis_f32 met;
+        met.named = state_in_phase_f32(plan, phase, u, next->t - phase->t);
+        const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
+        at.of[velocity] = met.of[velocity];
+    }
+    return at.named;
 }
 
 /* ---- through an event, at which an axis is at a value: a velocity at 0, or a position at a stop ---- */
@@ -274,33 +298,51 @@ static inline void pass_slip_f32(float change[HOPFORM_AXES], int element, float 
 
 /* ---- what ended a motion ---- */
 
-/* What set the time of an ending: a root of the contact force in the last phase, the event or the start that this phase
+/* Whether a stance has ended as its contact was lost. */
+static inline bool is_left_f32(const hopform_stance_f32 *stance) {
+#if HOPFORM_HAS_CONTACT
+    return stance->ending == HOPFORM_ENDING_TAKEOFF;
+#else
+    (void)stance;
+    return false;
+#endif
+}
+
+/* What set the time of an ending: a root of a contact force in the last phase, the event or the start that this phase
  * began with, at which it ended at once, the horizon, or nothing, where a search was given up. */
 enum { ENDED_BY_NOTHING_f32, ENDED_BY_ROOT_f32, ENDED_BY_EVENT_f32, ENDED_BY_HORIZON_f32 };
 
+#if HOPFORM_HAS_CONTACT
 /* The contact force is below 0, which it may be without a root: at the start, or where a velocity in it is lost at a
- * stop. A compression does not jump. */
+ * stop. A stretch does not jump. */
 static inline bool contact_pulls_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *at) {
-    return HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_COMPRESSION && contact_of_f32(robot, at) < 0.0f;
+    return !HOPFORM_CONTACT_IS_STRETCH && contact_of_f32(robot, at) < 0.0f;
 }
+#endif
 
 /* What set the time at which a stance ended, all of whose phases are at hand. */
 static inline int ended_by_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phases,
                                 const hopform_stance_f32 *stance) {
-    const hopform_phase_f32 *last = &phases[stance->phases_kept - 1];
-    const hopform_state_f32 begins = start_of_phase_f32(last);
-    const bool may_jump = stance->phases_kept == 1 || last->event == HOPFORM_EVENT_HITS_STOP;
     if (stance->ending == HOPFORM_ENDING_HORIZON) { return ENDED_BY_HORIZON_f32; }
     if (stance->ending == HOPFORM_ENDING_REST) { return ENDED_BY_EVENT_f32; }
-    if (stance->ending != HOPFORM_ENDING_TAKEOFF) { return ENDED_BY_NOTHING_f32; }
-    return may_jump && contact_pulls_f32(&plan->robot, &begins) ? ENDED_BY_EVENT_f32 : ENDED_BY_ROOT_f32;
+#if HOPFORM_HAS_CONTACT
+    if (is_left_f32(stance)) {
+        const hopform_phase_f32 *last = &phases[stance->phases_kept - 1];
+        const hopform_state_f32 begins = start_of_phase_f32(last);
+        const bool may_jump = stance->phases_kept == 1 || last->event == HOPFORM_EVENT_HITS_STOP;
+        return may_jump && contact_pulls_f32(&plan->robot, &begins) ? ENDED_BY_EVENT_f32 : ENDED_BY_ROOT_f32;
+    }
+#endif
+    (void)plan;
+    (void)phases;
+    return ENDED_BY_NOTHING_f32;
 }
 
 /* ---- a stance that is followed phase by phase while it is solved ---- */
 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
-    const numerators_f32 *motion;
+    const numerators_by_axis_f32 *numerators;
     const propagator_f32 *end;     /* where it ends */
     const motion_modes_f32 *modes; /* of the motion, if that propagator is modal */
     const state_by_axis_f32 *start;

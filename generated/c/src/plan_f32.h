@@ -75,8 +75,10 @@ static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_po
         || !(both->q > 0.0f || HOPFORM_MOVES_ALONE)) { /* both never move then */
         return HOPFORM_ERROR_NUMBERS;
     }
+#if HOPFORM_BOTH_MOVE
     plan->both = *both;
-    if (!HOPFORM_MOVES_ALONE) { plan->node_both = node_of_poles_f32(both, whole); }
+    plan->node_both = node_of_poles_f32(both, whole);
+#endif
 #define PUT_MODE(mode, rates, p, q)                                                                                    \
     plan->mode = pair_alone_f32(plan->rates.p, plan->rates.q);                                                        \
     plan->node_##mode = node_of_poles_f32(&plan->mode, whole);

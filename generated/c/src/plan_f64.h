@@ -75,8 +75,10 @@ static inline int32_t poles_of_plan_f64(hopform_plan_f64 *plan, const hopform_po
         || !(both->q > 0.0 || HOPFORM_MOVES_ALONE)) { /* both never move then */
         return HOPFORM_ERROR_NUMBERS;
     }
+#if HOPFORM_BOTH_MOVE
     plan->both = *both;
-    if (!HOPFORM_MOVES_ALONE) { plan->node_both = node_of_poles_f64(both, whole); }
+    plan->node_both = node_of_poles_f64(both, whole);
+#endif
 #define PUT_MODE(mode, rates, p, q)                                                                                    \
     plan->mode = pair_alone_f64(plan->rates.p, plan->rates.q);                                                        \
     plan->node_##mode = node_of_poles_f64(&plan->mode, whole);

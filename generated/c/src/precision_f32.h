@@ -28,10 +28,10 @@ typedef int32_t signed_bits_f32;
 #define HOPFORM_ROOT_EPS_f32 0.00034526698f /* its square root */
 #define HOPFORM_NEVER_f32 1e38f /* what is beyond is refused; the time of what does not happen */
 #define HOPFORM_UNDERFLOW_f32 1e-30f /* below this, squares and quotients lose digits */
-#define HOPFORM_FASTEST_LEG_f32 1e-10f /* a leg that relaxes in less time [s] does so at once */
+#define HOPFORM_FASTEST_LEG_f32 1e-10f /* a contact whose damper relaxes in less time [s] does so at once */
 #define HOPFORM_REACHED_WITHIN_f32 1e-6f /* [m] the search for a current ends this near */
 #define HOPFORM_NEAR_WITHIN_f32 4e-6f /* [m] an apex this near is reached */
-#define HOPFORM_STIFFEST_f32 1e3f /* a real pole this many times the frequency of the body on the spring: ill-conditioned */
+#define HOPFORM_STIFFEST_f32 1e3f /* a real pole this many times the frequency of mass 2 on the spring: ill-conditioned */
 #define HOPFORM_MODAL_f32 1e3f /* a^2/q above which a phase is evaluated in modal form from 1/a on */
 #define HOPFORM_TERMS_f32 24 /* terms of the power series of W */
 #define HOPFORM_SMALLEST_EXPONENT_f32 -87.0f /* exp of less counts as 0 */

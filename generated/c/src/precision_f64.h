@@ -28,10 +28,10 @@ typedef int64_t signed_bits_f64;
 #define HOPFORM_ROOT_EPS_f64 1.4901161193847656e-08 /* its square root */
 #define HOPFORM_NEVER_f64 1e+300 /* what is beyond is refused; the time of what does not happen */
 #define HOPFORM_UNDERFLOW_f64 1e-280 /* below this, squares and quotients lose digits */
-#define HOPFORM_FASTEST_LEG_f64 1e-90 /* a leg that relaxes in less time [s] does so at once */
+#define HOPFORM_FASTEST_LEG_f64 1e-90 /* a contact whose damper relaxes in less time [s] does so at once */
 #define HOPFORM_REACHED_WITHIN_f64 1e-14 /* [m] the search for a current ends this near */
 #define HOPFORM_NEAR_WITHIN_f64 2e-10 /* [m] an apex this near is reached */
-#define HOPFORM_STIFFEST_f64 10000000.0 /* a real pole this many times the frequency of the body on the spring: ill-conditioned */
+#define HOPFORM_STIFFEST_f64 10000000.0 /* a real pole this many times the frequency of mass 2 on the spring: ill-conditioned */
 #define HOPFORM_MODAL_f64 10000.0 /* a^2/q above which a phase is evaluated in modal form from 1/a on */
 #define HOPFORM_TERMS_f64 40 /* terms of the power series of W */
 #define HOPFORM_SMALLEST_EXPONENT_f64 -708.0 /* exp of less counts as 0 */

@@ -7,7 +7,7 @@
 
 #include "hopform/hopform.h"
 
-/* A stance of robot number `robot`, with the current in two steps. */
+/* A stance of robot number `robot`, with the input in two steps. */
 typedef struct {
     int32_t robot;
     hopform_state_f64 start;

@@ -22,9 +22,13 @@ static bool steps_are_sound_f32(const hopform_step_f32 *steps, int32_t count) {
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_f32(const hopform_plan_f32 *plan) {
-    if (!HOPFORM_BOTH_MOVE) { return false; }
+#if HOPFORM_BOTH_MOVE
     const float a = plan->node_both.pole;
     return a * a * a > HOPFORM_STIFFEST_f32 * HOPFORM_STIFFEST_f32 * plan->rates.s_3;
+#else
+    (void)plan;
+    return false;
+#endif
 }
 
 /* Fill a plan from its robot. */
@@ -39,8 +43,8 @@ static int32_t fill_plan_f32(hopform_plan_f32 *plan) {
 }
 
 /* Coefficients and poles of a robot. A refusal zeroes the plan, and every function refuses it. HOPFORM_ILL_CONDITIONED
- * where the actuator is too stiff for the precision: the plan is made, and what it solves may lack events of the creep
- * after the transient. */
+ * where mass 1 is too stiff for the precision: the plan is made, and what it solves may lack events of the creep after
+ * the transient. */
 int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *robot) {
     if (plan == NULL) { return HOPFORM_ERROR_NULL; }
     const hopform_robot_f32 none = {0};
@@ -63,6 +67,19 @@ static int32_t call_status_f32(const hopform_plan_f32 *plan, const hopform_state
     if (status < 0) { return status; }
     if (!steps_are_sound_f32(steps, step_count)) { return HOPFORM_ERROR_STEPS; }
     return capacity < 0 ? HOPFORM_ERROR_HORIZON : HOPFORM_OK;
+}
+
+/* Run a chain that has begun to its ending, which is not 0 if it is there already. */
+static int32_t stance_run_f32(stance_chain_f32 *chain, int32_t begun) {
+    stance_search_f32 search;
+    search_nothing_f32(any_poles_f32(chain->plan), &search);
+    int32_t ending = begun;
+    while (ending == 0) {
+        stance_begin_phase_f32(chain);
+        stance_find_end_f32(chain, &search);
+        ending = stance_end_phase_f32(chain, &search);
+    }
+    return ending;
 }
 
 /* hopform_solve_stance that shows every phase to `observer`; NULL for none. With the last of its evaluations it ends,
@@ -92,26 +109,21 @@ static int32_t solve_observed_f32(const hopform_plan_f32 *plan, const hopform_st
     if (status < 0) { return refuse_f32(status, written, 1, read, 2); }
     stance_chain_f32 chain;
     stance_start_f32(&chain, plan, &from, steps, step_count, horizon, max_phases, phases, capacity, evaluations);
+#if HOPFORM_HAS_CONTACT
     chain.adds_up = chain.adds_up && observer == NULL; /* who follows a candidate does not ask for the AED */
+#endif
     chain.observer = observer;
     chain.variation = variation;
-    stance_search_f32 search;
-    search_nothing_f32(&plan->both, &search);
-    int32_t ending = stance_begin_f32(&chain);
-    while (ending == 0) {
-        stance_begin_phase_f32(&chain);
-        stance_find_end_f32(&chain, &search);
-        ending = stance_end_phase_f32(&chain, &search);
-    }
+    const int32_t ending = stance_run_f32(&chain, stance_begin_f32(&chain));
     return stance_report_f32(&chain, &from, ending, stance);
 }
 
 /* Solve one stance from its start; phases go into the caller's buffer as far as it reaches.
  *
- * start: state after the impact, y = 0 at touchdown. steps: the current, at most HOPFORM_MOST_STEPS, steps[0].t = 0,
- * times increase. horizon [s]: longest time. max_phases: after so many phases the ending is too_many_phases; where no
- * first event of a phase is certified within 10 000 intervals it is uncertified, and the stance is known up to its
- * duration.
+ * start: the state at t = 0; of a hop that after the impact. steps: the input, at most HOPFORM_MOST_STEPS,
+ * steps[0].t = 0, times increase. horizon [s]: longest time. max_phases: after so many phases the ending is
+ * too_many_phases; where no first event of a phase is certified within 10 000 intervals it is uncertified, and the
+ * stance is known up to its duration.
  */
 int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                   const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,

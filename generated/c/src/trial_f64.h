@@ -77,11 +77,11 @@ static inline bool turns_up_f64(const current_variation_f64 *variation, const so
                                  double rate_after) {
     const double rate = contact_slope_f64(&variation->plan->robot, &variation->speed.named);
     const bool jumps = now->event == HOPFORM_EVENT_HITS_STOP;
-    bool moves = !HOPFORM_CONTACT_IS_COMPRESSION;
+    bool moves = !HOPFORM_CONTACT_IS_STRETCH;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         moves = moves || fabs_f64(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0;
     }
-    if (moves) { return (rate < 0.0 || (jumps && !HOPFORM_CONTACT_IS_COMPRESSION)) && !(rate_after < 0.0); }
+    if (moves) { return (rate < 0.0 || (jumps && !HOPFORM_CONTACT_IS_STRETCH)) && !(rate_after < 0.0); }
     return HOPFORM_CONTACT_UNLOADS(variation->side) && !HOPFORM_CONTACT_UNLOADS(now->side);
 }
 
@@ -96,7 +96,7 @@ static inline void pass_event_f64(current_variation_f64 *variation, const solved
     double late = 0.0;
     after.of[HOPFORM_POSITION_AXIS] = now->start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     for (int i = 1; i < HOPFORM_AXES; i++) {
-        after.of[i] = now->motion->core[i - 1].H3;
+        after.of[i] = now->numerators->core[i - 1].H3;
     }
     if (axis >= 0) {
         if (fabs_f64(before->of[axis]) > 0.0) {
@@ -120,7 +120,7 @@ static inline void pass_event_f64(current_variation_f64 *variation, const solved
         } else {
             variation->trial->smooth = false;
         }
-        pass_slip_f64(change->of, slips, now->motion->of.velocity[slips].H3, late);
+        pass_slip_f64(change->of, slips, now->numerators->of.velocity[slips].H3, late);
     }
     variation->late = late;
     note_largest_f64(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
@@ -135,11 +135,11 @@ static inline void pass_event_f64(current_variation_f64 *variation, const solved
  * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
  * the stance goes on for another rebound. */
 static inline void look_for_minimum_f64(current_variation_f64 *variation, const solved_phase_f64 *phase,
-                                         const motion_f64 *by_u, const basis_f64 *w, bool turns) {
+                                         const numerators_f64 *by_u, const basis_f64 *w, bool turns) {
     const hopform_robot_f64 *robot = &variation->plan->robot;
     const int *side = phase->side;
     const hopform_poles_f64 *poles = poles_of_f64(variation->plan, side[0], side[1]);
-    const numerator_f64 h = contact_numerator_f64(robot, &phase->motion->named);
+    const numerator_f64 h = contact_numerator_f64(robot, &phase->numerators->named);
     const propagator_f64 end = propagator_of_f64(poles, phase->end->t, w);
     if (turns) {
         const minima_f64 least =
@@ -176,13 +176,13 @@ static inline void carry_variation_f64(current_variation_f64 *variation, const s
     const int *side = phase->side;
     const hopform_poles_f64 *poles = poles_of_f64(plan, side[0], side[1]);
     const basis_f64 w = basis_of_propagator_f64(poles, phase->end);
-    if (phase->event != HOPFORM_EVENT_NONE) { pass_event_f64(variation, phase); }
+    if (HOPFORM_IS_EVENT(phase->event)) { pass_event_f64(variation, phase); }
     variation->moves = variation->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
-    const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || HOPFORM_COMPRESSION_MAY_TURN(side);
+    const bool turns = !HOPFORM_CONTACT_IS_STRETCH || HOPFORM_STRETCH_MAY_TURN(side);
     if (variation->moves || turns) {
         drive_by_element_f64 per_ampere = {{0.0, 0.0}};
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.a1_u;
-        const motion_f64 by_u =
+        const numerators_f64 by_u =
             motion_under_f64(&plan->rates, &per_ampere.named, &variation->change.named, side[0], side[1]);
         if (turns || phase->leaves) { look_for_minimum_f64(variation, phase, &by_u, &w, turns); }
         variation->change.named = arrive_f64(&variation->change.named, &by_u, &w, side[0], side[1]);
@@ -191,7 +191,7 @@ static inline void carry_variation_f64(current_variation_f64 *variation, const s
     variation->speed.of[HOPFORM_POSITION_AXIS] = phase->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     for (int axis = 1; axis < HOPFORM_AXES; axis++) {
         const numerator_f64 *by =
-            is_modal_f64(phase->end) ? &phase->modes->by.core[axis - 1] : &phase->motion->core[axis - 1];
+            is_modal_f64(phase->end) ? &phase->modes->by.core[axis - 1] : &phase->numerators->core[axis - 1];
         variation->speed.of[axis] = sum_of_parts_f64(by, &phase->end->rate);
     }
     (void)memcpy(variation->side, side, sizeof variation->side);
@@ -213,7 +213,7 @@ static inline void lift_f64(const current_variation_f64 *variation, const hopfor
         late = -contact_slope_f64(robot, &variation->change.named) / rate;
     }
     state_by_axis_f64 met = change_at_event_f64(&variation->change, &variation->speed, late);
-    if (HOPFORM_CONTACT_IS_COMPRESSION) { met.of[HOPFORM_COMPRESSION_AXIS] = 0.0; }
+    if (HOPFORM_CONTACT_IS_STRETCH) { met.of[HOPFORM_STRETCH_AXIS] = 0.0; }
     variation->trial->apex_u = apex_slope_f64(robot, end, &met.change);
     note_largest_f64(variation->trial, end->x1, met.of[HOPFORM_POSITION_AXIS]);
 }

@@ -4,7 +4,7 @@
 
 A solver that one can read, generated from the derivation; it needs NumPy alone.
 
-`formulas` has a function for each formula of the derivation, (6) to (24), for floats and for arrays. `kernels` has what
+`formulas` has a function for each formula of the derivation, for floats and for arrays. `kernels` has what
 they are evaluated with: the roots of the cubic, and W over time. `solver` makes motions of them:
 
     >>> from hopform_solver import Robot, solve
@@ -21,7 +21,7 @@ from .records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 if TYPE_CHECKING:
     from .solver import solve
 
-LAYOUT = "a7280b808d6be56e"
+LAYOUT = "463ee7400086ec05"
 """Of the structs and numbers that this package shares with its C library, which carries the same text."""
 
 VERSION = "0.1.0"

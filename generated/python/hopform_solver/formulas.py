@@ -29,8 +29,8 @@ from .records import (
     Letters,
     Modes,
     Moments,
-    Motion,
     Numerator,
+    Numerators,
     Pair,
     PairCore,
     PairIntegrals,
@@ -49,6 +49,7 @@ from .records import (
     ShiftedSeries,
     Slopes,
     Speeds,
+    Start,
     StateChange,
     Transfer,
     Whole,
@@ -120,83 +121,83 @@ def drive_of(robot: Robot, rates: Rates, u: Real, side_1: Real, side_2: Real) ->
     return Drive(C_1, C_2)
 
 
-def motion_of_both(rates: Rates, drive: Drive, state: LegState) -> Motion:
+def motion_of_both(rates: Rates, drive: Drive, state: LegState) -> Numerators:
     """Numerators of the motion with both slipping.
 
     """
     a1_y, a1_v1, a2_y, a2_v2, s_3 = rates.a1_y, rates.a1_v1, rates.a2_y, rates.a2_v2, rates.s_3
     C_1, C_2 = drive.C_1, drive.C_2
     v1, v2, y = state.v1, state.v2, state.y
-    H3_y = v1 - v2                                       # (11) of y = x_1 - x_2 + L_0 + c
+    H3_y = v1 - v2                                       # (11) of y
     H3_1 = C_1 + a1_v1*v1 + a1_y*y                       # (16), (17) over the cubic
-    H3_2 = C_2 + a2_v2*v2 + a2_y*y                       # (13) from x_2(0), v_2(0)
-    H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2         # (11) of y = x_1 - x_2 + L_0 + c
+    H3_2 = C_2 + a2_v2*v2 + a2_y*y                       # (13), counted from the start
+    H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2         # (11) of y
     H2_1 = H3_y*a1_y - H3_1*a2_v2                        # (16), (17) over the cubic
-    H2_2 = H3_y*a2_y - H3_2*a1_v1                        # (14) from x_2(0), v_2(0)
-    H1_y = C_2*a1_v1 - C_1*a2_v2 - s_3*y                 # (11) of y = x_1 - x_2 + L_0 + c
+    H2_2 = H3_y*a2_y - H3_2*a1_v1                        # (14), counted from the start
+    H1_y = C_2*a1_v1 - C_1*a2_v2 - s_3*y                 # (11) of y
     H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1                  # (16), (17) over the cubic
-    H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2                  # (15) from x_2(0), v_2(0)
+    H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2                  # (15), counted from the start
     N2_1 = C_1 + a1_y*y - a2_v2*v1                       # (16), (17) over the cubic
     N1_1 = a2_y*v1 - C_1*a2_v2 - a1_y*v2 - a1_y*a2_v2*y  # (16), (17) over the cubic
     N0_1 = C_1*a2_y - C_2*a1_y                           # (16), (17) over the cubic
-    return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
+    return Numerators(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
-def motion_of_actuator(rates: Rates, drive: Drive, state: LegState) -> Motion:
-    """Numerators of the motion with actuator slipping.
-
-    """
-    a1_y, a1_v1, q_1 = rates.a1_y, rates.a1_v1, rates.q_1
-    C_1 = drive.C_1
-    v1, y = state.v1, state.y
-    H3_y = v1                       # (6) of y, the other mass held
-    H3_1 = C_1 + a1_v1*v1 + a1_y*y  # (6) with x_2 held
-    H2_y = C_1 - q_1*y              # (6) of y, the other mass held
-    H2_1 = -q_1*v1                  # (6) with x_2 held
-    N2_1 = C_1 + a1_y*y             # (6) with x_2 held
-    N1_1 = 0.0                      # (6) with x_2 held
-    H1_1 = 0.0                      # held
-    H3_2 = 0.0                      # held
-    H2_2 = 0.0                      # held
-    H1_2 = 0.0                      # held
-    H1_y = 0.0                      # held
-    N0_1 = 0.0                      # held
-    return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
-
-
-def motion_of_law(rates: Rates, drive: Drive, state: LegState) -> Motion:
-    """Numerators of the motion with the actuator slipping under the law, by the rates of that.
+def motion_of_mass_1(rates: Rates, drive: Drive, state: LegState) -> Numerators:
+    """Numerators of the motion with mass 1 slipping.
 
     """
     a1_y, a1_v1, q_1 = rates.a1_y, rates.a1_v1, rates.q_1
     C_1 = drive.C_1
     v1, y = state.v1, state.y
     H3_y = v1                       # (6) of y, the other mass held
-    H3_1 = C_1 + a1_v1*v1 + a1_y*y  # (6) with x_2 held
+    H3_1 = C_1 + a1_v1*v1 + a1_y*y  # (6), the other mass held
     H2_y = C_1 - q_1*y              # (6) of y, the other mass held
-    H2_1 = -q_1*v1                  # (6) with x_2 held
-    N2_1 = C_1 + a1_y*y             # (6) with x_2 held
-    N1_1 = 0.0                      # (6) with x_2 held
+    H2_1 = -q_1*v1                  # (6), the other mass held
+    N2_1 = C_1 + a1_y*y             # (6), the other mass held
+    N1_1 = 0.0                      # (6), the other mass held
     H1_1 = 0.0                      # held
     H3_2 = 0.0                      # held
     H2_2 = 0.0                      # held
     H1_2 = 0.0                      # held
     H1_y = 0.0                      # held
     N0_1 = 0.0                      # held
-    return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
+    return Numerators(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
-def motion_of_body(rates: Rates, drive: Drive, state: LegState) -> Motion:
-    """Numerators of the motion with body slipping.
+def motion_of_law(rates: Rates, drive: Drive, state: LegState) -> Numerators:
+    """Numerators of the motion with mass 1 slipping under the law, by the rates of that.
+
+    """
+    a1_y, a1_v1, q_1 = rates.a1_y, rates.a1_v1, rates.q_1
+    C_1 = drive.C_1
+    v1, y = state.v1, state.y
+    H3_y = v1                       # (6) of y, the other mass held
+    H3_1 = C_1 + a1_v1*v1 + a1_y*y  # (6), the other mass held
+    H2_y = C_1 - q_1*y              # (6) of y, the other mass held
+    H2_1 = -q_1*v1                  # (6), the other mass held
+    N2_1 = C_1 + a1_y*y             # (6), the other mass held
+    N1_1 = 0.0                      # (6), the other mass held
+    H1_1 = 0.0                      # held
+    H3_2 = 0.0                      # held
+    H2_2 = 0.0                      # held
+    H1_2 = 0.0                      # held
+    H1_y = 0.0                      # held
+    N0_1 = 0.0                      # held
+    return Numerators(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
+
+
+def motion_of_mass_2(rates: Rates, drive: Drive, state: LegState) -> Numerators:
+    """Numerators of the motion with mass 2 slipping.
 
     """
     a2_y, a2_v2, q_2 = rates.a2_y, rates.a2_v2, rates.q_2
     C_2 = drive.C_2
     v2, y = state.v2, state.y
     H3_y = -v2                      # (7) of y, the other mass held
-    H3_2 = C_2 + a2_v2*v2 + a2_y*y  # (7) with x_1 held
+    H3_2 = C_2 + a2_v2*v2 + a2_y*y  # (7), the other mass held
     H2_y = -C_2 - q_2*y             # (7) of y, the other mass held
-    H2_2 = -q_2*v2                  # (7) with x_1 held
+    H2_2 = -q_2*v2                  # (7), the other mass held
     H3_1 = 0.0                      # held
     H2_1 = 0.0                      # held
     H1_1 = 0.0                      # held
@@ -205,7 +206,7 @@ def motion_of_body(rates: Rates, drive: Drive, state: LegState) -> Motion:
     N2_1 = 0.0                      # held
     N1_1 = 0.0                      # held
     N0_1 = 0.0                      # held
-    return Motion(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
+    return Numerators(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
 def pull_of_law(robot: Robot, state: LegState, u: Real) -> Real:
@@ -237,7 +238,7 @@ def largest_pull(robot: Robot) -> Real:
     return largest
 
 
-def law_numerator(robot: Robot, state: LegState, motion: Motion) -> Numerator:
+def law_numerator(robot: Robot, state: LegState, numerators: Numerators) -> Numerator:
     """Numerator of the pull of the law.
 
     """
@@ -415,7 +416,7 @@ def excess_of(robot: Robot) -> Excess:
     return Excess(up_1, down_1, up_2, down_2)
 
 
-def compression_rate(state: LegState) -> Real:
+def stretch_rate(state: LegState) -> Real:
     """Rate of the compression.
 
     Returns rate_y [m/s], rate of the compression.
@@ -449,37 +450,41 @@ def free_terms(rates: Rates, state: LegState, u: Real) -> Free:
     return Free(free_1, free_2)
 
 
-def forces_of(robot: Robot, free: Free, resisted: Resisted) -> Forces:
-    """Forces of friction, and of the stop that holds the actuator: what friction leaves of its free acceleration.
+def forces_of(robot: Robot, state: LegState, free: Free, resisted: Resisted, u: Real) -> Forces:
+    """Forces of friction, of the stop that holds the actuator, of the current and of the ground.
 
+    u [A] current.
     """
-    m_eff, m_s = robot.m_eff, robot.m_s
+    m_eff, m_s, k, gamma2 = robot.m_eff, robot.m_s, robot.k, robot.gamma2
+    y = state.y
     free_1 = free.free_1
     resisted_1, resisted_2 = resisted.resisted_1, resisted.resisted_2
     friction_1 = -m_eff*resisted_1        # (3), (4)
     friction_2 = -m_s*resisted_2          # (3), (4)
     stop_1 = m_eff*(resisted_1 - free_1)  # (3) at v_1' = 0
-    return Forces(friction_1, friction_2, stop_1)
+    driven_1 = -gamma2*u                  # (3)
+    contact_force = k*y                   # what the leg carries
+    return Forces(friction_1, stop_1, friction_2, driven_1, contact_force)
 
 
-def free_numerator_1(rates: Rates, motion: Motion) -> Numerator:
+def free_numerator_1(rates: Rates, numerators: Numerators) -> Numerator:
     """Numerator of the free acceleration of mass 1 while it is held.
 
     """
     a1_y = rates.a1_y
-    H3_y, H2_y, H1_y = motion.H3_y, motion.H2_y, motion.H1_y
+    H3_y, H2_y, H1_y = numerators.H3_y, numerators.H2_y, numerators.H1_y
     H3 = H3_y*a1_y  # (3) held
     H2 = H2_y*a1_y  # (3) held
     H1 = H1_y*a1_y  # (3) held
     return Numerator(H3, H2, H1)
 
 
-def free_numerator_2(rates: Rates, motion: Motion) -> Numerator:
+def free_numerator_2(rates: Rates, numerators: Numerators) -> Numerator:
     """Numerator of the free acceleration of mass 2 while it is held.
 
     """
     a2_y = rates.a2_y
-    H3_y, H2_y, H1_y = motion.H3_y, motion.H2_y, motion.H1_y
+    H3_y, H2_y, H1_y = numerators.H3_y, numerators.H2_y, numerators.H1_y
     H3 = H3_y*a2_y  # (4) held
     H2 = H2_y*a2_y  # (4) held
     H1 = H1_y*a2_y  # (4) held
@@ -701,14 +706,14 @@ def taylor_step(poles: Poles, basis: Basis, t: Real) -> Propagated:
     return Propagated(Wdd_t, Wd_t, W_t, W1_t, W2_t)
 
 
-def state_at(state: LegState, motion: Motion, basis: Basis) -> At:
+def state_at(state: LegState, numerators: Numerators, basis: Basis) -> At:
     """The state at time t of a phase.
 
     """
     x1, v1, v2, y = state.x1, state.v1, state.v2, state.y
-    H3_1, H2_1, H1_1, H3_2, H2_2 = motion.H3_1, motion.H2_1, motion.H1_1, motion.H3_2, motion.H2_2
-    H1_2, H3_y, H2_y, H1_y, N2_1 = motion.H1_2, motion.H3_y, motion.H2_y, motion.H1_y, motion.N2_1
-    N1_1, N0_1 = motion.N1_1, motion.N0_1
+    H3_1, H2_1, H1_1, H3_2 = numerators.H3_1, numerators.H2_1, numerators.H1_1, numerators.H3_2
+    H2_2, H1_2, H3_y, H2_y = numerators.H2_2, numerators.H1_2, numerators.H3_y, numerators.H2_y
+    H1_y, N2_1, N1_1, N0_1 = numerators.H1_y, numerators.N2_1, numerators.N1_1, numerators.N0_1
     Wd, W, W1, W2 = basis.Wd, basis.W, basis.W1, basis.W2
     x1_t = x1 + N0_1*W2 + N1_1*W1 + N2_1*W + Wd*v1  # (20), with t = W' + s_1 W + s_2 W1 + s_3 W2
     v1_t = v1 + H1_1*W1 + H2_1*W + H3_1*Wd          # (21)
@@ -770,7 +775,7 @@ def body_height(robot: Robot, x1: Real, y: Real) -> Real:
     """
     L0, c = robot.L0, robot.c
     length = x1 - y         # hop height of the body
-    unloaded = L0 + c       # length of the leg without load
+    unloaded = L0 + c       # length without load
     x2 = length + unloaded  # y = x_1 - x_2 + unloaded
     return x2
 
@@ -791,7 +796,7 @@ def stored_energy(robot: Robot, state: LegState) -> Real:
     """
     k = robot.k
     x1, y = state.x1, state.y
-    length = x1 - y               # x_2 - L_0 - c at the start
+    length = x1 - y               # its height less the length without load, at the start
     stored = 0.5*k*length*length  # (22), (23)
     return stored
 
@@ -815,7 +820,7 @@ def energies(robot: Robot, state: LegState) -> Energy:
     m_eff, m_s, k, L0, c = robot.m_eff, robot.m_s, robot.k, robot.L0, robot.c
     g = robot.g
     x1, v1, v2, y = state.x1, state.v1, state.v2, state.y
-    length = x1 - y                                                                # x_2 - L_0 - c
+    length = x1 - y                                                                # its height less the length without load
     body = 0.5*k*length*length + 0.5*m_s*v2*v2 + g*m_s*(L0 + c + length)           # (22), (23)
     total = 0.5*k*y*y + 0.5*m_eff*v1*v1 + 0.5*m_s*v2*v2 + g*m_s*(L0 + c + length)  # energy of the whole robot
     return Energy(body, total)
@@ -829,8 +834,8 @@ def body_energy_gain(robot: Robot, state: LegState, at: At) -> Real:
     m_s, k, g = robot.m_s, robot.k, robot.g
     x1, v2, y = state.x1, state.v2, state.y
     x1_t, v2_t, y_t = at.x1_t, at.v2_t, at.y_t
-    length = x1 - y                                                                                   # x_2 - L_0 - c at the start
-    length_t = x1_t - y_t                                                                             # x_2 - L_0 - c at the end
+    length = x1 - y                                                                                   # its height less the length without load, at the start
+    length_t = x1_t - y_t                                                                             # the same at the end
     gain = 0.5*m_s*(v2 + v2_t)*(v2_t - v2) + (g*m_s + 0.5*k*(length + length_t))*(length_t - length)  # (22)-(24) U_delta
     return gain
 
@@ -1067,7 +1072,7 @@ def height_change(robot: Robot, robot_change: RobotChange, state_change: StateCh
     d_L0, d_c = robot_change.d_L0, robot_change.d_c
     d_x1, d_y = state_change.d_x1, state_change.d_y
     d_length = d_x1 - d_y         # change of hop height of the body
-    d_unloaded = d_L0 + d_c       # change of length of the leg without load
+    d_unloaded = d_L0 + d_c       # change of length without load
     d_x2 = d_length + d_unloaded  # change of y = x_1 - x_2 + unloaded
     return d_x2
 
@@ -1114,11 +1119,11 @@ def contact_slope(robot: Robot, state: LegState) -> Real:
     return contact
 
 
-def contact_numerator(robot: Robot, motion: Motion) -> Numerator:
+def contact_numerator(robot: Robot, numerators: Numerators) -> Numerator:
     """Numerator of the contact force over the leg's stiffness.
 
     """
-    H3_y, H2_y, H1_y = motion.H3_y, motion.H2_y, motion.H1_y
+    H3_y, H2_y, H1_y = numerators.H3_y, numerators.H2_y, numerators.H1_y
     H3 = H3_y  # what the leg carries
     H2 = H2_y  # what the leg carries
     H1 = H1_y  # what the leg carries
@@ -1324,3 +1329,27 @@ def flight_ledger_of(robot: Robot, gains: Gains, largest: Real, x1: Real, side_1
     viscous_1 = -b1*int_v1v1                                                                          # ledger
     coulomb_1 = -f1*m_eff*moved*side_1                                                                # ledger
     return FlightWork(motor_work, offset_work, viscous_1, coulomb_1)
+
+
+def state_of_start(robot: Robot, start: Start) -> LegState:
+    """The state of a start.
+
+    """
+    L0, c = robot.L0, robot.c
+    x1, v1, x2, v2 = start.x1, start.v1, start.x2, start.v2
+    length = x1 - x2       # hop height of the body, downwards
+    unloaded = L0 + c      # length without load
+    y = length + unloaded  # y = x_1 - x_2 + unloaded
+    return LegState(x1, v1, v2, y)
+
+
+def start_of_state(robot: Robot, state: LegState) -> Start:
+    """The coordinates and velocities of a state.
+
+    """
+    L0, c = robot.L0, robot.c
+    x1, v1, v2, y = state.x1, state.v1, state.v2, state.y
+    length = x1 - y         # hop height of the body
+    unloaded = L0 + c       # length without load
+    x2 = length + unloaded  # y = x_1 - x_2 + unloaded
+    return Start(x1, v1, x2, v2)

@@ -40,7 +40,7 @@ DOMAINS = {
 
 
 class Field(NamedTuple):
-    """A parameter of the robot: its name, the paper's glyph, unit, one of DOMAINS, meaning, and default if it has one.
+    """A parameter of the robot: its name, glyph, unit, one of DOMAINS, meaning, and default if it has one.
     """
 
     name: str
@@ -106,15 +106,15 @@ Status: TypeAlias = Literal[
 STATUSES: dict[int, Status] = {
     0: "ok",  # the answer, without a warning
     1: "phases_not_kept",  # the phase buffer was too small; everything else is exact
-    2: "no_derivative",  # no take-off, an event that grazes, or derivatives out of range
+    2: "no_derivative",  # an event grazes, the ending has no derivative, or one is out of range
     3: "searching",  # the search for a current goes on
     4: "ill_conditioned",  # the actuator is too stiff for the precision: events of its creep may be wrong
     5: "capped",  # a cap on the search for a current was met: the best one within it
     -1: "error_null",  # a pointer is NULL
     -2: "error_robot",  # a parameter of the robot is out of its domain, or the plan was not made
-    -3: "error_state",  # a state is not finite, x_1 is beyond its stroke, or what is fixed moves
+    -3: "error_state",  # a state is not finite, a position is beyond a stop, or what is fixed moves
     -4: "error_extended",  # the leg is extended at the start, its compression negative
-    -5: "error_steps",  # the steps of the current are none or too many, do not start at 0 or do not increase
+    -5: "error_steps",  # the steps of the input are none or too many, do not start at 0 or do not increase
     -6: "error_horizon",  # horizon or max_phases is not positive
     -7: "error_time",  # a time is not finite or outside the stance
     -8: "error_numbers",  # out of the range of the precision: scale the robot or use double precision
@@ -151,7 +151,7 @@ Ending: TypeAlias = Literal[
 
 ENDINGS: dict[int, Ending] = {
     1: "takeoff",  # the contact force returned to zero with the leg extending
-    2: "rest",  # both masses are held and nothing can change
+    2: "rest",  # all that may move is held and nothing can change
     3: "horizon",  # the longest time was reached
     4: "too_many_phases",  # the cap on phases was reached
     5: "uncertified",  # no first event was certified within the bound; up to here it is
@@ -167,7 +167,7 @@ EventKind: TypeAlias = Literal[
     "x2_sticks",
     "x2_slips",
 ]
-"""What starts a phase; 0 is the start of the stance or a step of the current."""
+"""What starts a phase: the events of a stance."""
 
 EVENTS: dict[int, EventKind] = {
     1: "x1_reverses",  # the actuator reverses
@@ -177,6 +177,18 @@ EVENTS: dict[int, EventKind] = {
     5: "x2_reverses",  # the body reverses
     6: "x2_sticks",  # the body comes to rest
     7: "x2_slips",  # the body starts to move
+}
+"""Its words by their numbers in the C library."""
+
+Beginning: TypeAlias = Literal[
+    "none",
+    "step",
+]
+"""What starts a phase and is no event of a stance."""
+
+BEGINNINGS: dict[int, Beginning] = {
+    0: "none",  # the start, or a velocity or a stop that is touched
+    10: "step",  # a step of the input
 }
 """Its words by their numbers in the C library."""
 
@@ -200,7 +212,7 @@ CurrentEventKind: TypeAlias = Literal[
     "u_saturates",
     "u_desaturates",
 ]
-"""What starts a phase of a flight beside the actuator."""
+"""What starts a phase of a flight beside the actuator: events there."""
 
 CURRENT_EVENTS: dict[int, CurrentEventKind] = {
     8: "u_saturates",  # the current reaches its limit
@@ -223,9 +235,9 @@ CONTACTS: dict[int, Contact] = {
 REFUSALS = {
     -1: "a pointer is NULL",
     -2: "a parameter of the robot is out of its domain, or the plan was not made",
-    -3: "a state is not finite, x_1 is beyond its stroke, or what is fixed moves",
+    -3: "a state is not finite, a position is beyond a stop, or what is fixed moves",
     -4: "the leg is extended at the start, its compression negative",
-    -5: "the steps of the current are none or too many, do not start at 0 or do not increase",
+    -5: "the steps of the input are none or too many, do not start at 0 or do not increase",
     -6: "horizon or max_phases is not positive",
     -7: "a time is not finite or outside the stance",
     -8: "out of the range of the precision: scale the robot or use double precision",
@@ -238,7 +250,7 @@ REFUSALS = {
 """What a negative status means."""
 
 MOST_STEPS = 65535
-"""Steps of the current at most: a phase stores the index of its step in 16 bits."""
+"""Steps of the input at most: a phase stores the index of its step in 16 bits."""
 
 LONGEST_PREFIX = 31
 """Characters of a prefix of every public name of the C library."""
@@ -355,7 +367,7 @@ class Poles(NamedTuple):
 
 
 class LegState(NamedTuple):
-    """The hopper at one instant; x_2 is x_1 - y and the length without load."""
+    """The hopper at one instant."""
 
     x1: Real
     """[m] displacement of the actuator"""
@@ -376,7 +388,7 @@ class Drive(NamedTuple):
     """[m/s^2] constant acceleration of the body"""
 
 
-class Motion(NamedTuple):
+class Numerators(NamedTuple):
     """Numerators of (11), counted from where and how fast each coordinate starts."""
 
     H3_1: Real
@@ -713,14 +725,18 @@ class Resisted(NamedTuple):
 
 
 class Forces(NamedTuple):
-    """Forces of friction and of a stop."""
+    """Forces at an instant, along the coordinate that each acts on."""
 
-    friction_1: Real
-    """[N] force of Coulomb friction on the actuator"""
-    friction_2: Real
-    """[N] force of Coulomb friction on the body"""
-    stop_1: Real
-    """[N] force of the stop on the actuator that it holds"""
+    friction_x1: Real
+    """[N] of friction on the actuator; held, as much as it takes to hold it"""
+    stop_x1: Real
+    """[N] of the stop that holds the actuator, what friction does not carry; 0 elsewhere"""
+    friction_x2: Real
+    """[N] of friction on the body; held, as much as it takes to hold it"""
+    input: Real
+    """[N] of the input"""
+    contact: Real
+    """[N] of the ground"""
 
 
 class PairCore(NamedTuple):
@@ -941,7 +957,7 @@ class RobotChange(NamedTuple):
 
 
 class StateChange(NamedTuple):
-    """Changes: The hopper at one instant; x_2 is x_1 - y and the length without load."""
+    """Changes: The hopper at one instant."""
 
     d_x1: Real
     """[m] change of the displacement of the actuator"""
@@ -1012,11 +1028,23 @@ class FlightIntegrals(NamedTuple):
     """[m] of the body"""
 
 
+class Start(NamedTuple):
+    """A start as the file of the model has it: coordinates and velocities that move."""
+
+    x1: Real
+    """[m] displacement of the actuator"""
+    v1: Real
+    """[m/s] velocity of the actuator"""
+    x2: Real
+    """[m] height of the body over the ground under the foot"""
+    v2: Real
+    """[m/s] velocity of the body"""
+
+
 class Ledger(NamedTuple, Generic[Value]):
     """Where energy came from and went to since touchdown, signed as it enters, [J].
 
-    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
-    Further terms of a model of one's own have their entries behind these.
+    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED.
     """
 
     motor_work: Value

@@ -2,9 +2,9 @@
 """A stance, or a motion, solved as a textbook has it: phases by the closed form, events by samples and bracketing.
 
 Each mass slips forwards, slips backwards, or is held by its friction. While this mode stays, the equations of motion
-(3), (4) are linear with constant coefficients, and (18) to (21) have the state at any time. A phase ends at the first
-zero of an event function: a velocity, the distance to a stop, the contact force, what is left of the friction of a mass
-that is held, the room of a law to its limits. The mode changes, and the next phase begins.
+are linear with constant coefficients, and the closed form has the state at any time. A phase ends at the first zero of
+an event function: a velocity, the distance to a stop, the contact force, the stick margin of a mass that is held, the
+room of a law to its limits. The mode changes, and the next phase begins.
 
 The C library certifies that no zero is left out. This module does not: it looks at `samples` times in each half period,
 and between two of them a function may cross zero twice. It is meant to be read, to run where there is no library, and
@@ -45,8 +45,7 @@ from . import formulas
 from .checked import attributes
 from .elements import AXES, EVENTS, HAS_CONTACT, HAS_LAW, MODES, MOVING, State
 from .kernels import basis_at, factor_cubic
-from .records import Ending, EventKind, LegState, Poles, Rates, Robot
-from .records import Motion as Numerators
+from .records import Ending, EventKind, LegState, Numerators, Poles, Rates, Robot, Start
 from .robot import Robot as CheckedRobot
 from .stability import conditions
 
@@ -136,14 +135,14 @@ class ClosedForm(NamedTuple):
     numerators: Numerators
 
     def at(self, t: Array) -> LegState:
-        """The state at times t since the phase began, by (18) to (21): W is the response of the poles to an impulse."""
+        """The state at times t since the phase began, by the closed form: W is the response of the poles to an impulse."""
         basis = basis_at(Poles(*(np.full_like(t, each) for each in self.poles)), t)
         at = formulas.state_at(self.start, self.numerators, basis)
         return LegState(at.x1_t, at.v1_t, at.v2_t, at.y_t)
 
 
 def factors_of(coefficients: Sequence[float]) -> Poles:
-    """The denominator of a mode by its factors: (s + a)(s^2 + p s + q) of (11), s^2 + p s + q of (6) and (7)."""
+    """The denominator of a mode by its factors: (s + a)(s^2 + p s + q), or s^2 + p s + q where one mass slips."""
     if len(coefficients) == 2:
         p, q = coefficients
         return Poles(0.0, p, q, p, q, 0.0)
@@ -174,13 +173,13 @@ class Chain:
 
     @property
     def rates(self) -> Rates:
-        """Coefficients of (3), (4) and of the denominators."""
+        """Coefficients of the equations of motion and of the denominators."""
         by_law = HAS_LAW and self.side[1] == 0
         return formulas.rates_under_law(self.robot) if by_law else formulas.rates_of(self.robot)
 
     @property
     def u(self) -> float:
-        """The input of (3): the current; of a model with a law the target, or the limit that the current is at."""
+        """The input of a mode: that of the model; with a law the target, or the limit that the law is at."""
         at_limit = HAS_LAW and self.side[1] != 0
         return self.side[1] * float(formulas.current_limit(self.robot)) if at_limit else self.steps[self.step][1]
 
@@ -247,7 +246,7 @@ class Chain:
     # -- event functions --
 
     def event_functions(self, state: LegState) -> Iterator[tuple[Guard, Any]]:
-        """The event functions, positive while the phase lasts, in order of tie-break priority: take-off, mass 1, whose stop
+        """The event functions, positive while the phase lasts, in order of tie-break priority: the contact's, mass 1, whose stop
         comes before its velocity, mass 2, the limits of a law.
         """
         if HAS_CONTACT:
@@ -423,7 +422,7 @@ def shown_of(robot: Robot, state: LegState) -> State:
 
 
 def start_of(robot: Robot, start: Mapping[str, float]) -> LegState:
-    """The state at the start by coordinates and velocities; what is left out is 0, and so is a leg's compression."""
+    """The state at the start by coordinates and velocities; what is left out is 0, and so is y where there is a contact."""
     known = dict(zip(State._fields, AXES, strict=True)) | ({"y": "y"} if len(MOVING) > 1 else {})
     given = {known[name]: float(value) for name, value in start.items() if name in known}
     if len(given) < len(start) or given.keys() >= {"x2", "y"}:
@@ -434,11 +433,11 @@ def start_of(robot: Robot, start: Mapping[str, float]) -> LegState:
     y = given.get("y", 0.0)
     if "x2" in given or not ("y" in given or HAS_CONTACT):
         x2, length = given.get("x2", 0.0), float(formulas.body_height(robot, 0.0, 0.0))
-        y = float(formulas.body_height(robot, x1, x2))  # y = x_1 - x_2 + length, as x_2 = x_1 - y + length
+        y = float(formulas.state_of_start(robot, Start(*(given.get(axis, 0.0) for axis in AXES))).y)
         touches = HAS_CONTACT and abs(y) <= 4.0 * EPS * max(abs(x1), abs(x2), abs(length))
         y = 0.0 if touches else y
     if HAS_CONTACT and y < 0.0:
-        raise ValueError(f"the leg must not be extended at the start, got a compression of {y!r}")
+        raise ValueError(f"the contact must not pull at the start, got y = {y!r}")
     return LegState(x1, given.get("v1", 0.0), given.get("v2", 0.0), y)
 
 

@@ -25,11 +25,13 @@ struct stance_chain_real {
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     real carried_acceleration; /* this acceleration, from before the state lost its digits */
-    real most_compressed;      /* the largest magnitude of the compression where phases have begun */
+    real most_stretched;       /* the largest magnitude of the stretch where phases have begun */
     real rounded_at_stop;      /* at a stop, what the spring's acceleration there has been rounded by; else 0 */
     real start_loss;
+#if HOPFORM_HAS_CONTACT
     bool adds_up; /* the AED is the sum of its entries, not a difference of energies that are much larger */
     real aed;
+#endif
     int32_t max_phases;
     hopform_phase_real *phases;
     int32_t capacity;
@@ -39,13 +41,13 @@ struct stance_chain_real {
     int32_t held_count;
     int event;                   /* with which the phase began */
     drive_by_element_real drive; /* of the phase, as its numerators */
-    numerators_real motion;
+    numerators_by_axis_real numerators;
     evaluations_real *evaluations;
     observer_real *observer;
     current_variation_real *variation;
 };
 
-/* The limit that the current of a law is at, 0 under it: the second side. */
+/* The limit that the input of a law is at, 0 under it: the second side. */
 static inline int limit_of_chain_real(const stance_chain_real *chain) {
     return HOPFORM_HAS_LAW ? chain->side[HOPFORM_ELEMENTS - 1] : 0;
 }
@@ -62,8 +64,8 @@ static inline const hopform_rates_real *rates_of_chain_real(const stance_chain_r
 
 /* Numerator of the free acceleration of an element that is held. */
 static inline numerator_real free_numerator_real(const hopform_rates_real *rates, int element,
-                                                 const motion_real *motion) {
-    return element == 0 ? free_numerator_1_real(rates, motion) : free_numerator_2_real(rates, motion);
+                                                 const numerators_real *numerators) {
+    return element == 0 ? free_numerator_1_real(rates, numerators) : free_numerator_2_real(rates, numerators);
 }
 
 /* What the elements do, by their sides; one that never moves rests. */
@@ -96,9 +98,9 @@ static inline drive_by_element_real drive_of_chain_real(const stance_chain_real 
     return drive;
 }
 
-static inline numerators_real numerators_of_chain_real(const stance_chain_real *chain, const int *side) {
+static inline numerators_by_axis_real numerators_of_chain_real(const stance_chain_real *chain, const int *side) {
     const drive_by_element_real drive = drive_of_chain_real(chain, side);
-    numerators_real made;
+    numerators_by_axis_real made;
     made.named = motion_under_real(rates_of_chain_real(chain), &drive.named, &chain->at.named, side[0], side[1]);
     return made;
 }
@@ -106,8 +108,8 @@ static inline numerators_real numerators_of_chain_real(const stance_chain_real *
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline real drift_of_free_real(const stance_chain_real *chain, int element) {
     const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
-    const numerators_real motion = numerators_of_chain_real(chain, side);
-    const numerator_real free = free_numerator_real(rates_of_chain_real(chain), element, &motion.named);
+    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, side);
+    const numerator_real free = free_numerator_real(rates_of_chain_real(chain), element, &numerators.named);
     return first_derivative_real(&free);
 }
 
@@ -181,8 +183,8 @@ static inline void stance_settle_limit_real(stance_chain_real *chain) {
     if (!HOPFORM_HAS_LAW || limit_of_chain_real(chain) != 0 || all_rest_real(chain->side)) { return; }
     const real pull = pull_of_chain_real(chain);
     if (beyond_limit_real(chain, pull) < 0.0) { return; }
-    const numerators_real motion = numerators_of_chain_real(chain, chain->side);
-    const numerator_real h = law_numerator_real(&chain->plan->robot, &chain->at.named, &motion.named);
+    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->side);
+    const numerator_real h = law_numerator_real(&chain->plan->robot, &chain->at.named, &numerators.named);
     const real leaves = goes_real(pull, 0.0) * first_derivative_real(&h);
     chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0 ? (int)goes_real(pull, 0.0) : 0;
 }
@@ -195,7 +197,7 @@ static inline void add_limits_real(const stance_chain_real *chain, event_set_rea
     const hopform_robot_real *robot = &chain->plan->robot;
     const real terms = terms_of_room_real(chain, largest);
     const real pull = pull_of_chain_real(chain);
-    const numerator_real h = law_numerator_real(robot, &chain->at.named, &chain->motion.named);
+    const numerator_real h = law_numerator_real(robot, &chain->at.named, &chain->numerators.named);
     for (int side = -1; side <= 1; side += 2) {
         if (limit != 0 && side != limit) { continue; }
         event_function_real *room = add_event_function_real(set, &h, pull - (real)side * largest,
@@ -244,7 +246,7 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
                                        event_set_real *set) {
     const bool open[] = {!stance_blocked_real(chain, element, -1), !stance_blocked_real(chain, element, 1)};
     if (!open[0] && !open[1]) { return; }
-    const numerator_real h = free_numerator_real(rates_of_chain_real(chain), element, &chain->motion.named);
+    const numerator_real h = free_numerator_real(rates_of_chain_real(chain), element, &chain->numerators.named);
     const real drift = first_derivative_real(&h);
     const free_by_element_real free = free_of_real(chain, &chain->at.named);
     for (int side = -1; side <= 1; side += 2) {
@@ -259,10 +261,12 @@ static inline void add_thresholds_real(const stance_chain_real *chain, int eleme
     }
 }
 
-/* The magnitudes that the contact force is a sum of; 0 where it is the compression alone. */
+#if HOPFORM_HAS_CONTACT
+/* The magnitudes that the contact force is a sum of; 0 where it is the stretch alone. */
 static inline real terms_of_contact_real(const stance_chain_real *chain) {
-    return HOPFORM_CONTACT_IS_COMPRESSION ? 0.0 : contact_terms_real(&chain->plan->robot, &chain->at.named);
+    return HOPFORM_CONTACT_IS_STRETCH ? 0.0 : contact_terms_real(&chain->plan->robot, &chain->at.named);
 }
+#endif
 
 /* How far the position is from the stop ahead, if there is one. */
 static inline void add_stop_real(const stance_chain_real *chain, event_set_real *set) {
@@ -270,7 +274,7 @@ static inline void add_stop_real(const stance_chain_real *chain, event_set_real 
     const real gap = side > 0 ? -chain->from_upper : chain->from_lower;
     if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_real(gap)) { return; }
     const real away = -(real)side;
-    const numerator_real *h = &chain->motion.of.position;
+    const numerator_real *h = &chain->numerators.of.position;
     const numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_real *stop =
         add_event_function_real(set, &first, away * gap, away, ELEMENT_real + HOPFORM_STOPPED_ELEMENT, false);
@@ -278,8 +282,8 @@ static inline void add_stop_real(const stance_chain_real *chain, event_set_real 
     stop->H0 = away * h->H1;
 }
 
-/* Where one element slips alone and the forces on it cancel at no compression, the compression rings about 0 as a
- * velocity does: its first zero is known however far it has faded by then. */
+/* The event functions of a phase. Where one element slips alone and the forces on it cancel at no stretch, the stretch
+ * of a contact rings about 0 as a velocity does: its first zero is known however far it has faded by then. */
 static inline void put_events_real(stance_events_real *events, const stance_chain_real *chain) {
     const real *at = chain->at.of;
     const int *side = chain->side;
@@ -287,42 +291,46 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     const hopform_poles_real *poles = poles_of_real(chain->plan, side[0], side[1]);
     const bool several = both_slip_real(side);
     const int slips = HOPFORM_MOVES_ALONE || side[0] != 0 ? 0 : 1;
-    const real compression = at[HOPFORM_COMPRESSION_AXIS];
-    const bool is_monotone = !several && HOPFORM_CONTACT_IS_COMPRESSION && !HOPFORM_IS_COUPLED;
+    const bool is_monotone = !several && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
     set->poles = poles;
     set->node = node_of_real(chain->plan, side[0], side[1]);
     set->count = 0;
     events->rest_time = HOPFORM_NEVER_real;
     events->rests = NO_OWNER_real;
-    const bool rings = HOPFORM_CONTACT_IS_COMPRESSION && !several && !(compression < 0.0)
-                       && !(fabs_real(chain->drive.of[slips]) > 0.0);
-    const bool may_fall = HOPFORM_COMPRESSION_MAY_FALL(side) || compression < 0.0; /* else it rises, from 0 on */
-    if (HOPFORM_HAS_CONTACT && !rings && (may_fall || !HOPFORM_CONTACT_IS_COMPRESSION)) {
-        const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->motion.named);
+#if HOPFORM_HAS_CONTACT
+    const real stretch = at[HOPFORM_STRETCH_AXIS];
+    const bool rings =
+        HOPFORM_CONTACT_IS_STRETCH && !several && !(stretch < 0.0) && !(fabs_real(chain->drive.of[slips]) > 0.0);
+    const bool may_fall = HOPFORM_STRETCH_MAY_FALL(side) || stretch < 0.0; /* else it rises, from 0 on */
+    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_STRETCH)) {
+        const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->numerators.named);
         event_function_real *contact = add_event_function_real(
             set, &h, contact_of_real(&chain->plan->robot, &chain->at.named), 1.0, CONTACT_real, !is_monotone);
-        if (!HOPFORM_CONTACT_IS_COMPRESSION) { put_on_threshold_real(contact, terms_of_contact_real(chain)); }
+        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_real(contact, terms_of_contact_real(chain)); }
     }
+#endif
     add_stop_real(chain, set);
     if (HOPFORM_HAS_LAW) { add_limits_real(chain, set); }
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
-        (void)add_event_function_real(set, &chain->motion.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
+        (void)add_event_function_real(set, &chain->numerators.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
                                       (real)side[element], ELEMENT_real + element, true);
     }
     if (several) { return; }
     const real sign = (real)side[slips];
     if (!HOPFORM_MOVES_ALONE) { add_thresholds_real(chain, 1 - slips, !is_monotone, set); }
-    events->rest_time =
-        time_to_rest_real(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)], sign * chain->motion.of.velocity[slips].H3);
+    events->rest_time = time_to_rest_real(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
+                                          sign * chain->numerators.of.velocity[slips].H3);
     events->rests = ELEMENT_real + slips;
-    const real lift =
-        rings ? time_to_rest_real(poles, compression, chain->motion.of.compression.H3) : HOPFORM_NEVER_real;
+#if HOPFORM_HAS_CONTACT
+    const real lift = rings ? time_to_rest_real(poles, stretch, chain->numerators.of.stretch.H3) : HOPFORM_NEVER_real;
     if (rings && lift <= events->rest_time) {
         events->rest_time = lift;
         events->rests = CONTACT_real;
     }
+#endif
 }
 
+#if HOPFORM_HAS_CONTACT
 /* True late in a phase, when the steady-state form of the contact force is the more accurate one. */
 static inline bool is_late_real(const basis_real *basis) {
     return fabs_real(basis->Wdd) < 0.25;
@@ -334,13 +342,14 @@ SELDOM_real real later_takeoff_real(const stance_chain_real *chain, const hopfor
                                     const event_function_real *contact, const basis_real *basis, real t) {
     if (!is_late_real(basis)) { return 0.0; }
     state_by_axis_real steady = {{0.0, 0.0, 0.0, 0.0}};
-    numerators_real from_slack;
+    numerators_by_axis_real from_slack;
     from_slack.named =
         motion_of_real(chain->plan, &steady.named, current_of_chain_real(chain), chain->side[0], chain->side[1]);
-    steady.of[HOPFORM_COMPRESSION_AXIS] = settled_real(poles, &from_slack.of.compression);
+    steady.of[HOPFORM_STRETCH_AXIS] = settled_real(poles, &from_slack.of.stretch);
     const real settled = contact_of_real(&chain->plan->robot, &steady.named);
     return steady_state_correction_real(poles, contact, settled, basis, t);
 }
+#endif
 
 /* The search at the start of the phase that starts at the chain's state. */
 static inline void stance_begin_search_real(const stance_chain_real *chain, stance_search_real *search) {
@@ -363,15 +372,19 @@ static inline void stance_begin_search_real(const stance_chain_real *chain, stan
 SELDOM_real void enter_modes_real(const stance_chain_real *chain, stance_search_real *search) {
     event_set_real *set = &search->events.set;
     motion_modes_real *modes = &search->events.modes;
-    *modes = modes_of_motion_real(set->poles, set->node->omega, &chain->at.named, &chain->motion.named);
+    *modes = modes_of_motion_real(set->poles, set->node->omega, &chain->at.named, &chain->numerators.named);
     search->in.high = modes_at_real(set->poles, set->node->omega, search->in.high.t);
     for (int32_t n = 0; n < set->count; n++) {
         event_function_real *g = &set->function[n];
         const int element = g->owner - ELEMENT_real;
+#if HOPFORM_HAS_CONTACT
         if (element < 0) {
             const numerator_real by = contact_numerator_real(&chain->plan->robot, &modes->by.named);
             take_modes_real(g, &by, contact_of_real(&chain->plan->robot, &modes->final.named), 0.0, 1.0);
-        } else if (g->touch_is_no_event) {
+            continue;
+        }
+#endif
+        if (g->touch_is_no_event) {
             const real gap = chain->side[element] > 0 ? chain->from_upper : chain->from_lower;
             take_modes_real(g, &modes->by.of.position, gap + modes->final.of[HOPFORM_POSITION_AXIS], modes->drift,
                             -(real)chain->side[element]);
@@ -385,7 +398,7 @@ SELDOM_real void enter_modes_real(const stance_chain_real *chain, stance_search_
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_real(const stance_chain_real *chain, stance_search_real *search) {
     if (all_rest_real(chain->side)) {
-        search->in.high = propagator_at_start_real(&chain->plan->both);
+        search->in.high = propagator_at_start_real(any_poles_real(chain->plan));
         search->in.high.t = end_of_step_real(chain) - chain->t;
         search->owner = NO_OWNER_real;
         search->stops = false;
@@ -416,7 +429,7 @@ static inline hopform_phase_real phase_of_chain_real(const stance_chain_real *ch
 
 static inline void stance_record_real(stance_chain_real *chain, int event) {
     if (chain->count < chain->capacity) { chain->phases[chain->count] = phase_of_chain_real(chain, event); }
-    if (event != HOPFORM_EVENT_NONE && chain->count < chain->max_phases && chain->event_count < chain->count) {
+    if (HOPFORM_IS_EVENT(event) && chain->count < chain->max_phases && chain->event_count <= chain->count) {
         chain->event_count++;
     }
     chain->event = event;
@@ -454,11 +467,10 @@ static inline void end_of_velocity_real(stance_chain_real *chain, int element, b
     }
 }
 
-/* The current takes its next value: what is held may begin to slip. */
-static inline void next_step_real(stance_chain_real *chain) {
+/* The input has taken its value of a step: what is held may begin to slip. */
+static inline void take_step_real(stance_chain_real *chain) {
     const uint32_t held = held_elements_real(chain);
     const int32_t count = chain->count;
-    chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
     stance_choose_limit_real(chain);
     stance_settle_real(chain, held);
     stance_settle_limit_real(chain);
@@ -467,14 +479,14 @@ static inline void next_step_real(stance_chain_real *chain) {
             stance_record_real(chain, HOPFORM_EVENT_SLIPS(element));
         }
     }
-    if (chain->count == count) { stance_record_real(chain, HOPFORM_EVENT_NONE); }
+    if (chain->count == count) { stance_record_real(chain, HOPFORM_EVENT_STEP); }
 }
 
-/* The magnitudes that the compression is a sum of at the end of a phase. */
-static inline real terms_of_compression_real(const stance_chain_real *chain, const basis_real *basis) {
-    const numerator_real *h = &chain->motion.of.compression;
-    return fabs_real(chain->at.of[HOPFORM_COMPRESSION_AXIS]) + fabs_real(h->H3 * basis->Wd)
-           + fabs_real(h->H2 * basis->W) + fabs_real(h->H1 * basis->W1);
+/* The magnitudes that the stretch is a sum of at the end of a phase. */
+static inline real terms_of_stretch_real(const stance_chain_real *chain, const basis_real *basis) {
+    const numerator_real *h = &chain->numerators.of.stretch;
+    return fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]) + fabs_real(h->H3 * basis->Wd) + fabs_real(h->H2 * basis->W)
+           + fabs_real(h->H1 * basis->W1);
 }
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
@@ -486,9 +498,9 @@ SELDOM_real void keep_small_acceleration_real(stance_chain_real *chain, const ba
     const real friction = level_at_rest_real(robot, element, 1) + level_at_rest_real(robot, element, -1);
     if (friction > 0.0 || fabs_real(rates->a1_v1) > 0.0) { return; }
     const free_by_element_real at_rest = free_of_real(chain, &chain->at.named);
-    const real by_spring = fabs_real(rates->a1_y * terms_of_compression_real(chain, basis));
+    const real by_spring = fabs_real(rates->a1_y * terms_of_stretch_real(chain, basis));
     if (!(fabs_real(at_rest.of[element]) < 64.0 * HOPFORM_EPS_real * by_spring)) { return; }
-    const numerator_real *h = &chain->motion.of.velocity[element];
+    const numerator_real *h = &chain->numerators.of.velocity[element];
     const real terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const real rate = terms[0] + terms[1] + terms[2];
     if (fabs_real(decided_real(rate, fabs_real(terms[0]) + fabs_real(terms[1]) + fabs_real(terms[2]))) > 0.0) {
@@ -507,14 +519,14 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
     const bool alone = other_rests_real(chain->side, element);
     const bool at_stop = end->stops || end->touches;
     if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
-        const real compressed = chain->most_compressed + terms_of_compression_real(chain, &basis);
-        chain->rounded_at_stop = fabs_real(rates_of_chain_real(chain)->a1_y * compressed);
+        const real stretched = chain->most_stretched + terms_of_stretch_real(chain, &basis);
+        chain->rounded_at_stop = fabs_real(rates_of_chain_real(chain)->a1_y * stretched);
     }
     if (alone && !at_stop) {
         chain->came_to_rest = element;
         chain->carried_acceleration =
             free_after_motion_real((real)chain->side[element], level_of_real(&chain->plan->robot, element),
-                                   &chain->motion.of.velocity[element], &basis);
+                                   &chain->numerators.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
         keep_small_acceleration_real(chain, &basis);
     }
@@ -526,10 +538,10 @@ static inline void stance_arrive_real(stance_chain_real *chain, const motion_mod
                                       const propagator_real *end) {
     real *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const real before = *position;
-    chain->most_compressed = greater_real(chain->most_compressed, fabs_real(chain->at.of[HOPFORM_COMPRESSION_AXIS]));
+    chain->most_stretched = greater_real(chain->most_stretched, fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0;
     chain->at.named =
-        arrive_at_real(&chain->at.named, &chain->motion.named, modes, end, chain->side[0], chain->side[1]);
+        arrive_at_real(&chain->at.named, &chain->numerators.named, modes, end, chain->side[0], chain->side[1]);
     const real moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -550,7 +562,7 @@ static inline void start_on_threshold_real(stance_chain_real *chain) {
     if (element < 0 || !both_slip_real(side)) { return; }
     real *drive = &chain->drive.of[element];
     *drive = 0.0;
-    numerators_real others;
+    numerators_by_axis_real others;
     others.named =
         motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named, side[0], side[1]);
     *drive = acceleration_on_threshold_real(chain, element) - others.of.velocity[element].H3;
@@ -561,28 +573,30 @@ static inline void stance_begin_phase_real(stance_chain_real *chain) {
     const int element = chain->came_to_rest;
     chain->drive = drive_of_chain_real(chain, chain->side);
     start_on_threshold_real(chain);
-    chain->motion.named = motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named,
-                                            chain->side[0], chain->side[1]);
+    chain->numerators.named = motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named,
+                                                chain->side[0], chain->side[1]);
     const int starts = chain->just_switched;
     if (starts >= 0 && both_slip_real(chain->side)) {
         const real acceleration = acceleration_on_threshold_real(chain, starts);
         if (fabs_real(acceleration) > 0.0) {
-            set_acceleration_from_rest_real(&chain->motion, starts, false, acceleration);
+            set_acceleration_from_rest_real(&chain->numerators, starts, false, acceleration);
         }
     }
     if (element >= 0 && chain->side[element] != 0) {
         const real level = (real)chain->side[element] * level_of_real(&chain->plan->robot, element);
-        set_acceleration_from_rest_real(&chain->motion, element, other_rests_real(chain->side, element),
+        set_acceleration_from_rest_real(&chain->numerators, element, other_rests_real(chain->side, element),
                                         chain->carried_acceleration - level);
     }
 }
 
+#if HOPFORM_HAS_CONTACT
 /* The AED of a phase that lasts for t. */
 SELDOM_real real aed_in_phase_real(const stance_chain_real *chain, real t) {
     const hopform_phase_real phase = phase_of_chain_real(chain, HOPFORM_EVENT_NONE);
     const hopform_ledger_real ledger = ledger_in_phase_real(chain->plan, &phase, current_of_chain_real(chain), t);
     return aed_of_ledger_real(&ledger);
 }
+#endif
 
 /* The state and modes right after the end of a phase, recorded as the next phase. */
 static inline void stance_pass_real(stance_chain_real *chain, const stance_search_real *end) {
@@ -590,10 +604,11 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
     keep_free_acceleration_real(chain, end);
     chain->just_switched = NO_ELEMENT_real;
     if (end->owner == NO_OWNER_real) {
-        next_step_real(chain);
+        chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
+        take_step_real(chain);
     } else if (HOPFORM_HAS_LAW && end->owner == LIMIT_real) {
         chain->side[HOPFORM_ELEMENTS - 1] = end->side;
-        stance_record_real(chain, HOPFORM_EVENT_NONE);
+        stance_record_real(chain, HOPFORM_EVENT_OF_LIMIT(end->side));
     } else if (chain->side[element] != 0) {
         end_of_velocity_real(chain, element, end->stops, end->touches);
     } else {
@@ -603,25 +618,26 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
     }
 }
 
+#if HOPFORM_HAS_CONTACT
 /* The contact is lost at once: it pulls, or its contact force is on 0 and the first non-zero derivative of that is
  * negative. */
 static inline bool leaves_at_once_real(const stance_chain_real *chain) {
-    if (!HOPFORM_HAS_CONTACT) { return false; }
     const real contact =
         decided_real(contact_of_real(&chain->plan->robot, &chain->at.named), terms_of_contact_real(chain));
-    const bool rises = HOPFORM_CONTACT_IS_COMPRESSION && compression_rate_real(&chain->at.named) > 0.0;
+    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_real(&chain->at.named) > 0.0;
     if (fabs_real(contact) > 0.0 || rises) { return contact < 0.0; }
-    const numerators_real motion = numerators_of_chain_real(chain, chain->side);
-    const numerator_real h = contact_numerator_real(&chain->plan->robot, &motion.named);
+    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->side);
+    const numerator_real h = contact_numerator_real(&chain->plan->robot, &numerators.named);
     return first_derivative_real(&h) < 0.0;
 }
+#endif
 
 /* Pass the finished phase to the observer, if there is one. */
 static inline void notify_real(const stance_chain_real *chain, const state_by_axis_real *start,
                                const motion_modes_real *modes, const propagator_real *end, bool leaves) {
     if (chain->observer != NULL) {
-        const solved_phase_real phase = {&chain->motion, end,         modes,        start,
-                                         &chain->at,     chain->side, chain->event, leaves};
+        const solved_phase_real phase = {&chain->numerators, end,         modes,        start,
+                                         &chain->at,         chain->side, chain->event, leaves};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -629,7 +645,7 @@ static inline void notify_real(const stance_chain_real *chain, const state_by_ax
 /* The same of a last phase of no duration. */
 static inline void notify_ending_real(stance_chain_real *chain) {
     if (chain->observer != NULL) {
-        const propagator_real now = propagator_at_start_real(&chain->plan->both);
+        const propagator_real now = propagator_at_start_real(any_poles_real(chain->plan));
         stance_begin_phase_real(chain);
         notify_real(chain, &chain->at, NULL, &now, false);
     }
@@ -638,11 +654,11 @@ static inline void notify_ending_real(stance_chain_real *chain) {
 /* The ending that comes before the next phase; 0 if the stance goes on. */
 static inline int32_t ending_before_phase_real(stance_chain_real *chain) {
     if (chain->count > chain->max_phases) {
-        chain->count = chain->max_phases; /* a step of the current may have begun two */
+        chain->count = chain->max_phases; /* a step of the input may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
     if (all_rest_real(chain->side) && chain->step + 1 >= chain->step_count) {
-        chain->t = chain->held_from; /* steps of the current since then have moved nothing */
+        chain->t = chain->held_from; /* steps of the input since then have moved nothing */
         chain->count = chain->held_count;
         notify_ending_real(chain);
         return HOPFORM_ENDING_REST;
@@ -667,7 +683,10 @@ static inline int32_t stance_begin_real(stance_chain_real *chain) {
     stance_settle_real(chain, held_elements_real(chain));
     stance_settle_limit_real(chain);
     stance_record_real(chain, HOPFORM_EVENT_NONE);
-    return leaves_at_once_real(chain) ? HOPFORM_ENDING_TAKEOFF : ending_before_phase_real(chain);
+#if HOPFORM_HAS_CONTACT
+    if (leaves_at_once_real(chain)) { return HOPFORM_ENDING_TAKEOFF; }
+#endif
+    return ending_before_phase_real(chain);
 }
 
 /* Carry the chain to the end of a phase and through its event; the ending, 0 if another phase follows. */
@@ -676,23 +695,28 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     const state_by_axis_real start = chain->at;
     const bool passes = end->owner == NO_OWNER_real && end->certified;
     const real length = end->in.high.t;
-    chain->aed += HOPFORM_HAS_CONTACT && chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
+#if HOPFORM_HAS_CONTACT
+    chain->aed += chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
+#endif
     stance_arrive_real(chain, &end->events.modes, &end->in.high);
     notify_real(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_real);
     chain->t = passes ? until : lesser_real(chain->t + length, until); /* not behind it by rounding */
-    if (HOPFORM_HAS_CONTACT && end->owner == CONTACT_real) {
-        real *compression = &chain->at.of[HOPFORM_COMPRESSION_AXIS]; /* of an extending leg that carries nothing */
-        *compression = HOPFORM_CONTACT_IS_COMPRESSION || *compression < 0.0 ? 0.0 : *compression;
+#if HOPFORM_HAS_CONTACT
+    if (end->owner == CONTACT_real) {
+        real *stretch = &chain->at.of[HOPFORM_STRETCH_AXIS]; /* of an extending leg that carries nothing */
+        *stretch = HOPFORM_CONTACT_IS_STRETCH || *stretch < 0.0 ? 0.0 : *stretch;
         return HOPFORM_ENDING_TAKEOFF;
     }
+#endif
     if (passes && !(until < chain->horizon)) { return HOPFORM_ENDING_HORIZON; }
     if (!end->certified) { return HOPFORM_ENDING_UNCERTIFIED; }
     stance_pass_real(chain, end);
-    if (!HOPFORM_CONTACT_IS_COMPRESSION && end->stops && leaves_at_once_real(chain)
-        && chain->count <= chain->max_phases) {
+#if HOPFORM_HAS_CONTACT
+    if (!HOPFORM_CONTACT_IS_STRETCH && end->stops && leaves_at_once_real(chain) && chain->count <= chain->max_phases) {
         notify_ending_real(chain); /* what the velocity has lost at the stop was in the contact force */
         return HOPFORM_ENDING_TAKEOFF;
     }
+#endif
     return ending_before_phase_real(chain);
 }
 
@@ -708,21 +732,36 @@ static inline bool is_finite_state_real(const hopform_state_real *state) {
     return sum <= HOPFORM_NEVER_real;
 }
 
-/* Status of a stance that is to be solved, but for its current. */
-static inline int32_t stance_status_real(const hopform_robot_real *robot, const hopform_state_real *start, real horizon,
-                                         int32_t max_phases) {
+/* Whether a state is finite, and what never moves rests at 0. */
+static inline bool is_sound_state_real(const hopform_state_real *state) {
     state_by_axis_real at;
-    at.named = *start;
-    const real position = at.of[HOPFORM_POSITION_AXIS];
-    bool fixed = !(HOPFORM_NEVER_MOVES(HOPFORM_STOPPED_ELEMENT) && fabs_real(position) > 0.0);
+    at.named = *state;
+    bool fixed = !(HOPFORM_NEVER_MOVES(HOPFORM_STOPPED_ELEMENT) && fabs_real(at.of[HOPFORM_POSITION_AXIS]) > 0.0);
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         fixed = fixed && !(HOPFORM_NEVER_MOVES(element) && fabs_real(at.of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0);
     }
-    if (!is_finite_state_real(start) || !fixed
-        || !(position >= lower_stop_real(robot) && position <= upper_stop_real(robot))) {
+    return is_finite_state_real(state) && fixed;
+}
+
+/* Status of a state that a stance is to start from. */
+static inline int32_t state_status_real(const hopform_robot_real *robot, const hopform_state_real *start) {
+    state_by_axis_real at;
+    at.named = *start;
+    const real position = at.of[HOPFORM_POSITION_AXIS];
+    if (!is_sound_state_real(start) || !(position >= lower_stop_real(robot) && position <= upper_stop_real(robot))) {
         return HOPFORM_ERROR_STATE;
     }
-    if (HOPFORM_HAS_CONTACT && at.of[HOPFORM_COMPRESSION_AXIS] < 0.0) { return HOPFORM_ERROR_EXTENDED; }
+#if HOPFORM_HAS_CONTACT
+    if (at.of[HOPFORM_STRETCH_AXIS] < 0.0) { return HOPFORM_ERROR_EXTENDED; }
+#endif
+    return HOPFORM_OK;
+}
+
+/* Status of a stance that is to be solved, but for its input. */
+static inline int32_t stance_status_real(const hopform_robot_real *robot, const hopform_state_real *start, real horizon,
+                                         int32_t max_phases) {
+    const int32_t status = state_status_real(robot, start);
+    if (status < 0) { return status; }
     const bool ends = horizon > 0.0 && horizon <= HOPFORM_NEVER_real && max_phases >= 1;
     return ends ? HOPFORM_OK : HOPFORM_ERROR_HORIZON;
 }
@@ -745,11 +784,13 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->just_switched = NO_ELEMENT_real;
     chain->came_to_rest = NO_ELEMENT_real;
     chain->carried_acceleration = 0.0;
-    chain->most_compressed = 0.0;
+    chain->most_stretched = 0.0;
     chain->rounded_at_stop = 0.0;
     chain->start_loss = 0.0;
-    chain->adds_up = HOPFORM_HAS_CONTACT && stores_much_real(&plan->robot, start);
+#if HOPFORM_HAS_CONTACT
+    chain->adds_up = stores_much_real(&plan->robot, start);
     chain->aed = 0.0;
+#endif
     chain->max_phases = max_phases;
     chain->phases = phases;
     chain->capacity = capacity;
@@ -765,24 +806,24 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
 /* Put a stance that has come to its ending into its record. */
 static inline int32_t stance_report_real(const stance_chain_real *chain, const hopform_state_real *start,
                                          int32_t ending, hopform_stance_real *stance) {
-    const hopform_robot_real *robot = &chain->plan->robot;
     const hopform_state_real *end = &chain->at.named;
+    real others = chain->t;
     stance->duration = chain->t;
     stance->end = *end;
-    stance->aed = 0.0; /* E counts from the ground */
-    if (HOPFORM_HAS_CONTACT) {
-        stance->aed = chain->adds_up ? chain->aed : body_energy_gain_real(robot, start, &chain->at.later);
-    }
     stance->start_loss = chain->start_loss;
     stance->ending = ending;
     stance->phase_count = chain->count;
     stance->event_count = chain->event_count;
     stance->phases_kept = chain->count < chain->capacity ? chain->count : chain->capacity;
-    stance->apex = 0.0;
-    if (HOPFORM_HAS_CONTACT && ending == HOPFORM_ENDING_TAKEOFF && fall_of_real(robot) > 0.0) {
-        stance->apex = apex_after_real(robot, end);
-    }
-    const real others = fabs_real(stance->duration) + fabs_real(stance->apex) + fabs_real(stance->aed);
+#if HOPFORM_HAS_CONTACT
+    const hopform_robot_real *robot = &chain->plan->robot;
+    const bool rises = ending == HOPFORM_ENDING_TAKEOFF && fall_of_real(robot) > 0.0;
+    stance->aed = chain->adds_up ? chain->aed : body_energy_gain_real(robot, start, &chain->at.later);
+    stance->apex = rises ? apex_after_real(robot, end) : 0.0;
+    others = fabs_real(others) + fabs_real(stance->apex) + fabs_real(stance->aed);
+#else
+    (void)start;
+#endif
     if (!is_finite_state_real(end) || !(others - stance->start_loss <= HOPFORM_NEVER_real)) {
         const memory_real written = array_real(stance, 1, sizeof *stance);
         return refuse_real(HOPFORM_ERROR_NUMBERS, &written, 1, NULL, 0);

@@ -699,10 +699,10 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
 static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u, real t) {
     const int side[] = {side_1_real(phase), side_2_real(phase)};
     const real first = phase->y;
-    if (!HOPFORM_COMPRESSION_MAY_TURN(side) || !(t > 0.0)) { return first; }
-    numerators_real motion;
-    motion.named = motion_in_phase_real(plan, phase, u);
-    const numerator_real *h = &motion.of.compression;
+    if (!HOPFORM_STRETCH_MAY_TURN(side) || !(t > 0.0)) { return first; }
+    numerators_by_axis_real numerators;
+    numerators.named = motion_in_phase_real(plan, phase, u);
+    const numerator_real *h = &numerators.of.stretch;
     const numerator_real extension = {-h->H3, -h->H2, -h->H1};
     const hopform_poles_real *poles = poles_of_real(plan, side[0], side[1]);
     const hopform_node_real *node = node_of_real(plan, side[0], side[1]);

@@ -48,8 +48,8 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
             const real length = phases[n + 1].t - phases[n].t;
             const real u = input_of_phase_real(plan, steps, &phases[n]);
             energy_add_real(&sum, plan, &phases[n], u, length);
-            if (axis_of_event_real(phases[n + 1].event) == HOPFORM_POSITION_AXIS) {
-                const hopform_state_real before = state_in_phase_real(plan, &phases[n], u, length);
+            if (phases[n + 1].event == HOPFORM_EVENT_HITS_STOP) {
+                const hopform_state_real before = state_before_phase_real(plan, &phases[n], u, &phases[n + 1]);
                 loss += loss_at_stop_real(&plan->robot, &before);
             }
         }

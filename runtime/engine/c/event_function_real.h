@@ -49,7 +49,7 @@ typedef struct {
     real H3, H2, H1, H0; /* its numerator */
     real start;
     real cancels;         /* a quarter of the magnitudes whose difference the start is: each is rounded four times */
-    real decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the leg's compression */
+    real decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the spring's stretch */
     int32_t owner;
     int32_t side;
     bool needs_certificate;
@@ -120,9 +120,9 @@ typedef struct {
     real third;
 } jet_real;
 
-/* Whether a function has a further term, which decays: only where a damper is in the leg. */
+/* Whether a function has a further term, which decays: only in flight, where a damper is beside the spring. */
 static inline bool has_decay_real(const event_function_real *g) {
-    return HOPFORM_LEG_HAS_DAMPER && fabs_real(g->decaying) > 0.0;
+    return HOPFORM_FLIGHT_HAS_DECAY && fabs_real(g->decaying) > 0.0;
 }
 
 /* The n-th derivative of a function from that of its other terms. */

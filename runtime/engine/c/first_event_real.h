@@ -362,13 +362,15 @@ static inline void search_nothing_real(const hopform_poles_real *poles, stance_s
     search->side = 0;
 }
 
+#if HOPFORM_HAS_CONTACT
 /* The contact force is the first event function, if it is one. */
 static inline bool is_takeoff_real(const event_set_real *set, int32_t found) {
-    return HOPFORM_HAS_CONTACT && found == 0 && set->function[0].owner == CONTACT_real;
+    return found == 0 && set->function[0].owner == CONTACT_real;
 }
+#endif
 
-/* At the time of the limit the owner that comes first wins over what rests there, and a take-off over a step of the
- * current. */
+/* At the time of the limit the owner that comes first wins over what rests there, and a lost contact over a step of the
+ * input. */
 static inline void cross_at_the_limit_real(const stance_events_real *events, real limit, interval_real *in) {
     const event_set_real *set = &events->set;
     const int32_t before = events->rest_time > limit ? ELEMENT_real : events->rests;
@@ -384,6 +386,7 @@ typedef struct stance_chain_real stance_chain_real;
 /* From the end of this interval on the modal form holds: the functions take it. */
 SELDOM_real void enter_modes_real(const stance_chain_real *chain, stance_search_real *search);
 
+#if HOPFORM_HAS_CONTACT
 /* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
  * no more accurate. */
 SELDOM_real real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
@@ -404,6 +407,7 @@ static inline bool sharpen_takeoff_real(const stance_chain_real *chain, const st
     }
     return in->high.t > before;
 }
+#endif
 
 /* Whether the position is within rounding of the stop ahead: a grazing contact. */
 static inline bool is_at_stop_real(const event_set_real *set, const propagator_real *at) {
@@ -445,8 +449,13 @@ static inline bool find_event_real(const stance_chain_real *chain, stance_search
     for (int n = 0; n < 2 && later && certified; n++) {
         certified = (n == 0 && known) || find_first_root_real(set, in);
         if (!(in->high.t < search->limit)) { cross_at_the_limit_real(&search->events, search->limit, in); }
+#if HOPFORM_HAS_CONTACT
         later = n == 0 && is_takeoff_real(set, in->found)
                 && sharpen_takeoff_real(chain, &search->events, search->limit, in);
+#else
+        (void)chain;
+        later = false;
+#endif
     }
     return certified;
 }

@@ -96,7 +96,7 @@ static hopform_state_real state_in_flight_real(const hopform_robot_real *robot, 
 
 /* What a damper leaves of the leg's compression, at a time of the flight. */
 static real left_in_leg_real(const flight_chain_real *chain, real t) {
-    return HOPFORM_LEG_HAS_DAMPER ? chain->leg * exponential_real(-chain->relaxes * t) : 0.0;
+    return HOPFORM_FLIGHT_HAS_DECAY ? chain->leg * exponential_real(-chain->relaxes * t) : 0.0;
 }
 
 /* ---- the height over the ground ---- */
@@ -145,9 +145,9 @@ static fall_real fall_search_real(const flight_chain_real *chain, const event_fu
         displacement[i] = -poles->p * displacement[i - 1] - poles->q * displacement[i - 2];
     }
     const real value =
-        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? displacement[4] + l * displacement[3] : displacement[3]);
+        -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? displacement[4] + l * displacement[3] : displacement[3]);
     const real rate =
-        -sign * (HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? displacement[5] + l * displacement[4] : displacement[4]);
+        -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? displacement[5] + l * displacement[4] : displacement[4]);
     fall_real fall;
     fall.set.poles = poles;
     fall.set.node = NULL;
@@ -165,7 +165,7 @@ static fall_real fall_search_real(const flight_chain_real *chain, const event_fu
 static int variations_in_fall_real(const fall_real *fall, const jet_real *at, bool last) {
     const real l = fall->relaxes;
     const real relaxed = fall->is_rate ? at->curvature + l * at->rate : at->third + l * at->curvature;
-    const bool third = HOPFORM_LEG_HAS_DAMPER && l > 0.0 ? relaxed < 0.0 || (!(relaxed > 0.0) && last) : last;
+    const bool third = HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? relaxed < 0.0 || (!(relaxed > 0.0) && last) : last;
     const bool curvature = fall->is_rate ? third : at->curvature < 0.0 || (!(at->curvature > 0.0) && third);
     const bool rate = at->rate < 0.0 || (!(at->rate > 0.0) && curvature);
     return (rate ? 1 : 0) + (rate != curvature ? 1 : 0) + (curvature != third ? 1 : 0) + (third != last ? 1 : 0);
@@ -198,7 +198,7 @@ static bool is_certified_in_fall_real(const fall_real *fall, interval_real *in) 
         has_minimum ? cut_between_real(from->rate, to.rate, h) : cut_between_real(from->curvature, to.curvature, h);
     const real cut = before != after ? fall->turn : in->low.t + inside;
     real m = lesser_real(lesser_real(from->curvature, to.curvature), 0.0);
-    if (HOPFORM_LEG_HAS_DAMPER && fall->relaxes > 0.0 && from->third < 0.0 && to.third > 0.0) {
+    if (HOPFORM_FLIGHT_HAS_DECAY && fall->relaxes > 0.0 && from->third < 0.0 && to.third > 0.0) {
         m += h * from->third; /* exp(l t) g''' rises */
     }
     const bool bends_least_at_an_end = before == after && !(fall->is_rate && before);
@@ -417,7 +417,7 @@ static flight_end_real end_at_touchdown_real(flight_chain_real *chain, flight_en
 
 /* Finds the last instant of the phase, and what ends it; to what the pull changes. */
 static flight_end_real find_end_in_flight_real(flight_chain_real *chain, int *to) {
-    if (chain->now.side == 0 && !(HOPFORM_LEG_HAS_DAMPER && fabs_real(chain->leg) > 0.0)) {
+    if (chain->now.side == 0 && !(HOPFORM_FLIGHT_HAS_DECAY && fabs_real(chain->leg) > 0.0)) {
         return end_of_parabola_real(chain);
     }
     const real until = longest_phase_real(chain);
@@ -591,8 +591,9 @@ static bool report_flight_real(const flight_chain_real *chain, hopform_flight_re
     }
     flight->apex_time = top;
     flight->apex = start->x1 - start->y + (start->v2 - 0.5 * g * top) * top;
-    flight->leg_loss =
-        HOPFORM_LEG_HAS_DAMPER ? leg_energy_real(chain->robot, left) - leg_energy_real(chain->robot, chain->leg) : 0.0;
+    flight->leg_loss = HOPFORM_FLIGHT_HAS_DECAY
+                           ? leg_energy_real(chain->robot, left) - leg_energy_real(chain->robot, chain->leg)
+                           : 0.0;
     flight->phases_kept = flight->phase_count < chain->capacity ? flight->phase_count : chain->capacity;
     const real others = fabs_real(flight->duration) + fabs_real(flight->v2_after) + fabs_real(flight->apex)
                         + fabs_real(top) - flight->impact_loss - flight->start_loss - flight->leg_loss;
@@ -655,7 +656,7 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
         return HOPFORM_ERROR_HORIZON;
     }
     if (!gains_are_sound_real(&law)) { return HOPFORM_ERROR_GAINS; }
-    const real time = HOPFORM_LEG_HAS_DAMPER ? leg_time_real(robot) : 0.0;
+    const real time = HOPFORM_FLIGHT_HAS_DECAY ? leg_time_real(robot) : 0.0;
     flight_chain_real chain; /* what is not set here is set by its first phase */
     chain.robot = robot;
     chain.largest = largest_force_real(robot);
@@ -766,9 +767,9 @@ static real square_of_velocity_real(const hopform_poles_real *poles, const hopfo
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
         const propagator_real at = propagator_at_real(poles, place_real[node] * h);
         const jet_real displacement = displacement_in_flight_real(poles, phase, &at);
-        const real motion[] = {displacement.rate, displacement.curvature};
+        const real numerators[] = {displacement.rate, displacement.curvature};
         for (int n = 0; n < 3; n++) {
-            squares[n] += weight_real[node] * h * motion[n / 2] * motion[(n + 1) / 2];
+            squares[n] += weight_real[node] * h * numerators[n / 2] * numerators[(n + 1) / 2];
         }
     }
     for (; doublings > 0 && phase->side != 0; doublings--) {

@@ -21,12 +21,12 @@ typedef union {
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
 static inline matrix_real short_moments_real(const hopform_plan_real *plan, const mode_real *mode,
                                              const hopform_state_real *start, real u, real h) {
-    const motion_real motion = motion_of_real(plan, start, u, mode->side[0], mode->side[1]);
+    const numerators_real numerators = motion_of_real(plan, start, u, mode->side[0], mode->side[1]);
     matrix_real sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
         const basis_real basis = basis_at_real(mode->poles, place_real[node] * h);
         state_and_one_real at;
-        at.named = arrive_real(start, &motion, &basis, mode->side[0], mode->side[1]);
+        at.named = arrive_real(start, &numerators, &basis, mode->side[0], mode->side[1]);
         at.of[ONE_real] = 1.0;
         const real weight = weight_real[node] * h;
         for (int i = 0; i <= HOPFORM_AXES; i++) {

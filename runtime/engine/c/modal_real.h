@@ -29,7 +29,8 @@ typedef struct {
 
 /* The modal form of a motion. */
 typedef struct {
-    numerators_real by; /* fading, cosine and sine in place of H3, H2, H1; the position less that at the start */
+    numerators_by_axis_real
+        by; /* fading, cosine and sine in place of H3, H2, H1; the position less that at the start */
     state_by_axis_real final;
     real drift; /* of the position */
 } motion_modes_real;
@@ -126,18 +127,18 @@ static inline basis_real basis_of_propagator_real(const hopform_poles_real *pole
 /* The modal form of a motion from a state on. Of the velocity that has a position the whole numerator is known, in
  * which nothing cancels. */
 SELDOM_real motion_modes_real modes_of_motion_real(const hopform_poles_real *poles, real omega,
-                                                   const hopform_state_real *state, const motion_real *motion) {
+                                                   const hopform_state_real *state, const numerators_real *numerators) {
     const real chi = residue_real(poles);
     motion_modes_real made;
-    numerators_real h;
-    h.named = *motion;
+    numerators_by_axis_real h;
+    h.named = *numerators;
     made.final.named = *state;
     for (int i = 0; i < HOPFORM_CORE; i++) {
         const int axis = i + 1;
         const real z = made.final.of[axis];
         const whole_real plain = {z, h.core[i].H3 + poles->s_1 * z, h.core[i].H2 + poles->s_2 * z,
-                                  axis == HOPFORM_COMPRESSION_AXIS ? h.core[i].H1 + poles->s_3 * z : motion->N0_1};
-        const whole_real known = {z, motion->N2_1, motion->N1_1, motion->N0_1};
+                                  axis == HOPFORM_STRETCH_AXIS ? h.core[i].H1 + poles->s_3 * z : numerators->N0_1};
+        const whole_real known = {z, numerators->N2_1, numerators->N1_1, numerators->N0_1};
         const bool moves = axis == HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
         const modes_real modes = modes_of_real(poles, chi, omega, moves ? &known : &plain);
         const numerator_real by = {modes.h_fade, modes.h_cos, modes.h_sin};

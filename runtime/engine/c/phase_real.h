@@ -7,13 +7,15 @@
 
 #include "modal_real.h"
 
+#if HOPFORM_HAS_CONTACT
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
 static inline bool stores_much_real(const hopform_robot_real *robot, const hopform_state_real *start) {
     return !(stored_energy_real(robot, start) <= 64.0 * moving_energy_real(robot, start, 1.0));
 }
+#endif
 
 /* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. With a law, which
- * sets the current of the one mass, side_2 is the limit that the current is at, 0 under the law. */
+ * sets the input of the one mass, side_2 is the limit that the input is at, 0 under the law. */
 static inline const hopform_poles_real *poles_of_real(const hopform_plan_real *plan, int side_1, int side_2) {
     (void)side_1; /* a model may have one mode, or go by one side */
     (void)side_2;
@@ -30,6 +32,11 @@ static inline const hopform_node_real *node_of_real(const hopform_plan_real *pla
 #undef NODE_OF
 }
 
+/* The poles of a mode that the model has, where it does not matter which. */
+static inline const hopform_poles_real *any_poles_real(const hopform_plan_real *plan) {
+    return &plan->HOPFORM_ANY_MODE;
+}
+
 /* The rates of a mode. */
 static inline const hopform_rates_real *rates_of_mode_real(const hopform_plan_real *plan, int side_2) {
     (void)side_2;
@@ -42,18 +49,18 @@ static inline bool all_held_real(int side_1, int side_2) {
 }
 
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
-static inline motion_real motion_under_real(const hopform_rates_real *rates, const drive_real *drive,
-                                            const hopform_state_real *state, int side_1, int side_2) {
+static inline numerators_real motion_under_real(const hopform_rates_real *rates, const drive_real *drive,
+                                                const hopform_state_real *state, int side_1, int side_2) {
 #define MOTION_OF(mode) motion_of_##mode##_real(rates, drive, state)
     if (!all_held_real(side_1, side_2)) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
 #undef MOTION_OF
-    const motion_real rest = {0};
+    const numerators_real rest = {0};
     return rest;
 }
 
 /* The same under an input. */
-static inline motion_real motion_of_real(const hopform_plan_real *plan, const hopform_state_real *state, real u,
-                                         int side_1, int side_2) {
+static inline numerators_real motion_of_real(const hopform_plan_real *plan, const hopform_state_real *state, real u,
+                                             int side_1, int side_2) {
     const hopform_rates_real *rates = rates_of_mode_real(plan, side_2);
     const drive_real drive = drive_of_real(&plan->robot, rates, u, (real)side_1, (real)side_2);
     return motion_under_real(rates, &drive, state, side_1, side_2);
@@ -107,13 +114,13 @@ static inline real free_after_motion_real(real side, real friction, const numera
     return side * (friction - (back > HOPFORM_UNDERFLOW_real ? back : HOPFORM_UNDERFLOW_real));
 }
 
-/* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the compression
+/* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch
  * follows it. */
-static inline void set_acceleration_from_rest_real(numerators_real *motion, int element, bool alone,
+static inline void set_acceleration_from_rest_real(numerators_by_axis_real *numerators, int element, bool alone,
                                                    real acceleration) {
-    motion->of.velocity[element].H3 = acceleration;
-    if (element == HOPFORM_STOPPED_ELEMENT) { motion->of.position.H3 = acceleration; /* its velocity is 0 */ }
-    if (alone) { motion->of.compression.H2 = (real)HOPFORM_COMPRESSION_FOLLOWS(element) * acceleration; }
+    numerators->of.velocity[element].H3 = acceleration;
+    if (element == HOPFORM_STOPPED_ELEMENT) { numerators->of.position.H3 = acceleration; /* its velocity is 0 */ }
+    if (alone) { numerators->of.stretch.H2 = (real)HOPFORM_STRETCH_FOLLOWS(element) * acceleration; }
 }
 
 /* A state of a phase that began at `start`: what is held stays exactly where it is. */
@@ -130,20 +137,20 @@ static inline hopform_state_real held_in_place_real(const hopform_state_real *st
 }
 
 /* The state of a phase where the response of the poles is `basis`. */
-static inline hopform_state_real arrive_real(const hopform_state_real *state, const motion_real *motion,
+static inline hopform_state_real arrive_real(const hopform_state_real *state, const numerators_real *numerators,
                                              const basis_real *basis, int side_1, int side_2) {
     state_by_axis_real at;
-    at.later = state_at_real(state, motion, basis);
+    at.later = state_at_real(state, numerators, basis);
     return held_in_place_real(state, &at, side_1, side_2);
 }
 
 /* The same where a propagator is known; `modes` are read where it is modal. */
-static inline hopform_state_real arrive_at_real(const hopform_state_real *state, const motion_real *motion,
+static inline hopform_state_real arrive_at_real(const hopform_state_real *state, const numerators_real *numerators,
                                                 const motion_modes_real *modes, const propagator_real *at, int side_1,
                                                 int side_2) {
     if (!is_modal_real(at)) {
         const basis_real basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-        return arrive_real(state, motion, &basis, side_1, side_2);
+        return arrive_real(state, numerators, &basis, side_1, side_2);
     }
     state_by_axis_real later;
     later.named = state_by_modes_real(state, modes, at);
@@ -155,10 +162,12 @@ static inline bool is_made_real(const hopform_plan_real *plan) {
     return plan->made == HOPFORM_PLAN_MADE;
 }
 
+#if HOPFORM_HAS_CONTACT
 /* A plan of a robot that can take off, and comes down again. */
 static inline bool hops_real(const hopform_plan_real *plan) {
-    return is_made_real(plan) && HOPFORM_HAS_CONTACT && fall_of_real(&plan->robot) > 0.0;
+    return is_made_real(plan) && fall_of_real(&plan->robot) > 0.0;
 }
+#endif
 
 /* Index of the last phase that starts at or before t. */
 static inline int32_t phase_index_real(const hopform_phase_real *phases, int32_t count, real t) {
@@ -201,14 +210,15 @@ static inline hopform_state_real start_of_phase_real(const hopform_phase_real *p
 }
 
 /* The numerators of a phase. */
-static inline motion_real motion_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u) {
+static inline numerators_real motion_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
+                                                   real u) {
     const hopform_state_real start = start_of_phase_real(phase);
     return motion_of_real(plan, &start, u, side_1_real(phase), side_2_real(phase));
 }
 
 /* The state at time t since a phase with these numerators began. */
 static inline hopform_state_real state_by_motion_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
-                                                      const motion_real *motion, real t) {
+                                                      const numerators_real *numerators, real t) {
     const int side_1 = side_1_real(phase);
     const int side_2 = side_2_real(phase);
     const hopform_state_real start = start_of_phase_real(phase);
@@ -217,17 +227,31 @@ static inline hopform_state_real state_by_motion_real(const hopform_plan_real *p
     const hopform_node_real *node = node_of_real(plan, side_1, side_2);
     if (t < node->modal) {
         const basis_real basis = basis_at_real(poles, t);
-        return arrive_real(&start, motion, &basis, side_1, side_2);
+        return arrive_real(&start, numerators, &basis, side_1, side_2);
     }
     const propagator_real at = modes_at_real(poles, node->omega, t);
-    const motion_modes_real modes = modes_of_motion_real(poles, node->omega, &start, motion);
-    return arrive_at_real(&start, motion, &modes, &at, side_1, side_2);
+    const motion_modes_real modes = modes_of_motion_real(poles, node->omega, &start, numerators);
+    return arrive_at_real(&start, numerators, &modes, &at, side_1, side_2);
 }
 
 static inline hopform_state_real state_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
                                                      real u, real t) {
-    const motion_real motion = motion_in_phase_real(plan, phase, u);
-    return state_by_motion_real(plan, phase, &motion, t);
+    const numerators_real numerators = motion_in_phase_real(plan, phase, u);
+    return state_by_motion_real(plan, phase, &numerators, t);
+}
+
+/* The state just before the phase behind another one begins. Nothing jumps there but the velocity that a stop takes. */
+static inline hopform_state_real state_before_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
+                                                         real u, const hopform_phase_real *next) {
+    state_by_axis_real at;
+    at.named = start_of_phase_real(next);
+    if (next->event == HOPFORM_EVENT_HITS_STOP) {
+        state_by_axis_real met;
+        met.named = state_in_phase_real(plan, phase, u, next->t - phase->t);
+        const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
+        at.of[velocity] = met.of[velocity];
+    }
+    return at.named;
 }
 
 /* ---- through an event, at which an axis is at a value: a velocity at 0, or a position at a stop ---- */
@@ -274,33 +298,51 @@ static inline void pass_slip_real(real change[HOPFORM_AXES], int element, real a
 
 /* ---- what ended a motion ---- */
 
-/* What set the time of an ending: a root of the contact force in the last phase, the event or the start that this phase
+/* Whether a stance has ended as its contact was lost. */
+static inline bool is_left_real(const hopform_stance_real *stance) {
+#if HOPFORM_HAS_CONTACT
+    return stance->ending == HOPFORM_ENDING_TAKEOFF;
+#else
+    (void)stance;
+    return false;
+#endif
+}
+
+/* What set the time of an ending: a root of a contact force in the last phase, the event or the start that this phase
  * began with, at which it ended at once, the horizon, or nothing, where a search was given up. */
 enum { ENDED_BY_NOTHING_real, ENDED_BY_ROOT_real, ENDED_BY_EVENT_real, ENDED_BY_HORIZON_real };
 
+#if HOPFORM_HAS_CONTACT
 /* The contact force is below 0, which it may be without a root: at the start, or where a velocity in it is lost at a
- * stop. A compression does not jump. */
+ * stop. A stretch does not jump. */
 static inline bool contact_pulls_real(const hopform_robot_real *robot, const hopform_state_real *at) {
-    return HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_COMPRESSION && contact_of_real(robot, at) < 0.0;
+    return !HOPFORM_CONTACT_IS_STRETCH && contact_of_real(robot, at) < 0.0;
 }
+#endif
 
 /* What set the time at which a stance ended, all of whose phases are at hand. */
 static inline int ended_by_real(const hopform_plan_real *plan, const hopform_phase_real *phases,
                                 const hopform_stance_real *stance) {
-    const hopform_phase_real *last = &phases[stance->phases_kept - 1];
-    const hopform_state_real begins = start_of_phase_real(last);
-    const bool may_jump = stance->phases_kept == 1 || last->event == HOPFORM_EVENT_HITS_STOP;
     if (stance->ending == HOPFORM_ENDING_HORIZON) { return ENDED_BY_HORIZON_real; }
     if (stance->ending == HOPFORM_ENDING_REST) { return ENDED_BY_EVENT_real; }
-    if (stance->ending != HOPFORM_ENDING_TAKEOFF) { return ENDED_BY_NOTHING_real; }
-    return may_jump && contact_pulls_real(&plan->robot, &begins) ? ENDED_BY_EVENT_real : ENDED_BY_ROOT_real;
+#if HOPFORM_HAS_CONTACT
+    if (is_left_real(stance)) {
+        const hopform_phase_real *last = &phases[stance->phases_kept - 1];
+        const hopform_state_real begins = start_of_phase_real(last);
+        const bool may_jump = stance->phases_kept == 1 || last->event == HOPFORM_EVENT_HITS_STOP;
+        return may_jump && contact_pulls_real(&plan->robot, &begins) ? ENDED_BY_EVENT_real : ENDED_BY_ROOT_real;
+    }
+#endif
+    (void)plan;
+    (void)phases;
+    return ENDED_BY_NOTHING_real;
 }
 
 /* ---- a stance that is followed phase by phase while it is solved ---- */
 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
-    const numerators_real *motion;
+    const numerators_by_axis_real *numerators;
     const propagator_real *end;     /* where it ends */
     const motion_modes_real *modes; /* of the motion, if that propagator is modal */
     const state_by_axis_real *start;

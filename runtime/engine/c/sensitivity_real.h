@@ -34,7 +34,7 @@ typedef struct {
     const hopform_step_real *steps;
     const hopform_phase_real *phases;
     int32_t index; /* of the phase that it is in */
-    real t;        /* since touchdown */
+    real t;        /* since the start */
     state_by_axis_real at;
     state_by_axis_real change[COLUMNS_real];
     real late[COLUMNS_real]; /* how much later the event came that began the phase; 0 where its time is fixed */
@@ -146,7 +146,7 @@ static slopes_by_share_real slopes_of_column_real(const variation_real *variatio
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const robot_change_real robot = robot_change_of_column_real(column);
     const int limit = side_2_real(phase);
-    real input = column == HOPFORM_COLUMN_OF_CURRENT ? 1.0 : 0.0;
+    real input = column == HOPFORM_COLUMN_OF_INPUT ? 1.0 : 0.0;
     if (HOPFORM_HAS_LAW && limit != 0) {
         input = (real)limit * current_limit_change_real(&variation->plan->robot, &robot);
     }
@@ -270,15 +270,15 @@ static void cross_real(variation_real *variation) {
     }
 }
 
-/* A stance from its start on: no velocity is left of a mass that is held, unless it takes off at once, or that a stop
- * took at once. */
+/* A stance from its start on: no velocity is left of a mass that is held, unless it ends at once, or that a stop took
+ * at once. */
 static variation_real variation_of_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                         const hopform_phase_real *phases, const hopform_stance_real *stance) {
     variation_real variation = {
         plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, {{{0.0, 0.0, 0.0, 0.0}}}, {0.0}, true, true,
     };
     const mode_real mode = mode_of_real(plan, phases, current_real(&variation, phases));
-    const bool goes_on = stance->ending != HOPFORM_ENDING_TAKEOFF || stance->duration > 0.0;
+    const bool goes_on = !is_left_real(stance) || stance->duration > 0.0;
     variation.at.named = start_of_phase_real(phases);
     for (int i = 0; i < HOPFORM_AXES; i++) {
         variation.change[column_of_axis_real[i]].of[i] = 1.0;
@@ -325,7 +325,6 @@ static bool stays_held_real(const variation_real *variation, int element) {
  * stays so; with a root of the contact force, whose rate is `speed`'s; at the horizon; or nothing is to be followed. */
 static bool ends_later_real(variation_real *variation, const hopform_stance_real *stance,
                             const hopform_state_real *speed) {
-    const hopform_robot_real *robot = &variation->plan->robot;
     const int ended_by = ended_by_real(variation->plan, variation->phases, stance);
     if (ended_by == ENDED_BY_EVENT_real) {
         const bool rests = stance->ending == HOPFORM_ENDING_REST;
@@ -335,6 +334,8 @@ static bool ends_later_real(variation_real *variation, const hopform_stance_real
         not_late_real(variation);
         return true;
     }
+#if HOPFORM_HAS_CONTACT
+    const hopform_robot_real *robot = &variation->plan->robot;
     const real contact_rate = contact_slope_real(robot, speed);
     if (ended_by != ENDED_BY_ROOT_real || !(fabs_real(contact_rate) > 0.0)) { return false; }
     for (int column = 0; column < COLUMNS_real; column++) {
@@ -344,56 +345,69 @@ static bool ends_later_real(variation_real *variation, const hopform_stance_real
             -contact_change_real(robot, end, &by, &variation->change[column].change) / contact_rate;
     }
     return true;
+#else
+    (void)speed;
+    return false;
+#endif
 }
 
-/* The rows of the matrix from the changes at the ending; an apex is what a take-off has. */
+#if HOPFORM_HAS_CONTACT
+/* The rows of the apex, 0 without take-off, and of the AED; false where the apex has no derivative in range. */
+static bool put_rows_of_contact_real(const variation_real *variation, const hopform_stance_real *stance, int column,
+                                     const state_by_axis_real *change, real *matrix) {
+    const hopform_robot_real *robot = &variation->plan->robot;
+    const hopform_state_real start = start_of_phase_real(variation->phases);
+    const hopform_state_real *end = &stance->end;
+    const real fall = is_left_real(stance) ? fall_of_real(robot) : 0.0;
+    if (fall > 0.0 && !(fall * fall > 0.0)) { return false; } /* by which the apex's derivative divides */
+    const robot_change_real by = robot_change_of_column_real(column);
+    state_by_axis_real unit;
+    for (int i = 0; i < HOPFORM_AXES; i++) {
+        unit.of[i] = column == column_of_axis_real[i] ? 1.0 : 0.0;
+    }
+    matrix[5 * COLUMNS_real + column] = fall > 0.0 ? apex_change_real(robot, end, &by, &change->change) : 0.0;
+    matrix[6 * COLUMNS_real + column] = body_energy_change_real(robot, end, &by, &change->change)
+                                        - body_energy_change_real(robot, &start, &by, &unit.change);
+    return true;
+}
+#endif
+
+/* The rows of the matrix from the changes at the ending. */
 static bool finish_real(variation_real *variation, const hopform_stance_real *stance, real *matrix) {
     const hopform_robot_real *robot = &variation->plan->robot;
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const mode_real mode = mode_of_real(variation->plan, phase, current_real(variation, phase));
-    const hopform_state_real start = start_of_phase_real(variation->phases);
-    const hopform_state_real *end = &stance->end;
-    const state_by_axis_real speed = speeds_in_mode_real(variation->plan, &mode, end);
-    const bool lifts = stance->ending == HOPFORM_ENDING_TAKEOFF;
-    const real fall = lifts ? fall_of_real(robot) : 0.0;
-    const bool underflows = fall > 0.0 && !(fall * fall > 0.0); /* by which the apex's derivative divides */
-    if (underflows || !ends_later_real(variation, stance, &speed.named)) { return false; }
-    for (int column = 0; column < COLUMNS_real; column++) {
+    const state_by_axis_real speed = speeds_in_mode_real(variation->plan, &mode, &stance->end);
+    bool exists = ends_later_real(variation, stance, &speed.named);
+    for (int column = 0; exists && column < COLUMNS_real; column++) {
         state_by_axis_real *change = &variation->change[column];
-        state_by_axis_real unit;
         const robot_change_real by = robot_change_of_column_real(column);
         const real late = variation->late[column];
         for (int i = 0; i < HOPFORM_AXES; i++) {
-            unit.of[i] = column == column_of_axis_real[i] ? 1.0 : 0.0;
             change->of[i] += speed.of[i] * late;
         }
-        if (lifts && HOPFORM_CONTACT_IS_COMPRESSION) { change->of[HOPFORM_COMPRESSION_AXIS] = 0.0; }
-        const real rows[HOPFORM_SENSITIVITY_ROWS] = {late,
-                                                     change->of[0],
-                                                     change->of[1],
-                                                     height_change_real(robot, &by, &change->change),
-                                                     change->of[2],
-                                                     fall > 0.0 ? apex_change_real(robot, end, &by, &change->change)
-                                                                : 0.0,
-                                                     body_energy_change_real(robot, end, &by, &change->change)
-                                                         - body_energy_change_real(robot, &start, &by, &unit.change)};
-        for (int row = 0; row < HOPFORM_SENSITIVITY_ROWS; row++) {
+#if HOPFORM_HAS_CONTACT
+        if (is_left_real(stance) && HOPFORM_CONTACT_IS_STRETCH) { change->of[HOPFORM_STRETCH_AXIS] = 0.0; }
+        exists = put_rows_of_contact_real(variation, stance, column, change, matrix);
+#endif
+        const real rows[] = {late, change->of[0], change->of[1], height_change_real(robot, &by, &change->change),
+                             change->of[2]};
+        for (int row = 0; row < (int)(sizeof rows / sizeof rows[0]); row++) {
             matrix[row * COLUMNS_real + column] = rows[row];
         }
     }
-    return true;
+    return exists;
 }
 
 /* Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
  * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
- * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass, and that
- * of the stop where the contact force jumped below 0 there. A leg that pulls from the start ends as it starts: T stays
- * 0, the state moves with the start. The row of the apex is 0 without take-off.
+ * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a
+ * contact it is also that of the stop where the contact force jumped below 0; one that pulls from the start ends as it
+ * starts: T stays 0, the state moves with the start; and a row that only a rise has is 0 without one.
  *
- * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
- * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0, but for a
- * take-off at once. An actuator that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count
- * where a stop is met later.
+ * Column y holds the others' at a fixed stretch. Column u moves every step's input alike. The velocity of a mass at
+ * rest that is held stays 0, but where a contact is lost at once. Mass 1, if it starts on a stop, stays where it starts
+ * until it departs; the ends of its stroke count where a stop is met later.
  */
 int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                           const hopform_phase_real *phases, const hopform_stance_real *stance,

@@ -77,11 +77,11 @@ static inline bool turns_up_real(const current_variation_real *variation, const 
                                  real rate_after) {
     const real rate = contact_slope_real(&variation->plan->robot, &variation->speed.named);
     const bool jumps = now->event == HOPFORM_EVENT_HITS_STOP;
-    bool moves = !HOPFORM_CONTACT_IS_COMPRESSION;
+    bool moves = !HOPFORM_CONTACT_IS_STRETCH;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         moves = moves || fabs_real(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0;
     }
-    if (moves) { return (rate < 0.0 || (jumps && !HOPFORM_CONTACT_IS_COMPRESSION)) && !(rate_after < 0.0); }
+    if (moves) { return (rate < 0.0 || (jumps && !HOPFORM_CONTACT_IS_STRETCH)) && !(rate_after < 0.0); }
     return HOPFORM_CONTACT_UNLOADS(variation->side) && !HOPFORM_CONTACT_UNLOADS(now->side);
 }
 
@@ -96,7 +96,7 @@ static inline void pass_event_real(current_variation_real *variation, const solv
     real late = 0.0;
     after.of[HOPFORM_POSITION_AXIS] = now->start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     for (int i = 1; i < HOPFORM_AXES; i++) {
-        after.of[i] = now->motion->core[i - 1].H3;
+        after.of[i] = now->numerators->core[i - 1].H3;
     }
     if (axis >= 0) {
         if (fabs_real(before->of[axis]) > 0.0) {
@@ -120,7 +120,7 @@ static inline void pass_event_real(current_variation_real *variation, const solv
         } else {
             variation->trial->smooth = false;
         }
-        pass_slip_real(change->of, slips, now->motion->of.velocity[slips].H3, late);
+        pass_slip_real(change->of, slips, now->numerators->of.velocity[slips].H3, late);
     }
     variation->late = late;
     note_largest_real(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
@@ -135,11 +135,11 @@ static inline void pass_event_real(current_variation_real *variation, const solv
  * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
  * the stance goes on for another rebound. */
 static inline void look_for_minimum_real(current_variation_real *variation, const solved_phase_real *phase,
-                                         const motion_real *by_u, const basis_real *w, bool turns) {
+                                         const numerators_real *by_u, const basis_real *w, bool turns) {
     const hopform_robot_real *robot = &variation->plan->robot;
     const int *side = phase->side;
     const hopform_poles_real *poles = poles_of_real(variation->plan, side[0], side[1]);
-    const numerator_real h = contact_numerator_real(robot, &phase->motion->named);
+    const numerator_real h = contact_numerator_real(robot, &phase->numerators->named);
     const propagator_real end = propagator_of_real(poles, phase->end->t, w);
     if (turns) {
         const minima_real least =
@@ -176,13 +176,13 @@ static inline void carry_variation_real(current_variation_real *variation, const
     const int *side = phase->side;
     const hopform_poles_real *poles = poles_of_real(plan, side[0], side[1]);
     const basis_real w = basis_of_propagator_real(poles, phase->end);
-    if (phase->event != HOPFORM_EVENT_NONE) { pass_event_real(variation, phase); }
+    if (HOPFORM_IS_EVENT(phase->event)) { pass_event_real(variation, phase); }
     variation->moves = variation->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
-    const bool turns = !HOPFORM_CONTACT_IS_COMPRESSION || HOPFORM_COMPRESSION_MAY_TURN(side);
+    const bool turns = !HOPFORM_CONTACT_IS_STRETCH || HOPFORM_STRETCH_MAY_TURN(side);
     if (variation->moves || turns) {
         drive_by_element_real per_ampere = {{0.0, 0.0}};
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.a1_u;
-        const motion_real by_u =
+        const numerators_real by_u =
             motion_under_real(&plan->rates, &per_ampere.named, &variation->change.named, side[0], side[1]);
         if (turns || phase->leaves) { look_for_minimum_real(variation, phase, &by_u, &w, turns); }
         variation->change.named = arrive_real(&variation->change.named, &by_u, &w, side[0], side[1]);
@@ -191,7 +191,7 @@ static inline void carry_variation_real(current_variation_real *variation, const
     variation->speed.of[HOPFORM_POSITION_AXIS] = phase->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     for (int axis = 1; axis < HOPFORM_AXES; axis++) {
         const numerator_real *by =
-            is_modal_real(phase->end) ? &phase->modes->by.core[axis - 1] : &phase->motion->core[axis - 1];
+            is_modal_real(phase->end) ? &phase->modes->by.core[axis - 1] : &phase->numerators->core[axis - 1];
         variation->speed.of[axis] = sum_of_parts_real(by, &phase->end->rate);
     }
     (void)memcpy(variation->side, side, sizeof variation->side);
@@ -213,7 +213,7 @@ static inline void lift_real(const current_variation_real *variation, const hopf
         late = -contact_slope_real(robot, &variation->change.named) / rate;
     }
     state_by_axis_real met = change_at_event_real(&variation->change, &variation->speed, late);
-    if (HOPFORM_CONTACT_IS_COMPRESSION) { met.of[HOPFORM_COMPRESSION_AXIS] = 0.0; }
+    if (HOPFORM_CONTACT_IS_STRETCH) { met.of[HOPFORM_STRETCH_AXIS] = 0.0; }
     variation->trial->apex_u = apex_slope_real(robot, end, &met.change);
     note_largest_real(variation->trial, end->x1, met.of[HOPFORM_POSITION_AXIS]);
 }

@@ -43,6 +43,7 @@ class Library:
         self._handle = opened(path, prefix, package.name, layout, mend, folder)
         self.source = text_of(self._handle, f"{prefix}_source") or layout
         self._path, self._prefix, self.package = path, prefix, package
+        self._word = "stance" if package.elements.HAS_CONTACT else "motion"  # what C calls what is solved
         self._types: dict[str, Types] = {}
 
     @cached_property
@@ -64,7 +65,11 @@ class Library:
 
     def function(self, name: str, types: "Types") -> Any:
         """A function in one precision, which returns a status."""
-        return getattr(self._handle, f"{self._prefix}_{name}_{types.suffix}")
+        known = types.functions
+        if name not in known:
+            spelled = name.replace("stance", self._word)
+            known[name] = getattr(self._handle, f"{self._prefix}_{spelled}_{types.suffix}")
+        return known[name]
 
     def types(self, dtype: Precision) -> "Types":
         try:
@@ -95,6 +100,8 @@ class Types:
     def __init__(self, library: Library, suffix: str) -> None:
         double = suffix == "f64"
         self.library, self.suffix, self.real = library, suffix, ctypes.c_double if double else ctypes.c_float
+        self.functions: dict[str, Any] = {}
+        self.outputs = len(library.package.elements.ROWS)
         self.dtype = np.dtype(self.real)
         for name, members in library.package.structs.STRUCTS.items():
             fields = [(member, self._type(kind, count)) for member, kind, count in members]
@@ -202,10 +209,10 @@ class Solved(_Motion):
         self.answer = answer = types.stance.unpack(stance)
         self.structs = plan, steps, phases[: answer[-2] * types.phase.size], stance
 
-    def outcome(self) -> tuple[int, float, LegState, float, float]:
-        """Ending, duration, state at the ending, apex, AED."""
-        duration, x1, v1, v2, y, apex, aed, _, ending, _, _, _ = self.answer
-        return ending, duration, tuple_of(LegState, (x1, v1, v2, y)), apex, aed
+    def outcome(self) -> tuple[Any, ...]:
+        """Ending, duration, state at the ending; of a model with a contact also apex and AED."""
+        duration, x1, v1, v2, y, *rises = self.answer[:-5]
+        return self.answer[-4], duration, tuple_of(LegState, (x1, v1, v2, y)), *rises
 
     def plan_status(self, parameters: tuple[Any, ...]) -> int:
         """The status of the plan of a robot in this precision, 0 or a warning."""
@@ -219,9 +226,9 @@ class Solved(_Motion):
         ]
 
     def events(self) -> Iterator[tuple[float, int]]:
-        """When and which."""
-        rows = self.types.phase.iter_unpack(self.structs[2])
-        return ((t, event) for t, _, _, _, _, _, event, _ in rows if event)
+        """When and which; a step of the input and a limit of a law begin a phase and are none."""
+        rows, events = self.types.phase.iter_unpack(self.structs[2]), self.types.library.package.records.EVENTS
+        return ((t, event) for t, _, _, _, _, _, event, _ in rows if event in events)
 
     def state(self, t: float) -> LegState:
         """The state at one time."""
@@ -242,10 +249,16 @@ class Solved(_Motion):
         self.call("stance_grid", real(0.0), real(dt), ctypes.c_int32(out.x1.size), columns_of(out))
 
     def energy_at(self, t: Array) -> records.Energy:
-        """Energies at times of one dimension."""
-        energies = np.empty((t.size, len(records.Energy._fields)), dtype=t.dtype)
+        """Energies at times of one dimension: those that the model has."""
+        layout = self.types.library.package.records.Energy
+        energies = np.empty((t.size, len(layout._fields)), dtype=t.dtype)
         self.call("stance_energy", pointer(t), ctypes.c_int32(t.size), pointer(energies), None, None)
-        return records.Energy(*energies.T)
+        return cast("records.Energy", layout(*energies.T))
+
+    def forces_at(self, t: Array) -> dict[str, Array]:
+        """Forces at times of one dimension, by their names; C fills a struct without entries with a column of zeros."""
+        forces = self.read("stance_forces", t, (len(self.types.Forces._fields_),))[0]
+        return dict(zip(self.types.library.package.records.Forces._fields, forces.T, strict=False))
 
     def ledger_at(self, t: Array) -> records.Ledger:
         """The ledger at times of one dimension, which must not decrease."""
@@ -263,12 +276,14 @@ class Solved(_Motion):
 
     def sensitivities(self) -> Array:
         """Derivatives, rows times columns as in the package's `elements`; NaN where there are none."""
-        matrix = np.empty((len(ROWS), self._columns), dtype=self.types.dtype)
+        solver = self.types.library.package
+        matrix = np.empty((self.types.outputs, self._columns), dtype=self.types.dtype)
         if self.call("stance_sensitivities", pointer(matrix)) == NO_DERIVATIVE:
             matrix[:] = np.nan
-        fall = self.types.library.package.formulas.fall_of(self.types.Plan.from_buffer_copy(self.structs[0]).robot)
-        if self.outcome()[0] != package.TAKEOFF or not fall > 0.0:
-            matrix[ROWS.index("apex")] = np.nan
+        if solver.elements.HAS_CONTACT:
+            fall = solver.formulas.fall_of(self.types.Plan.from_buffer_copy(self.structs[0]).robot)
+            if self.outcome()[0] != package.TAKEOFF or not fall > 0.0:
+                matrix[ROWS.index("apex")] = np.nan
         return matrix
 
     def tangents(self, t: Array) -> tuple[LegState, Array]:
@@ -484,8 +499,10 @@ def _solve(
     arguments, inputs = _arguments(types, columns, max_phases)
     (status, count_of_events), rows = _rows(codes), _rows(reals)
     into = [status, codes.itemsize]
-    for row in rows:
+    for row in rows[: types.outputs]:
         into += row, reals.itemsize
+    if types.outputs < len(rows):  # without a contact there is no apex and no AED
+        reals[types.outputs :] = np.nan
     into += count_of_events, codes.itemsize
     lists: tuple[int, ...] = (0, 0, 0, 0, 0)
     times, kinds = np.empty((count, room), real), np.empty((count, room), np.int8)

@@ -32,7 +32,7 @@ class Solver:
     >>> solver = load_solver("hopper")
     >>> stance = solver.solve_stance(solver.load_robot("hopper_c"), v2=-1.93, u=2.0)
     >>> solver.name, stance.status, solver.can[:3]
-    ('hopper', 'takeoff', ('motion', 'stance', 'flight'))
+    ('hopper', 'takeoff', ('motion', 'fit', 'batches'))
     """
 
     Robot: type[Hopper]

@@ -30,7 +30,7 @@ typedef enum {
     COMMAND,  /* an output: u = 0 after a refusal */
     SEARCH,   /* an output: a step of it commands u = 0 after a refusal */
     STEPPED,  /* a search that goes on: an input to other arguments, safe as any search after a refusal */
-    CONTACT,  /* read and written: as it was after a refusal */
+    CONTACT,  /* read and written, as a plant: as it was after a refusal */
     BUFFER    /* phases: after a refusal none counts */
 } role;
 
@@ -63,7 +63,9 @@ static const real times[TIMES] = {0.02f, 0.05f};
 static const real currents[1] = {1.0f};
 static const OF(detector) detector = {0.6f, 0.4f, 2};
 static const OF(contact) contact = {0, 0, 1};
+static const OF(start) coordinates = {0.0f, 0.0f, 0.4f, -1.9f};
 static OF(plan) plan;
+static OF(plant) plant;
 static OF(stance) solved;
 static OF(phase) phases[CAPACITY];
 static OF(flight) flown;
@@ -111,6 +113,49 @@ static int32_t stance_at(void *const *at)
 {
     return OF(stance_at)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
                          (const OF(stance) *)at[3], 0.05f, (OF(state) *)at[4]);
+}
+
+static int32_t state_of_start(void *const *at)
+{
+    return OF(state_of_start)((const OF(plan) *)at[0], (const OF(start) *)at[1], (OF(state) *)at[2]);
+}
+
+static int32_t start_of_state(void *const *at)
+{
+    return OF(start_of_state)((const OF(plan) *)at[0], (const OF(state) *)at[1], (OF(start) *)at[2]);
+}
+
+static int32_t stance_forces(void *const *at)
+{
+    return OF(stance_forces)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
+                             (const OF(stance) *)at[3], (const real *)at[4], TIMES, (OF(forces) *)at[5]);
+}
+
+static int32_t stance_before(void *const *at)
+{
+    return OF(stance_before)((const OF(plan) *)at[0], (const OF(step) *)at[1], (const OF(phase) *)at[2],
+                             (const OF(stance) *)at[3], 1, (OF(state) *)at[4]);
+}
+
+static int32_t plant_begin(void *const *at)
+{
+    return OF(plant_begin)((OF(plant) *)at[0], (const OF(robot) *)at[1], (const OF(start) *)at[2]);
+}
+
+static int32_t plant_place(void *const *at)
+{
+    return OF(plant_place)((OF(plant) *)at[0], (const OF(start) *)at[1]);
+}
+
+/* The buffer is a member of the report. */
+static int32_t plant_step(void *const *at)
+{
+    OF(report) *report = (OF(report) *)at[2];
+    if (report != NULL) {
+        report->phases = (OF(phase) *)at[1];
+        report->capacity = CAPACITY;
+    }
+    return OF(plant_step)((OF(plant) *)at[0], 2.0f, 0.05f, report);
 }
 
 static int32_t stance_states(void *const *at)
@@ -259,6 +304,30 @@ static void each(void (*check)(const entry *))
         {.name = "stance_at", .call = stance_at, .count = 5,
          .arguments =
           {PLAN, STEPS, PHASES, STANCE, {OUTPUT, NULL, WHOLE(OF(state), 1)}}},
+        {.name = "state_of_start", .call = state_of_start, .count = 3,
+         .arguments =
+          {PLAN, {SMALL, &coordinates, WHOLE(OF(start), 1)}, {OUTPUT, NULL, WHOLE(OF(state), 1)}}},
+        {.name = "start_of_state", .call = start_of_state, .count = 3,
+         .arguments =
+          {PLAN, START, {OUTPUT, NULL, WHOLE(OF(start), 1)}}},
+        {.name = "stance_forces", .call = stance_forces, .count = 6,
+         .arguments =
+          {PLAN, STEPS, PHASES, STANCE, INSTANTS, {OUTPUT, NULL, WHOLE(OF(forces), TIMES)}}},
+        {.name = "stance_before", .call = stance_before, .count = 5,
+         .arguments =
+          {PLAN, STEPS, PHASES, STANCE, {OUTPUT, NULL, WHOLE(OF(state), 1)}}},
+        {.name = "plant_begin", .call = plant_begin, .count = 3,
+         .arguments =
+          {{OUTPUT, NULL, ENDING_WITH(OF(plant), begins, 1, 1)}, {SMALL, &sound, WHOLE(OF(robot), 1)},
+           {SMALL, &coordinates, WHOLE(OF(start), 1)}}},
+        {.name = "plant_place", .call = plant_place, .count = 2,
+         .arguments =
+          {{CONTACT, &plant, ENDING_WITH(OF(plant), begins, 1, 1)}, {SMALL, &coordinates, WHOLE(OF(start), 1)}}},
+        {.name = "plant_step", .call = plant_step, .count = 3,
+         .arguments =
+          {{CONTACT, &plant, ENDING_WITH(OF(plant), begins, 1, 1)},
+           {BUFFER, NULL, ENDING_WITH(OF(phase), step, CAPACITY, 1)},
+           {OUTPUT, NULL, ENDING_WITH(OF(report), event_count, 1, 1)}}},
         {.name = "stance_states", .call = stance_states, .count = 9,
          .arguments =
           {PLAN, STEPS, PHASES, STANCE, INSTANTS, COLUMN(TIMES), COLUMN(TIMES), COLUMN(TIMES), COLUMN(TIMES)}},
@@ -532,6 +601,25 @@ static void plan_of_a_search(void)
     }
 }
 
+/* A report, or its phases, that lies in the plant: neither is written. */
+static void within_a_plant(void)
+{
+    OF(plant) *const host = (OF(plant) *)arena;
+    OF(report) report;
+    const size_t size = offsetof(OF(plant), begins);
+    for (int n = 0; n < 2; n++) {
+        memcpy(host, &plant, sizeof plant);
+        OF(report) *const told = n == 0 ? (OF(report) *)(void *)((unsigned char *)host + offsetof(OF(plant), state)) : &report;
+        memset(&report, POISON, sizeof report);
+        report.phases = (OF(phase) *)(void *)((unsigned char *)host + offsetof(OF(plant), state));
+        report.capacity = 1;
+        memcpy(reference, host, size);
+        holds(OF(plant_step)(host, 1.0f, 0.01f, told) == HOPFORM_ERROR_OVERLAP, "plant_step", "overlap", n, 0);
+        holds(memcmp(host, reference, size) == 0, "plant_step", "a refusal writes to the plant", n, 0);
+    }
+    holds(is_all((unsigned char *)&report, offsetof(OF(report), capacity), 0), "plant_step", "report not safe", 0, 0);
+}
+
 /* An output that has no other, and one ledger without its losses. */
 static void others(void)
 {
@@ -572,12 +660,14 @@ int main(void)
     const int32_t stance = OF(solve_stance)(&plan, &start, steps, 2, 2.0f, CAPACITY, phases, CAPACITY, &solved);
     const int32_t flight = OF(solve_flight)(&plan, &away, 0, &law, 2.0f, CAPACITY, flight_phases, CAPACITY, &flown);
     memset(&begun, 0, sizeof begun);
+    holds(OF(plant_begin)(&plant, &sound, &coordinates) == HOPFORM_OK, "plant_begin", "a sound start", 0, 0);
     const int32_t search = OF(choose_current_begin)(&begun, &plan, &start, &target, &command);
     holds(made == HOPFORM_OK && stance == HOPFORM_OK && flight == HOPFORM_OK && search == HOPFORM_SEARCHING, "contract",
           "what is read", stance, flight);
     each(no_pointer);
     each(overlaps);
     plan_of_a_search();
+    within_a_plant();
     others();
     board_number(checks);
     board_text(" checks, wrong ");

@@ -2,6 +2,7 @@
  * -DDOUBLE. */
 #include <stddef.h>
 #include <stdint.h>
+#include <string.h>
 
 #include "board.h"
 #include "hopform/hopform.h"
@@ -562,6 +563,112 @@ static void contacts(void)
     }
 }
 
+/* Starts in the coordinates of the model's file: x1, v1, x2, v2. */
+static void starts(void)
+{
+    const real nan = not_a_number(), inf = infinity();
+    const OF(start) fine = {0.0f, 0.0f, 0.4f, -1.9f};
+    const OF(start) not_finite[] = {{nan, 0.0f, 0.4f, -1.9f}, {0.0f, inf, 0.4f, -1.9f}, {0.0f, 0.0f, -inf, -1.9f},
+                                    {0.0f, 0.0f, 0.4f, nan}};
+    const OF(start) beyond[] = {{-0.001f, 0.0f, 0.3f, -1.9f}, {0.081f, 0.0f, 0.3f, -1.9f}};
+    const OF(start) extended = {0.0f, 0.0f, 0.401f, -1.9f};
+    const OF(state) moves[] = {{nan, 0.0f, 0.0f, 0.0f}, {0.0f, inf, 0.0f, 0.0f}, {0.0f, 0.0f, 0.0f, -inf}};
+    const OF(state) flies = {0.0f, 0.0f, 1.9f, -0.1f};
+    OF(state) state;
+    OF(start) back;
+    IS(OF(state_of_start)(&plan, &fine, &state), HOPFORM_OK);
+    IS(state.y > 0.0f || state.y < 0.0f, 0);
+    IS(OF(state_of_start)(&unmade, &fine, &state), HOPFORM_ERROR_ROBOT);
+    for (int n = 0; n < 4; n++) {
+        SOIL(state);
+        IS(OF(state_of_start)(&plan, &not_finite[n], &state), HOPFORM_ERROR_STATE);
+        CLEAR(state);
+    }
+    IS(OF(state_of_start)(&plan, &beyond[0], &state), HOPFORM_ERROR_STATE);
+    IS(OF(state_of_start)(&plan, &beyond[1], &state), HOPFORM_ERROR_STATE);
+    SOIL(state);
+    IS(OF(state_of_start)(&plan, &extended, &state), HOPFORM_ERROR_EXTENDED);
+    CLEAR(state);
+    IS(OF(start_of_state)(&plan, &flies, &back), HOPFORM_OK);
+    IS(OF(start_of_state)(&unmade, &flies, &back), HOPFORM_ERROR_ROBOT);
+    for (int n = 0; n < 3; n++) {
+        SOIL(back);
+        IS(OF(start_of_state)(&plan, &moves[n], &back), HOPFORM_ERROR_STATE);
+        CLEAR(back);
+    }
+}
+
+/* Forces, and the state before a phase. */
+static void before(void)
+{
+    const real bad[] = {not_a_number(), infinity(), -0.001f, 1.5f}, t = 0.01f;
+    OF(forces) forces;
+    OF(state) state;
+    OF(stance) lost = solved;
+    lost.phases_kept = lost.phase_count - 1;
+    IS(OF(stance_forces)(&plan, one_step, phases, &solved, &t, 1, &forces), HOPFORM_OK);
+    IS(OF(stance_forces)(&unmade, one_step, phases, &solved, &t, 1, &forces), HOPFORM_ERROR_ROBOT);
+    IS(OF(stance_forces)(&plan, one_step, phases, &lost, &t, 1, &forces), HOPFORM_ERROR_TIME);
+    for (int n = 0; n < 4; n++) {
+        SOIL(forces);
+        IS(OF(stance_forces)(&plan, one_step, phases, &solved, &bad[n], 1, &forces), HOPFORM_ERROR_TIME);
+        CLEAR(forces);
+    }
+    IS(OF(stance_before)(&plan, one_step, phases, &solved, 1, &state), HOPFORM_OK);
+    IS(OF(stance_before)(&unmade, one_step, phases, &solved, 1, &state), HOPFORM_ERROR_ROBOT);
+    IS(OF(stance_before)(&plan, one_step, phases, &lost, 1, &state), HOPFORM_ERROR_TIME);
+    const int32_t none[] = {0, -1, solved.phases_kept};
+    for (int n = 0; n < 3; n++) {
+        SOIL(state);
+        IS(OF(stance_before)(&plan, one_step, phases, &solved, none[n], &state), HOPFORM_ERROR_TIME);
+        CLEAR(state);
+    }
+}
+
+/* A plant: none that was not begun, and no tick of no time; what is refused leaves it as it is. */
+static void plants(void)
+{
+    const real nan = not_a_number(), inf = infinity();
+    const OF(start) fine = {0.0f, 0.0f, 0.4f, -1.9f}, beyond = {-0.001f, 0.0f, 0.3f, -1.9f};
+    OF(robot) none = sound;
+    OF(plant) plant, begun;
+    OF(report) report = {fine, 0.0f, 0, 0, 0, CAPACITY, phases};
+    none.k = 0.0f;
+    SOIL(plant);
+    IS(OF(plant_begin)(&plant, &none, &fine), HOPFORM_ERROR_ROBOT);
+    CLEAR(plant);
+    IS(OF(plant_step)(&plant, 0.0f, 0.01f, &report), HOPFORM_ERROR_ROBOT);
+    SOIL(plant);
+    IS(OF(plant_begin)(&plant, &sound, &beyond), HOPFORM_ERROR_STATE);
+    CLEAR(plant);
+    IS(OF(plant_begin)(&plant, &sound, &fine), HOPFORM_OK);
+    begun = plant;
+    IS(OF(plant_place)(&plant, &beyond), HOPFORM_ERROR_STATE);
+    const real bad[] = {nan, inf, -inf, 0.0f, -0.001f, 5e9f};
+    for (int n = 0; n < 6; n++) {
+        IS(OF(plant_step)(&plant, 0.0f, bad[n], &report), HOPFORM_ERROR_HORIZON);
+    }
+    for (int n = 0; n < 3; n++) {
+        IS(OF(plant_step)(&plant, bad[n], 0.01f, &report), HOPFORM_ERROR_STEPS);
+    }
+    report.capacity = -1;
+    IS(OF(plant_step)(&plant, 0.0f, 0.01f, &report), HOPFORM_ERROR_HORIZON);
+    report.phases = NULL;
+    report.capacity = 1;
+    IS(OF(plant_step)(&plant, 0.0f, 0.01f, &report), HOPFORM_ERROR_NULL);
+    IS(memcmp(&plant, &begun, offsetof(OF(plant), begins)), 0);
+    report.capacity = 0;
+    IS(OF(plant_step)(&plant, 0.0f, 0.01f, &report), HOPFORM_PHASES_NOT_KEPT);
+    IS(report.ending, HOPFORM_ENDING_HORIZON);
+    plant.mode = 9;
+    IS(OF(plant_step)(&plant, 0.0f, 0.01f, &report), HOPFORM_ERROR_STATE);
+    plant.mode = -1;
+    IS(OF(plant_step)(&plant, 0.0f, 0.01f, &report), HOPFORM_ERROR_STATE);
+    IS(OF(plant_place)(&plant, &fine), HOPFORM_OK);
+    plant.seconds = UINT32_MAX - 1u;
+    IS(OF(plant_step)(&plant, 0.0f, 2.0f, &report), HOPFORM_ERROR_HORIZON);
+}
+
 int main(void)
 {
     robots();
@@ -570,6 +677,9 @@ int main(void)
     commands();
     flights();
     contacts();
+    starts();
+    before();
+    plants();
     IS((int32_t)OF(selftest)(&search, phases, HOPFORM_SELFTEST_PHASES - 1), 0);
     board_number(checks);
     board_text(" refusals, wrong ");

@@ -2,9 +2,8 @@
  *
  * Closed-form stance of a series-elastic hopper with viscous and Coulomb friction.
  *
- * Pure functions of their arguments: no allocation, no globals, no recursion, bounded loops. SI units; the
- * signs are those of the equations of motion (3), (4), in which x_1 is the actuator, x_2 the height of the body over
- * the ground, and upward is positive. A state has these members, in the coordinates and parameters of the model's file:
+ * Pure functions of their arguments: no allocation, no globals, no recursion, bounded loops. SI units. A state has these
+ * members, in the coordinates and parameters of the model's file:
  *
  *     x1 [m] displacement of the actuator
  *     v1 [m/s] velocity of the actuator
@@ -13,15 +12,17 @@
  *
  * Every type and function exists in single precision (_f32) and in double precision (_f64).
  *
- * A negative status is a refusal. Every output that is not NULL is then safe: zeros, a current of 0, a plan that
- * every function refuses, a search whose steps command 0, NaN and the status for each stance of a batch. No phase in a
- * buffer counts.
+ * A negative status is a refusal. Every output that is not NULL is then safe: zeros, a plan that every function refuses,
+ * a current of 0, a search whose steps command 0,
+ * NaN and the status for each stance of a batch. No phase in a buffer counts.
  *
- * Overlap. Small inputs are read before anything is written and may lie in an output: the start of one stance or
- * flight, a target, gains, a robot, a detector. All other inputs must not overlap an output: a plan, steps, phases, a
- * solved stance or flight, times, currents, a list of starts, a search that goes on and its plan, columns of a batch
- * and the structs that hold them. HOPFORM_ERROR_OVERLAP refuses that, and no refusal writes to an output that has a
- * byte of such an input. Outputs must not overlap each other.
+ * Overlap. Small inputs are read before anything is written and may lie in an output: a robot, the start of one stance.
+ * So may the start of a flight, a target, gains and a detector.
+ * All other inputs must not overlap an output: a plan, steps, phases, a solved stance, times, columns of a batch and the
+ * structs that hold them.
+ * Nor must a solved flight, currents, a list of starts, a search that goes on and its plan.
+ * HOPFORM_ERROR_OVERLAP refuses that, and no refusal writes to an output that has a byte of such an input. Outputs must
+ * not overlap each other.
  */
 #ifndef HOPFORM_H
 #define HOPFORM_H
@@ -44,15 +45,15 @@ extern "C" {
 /** Status: 0 ok, negative an error, positive an answer with a warning. */
 #define HOPFORM_OK 0                 /**< the answer, without a warning */
 #define HOPFORM_PHASES_NOT_KEPT 1    /**< the phase buffer was too small; everything else is exact */
-#define HOPFORM_NO_DERIVATIVE 2      /**< no take-off, an event that grazes, or derivatives out of range */
+#define HOPFORM_NO_DERIVATIVE 2      /**< an event grazes, the ending has no derivative, or one is out of range */
 #define HOPFORM_SEARCHING 3          /**< the search for a current goes on */
 #define HOPFORM_ILL_CONDITIONED 4    /**< the actuator is too stiff for the precision: events of its creep may be wrong */
 #define HOPFORM_CAPPED 5             /**< a cap on the search for a current was met: the best one within it */
 #define HOPFORM_ERROR_NULL (-1)      /**< a pointer is NULL */
 #define HOPFORM_ERROR_ROBOT (-2)     /**< a parameter of the robot is out of its domain, or the plan was not made */
-#define HOPFORM_ERROR_STATE (-3)     /**< a state is not finite, x_1 is beyond its stroke, or what is fixed moves */
+#define HOPFORM_ERROR_STATE (-3)     /**< a state is not finite, a position is beyond a stop, or what is fixed moves */
 #define HOPFORM_ERROR_EXTENDED (-4)  /**< the leg is extended at the start, its compression negative */
-#define HOPFORM_ERROR_STEPS (-5)     /**< the steps of the current are none or too many, do not start at 0 or do not increase */
+#define HOPFORM_ERROR_STEPS (-5)     /**< the steps of the input are none or too many, do not start at 0 or do not increase */
 #define HOPFORM_ERROR_HORIZON (-6)   /**< horizon or max_phases is not positive */
 #define HOPFORM_ERROR_TIME (-7)      /**< a time is not finite or outside the stance */
 #define HOPFORM_ERROR_NUMBERS (-8)   /**< out of the range of the precision: scale the robot or use double precision */
@@ -69,12 +70,12 @@ extern "C" {
 
 /** How a stance ended. */
 #define HOPFORM_ENDING_TAKEOFF 1     /**< the contact force returned to zero with the leg extending */
-#define HOPFORM_ENDING_REST 2        /**< both masses are held and nothing can change */
+#define HOPFORM_ENDING_REST 2        /**< all that may move is held and nothing can change */
 #define HOPFORM_ENDING_HORIZON 3     /**< the longest time was reached */
 #define HOPFORM_ENDING_TOO_MANY_PHASES 4 /**< the cap on phases was reached */
 #define HOPFORM_ENDING_UNCERTIFIED 5 /**< no first event was certified within the bound; up to here it is */
 
-/** What starts a phase; 0 is the start of the stance or a step of the current. */
+/** What starts a phase: the events of a stance. */
 #define HOPFORM_EVENT_X1_REVERSES 1  /**< the actuator reverses */
 #define HOPFORM_EVENT_X1_STICKS 2    /**< the actuator comes to rest */
 #define HOPFORM_EVENT_X1_SLIPS 3     /**< the actuator starts to move, or leaves a stop */
@@ -83,13 +84,17 @@ extern "C" {
 #define HOPFORM_EVENT_X2_STICKS 6    /**< the body comes to rest */
 #define HOPFORM_EVENT_X2_SLIPS 7     /**< the body starts to move */
 
+/** What starts a phase and is no event of a stance. */
+#define HOPFORM_EVENT_NONE 0         /**< the start, or a velocity or a stop that is touched */
+#define HOPFORM_EVENT_STEP 10        /**< a step of the input */
+
 /** How a flight ended. */
 #define HOPFORM_FLIGHT_TOUCHDOWN 1   /**< the foot has met the ground from above */
 #define HOPFORM_FLIGHT_TRIPPED 2     /**< the foot never got above the ground ahead */
 #define HOPFORM_FLIGHT_HORIZON 3     /**< the longest time was reached */
 #define HOPFORM_FLIGHT_TOO_MANY_PHASES 4 /**< the cap on phases was reached */
 
-/** What starts a phase of a flight beside the actuator. */
+/** What starts a phase of a flight beside the actuator: events there. */
 #define HOPFORM_FLIGHT_EVENT_U_SATURATES 8 /**< the current reaches its limit */
 #define HOPFORM_FLIGHT_EVENT_U_DESATURATES 9 /**< the current leaves its limit */
 
@@ -97,16 +102,21 @@ extern "C" {
 #define HOPFORM_CONTACT_TOUCHDOWN 1  /**< the foot touches */
 #define HOPFORM_CONTACT_TAKEOFF 2    /**< the foot has left the ground */
 
-#define HOPFORM_EVENT_NONE 0         /**< what starts a phase: the start, or a step of the current */
+/** Whether what starts a phase is an event of a stance. */
+#define HOPFORM_IS_EVENT(event) ((event) >= 1 && (event) <= 7)
+#define HOPFORM_TICK_PHASES 4096     /**< phases of a tick of a plant at most */
 #define HOPFORM_SEARCH_TRIALS 4096   /**< currents tried at most */
 #define HOPFORM_CANDIDATE_EVALUATIONS 300 /**< of the motion in the stance of each of them */
 
-#define HOPFORM_MOST_STEPS 65535 /**< steps of a current at most */
+#define HOPFORM_MOST_STEPS 65535 /**< steps of an input at most */
 #define HOPFORM_PLAN_MADE 0x686f7066u /**< marks memory that is a plan */
 #define HOPFORM_SELFTEST_PHASES 32   /**< phases that hopform_selftest works in */
 
-/** Sensitivities: rows T, x1, v1, x2, v2 (time and state of the ending), apex, aed; columns x1, v1, y, v2, u, then the
- * parameters of the robot in the order of hopform_robot. */
+/** Sensitivities: rows T, x1, v1, x2, v2, apex, aed, of which T is the time of the ending and the
+ * others are the state there.
+ * The last two are the hop height and the AED.
+ * Columns x1, v1, y, v2, u, then the parameters of the robot in the order of
+ * hopform_robot. */
 #define HOPFORM_SENSITIVITY_ROWS 7
 #define HOPFORM_SENSITIVITY_COLUMNS (5 + 17)
 #define HOPFORM_TANGENT_ROWS 4 /**< x1, v1, v2, y: members of the state */

@@ -69,7 +69,7 @@ typedef struct {
     float s_3;  /**< [1/s^3] their product */
 } hopform_poles_f32;
 
-/** The hopper at one instant; x_2 is x_1 - y and the length without load. */
+/** The hopper at one instant. */
 typedef struct {
     float x1;  /**< [m] displacement of the actuator */
     float v1;  /**< [m/s] velocity of the actuator */
@@ -94,6 +94,15 @@ typedef struct {
     float spring_work;  /**< [J] what the actuator's displacement does to the body through the spring */
 } hopform_ledger_f32;
 
+/** Forces at an instant, along the coordinate that each acts on. */
+typedef struct {
+    float friction_x1;  /**< [N] of friction on the actuator; held, as much as it takes to hold it */
+    float stop_x1;      /**< [N] of the stop that holds the actuator, what friction does not carry; 0 elsewhere */
+    float friction_x2;  /**< [N] of friction on the body; held, as much as it takes to hold it */
+    float input;        /**< [N] of the input */
+    float contact;      /**< [N] of the ground */
+} hopform_forces_f32;
+
 /** The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current. */
 typedef struct {
     float Kp;  /**< [N/m] force per displacement */
@@ -107,6 +116,14 @@ typedef struct {
     float viscous_1;    /**< [J] viscous loss of the actuator */
     float coulomb_1;    /**< [J] Coulomb loss of the actuator */
 } hopform_flight_ledger_f32;
+
+/** A start as the file of the model has it: coordinates and velocities that move. */
+typedef struct {
+    float x1;  /**< [m] displacement of the actuator */
+    float v1;  /**< [m/s] velocity of the actuator */
+    float x2;  /**< [m] height of the body over the ground under the foot */
+    float v2;  /**< [m/s] velocity of the body */
+} hopform_start_f32;
 
 /** A mode's propagator where a phase is looked at first, and constants of the certificate. */
 typedef struct {
@@ -125,20 +142,20 @@ typedef struct {
     float W2;           /**< [s^4] integral of W1 */
 } hopform_node_f32;
 
-/** What is computed once per robot: coefficients of (3), (4), poles and a node of each mode. */
+/** What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode. */
 typedef struct {
     hopform_robot_f32 robot;
     hopform_rates_f32 rates;
     hopform_poles_f32 both; /**< both masses slip */
-    hopform_poles_f32 actuator; /**< the body is held */
-    hopform_poles_f32 body; /**< the actuator is held */
+    hopform_poles_f32 mass_1; /**< mass 1 slips alone */
+    hopform_poles_f32 mass_2; /**< mass 2 slips alone */
     hopform_node_f32 node_both;
-    hopform_node_f32 node_actuator;
-    hopform_node_f32 node_body;
+    hopform_node_f32 node_mass_1;
+    hopform_node_f32 node_mass_2;
     uint32_t made; /**< HOPFORM_PLAN_MADE once hopform_plan_init was content */
 } hopform_plan_f32;
 
-/** A step of the current: u from time t on. */
+/** A step of the input: u from time t on. */
 typedef struct {
     float t;  /**< [s] */
     float u;  /**< [A] */
@@ -146,14 +163,14 @@ typedef struct {
 
 /** A phase: where and when it starts, and in which mode. */
 typedef struct {
-    float t; /**< [s] time since touchdown */
+    float t; /**< [s] time since the start */
     float x1; /**< [m] displacement of the actuator */
     float v1; /**< [m/s] velocity of the actuator */
     float v2; /**< [m/s] velocity of the body */
     float y; /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
     int8_t mode; /**< 3 (side_1 + 1) + side_2 + 1, side_i the sign of v_i, 0 if held; with a law side_2 is its limit */
-    int8_t event; /**< HOPFORM_EVENT_..., what started it */
-    uint16_t step; /**< index of the step of the current */
+    int8_t event; /**< HOPFORM_EVENT_..., what started it; HOPFORM_IS_EVENT tells events */
+    uint16_t step; /**< index of the step of the input */
 } hopform_phase_f32;
 
 /** A stance, solved. */
@@ -168,6 +185,32 @@ typedef struct {
     int32_t phases_kept; /**< phases in the caller's buffer */
     int32_t event_count; /**< events of the stance, kept or not */
 } hopform_stance_f32;
+
+/** A motion that continues from tick to tick under an input that each tick sets. */
+typedef struct {
+    hopform_plan_f32 plan;
+    hopform_state_f32 state; /**< now */
+    float from_lower; /**< position less its lower stop: more digits than the position has */
+    float from_upper; /**< position less its upper stop */
+    float largest_y; /**< largest magnitude of y where a phase has begun */
+    float rounding; /**< what the acceleration is rounded by of what rests at a stop; else 0 */
+    float fraction; /**< [s] time since it began, less whole seconds */
+    float carry; /**< [s] what rounding has left of that: fraction + carry is the time */
+    uint32_t seconds; /**< [s] whole seconds since it began */
+    int8_t mode; /**< as that of a phase */
+    int8_t begins; /**< 1 if its next tick is the first from its state: what happens there is no event */
+} hopform_plant_f32;
+
+/** What a tick of a plant did; `phases` and `capacity` are the caller's. */
+typedef struct {
+    hopform_start_f32 start; /**< coordinates and velocities behind it, as the file of the model has them */
+    float duration; /**< [s] time that has passed: dt where the tick is over */
+    int32_t ending; /**< HOPFORM_ENDING_HORIZON or _REST where the tick is over; else what ended it before */
+    int32_t count; /**< phases of the tick, kept or not */
+    int32_t event_count; /**< events of the tick, kept or not */
+    int32_t capacity; /**< phases that fit into the caller's memory */
+    hopform_phase_f32 *phases; /**< this memory, NULL for none; times count from where the tick begins */
+} hopform_report_f32;
 
 /** What the controller is asked for. */
 typedef struct {
@@ -304,7 +347,7 @@ typedef struct {
     int32_t event_capacity;
 } hopform_stances_out_f32;
 
-/** Where robots, states after the impact, currents and longest times are read. */
+/** Where robots, states at the start, inputs and longest times are read. */
 typedef struct {
     hopform_input_f32 robot[17]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
     hopform_input_f32 x1; /**< [m] displacement of the actuator */
@@ -316,17 +359,28 @@ typedef struct {
     int32_t max_phases;
 } hopform_stances_in_f32;
 
+/** State of a start, which has the coordinates and velocities of the model's file. Refused is one that is not finite or
+ * beyond a stop, and of a model with a contact one in which the contact is extended: y < 0. There y is 0 where it is
+ * within 4 units in the last place of the largest coordinate and the length without load. */
+int32_t hopform_state_of_start_f32(const hopform_plan_f32 *plan, const hopform_start_f32 *start,
+                                    hopform_state_f32 *state);
+
+/** Coordinates and velocities of a state, as the model's file has them: the inverse of hopform_state_of_start, also for
+ * a contact that is extended, as in flight. Refused is a state that is not finite, or in which moves what is fixed. */
+int32_t hopform_start_of_state_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *state,
+                                    hopform_start_f32 *start);
+
 /** Coefficients and poles of a robot. A refusal zeroes the plan, and every function refuses it. HOPFORM_ILL_CONDITIONED
- * where the actuator is too stiff for the precision: the plan is made, and what it solves may lack events of the creep
- * after the transient. */
+ * where mass 1 is too stiff for the precision: the plan is made, and what it solves may lack events of the creep after
+ * the transient. */
 int32_t hopform_plan_init_f32(hopform_plan_f32 *plan, const hopform_robot_f32 *robot);
 
 /** Solve one stance from its start; phases go into the caller's buffer as far as it reaches.
  *
- * start: state after the impact, y = 0 at touchdown. steps: the current, at most HOPFORM_MOST_STEPS, steps[0].t = 0,
- * times increase. horizon [s]: longest time. max_phases: after so many phases the ending is too_many_phases; where no
- * first event of a phase is certified within 10 000 intervals it is uncertified, and the stance is known up to its
- * duration.
+ * start: the state at t = 0; of a hop that after the impact. steps: the input, at most HOPFORM_MOST_STEPS,
+ * steps[0].t = 0, times increase. horizon [s]: longest time. max_phases: after so many phases the ending is
+ * too_many_phases; where no first event of a phase is certified within 10 000 intervals it is uncertified, and the
+ * stance is known up to its duration.
  */
 int32_t hopform_solve_stance_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *start,
                                   const hopform_step_f32 *steps, int32_t step_count, float horizon, int32_t max_phases,
@@ -360,16 +414,45 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
                                    const float *times, int32_t count, hopform_energy_f32 *energies,
                                    hopform_ledger_f32 *ledgers, float *stop_losses);
 
+/** Forces at `count` times of a solved stance, of any order. Friction on what is held is as much as it takes to hold it,
+ * up to its level at rest; a stop carries of what it holds what friction does not, and a hit is an impulse. */
+int32_t hopform_stance_forces_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                   const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
+                                   const float *times, int32_t count, hopform_forces_f32 *forces);
+
+/** State of a solved stance just before phase n begins, 0 < n < phases_kept: a stop has not yet taken its velocity. */
+int32_t hopform_stance_before_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                   const hopform_phase_f32 *phases, const hopform_stance_f32 *stance, int32_t n,
+                                   hopform_state_f32 *state);
+
+/** Put a plant to a start at time 0, with the plan of a robot. Statuses are those of hopform_plan_init and of
+ * hopform_state_of_start; a refusal zeroes the plant, and no tick takes it. robot and start may lie in it. */
+int32_t hopform_plant_begin_f32(hopform_plant_f32 *plant, const hopform_robot_f32 *robot,
+                                 const hopform_start_f32 *start);
+
+/** Put a plant to another start, at the time that it has: behind an impact, or as an observer corrects it. A start that
+ * is refused leaves it as it is. start may lie in it. */
+int32_t hopform_plant_place_f32(hopform_plant_f32 *plant, const hopform_start_f32 *start);
+
+/** Continue for a tick of dt [s] under the input u, of a law its target. The report has a record for each phase, as a
+ * stance has, and the coordinates behind the tick. Ticks of any lengths make the motion of hopform_solve_stance with a
+ * step of u at each: it ends with HOPFORM_ENDING_HORIZON, or _REST where nothing moves until u changes. More than
+ * HOPFORM_TICK_PHASES phases end it before, at `duration`, and so does a search that meets its bound; the next tick
+ * continues from there. A refusal leaves the plant as it is. Neither report nor its phases may overlap the plant.
+ * A take-off ends it, too: then hopform_solve_flight continues from the plant's state, and hopform_plant_place from the
+ * touchdown.
+ */
+int32_t hopform_plant_step_f32(hopform_plant_f32 *plant, float u, float dt, hopform_report_f32 *report);
+
 /** Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
  * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
- * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass, and that
- * of the stop where the contact force jumped below 0 there. A leg that pulls from the start ends as it starts: T stays
- * 0, the state moves with the start. The row of the apex is 0 without take-off.
+ * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a
+ * contact it is also that of the stop where the contact force jumped below 0; one that pulls from the start ends as it
+ * starts: T stays 0, the state moves with the start; and a row that only a rise has is 0 without one.
  *
- * Column y holds the others' at a fixed compression: where x_2 is given, y = x1 - x_2 + L0 + c passes it on to x1, L0
- * and c. Column u moves every step's current alike. The velocity of a mass at rest that is held stays 0, but for a
- * take-off at once. An actuator that starts on a stop stays where it starts (x1) until it departs; x1_min, x1_max count
- * where a stop is met later.
+ * Column y holds the others' at a fixed stretch. Column u moves every step's input alike. The velocity of a mass at
+ * rest that is held stays 0, but where a contact is lost at once. Mass 1, if it starts on a stop, stays where it starts
+ * until it departs; the ends of its stroke count where a stop is met later.
  */
 int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                           const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
@@ -471,7 +554,7 @@ int32_t hopform_solve_stances_f32(int64_t count, const hopform_stances_in_f32 *i
 /** Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN
  * where there is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK,
  * HOPFORM_NO_DERIVATIVE, HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an
- * error. The apex' row is NaN without take-off or gravity. A negative status refuses every stance. */
+ * error. A row that only a rise behind a contact has is NaN without one. A negative status refuses every stance. */
 int32_t hopform_stances_sensitivities_f32(int64_t count, const hopform_stances_in_f32 *in, hopform_phase_f32 *phases,
                                            int32_t capacity, float *matrices, int32_t *status);
 

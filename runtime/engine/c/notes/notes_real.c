@@ -69,7 +69,7 @@ static void note_function_real(const stance_chain_real *chain, const stance_sear
     if (g->owner == search->owner && n == search->in.found) { (void)note_real(notes, "ends", n, 0.0, end->t); }
 }
 
-/* That whose first zero has a closed form: the velocity of what slips alone, or the compression. */
+/* That whose first zero has a closed form: the velocity of what slips alone, or the stretch. */
 static void note_closed_form_real(const stance_chain_real *chain, const stance_search_real *search) {
     evaluations_real *notes = chain->evaluations;
     const stance_events_real *events = &search->events;
@@ -78,9 +78,9 @@ static void note_closed_form_real(const stance_chain_real *chain, const stance_s
     const int32_t n = events->set.count;
     const bool contact = events->rests == CONTACT_real;
     const int element = contact ? 0 : events->rests - ELEMENT_real;
-    const int axis = contact ? HOPFORM_COMPRESSION_AXIS : HOPFORM_VELOCITY_AXIS(element);
+    const int axis = contact ? HOPFORM_STRETCH_AXIS : HOPFORM_VELOCITY_AXIS(element);
     const real sign = contact ? 1.0 : (real)chain->side[element];
-    const numerator_real *h = contact ? &chain->motion.of.compression : &chain->motion.of.velocity[element];
+    const numerator_real *h = contact ? &chain->numerators.of.stretch : &chain->numerators.of.velocity[element];
     const numerator_real towards = {sign * h->H3, sign * h->H2, sign * h->H1};
     const event_function_real g = event_function_of_real(&towards, sign * chain->at.of[axis]);
     (void)note_real(notes, contact ? "contact" : "velocity", n, (real)element, 0.0);

@@ -69,9 +69,12 @@ static inline bool columns_meet_real(const elements_real *one, const elements_re
     return meet;
 }
 
-/* The columns that are read stand one after the other in their struct: the robot's, the state's, current and horizon.
- * So do those of results: the status, numbers, the count of events. */
-enum { HOPFORM_INPUTS_real = HOPFORM_ROBOT_FIELDS + HOPFORM_AXES + 2, HOPFORM_RESULTS_real = 9 };
+/* The columns that are read stand one after the other in their struct: the robot's, the state's, input and horizon. So
+ * do those of results: the status, a number for each row of the derivatives, the count of events. */
+enum {
+    HOPFORM_INPUTS_real = HOPFORM_ROBOT_FIELDS + HOPFORM_AXES + 2,
+    HOPFORM_RESULTS_real = HOPFORM_SENSITIVITY_ROWS + 2
+};
 
 /* Status of a call that reads stances and writes some columns: HOPFORM_OK if it can. None of them may overlap `itself`
  * either. Says of each column whether it lies in an input: a refusal does not write there. */
@@ -146,7 +149,7 @@ static inline bool put_events_real(const hopform_stances_out_real *out, int64_t 
     int32_t from = 0;
     int32_t found = 0;
     for (int32_t n = 0; n < out->event_capacity; n++) {
-        while (from < stance->phases_kept && phases[from].event == HOPFORM_EVENT_NONE) {
+        while (from < stance->phases_kept && !HOPFORM_IS_EVENT(phases[from].event)) {
             from++;
         }
         const bool has = from < stance->phases_kept;
@@ -167,13 +170,21 @@ static inline int32_t put_stance_real(const hopform_stances_out_real *out, int64
                                       int32_t status, const hopform_stance_real *solved,
                                       const hopform_phase_real *phases) {
     const real none = (real)NAN;
-    const hopform_stance_real refused = {none, {none, none, none, none}, none, none, none, status, 0, 0, 0};
+    hopform_stance_real refused = {0};
     const hopform_stance_real *stance = status < 0 ? &refused : solved;
-    const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && fall_of_real(robot) > 0.0;
     const void *first = out;
     const hopform_output_real *results = first;
-    const real numbers[] = {stance->duration, HOPFORM_SHOWN_real(robot, &stance->end), flies ? stance->apex : none,
-                            stance->aed};
+    real numbers[HOPFORM_RESULTS_real - 2];
+    refused.ending = status;
+    const real shown[] = {stance->duration, HOPFORM_SHOWN_real(robot, &stance->end)};
+    for (size_t n = 0; n < sizeof shown / sizeof shown[0]; n++) {
+        numbers[n] = status < 0 ? none : shown[n];
+    }
+#if HOPFORM_HAS_CONTACT
+    const bool flies = stance->ending == HOPFORM_ENDING_TAKEOFF && fall_of_real(robot) > 0.0;
+    numbers[5] = flies ? stance->apex : none;
+    numbers[6] = status < 0 ? none : stance->aed;
+#endif
     put_code_real(&out->status, i, stance->ending);
     for (int n = 0; n < HOPFORM_RESULTS_real - 2; n++) {
         put_real(&results[n + 1], i, numbers[n]);

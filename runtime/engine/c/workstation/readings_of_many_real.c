@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * Derivatives and compressions of many stances, one solved after the other, from columns to a row of matrices or
+ * Derivatives and other numbers of many stances, one solved after the other, from columns to a row of matrices or
  * numbers.
  */
 #include "columns_real.h"
 
-enum { APEX = 5, ROW = HOPFORM_SENSITIVITY_COLUMNS, MATRIX = HOPFORM_SENSITIVITY_ROWS * ROW };
+enum { ROW = HOPFORM_SENSITIVITY_COLUMNS, MATRIX = HOPFORM_SENSITIVITY_ROWS * ROW };
 
 /* What is read of a stance that has been solved. */
 typedef int32_t reading(const hopform_plan_real *plan, const hopform_step_real *steps, const hopform_phase_real *phases,
@@ -51,23 +51,28 @@ static int32_t read_all(reading *read, int64_t each, int64_t count, const hopfor
 static int32_t read_sensitivities(const hopform_plan_real *plan, const hopform_step_real *steps,
                                   const hopform_phase_real *phases, const hopform_stance_real *stance, real *matrix) {
     const int32_t status = hopform_stance_sensitivities_real(plan, steps, phases, stance, matrix);
+#if HOPFORM_HAS_CONTACT
+    enum { APEX = 5 };
     const bool has_apex = stance->ending == HOPFORM_ENDING_TAKEOFF && fall_of_real(&plan->robot) > 0.0;
     no_numbers(matrix + APEX * ROW, has_apex ? 0 : ROW);
+#endif
     return status;
 }
 
 /* Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN
  * where there is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK,
  * HOPFORM_NO_DERIVATIVE, HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an
- * error. The apex' row is NaN without take-off or gravity. A negative status refuses every stance. */
+ * error. A row that only a rise behind a contact has is NaN without one. A negative status refuses every stance. */
 int32_t hopform_stances_sensitivities_real(int64_t count, const hopform_stances_in_real *in, hopform_phase_real *phases,
                                            int32_t capacity, real *matrices, int32_t *status) {
     return read_all(read_sensitivities, MATRIX, count, in, phases, capacity, matrices, status);
 }
 
+#if HOPFORM_HAS_CONTACT
 /* The largest compressions of `count` stances [m], each as hopform_stance_compression gives it, NaN where there is
  * none; phases and statuses as in hopform_stances_sensitivities. */
 int32_t hopform_stances_compressions_real(int64_t count, const hopform_stances_in_real *in, hopform_phase_real *phases,
                                           int32_t capacity, real *compressions, int32_t *status) {
     return read_all(hopform_stance_compression_real, 1, count, in, phases, capacity, compressions, status);
 }
+#endif
