@@ -119,8 +119,10 @@ class Model:
 
     def _named(self, key: str) -> set[str]:
         """The parameters in what the facts of the masses have under a key."""
-        entries = [each.get(key, ()) for each in self.core.facts.elements]
-        texts = [str(text) for each in entries for text in (each.values() if isinstance(each, dict) else each)]
+        texts = list[str]()
+        for element in self.core.facts.elements:
+            entry: Any = element.get(key, ())
+            texts += map(str, entry.values() if key == "stops" and entry else entry)
         return {word for text in texts for word in re.findall(r"\w+", text)} & self.parameters.keys()
 
     @property
@@ -567,8 +569,7 @@ def _chosen(
         else:
             given[cast(str, name)] = checked_value(fields[cast(str, name)], value)
     if fitted is None:
-        names = [n for n, each in fields.items()
-                 if n not in given and n not in tied and n not in model.excess and n not in model.stops]  # fmt: skip
+        names = [n for n in fields if not {n} & (given.keys() | tied.keys() | model.excess | model.stops)]
     else:
         names = [cast(str, each) for each in items("fitted", fitted, "names of parameters", len(fields))]
         for name in names:
