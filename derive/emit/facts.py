@@ -16,6 +16,7 @@ from ..maths import elements, energy
 from ..model import quantities as Q
 from ..model import words
 from ..model.equations import EXCESSES, LETTER_OF_ENTRY, MASSES, Input, Model
+from ..model.names import in_c
 
 FORMAT = 1
 """Of solver.toml: a reader refuses another."""
@@ -196,6 +197,17 @@ def shown(model: Model) -> list[dict[str, Any]]:
     """The coordinates and velocities that a state is shown by, mass after mass, as `solver.toml` has them."""
     by_axis = {each["axis"]: each for each in _coordinates(model)}
     return [by_axis[axis] for axis in ("x1", "v1", "x2", "v2") if axis in by_axis]
+
+
+def members_of_start(model: Model) -> list[dict[str, str]]:
+    """The coordinates and velocities as C has them: name, unit, meaning, and how a program prints it at an ending."""
+    return [
+        {
+            "name": in_c(each["name"]), "unit": each["unit"], "meaning": each["meaning"],
+            "ending": f"{each['name']} at its ending [1e-6 {each['unit']}]: ",
+        }
+        for each in shown(model)
+    ]  # fmt: skip
 
 
 def _inputs(model: Model) -> Iterator[dict[str, Any]]:

@@ -12,8 +12,9 @@ from ..model import kinds, quantities, selftest, structs
 from ..model.precisions import CONSTANTS
 from . import c, numpy
 from .expressions import snake
-from .facts import ROUNDING, compression_of, state_of
+from .facts import ROUNDING, members_of_start, state_of
 from .instantiate import by_contact
+from .programs import program_of
 from .sources import Part, Solver
 
 WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Numerators", "Basis")
@@ -89,8 +90,9 @@ PART: Part = HEADERS | {
     },
     "c/src/series_real.h": lambda solver: {"kernels": kernels},
     "c/README.md": lambda solver: {
-        "compression": compression_of(solver.model), "kinds": kinds, "robot": solver.model.robot, "rounding": ROUNDING,
-        "state": state_of(solver.model),
+        "board": program_of(solver.model), "kinds": elements.kinds_of(solver.model),
+        "members": members_of_start(solver.model), "robot": solver.model.robot,
+        "rounding": ROUNDING, "state": state_of(solver.model), "title": solver.model.title.rstrip("."),
     },
 }  # fmt: skip
 

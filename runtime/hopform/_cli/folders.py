@@ -21,7 +21,8 @@ def export(
     or simulated.
     """
     chosen = tuple(name for name, alone in {"f32": f32, "f64": f64}.items() if alone) or _export.PRECISIONS
-    own = robot_in_use(robot, values, "hop") if robot or values else None
+    act = "hop" if "stance" in core().facts.can else "motion"
+    own = robot_in_use(robot, values, act) if robot or values else None
     files = _export.export(folder, _export.Wanted(cast(Any, system), prefix, chosen, own, core()))
     if json:
         print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))
