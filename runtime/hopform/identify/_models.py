@@ -119,8 +119,10 @@ class Model:
 
     def _named(self, key: str) -> set[str]:
         """The parameters in what the facts of the masses have under a key."""
-        entries = [each.get(key, ()) for each in self.core.facts.elements]
-        texts = [str(text) for each in entries for text in (each.values() if isinstance(each, dict) else each)]
+        texts = list[str]()
+        for element in self.core.facts.elements:
+            entry: Any = element.get(key, ())
+            texts += map(str, entry.values() if key == "stops" and entry else entry)
         return {word for text in texts for word in re.findall(r"\w+", text)} & self.parameters.keys()
 
     @property
@@ -567,8 +569,7 @@ def _chosen(
         else:
             given[cast(str, name)] = checked_value(fields[cast(str, name)], value)
     if fitted is None:
-        names = [n for n, each in fields.items()
-                 if n not in given and n not in tied and n not in model.excess and n not in model.stops]  # fmt: skip
+        names = [n for n in fields if not {n} & (given.keys() | tied.keys() | model.excess | model.stops)]
     else:
         names = [cast(str, each) for each in items("fitted", fitted, "names of parameters", len(fields))]
         for name in names:
@@ -609,16 +610,15 @@ def _view(model: Model, recording: Recording) -> Recording:
             f"no column is a coordinate of the model: name it {names}; there are {there}", recording.head
         )
     if model.input is not None:
-        own = recording.in_unit(model.input["name"], model.input["unit"])
-        drive = own or recording.named(model.input["name"]) or recording.found("u")
+        name, unit = model.input["name"], model.input["unit"]
+        in_its_unit = recording.in_unit(name, unit)
+        drive = in_its_unit or recording.named(name) or recording.found("u")
         if drive is None:  # one in another unit must not pass for a recording without a drive
-            prefix = f"{model.input['name']}_".lower()
-            drive = next((column for name, column in recording.others.items() if name.startswith(prefix)), None)
+            titles = (each for each in recording.others if each.startswith(f"{name}_".lower()))
+            drive = next((recording.others[each] for each in titles), None)
         if drive is not None:
-            if own is None and DRIVES.get(drive.quantity) != model.input["unit"]:
-                raise recording.error(
-                    f"must be in {model.input['unit']}: the model's {model.input['name']} is", recording.head, drive
-                )
+            if in_its_unit is None and DRIVES.get(drive.quantity) != unit:
+                raise recording.error(f"must be in {unit}: the model's {name} is", recording.head, drive)
             columns["current"] = drive
             recording = replace(recording, notes=used_after_all(recording.notes, drive.title))
     return replace(recording, columns=columns, unfit={}).of_columns([*columns.values()])
