@@ -307,15 +307,6 @@ def test_the_first_example_runs(tmp_path, solver, name):
     run(tmp_path / "example", cwd=tmp_path)
 
 
-@needs.library
-def test_the_lines_of_the_readme_compile(tmp_path, solver):
-    root = exported(tmp_path / "package", solver("joint"))
-    (code,) = re.findall(r"```c\n(.*?)```", (root / "README.md").read_text("utf-8"), re.DOTALL)
-    (tmp_path / "wiring.c").write_text(code, "utf-8")
-    flags = [*STRICT, "-std=c99", "-Wdouble-promotion", "-I", root / "include"]
-    run(*CC, *flags, "-Wno-unused", "-c", "wiring.c", "-o", "wiring.o", cwd=tmp_path)
-
-
 @needs.cpp
 @needs.library
 @pytest.mark.sliced
