@@ -134,12 +134,15 @@ DRIVEN = [
 @pytest.mark.sliced
 @pytest.mark.parametrize("name", DRIVEN)
 def test_what_an_input_drives_follows_its_reference_better_with_its_compensation(tmp_path, solver, name):
-    """By a factor of ten: what is left is what a tick holds the input for."""
+    """What is left is what a tick holds the input for: less than a 300th. Of two coordinates a 40th, because the other one
+    moves within the tick. Half the friction would leave a tenth.
+    """
     found = numbers(run(compiled(exported(tmp_path / "package", solver(name))), cwd=tmp_path))
     assert ran_to_its_end(found)
     (alone,) = (error for text, error in found.items() if "under feedback alone" in text)
     (compensated,) = (error for text, error in found.items() if "with compensation" in text)
-    assert 0 <= 10 * compensated[0] < alone[0]
+    least = 40 if name in ("tendon", "sea") else 300
+    assert 0 <= least * compensated[0] < alone[0]
     assert found["Ticks at the limit of the input"] == [0, 0]
 
 
