@@ -248,6 +248,7 @@ def test_a_number_of_the_header_that_is_not_the_machines_stops_the_program(tmp_p
 
 
 @needs.library
+@pytest.mark.sliced
 def test_a_robot_that_its_input_cannot_move_is_refused(tmp_path, solver):
     joint = solver("joint")
     for robot, words in (
@@ -260,6 +261,7 @@ def test_a_robot_that_its_input_cannot_move_is_refused(tmp_path, solver):
 
 
 @needs.library
+@pytest.mark.sliced
 def test_a_reference_keeps_within_stops_and_half_the_limit(solver):
     joint = solver("joint")
     weak = replace(joint.Robot(), i_max=2.0)
@@ -274,6 +276,7 @@ WORDS = re.compile(r"\b(stances?|hoppers?|hops?|touchdown|take-?off|legs?|choose
 
 
 @needs.library
+@pytest.mark.sliced
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_the_package_of_a_joint_has_no_word_of_a_hopper(solver, system):
     robot = solver("joint").Robot()
@@ -284,6 +287,7 @@ def test_the_package_of_a_joint_has_no_word_of_a_hopper(solver, system):
 
 
 @needs.library
+@pytest.mark.sliced
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_a_robot_adds_its_program_and_changes_nothing_else(solver, system):
     robot = solver("joint").Robot()
