@@ -136,7 +136,7 @@ def glyph(model: Model, of_hopper: str) -> str:
 
 def _apart(model: Model, latex: str) -> str:
     theirs = {each.glyph for each in (*model.parameters, *filter(None, (*model.names, model.input, model.driven_by)))}
-    for letter in sorted(theirs, key=len, reverse=True):
+    for letter in sorted(theirs - {Q.TIME.glyph}, key=len, reverse=True):  # time is tau where t is taken
         alone = rf"(?<![A-Za-z\\])(?<!\\hat{{)(?<!\\mathcal{{){re.escape(letter)}(?![A-Za-z0-9_{{])"
         latex = re.sub(alone, lambda _, letter=letter: over(letter, "tilde"), latex)
     return latex

@@ -30,11 +30,14 @@ def run(*command: str | Path, cwd: Path) -> str:
     return done.stdout
 
 
-@pytest.fixture(scope="module")
-def packages(tmp_path_factory) -> dict[str, Path]:
-    folder = tmp_path_factory.mktemp("export")
+@pytest.fixture(scope="module", params=["hopper", pytest.param("joint", marks=pytest.mark.sliced)])
+def packages(request, store, tmp_path_factory) -> dict[str, Path]:
+    """The package for each build system: of the hopper, and of a model without a contact."""
+    folder, how = tmp_path_factory.mktemp("export"), {}
+    if request.param == "joint":
+        how = {"solver": solver_of(store, SHIPPED / "joint.py").Robot().solver}
     for system in SYSTEMS:
-        export(folder / system, Wanted(system))
+        export(folder / system, Wanted(system, **how))
     return {system: folder / system for system in SYSTEMS}
 
 
@@ -45,12 +48,12 @@ def test_a_package_has_sources_licence_readme_costs_and_no_word_left_to_fill_in(
     assert {
         "LICENSE",
         "README.md",
-        "costs.md",
         "amalgamated/hopform.c",
         "amalgamated/hopform.h",
         "src/hopform_f32.c",
     } <= names
     assert not [name for name in names if "batch" in name]
+    assert ("costs.md" in names) == ("src/flight_f32.h" in names)  # a hopper's were measured
     for file in files:
         text = file.read_text("utf-8")
         assert not re.search(r"@(prefix|PREFIX|version|summary|real|sources\w*|files)@", text), file
@@ -222,8 +225,10 @@ int main(void)
 
 @pytest.mark.sliced
 @pytest.mark.parametrize("way", the_first(list(WAYS)))
-def test_another_cmake_project_consumes_the_package(packages, tmp_path, way):
+def test_another_cmake_project_consumes_the_package(tmp_path, way):
     from hopform._export import selftest
+
+    export(tmp_path / "package", Wanted("cmake"))
 
     cmake = shutil.which("cmake")
     assert cmake is not None, "cmake is not installed"
@@ -231,10 +236,10 @@ def test_another_cmake_project_consumes_the_package(packages, tmp_path, way):
     (tmp_path / "main.c").write_text(MAIN, "utf-8")
     kind = f"-DCMAKE_BUILD_TYPE={'Release' if way == 'find_package' else 'Debug'}"
     if way == "find_package":
-        run(cmake, "-S", packages["cmake"], "-B", "library", kind, cwd=tmp_path)
+        run(cmake, "-S", tmp_path / "package", "-B", "library", kind, cwd=tmp_path)
         run(cmake, "--build", "library", "-j2", cwd=tmp_path)
         run(cmake, "--install", "library", "--prefix", tmp_path / "installed", cwd=tmp_path)
-    where = [f"-DPACKAGE={packages['cmake']}", f"-DCMAKE_PREFIX_PATH={tmp_path / 'installed'}"]
+    where = [f"-DPACKAGE={tmp_path / 'package'}", f"-DCMAKE_PREFIX_PATH={tmp_path / 'installed'}"]
     run(cmake, "-S", ".", "-B", "build", kind, *where, cwd=tmp_path)
     run(cmake, "--build", "build", "-j2", cwd=tmp_path)
     assert run(tmp_path / "build" / "app", cwd=tmp_path) == f"{selftest('float32'):08x}\n"
@@ -297,9 +302,10 @@ def test_the_zephyr_module_names_what_is_there(packages):
     listed = re.findall(r"\.\./(src/\w+\.c)", (root / "zephyr" / "CMakeLists.txt").read_text("utf-8"))
     assert sorted(listed) == sorted(file.relative_to(root).as_posix() for file in (root / "src").glob("*.c"))
     assert re.match(r"config HOPFORM\n\tbool \"", (root / "zephyr" / "Kconfig").read_text("utf-8"))
-    sample = yaml.safe_load((root / "samples" / "stance" / "sample.yaml").read_text("utf-8"))
+    (folder,) = (root / "samples").iterdir()
+    sample = yaml.safe_load((folder / "sample.yaml").read_text("utf-8"))
     assert set(sample) == {"sample", "tests"}
-    assert "CONFIG_HOPFORM=y" in (root / "samples" / "stance" / "prj.conf").read_text("utf-8")
+    assert "CONFIG_HOPFORM=y" in (folder / "prj.conf").read_text("utf-8")
 
 
 def test_the_esp_idf_component_lists_every_source(packages):

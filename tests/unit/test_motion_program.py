@@ -134,12 +134,15 @@ DRIVEN = [
 @pytest.mark.sliced
 @pytest.mark.parametrize("name", DRIVEN)
 def test_what_an_input_drives_follows_its_reference_better_with_its_compensation(tmp_path, solver, name):
-    """By a factor of ten: what is left is what a tick holds the input for."""
+    """What is left is what a tick holds the input for: less than a 300th. Of two coordinates a 40th, because the other one
+    moves within the tick. Half the friction would leave a tenth.
+    """
     found = numbers(run(compiled(exported(tmp_path / "package", solver(name))), cwd=tmp_path))
     assert ran_to_its_end(found)
     (alone,) = (error for text, error in found.items() if "under feedback alone" in text)
     (compensated,) = (error for text, error in found.items() if "with compensation" in text)
-    assert 0 <= 10 * compensated[0] < alone[0]
+    least = 40 if name in ("tendon", "sea") else 300
+    assert 0 <= least * compensated[0] < alone[0]
     assert found["Ticks at the limit of the input"] == [0, 0]
 
 
@@ -245,6 +248,7 @@ def test_a_number_of_the_header_that_is_not_the_machines_stops_the_program(tmp_p
 
 
 @needs.library
+@pytest.mark.sliced
 def test_a_robot_that_its_input_cannot_move_is_refused(tmp_path, solver):
     joint = solver("joint")
     for robot, words in (
@@ -257,6 +261,7 @@ def test_a_robot_that_its_input_cannot_move_is_refused(tmp_path, solver):
 
 
 @needs.library
+@pytest.mark.sliced
 def test_a_reference_keeps_within_stops_and_half_the_limit(solver):
     joint = solver("joint")
     weak = replace(joint.Robot(), i_max=2.0)
@@ -271,6 +276,7 @@ WORDS = re.compile(r"\b(stances?|hoppers?|hops?|touchdown|take-?off|legs?|choose
 
 
 @needs.library
+@pytest.mark.sliced
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_the_package_of_a_joint_has_no_word_of_a_hopper(solver, system):
     robot = solver("joint").Robot()
@@ -281,6 +287,7 @@ def test_the_package_of_a_joint_has_no_word_of_a_hopper(solver, system):
 
 
 @needs.library
+@pytest.mark.sliced
 @pytest.mark.parametrize("system", SYSTEMS)
 def test_a_robot_adds_its_program_and_changes_nothing_else(solver, system):
     robot = solver("joint").Robot()
@@ -305,15 +312,6 @@ def test_the_first_example_runs(tmp_path, solver, name):
     strict = [*STRICT, "-std=c99", "-Wpedantic", "-I", root / "include"]
     run(*CC, *strict, example, root / "src" / "hopform_f32.c", "-lm", "-o", "example", cwd=tmp_path)
     run(tmp_path / "example", cwd=tmp_path)
-
-
-@needs.library
-def test_the_lines_of_the_readme_compile(tmp_path, solver):
-    root = exported(tmp_path / "package", solver("joint"))
-    (code,) = re.findall(r"```c\n(.*?)```", (root / "README.md").read_text("utf-8"), re.DOTALL)
-    (tmp_path / "wiring.c").write_text(code, "utf-8")
-    flags = [*STRICT, "-std=c99", "-Wdouble-promotion", "-I", root / "include"]
-    run(*CC, *flags, "-Wno-unused", "-c", "wiring.c", "-o", "wiring.o", cwd=tmp_path)
 
 
 @needs.cpp
