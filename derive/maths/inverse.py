@@ -45,11 +45,11 @@ def inverse_of(model: Model) -> Inverse:
     smooth = friction - m_eff * model.accelerations[0].subs(u, 0)
     forward, backward = (-friction.subs(side_1, side) for side in (1, -1))
     levels = (forward, backward, forward + m_eff * up, backward - m_eff * down)
+    first, second, first_at_rest, second_at_rest = (sp.expand(sp.cancel(model.value(each))) for each in levels)
 
     def in_file(term: sp.Expr) -> sp.Expr:
         return sp.expand(model.value(sp.expand(term.subs(model.still))))
 
     return Inverse(
-        in_file(m_eff * ACCELERATION), in_file(smooth), *(sp.expand(sp.cancel(model.value(each))) for each in levels),
-        in_file(-gamma2),
-    )  # fmt: skip
+        in_file(m_eff * ACCELERATION), in_file(smooth), first, second, first_at_rest, second_at_rest, in_file(-gamma2)
+    )
