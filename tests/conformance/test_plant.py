@@ -118,7 +118,7 @@ def same_as_the_whole(case: Case, robot: Any, draw: random.Random, dtype: np.dty
 
 
 @pytest.mark.parametrize("dtype", DTYPES, ids=str)
-@pytest.mark.parametrize("name", needs.the_first([*FREE, *STANDS], 2))
+@pytest.mark.parametrize("name", needs.the_first([*STANDS, *FREE]))
 def test_ticks_of_any_length_are_the_motion_of_the_whole(store, name, dtype):
     """States within a few units in the last place of their scale, and the same events; up to a take-off, if there is one."""
     draw, made = random.Random(f"{name} ticks"), solver(store, name)
@@ -145,6 +145,7 @@ def test_a_plant_goes_on_from_a_touchdown_at_its_time(hopper_c):
         assert plant.call("plant_place", ctypes.byref(plant.start_of(start))) == 0 and plant.time == now
 
 
+@pytest.mark.sliced
 def test_time_does_not_drift(store):
     """Ticks of a second's thousandth, in single precision, are those that were asked for, also after a year."""
     robot = solver(store, "joint").Robot(F_p=0.1, F_m=0.1)
@@ -165,6 +166,7 @@ def test_time_does_not_drift(store):
         assert plant.time - begun == Fraction(float(np.float32(long))) and 0.0 <= plant.memory.fraction < 1.0
 
 
+@pytest.mark.sliced
 def test_a_tick_tells_what_begins_a_phase_apart(store):
     """A step of the input, a limit of a law and a stop have numbers of their own; the first phase of all has none."""
     robot = solver(store, "servo").Robot(K_p=5.0, K_d=0.1, i_max=0.5, q_max=0.35, F_p=0.01, F_m=0.01)
@@ -180,6 +182,7 @@ def test_a_tick_tells_what_begins_a_phase_apart(store):
     }  # fmt: skip
 
 
+@pytest.mark.sliced
 def test_one_plant_more_does_not_change_another(store):
     """Draws of plants that run in turns: nothing is kept outside of them."""
     made, draw = solver(store, "joint"), random.Random(SEED)

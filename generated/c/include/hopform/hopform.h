@@ -17,11 +17,11 @@
  * every function refuses, a search whose steps command 0, NaN and the status for each stance of a batch. No phase in a
  * buffer counts.
  *
- * Overlap. Small inputs are read before anything is written and may lie in an output: the start of one stance or
- * flight, a target, gains, a robot, a detector. All other inputs must not overlap an output: a plan, steps, phases, a
- * solved stance or flight, times, currents, a list of starts, a search that goes on and its plan, columns of a batch
- * and the structs that hold them. HOPFORM_ERROR_OVERLAP refuses that, and no refusal writes to an output that has a
- * byte of such an input. Outputs must not overlap each other.
+ * Overlap. Small inputs are read before anything is written and may lie in an output: the start of one stance, flight
+ * or plant, a target, gains, a robot, a detector. All other inputs must not overlap an output: a plan, steps, phases, a
+ * solved stance or flight, times, currents, a list of starts, a search that goes on and its plan, a plant in a tick,
+ * columns of a batch and the structs that hold them. HOPFORM_ERROR_OVERLAP refuses that, and no refusal writes to an
+ * output that has a byte of such an input. Outputs must not overlap each other.
  */
 #ifndef HOPFORM_H
 #define HOPFORM_H
