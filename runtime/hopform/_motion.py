@@ -393,7 +393,7 @@ class Motion(OverTime):
         with np.errstate(invalid="ignore"):
             at_limit = limit * np.asarray(formulas.current_limit(parameters))
         asked = formulas.current_of_law(parameters, self._solved.state_at(times), target)
-        return cast("NDArray[Any]", np.where(limit == 0, asked, at_limit))
+        return np.asarray(np.where(limit == 0, asked, at_limit))
 
     @overload
     def total_energy(self, t: Number) -> float: ...
