@@ -57,7 +57,8 @@ def manifest(text: str) -> str:
     >>> manifest('a "b" <c> & $d')
     "a 'b' (c) + d"
     """
-    return text.translate(str.maketrans({'"': "'", "\\": "/", "<": "(", ">": ")", "&": "+", "$": "", "#": ""}))
+    others = {'"': "'", "\\": "/", "<": "(", ">": ")", "&": "+", "$": "", "#": ""}
+    return "".join(others.get(character, character) for character in text)
 
 
 def cell(text: str) -> str:
