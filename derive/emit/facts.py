@@ -170,12 +170,7 @@ def state_of(model: Model) -> tuple[Quantity, ...]:
 
 def height_of(model: Model) -> Quantity:
     """The second coordinate, which results have in place of y, as the file of a model counts it."""
-    name, element = elements.name_of(model, Q.x2), model.names[1]
-    meaning = "0: the model has no such mass"
-    if element is not None:
-        in_file = f"{name}: {element.meaning or element.thing}"
-        meaning = Q.BODY_HEIGHT.meaning if name == Q.BODY_HEIGHT.name else in_file
-    return replace(Q.BODY_HEIGHT, unit=model.unit(Q.BODY_HEIGHT.unit), meaning=meaning)
+    return replace(words.of_quantity(model, Q.BODY_HEIGHT), meaning=_in_the_file(model, Q.BODY_HEIGHT))
 
 
 def compression_of(model: Model) -> sp.Expr:

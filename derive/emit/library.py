@@ -46,7 +46,7 @@ def _public_functions(solver: Solver) -> list[str]:
 def _formulas(solver: Solver) -> dict[str, Any]:
     """The formulas that the engine calls, by name or for each mode, and the structs that these or the engine need."""
     words = {word for _, text in solver.engine() for word in re.findall(r"\w+(?=_real\b)", text)}
-    words |= {"body_height"} | {f"motion_of_{mode['name']}" for mode in elements.modes_of(solver.model)}
+    words |= {"second_position"} | {f"motion_of_{mode['name']}" for mode in elements.modes_of(solver.model)}
     words |= {snake(record) for record in BY_INDEX} | {snake(member.type) for member in BY_AXIS} | {"numerators"}
     functions = [function for function in solver.program.functions if function.name in words]
     return {

@@ -33,11 +33,6 @@ def _sums(model: Model) -> str:
     return f"{apart} sum to the change of H; {listed} sum to that of E, the AED."
 
 
-def _change_of_body(model: Model) -> str:
-    """What the entries of the body sum to."""
-    return "AED, the change of the body's energy" if model.has_contact else "change of E, which the model has not"
-
-
 def _records(solver: Solver) -> tuple[Record, ...]:
     """All records, and the ledgers that a user sees."""
     model = solver.model
@@ -70,7 +65,8 @@ PART: Part = {
         "program": solver.program,
     },
     "python/hopform_solver/records.py": lambda solver: {
-        "change_of_body": _change_of_body(solver.model), "domains": DOMAINS.values(), "elements": elements,
+        "body_entries": [energy.names_of(solver.model, energy.body_entries(solver.model))] if solver.model.has_contact else [],
+        "domains": DOMAINS.values(), "elements": elements,
         "energy": energy, "flight_events": [elements.flight_events_of(solver.model)] if solver.model.has_contact else [],
         "kinds": kinds, "limits": [quantities.TRAVEL] if solver.model.has_contact else [], "model": solver.model,
         "numpy": numpy, "records": _records(solver),

@@ -57,7 +57,7 @@ def manifest(text: str) -> str:
     >>> manifest('a "b" <c> & $d')
     "a 'b' (c) + d"
     """
-    return text.translate(str.maketrans('"\\<>&', "'/()+", "$#"))
+    return text.translate(str.maketrans({'"': "'", "\\": "/", "<": "(", ">": ")", "&": "+", "$": "", "#": ""}))
 
 
 def cell(text: str) -> str:

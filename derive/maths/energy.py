@@ -192,10 +192,10 @@ def aed_of_ledger(model: Model) -> Steps:
 
 
 @function(takes=(ROBOT, STATE.quantities[0], STATE.quantities[3]), returns=BODY_HEIGHT)
-def body_height(model: Model) -> Steps:
+def second_position(model: Model) -> Steps:
     """Height of the body over the ground under the foot.
 
-    x_2 of a state, solved from y; each step rounds once, in this order.
+    It is x_2 of a state, solved from y; each step rounds once, in this order.
     """
     steps, rest = rest_of_spring(model)
     yield from steps
@@ -204,7 +204,7 @@ def body_height(model: Model) -> Steps:
     yield Step(x2, length + unloaded, "y = x_1 - x_2 + unloaded")
 
 
-@function(takes=(ROBOT,), returns=REST)
+@function(takes=(ROBOT,), returns=REST, of_contact=True)
 def compression_at_rest(model: Model) -> Steps:
     """Compression of the spring at which the leg at rest carries nothing; L_0 + c less that is its length then."""
     yield Step(REST.symbol, model.rest, "N = 0")

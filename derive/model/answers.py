@@ -137,7 +137,7 @@ def _without_contact(tables: Tables) -> Tables:
     """What commands answer of a model without a contact, and the objects in it."""
     kept = [name for name in tables if name not in OF_CONTACT and (name[0].isupper() or name.startswith("hopform "))]
     for name in kept:  # which grows
-        types = " ".join(text.partition(": ")[0] for text in tables[name].values())
+        types = " ".join(text.partition(": ")[0] for field, text in tables[name].items() if field != "note")
         kept += [each for each in tables if each not in kept and re.search(rf"\b{each}\b", types)]
     return {name: table for name, table in tables.items() if name in kept}
 

@@ -135,10 +135,13 @@ def glyph(model: Model, of_hopper: str) -> str:
 
 
 def _apart(model: Model, latex: str) -> str:
-    theirs = {each.glyph for each in (*model.parameters, *filter(None, (*model.names, model.input, model.driven_by)))}
-    for letter in sorted(theirs, key=len, reverse=True):
+    theirs = {parameter.glyph for parameter in model.parameters}
+    theirs |= {named.glyph for named in model.names if named is not None}
+    theirs |= {driven.glyph for driven in (model.input, model.driven_by) if driven is not None}
+    for letter in sorted(theirs - {Q.TIME.glyph}, key=len, reverse=True):  # time is tau where t is taken
         alone = rf"(?<![A-Za-z\\])(?<!\\hat{{)(?<!\\mathcal{{){re.escape(letter)}(?![A-Za-z0-9_{{])"
-        latex = re.sub(alone, lambda _, letter=letter: over(letter, "tilde"), latex)
+        told_apart = over(letter, "tilde").replace("\\", r"\\")
+        latex = re.sub(alone, told_apart, latex)
     return latex
 
 

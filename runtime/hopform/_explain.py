@@ -182,7 +182,7 @@ class Noted:
         if kind == "contact":
             return "N/k", "m"
         if kind == "limit":
-            return ("law beyond its limit" if sides[1] else "room of the law"), "N"
+            return ("beyond its limit" if sides[1] else "below its limit"), "N"
         number, side = element + 1, sides[element]
         if kind == "stop":
             return ("x1_max - x1" if side > 0 else "x1 - x1_min"), "m"
@@ -287,9 +287,12 @@ def in_names(function: EventFunction, motion: Motion) -> EventFunction:
     elif (found := re.fullmatch(r"(-?)v([12])", function.name)) is not None:
         mass = masses[found[2]]
         name = f"{found[1]}{mass.velocity}"
+    elif function.unit == "N":  # the force that a law asks for, and its limit
+        (current,) = motion.robot.solver.facts.currents
+        unit = force_unit(next(iter(masses.values())).unit)
+        return function._replace(name=f"{current['name']} {function.name}", unit=unit)
     else:
-        force = force_unit(next(iter(masses.values())).unit)
-        return function._replace(unit=force if function.unit == "N" else function.unit)
+        return function
     return function._replace(name=name, unit=function.unit.replace("m", mass.unit, 1))
 
 

@@ -295,7 +295,7 @@ def _free(robot: Robot, x1: float, v1: float, u: float) -> float:
     x1 = 0.
     """
     formulas = robot.solver.package.formulas
-    y = x1 if "x2" in robot.solver.facts.axes else float(formulas.body_height(robot.parameters, x1, 0.0))
+    y = x1 if "x2" in robot.solver.facts.axes else float(formulas.second_position(robot.parameters, x1, 0.0))
     state = records.LegState(x1, v1, 0.0, y)
     return float(formulas.free_accelerations(formulas.rates_of(robot.parameters), state, u)[0])
 

@@ -347,7 +347,7 @@ def _made(
         "_solved": solved, "_x2_is_given": given, "_asked": asked,
     }  # fmt: skip
     if kind is Stance:
-        height: Any = solver.package.formulas.body_height if dtype is DOUBLE else partial(_height, robot, dtype)
+        height: Any = solver.package.formulas.second_position if dtype is DOUBLE else partial(_height, robot, dtype)
         end = tuple_of(state_of_leg(solver), (x1, v1, float(height(robot.parameters, x1, y)), v2))
         apex, aed = rises
         apex = apex if lifts and robot.fall > 0.0 else math.nan

@@ -48,7 +48,7 @@ class Leg:
         ending, duration, end, _, aed = solved.outcome()
         final = {"x1": end.x1, "v1": end.v1, "v2": end.v2, "y": end.y}
         status = self.package.records.ENDINGS[ending]
-        gains = {"body": aed} if "spring_work" in self.package.records.LEDGER_OF_BODY else {}
+        gains = {"body": aed} if hasattr(self.package.records, "LEDGER_OF_BODY") else {}
         return Answer(status, float(duration), self.events(solved), final, gains)
 
 

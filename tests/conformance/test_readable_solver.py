@@ -173,7 +173,7 @@ def test_phases_are_those_of_c(store):
 
 USED = (
     "drive_of", "rates_of", "motion_of_both", "motion_of_mass_1", "motion_of_mass_2", "state_at", "free_accelerations",
-    "friction_of", "excess_of", "contact_of", "body_height", "residue", "split",
+    "friction_of", "excess_of", "contact_of", "second_position", "residue", "split",
 )  # fmt: skip
 """Formulas that a stance of the hopper reads."""
 UNREAD = {"damping", "Wdd"}

@@ -325,7 +325,7 @@ def test_an_explanation_says_what_the_law_has_left(servo):
     text = servo.solve_motion(servo.Robot(), u=[(0.0, 1.0), (0.3, 0.9)], horizon=0.5).explain()
     assert "i at its limit; then i leaves its limit" in text and "i by the law; then a step of target" in text
     certified = [
-        line for line in text.splitlines() if "room of the law [N m]" in line or "law beyond its limit" in line
+        line for line in text.splitlines() if "i below its limit [N m]" in line or "i beyond its limit [N m]" in line
     ]
     assert len(certified) >= 4 and all("rule" in line for line in certified)
 

@@ -78,7 +78,7 @@ class Model:
 
     def compressed(self, robot: Any, x1: float, y: float) -> float:
         """The compression: of one mass alone by its position."""
-        return y if "y" in self.axes else float(self.formulas.body_height(robot.parameters, x1, 0.0))
+        return y if "y" in self.axes else float(self.formulas.second_position(robot.parameters, x1, 0.0))
 
     def end(self, side: int) -> str:
         """The parameter of the stop on a side; empty where it is no parameter."""

@@ -961,7 +961,7 @@ static inline float aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
 }
 
 /* Height of the body over the ground under the foot. */
-static inline float body_height_f32(const hopform_robot_f32 *robot, float x1, float y)
+static inline float second_position_f32(const hopform_robot_f32 *robot, float x1, float y)
 {
     const float L0 = robot->L0, c = robot->c;
     const float length = x1 - y;         /* hop height of the body */

@@ -961,7 +961,7 @@ static inline double aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
 }
 
 /* Height of the body over the ground under the foot. */
-static inline double body_height_f64(const hopform_robot_f64 *robot, double x1, double y)
+static inline double second_position_f64(const hopform_robot_f64 *robot, double x1, double y)
 {
     const double L0 = robot->L0, c = robot->c;
     const double length = x1 - y;         /* hop height of the body */

@@ -80,7 +80,7 @@ typedef union {
 /* A state as a batch shows it, with the second coordinate in place of the stretch. */
 #define HOPFORM_SHOWN_f64(robot, state)                                                                               \
     (state)->x1, (state)->v1,                                                        \
-        body_height_f64((robot), (state)->x1, (state)->y),                  \
+        second_position_f64((robot), (state)->x1, (state)->y),                  \
         (state)->v2
 
 #endif

@@ -766,7 +766,7 @@ def aed_of_ledger(ledger: Work) -> Real:
     return aed
 
 
-def body_height(robot: Robot, x1: Real, y: Real) -> Real:
+def second_position(robot: Robot, x1: Real, y: Real) -> Real:
     """Height of the body over the ground under the foot.
 
     x1 [m] displacement of the actuator.

@@ -23,9 +23,9 @@ def facts_in_use() -> Facts:
     folder = folder_of(named) if is_name(named) else Path(named)
     if folder is not None and (folder / FACTS).is_file():
         return facts_in(folder / FACTS)
-    from hopform._cli.use import core  # what is to be built first, or refused
+    from hopform import load_solver  # of what is to be built first, or refused
 
-    return core().facts
+    return load_solver(named).Robot.solver.facts
 
 
 def refusal(command: str) -> HopformError | None:

@@ -248,6 +248,11 @@ class GroupedCommand(TyperCommand):
     options: Options
     examples: Sequence[str]
 
+    def format_help_text(self, ctx: Any, formatter: Any) -> None:
+        """What it does; columns of a recording are those of the model in use."""
+        self.help = (self.help or "").replace(use.COLUMNS, use.columns())
+        super().format_help_text(ctx, formatter)
+
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Arguments, then each group that the command has, then what is in none."""
         groups: dict[str, list[tuple[str, str]]] = {name: [] for name in self.options}

@@ -169,7 +169,7 @@ def currents_at(solved: Motion, t: float) -> list[float]:
 def ledger(solved: Motion) -> Table:
     """The ledger at the ending with its sums, a column per energy of the model."""
     of, known = solved.ledger(solved.duration)._asdict(), solved.robot.solver.package.records
-    parts = {"E": known.LEDGER_OF_BODY, "H": known.LEDGER_OF_ROBOT}
+    parts = {"H": known.LEDGER_OF_ROBOT} | ({"E": known.LEDGER_OF_BODY} if "E" in units_of_energies(solved) else {})
     before, after = energies_of(solved, 0.0), energies_of(solved, solved.duration)
     before["H"] = given_energy(solved)
     rows = [

@@ -82,6 +82,21 @@ def start_in_use(pairs: Sequence[str] | None) -> dict[str, float]:
     return given
 
 
+COLUMNS = "time_s,q_rad,i_A"
+"""How the help of a command names the columns of a recording: those of a joint."""
+
+
+def columns() -> str:
+    """The same of the solver that --solver names: coordinates and input, each with its unit."""
+    if NAMED.get() is None:
+        return COLUMNS
+    facts = core().facts
+    places = [table for axis, table in facts.axes.items() if axis in ("x1", "x2")]
+    return ",".join(
+        ["time_s", *(f"{each['name']}_{each['unit'].replace(' ', '')}" for each in (*places, *facts.inputs))]
+    )
+
+
 def input_in_words() -> str:
     """The same of the solver that --solver names: its name, unit, meaning and thing."""
     if NAMED.get() is None or not (inputs := core().facts.inputs):

@@ -158,14 +158,19 @@ class Fit(Shown):
         old, new = (f"{number}: {words}" for number, words in zip(_EQUATIONS, _RIVALS, strict=True))
         return (old, new) if self.base is None else _RIVALS
 
+    @property
+    def _axes(self) -> Mapping[str, Mapping[str, Any]]:
+        """The coordinates of a model by the engine's axes; none of a fit of no model."""
+        return {} if self.base is None else self.base.solver.facts.axes
+
     def called(self, trace: Trace) -> str:
         """The name of what a trace is of: a coordinate of a model by that of its file."""
-        axes = {} if self.base is None else self.base.solver.facts.axes
+        axes = self._axes
         return str(axes[trace.quantity]["name"]) if trace.quantity in axes else trace.quantity
 
     def units_of(self, trace: Trace) -> Units:
         """The units of a trace: of several coordinates of a model each has its own."""
-        axes = {} if self.base is None else self.base.solver.facts.axes
+        axes = self._axes
         if trace.quantity not in axes:
             return self.units
         return self.units._replace(position=str(axes[trace.quantity]["unit"]))

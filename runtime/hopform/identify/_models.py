@@ -93,7 +93,7 @@ class Model:
         places, speeds = dict(zip(self._numbers, x, strict=True)), dict(zip(self._numbers, v, strict=True))
         zero, sides = np.zeros_like(np.asarray(u, dtype=float)), dict(zip(self._numbers, side, strict=True))
         x1, v1, v2 = places.get(1, zero), speeds.get(1, zero), speeds.get(2, zero)
-        y = x1 - places.get(2, zero) + self.formulas.body_height(robot, 0.0, 0.0)
+        y = x1 - places.get(2, zero) + self.formulas.second_position(robot, 0.0, 0.0)
         state, rates = self.records.LegState(x1, v1, v2, y), self.formulas.rates_of(robot)
         forces = sides.get(1, zero), sides.get(2, zero)
         drive = self.formulas.drive_of(robot, rates, u, *forces)
@@ -119,8 +119,10 @@ class Model:
 
     def _named(self, key: str) -> set[str]:
         """The parameters in what the facts of the masses have under a key."""
-        entries = [each.get(key, ()) for each in self.core.facts.elements]
-        texts = [str(text) for each in entries for text in (each.values() if isinstance(each, dict) else each)]
+        texts = list[str]()
+        for element in self.core.facts.elements:
+            entry: Any = element.get(key, ())
+            texts += map(str, entry.values() if key == "stops" and entry else entry)
         return {word for text in texts for word in re.findall(r"\w+", text)} & self.parameters.keys()
 
     @property
@@ -178,7 +180,7 @@ class Modelled(Experiment):
     def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
         model, robot = self.model, self.model.robot(at)
         under, fed = self._with_sine(at, robot, steps) if self.grid is not None else (steps, None)
-        length = float(model.formulas.body_height(robot, 0.0, 0.0))
+        length = float(model.formulas.second_position(robot, 0.0, 0.0))
         motion = self._solved(at, robot, under, float(time[-1]), length)
         state, rows = motion.tangents(np.ascontiguousarray(time))
         lengths = lengths_of(model.core.package, robot)
@@ -285,7 +287,7 @@ class Modelled(Experiment):
     def words(self, at: Values) -> dict[str, float]:
         """What a simulator calls the numbers of a joint: the inertia from the kinetic energy, all else times it."""
         robot, formulas = self.model.robot(at), self.model.formulas
-        length = float(formulas.body_height(robot, 0.0, 0.0))
+        length = float(formulas.second_position(robot, 0.0, 0.0))
         still, moving = (self.model.records.LegState(0.0, v, 0.0, length) for v in (0.0, 1.0))
         inertia = 2.0 * float(formulas.energies(robot, moving).total - formulas.energies(robot, still).total)
         linear = self._linear(robot)
@@ -307,7 +309,7 @@ class Modelled(Experiment):
         begins, levels = np.array(steps, dtype=float).T
         times = np.unique(np.concatenate([grid, begins[(begins >= 0.0) & (begins < grid[-1])]]))
         base = levels[np.searchsorted(begins, times, side="right") - 1]
-        length = float(self.model.formulas.body_height(robot, 0.0, 0.0))
+        length = float(self.model.formulas.second_position(robot, 0.0, 0.0))
         reach = max(float(np.ptp(self.seen[-1].x)), 1e-12)
         by_column = self._columns(at)
         columns, starts = [*by_column.values()], [[*by_column].index(letter) for letter in ("x", "v")]
@@ -357,7 +359,7 @@ class Modelled(Experiment):
         places = np.arange(finer * (self.time.size - 1) + 1) / finer
         fine = np.interp(places, np.arange(self.time.size), self.time)
         drive = levels[np.searchsorted(begins, fine, side="right") - 1]
-        length = float(self.model.formulas.body_height(robot, 0.0, 0.0))
+        length = float(self.model.formulas.second_position(robot, 0.0, 0.0))
 
         def moved(u: Array) -> tuple[Array, Array]:
             motion = self._solved(at, robot, current_steps(fine, u), float(fine[-1]), length)
@@ -567,8 +569,7 @@ def _chosen(
         else:
             given[cast(str, name)] = checked_value(fields[cast(str, name)], value)
     if fitted is None:
-        names = [n for n, each in fields.items()
-                 if n not in given and n not in tied and n not in model.excess and n not in model.stops]  # fmt: skip
+        names = [n for n in fields if not {n} & (given.keys() | tied.keys() | model.excess | model.stops)]
     else:
         names = [cast(str, each) for each in items("fitted", fitted, "names of parameters", len(fields))]
         for name in names:
@@ -609,16 +610,15 @@ def _view(model: Model, recording: Recording) -> Recording:
             f"no column is a coordinate of the model: name it {names}; there are {there}", recording.head
         )
     if model.input is not None:
-        own = recording.in_unit(model.input["name"], model.input["unit"])
-        drive = own or recording.named(model.input["name"]) or recording.found("u")
+        name, unit = model.input["name"], model.input["unit"]
+        in_its_unit = recording.in_unit(name, unit)
+        drive = in_its_unit or recording.named(name) or recording.found("u")
         if drive is None:  # one in another unit must not pass for a recording without a drive
-            prefix = f"{model.input['name']}_".lower()
-            drive = next((column for name, column in recording.others.items() if name.startswith(prefix)), None)
+            titles = (each for each in recording.others if each.startswith(f"{name}_".lower()))
+            drive = next((recording.others[each] for each in titles), None)
         if drive is not None:
-            if own is None and DRIVES.get(drive.quantity) != model.input["unit"]:
-                raise recording.error(
-                    f"must be in {model.input['unit']}: the model's {model.input['name']} is", recording.head, drive
-                )
+            if in_its_unit is None and DRIVES.get(drive.quantity) != unit:
+                raise recording.error(f"must be in {unit}: the model's {name} is", recording.head, drive)
             columns["current"] = drive
             recording = replace(recording, notes=used_after_all(recording.notes, drive.title))
     return replace(recording, columns=columns, unfit={}).of_columns([*columns.values()])

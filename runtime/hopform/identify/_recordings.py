@@ -352,25 +352,25 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
         raise fault(source, f"ends after {len(rows)} samples, at least {FEWEST} are needed", last)
     used = {name: place for place, (name, quantity, _) in enumerate(quantities) if quantity != UNUSED}
     cells = [_cells(row, titles, used.values(), source, line) for line, row in rows]
-    columns = dict[str, Column]()
-    for name, place in used.items():
-        _, quantity, factor = quantities[place]
+    columns, others = dict[str, Column](), dict[str, Column]()
+
+    def numbers(place: int, factor: float) -> Array:
+        """The numbers of a column; HopformError for the first cell that is none."""
         comma = separator != "," and not any("." in row[place] for row in cells)
-        try:
-            values = factor * np.array([_number(row[place], comma, source, line, titles[place])
-                                        for (line, _), row in zip(rows, cells, strict=True)], dtype=float)  # fmt: skip
-        except HopformError as error:
-            unfit.setdefault(name, error)
-        else:
-            columns[name] = Column(titles[place], quantity, place + 1, values)
-    columns, others = {name: each for name, each in columns.items() if name not in unfit}, dict[str, Column]()
-    for place, (name, quantity, _) in enumerate(quantities):
-        if quantity == UNUSED and "_" in name:
-            comma = separator != "," and not any("." in row[place] for row in cells)
-            with suppress(HopformError):  # of a column that no fit may use
-                values = [_number(row[place], comma, source, line, titles[place])
-                          for (line, _), row in zip(rows, cells, strict=True)]  # fmt: skip
-                others.setdefault(name, Column(titles[place], UNUSED, place + 1, np.array(values, dtype=float)))
+        lines_of = zip(rows, cells, strict=True)
+        values = [_number(row[place], comma, source, line, titles[place]) for (line, _), row in lines_of]
+        return factor * np.array(values, dtype=float)
+
+    for place, (name, quantity, factor) in enumerate(quantities):
+        if quantity != UNUSED and used[name] == place:
+            try:
+                columns[name] = Column(titles[place], quantity, place + 1, numbers(place, factor))
+            except HopformError as error:
+                unfit.setdefault(name, error)
+        elif quantity == UNUSED and "_" in name:
+            with suppress(HopformError):  # a column that no fit uses may hold anything
+                others.setdefault(name, Column(titles[place], UNUSED, place + 1, numbers(place, 1.0)))
+    columns = {name: each for name, each in columns.items() if name not in unfit}
     clock = _clock(columns, unfit, source, head_line)
     lines = [line for line, _ in rows]
     rest = {name: each for name, each in columns.items() if name not in TIMES}
