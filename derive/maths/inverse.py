@@ -42,14 +42,20 @@ def is_driven(model: Model) -> bool:
 def inverse_of(model: Model) -> Inverse:
     """The input of a model that is driven by a force."""
     friction, (up, down) = model.friction[0], model.excesses[0]
-    smooth = friction - m_eff * model.accelerations[0].subs(u, 0)
-    forward, backward = (-friction.subs(side_1, side) for side in (1, -1))
-    levels = (forward, backward, forward + m_eff * up, backward - m_eff * down)
-    first, second, first_at_rest, second_at_rest = (sp.expand(sp.cancel(model.value(each))) for each in levels)
+    forward, backward = -friction.subs(side_1, 1), -friction.subs(side_1, -1)
 
     def in_file(term: sp.Expr) -> sp.Expr:
         return sp.expand(model.value(sp.expand(term.subs(model.still))))
 
+    def level(term: sp.Expr) -> sp.Expr:
+        return sp.expand(sp.cancel(model.value(term)))
+
     return Inverse(
-        in_file(m_eff * ACCELERATION), in_file(smooth), first, second, first_at_rest, second_at_rest, in_file(-gamma2)
+        inertia=in_file(m_eff * ACCELERATION),
+        smooth=in_file(friction - m_eff * model.accelerations[0].subs(u, 0)),
+        forward=level(forward),
+        backward=level(backward),
+        forward_at_rest=level(forward + m_eff * up),
+        backward_at_rest=level(backward - m_eff * down),
+        per_unit=in_file(-gamma2),
     )

@@ -95,16 +95,8 @@ class Group(TyperGroup):
         if SOLVER in ctx.meta and ctx.parent is None:
             from hopform._cli.named import facts_in_use
 
-            about = facts_in_use()
-            with formatter.indentation():
-                formatter.write_paragraph()
-                formatter.write_text(printable(f"{about.name}: {about.title}"))
-            _, *rest = (self.help or "").split("\n\n")
-            for part in rest:
-                with formatter.indentation():
-                    formatter.write_paragraph()
-                    formatter.write_text(part)
-            return
+            about, (_, _, rest) = facts_in_use(), (self.help or "").partition("\n\n")
+            self.help = f"{printable(f'{about.name}: {about.title}')}\n\n{rest}"
         super().format_help_text(ctx, formatter)
 
 
