@@ -74,7 +74,9 @@ def _without_contact(model: Model) -> Iterator[tuple[str, str]]:
     second, springs = model.names[1], model.called(Q.k)
     thing = "mass 2" if second is None else f"the {second.thing}"
     yield from (("height of the body", f"displacement of {thing}"), ("the body's height", f"{thing}'s displacement"))
-    yield "height of the body over the ground under the foot", f"displacement of {thing}"
+    for height in ("height of the body over the ground under the foot", "hop height of the body"):
+        yield height, f"displacement of {thing}"
+    yield "Height of the body over the ground under the foot", f"Displacement of {thing}"
     yield from (("compression", stretch(model)), ("compression of the leg", stretch(model)))
     if springs:
         yield "leg", springs[0]
