@@ -85,10 +85,11 @@ OF_LEG = (
 
 
 def answers(
-    robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind],
+    robot: Record, ledger: Record, verdicts: Mapping[str, tuple[str, ...]], kinds: Iterable[Kind],
     *, has_input: bool = True, has_first: bool = True, has_leg: bool = True,
 ) -> tuple[Answer, ...]:  # fmt: skip
-    """Everything that is answered, of a robot with these parameters and this ledger, in these words; has_input, has_first,
+    """Everything that is answered, of a robot with these parameters and this ledger, in these words, of verdicts by their
+    table; has_input, has_first,
     has_leg: whether its model has an input, a first mass and a leg, whose travel is limited.
     """
     absent = [
@@ -99,7 +100,7 @@ def answers(
         if not has
     ]
     words = {kind.table: tuple(word.text for word in kind.words) for kind in kinds}
-    words |= {"DOMAINS": tuple(DOMAINS), "VERDICTS": tuple(verdicts)}
+    words |= {"DOMAINS": tuple(DOMAINS), **verdicts}
     apart = tuple(each for each in robot.quantities if each.name in KEYS_OF_ROBOTS)
     of_facts = {
         "ledger": tuple(Field(entry.name, "number", entry.meaning) for entry in ledger.quantities),
