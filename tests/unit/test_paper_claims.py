@@ -103,8 +103,10 @@ def brief_contact():
     heights = np.linspace(0.02, 0.36, 18)
 
     def longest(robot):
-        stances = (drop(u, h, robot) for u in np.linspace(0.0, robot.u_max, 31) for h in heights)
-        return max(stance.duration for stance in stances if stance.status == "takeoff")
+        stances = ((h, drop(u, h, robot)) for u in np.linspace(0.0, robot.u_max, 31) for h in heights)
+        lasting = [(stance.duration, h) for h, stance in stances if stance.status == "takeoff"]
+        assert {h for duration, h in lasting if duration > 0.25} == {0.02}
+        return max(lasting)[0]
 
     usual = drop(0.0).duration, drop(3.0).duration
     assert max(usual) < 0.25
@@ -130,6 +132,8 @@ def compressing_at_takeoff():
     most = float(np.asarray(run.at(t).x1).max())
     slower = float(steady(1.5)[1].stance.end.v1)
     assert most > hop.stance.end.x1 and slower > 0.0
+    assert simulate(C, flat(60), 1.3, height=DROP).status == "stopped"
+    assert all(float(steady(u)[1].stance.end.v1) > 0.1 for u in (1.4, 1.8, 2.2, 2.6))
     return hop.stance.end.v1, 1e3 * hop.stance.end.x1, 1e3 * most, slower
 
 
