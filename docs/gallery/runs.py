@@ -90,7 +90,9 @@ def on_uneven_ground(robot: Robot) -> Drawn:
 
 def with_errors(robot: Robot) -> Drawn:
     """Fig. 8: the experiment's place is taken by a simulation whose sensors, motor and clock are not perfect."""
-    kinds = {"noise": NOISE_OF_SENSORS, "force": {"current_scale": 0.97}, "tick": {"quantum": 1e-3, "delay": 2e-3}}
+    kinds: dict[str, dict[str, Any]] = {
+        "noise": NOISE_OF_SENSORS, "force": {"current_scale": 0.97}, "tick": {"quantum": 1e-3, "delay": 2e-3},
+    }  # fmt: skip
     errors = Errors(**{name: value for kind in kinds.values() for name, value in kind.items()})
     (Kp, Kd), wanted = law(robot), references(robot)
     first, ground = ReturnMap(wanted, Kp=Kp, Kd=Kd), flat(len(wanted))

@@ -6,6 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -582,6 +583,22 @@ def test_every_claim_says_where_and_what_in_a_sentence_and_has_numbers_with_unit
 )  # fmt: skip
 def test_all_digits_that_are_stated_are_compared(stated, number, right):
     assert agrees(stated, number) == right
+
+
+PAGE = Path(__file__).resolve().parents[2] / "docs" / "reference" / "model.md"
+
+
+def test_the_claims_on_the_page_about_the_model_have_the_verdicts_and_numbers_of_the_register():
+    text = PAGE.read_text("utf-8").partition("## What the paper claims")[2]
+    rows = [row.strip("| ").split(" | ") for row in text.splitlines() if "EQUATIONS.md#" in row and row.startswith("|")]
+    assert len(rows) >= 5
+    by_name = {claim.name: claim for claim in CLAIMS}
+    for says, verdict, numbers in rows:
+        claim = by_name[re.search(r"EQUATIONS\.md#(\w+)", says)[1]]
+        known = {value for each in claim.numbers for value in (each.value, each.with_unit)}
+        assert verdict == claim.verdict and set(re.findall(r"\d+\.\d+", numbers)) <= known, claim.name
+    reproduced = sum(claim.verdict == "reproduced" for claim in CLAIMS) / len(CLAIMS)
+    assert "Half are reproduced." in text and abs(reproduced - 0.5) < 0.05
 
 
 def test_the_generated_package_carries_the_claims_word_for_word():
