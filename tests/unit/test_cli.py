@@ -296,7 +296,7 @@ def test_phases_begin_with_their_events_and_with_steps_of_the_current(answer):
     expected = [
         "touchdown",
         "actuator slips",
-        "current steps",
+        "step of u",
         "actuator reverses",
         "body reverses",
         "actuator hits stop",
