@@ -86,8 +86,10 @@ OF_FIRST: dict[str, tuple[str, ...]] = {
 Tables = dict[str, dict[str, str]]
 
 
-def answers(model: Model, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind]) -> tuple[Answer, ...]:
-    """Everything that is answered about a model with this ledger, in its words."""
+def answers(
+    model: Model, ledger: Record, verdicts: Mapping[str, tuple[str, ...]], kinds: Iterable[Kind]
+) -> tuple[Answer, ...]:
+    """Everything that is answered about a model with this ledger, in its words; verdicts: words by their table."""
     absent = [
         (kind, name)
         for has, fields in ((model.input is not None, OF_INPUT), (1 in model.moving, OF_FIRST))
@@ -96,7 +98,7 @@ def answers(model: Model, ledger: Record, verdicts: Iterable[str], kinds: Iterab
         if not has
     ]
     enumerated = {kind.table: tuple(word.text for word in kind.words) for kind in kinds}
-    enumerated |= {"DOMAINS": tuple(DOMAINS), "VERDICTS": tuple(verdicts)}
+    enumerated |= {"DOMAINS": tuple(DOMAINS), **verdicts}
     limits = [TRAVEL] if model.has_contact else []
     apart = tuple(each for each in model.parameters if each.name in KEYS_OF_ROBOTS)
     of_facts = {

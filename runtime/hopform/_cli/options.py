@@ -114,7 +114,7 @@ def option(
 OPTIONS: dict[str, dict[str, Any]] = {
     "Arguments": {
         "name": typer.Argument(metavar="[NAME|FILE.toml]", help="one robot; all if left out"),
-        "number": typer.Argument(metavar="[N]", help="an equation's number; all if left out"),
+        "number": typer.Argument(metavar="[N|CLAIM]", help="an equation's number, or with --claims a claim; all if left out"),
         **{
             f"model {name}.model": typer.Argument(metavar="FILE.py|NAME", help="a model file, which is run; or one that ships")
             for name in ("check", "build", "show")
@@ -178,6 +178,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "model list.json": option("as JSON"),
         "selftest.json": option("as JSON"),
         "form": option("how formulas are spelled"),
+        "claims": option("the paper's claims in place of its equations"),
         "model build.out": option("where the solver goes: an empty folder, or one that this made", metavar="DIR"),
         "model show.f32": option("C in single precision"),
     },
@@ -226,7 +227,7 @@ def described(command: str, function: Callable[..., None], options: Options) -> 
 
 EXAMPLES = {
     "robots": ("robots", "robots hopper_c --toml"),
-    "equations": ("equations 14", "equations 14 --as numpy"),
+    "equations": ("equations 14 --as numpy", "equations --claims"),
     "motion": ("motion --start y=0.02", "motion --start x1=0.02 --start v2=-1.9 --u 3 --json"),
     "stance": ("stance --height 0.20 --u 3", "stance --v2 -1.9 --u-steps 0:0,0.05:2.0 --csv stance.csv"),
     "control": ("control --height 0.20 --h-des 0.20", "control --v2 -1.9 --h-des 0.15 --printed"),

@@ -13,6 +13,7 @@ from rich.text import Text
 
 from hopform import (
     ROBOTS,
+    Claim,
     Command,
     Equation,
     FixedPoint,
@@ -94,6 +95,33 @@ def equation(shown: Equation) -> Iterator[RenderableType]:
         made.add_row("computed by", "\n".join(shown.computed_by))
     title = Text(f"({shown.number}) {shown.title}: {shown.verdict}", style="bold")
     return spaced(*unclaimed([shown]), title, made)
+
+
+def unproven(shown: Sequence[Claim]) -> tuple[str, ...]:
+    """Why nothing is said of the paper's claims; empty where the hopper is the paper's."""
+    return tuple(dict.fromkeys(each.reason for each in shown if not each.numbers))
+
+
+def claims(shown: Sequence[Claim]) -> Iterator[RenderableType]:
+    """The claims, a row each."""
+    rows = ((each.name, each.where, each.says, each.verdict) for each in shown)
+    how = "`hopform equations CLAIM --claims` shows the numbers of a claim, and why its verdict is what it is."
+    heads = ("claim", "section", "title", "verdict")
+    return spaced(*unproven(shown), table("", heads, rows, heads), how)
+
+
+def claim(shown: Claim) -> Iterator[RenderableType]:
+    """All that the register holds on one claim."""
+    made = Table.grid(Column(style="bold", no_wrap=True), Column(max_width=READABLE), padding=(0, 2, 0, 0))
+    made.add_row("claim", f"{shown.says} ({shown.where})")
+    if shown.printed:
+        made.add_row("as printed", shown.printed)
+    if shown.numbers:
+        for what, value, unit in shown.numbers:
+            made.add_row(f"{value}{'' if unit == '1' else f' {unit}'}", what)
+        made.add_row("reason", shown.reason)
+    title = Text(f"{shown.name}: {shown.verdict}", style="bold")
+    return spaced(*unproven([shown]), title, made)
 
 
 def motion(solved: Motion, with_sensitivities: bool = False, explained: bool = False) -> Iterator[RenderableType]:

@@ -16,7 +16,7 @@ from hopform._robots import Robot as Hopper
 from hopform._solver import choice
 from hopform._solver.choice import SOLVERS
 from hopform._solver.loading import loaded
-from hopform._solver.package import Equation, not_loaded, records
+from hopform._solver.package import Claim, Equation, not_loaded, records
 
 MOST_SAMPLES = MEMORY // 64
 """Samples of a signal at most: each takes 64 B."""
@@ -129,6 +129,11 @@ class Solver:
     def equations(self) -> tuple[Equation, ...]:
         """The register of the paper's equations, on which every model rests."""
         register: tuple[Equation, ...] = self._core.package.equations.EQUATIONS
+        return register
+
+    def claims(self) -> tuple[Claim, ...]:
+        """The register of what the paper claims, with numbers of the hoppers that ship."""
+        register: tuple[Claim, ...] = self._core.package.equations.CLAIMS
         return register
 
     def __getattr__(self, name: str) -> Any:
