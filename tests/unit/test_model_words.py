@@ -316,3 +316,10 @@ def test_nothing_is_left_of_a_named_model_whose_build_ends_early(emptied, monkey
     code = cli.main(["--solver", "cart", "robots"])
     assert code == (130 if fault is KeyboardInterrupt else 2) and capsys.readouterr().out == ""
     assert not emptied.exists()
+
+
+@pytest.mark.parametrize("name", ["standing_height", "compression_at_rest", "fall"])
+def test_a_robot_without_a_contact_says_that_it_has_no_height_to_fall_from(stranger, name):
+    """In a sentence, not by a formula that its solver has not."""
+    with pytest.raises(hopform.HopformError, match=f"the model {stranger.name} lacks a contact"):
+        getattr(stranger.solver.load_robot(stranger.name), name)

@@ -276,7 +276,7 @@ class BaseRobot:
         >>> load_robot("hopper_c").fall
         9.81
         """
-        return float(self.solver.package.formulas.fall_of(cast(Any, self).parameters))
+        return self._of_contact("flight", "fall_of")
 
     @cached_property
     def standing_height(self) -> float:
@@ -317,7 +317,13 @@ class BaseRobot:
         >>> load_robot("hopper_c").compression_at_rest
         0.0
         """
-        return float(self.solver.package.formulas.compression_at_rest(cast(Any, self).parameters))
+        return self._of_contact("stance", "compression_at_rest")
+
+    def _of_contact(self, act: str, formula: str) -> float:
+        """What a formula says that a model has for an act; HopformError where it lacks what that needs."""
+        if act not in self.solver.can:
+            raise self.solver.cannot(act)
+        return float(getattr(self.solver.package.formulas, formula)(cast(Any, self).parameters))
 
     @classmethod
     def fields(cls) -> "tuple[records.Field, ...]":
