@@ -33,7 +33,7 @@ def body(function: Function) -> Iterator[str]:
 
 
 def docstring(function: Function) -> Iterator[str]:
-    yield f'"""{function.meaning}'
+    yield f'"""{docstring_of(function.meaning)}'
     yield ""
     for argument in function.takes:
         if isinstance(argument, Quantity):
