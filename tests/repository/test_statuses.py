@@ -1,5 +1,6 @@
 """Statuses and limits stand in the header, in Python and on the pages with the same numbers."""
 
+import html
 import re
 from pathlib import Path
 
@@ -43,7 +44,7 @@ def test_no_status_is_defined_elsewhere_and_no_number_twice():
 
 def test_the_table_of_the_readme_lists_them_all():
     (section,) = re.findall(r"^Status: .*\n\n((?:\|.*\n)+)", README, re.MULTILINE)
-    rows = {name: (int(number), meaning) for number, name, meaning in ROW.findall(section)}
+    rows = {name: (int(number), html.unescape(meaning)) for number, name, meaning in ROW.findall(section)}
     assert rows == statuses()
 
 
