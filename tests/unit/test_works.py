@@ -16,6 +16,7 @@ import sympy as sp
 from mpmath.calculus.quadrature import GaussLegendre
 
 import hopform
+from derive.emit.forms import IN_CODE
 from derive.maths.kernels import nodes
 from derive.model.precisions import F32, F64
 from derive.page import page
@@ -316,16 +317,36 @@ def pasted_of(name: str) -> dict[str, Callable[..., float]]:
     return spaces
 
 
+def pasted(name: str, formula: str, values: Values) -> float:
+    """A formula by its function of NumPy."""
+    found = derivation_of(name)
+    needed = found._library.needed([found.formula(formula)], IN_CODE)
+    taken = found._library.taken(needed, IN_CODE)
+    return float(pasted_of(name)[formula](*(float(values[each.name]) for each in taken)))
+
+
 @pytest.mark.parametrize(("name", "case"), first_of(cases((*FILES,), 3), 2))
 def test_the_works_pasted_as_numpy_are_those_of_40_digits(name, case):
     values = values_of(name, case)
-    found, spaces, size = derivation_of(name), pasted_of(name), float(size_of(name, values))
+    size = float(size_of(name, values))
     for entry in entries_of(name):
-        taken = found._library.taken(
-            found._library.needed([found.formula(entry)], lambda each: each.in_code), lambda each: each.in_code
-        )
-        pasted = float(spaces[entry](*(float(values[each.name]) for each in taken)))
-        assert pasted == pytest.approx(float(value(name, entry, values)), abs=1e-9 * size), entry
+        assert pasted(name, entry, values) == pytest.approx(float(value(name, entry, values)), abs=1e-9 * size), entry
+
+
+@pytest.mark.parametrize(("name", "part"), first_of([(name, part) for name in FILES for part in (1000, 30, 5)], 2))
+def test_a_motion_from_rest_has_integrals_of_its_own_size_as_numpy(name, part):
+    """Where velocities are those of the accelerations alone, from far within the power series to behind it."""
+    rest = {key: 0 for key in BASE[name] if key.endswith("dot_0") or key in ("v1_0", "v2_0")}
+    given = BASE[name] | SIDES | rest | {"t": TIME[name]}
+    values = {key: sp.Rational(str(each)) for key, each in given.items()}
+    values["t"] /= part
+    squares = [
+        key for key in derivation_of(name).works if key.endswith("_squared") and not key.startswith(("slow", "least"))
+    ]
+    assert squares
+    for integral in squares:
+        wanted = float(value(name, integral, values))
+        assert wanted > 0 and pasted(name, integral, values) == pytest.approx(wanted, rel=1e-9, abs=0), integral
 
 
 # ---- the engine, and NumPy ----
