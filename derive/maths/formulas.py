@@ -633,9 +633,9 @@ def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
     powers = dict[sp.Symbol, sp.Symbol]()
     for entry, word, quantity, power in _powers_of(model):
         glyph = rf"P_{{\text{{{word.replace('_', ' ')}}}}}"
-        own = Authored(f"{word}_power{_MARK}", glyph, "W", f"power: {quantity.meaning}")
-        powers[entry] = own.symbol
-        yield Formula(own, power, group)
+        of_entry = Authored(f"{word}_power{_MARK}", glyph, "W", f"power: {quantity.meaning}")
+        powers[entry] = of_entry.symbol
+        yield Formula(of_entry, power, group)
     if has_body_energy and (entries_of_body := energy.body_entries(model)):
         yield _made(group, "aed_power", sum((powers[entry] for entry in entries_of_body), sp.S.Zero), 24)
 
@@ -682,9 +682,9 @@ def _works(model: Model, moving: tuple[int, ...], integrates: bool) -> Iterator[
     for entry, word, quantity, value in done:
         if value != 0:
             glyph = rf"U_{{\text{{{word.replace('_', ' ')}}}}}"
-            own = Authored(f"{word}_work{_MARK}", glyph, "J", f"over a phase, to time t in it: {quantity.meaning}")
-            yield Formula(own, value.xreplace(symbols), group, (24,) if entry in of_body else ())
-            gained += own.symbol if entry in of_body else 0
+            of_entry = Authored(f"{word}_work{_MARK}", glyph, "J", f"over a phase, to time t in it: {quantity.meaning}")
+            yield Formula(of_entry, value.xreplace(symbols), group, (24,) if entry in of_body else ())
+            gained += of_entry.symbol if entry in of_body else 0
     if gained != 0:
         yield _made(group, "aed_work", gained, 24)
 
@@ -698,7 +698,7 @@ _MASSES_OF = {
 
 def _integral_of(model: Model, symbol: sp.Symbol) -> Quantity:
     """An integral of velocities under their names in the file."""
-    (own,) = (quantity for quantity in MOMENTS.quantities if quantity.symbol == symbol)
+    (moment,) = (quantity for quantity in MOMENTS.quantities if quantity.symbol == symbol)
     first, second = (_called(model, velocity) for velocity in (v1, v2))
     factors, glyph = {
         int_v1: ((first,), r"\dot{x}_1"), int_v2: ((second,), r"\dot{x}_2"),
@@ -707,11 +707,11 @@ def _integral_of(model: Model, symbol: sp.Symbol) -> Quantity:
         int_yv2: (("y", second), r"y \dot{x}_2"),
         int_xv2: ((_called(model, x1), second), r"\left(x_1 - x_1(0)\right) \dot{x}_2"),
     }[symbol]  # fmt: skip
-    meaning = f"{own.meaning} over a phase, to time t in it"
-    return Quantity(f"int_{'_'.join(factors)}{_MARK}", rf"\int {glyph}", own.unit, meaning)
+    meaning = f"{moment.meaning} over a phase, to time t in it"
+    return Quantity(f"int_{'_'.join(factors)}{_MARK}", rf"\int {glyph}", moment.unit, meaning)
 
 
-def _squares(order: int, integrates: bool, wanted: set[sp.Symbol]) -> Iterator[Formula]:
+def _squares(order: int, integrates: bool, read: set[sp.Symbol]) -> Iterator[Formula]:
     """The integrals of the squares of W', W and W1, and what they read."""
     group = "works"
     if order == 1 and integrates:
@@ -735,7 +735,7 @@ def _squares(order: int, integrates: bool, wanted: set[sp.Symbol]) -> Iterator[F
         yield _squared_integral(work.least_squared, r, work.least1)
         yield _integral_of_decay(work.others1, pair_sum)
     steps = tuple(work.squares_of())
-    needed = set(wanted)
+    needed = set(read)
     for step in reversed(steps):
         needed |= step.value.free_symbols if step.symbol in needed else set()
     shortly = _soon(s_1, s_2, s_3)
