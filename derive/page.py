@@ -61,11 +61,13 @@ def _lines(derivation: Derivation, file: str) -> Iterator[str]:
 
 
 def _coordinates(model: Model) -> str:
-    """What the glyphs of the coordinates are, and which of two has which index."""
-    own = [(n, named) for n, named in enumerate(model.names, 1) if named is not None]
-    said = (f"${math_on_page(named.glyph)}$ is `{named.coordinate}` of the {cell(named.thing)}" for _, named in own)
-    index = (f"index {n} that of the {cell(named.thing)}" for n, named in own)
-    return f"{', '.join(said)}; of other quantities {', '.join(index)}."
+    """What the glyphs of the coordinates are, and which index other quantities of each have."""
+    listed = (
+        f"${math_on_page(named.glyph)}$ is `{named.coordinate}` of the {cell(named.thing)} (index {n})"
+        for n, named in enumerate(model.names, 1)
+        if named is not None
+    )
+    return f"{', '.join(listed)}; the index of a quantity says whose it is."
 
 
 def _parameters(quantities: Iterable[Quantity]) -> Iterator[str]:

@@ -89,12 +89,13 @@ OTHERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "ask printed": (hopform.hopping.controllers.AsPrinted(0.2), {"touchdown": TOUCHDOWN}),
     "ask return map": (hopform.hopping.controllers.ReturnMap(0.2, heights=3, currents=3), {"touchdown": TOUCHDOWN}),
     "equations": (hopform.equations, {}),
+    "claims": (hopform.claims, {}),
     "library_message": (hopform.library_message, {}),
 }
 """What takes none, or takes them within something else. A fit is refused for a name that it does not know, so that
 what is right about it takes no time."""
 ANSWERS = {
-    "Batch", "Command", "Energy", "Equation", "Event", "FixedPoint", "Flight", "FlightLedger", "FlightPhase", "Gains",
+    "Batch", "Claim", "Command", "Energy", "Equation", "Event", "FixedPoint", "Flight", "FlightLedger", "FlightPhase", "Gains",
     "Animation", "Fit", "Hop", "Ledger", "ManySensitivities", "Motion", "Motions", "Phase", "PrintedCommand", "Reachability", "Recording", "ReturnMaps", "Run",
     "Sensitivities", "Solver", "Stance", "State", "Touchdown", "Tracking",
 }  # fmt: skip

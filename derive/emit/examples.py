@@ -6,6 +6,7 @@ from ..ir import Parameter, Quantity
 from ..model import quantities, selftest
 from ..model.equations import Model
 from ..shipped import HOPPER
+from .facts import shown
 
 
 def example_value(quantity: Quantity) -> float:
@@ -29,11 +30,15 @@ def example_robot(model: Model) -> str:
 
 
 def example_start(model: Model) -> dict[str, float]:
-    """A state at the start of an example: a leg that carries nothing falls, and what has no leg rests, its coordinates 0
-    and y what that is in the file's.
+    """The start of an example, by axes: a leg that carries nothing falls, and what has no leg rests, its coordinates as
+    near to 0 as its stops allow.
     """
-    start = dict.fromkeys((quantity.name for quantity in quantities.STATE.quantities), 0.0)
-    if model.has_contact:
-        return start | {str(quantities.v2): -1.93}
     robot = {parameter.symbol: _finite(parameter) for parameter in model.parameters}
-    return start | {str(quantities.y): float(model.value(model.length).xreplace(robot))}
+    low, high, length = (
+        float(model.value(each).xreplace(robot)) for each in (quantities.x1_min, quantities.x1_max, model.length)
+    )
+    begin = min(max(0.0, low), high) if model.has_stops else 0.0
+    start = {"x1": begin, "v1": 0.0, "x2": 0.0, "v2": 0.0}
+    if model.has_contact:
+        start |= {"x2": begin + length, "v2": -1.93}
+    return {axis: start[axis] for axis in (each["axis"] for each in shown(model))}

@@ -16,6 +16,7 @@ from ..maths import elements, energy
 from ..model import quantities as Q
 from ..model import words
 from ..model.equations import EXCESSES, LETTER_OF_ENTRY, MASSES, Input, Model
+from ..model.names import in_c
 
 FORMAT = 1
 """Of solver.toml: a reader refuses another."""
@@ -169,12 +170,7 @@ def state_of(model: Model) -> tuple[Quantity, ...]:
 
 def height_of(model: Model) -> Quantity:
     """The second coordinate, which results have in place of y, as the file of a model counts it."""
-    name, element = elements.name_of(model, Q.x2), model.names[1]
-    meaning = "0: the model has no such mass"
-    if element is not None:
-        in_file = f"{name}: {element.meaning or element.thing}"
-        meaning = Q.BODY_HEIGHT.meaning if name == Q.BODY_HEIGHT.name else in_file
-    return replace(Q.BODY_HEIGHT, unit=model.unit(Q.BODY_HEIGHT.unit), meaning=meaning)
+    return replace(words.of_quantity(model, Q.BODY_HEIGHT), meaning=_in_the_file(model, Q.BODY_HEIGHT))
 
 
 def compression_of(model: Model) -> sp.Expr:
@@ -188,8 +184,6 @@ def _in_the_file(model: Model, member: Quantity) -> str:
     meaning = words.of_quantity(model, member).meaning
     if member.symbol == Q.y:
         return f"{compression_of(model)}: {meaning}"
-    if model.names[1 if member.symbol == Q.v2 else 0] is None:
-        return "0: the model has no such mass"
     name = elements.name_of(model, member.symbol)
     return meaning if name == member.name else f"{name}: {meaning}"
 
@@ -198,6 +192,17 @@ def shown(model: Model) -> list[dict[str, Any]]:
     """The coordinates and velocities that a state is shown by, mass after mass, as `solver.toml` has them."""
     by_axis = {each["axis"]: each for each in _coordinates(model)}
     return [by_axis[axis] for axis in ("x1", "v1", "x2", "v2") if axis in by_axis]
+
+
+def members_of_start(model: Model) -> list[dict[str, str]]:
+    """The coordinates and velocities as C has them: name, unit, meaning, and how a program prints it at an ending."""
+    return [
+        {
+            "name": in_c(each["name"]), "unit": each["unit"], "meaning": each["meaning"],
+            "ending": f"{each['name']} at its ending [1e-6 {each['unit']}]: ",
+        }
+        for each in shown(model)
+    ]  # fmt: skip
 
 
 def _inputs(model: Model) -> Iterator[dict[str, Any]]:

@@ -12,8 +12,9 @@ from ..model import kinds, quantities, selftest, structs
 from ..model.precisions import CONSTANTS
 from . import c, numpy
 from .expressions import snake
-from .facts import ROUNDING, compression_of, state_of
+from .facts import ROUNDING, members_of_start, state_of
 from .instantiate import by_contact
+from .programs import program_of
 from .sources import Part, Solver
 
 WALKED = ("Robot", "State", "Ledger", "FlightLedger", "Numerators", "Basis")
@@ -45,7 +46,7 @@ def _public_functions(solver: Solver) -> list[str]:
 def _formulas(solver: Solver) -> dict[str, Any]:
     """The formulas that the engine calls, by name or for each mode, and the structs that these or the engine need."""
     words = {word for _, text in solver.engine() for word in re.findall(r"\w+(?=_real\b)", text)}
-    words |= {"body_height"} | {f"motion_of_{mode['name']}" for mode in elements.modes_of(solver.model)}
+    words |= {"second_position"} | {f"motion_of_{mode['name']}" for mode in elements.modes_of(solver.model)}
     words |= {snake(record) for record in BY_INDEX} | {snake(member.type) for member in BY_AXIS} | {"numerators"}
     functions = [function for function in solver.program.functions if function.name in words]
     return {
@@ -89,8 +90,9 @@ PART: Part = HEADERS | {
     },
     "c/src/series_real.h": lambda solver: {"kernels": kernels},
     "c/README.md": lambda solver: {
-        "compression": compression_of(solver.model), "kinds": kinds, "robot": solver.model.robot, "rounding": ROUNDING,
-        "state": state_of(solver.model),
+        "board": program_of(solver.model), "kinds": elements.kinds_of(solver.model),
+        "members": members_of_start(solver.model), "robot": solver.model.robot,
+        "rounding": ROUNDING, "state": state_of(solver.model), "title": solver.model.title.rstrip("."),
     },
 }  # fmt: skip
 

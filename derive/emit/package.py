@@ -3,7 +3,7 @@
 from .. import VERSION
 from ..ir import DOMAINS, Record
 from ..maths import elements, energy, stability
-from ..model import kinds, quantities
+from ..model import kinds, quantities, words
 from ..model.equations import Model
 from . import c, numpy
 from .examples import example_robot, example_start
@@ -14,7 +14,6 @@ LEDGERS = {
     "Ledger": """Where energy came from and went to since touchdown, signed as it enters, [J].
 
     {sums}
-    Further terms of a model of one's own have their entries behind these.
     """,
     "FlightLedger": """Where the actuator's energy came from and went to since take-off, signed as it enters, [J].
 
@@ -22,21 +21,25 @@ LEDGERS = {
     """,
 }
 """Meanings of the ledgers that a stance and a flight return, by the record of their work."""
-SUMS = {
-    True: "All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).",
-    False: "They sum to the change of H.",
-}
-"""What the entries of a ledger sum to, by whether the model has a contact, without which there is no E."""
+
+
+def _sums(model: Model) -> str:
+    """What the entries of a ledger sum to; a model without a contact has no E."""
+    if not (of_body := energy.names_of(model, energy.body_entries(model))):
+        return "They sum to the change of H."
+    *others, last = of_body
+    listed = f"{', '.join(others)} and {last}" if others else last
+    apart = "All but spring_work" if quantities.spring_work in energy.body_entries(model) else "They"
+    return f"{apart} sum to the change of H; {listed} sum to that of E, the AED."
 
 
 def _records(solver: Solver) -> tuple[Record, ...]:
     """All records, and the ledgers that a user sees."""
     model = solver.model
-    sums = SUMS[model.has_contact]
     ledgers = (
-        energy.with_stop_loss(model, solver.program.record(name), meaning.format(sums=sums))
+        energy.with_stop_loss(model, solver.program.record(name), words.text(model, meaning.format(sums=_sums(model))))
         for name, meaning in LEDGERS.items()
-        if model.has_contact or name != "FlightLedger"
+        if model.has_contact or name == "Ledger"
     )
     return (*solver.program.records, *ledgers)
 
@@ -55,12 +58,18 @@ PART: Part = {
     "python/hopform_solver/elements.py": lambda solver: {
         "elements": elements, "model": solver.model, "numpy": numpy, "shown": shown(solver.model),
         "axes": [coordinate["axis"] for coordinate in shown(solver.model)],
+        "further_rows": ", hop height of the apex, AED" if solver.model.has_contact else "",
     },
-    "python/hopform_solver/formulas.py": lambda solver: {"numpy": numpy, "program": solver.program},
+    "python/hopform_solver/formulas.py": lambda solver: {
+        "numbers": "; equation numbers are the paper's" if solver.model.is_of_the_paper else "", "numpy": numpy,
+        "program": solver.program,
+    },
     "python/hopform_solver/records.py": lambda solver: {
-        "domains": DOMAINS.values(), "elements": elements, "energy": energy, "kinds": kinds, "model": solver.model,
-        "flight_events": [elements.flight_events_of(solver.model)] if solver.model.has_contact else [],
-        "numpy": numpy, "quantities": quantities, "records": _records(solver),
+        "body_entries": [energy.names_of(solver.model, energy.body_entries(solver.model))] if solver.model.has_contact else [],
+        "domains": DOMAINS.values(), "elements": elements,
+        "energy": energy, "flight_events": [elements.flight_events_of(solver.model)] if solver.model.has_contact else [],
+        "kinds": kinds, "limits": [quantities.TRAVEL] if solver.model.has_contact else [], "model": solver.model,
+        "numpy": numpy, "records": _records(solver),
     },
     "python/hopform_solver/robot.py": lambda solver: {"numpy": numpy, "robot": solver.model.robot},
     "python/hopform_solver/stability.py": lambda solver: {

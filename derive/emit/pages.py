@@ -7,7 +7,7 @@ from typing import Any
 
 from ..maths import elements, energy
 from ..model.answers import Answer, answers, schema
-from ..paper import register
+from ..paper import claims, register
 from .facts import facts
 from .sources import Part, Solver
 from .toml import toml
@@ -15,11 +15,9 @@ from .toml import toml
 
 def _answers(solver: Solver) -> tuple[Answer, ...]:
     model = solver.model
-    return answers(
-        model.robot, energy.with_stop_loss(model, solver.program.record("Ledger"), ""), register.VERDICTS,
-        elements.kinds_of(model), has_input=model.input is not None, has_first=1 in model.moving,
-        has_leg=model.has_contact,
-    )  # fmt: skip
+    ledger = energy.with_stop_loss(model, solver.program.record("Ledger"), "")
+    verdicts = {"VERDICTS": tuple(register.VERDICTS), "CLAIMED": tuple(claims.VERDICTS)}
+    return answers(model, ledger, verdicts, elements.kinds_of(model))
 
 
 def _schema(solver: Solver) -> dict[str, Any]:
@@ -36,8 +34,13 @@ def _facts(solver: Solver) -> dict[str, Any]:
 
 
 PART: Part = {
-    "EQUATIONS.md": lambda _: {"register": register},
-    "python/hopform_solver/equations.py": lambda _: {"register": register},
+    "EQUATIONS.md": lambda _: {"register": register, "claims": claims},
+    "python/hopform_solver/equations.py": lambda solver: {
+        "entries": register.REGISTER if solver.model.has_contact else (),
+        "register": register,
+        "claimed": claims.CLAIMS if solver.model.has_contact else (),
+        "claims": claims,
+    },
     "JSON.md": lambda solver: {"answers": _answers(solver)},
     "schema.json": _schema,
     "python/hopform_solver/answers.py": lambda solver: {"answers": _answers(solver)},

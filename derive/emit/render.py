@@ -19,6 +19,6 @@ def render(model: Model = HOPPER, precisions: tuple[Precision, ...] = PRECISIONS
     solver = replace(solver, layout=library.layout_of(solver))
     texts = dict(solver.instances())
     for part in PARTS:
-        for name, values in part.items():
-            texts |= solver.filled(name, values(solver))
+        for name in filter(solver.has, part):
+            texts |= solver.filled(name, part[name](solver))
     return texts

@@ -41,9 +41,24 @@ def string(text: str) -> str:
     return json.dumps(text, ensure_ascii=False)
 
 
+def string_of_c(text: str) -> str:
+    """A string of C, with its quotes, in which no precision is put in."""
+    return string(text).replace("_real", f"_{BROKEN}real")
+
+
 def string_of_toml(text: str) -> str:
     """A basic string of TOML, which has JSON's escapes, and one for U+007F."""
     return string(text).replace("\x7f", r"\u007f")
+
+
+def manifest(text: str) -> str:
+    """A description in the manifest of any build system: what may end or begin something there is written otherwise.
+
+    >>> manifest('a "b" <c> & $d')
+    "a 'b' (c) + d"
+    """
+    others = {'"': "'", "\\": "/", "<": "(", ">": ")", "&": "+", "$": "", "#": ""}
+    return "".join(others.get(character, character) for character in text)
 
 
 def cell(text: str) -> str:
@@ -69,5 +84,5 @@ def line(text: str) -> str:
 
 PLACES: Mapping[str, Callable[[str], str]] = {
     place.__name__: place
-    for place in (comment_of_c, docstring, raw_docstring, string, string_of_toml, cell, math_on_page, line)
+    for place in (comment_of_c, docstring, raw_docstring, string, string_of_c, string_of_toml, cell, math_on_page, line)
 }

@@ -176,10 +176,15 @@ def _words_of(model: Model, words: Iterable[Word]) -> tuple[Word, ...]:
 def kinds_of(model: Model) -> tuple[Kind, ...]:
     """The words for what happens, in which events have the names of the model's coordinates."""
     return tuple(
-        replace(kind, words=_words_of(model, kind.words))
+        replace(kind, meaning=words.text(model, kind.meaning), words=_words_of(model, kind.words))
         for kind in kinds.KINDS
         if model.has_contact or not kind.of_contact
     )
+
+
+def refusals(model: Model) -> tuple[Word, ...]:
+    """Statuses that are errors."""
+    return _words_of(model, kinds.refusals())
 
 
 def events_by_element(model: Model) -> list[dict[str, str]]:

@@ -87,9 +87,9 @@ def entries(model: Model) -> dict[sp.Symbol, Quantity]:
     named = dict[sp.Symbol, Quantity]()
     for quantity in (*LEDGER.quantities, STOP_LOSS):
         named[quantity.symbol] = words.of_quantity(model, quantity)
-        if (own := _of_element(model, quantity)) is not None and own.name not in taken:
-            named[quantity.symbol] = own
-            taken.add(own.name)
+        if (entry := _of_element(model, quantity)) is not None and entry.name not in taken:
+            named[quantity.symbol] = entry
+            taken.add(entry.name)
     return named
 
 
@@ -99,10 +99,10 @@ def _of_element(model: Model, quantity: Quantity) -> Quantity | None:
     letter = LETTER_OF_ENTRY.get(quantity.symbol)
     if not usual or letter is None or len(called := model.called(letter)) != 1 or called[0] == usual:
         return None
-    kind, own = model.sources[letter].split()[0], model.names[max(mass, 1) - 1]
-    assert own is not None
+    kind, moved = model.sources[letter].split()[0], model.names[max(mass, 1) - 1]
+    assert moved is not None
     name = f"{field_name(called[0])}_{mass or 'work'}"
-    meaning = f"work of {kind} '{called[0]}' on the {own.thing}"
+    meaning = f"work of {kind} '{called[0]}' on the {moved.thing}"
     return Spelled(name, name, quantity.unit, meaning, letter=str(quantity.symbol))
 
 
@@ -192,10 +192,10 @@ def aed_of_ledger(model: Model) -> Steps:
 
 
 @function(takes=(ROBOT, STATE.quantities[0], STATE.quantities[3]), returns=BODY_HEIGHT)
-def body_height(model: Model) -> Steps:
+def second_position(model: Model) -> Steps:
     """Height of the body over the ground under the foot.
 
-    x_2 of a state, solved from y; each step rounds once, in this order.
+    It is x_2 of a state, solved from y; each step rounds once, in this order.
     """
     steps, rest = rest_of_spring(model)
     yield from steps
@@ -204,7 +204,7 @@ def body_height(model: Model) -> Steps:
     yield Step(x2, length + unloaded, "y = x_1 - x_2 + unloaded")
 
 
-@function(takes=(ROBOT,), returns=REST)
+@function(takes=(ROBOT,), returns=REST, of_contact=True)
 def compression_at_rest(model: Model) -> Steps:
     """Compression of the spring at which the leg at rest carries nothing; L_0 + c less that is its length then."""
     yield Step(REST.symbol, model.rest, "N = 0")
@@ -218,7 +218,7 @@ def stored_energy(model: Model) -> Steps:
     """
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y - rest, "x_2 - L_0 - c at the start")
+    yield Step(length, x1 - y - rest, "its height less the length without load, at the start")
     yield Step(stored, k * length**2 / 2, "(22), (23)")
 
 
@@ -236,7 +236,7 @@ def energies(model: Model) -> Steps:
     """
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y - rest, "x_2 - L_0 - c")
+    yield Step(length, x1 - y - rest, "its height less the length without load")
     yield Step(body, m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * length**2 / 2, "(22), (23)")
     first, second = model.weights
     yield Step(
@@ -255,8 +255,8 @@ def body_energy_gain(model: Model) -> Steps:
     length_t = sp.Symbol("length_t", real=True)
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y - rest, "x_2 - L_0 - c at the start")
-    yield Step(length_t, x1_t - y_t - rest, "x_2 - L_0 - c at the end")
+    yield Step(length, x1 - y - rest, "its height less the length without load, at the start")
+    yield Step(length_t, x1_t - y_t - rest, "the same at the end")
     yield Step(
         gain,
         m_s * (v2_t - v2) * (v2_t + v2) / 2 + (length_t - length) * (m_s * g + k * (length_t + length) / 2),

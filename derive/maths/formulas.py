@@ -842,14 +842,14 @@ def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
                 ("coulomb_level", modes.FRICTION.quantities[n - 1]), ("free_acceleration", FREE.quantities[n - 1]),
             )
         )  # fmt: skip
-        own, has_friction = model.names[n - 1], model.has_friction[n - 1]
-        assert own is not None
+        named, has_friction = model.names[n - 1], model.has_friction[n - 1]
+        assert named is not None
         yield _event(
             model,
             n,
             "velocity",
             velocity,
-            f"velocity of the {own.thing}, which reverses or sticks where it is 0",
+            f"velocity of the {named.thing}, which reverses or sticks where it is 0",
             "m/s",
         )
         if has_friction:
@@ -858,17 +858,19 @@ def _event_functions(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
         yield Formula(acceleration, sp.expand(alone), group)
         at_rest = f"{'friction at rest' if has_friction else '0'} less the free acceleration to that side"
         for way, sign, excess, direction in zip(
-            ("forward", "backward"), (-1, 1), model.excesses[n - 1], own.directions, strict=True
+            ("forward", "backward"), (-1, 1), model.excesses[n - 1], named.directions, strict=True
         ):
             side = way if way == direction else f"{way} ({direction})"
-            meaning = f"stick margin of the {own.thing}, held, {side}: {at_rest}; it slips there where this falls to 0"
+            meaning = (
+                f"stick margin of the {named.thing}, held, {side}: {at_rest}; it slips there where this falls to 0"
+            )
             level_left = level.symbol + excess if has_friction else sp.S.Zero
             margin = level_left + sign * acceleration.symbol
             yield _event(model, n, f"stick_margin_{way}", margin, meaning, "m/s^2")
         if element.position is not None:
             ends = ("lower", x1_min, x1 - x1_min), ("upper", x1_max, x1_max - x1)
             for which, distance in ((which, away) for which, end, away in ends if model.declares(end)):
-                meaning = f"distance of the {own.thing} from its {which} stop, which it meets where this is 0"
+                meaning = f"distance of the {named.thing} from its {which} stop, which it meets where this is 0"
                 yield _event(model, n, f"{which}_stop", distance, meaning, "m")
 
 

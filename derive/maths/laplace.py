@@ -87,9 +87,9 @@ def drive_of(model: Model) -> Steps:
 
 
 MODES = {
-    (1, 2): (s_3, "(11) of y = x_1 - x_2 + L_0 + c", "(16), (17) over the cubic", "({}) from x_2(0), v_2(0)"),
-    (1,): (q_1, "(6) of y, the other mass held", "(6) with the other mass held"),
-    (2,): (q_2, "(7) of y, the other mass held", "(7) with the other mass held"),
+    (1, 2): (s_3, "(11) of y", "(16), (17) over the cubic", "({}), counted from the start"),
+    (1,): (q_1, "(6) of y, the other mass held", "(6), the other mass held"),
+    (2,): (q_2, "(7) of y, the other mass held", "(7), the other mass held"),
 }
 """By the masses that slip: the constant coefficient of the denominator; where the numerators of y and of each of these
 masses stand in the paper, (13)-(15) for the body.

@@ -105,10 +105,8 @@ def forces_record(model: Model) -> Record:
     }
     return FORCES.of(
         *(
-            Spelled(
-                names[each.name], each.glyph, model.unit(each.unit), words.text(model, each.meaning), letter=each.name
-            )
-            for each in FORCES.quantities
+            Spelled(names[each.name], each.glyph, each.unit, each.meaning, letter=each.name)
+            for each in (words.of_quantity(model, quantity) for quantity in FORCES.quantities)
             if names[each.name]
         )
     )

@@ -154,5 +154,5 @@ def apex_slope(model: Model) -> Steps:
 @function(takes=(ROBOT, ROBOT_CHANGE, STATE_CHANGE), returns=HEIGHT_CHANGE)
 def height_change(model: Model) -> Steps:
     """Change of the body's height with the robot and the state."""
-    steps = model.in_parameters(energy.body_height(model))
+    steps = model.in_parameters(energy.second_position(model))
     return changed_steps(steps, (*model.robot.symbols, x1, y), (change_of(x2),))

@@ -33,4 +33,4 @@ def state_of_start(model: Model) -> Steps:
 @function(takes=(ROBOT, STATE), returns=START)
 def start_of_state(model: Model) -> Steps:
     """The coordinates and velocities of a state."""
-    return energy.body_height(model) if x2 not in model.still else ()
+    return energy.second_position(model) if x2 not in model.still else ()

@@ -10,6 +10,8 @@ from pathlib import Path
 from typing import Any
 
 from ..ir import DOMAINS, Quantity, Record
+from . import words
+from .equations import Model
 from .kinds import Kind
 from .names import KEYS_OF_ROBOTS
 from .quantities import TRAVEL
@@ -68,6 +70,11 @@ class Answer:
         return f"`{self.name} --json`" if self.name.startswith("hopform ") else self.name
 
 
+OF_CONTACT = (
+    "hopform stance", "hopform hop", "hopform control", "hopform reach", "hopform equations", "CSV of a stance", "CSV of a run",
+    "Table of a run",
+)  # fmt: skip
+"""What commands answer that need a contact."""
 OF_INPUT = {kind: ("u",) for kind in ("hopform stance", "hopform motion", "part", "phase", "derivatives")}
 """Fields of the input, which answers of a model without one have not."""
 OF_FIRST: dict[str, tuple[str, ...]] = {
@@ -76,55 +83,47 @@ OF_FIRST: dict[str, tuple[str, ...]] = {
 }
 """Those of the actuator of a leg."""
 
-
-OF_LEG = (
-    "hopform stance", "hopform hop", "hopform control", "hopform reach", "CSV of a stance", "CSV of a run",
-    "Table of a run",
-)  # fmt: skip
-"""Answers of hopping."""
+Tables = dict[str, dict[str, str]]
 
 
 def answers(
-    robot: Record, ledger: Record, verdicts: Iterable[str], kinds: Iterable[Kind],
-    *, has_input: bool = True, has_first: bool = True, has_leg: bool = True,
-) -> tuple[Answer, ...]:  # fmt: skip
-    """Everything that is answered, of a robot with these parameters and this ledger, in these words; has_input, has_first,
-    has_leg: whether its model has an input, a first mass and a leg, whose travel is limited.
-    """
+    model: Model, ledger: Record, verdicts: Mapping[str, tuple[str, ...]], kinds: Iterable[Kind]
+) -> tuple[Answer, ...]:
+    """Everything that is answered about a model with this ledger, in its words; verdicts: words by their table."""
     absent = [
         (kind, name)
-        for has, fields in ((has_input, OF_INPUT), (has_first, OF_FIRST))
+        for has, fields in ((model.input is not None, OF_INPUT), (1 in model.moving, OF_FIRST))
         for kind, names in fields.items()
         for name in names
         if not has
     ]
-    words = {kind.table: tuple(word.text for word in kind.words) for kind in kinds}
-    words |= {"DOMAINS": tuple(DOMAINS), "VERDICTS": tuple(verdicts)}
-    apart = tuple(each for each in robot.quantities if each.name in KEYS_OF_ROBOTS)
+    enumerated = {kind.table: tuple(word.text for word in kind.words) for kind in kinds}
+    enumerated |= {"DOMAINS": tuple(DOMAINS), **verdicts}
+    limits = [TRAVEL] if model.has_contact else []
+    apart = tuple(each for each in model.parameters if each.name in KEYS_OF_ROBOTS)
     of_facts = {
         "ledger": tuple(Field(entry.name, "number", entry.meaning) for entry in ledger.quantities),
         "robot": (
-            *(_parameter(each) for each in (*robot.quantities, *([TRAVEL] if has_leg else [])) if each not in apart),
+            *(_parameter(each) for each in (*model.parameters, *limits) if each not in apart),
             *([Field("parameters", "parameters", "whose names stand above for something else")] if apart else []),
         ),
         "parameters": tuple(map(_parameter, apart)),
         "derivatives": tuple(
             Field(each.name, "number or null", f"per {'unit' if each.unit == '1' else each.unit}")
-            for each in robot.quantities
+            for each in model.parameters
         ),
     }
-    tables: dict[str, dict[str, str]] = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
+    tables: Tables = tomllib.loads(Path(__file__).with_suffix(".toml").read_text("utf-8"))
     tables |= {"parameters": {}} if apart else {}
-    tables = tables if has_leg else {name: table for name, table in tables.items() if name not in _of_leg(tables)}
     return tuple(
         Answer(
             name,
-            table.pop("note", "").replace("\n", " "),
+            words.text(model, table.pop("note", "").replace("\n", " ")),
             name[0].isupper(),
             (
                 *([Field("hopform", "string", "version")] if name.startswith("hopform ") else ()),
                 *(
-                    _field(key, text, words)
+                    _field(model, key, text, enumerated)
                     for keys, text in table.items()
                     for key in keys.split(", ")
                     if (name, key) not in absent
@@ -132,27 +131,25 @@ def answers(
                 *of_facts.get(name, ()),
             ),
         )
-        for name, table in tables.items()
+        for name, table in (tables if model.has_contact else _without_contact(tables)).items()
     )
 
 
-def _of_leg(tables: Mapping[str, Mapping[str, str]]) -> set[str]:
-    """The answers that a model without a leg has not: those of hopping, and objects that no other one has."""
-    asked = [name for name in tables if (name[0].isupper() or name.startswith("hopform ")) and name not in OF_LEG]
-    kept = set[str]()
-    while asked:
-        name = asked.pop()
-        kept.add(name)
-        asked += {word for text in tables[name].values() for word in re.findall(r"\w+", text.partition(":")[0])} & (
-            tables.keys() - kept
-        )
-    return tables.keys() - kept
+def _without_contact(tables: Tables) -> Tables:
+    """What commands answer of a model without a contact, and the objects in it."""
+    kept = [name for name in tables if name not in OF_CONTACT and (name[0].isupper() or name.startswith("hopform "))]
+    for name in kept:  # which grows
+        types = " ".join(text.partition(": ")[0] for field, text in tables[name].items() if field != "note")
+        kept += [each for each in tables if each not in kept and re.search(rf"\b{each}\b", types)]
+    return {name: table for name, table in tables.items() if name in kept}
 
 
-def _field(name: str, text: str, words: Mapping[str, tuple[str, ...]]) -> Field:
+def _field(model: Model, name: str, text: str, enumerated: Mapping[str, tuple[str, ...]]) -> Field:
     kind, _, meaning = text.partition(": ")
+    unit, comma, about = meaning.partition(", ")
+    meaning = f"{model.unit(unit)}{comma}{words.text(model, about)}" if unit == "A" else words.text(model, meaning)
     if kind.startswith("word of "):
-        return Field(name, "string", meaning, words[kind.removeprefix("word of ")])
+        return Field(name, "string", meaning, enumerated[kind.removeprefix("word of ")])
     return Field(name, kind, meaning)
 
 

@@ -178,8 +178,8 @@ def _text(value: object, what: str) -> str:
 
 def _label(value: object, kind: str) -> str:
     """The name of an element: its entry in the ledger is made of it."""
-    if not isinstance(value, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9 _-]*", value):
-        raise _wrong(f"the name of a {kind}", "letters, digits, blanks, - and _, a letter first", value)
+    if not isinstance(value, str) or not re.fullmatch("[A-Za-z][A-Za-z0-9 _'-]*", value):
+        raise _wrong(f"the name of a {kind}", "letters, digits, blanks, -, _ and ', a letter first", value)
     return value
 
 

@@ -94,7 +94,7 @@ LIMITS = (
     _each("ROOT_EPS", lambda p: p.epsilon**0.5, "its square root"),
     Constant("NEVER", 1e38, 1e300, "what is beyond is refused; the time of what does not happen"),
     Constant("UNDERFLOW", 1e-30, 1e-280, "below this, squares and quotients lose digits"),
-    Constant("FASTEST_LEG", 1e-10, 1e-90, "a contact whose damper relaxes in less time [s] does so at once"),
+    Constant("FASTEST_CONTACT", 1e-10, 1e-90, "a contact whose damper relaxes in less time [s] does so at once"),
     Constant("REACHED_WITHIN", 1e-6, 1e-14, "[m] the search for a current ends this near"),
     Constant("NEAR_WITHIN", 4e-6, 2e-10, "[m] an apex this near is reached"),
     Constant(

@@ -63,7 +63,7 @@ POLES = Record("Poles", "The denominator of a mode, (s + a)(s^2 + p s + q); a = 
 )
 a, p, q = POLES.symbols[:3]
 
-STATE = Record("State", "The state at one instant, as the engine counts it.", python_name="LegState").of(
+STATE = Record("State", "The hopper at one instant.", python_name="LegState").of(
     Quantity("x1", r"x_1", "m", "displacement of the actuator"),
     Quantity("v1", r"\dot{x}_1", "m/s", "velocity of the actuator"),
     Quantity("v2", r"\dot{x}_2", "m/s", "velocity of the body"),

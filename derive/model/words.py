@@ -11,7 +11,7 @@ from dataclasses import replace
 
 from ..ir import Quantity
 from . import quantities as Q
-from .equations import Input, Model
+from .equations import MASSES, Input, Model
 
 EQUATIONS = (
     ((1, 2, 3, 4), "equation of motion", "equations of motion"),
@@ -48,35 +48,48 @@ def _in_words(numbers: re.Match[str]) -> str:
 
 def _phrases(model: Model) -> Iterator[tuple[str, str]]:
     """Each phrase about the hopper that a model has another one for, and that."""
-    first, second = model.names
-    for number, own, thing in ((1, first, "actuator"), (2, second, "body")):
-        if own is None:
-            yield from ((thing, "absent mass"), (f"x_{number}", "0"), (f"v_{number}", "0"))
-        else:
-            yield thing, own.thing
-            for letter, name in (("x", own.coordinate), ("v", own.velocity)):
-                if name != f"{letter}{number}":
-                    yield from dict.fromkeys((f"{letter}_{number}", f"{letter}{number}"), name).items()
+    for number, (named, thing) in enumerate(zip(model.names, MASSES, strict=True), 1):
+        if named is None:
+            yield from (
+                (thing, f"mass {number}"),
+                (f"the {thing}", f"mass {number}"),
+                (f"The {thing}", f"Mass {number}"),
+            )
+            yield from ((f"x_{number}", "0"), (f"v_{number}", "0"))
+            continue
+        yield thing, named.thing
+        for letter, name in (("x", named.coordinate), ("v", named.velocity)):
+            if name != f"{letter}{number}":
+                yield from ((f"{letter}_{number}", name), (f"{letter}{number}", name))
     driven = model.driven_by
     if driven is not None:
         yield from (("u", driven.name), ("motor", driven.thing))
     yield from (("current", noun(driven)), ("currents", f"{noun(driven)}s"))
-    if model.has_contact:
-        return
-    height = "position of what does not move" if second is None else f"displacement of the {second.thing}"
-    yield from dict.fromkeys(
-        ("height of the body", "height of the body over the ground under the foot"), height
-    ).items()
-    yield "body's height", height if second is None else f"{second.thing}'s displacement"
-    yield from dict.fromkeys(("compression", "compression of the leg"), stretch(model)).items()
-    if not model.called(Q.k):
-        yield "compression of the leg, from where it carries nothing", stretch(model)
+    if not model.has_contact:
+        yield from _without_contact(model)
+
+
+def _without_contact(model: Model) -> Iterator[tuple[str, str]]:
+    """What stands on no leg, and is not as high as a body."""
+    second, springs = model.names[1], model.called(Q.k)
+    thing = "mass 2" if second is None else f"the {second.thing}"
+    yield from (("height of the body", f"displacement of {thing}"), ("the body's height", f"{thing}'s displacement"))
+    for height in ("height of the body over the ground under the foot", "hop height of the body"):
+        yield height, f"displacement of {thing}"
+    yield "Height of the body over the ground under the foot", f"Displacement of {thing}"
+    yield from (("compression", stretch(model)), ("compression of the leg", stretch(model)))
+    if springs:
+        yield "leg", springs[0]
+    else:
+        yield from (("leg", "spring"), ("compression of the leg, from where it carries nothing", stretch(model)))
+    yield from (("The hopper", "The mechanism"), ("the hopper", "the mechanism"))
+    yield from (("stance", "motion"), ("stances", "motions"))
     yield from (
-        ("The hopper", "The mechanism"),
-        ("the hopper", "the mechanism"),
-        ("stance", "motion"),
-        ("stances", "motions"),
+        ("since touchdown", "since the start"),
+        ("at touchdown", "at the start"),
+        ("of the take-off", "of the ending"),
     )
+    yield "no take-off, an event", "an event"
 
 
 def noun(driven: Input | None) -> str:
@@ -106,7 +119,7 @@ def glyph(model: Model, of_hopper: str) -> str:
     derivation that is a glyph of the model's, too, has a tilde: \tilde{q} of a joint with the coordinate q.
     """
 
-    def own(match: re.Match[str]) -> str:
+    def replaced(match: re.Match[str]) -> str:
         if match["u"]:
             return match[0] if model.driven_by is None else model.driven_by.glyph
         named = model.names[int(match["rate"] or match["transform"] or match["place"]) - 1]
@@ -116,18 +129,21 @@ def glyph(model: Model, of_hopper: str) -> str:
             return over(named.glyph, match["dots"])
         return re.sub("^x(?=_|$)", "X", named.glyph) if match["transform"] else named.glyph
 
-    made, end = "", 0
+    spelled, end = "", 0
     for match in _GLYPH.finditer(of_hopper):
-        made += _apart(model, of_hopper[end : match.start()]) + own(match)
+        spelled += _apart(model, of_hopper[end : match.start()]) + replaced(match)
         end = match.end()
-    return made + _apart(model, of_hopper[end:])
+    return spelled + _apart(model, of_hopper[end:])
 
 
 def _apart(model: Model, latex: str) -> str:
-    theirs = {each.glyph for each in (*model.parameters, *filter(None, (*model.names, model.input, model.driven_by)))}
-    for each in sorted(theirs, key=len, reverse=True):
-        alone = rf"(?<![A-Za-z\\])(?<!\\hat{{)(?<!\\mathcal{{){re.escape(each)}(?![A-Za-z0-9_{{])"
-        latex = re.sub(alone, lambda _, each=each: over(each, "tilde"), latex)
+    theirs = {parameter.glyph for parameter in model.parameters}
+    theirs |= {named.glyph for named in model.names if named is not None}
+    theirs |= {driven.glyph for driven in (model.input, model.driven_by) if driven is not None}
+    for letter in sorted(theirs - {Q.TIME.glyph}, key=len, reverse=True):  # time is tau where t is taken
+        alone = rf"(?<![A-Za-z\\])(?<!\\hat{{)(?<!\\mathcal{{){re.escape(letter)}(?![A-Za-z0-9_{{])"
+        told_apart = over(letter, "tilde").replace("\\", r"\\")
+        latex = re.sub(alone, told_apart, latex)
     return latex
 
 
@@ -149,4 +165,7 @@ def of_quantity(model: Model, quantity: Quantity) -> Quantity:
     meaning = text(model, quantity.meaning)
     if quantity.symbol == Q.u and model.driven_by is not None:
         meaning = model.driven_by.meaning
+    for number, (named, thing) in enumerate(zip(model.names, MASSES, strict=True), 1):
+        if named is None and re.search(rf"\b{thing}\b", quantity.meaning):
+            meaning = f"0: the model has no mass {number}"
     return replace(quantity, glyph=glyph(model, quantity.glyph), unit=model.unit(quantity.unit), meaning=meaning)

@@ -41,7 +41,7 @@ DRAWN = {
              "simulated tracking of references by Hopper B's first controller on even ground"),
     7: Entry(runs.on_uneven_ground, "hopper_b", "First controller, uneven ground",
              "simulations in which Hopper B's first controller cannot hold the height on uneven terrain"),
-    8: Entry(runs.with_errors_of_measurement, "hopper_b", "First controller, errors of measurement",
+    8: Entry(runs.with_errors, "hopper_b", "First controller, errors of sensors, motor and clock",
              "the controller's experiments on Hopper B"),
     9: Entry(machine.friction_threshold, "hopper_c", "Dry friction of the actuator",
              "a slowly rising current (bottom) until motion of the actuator is detected (top), from which (5) gives f1"),

@@ -8,12 +8,12 @@ int main(void)
     const hopform_robot_f32 robot = {
         25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1.5e2f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f, 0.0f, 0.0f
     };
-    /* x1, v1, v2 and y = L0 + c + x1 - x2 */
-    const hopform_state_f32 touchdown = {0.0f, 0.0f, -1.93f, 0.0f};
-    const hopform_step_f32 current = {0.0f, 3.0f};
+    const hopform_start_f32 start = {0.0f, 0.0f, 0.4f, -1.93f}; /* x1 [m], v1 [m/s], x2 [m], v2 [m/s] */
+    const hopform_step_f32 input = {0.0f, 3.0f}; /* from 0 s on */
+    hopform_state_f32 state;
     hopform_stance_f32 stance;
-    if (hopform_plan_init_f32(&plan, &robot) != HOPFORM_OK) {
+    if (hopform_plan_init_f32(&plan, &robot) < 0 || hopform_state_of_start_f32(&plan, &start, &state) < 0) {
         return 1;
     }
-    return hopform_solve_stance_f32(&plan, &touchdown, &current, 1, 2.0f, 32, phases, 32, &stance) < 0;
+    return hopform_solve_stance_f32(&plan, &state, &input, 1, 2.0f, 32, phases, 32, &stance) < 0;
 }

@@ -21,7 +21,7 @@ from hopform._motion import Event, Motion, Phase, State
 from hopform._robots import ROBOTS, Robot, load_robot
 from hopform._sensitivities import ManySensitivities, Sensitivities
 from hopform._solver.library import library_message
-from hopform._solver.package import EQUATIONS, Energy, Equation, FlightLedger, Gains, Ledger
+from hopform._solver.package import CLAIMS, EQUATIONS, Claim, Energy, Equation, FlightLedger, Gains, Ledger
 from hopform._solvers import Solver, load_solver
 from hopform._stance import Stance, solve_motion, solve_stance, touchdown_velocity
 from hopform._sweep import sweep
@@ -37,8 +37,17 @@ def equations() -> tuple[Equation, ...]:
     return EQUATIONS
 
 
+def claims() -> tuple[Claim, ...]:
+    """What the paper claims in words: each with where it stands, a verdict, numbers of the shipped robots, the reason.
+
+    >>> [claim.name for claim in claims() if claim.verdict == "reversed as printed"]
+    ['significant_improvement']
+    """
+    return CLAIMS
+
+
 __all__ = [
-    "BackendError", "Batch", "choose_current", "choose_current_as_printed", "Command",
+    "BackendError", "Batch", "choose_current", "choose_current_as_printed", "Claim", "claims", "Command",
     "design_return", "Energy", "Equation", "equations", "Event", "FixedPoint", "Flight", "FlightLedger",
     "FlightPhase", "Gains", "HopformError", "Ledger", "library_message", "load_robot", "load_solver",
     "ManySensitivities", "MissingExtra", "Motion", "Motions", "next_apex", "Phase", "PrintedCommand",

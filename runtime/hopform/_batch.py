@@ -10,6 +10,7 @@ import sys
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from functools import lru_cache
 from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, cast
 
@@ -24,6 +25,7 @@ from hopform._motion import (
     axes_by_name,
     axis_of,
     compression_of,
+    input_unit,
     layout_of,
     precision_of,
     state_of_leg,
@@ -33,6 +35,7 @@ from hopform._sensitivities import COLUMNS, ManySensitivities, of_motion, of_sta
 from hopform._show import UNITS, Arrays, Card, Curve, Figures, Shown, counted, span
 from hopform._solver import package
 from hopform._solver.c import C
+from hopform._solver.choice import Solver
 from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, ROWS, STATES, STATUS, Column, checked, records
 from hopform._stance import LAYOUT
 
@@ -257,7 +260,18 @@ def solve_stances(
     ((2, 3), ['takeoff', 'takeoff', 'takeoff'])
     """
     checked_robot(robot, "stance")
-    how = _how("stance", u, max_phases, events, sensitivities, compression_max, dtype, threads, progress)
+    how = _how(
+        "stance",
+        u,
+        input_unit(robot.solver),
+        max_phases,
+        events,
+        sensitivities,
+        compression_max,
+        dtype,
+        threads,
+        progress,
+    )
     inputs = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon}
     inputs |= {} if x2 is None else {"x2": x2}
     inputs |= {} if compression is None else {"y": compression}
@@ -303,7 +317,8 @@ def solve_motions(
         states: dict[str, Any] = {"compression" if axis == "y" else axis: each for axis, each in axes.items()}
         others: dict[str, Any] = {"v2": 0.0, **states, **how, **fields}
         return solve_stances(robot, **others)
-    asked = _how("motion", u, max_phases, events, sensitivities, False, dtype, threads, progress)
+    unit = input_unit(robot.solver)
+    asked = _how("motion", u, unit, max_phases, events, sensitivities, False, dtype, threads, progress)
     layout, names = layout_of(robot.solver), {axis: name for name, axis in axes_by_name(robot.solver.facts).items()}
     names |= {name: name for name in ("u", "horizon")}
     found = _solved(robot, asked, {**axes, "u": u, "horizon": horizon}, names, fields)
@@ -342,10 +357,10 @@ class _How(NamedTuple):
 
 
 def _how(
-    what: str, u: object, max_phases: int, events: bool, sensitivities: bool, compressions: bool,
+    what: str, u: object, unit: str, max_phases: int, events: bool, sensitivities: bool, compressions: bool,
     dtype: Any, threads: int, progress: Progress | None,
 ) -> _How:  # fmt: skip
-    """What is asked of a batch; HopformError for what is not allowed, steps of the current among it."""
+    """What is asked of a batch, whose input has a unit; HopformError for what is not allowed, steps of it among that."""
     real = precision_of(dtype)
     most, workers = whole("max_phases", max_phases), whole("threads", threads, most=MOST_THREADS)
     with_events = flag("events", events)
@@ -356,7 +371,7 @@ def _how(
     if several or callable(u):
         laws = ", laws (controllers.Sampled) for simulate" if what == "stance" else ""
         raise HopformError(
-            f"u must be a number per {what} in A; steps (t, u) are for solve_{what}{laws}, got {shown(u)}"
+            f"u must be a number per {what} in {unit}; steps (t, u) are for solve_{what}{laws}, got {shown(u)}"
         )
     return _How(what, most, with_events, derived, largest, real, workers, progress)
 
@@ -378,15 +393,15 @@ def _solved(
     """The motions from inputs by the engine's axes, u and horizon, which people know by `names`, and from fields of the
     robot.
     """
-    facts = robot.solver.facts
     if "x2" in inputs and "y" in inputs:
         both = " and ".join(shown(inputs[axis]) for axis in ("x2", "y"))
         raise HopformError(f"either {names['x2']} or {names['y']} may be given, got {names['x2']} = {both}")
-    plain, labels = labelled({names[axis]: inputs[axis] for axis in inputs} | fields, facts.units)
-    columns = {axis: _column(names[axis], plain[names[axis]], axis, facts.axes) for axis in inputs}
+    units, of_axes = _units_of(robot.solver)
+    plain, labels = labelled({names[axis]: inputs[axis] for axis in inputs} | fields, units)
+    columns = {axis: _column(names[axis], plain[names[axis]], of_axes[axis]) for axis in inputs}
     robots = robot_columns(robot, fields, plain, how.what)
     by_field = {name: getattr(robots, name) for name in fields}
-    shape = _shape_of({names[axis]: columns[axis] for axis in columns} | by_field, how.each)
+    shape = _shape_of({names[axis]: columns[axis] for axis in columns} | by_field, how)
     given: dict[str, Column] = {"x1": 0.0, "v1": 0.0, "v2": 0.0, **columns}
     _check_states(robot, given, robots)
     given["y"] = _compression(robot, how.what, given, robots)
@@ -462,7 +477,7 @@ def _joined(job: _Job, lists: package.Events) -> tuple[NDArray[Any], NDArray[np.
     counts = job.results[0][-1]
     longest = int(counts.max(initial=0))
     if job.size * longest > MEMORY // 16:
-        raise HopformError(f"events can be listed of at most {MEMORY // 16 // longest} such stances, got {job.size}")
+        raise HopformError(f"events can be listed of at most {MEMORY // 16 // longest} of these, got {job.size}")
     times = np.full((job.size, longest), np.nan, job.real)
     kinds = np.zeros(times.shape, np.int8)
     for lane, t, kind in lists:
@@ -474,11 +489,19 @@ def _joined(job: _Job, lists: package.Events) -> tuple[NDArray[Any], NDArray[np.
 # ---- what goes in ----
 
 
-def _column(name: str, value: object, axis: str, axes: Mapping[str, Mapping[str, Any]]) -> Column:
+@lru_cache(maxsize=64)
+def _units_of(solver: Solver) -> tuple[dict[str, str], dict[str, str]]:
+    """The units of what a solver takes by the names of its model, and by the engine's axes, the input, u, among both."""
+    drive = {"u": input_unit(solver)}
+    axes = {axis: str(table["unit"]) for axis, table in solver.facts.axes.items()}
+    return solver.facts.units | drive, UNITS | axes | drive
+
+
+def _column(name: str, value: object, unit: str) -> Column:
     """The value as a float or an array of finite numbers; HopformError names the first that is none."""
     if type(value) is float and math.isfinite(value):
         return value
-    return numbers(name, value, axes[axis]["unit"] if axis in axes else UNITS[name])
+    return numbers(name, value, unit)
 
 
 def check_names(names: Iterable[str], known: Iterable[str], what: str, inputs: Iterable[str]) -> None:
@@ -508,8 +531,8 @@ def robot_columns(robot: Robot, fields: Collection[str], plain: Mapping[str, Any
     return cast(Any, robot.parameters)._replace(**columns)
 
 
-def _shape_of(inputs: dict[str, Column], each: int) -> tuple[int, ...]:
-    """The shape that the inputs broadcast to; HopformError if they do not, or to more stances than fit into memory."""
+def _shape_of(inputs: dict[str, Column], how: _How) -> tuple[int, ...]:
+    """The shape that the inputs broadcast to; HopformError if they do not, or to more than fits into memory."""
     shapes = {name: column.shape for name, column in inputs.items() if isinstance(column, np.ndarray) and column.shape}
     if not shapes:
         return ()
@@ -517,8 +540,8 @@ def _shape_of(inputs: dict[str, Column], each: int) -> tuple[int, ...]:
         shape = np.broadcast_shapes(*shapes.values())
     except ValueError:
         raise HopformError(f"the shapes of the inputs must broadcast, got {shapes}") from None
-    if math.prod(shape) > MEMORY // each:
-        raise HopformError(f"the inputs must broadcast to at most {MEMORY // each} stances, got shape {shape}")
+    if math.prod(shape) > (most := MEMORY // how.each):
+        raise HopformError(f"the inputs must broadcast to at most {most} {how.what}s, got shape {shape}")
     return shape
 
 

@@ -10,13 +10,14 @@ import math
 import re
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
+from fractions import Fraction
 from functools import lru_cache
 from typing import Any, NamedTuple
 
 from hopform._motion import Motion, Phase, force_unit, masses_of
 from hopform._solver.c import FIRST_CAPACITY, PHASES_NOT_KEPT, Library, Solved, Types, plan_of
 from hopform._solver.package import LegState, Precision, Steps
-from hopform._words import limit_in, modes_of
+from hopform._words import change_of_limit, limit_in, modes_of
 
 MONOTONE = "monotone, so its end says all"
 RULES = {
@@ -181,7 +182,7 @@ class Noted:
         if kind == "contact":
             return "N/k", "m"
         if kind == "limit":
-            return ("law beyond its limit" if sides[1] else "room of the law"), "N"
+            return ("beyond its limit" if sides[1] else "below its limit"), "N"
         number, side = element + 1, sides[element]
         if kind == "stop":
             return ("x1_max - x1" if side > 0 else "x1 - x1_min"), "m"
@@ -241,13 +242,15 @@ def text_of(stance: Motion, asked: tuple[LegState, float, int]) -> str:
 
 def kind_of(event: int, motion: Motion) -> str:
     """What ends a phase, by what begins the next one."""
-    of, law = motion.robot.solver.package.records, motion.robot.solver.facts.currents
-    limit = "a limit of the current"
-    others = {
-        "none": "a touch, which is no event", "u_saturates": limit, "u_desaturates": limit,
-        "step": f"a step of the {'target' if law else 'current'}",
-    }  # fmt: skip
-    return of.EVENTS[event] if event in of.EVENTS else others[of.BEGINNINGS[event]]
+    records, facts = motion.robot.solver.package.records, motion.robot.solver.facts
+    if event in records.EVENTS:
+        return str(records.EVENTS[event])
+    beginning = records.BEGINNINGS[event]
+    if beginning == "step":
+        return f"a step of {facts.inputs[0]['name']}"
+    if beginning == "none":
+        return "a touch, which is no event"
+    return change_of_limit(facts.currents[0]["name"], beginning == "u_saturates")
 
 
 def of_phase(number: int, stance: Motion, phase: Phase, kind: str, search: Search | None) -> Iterator[str]:
@@ -274,19 +277,39 @@ def of_phase(number: int, stance: Motion, phase: Phase, kind: str, search: Searc
 
 def in_names(function: EventFunction, motion: Motion) -> EventFunction:
     """An event function under the names and in the units of the model."""
-    names, units = dict[str, str](), {"N/k": "m"}
-    for mass in masses_of(motion.robot.solver):
-        n = mass.number
-        names |= {f"x{n}": mass.position, f"v{n}": mass.velocity}
-        ends = {f"x{n}_min": "lower", f"x{n}_max": "upper"}
-        names |= {letter: mass.stops[end] for letter, end in ends.items() if end in mass.stops}
-        units |= {each: mass.unit for each in (f"x{n}", f"v{n}", f"a{n}")}
-    length_of_first = masses_of(motion.robot.solver)[0].unit
-    tokens = re.findall(r"[a-z]+[12](?:_max|_min)?|N/k", function.name)
-    length = next((units[each] for each in tokens if each in units), "m")
-    name = re.sub(r"[xv][12](?:_max|_min)?", lambda found: names.get(found[0], found[0]), function.name)
-    unit = force_unit(length_of_first) if function.unit == "N" else function.unit.replace("m", length, 1)
-    return function._replace(name=name, unit=unit)
+    masses = {str(mass.number): mass for mass in masses_of(motion.robot.solver)}
+    if (found := re.fullmatch(r"f([12]).* ([+-]) a[12]", function.name)) is not None:
+        mass = masses[found[1]]
+        name = f"stick margin, {mass.name} {mass.directions[found[2] == '+']}"
+    elif (found := re.fullmatch(r"x([12])_max - x[12]|x[12] - x([12])_min", function.name)) is not None:
+        mass = masses[found[1] or found[2]]
+        name = to_stop(mass.position, mass.stops["upper" if found[1] else "lower"], upper=bool(found[1]))
+    elif (found := re.fullmatch(r"(-?)v([12])", function.name)) is not None:
+        mass = masses[found[2]]
+        name = f"{found[1]}{mass.velocity}"
+    elif function.unit == "N":  # the force that a law asks for, and its limit
+        (current,) = motion.robot.solver.facts.currents
+        unit = force_unit(next(iter(masses.values())).unit)
+        return function._replace(name=f"{current['name']} {function.name}", unit=unit)
+    else:
+        return function
+    return function._replace(name=name, unit=function.unit.replace("m", mass.unit, 1))
+
+
+def to_stop(position: str, stop: str, *, upper: bool) -> str:
+    """The distance of a coordinate to a stop, which the file gives by a name, an expression or a number.
+
+    >>> to_stop("phi", "19/10", upper=True), to_stop("phi", "0", upper=False), to_stop("x", "x_min", upper=False)
+    ('1.9 - phi', 'phi', 'x - x_min')
+    """
+    if re.fullmatch(r"-?[0-9]+(/[0-9]+)?", stop):
+        value = float(Fraction(stop))
+        if upper:
+            return f"{value:.6g} - {position}" if value else f"-{position}"
+        return f"{position} {'-' if value > 0.0 else '+'} {abs(value):.6g}" if value else position
+    if upper:
+        return f"{stop} - {position}"
+    return f"{position} - {stop if stop.isidentifier() else f'({stop})'}"
 
 
 def poles_in_words(poles: Sequence[complex]) -> Iterator[str]:

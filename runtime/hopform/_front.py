@@ -42,7 +42,12 @@ GROUPS = {"model": ("Model files: mechanisms of your own.", "A model file is a p
 """What the commands of a group are about, in a sentence, and what else there is to say."""
 
 
-SOLVER = "solver to use, a name from `model list` or a folder, as in ./DIR (its programs are run); hopper if left out"
+SOLVER = "hopform.solver"
+"""Under which a context has what --solver names."""
+
+ABOUT_SOLVER = (
+    "solver to use, a name from `model list` or a folder, as in ./DIR (its programs are run); hopform's own if left out"
+)
 
 LONGEST = 2000
 """Characters of a message at most."""
@@ -51,14 +56,48 @@ LONGEST = 2000
 class Group(TyperGroup):
     """Commands, of which `help` is none: `hopform help stance` is `hopform stance --help`."""
 
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the options of the group; first that of the solver, on which its help depends."""
+        if (solver := self.make_parser(ctx).parse_args(args=list(args))[0].get("solver")) is not None:
+            from hopform._cli.named import NAMED
+
+            NAMED.set(solver)
+            ctx.meta[SOLVER] = solver
+        return list(super().parse_args(ctx, args))
+
+    def list_commands(self, ctx: Any) -> list[str]:
+        """The names of its commands that the solver in use has."""
+        names = super().list_commands(ctx)
+        if SOLVER not in ctx.meta:
+            return names
+        from hopform._cli.named import refusal
+
+        return [name for name in names if refusal(name) is None]
+
     def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Any, list[str]]:
-        """The command that the words name, and the words that are left for it."""
-        if args[0] != "help":
-            return super().resolve_command(ctx, args)
-        if args[1:] in ([], ["help"]):
-            print(ctx.get_help())
-            ctx.exit()
-        return super().resolve_command(ctx, [*args[1:], "--help"])
+        """The command that the words name, and the words that are left for it; HopformError for one that the solver in
+        use does not have.
+        """
+        if args[0] == "help":
+            if args[1:] in ([], ["help"]):
+                print(ctx.get_help())
+                ctx.exit()
+            args = [*args[1:], "--help"]
+        if SOLVER in ctx.meta:
+            from hopform._cli.named import refusal
+
+            if ctx.parent is None and (error := refusal(args[0])) is not None:
+                raise error
+        return super().resolve_command(ctx, args)
+
+    def format_help_text(self, ctx: Any, formatter: Any) -> None:
+        """What it is about: the model of the solver in use, where one is named, in place of the hopper."""
+        if SOLVER in ctx.meta and ctx.parent is None:
+            from hopform._cli.named import facts_in_use
+
+            about, (_, _, rest) = facts_in_use(), (self.help or "").partition("\n\n")
+            self.help = f"{printable(f'{about.name}: {about.title}')}\n\n{rest}"
+        super().format_help_text(ctx, formatter)
 
 
 class Command(TyperCommand):
@@ -122,18 +161,14 @@ def commands() -> dict[str, Any]:
 @app.callback(invoke_without_command=True)
 def front(
     context: typer.Context,
-    solver: Annotated[str | None, typer.Option("--solver", metavar="DIR|NAME", help=SOLVER)] = None,
+    solver: Annotated[str | None, typer.Option("--solver", metavar="DIR|NAME", help=ABOUT_SOLVER)] = None,
     version: Annotated[bool, typer.Option("--version", help="print the version and exit")] = False,
 ) -> None:
     """The exact stance of a series-elastic hopper with dry friction.
 
-    Numbers are in SI units and A, written without units. Exit code 2 means bad input. `hopform COMMAND --help` lists the
+    Numbers are in SI units, written without units. Exit code 2 means bad input. `hopform COMMAND --help` lists the
     options of a command, with examples.
     """
-    if solver is not None:
-        from hopform._cli.use import NAMED
-
-        NAMED.set(solver)
     if version:
         from hopform._solver.library import library_message
 

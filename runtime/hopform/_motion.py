@@ -102,7 +102,7 @@ class Phase(NamedTuple):
     mode_1: int
     mode_2: int
     u: float
-    """[A]"""
+    """the input, in its unit: [A] of the hopper"""
     state: State
     """where it starts, with the names of the model's coordinates"""
 
@@ -202,6 +202,12 @@ def masses_of(solver: Solver) -> tuple[Mass, ...]:
 def force_unit(unit: str) -> str:
     """Unit of the force on a coordinate: a torque where it turns."""
     return "N m" if unit == "rad" else "N"
+
+
+@lru_cache(maxsize=64)
+def input_unit(solver: Solver) -> str:
+    """The unit of the input; of a model without one it is 0, without a unit."""
+    return next((str(each["unit"]) for each in solver.facts.inputs), "1")
 
 
 def stroke_of(robot: Robot) -> tuple[float, float]:
@@ -344,9 +350,10 @@ class Motion(OverTime):
     @overload
     def current(self, t: Times) -> NDArray[np.floating]: ...
     def current(self, t: Number | Times) -> Real:
-        """The current [A] at times t [s], in t's shape; from the time of a step on that of the step.
+        """The input at times t [s], in t's shape and the unit that the model's file gives it, a current [A] of the hopper;
+        from the time of a step on that of the step.
 
-        Where a law sets the current, that which it sets: at its limit exactly the limit.
+        Where a law sets a current, that which it sets: at its limit exactly the limit.
         """
         times = self._times(t)
         return shaped(self._by_law(times) if self.robot.solver.facts.currents else self._steps(times), t)
@@ -386,7 +393,7 @@ class Motion(OverTime):
         with np.errstate(invalid="ignore"):
             at_limit = limit * np.asarray(formulas.current_limit(parameters))
         asked = formulas.current_of_law(parameters, self._solved.state_at(times), target)
-        return cast("NDArray[Any]", np.where(limit == 0, asked, at_limit))
+        return np.asarray(np.where(limit == 0, asked, at_limit))
 
     @overload
     def total_energy(self, t: Number) -> float: ...
@@ -426,7 +433,7 @@ class Motion(OverTime):
 
         friction_NAME: of friction on the mass with the coordinate NAME; held, as much as it takes to hold it, up to its
         level at rest. stop_NAME: of the stop on a mass that it holds, what friction does not carry; 0 elsewhere (a hit is an
-        impulse). input: of the current. contact: of the ground. A model has those of what its file declares.
+        impulse). input: of the input. contact: of the ground. A model has those of what its file declares.
         """
         return {name: shaped(values, t) for name, values in self._solved.forces_at(self._times(t)).items()}
 
@@ -607,7 +614,7 @@ def input_force(robot: Robot, u: Any) -> Any:
 
 def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
     """Height of the body [m] at states of a precision, in which every operation is rounded, as in the C library."""
-    parameters, height = robot.parameters, robot.solver.package.formulas.body_height
+    parameters, height = robot.parameters, robot.solver.package.formulas.second_position
     if dtype is DOUBLE:
         return height(parameters, x1, y)
     with np.errstate(over="ignore"):
@@ -638,8 +645,9 @@ def axes_by_name(facts: Facts) -> dict[str, str]:
 def axis_of(facts: Facts, axes: Mapping[str, str], name: object) -> str:
     """The axis of a name of a start; HopformError for one that the model does not have."""
     if not isinstance(name, str) or name not in axes:
-        hint = nearest(name, [*axes]) if isinstance(name, str) else ""
-        known = ", ".join(f"{each} [{facts.units[each]}]" for each in axes)
+        offered = {str(table["name"]): str(table["unit"]) for table in facts.offered}
+        hint = nearest(name, [*offered]) if isinstance(name, str) else ""
+        known = ", ".join(f"{each} [{unit}]" for each, unit in offered.items())
         raise HopformError(f"start: the model {facts.name} has no coordinate {shown(name)}{hint}; it has {known}")
     return axes[name]
 

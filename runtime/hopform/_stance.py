@@ -30,6 +30,7 @@ from hopform._motion import (
     compression_of,
     events_in_short,
     free_start,
+    input_unit,
     layout_of,
     named_start,
     precision_of,
@@ -302,7 +303,7 @@ def solve_motion(
     x1, v1, v2 = (given.get(axis, 0.0) for axis in ("x1", "v1", "v2"))
     begin = (start_of if stands else free_start)(robot, x1, v1, given.get("x2"), v2, given.get("y"), "motion")
     x2_is_given = "x2" in given or not (stands or "y" in given)
-    if not facts.inputs and any(current for _, current in steps_of(u)):
+    if not facts.inputs and any(each for _, each in steps_of(robot, u)):
         raise HopformError(f"u must be 0: the model {facts.name} has no input, got {shown(u)}")
     solved: Motion = _solve(Stance if stands else Motion, robot, begin, x2_is_given, u, horizon, max_phases, dtype)
     return solved
@@ -314,7 +315,7 @@ def _solve(
 ) -> Any:  # fmt: skip
     """What follows from a state, a `Stance` of a model with a contact, else a `Motion`."""
     precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
-    steps = steps_of(u)
+    steps = steps_of(robot, u)
     longest = horizon if type(horizon) is float and 0.0 < horizon < math.inf else positive("horizon", horizon, "s")
     quick = type(max_phases) is int and 0 < max_phases <= checks.LARGEST
     most = max_phases if quick else whole("max_phases", max_phases)
@@ -346,7 +347,7 @@ def _made(
         "_solved": solved, "_x2_is_given": given, "_asked": asked,
     }  # fmt: skip
     if kind is Stance:
-        height: Any = solver.package.formulas.body_height if dtype is DOUBLE else partial(_height, robot, dtype)
+        height: Any = solver.package.formulas.second_position if dtype is DOUBLE else partial(_height, robot, dtype)
         end = tuple_of(state_of_leg(solver), (x1, v1, float(height(robot.parameters, x1, y)), v2))
         apex, aed = rises
         apex = apex if lifts and robot.fall > 0.0 else math.nan
@@ -385,21 +386,25 @@ def start_of(
     return records.LegState(x_1, v_1, v_2, y)
 
 
-def steps_of(u: Current) -> Steps:
-    """A current, or steps of it, as steps (t, u) [s, A] that begin at 0; HopformError for what is neither."""
+def steps_of(robot: Robot, u: Current) -> Steps:
+    """The input of a robot's model, or steps of it, as steps (t, u) [s, its unit] that begin at 0; HopformError for what
+    is neither.
+    """
     if type(u) is float and math.isfinite(u):  # the common case, before a protocol is asked
         return ((0.0, u),)
+    unit = input_unit(robot.solver)
     if checks.is_one(u):
-        return ((0.0, finite("u", u, "A")),)
+        return ((0.0, finite("u", u, unit)),)
+    allowed = f"a number in {unit} or steps (t, u)"
     if callable(u) or getattr_static(u, "law", None):
-        law = "a law is what a controller of simulate answers, as controllers.Sampled(period, law)"
-        raise HopformError(f"u must be a current in A or steps (t, u); {law}, got {shown(u)}")
+        law = "; a law is what a controller of simulate answers, as controllers.Sampled(period, law)"
+        raise HopformError(f"u must be {allowed}{law if 'hop' in robot.solver.can else ''}, got {shown(u)}")
     steps: list[tuple[float, float]] = []
-    for number, step in enumerate(items("u", u, "a current in A or steps (t, u)", records.MOST_STEPS)):
-        t, current = pair(f"u[{number}]", step, "(t, u)")
-        steps.append((finite(f"u[{number}] time", t, "s"), finite(f"u[{number}] current", current, "A")))
+    for number, step in enumerate(items("u", u, allowed, records.MOST_STEPS)):
+        t, value = pair(f"u[{number}]", step, "(t, u)")
+        steps.append((finite(f"u[{number}] time", t, "s"), finite(f"u[{number}] input", value, unit)))
     if not steps:
-        raise HopformError("u must be a current in A or at least one step (t, u), got no step")
+        raise HopformError(f"u must be {allowed}, at least one, got no step")
     if steps[0][0] != 0.0:
         raise HopformError(f"u must start at t = 0 s, got {steps[0][0]!r}")
     for (before, _), (after, _) in zip(steps, steps[1:], strict=False):

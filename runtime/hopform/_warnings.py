@@ -21,13 +21,10 @@ RESTS = "u = {u!r} A pushes the actuator onto the stop {stop} on which it rests"
 RISES = Warning((("y", "==", 0.0), ("v2", ">", 0.0)), "the body moves up at touchdown, v2 = {v2!r} m/s")
 """A start from N = 0 at which the body rises: no fall leads there, so the sign of v2 may be wrong."""
 
-STIFF = Warning(
-    (("stiff", "==", 1.0),),
-    "ill_conditioned: the actuator is too stiff for the precision, events of its creep may be wrong",
-)
+STIFF = "ill_conditioned: the {mass} is too stiff for the precision, events of its creep may be wrong"
 
 WARNINGS = (
-    STIFF,
+    Warning((("stiff", "==", 1.0),), STIFF.replace("{mass}", "actuator")),
     Warning((("u_size", ">", "u_max"),), "u = {u_largest!r} A is above u_max = {u_max!r} A"),
     RISES,
     *(
@@ -50,7 +47,7 @@ the `lowest` x2, takes_off, and stiff, whether its plan is ill-conditioned; the 
 
 
 MOTION_WARNINGS = (
-    STIFF,
+    Warning((("stiff", "==", 1.0),), STIFF),
     Warning((("u_size", ">", "limit"),), "{input} = {u_largest!r} {unit} is above its limit, {limit!r} {unit}"),
     *(
         Warning(

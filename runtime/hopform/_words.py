@@ -31,6 +31,11 @@ def limit_in(phase: Phase) -> str:
     return {1: "at its limit", 0: "by the law", -1: "at its lower limit"}[phase.mode_2]
 
 
+def change_of_limit(name: str, at_limit: bool) -> str:
+    """What happens to a current of that name at the begin of a phase in which it is at its limit, or no longer, in words."""
+    return f"{name} reaches its limit" if at_limit else f"{name} leaves its limit"
+
+
 def start_of(motion: Motion) -> str:
     """Where a motion starts, in words: what is not 0 there."""
     first, units = motion.phases[0].state, layout_of(motion.robot.solver).unit_of

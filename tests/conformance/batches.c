@@ -168,7 +168,7 @@ static void answers_alone(void)
         const int refused = a->status < 0, flies = !refused && stance.ending == HOPFORM_ENDING_TAKEOFF;
         int found = 0;
         for (int n = 0; !refused && n < stance.phases_kept && found < EVENTS; n++) {
-            if (phases[n].event != HOPFORM_EVENT_NONE) {
+            if (HOPFORM_IS_EVENT(phases[n].event)) {
                 a->event_time[found] = phases[n].t;
                 a->event_kind[found++] = phases[n].event;
             }

@@ -41,14 +41,14 @@ class Leg:
 
     def events(self, solved: Any) -> list[tuple[float, str]]:
         words = self.package.records.EVENTS
-        return [(float(row[0]), words[row[3]]) for row in solved.phase_rows() if row[3]]
+        return [(float(row[0]), words[row[3]]) for row in solved.phase_rows() if row[3] in words]
 
     def answer(self, solved: Any) -> Answer:
         """Up to the ending; x2 counts from the length of the leg without load. Without a contact there is no AED."""
         ending, duration, end, _, aed = solved.outcome()
         final = {"x1": end.x1, "v1": end.v1, "v2": end.v2, "y": end.y}
         status = self.package.records.ENDINGS[ending]
-        gains = {"body": aed} if "spring_work" in self.package.records.LEDGER_OF_BODY else {}
+        gains = {"body": aed} if hasattr(self.package.records, "LEDGER_OF_BODY") else {}
         return Answer(status, float(duration), self.events(solved), final, gains)
 
 

@@ -111,7 +111,7 @@ def test_answers_notice_a_constant_that_is_off(tmp_path):
 
 
 @pytest.mark.parametrize("precision", needs.the_first([*DEFINE]))
-@pytest.mark.parametrize("entry", ["3", "4", "flight", "control", "reading"])
+@pytest.mark.parametrize("entry", ["3", "4", "flight", "control", "reading", "plant"])
 def test_arbitrary_inputs_get_answers_within_bounds(built, entry, precision):
     """What `make fuzz` looks for, on what it found before and on a fixed draw: nothing undefined, no endless search."""
     target = FUZZ / f"fuzz_{entry}.c" if entry.isalpha() else FUZZ / "fuzz_entry.c"

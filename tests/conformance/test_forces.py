@@ -52,23 +52,38 @@ def expected(case: Case, motion: Any, t: float) -> tuple[dict[str, float], float
     return found, size
 
 
-@pytest.mark.parametrize("name", needs.the_first([each for each in EQUATIONS if each != "servo"], 2))
+@pytest.mark.parametrize("name", needs.the_first([each for each in EQUATIONS if each != "servo"]))
 def test_forces_are_those_of_the_equations_of_motion(store, name):
     """Friction in motion and held, the stop that holds, input and contact; in single precision to its digits."""
     made, draw, seen = solver(store, name), random.Random(f"{name} forces"), set[str]()
-    for case in cases(name, 11, 25, 2e3):
+    for case in cases(name, 11, 15, 2e3):
         robot = made.Robot(**case.robot)
         for dtype in DTYPES:
             motion = hopform.solve_motion(robot, start=case.start, u=case.u, horizon=case.horizon, dtype=dtype)
-            for t in map(float, np.array(clear_of_events(motion, draw, 12), dtype)):
+            for t in map(float, np.array(clear_of_events(motion, draw, 8), dtype)):
                 forces, (wanted, size) = motion.forces(t), expected(case, motion, t)
                 assert set(forces) <= set(wanted)
                 for key, value in forces.items():
                     assert abs(value - wanted[key]) <= 4e3 * float(np.finfo(dtype).eps) * size, (key, t, case)
                     seen |= {key} if value else set()
-    assert seen == set(forces)
+    assert seen >= {key for key in forces if not key.startswith("stop_")}
 
 
+@pytest.mark.sliced
+@pytest.mark.parametrize("dtype", DTYPES, ids=str)
+def test_a_stop_carries_what_friction_does_not(store, dtype):
+    """A joint that its motor pushes onto a stop, within friction at rest and beyond it, and one that lies free of it."""
+    robot = solver(store, "joint").Robot(k_t=0.1, F_p=0.04, F_m=0.03, F_sp=0.02, F_sm=0.01, q_min=-0.5, q_max=0.25)
+    for q, u, friction, stop in (
+        (0.25, 2.0, -0.06, -0.14), (0.25, 0.5, -0.05, 0.0), (-0.5, -1.0, 0.04, 0.06), (0.1, 0.3, -0.03, 0.0),
+    ):  # fmt: skip
+        forces = hopform.solve_motion(robot, start={"q": q}, u=u, dtype=dtype).forces(0.0)
+        assert {key: float(value) for key, value in forces.items()} == pytest.approx(
+            {"friction_q": friction, "stop_q": stop, "input": 0.1 * u}, rel=4 * float(np.finfo(dtype).eps), abs=1e-8
+        )
+
+
+@pytest.mark.sliced
 def test_the_input_of_a_law_is_what_it_asks_for_within_its_limit(store):
     made, seen = solver(store, "servo"), set[bool]()
     for case in cases("servo", 11, 20, 2e3):
@@ -85,7 +100,7 @@ def test_the_input_of_a_law_is_what_it_asks_for_within_its_limit(store):
     assert seen == {True, False}
 
 
-@pytest.mark.parametrize("name", needs.the_first(["joint", "hopper", "cart", "sea"], 2))
+@pytest.mark.parametrize("name", needs.the_first(["hopper", "joint", "cart", "sea"]))
 def test_the_state_before_an_event_is_that_of_a_motion_that_stops_short_of_it(store, name):
     """A stop has not yet taken the velocity; its loss is the kinetic energy between; at all others nothing jumps."""
     made, hits = solver(store, name), 0
@@ -102,7 +117,7 @@ def test_the_state_before_an_event_is_that_of_a_motion_that_stops_short_of_it(st
                 continue
             hits += 1
             assert (found[0], *found[2:]) == (behind[0], *behind[2:]) and behind[1] == 0.0 != found[1]
-            short = hopform.solve_motion(robot, start=case.start, u=case.u, horizon=row[0] * (1.0 - 1e-9))
+            short = hopform.solve_motion(robot, start=case.start, u=case.u, horizon=row[0] * (1.0 - 1e-11))
             assert getattr(short.end, [*case.start][len(case.start) // 2]) == pytest.approx(found[1], rel=1e-5)
             lost = motion.ledger(row[0]).stop_loss - (short.ledger(short.duration).stop_loss)
             assert lost == pytest.approx(-case.mechanism.masses[0].inertia * found[1] ** 2 / 2, rel=1e-9)

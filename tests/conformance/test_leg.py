@@ -347,7 +347,7 @@ def test_a_leg_carries_nothing_where_its_compression_is_0(legs):
     robot = legs["second_spring"].package.Robot(*sprung(3, 1000))
     at_rest = legs["second_spring"].package.LegState(0.02, -0.3, -0.3, 0.0)
     assert not np.any(formulas.contact_of(robot, at_rest)) and not np.any(formulas.contact_force(robot, at_rest))
-    x2 = formulas.body_height(robot, 0.02, 0.0)
+    x2 = formulas.second_position(robot, 0.02, 0.0)
     carried = robot.k * (0.02 - x2 + robot.L0 + robot.c) + robot.k_2 * (0.02 - x2 + robot.L_2)
     np.testing.assert_allclose(carried / ((robot.k + robot.k_2) * robot.L0), 0.0, atol=2e-15)
     assert np.ptp(x2 - robot.L0 - robot.c) > 0.05

@@ -173,7 +173,7 @@ def test_phases_are_those_of_c(store):
 
 USED = (
     "drive_of", "rates_of", "motion_of_both", "motion_of_mass_1", "motion_of_mass_2", "state_at", "free_accelerations",
-    "friction_of", "excess_of", "contact_of", "body_height", "residue", "split",
+    "friction_of", "excess_of", "contact_of", "residue", "split",
 )  # fmt: skip
 """Formulas that a stance of the hopper reads."""
 UNREAD = {"damping", "Wdd"}
@@ -273,7 +273,7 @@ def test_the_state_at_a_time_has_the_shape_of_the_times():
         ({"v3": 1.0}, {}, "start may have x1, v1, x2, v2, y"),
         ({"x2": 0.4, "y": 0.0}, {}, "one of x2 and y"),
         ({"x1": -0.1}, {}, "start x1 must be within the stops 0.0 .. 0.08, got -0.1"),
-        ({"x2": 0.5}, {}, "the leg must not be extended at the start"),
+        ({"x2": 0.5}, {}, "the contact must not pull at the start"),
         ({}, {"u": [(0.1, 1.0)]}, "the times of u must begin at 0"),
         ({}, {"u": [(0.0, 1.0), (0.0, 2.0)]}, "the times of u must begin at 0 and increase"),
         ({}, {"u": []}, "the times of u"),

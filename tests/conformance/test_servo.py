@@ -317,16 +317,27 @@ def test_tables_of_a_motion_have_the_target_and_the_current(servo, store, capsys
     assert float(row["target"]) == 1.0 and float(row["i"]) == 10.0 and float(row["input"]) == 1.0
     assert cli.main(asked) == 0
     assert "at its limit" in (shown := capsys.readouterr().out) and "by the law" in shown
+    assert " i leaves its limit  forward  by the law " in shown
 
 
 def test_an_explanation_says_what_the_law_has_left(servo):
     """The event functions of the law are certified, and the end of a phase at a limit has a name."""
     text = servo.solve_motion(servo.Robot(), u=[(0.0, 1.0), (0.3, 0.9)], horizon=0.5).explain()
-    assert "i at its limit; then a limit of the current" in text and "i by the law; then a step of the target" in text
+    assert "i at its limit; then i leaves its limit" in text and "i by the law; then a step of target" in text
     certified = [
-        line for line in text.splitlines() if "room of the law [N m]" in line or "law beyond its limit" in line
+        line for line in text.splitlines() if "i below its limit [N m]" in line or "i beyond its limit [N m]" in line
     ]
     assert len(certified) >= 4 and all("rule" in line for line in certified)
+
+
+def test_a_recording_of_a_servo_has_the_current_under_its_name(servo):
+    """As the motor's driver measures it, in A: the target [rad] is what the law is told."""
+    robot, steps = servo.Robot(name="servo"), [(0.0, 1.0), (0.3, 0.9)]
+    recording = hopform.identify.record(robot, "motion", u=steps, duration=0.5, seed=1)
+    motion = servo.solve_motion(robot, u=steps, horizon=0.5 * (1.0 + 1e-9))
+    drive = recording.named("i")
+    assert (drive.title, drive.quantity) == ("i_A", "current") and recording.named("target") is None
+    np.testing.assert_array_equal(drive.values, motion.current(recording.time))
 
 
 def test_a_model_without_a_law_has_no_target_and_a_servo_is_not_fitted(servo):

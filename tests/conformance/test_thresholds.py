@@ -25,6 +25,8 @@ FIRST = ["sea", "servo"]
 FILES = {path.stem for path in (*SHIPPED.glob("*.py"), *MODELS.glob("*.py"))} - {"__init__"}
 NAMES = FIRST + sorted(FILES - {*FIRST})
 """The first two are tried in every run: a damper between two masses, and one mass under a law."""
+UNHELD = ("monoped", "tendon")
+"""Models whose second mass no friction holds."""
 STARTS = 120
 HORIZON = 0.5
 both_precisions = pytest.mark.parametrize("dtype", ["float64", "float32"])
@@ -76,7 +78,7 @@ class Model:
 
     def compressed(self, robot: Any, x1: float, y: float) -> float:
         """The compression: of one mass alone by its position."""
-        return y if "y" in self.axes else float(self.formulas.body_height(robot.parameters, x1, 0.0))
+        return y if "y" in self.axes else float(self.formulas.second_position(robot.parameters, x1, 0.0))
 
     def end(self, side: int) -> str:
         """The parameter of the stop on a side; empty where it is no parameter."""
@@ -155,11 +157,11 @@ def put(at: dict[str, float], knob: str, over: Callable[[dict[str, float]], floa
 
 
 def beside(draw: Draw, value: float, dtype: str) -> float:
-    """A number within 4 ulp of one."""
+    """A number within 4 ulp of one; 0 of 0, since what is stretched by 1e-323 m has its events as early as that."""
     near = np.dtype(dtype).type(value)
     for _ in range(draw.randrange(5)):
         near = np.nextafter(near, type(near)(draw.choice([-math.inf, math.inf])))
-    return float(near)
+    return float(near) if value else 0.0
 
 
 def starts(model: Model, seed: int, count: int, dtype: str) -> Iterator[tuple[Any, dict[str, float]]]:
@@ -247,7 +249,7 @@ def kinds_of(motion: Any) -> list[str]:
     return [event.kind.partition("_")[2] for event in motion.events]
 
 
-@pytest.mark.parametrize("name", needs.the_first([name for name in NAMES if name != "monoped"], 2))
+@pytest.mark.parametrize("name", needs.the_first([name for name in NAMES if name not in UNHELD], 2))
 @both_precisions
 def test_a_stop_that_is_an_equilibrium_is_hit_once(models, name, dtype):
     """Then all rests there, also where the input is asked again; before, it may creep, or take off, without an event."""

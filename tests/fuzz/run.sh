@@ -45,7 +45,7 @@ for source in generated/c/src/*.c; do
     echo "$source out/fuzz/objects/$(basename "$source" .c).o $more"
 done | sort -r | xargs -n 3 -P "$jobs" sh -c "$clang $flags $checks -fsanitize=\$2 -c \"\$0\" -o \"\$1\""
 for precision in DOUBLE SINGLE; do
-    for entry in ${ENTRIES:-1 2 3 4 flight control reading batch}; do
+    for entry in ${ENTRIES:-1 2 3 4 flight control reading plant batch}; do
         echo "$entry $precision"
     done
 done | SECONDS_EACH=$seconds xargs -n 2 -P "$jobs" sh tests/fuzz/run.sh

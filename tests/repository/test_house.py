@@ -25,14 +25,16 @@ import hopform_solver
 from derive.emit.folder import GENERATED, check
 from derive.emit.library import NO_LAYOUT
 from derive.emit.program import program
+from derive.emit.programs import OF_SOME, program_of
 from derive.emit.render import PARTS, render
 from derive.emit.sources import Solver, instance, templates
 from derive.emit.texts import PLACES
 from derive.ir import Function
 from derive.model import quantities
 from derive.model.precisions import PRECISIONS
-from derive.shipped import HOPPER
+from derive.shipped import HOPPER, shipped
 from hopform_solver import records
+from tests.derived import model_of
 from tests.needs import the_first
 from tests.objects import compiled, run_compiler
 
@@ -201,10 +203,25 @@ def test_every_source_makes_its_files_and_every_file_has_a_source(rendered):
     sources = {path: path.relative_to(TEMPLATES).as_posix().removesuffix(".j2") for path in files(TEMPLATES)}
     sources |= {path: instance(path.relative_to(ENGINE).as_posix()) for path in files(ENGINE)}
     expected = set()
-    for target in sources.values():
+    for target in filter(of_the_hopper().has, sources.values()):
         precisions = ("_f32", "_f64") if target.startswith("c/") and "_real" in target else ("_real",)
         expected |= {Path(target.replace("_real", precision)) for precision in precisions}
     assert rendered.keys() == expected
+
+
+def test_every_program_for_a_board_is_of_some_model():
+    free = model_of(
+        "m = parameter('m', 'kg', 'mass', 'positive', 1)\nx = coordinate('x', 'm', m, 'slider')\nviscous(x, 1)"
+    )
+    models = [shipped(name) for name in ("hopper", "joint", "servo")]
+    assert {folder for model in (*models, free) for folder in program_of(model).folders} == {*OF_SOME}
+    there = {path.relative_to(root / "packages" / "program").parts[0] for root in (TEMPLATES, ENGINE)
+             for path in files(root / "packages" / "program")}  # fmt: skip
+    assert {*OF_SOME} <= there
+
+
+def of_the_hopper() -> Solver:
+    return Solver(HOPPER, PRECISIONS, program(), NO_LAYOUT)
 
 
 def files(folder: Path) -> list[Path]:
@@ -216,13 +233,15 @@ def test_an_instance_of_the_engine_has_the_lines_of_its_source(rendered):
     for source in files(ENGINE):
         lines = source.read_text("utf-8").count("\n")
         target = instance(source.relative_to(ENGINE).as_posix())
+        if not of_the_hopper().has(target):
+            continue
         for precision in ("_f32", "_f64") if "_real" in target else ("",):
             assert rendered[Path(target.replace("_real", precision))].count("\n") == lines, source.name
 
 
 def test_each_template_is_of_one_part_which_gives_it_the_names_that_it_asks_for_and_no_others():
     """And one that asks for nothing but a header or a version is source, and stands in the engine."""
-    solver = Solver(HOPPER, PRECISIONS, program(), NO_LAYOUT)
+    solver = of_the_hopper()
     given = [(name, set(values(solver))) for part in PARTS for name, values in part.items()]
     environment = jinja2.Environment()
     environment.filters |= PLACES
@@ -296,9 +315,8 @@ def test_a_class_that_hopform_and_its_solver_both_have_is_one():
 
 
 def test_the_words_for_endings_and_events_are_the_same_in_python_and_c():
-    for kind, words in (("ENDING", records.ENDINGS), ("EVENT", records.EVENTS)):
+    for kind, words in (("ENDING", records.ENDINGS), ("EVENT", records.EVENTS | records.BEGINNINGS)):
         macros = dict(re.findall(rf"#define HOPFORM_{kind}_(\w+) (\d+)", header("hopform.h")))
-        macros.pop("NONE", None)
         assert {word.upper(): str(number) for number, word in words.items()} == macros
 
 

@@ -13,6 +13,7 @@ import pytest
 
 from hopform import _front as cli
 from tests.bench.hopping import misses
+from tests.derived import SHIPPED, built
 
 ROOT = next(folder for folder in Path(__file__).resolve().parents if (folder / "pyproject.toml").is_file())
 DOCS = ROOT / "docs"
@@ -132,9 +133,49 @@ def test_the_table_of_hops_under_each_controller_is_what_the_benchmark_prints():
     assert [row for row in misses() if not row.startswith("| exact") and row not in page] == []
 
 
-def test_the_interrupt_of_the_page_on_firmware_compiles(tmp_path):
-    (program,) = re.findall(r"```c\n(.*?)```", text_of("how-to/call-from-firmware.md"), re.DOTALL)
-    (tmp_path / "wiring.c").write_text(program, "utf-8")
+def test_the_interrupt_and_the_plant_of_the_page_on_firmware_compile(tmp_path):
+    interrupt, plant, _ = re.findall(r"```c\n(.*?)```", text_of("how-to/call-from-firmware.md"), re.DOTALL)
+    for program in (interrupt, plant):
+        compile_c(tmp_path, program, ROOT / "generated" / "c" / "include")
+
+
+@pytest.mark.sliced
+def test_the_calls_of_any_other_model_on_the_page_on_firmware_compile(tmp_path, store):
+    """Against the library of the joint that the page builds."""
+    *_, program = re.findall(r"```c\n(.*?)```", text_of("how-to/call-from-firmware.md"), re.DOTALL)
+    compile_c(tmp_path, program, built(store, SHIPPED / "joint.py") / "c" / "include")
+
+
+def compile_c(folder: Path, program: str, include: Path) -> None:
+    (folder / "wiring.c").write_text(program, "utf-8")
     flags = ["-std=c99", "-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wdouble-promotion", "-Werror"]
-    include = ROOT / "generated" / "c" / "include"
-    subprocess.run(["cc", *flags, "-I", str(include), "-c", "wiring.c"], cwd=tmp_path, check=True)
+    subprocess.run(["cc", *flags, "-I", str(include), "-c", "wiring.c"], cwd=folder, check=True)
+
+
+@pytest.mark.sliced
+def test_the_page_on_friction_says_what_its_program_and_its_board_print(tmp_path, monkeypatch, capsys):
+    """Each row of its tables, and the compensation in C."""
+    monkeypatch.chdir(tmp_path)
+    page = text_of("how-to/friction-compensation-on-a-board.md")
+    build, export = (line[1:] for line in commands("how-to/friction-compensation-on-a-board.md"))
+    assert cli.main(build) == 0
+    capsys.readouterr()
+    (program,) = re.findall(r"```python\n(.*?)```", page, re.DOTALL)
+    exec(program, {})
+    rows = [line for line in capsys.readouterr().out.splitlines() if line.startswith("| ")]
+    assert len(rows) == 6 and [row for row in rows if row not in page] == []
+    assert cli.main(export) == 0
+    folder = Path("firmware", "examples", "machine")
+    (code,) = re.findall(r"```c\n(.*?)```", page, re.DOTALL)
+    assert code in (folder / "control.c").read_text("utf-8")
+    sources = [*folder.glob("*.c"), Path("firmware", "src", "hopform_f32.c")]
+    flags = ["-std=c99", "-O1", "-ffp-contract=off", "-fno-math-errno", "-Ifirmware/include"]
+    own = [str(path) for path in sources if path.name != "startup.c"]
+    subprocess.run(["cc", *flags, *own, "-lm", "-o", "motion"], check=True)
+    said = subprocess.run(["./motion"], capture_output=True, text=True, check=True).stdout
+    printed = {tuple(line.rsplit(": ", 1)) for line in said.splitlines()}
+    shown = re.findall(r"^\| ([^|]+) \| (\d+) \|$", page, re.MULTILINE)
+    assert len(shown) == 5
+    assert [
+        row for row in shown if not any(text.endswith(row[0]) and row[1] == number for text, number in printed)
+    ] == []

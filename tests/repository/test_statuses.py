@@ -5,8 +5,9 @@ from pathlib import Path
 
 from derive.model.kinds import LONGEST_PREFIX, MOST_STEPS
 from hopform import _batch, _checks, _files, _motion, _robots
+from hopform import _building as building
 from hopform import _control as reach
-from hopform._cli import model, options
+from hopform._cli import options
 from hopform._solver import c as native
 from hopform.hopping import _compare, terrain
 from hopform.hopping import _run as run
@@ -83,7 +84,7 @@ LIMITS = {
     "known values of a fit": kinds.MOST_KNOWN,
     "robots of a sample": _robots.MOST_SAMPLES,
     "bytes of a robot file": _robots.LARGEST_TOML,
-    "bytes of a model file": model.LARGEST_MODEL,
+    "bytes of a model file": building.LARGEST_MODEL,
     "bytes of any other file that is read": _files.LARGEST,
     "digits of a whole number in text": _checks.MOST_DIGITS,
     "characters of a prefix": LONGEST_PREFIX,

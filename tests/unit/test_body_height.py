@@ -92,7 +92,7 @@ def test_the_formula_of_the_derivation_is_the_rule(dtype):
     for robot in ROBOTS:
         rounded = solver_records.Robot(*(np.dtype(dtype).type(value) for value in robot.parameters))
         x1, y = (np.random.default_rng(13).uniform(0.0, 0.1, (2, 50))).astype(dtype)
-        assert is_same(expected(robot, dtype, x1, y), formulas.body_height(rounded, x1, y), dtype)
+        assert is_same(expected(robot, dtype, x1, y), formulas.second_position(rounded, x1, y), dtype)
 
 
 @precisions

@@ -140,6 +140,7 @@ def test_page_and_schema_have_the_same_fields():
         ("robots",),
         ("robots", "ideal"),
         ("equations",),
+        ("equations", "--claims"),
         ("equations", "24"),
     ],
 )
@@ -238,6 +239,20 @@ def test_one_equation_is_shown_in_full(answer):
         assert text in output
 
 
+def test_the_claims_are_listed_and_one_is_shown_in_full(answer):
+    output = answer("equations", "--claims")
+    for claim in hopform.claims():
+        assert claim.name in output and claim.says in output and claim.verdict in output
+    (shown,) = (claim for claim in hopform.claims() if claim.name == "significant_improvement")
+    output = " ".join(answer("equations", shown.name, "--claims").split())
+    for text in (shown.name, shown.verdict, shown.says, shown.where, shown.reason):
+        assert text in output
+    assert all(f"{value} {unit} {what}" in output for what, value, unit in shown.numbers)
+    answered = json.loads(answer("equations", "brief_contact", "--claims", "--json"))
+    assert answered["equations"] == [] and [each["printed"] for each in answered["claims"]] == ["< 0.25 s"]
+    assert json.loads(answer("equations", "14", "--json"))["claims"] == []
+
+
 def test_of_a_hopper_that_is_not_the_papers_the_register_claims_nothing_and_says_so_first(run, monkeypatch):
     """The package as derive makes it where `derive/models/hopper.py` was edited."""
     why = "(3) of derive/models/hopper.py differs from the paper's by -b1 v1/m_eff"
@@ -246,6 +261,13 @@ def test_of_a_hopper_that_is_not_the_papers_the_register_claims_nothing_and_says
         each._replace(verdict="not claimed", derived="", reason=why, computed_by=()) for each in hopform.equations()
     )
     monkeypatch.setattr(package.equations, "EQUATIONS", unclaimed)
+    claims = tuple(each._replace(verdict="not claimed", numbers=(), reason=why) for each in hopform.claims())
+    monkeypatch.setattr(package.equations, "CLAIMS", claims)
+    for arguments in (("--claims",), ("pieces", "--claims")):
+        code, output, errors = run("equations", *arguments)
+        assert (code, errors, output.splitlines()[0], "reproduced" in output) == (0, "", why, False)
+    code, output, errors = run("equations", "--claims", "--json")
+    assert (code, errors, "< 1e" in output) == (0, f"hopform: warning: {why}\n", False)
     for arguments in ((), ("3",)):
         code, output, errors = run("equations", *arguments)
         assert (code, errors, output.splitlines()[0], "agrees" in output) == (0, "", why, False)
@@ -274,7 +296,7 @@ def test_phases_begin_with_their_events_and_with_steps_of_the_current(answer):
     expected = [
         "touchdown",
         "actuator slips",
-        "current steps",
+        "step of u",
         "actuator reverses",
         "body reverses",
         "actuator hits stop",
@@ -550,6 +572,8 @@ def test_an_output_that_cannot_be_is_refused_before_anything_is_computed(run, tm
     [
         (("stanc",), "'stance'"),
         (("equations", "99"), "there is no equation '99'; known: (1) to (27)"),
+        (("equations", "99", "--claims"), "there is no claim '99'; `hopform equations --claims` lists them"),
+        (("equations", "--claims", "--as", "c"), "--claims and --as exclude each other"),
         (("robots", "--json", "--toml"), "exclude each other"),
         (("robots", "--toml", "--c", "float32"), "exclude each other"),
         (("robots", "hoper_b"), "'hopper_b'"),

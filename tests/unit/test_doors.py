@@ -418,7 +418,7 @@ def test_dir_lists_what_is_public_and_nothing_else():
 
 @pytest.mark.parametrize("u", [lambda t, state: 3.0, hopform.hopping.controllers.Sampled(1e-3, lambda t, state: 3.0)])
 def test_a_law_in_place_of_a_current_is_told_where_laws_go(u):
-    with pytest.raises(hopform.HopformError, match=r"^u must be a current in A or steps .* controllers\.Sampled"):
+    with pytest.raises(hopform.HopformError, match=r"^u must be a number in A or steps .* controllers\.Sampled"):
         hopform.solve_stance(HOPPER, v2=-1.0, u=u)
     with pytest.raises(hopform.HopformError, match=r"^hop 0: u must be .* controllers\.Sampled"):
         hopform.hopping.simulate(HOPPER, [0.0], lambda _: lambda t, state: 3.0, height=0.2)

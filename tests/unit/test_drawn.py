@@ -90,6 +90,24 @@ def spring(run):
     return energy
 
 
+def predicted(run):
+    """What is known beforehand: the energy at the drop, less the impacts, plus what enters the ledger up to a time."""
+
+    def energy(t):
+        values = np.full(np.shape(t), run.robot.m_s * run.robot.g * float(run.at(0.0).x2))
+        for hop in run.hops:
+            values[t >= hop.touchdown_time] -= hop.energy_lost_at_impact - 0.5 * run.robot.k * hop.touchdown.x1**2
+            inside = (t >= hop.touchdown_time) & (t <= (hop.takeoff_time if hop.stance.takeoff else run.duration))
+            behind = (t > hop.touchdown_time) & ~inside
+            ledger = hop.stance.ledger(np.minimum(t[inside] - hop.touchdown_time, hop.stance.duration))
+            values[inside] += ledger.spring_work + ledger.viscous_2 + ledger.coulomb_2
+            if hop.stance.takeoff:
+                values[behind] += hop.stance.aed - 0.5 * run.robot.k * hop.stance.end.x1**2
+        return values
+
+    return energy
+
+
 def energies(run):
     """The lines of energy by their names."""
     return {
@@ -196,7 +214,7 @@ def fig_7(data):
 def fig_8(data):
     run, clean = data["run"], data["clean"]
     near(data["miss without errors"], missed(clean)[1])
-    top, *rest = tracked(run, {"": ZERO, "with errors of measurement": missed(run), "without": missed(clean)})
+    top, *rest = tracked(run, {"": ZERO, "with errors": missed(run), "without": missed(clean)})
     seen = (apex_times(run)[:-1], data["apex as measured"])
     return [Panel(dict(top.lines) | {"apex as measured": seen}, {}, top.stances), *rest]
 
@@ -214,7 +232,8 @@ def energy_panels(data):
     takeoffs = {"take-off": ([hop.takeoff_time for hop in lifts(run)], None)}
     parts = {"kinetic": whole(kinetic(run), run), "gravitational": whole(gravitational(run), run),
              "spring as in (23)": whole(spring(run), run)}  # fmt: skip
-    return [Panel(each, {}, stances(run)) for each in (takeoffs | energies(run), parts)]
+    ahead = {"predicted: start, impacts, AED (24)": whole(predicted(run), run)}
+    return [Panel(each, {}, stances(run)) for each in (takeoffs | ahead | energies(run), parts)]
 
 
 def fig_15(data):
@@ -235,11 +254,11 @@ def fig_15(data):
 
 def exact_panels(data):
     run = data["run"]
-    top, middle, bottom = tracked(run, {name: (apex_times(run), np.abs(each)) for name, each in data["miss"].items()})
+    top, middle, bottom = tracked(run, {name: (apex_times(run), each) for name, each in data["miss"].items()})
     for name, each in data["runs"].items():
         near(data["miss"][name], [hop.apex - wanted for hop, wanted in zip(each.hops, data["wanted"], strict=True)])
-    sizes = np.abs(data["all off"])
-    return [top, middle, bottom._replace(bands={"all parameters off": (apex_times(run), sizes.min(1), sizes.max(1))})]
+    off = data["all off"]
+    return [top, middle, bottom._replace(bands={"all parameters off": (apex_times(run), off.min(1), off.max(1))})]
 
 
 FIGURES: dict[int, Callable[[Any], list[Panel]]] = {

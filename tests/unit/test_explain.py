@@ -130,7 +130,7 @@ def test_the_poles_of_a_mode_are_the_roots_of_its_polynomial(page):
 def test_steps_of_the_current_and_a_bound_on_phases_are_explained():
     robot = hopform.load_robot("hopper_c")
     steps = hopform.solve_stance(robot, v2=-1.9, u=[(0.0, 2.0), (0.05, 3.0)])
-    assert "then a step of the current" in steps.explain()
+    assert "then a step of u" in steps.explain()
     short = hopform.solve_stance(robot, v2=-1.9, u=0.75, max_phases=2)
     assert short.explain().count("Phase ") == len(short.phases)
     resting = hopform.solve_stance(robot, v2=0.0, compression=(robot.m_s * robot.g) / robot.k, horizon=0.1)

@@ -14,9 +14,10 @@ import yaml
 
 import hopform
 from derive.__main__ import main as derive
-from hopform._export import SYSTEMS, Wanted, amalgamated, export, package, sources
+from hopform._export import SYSTEMS, Wanted, amalgamated, export, package, sources, struct_of
 from hopform._front import main
 from tests import needs
+from tests.derived import SHIPPED, solver_of
 from tests.needs import the_first
 
 CC = shlex.split(os.environ.get("CC") or "cc")
@@ -29,11 +30,14 @@ def run(*command: str | Path, cwd: Path) -> str:
     return done.stdout
 
 
-@pytest.fixture(scope="module")
-def packages(tmp_path_factory) -> dict[str, Path]:
-    folder = tmp_path_factory.mktemp("export")
+@pytest.fixture(scope="module", params=["hopper", pytest.param("joint", marks=pytest.mark.sliced)])
+def packages(request, store, tmp_path_factory) -> dict[str, Path]:
+    """The package for each build system: of the hopper, and of a model without a contact."""
+    folder, how = tmp_path_factory.mktemp("export"), {}
+    if request.param == "joint":
+        how = {"solver": solver_of(store, SHIPPED / "joint.py").Robot().solver}
     for system in SYSTEMS:
-        export(folder / system, Wanted(system))
+        export(folder / system, Wanted(system, **how))
     return {system: folder / system for system in SYSTEMS}
 
 
@@ -44,12 +48,12 @@ def test_a_package_has_sources_licence_readme_costs_and_no_word_left_to_fill_in(
     assert {
         "LICENSE",
         "README.md",
-        "costs.md",
         "amalgamated/hopform.c",
         "amalgamated/hopform.h",
         "src/hopform_f32.c",
     } <= names
     assert not [name for name in names if "batch" in name]
+    assert ("costs.md" in names) == ("src/flight_f32.h" in names)  # a hopper's were measured
     for file in files:
         text = file.read_text("utf-8")
         assert not re.search(r"@(prefix|PREFIX|version|summary|real|sources\w*|files)@", text), file
@@ -111,6 +115,63 @@ def test_the_amalgamated_pair_compiles(tmp_path, standard, prefix):
         assert all(name.startswith(f"{prefix}_") for name in defined), defined
 
 
+TWO_SOLVERS = """#include <stdio.h>
+
+int main(void)
+{
+    const arm_start_f32 arm_start = {.q = 0.3f};
+    const jaw_start_f32 jaw_start = {.q = 0.1f};
+    const jaw_start_f64 jaw_start_f64 = {.q = 0.1};
+    arm_plant_f32 arm;
+    jaw_plant_f32 jaw;
+    jaw_plant_f64 jaw_of_f64;
+    arm_report_f32 of_arm = {.capacity = 0};
+    jaw_report_f32 of_jaw = {.capacity = 0};
+    jaw_report_f64 of_jaw_f64 = {.capacity = 0};
+    int status = arm_plant_begin_f32(&arm, &arm_f32, &arm_start) | jaw_plant_begin_f32(&jaw, &jaw_f32, &jaw_start)
+                 | jaw_plant_begin_f64(&jaw_of_f64, &jaw_f64, &jaw_start_f64);
+    for (int n = 0; n < 50; n++) {
+        status |= arm_plant_step_f32(&arm, 0.7f, 0.002f, &of_arm) < 0;
+        status |= jaw_plant_step_f32(&jaw, 0.2f, 0.002f, &of_jaw) < 0;
+        status |= jaw_plant_step_f64(&jaw_of_f64, 0.2, 0.002, &of_jaw_f64) < 0;
+    }
+    printf("%d %.9g %.9g %.17g\\n", status, (double)of_arm.start.q, (double)of_jaw.start.q, of_jaw_f64.start.q);
+    return 0;
+}
+"""
+
+
+@pytest.mark.sliced
+def test_two_solvers_with_two_prefixes_stand_in_one_program(store, tmp_path):
+    """A joint in single precision and a servo in both, compiled apart, linked, and run: each moves as its model does."""
+    arm = solver_of(store, SHIPPED / "joint.py").Robot(k_t=0.2, k=1.5, q_max=0.6)
+    jaw = solver_of(store, SHIPPED / "servo.py").Robot(K_p=4.0, K_d=0.05, i_max=1.5)
+    objects, names = list[Path](), ("f32", "f64")
+    for prefix, robot, precisions in (("arm", arm, names[:1]), ("jaw", jaw, names)):
+        folder = tmp_path / prefix
+        export(folder, Wanted(prefix=prefix, precisions=precisions, solver=robot.solver))
+        for source in sorted((folder / "src").glob("*.c")):
+            objects.append(tmp_path / f"{prefix}_{source.stem}.o")
+            run(*CC, "-std=c99", *FLAGS, "-I", folder / "include", "-c", source, "-o", objects[-1], cwd=tmp_path)
+
+    robots = [
+        struct_of(robot, precision).replace("hopform", prefix).replace(" robot =", f" {prefix}_{precision} =")
+        for prefix, robot, precision in (("arm", arm, "f32"), ("jaw", jaw, "f32"), ("jaw", jaw, "f64"))
+    ]
+    includes = '#include "arm/arm.h"\n#include "jaw/jaw.h"\n'
+    (tmp_path / "two.c").write_text("".join((includes, *robots, TWO_SOLVERS)), "utf-8")
+    include = ["-I", tmp_path / "arm" / "include", "-I", tmp_path / "jaw" / "include"]
+    run(*CC, "-std=c99", *FLAGS, "-pedantic", *include, "two.c", *objects, "-o", "two", "-lm", cwd=tmp_path)
+    status, *found = run(tmp_path / "two", cwd=tmp_path).split()
+    moved = [
+        float(hopform.solve_motion(robot, start={"q": q}, u=u, horizon=0.2).at(0.1).q)
+        for robot, q, u in ((arm, 0.3, 0.7), (jaw, 0.1, 0.2), (jaw, 0.1, 0.2))
+    ]
+    assert status == "0" and float(found[2]) == pytest.approx(moved[2], rel=1e-13)
+    assert [float(found[0]), float(found[1])] == pytest.approx(moved[:2], rel=1e-5)
+    assert abs(moved[0] - 0.3) > 1e-3 and abs(moved[1] - 0.1) > 1e-3
+
+
 @pytest.mark.sliced
 def test_the_amalgamated_pair_gives_the_digest_of_the_library(tmp_path):
     from tests.conformance.firmware.targets import BOARDS, HERE
@@ -164,8 +225,10 @@ int main(void)
 
 @pytest.mark.sliced
 @pytest.mark.parametrize("way", the_first(list(WAYS)))
-def test_another_cmake_project_consumes_the_package(packages, tmp_path, way):
+def test_another_cmake_project_consumes_the_package(tmp_path, way):
     from hopform._export import selftest
+
+    export(tmp_path / "package", Wanted("cmake"))
 
     cmake = shutil.which("cmake")
     assert cmake is not None, "cmake is not installed"
@@ -173,10 +236,10 @@ def test_another_cmake_project_consumes_the_package(packages, tmp_path, way):
     (tmp_path / "main.c").write_text(MAIN, "utf-8")
     kind = f"-DCMAKE_BUILD_TYPE={'Release' if way == 'find_package' else 'Debug'}"
     if way == "find_package":
-        run(cmake, "-S", packages["cmake"], "-B", "library", kind, cwd=tmp_path)
+        run(cmake, "-S", tmp_path / "package", "-B", "library", kind, cwd=tmp_path)
         run(cmake, "--build", "library", "-j2", cwd=tmp_path)
         run(cmake, "--install", "library", "--prefix", tmp_path / "installed", cwd=tmp_path)
-    where = [f"-DPACKAGE={packages['cmake']}", f"-DCMAKE_PREFIX_PATH={tmp_path / 'installed'}"]
+    where = [f"-DPACKAGE={tmp_path / 'package'}", f"-DCMAKE_PREFIX_PATH={tmp_path / 'installed'}"]
     run(cmake, "-S", ".", "-B", "build", kind, *where, cwd=tmp_path)
     run(cmake, "--build", "build", "-j2", cwd=tmp_path)
     assert run(tmp_path / "build" / "app", cwd=tmp_path) == f"{selftest('float32'):08x}\n"
@@ -239,9 +302,10 @@ def test_the_zephyr_module_names_what_is_there(packages):
     listed = re.findall(r"\.\./(src/\w+\.c)", (root / "zephyr" / "CMakeLists.txt").read_text("utf-8"))
     assert sorted(listed) == sorted(file.relative_to(root).as_posix() for file in (root / "src").glob("*.c"))
     assert re.match(r"config HOPFORM\n\tbool \"", (root / "zephyr" / "Kconfig").read_text("utf-8"))
-    sample = yaml.safe_load((root / "samples" / "stance" / "sample.yaml").read_text("utf-8"))
+    (folder,) = (root / "samples").iterdir()
+    sample = yaml.safe_load((folder / "sample.yaml").read_text("utf-8"))
     assert set(sample) == {"sample", "tests"}
-    assert "CONFIG_HOPFORM=y" in (root / "samples" / "stance" / "prj.conf").read_text("utf-8")
+    assert "CONFIG_HOPFORM=y" in (folder / "prj.conf").read_text("utf-8")
 
 
 def test_the_esp_idf_component_lists_every_source(packages):

@@ -120,14 +120,14 @@ def test_a_pendulum_is_fitted_by_gravity_s_sine(call, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("--fitted", "J,spring"), "fitted: 'spring' is no parameter that is not known; there are J, k"),
+        (("--fitted", "J,spring"), "fitted: unknown parameter 'spring'; free ones are J, k"),
         (("--known", "J"), "--known takes NAME=VALUE in SI units, as in J=0.1, or the name of one that is fitted"),
         (("--known", "J=1 kg"), "--known takes NAME=VALUE in SI units"),
         (("--known", "J=inf"), "--known takes NAME=VALUE in SI units"),
         (("--known", "J=1", "--known", "J=2"), "--known: 'J' is given twice"),
         (("--known", "J=-1"), "J must be > 0 kg m^2, got -1.0"),
         (("--known", "mass=1"), "known: joint has no parameter 'mass'; it has J, k"),
-        (("--known", "F_m=F_q"), "known: F_m is to be as 'F_q', which is none of J, k"),
+        (("--known", "F_m=F_q"), "known: F_m = 'F_q', which is no fitted parameter; these are J, k"),
         (("--near", "J=F_p"), "--near takes NAME=VALUE in SI units, as in J=0.1, got 'J=F_p'"),
         (("--loss", "square"), "loss must be one of linear, soft_l1, huber, cauchy, got 'square'"),
         (("--json", "--export", "mjcf"), "--json and --export both print; give --export a file by --out"),
@@ -194,7 +194,7 @@ def test_a_recorded_motion_is_the_model_s_with_noise(call, folder):
         ("record motion --u 1 --u-steps 0:1", "give either --u or --u-steps"),
         ("record motion --plan", "record motion has no --plan: `hopform fit` of the recording shows its intervals"),
         ("record motion --start x=1", "start: the model joint has no coordinate 'x'"),
-        ("record drop", "the model joint has no identification"),
+        ("record drop", "hop or identification: the model joint lacks a contact()"),
     ],
 )
 def test_what_a_motion_is_not_set_by_is_refused(call, line, message):

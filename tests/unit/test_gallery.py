@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 import hopform
 import hopform.hopping
 from docs import gallery
+from docs.gallery import runs
 from hopform._figures import plots
 from tests.repository.test_house import installed_by_make_run, of_a_checkout, packages
 
@@ -162,12 +163,18 @@ def test_the_first_controller_fails_on_rough_ground_where_the_exact_one_holds():
     assert np.nanmax(np.abs(shown["miss"]["rough"][3:])) > 0.015
     assert all(np.nanstd(run.table["apex"][3:]) > 10.0 * shown["spread"]["even"] for run in shown["others"])
     assert np.abs(shown["miss"]["exact"]).max() < 1e-9
+    assert rms(shown["miss"]["soft"]) < rms(shown["miss"]["rough"]) < rms(shown["miss"]["printed"])
     assert shown["runs"]["exact"].terrain == shown["runs"]["rough"].terrain
 
 
-def test_errors_of_measurement_make_the_first_controller_worse():
+def test_errors_make_the_first_controller_worse_those_of_sensors_least():
     """Fig. 8."""
     shown = data(8)
+    assert gallery.DRAWN[8].title == "First controller, errors of sensors, motor and clock"
+    noise, force, tick = (
+        np.sqrt(np.mean(runs.after_steps(shown["alone"][each]) ** 2)) for each in ("noise", "force", "tick")
+    )
+    assert noise < tick < force
     off, before = (np.nanmean(shown[name][3:] ** 2) ** 0.5 for name in ("miss", "miss without errors"))
     assert off > 1.5 * before
 
@@ -237,6 +244,9 @@ def test_the_exact_controller_reaches_every_height_and_those_that_err_do_not(num
     worst = {name: np.nanmax(np.abs(miss)) for name, miss in shown["miss"].items()}
     assert worst["exact"] < 1e-9 and 5e-4 < worst["late"] < 1e-2 < min(worst["printed"], worst["gamma2 off"])
     assert 1e-3 < worst["noise"] < 5e-2
+    assert np.all(shown["miss"]["printed"] < 0.0) and "18 of 18 apexes are too low" in drawn(number).ours
+    (line,) = [each for each in drawn(number).figure.axes[2].get_lines() if each.get_label() == "printed"]
+    np.testing.assert_allclose(line.get_ydata(), 1e3 * shown["miss"]["printed"][: len(line.get_ydata())])
     assert np.ptp(shown["run"].terrain) == 0.0 if number == 16 else np.ptp(shown["run"].terrain) > 0.02
     errors = drawn(number).figure.axes[2]
     assert errors.get_ylabel() == "apex error [mm]" and errors.get_yscale() == "symlog"

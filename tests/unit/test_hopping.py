@@ -558,8 +558,8 @@ def test_a_bad_file_is_refused_with_line_and_column(tmp_path, text, said):
         ({"controller": math.nan}, "u must be finite A"),
         ({"controller": "exact"}, "controller must be a current in A or a callable"),
         ({"controller": lambda _: math.nan}, "hop 0: .*u must be finite A, got nan"),
-        ({"controller": lambda _: []}, "hop 0: .*at least one step"),
-        ({"controller": lambda _: None}, r"hop 0: .*current in A or steps \(t, u\), got None"),
+        ({"controller": lambda _: []}, r"hop 0: .*steps \(t, u\), at least one, got no step"),
+        ({"controller": lambda _: None}, r"hop 0: .*a number in A or steps \(t, u\), got None"),
         (
             {"controller": lambda _: None, "errors": hopform.hopping.Errors(delay=1e-3)},
             r"hop 0: .*steps \(t, u\), got None",

@@ -232,9 +232,14 @@ def test_a_leg_of_two_masses_is_found_from_both_positions():
     [
         ({"known": {"mass": 1.0}}, "known: joint has no parameter 'mass'; it has J, k"),
         ({"known": {"J": -1.0}}, "J must be > 0"),
-        ({"fitted": ["k", "spring"]}, "fitted: 'spring' is no parameter that is not known"),
+        ({"fitted": ["k", "spring"]}, "fitted: unknown parameter 'spring'; free ones are"),
         ({"fitted": ["k"]}, "fitted: J must be fitted or known; they have no default"),
-        ({"known": {"J": 1.0, "F_minus": "F"}}, "known: F_minus is to be as 'F', which is none of k"),
+        ({"fitted": ["k", "J"], "start": {"F": 1.0}}, "cannot begin near 'F': unknown parameter; fitted are k, J"),
+        (
+            {"fitted": ["k"], "known": {"J": 1.0}, "start": {"J": 1.0}},
+            "cannot begin near 'J': it is not fitted; fitted are k",
+        ),
+        ({"known": {"J": 1.0, "F_minus": "F"}}, "known: F_minus = 'F', which is no fitted parameter; these are k"),
     ],
 )
 def test_what_is_no_parameter_is_refused_by_name(joint, given, said):
@@ -247,7 +252,7 @@ def test_columns_that_are_not_the_model_s_are_refused(joint):
     for head, said in {
         "time_s,phi_m,i_A": "must be in rad or a unit of it: the model's phi is",
         "time_s,phi_rad,i_V": "must be in A: the model's i is",
-        "time_s,q_rad,i_A": "no column is a position x1",
+        "time_s,q_rad,i_A": "no column is a coordinate of the model: name it",
     }.items():
         with pytest.raises(hopform.HopformError, match=said):
             hopform.identify.fit(joint, table(head, phi, zero), known={"J": 1.0})

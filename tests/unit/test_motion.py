@@ -351,7 +351,7 @@ def test_a_plot_shows_the_motion_that_it_names(motion):
         assert t.size > 400
     assert [text.get_text() for text in place.texts] == ["hits stop", "reverses", "sticks"]
     assert [each.get_text() for each in forces.get_legend().get_texts()] == [f"friction_{Q} [N m]", f"stop_{Q} [N m]"]
-    assert current.get_ylabel() == "i [A]" and current.get_xlabel() == "time since start [s]"
+    assert current.get_ylabel() == "current\ni [A]" and current.get_xlabel() == "time since start [s]"
 
 
 def test_a_grid_is_what_is_read_at_its_times(motion):
@@ -404,5 +404,5 @@ def test_a_sweep_goes_over_coordinates_inputs_and_parameters(joint, rig):
     assert float(found.duration.sel({Q: 0.2, "u": 9.0})) == one.duration
     with pytest.raises(hopform.HopformError, match="'x' is neither an input of a motion nor a field of the robot"):
         joint.sweep(joint_of(joint, **SERVO), x=[1.0])
-    with pytest.raises(hopform.HopformError, match="the model joint has no stance: it lacks a contact"):
+    with pytest.raises(hopform.HopformError, match="^no stance, .*: the model joint lacks a contact"):
         joint.sweep(joint_of(joint, **SERVO), height=[1.0])

@@ -97,7 +97,7 @@ def test_a_picture_is_written(answer, tmp_path):
         (("--start", "q=much"), "--start takes NAME=VALUE in SI units, as in q=0.1, got 'q=much'"),
         (("--start", "q=1", "--start", "q=2"), "--start: 'q' is given twice"),
         (("--u", "1", "--u-steps", "0:1"), "give either --u or --u-steps"),
-        (("--u-steps", "1"), "takes steps t:u in s and the input's unit, as in 0:0,0.05:2.0, got '1'"),
+        (("--u-steps", "1"), "takes steps t:u in s and A, as in 0:0,0.05:2.0, got '1'"),
         (("--set", "q_max=-0.5"), "q must be <= -0.5 rad, its upper stop, got 0.0"),
         (("--set", "q_min=0.5"), "q must be >= 0.5 rad, its lower stop, got 0.0"),
     ],

@@ -308,7 +308,9 @@ def test_a_current_has_one_colour():
         hopform.solve_stance(HOPPER, v2=-1.9, u=2.0).fly(),
     )
     figures = [results.figure_of(each) for each in (steps, run, flight)]
-    drawn = [axes for each in figures for axes in each.axes if axes.get_ylabel() in ("u [A]", "current $u$ [A]")]
+    drawn = [
+        axes for each in figures for axes in each.axes if axes.get_ylabel() in ("current\nu [A]", "current $u$ [A]")
+    ]
     drawn += [gallery.draw(number).figure.axes[1] for number in (6, 9, 16)]
     assert len(drawn) == 6
     assert [axes.get_lines()[-1].get_color() for axes in drawn] == [plots.CURRENT] * 6

@@ -335,11 +335,11 @@ def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kin
 
 
 SCALED = {
-    "drop": ("x2", 1000.0, "reaches 600.429 m; a position of a hopper is within 10 m"),
+    "drop": ("x2", 1000.0, "reaches 600.429 m; a position is within 10 m"),
     "decay": ("x2", 100.0, "moves over 7.3 m; a body on its spring does over 3 m at most"),
     "step": ("x1", 1000.0, "within 10 m"),
     "air": ("x1", 1e-4, "0.5 mm to 10 m"),
-    "free": ("current", 1e-3, "reaches 0.003 A; what drives a hopper reaches 0.01 to 300 A"),
+    "free": ("current", 1e-3, "reaches 0.003 A; a drive reaches 0.01 to 300 A"),
 }
 
 

@@ -130,7 +130,7 @@ def test_bands_of_a_fit_name_what_of_the_model_was_not_identified(leg, folder, t
 
 def test_what_a_model_cannot_do_is_said_by_the_command(folder, refused):
     for line in (["record", "drop"], ["identify", "drop", "drop.csv"]):
-        assert "the model leg_damper has no identification: it lacks" in refused("--solver", folder, *line)
+        assert "no identification: the model leg_damper lacks" in refused("--solver", folder, *line)
 
 
 def test_a_solver_without_a_robot_asks_for_one(store, tmp_path, refused):
@@ -140,12 +140,14 @@ def test_a_solver_without_a_robot_asks_for_one(store, tmp_path, refused):
     for line in (["robots"], ["robots", "--toml"], ["robots", "--set", "k=1"]):
         said = refused("--solver", folder, *line)
         assert "the solver joint comes without a robot: --robot FILE.toml gives one" in said
-    assert "the model joint has no stance" in refused("--solver", folder, "stance", "--v2", "-1")
+    assert "no stance, flight or hop: the model joint lacks a contact()" in refused(
+        "--solver", folder, "stance", "--v2", "-1"
+    )
 
 
 def test_help_lists_what_a_solver_takes(leg, capsys):
     shown = leg("stance", "--help")
-    for line in ("Coordinates of leg_damper:", "x1 [m]", "u [A]", "current; |u| <= u_max",
+    for line in ("Coordinates of leg_damper:", "x1 [m]", "u [A]", "current (motor); |u| <= u_max",
                  "Parameters, by --set NAME=VALUE:", "viscous friction between the masses; >= 0 and finite"):  # fmt: skip
         assert line in shown
     assert cli.main(["stance", "--help"]) == 0

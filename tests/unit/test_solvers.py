@@ -213,30 +213,32 @@ def test_what_a_model_cannot_do_is_refused_in_one_line_that_says_what_it_lacks(s
         lambda: rig.solve_stance(robot, v2=-1.0), lambda: hopform.solve_stance(robot, v2=-1.0),
         lambda: rig.solve_stances(robot, v2=[-1.0]), lambda: rig.sweep(robot, height=[0.1]),
     ):  # fmt: skip
-        with pytest.raises(hopform.HopformError, match="^the model stranger has no stance: it lacks a contact$"):
+        with pytest.raises(hopform.HopformError, match="^no stance: the model stranger lacks a contact$"):
             call()
-    for act, call in {
-        "flight": lambda: rig.solve_flight(robot, v2=1.0), "hops": lambda: hopping.simulate(robot, [0.0], 1.0, height=0.1),
-        "controller": lambda: rig.choose_current(robot, v2=-1.0, h_des=0.1),
-        "map of apexes": lambda: rig.next_apex(robot, 0.1, 1.0),
-    }.items():  # fmt: skip
-        with pytest.raises(hopform.HopformError, match=f"^the model stranger has no {act}: it lacks a body that flies"):
+    flies = (
+        "^no (flight or hop|flight, hop or controller|flight, hop or map of apexes): the model stranger lacks a body"
+    )
+    for call in (
+        lambda: rig.solve_flight(robot, v2=1.0), lambda: hopping.simulate(robot, [0.0], 1.0, height=0.1),
+        lambda: rig.choose_current(robot, v2=-1.0, h_des=0.1), lambda: rig.next_apex(robot, 0.1, 1.0),
+    ):  # fmt: skip
+        with pytest.raises(hopform.HopformError, match=flies):
             call()
-    with pytest.raises(hopform.HopformError, match="the model leg_damper has no identification: .* viscous 'damper'"):
+    with pytest.raises(hopform.HopformError, match="^no identification: the model leg_damper .* viscous 'damper'"):
         identify.record(damped, "drop")
 
 
 def test_a_joint_moves_as_a_mass_on_a_spring_and_has_no_stance(store):
     """J phi'' = -k (phi - phi_0) + i without friction: its motion in closed form; the spring pulls, too."""
     joint = solver_of(store, "joint")
-    assert joint.can == ("motion",) and joint.ROBOTS == ("joint",)
+    assert joint.can == ("motion", "fit", "batches", "derivatives", "plots", "export") and joint.ROBOTS == ("joint",)
     robot = joint.Robot(J=0.5, k=50.0, phi_0=-0.1, k_t=1.0)
     motion = joint.solve_motion(robot, start={"phi": -0.2, "phi_dot": 0.5}, u=0.3, horizon=2.0)
     t, middle = np.linspace(0.0, 2.0, 41), -0.1 + 0.3 / 50.0
     expected = middle + (-0.2 - middle) * np.cos(10.0 * t) + 0.05 * np.sin(10.0 * t)
     np.testing.assert_allclose(motion.at(t).phi, expected, atol=1e-14)
     assert motion.status == "horizon" and motion.warnings == ()
-    with pytest.raises(hopform.HopformError, match="the model joint has no stance: it lacks a contact, because no"):
+    with pytest.raises(hopform.HopformError, match=r"^no stance, flight or hop: the model joint lacks a contact\(\)$"):
         joint.solve_stance(robot, v2=0.0)
     with pytest.raises(hopform.HopformError, match="compression must be >= 0 m, or the spring pulls"):
         hopform.solve_motion(HOPPER, start={"y": -0.1})
@@ -304,7 +306,7 @@ def test_a_solver_is_found_by_its_name_where_models_are_built_the_newest_first(s
         hopform.load_solver("strange")
 
 
-@pytest.mark.parametrize("name", ["stranger", "hopper", "absent", "joint", ".", ".."])
+@pytest.mark.parametrize("name", ["stranger", "hopper", "absent", "joint_2", ".", ".."])
 @pytest.mark.parametrize("there", ["a program", "recordings", "a file", "nothing"])
 def test_a_word_without_a_separator_is_a_name_whatever_the_current_folder_has(
     store, tmp_path, monkeypatch, capsys, name, there

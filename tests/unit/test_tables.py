@@ -149,7 +149,7 @@ def test_the_phases_of_a_stance_are_printed(stance):
         assert row["body"] == BODY[phase.mode_2]
         assert row["actuator"] == ACTUATOR[phase.mode_1] or (phase.mode_1 == 0 and row["actuator"] == "at stop")
         kind = words.get(phase.start, "")
-        steps = "current steps" if phase.start in [t for t, _ in solved.u] else ""
+        steps = "step of u" if phase.start in [t for t, _ in solved.u] else ""
         begin = {"x1": "actuator", "x2": "body"}[kind[:2]] if kind else steps if phase.start else "touchdown"
         assert row["begins with"].split(" ")[0] == begin.split(" ")[0]
 

@@ -81,7 +81,7 @@
 /* What the mechanism is made of. */
 #define HOPFORM_ROBOT_MEMBERS(EACH) EACH(m_eff, POSITIVE) EACH(m_s, POSITIVE) EACH(k, POSITIVE) EACH(L0, REAL) EACH(c, REAL) EACH(b1, NONNEGATIVE) EACH(b2, NONNEGATIVE) EACH(f1, NONNEGATIVE) EACH(f2, NONNEGATIVE) EACH(gamma2, REAL) EACH(g, NONNEGATIVE) EACH(x1_min, LOWER) EACH(x1_max, UPPER) EACH(u_max, BOUND) EACH(impact_loss, FRACTION) EACH(f1_excess, NONNEGATIVE) EACH(f2_excess, NONNEGATIVE)
 
-/* The state at one instant, as the engine counts it. */
+/* The hopper at one instant. */
 #define HOPFORM_STATE_MEMBERS(EACH) EACH(x1, REAL) EACH(v1, REAL) EACH(v2, REAL) EACH(y, REAL)
 
 /* Numerators of (11), counted from where and how fast each coordinate starts. */

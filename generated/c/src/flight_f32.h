@@ -667,8 +667,8 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
     chain.fall = fall_of_f32(robot);
     chain.start = from;
     chain.start.y = from.y + ground;
-    chain.relaxes = time > HOPFORM_FASTEST_LEG_f32 ? 1.0f / time : 0.0f;
-    chain.leg = time > HOPFORM_FASTEST_LEG_f32 ? from.y : 0.0f;
+    chain.relaxes = time > HOPFORM_FASTEST_CONTACT_f32 ? 1.0f / time : 0.0f;
+    chain.leg = time > HOPFORM_FASTEST_CONTACT_f32 ? from.y : 0.0f;
     const hopform_flight_phase_f32 now = {0.0f, from.x1, from.v1, 0.0f, 0, 0, 0, 0};
     chain.now = now;
     chain.airborne = false;

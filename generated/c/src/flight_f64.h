@@ -667,8 +667,8 @@ int32_t hopform_solve_flight_f64(const hopform_plan_f64 *plan, const hopform_sta
     chain.fall = fall_of_f64(robot);
     chain.start = from;
     chain.start.y = from.y + ground;
-    chain.relaxes = time > HOPFORM_FASTEST_LEG_f64 ? 1.0 / time : 0.0;
-    chain.leg = time > HOPFORM_FASTEST_LEG_f64 ? from.y : 0.0;
+    chain.relaxes = time > HOPFORM_FASTEST_CONTACT_f64 ? 1.0 / time : 0.0;
+    chain.leg = time > HOPFORM_FASTEST_CONTACT_f64 ? from.y : 0.0;
     const hopform_flight_phase_f64 now = {0.0, from.x1, from.v1, 0.0, 0, 0, 0, 0};
     chain.now = now;
     chain.airborne = false;

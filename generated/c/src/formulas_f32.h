@@ -289,7 +289,7 @@ typedef struct {
     float d_f2_excess;    /* [m/s^2] change of the friction of the body at rest, less f2 */
 } robot_change_f32;
 
-/* Changes: The state at one instant, as the engine counts it. */
+/* Changes: The hopper at one instant. */
 typedef struct {
     float d_x1;  /* [m] change of the displacement of the actuator */
     float d_v1;  /* [m/s] change of the velocity of the actuator */
@@ -388,15 +388,15 @@ static inline numerators_f32 motion_of_both_f32(const hopform_rates_f32 *rates,
     const float s_3 = rates->s_3;
     const float C_1 = drive->C_1, C_2 = drive->C_2;
     const float v1 = state->v1, v2 = state->v2, y = state->y;
-    const float H3_y = v1 - v2;                                       /* (11) of y = x_1 - x_2 + L_0 + c */
+    const float H3_y = v1 - v2;                                       /* (11) of y */
     const float H3_1 = C_1 + a1_v1*v1 + a1_y*y;                       /* (16), (17) over the cubic */
-    const float H3_2 = C_2 + a2_v2*v2 + a2_y*y;                       /* (13) from x_2(0), v_2(0) */
-    const float H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2;         /* (11) of y = x_1 - x_2 + L_0 + c */
+    const float H3_2 = C_2 + a2_v2*v2 + a2_y*y;                       /* (13), counted from the start */
+    const float H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2;         /* (11) of y */
     const float H2_1 = H3_y*a1_y - H3_1*a2_v2;                        /* (16), (17) over the cubic */
-    const float H2_2 = H3_y*a2_y - H3_2*a1_v1;                        /* (14) from x_2(0), v_2(0) */
-    const float H1_y = C_2*a1_v1 - C_1*a2_v2 - s_3*y;                 /* (11) of y = x_1 - x_2 + L_0 + c */
+    const float H2_2 = H3_y*a2_y - H3_2*a1_v1;                        /* (14), counted from the start */
+    const float H1_y = C_2*a1_v1 - C_1*a2_v2 - s_3*y;                 /* (11) of y */
     const float H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1;                  /* (16), (17) over the cubic */
-    const float H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2;                  /* (15) from x_2(0), v_2(0) */
+    const float H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2;                  /* (15), counted from the start */
     const float N2_1 = C_1 + a1_y*y - a2_v2*v1;                       /* (16), (17) over the cubic */
     const float N1_1 = a2_y*v1 - C_1*a2_v2 - a1_y*v2 - a1_y*a2_v2*y;  /* (16), (17) over the cubic */
     const float N0_1 = C_1*a2_y - C_2*a1_y;                           /* (16), (17) over the cubic */
@@ -413,11 +413,11 @@ static inline numerators_f32 motion_of_mass_1_f32(const hopform_rates_f32 *rates
     const float C_1 = drive->C_1;
     const float v1 = state->v1, y = state->y;
     const float H3_y = v1;                       /* (6) of y, the other mass held */
-    const float H3_1 = C_1 + a1_v1*v1 + a1_y*y;  /* (6) with the other mass held */
+    const float H3_1 = C_1 + a1_v1*v1 + a1_y*y;  /* (6), the other mass held */
     const float H2_y = C_1 - q_1*y;              /* (6) of y, the other mass held */
-    const float H2_1 = -q_1*v1;                  /* (6) with the other mass held */
-    const float N2_1 = C_1 + a1_y*y;             /* (6) with the other mass held */
-    const float N1_1 = 0.0f;                      /* (6) with the other mass held */
+    const float H2_1 = -q_1*v1;                  /* (6), the other mass held */
+    const float N2_1 = C_1 + a1_y*y;             /* (6), the other mass held */
+    const float N1_1 = 0.0f;                      /* (6), the other mass held */
     const float H1_1 = 0.0f;                      /* held */
     const float H3_2 = 0.0f;                      /* held */
     const float H2_2 = 0.0f;                      /* held */
@@ -437,9 +437,9 @@ static inline numerators_f32 motion_of_mass_2_f32(const hopform_rates_f32 *rates
     const float C_2 = drive->C_2;
     const float v2 = state->v2, y = state->y;
     const float H3_y = -v2;                      /* (7) of y, the other mass held */
-    const float H3_2 = C_2 + a2_v2*v2 + a2_y*y;  /* (7) with the other mass held */
+    const float H3_2 = C_2 + a2_v2*v2 + a2_y*y;  /* (7), the other mass held */
     const float H2_y = -C_2 - q_2*y;             /* (7) of y, the other mass held */
-    const float H2_2 = -q_2*v2;                  /* (7) with the other mass held */
+    const float H2_2 = -q_2*v2;                  /* (7), the other mass held */
     const float H3_1 = 0.0f;                      /* held */
     const float H2_1 = 0.0f;                      /* held */
     const float H1_1 = 0.0f;                      /* held */
@@ -961,7 +961,7 @@ static inline float aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
 }
 
 /* Height of the body over the ground under the foot. */
-static inline float body_height_f32(const hopform_robot_f32 *robot, float x1, float y)
+static inline float second_position_f32(const hopform_robot_f32 *robot, float x1, float y)
 {
     const float L0 = robot->L0, c = robot->c;
     const float length = x1 - y;         /* hop height of the body */
@@ -975,7 +975,7 @@ static inline float stored_energy_f32(const hopform_robot_f32 *robot, const hopf
 {
     const float k = robot->k;
     const float x1 = state->x1, y = state->y;
-    const float length = x1 - y;               /* x_2 - L_0 - c at the start */
+    const float length = x1 - y;               /* its height less the length without load, at the start */
     const float stored = 0.5f*k*length*length;  /* (22), (23) */
     return stored;
 }
@@ -997,7 +997,7 @@ static inline hopform_energy_f32 energies_f32(const hopform_robot_f32 *robot, co
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, L0 = robot->L0;
     const float c = robot->c, g = robot->g;
     const float x1 = state->x1, v1 = state->v1, v2 = state->v2, y = state->y;
-    const float length = x1 - y;                                                                /* x_2 - L_0 - c */
+    const float length = x1 - y;                                                                /* its height less the length without load */
     const float body = 0.5f*k*length*length + 0.5f*m_s*v2*v2 + g*m_s*(L0 + c + length);           /* (22), (23) */
     const float total = 0.5f*k*y*y + 0.5f*m_eff*v1*v1 + 0.5f*m_s*v2*v2 + g*m_s*(L0 + c + length);  /* energy of the whole robot */
     const hopform_energy_f32 result = {body, total};
@@ -1012,8 +1012,8 @@ static inline float body_energy_gain_f32(const hopform_robot_f32 *robot,
     const float m_s = robot->m_s, k = robot->k, g = robot->g;
     const float x1 = state->x1, v2 = state->v2, y = state->y;
     const float x1_t = at->x1_t, v2_t = at->v2_t, y_t = at->y_t;
-    const float length = x1 - y;                                                                                   /* x_2 - L_0 - c at the start */
-    const float length_t = x1_t - y_t;                                                                             /* x_2 - L_0 - c at the end */
+    const float length = x1 - y;                                                                                   /* its height less the length without load, at the start */
+    const float length_t = x1_t - y_t;                                                                             /* the same at the end */
     const float gain = 0.5f*m_s*(v2 + v2_t)*(v2_t - v2) + (g*m_s + 0.5f*k*(length + length_t))*(length_t - length);  /* (22)-(24) U_delta */
     return gain;
 }

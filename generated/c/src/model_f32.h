@@ -32,7 +32,7 @@ typedef union {
     float of[2];
 } resisted_by_element_f32;
 
-/* The state at one instant, as the engine counts it. */
+/* The hopper at one instant. */
 typedef union {
     hopform_state_f32 named;
     at_f32 later;
@@ -80,7 +80,7 @@ typedef union {
 /* A state as a batch shows it, with the second coordinate in place of the stretch. */
 #define HOPFORM_SHOWN_f32(robot, state)                                                                               \
     (state)->x1, (state)->v1,                                                        \
-        body_height_f32((robot), (state)->x1, (state)->y),                  \
+        second_position_f32((robot), (state)->x1, (state)->y),                  \
         (state)->v2
 
 #endif

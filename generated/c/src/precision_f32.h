@@ -28,7 +28,7 @@ typedef int32_t signed_bits_f32;
 #define HOPFORM_ROOT_EPS_f32 0.00034526698f /* its square root */
 #define HOPFORM_NEVER_f32 1e38f /* what is beyond is refused; the time of what does not happen */
 #define HOPFORM_UNDERFLOW_f32 1e-30f /* below this, squares and quotients lose digits */
-#define HOPFORM_FASTEST_LEG_f32 1e-10f /* a contact whose damper relaxes in less time [s] does so at once */
+#define HOPFORM_FASTEST_CONTACT_f32 1e-10f /* a contact whose damper relaxes in less time [s] does so at once */
 #define HOPFORM_REACHED_WITHIN_f32 1e-6f /* [m] the search for a current ends this near */
 #define HOPFORM_NEAR_WITHIN_f32 4e-6f /* [m] an apex this near is reached */
 #define HOPFORM_STIFFEST_f32 1e3f /* a real pole this many times the frequency of mass 2 on the spring: ill-conditioned */

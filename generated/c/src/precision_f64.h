@@ -28,7 +28,7 @@ typedef int64_t signed_bits_f64;
 #define HOPFORM_ROOT_EPS_f64 1.4901161193847656e-08 /* its square root */
 #define HOPFORM_NEVER_f64 1e+300 /* what is beyond is refused; the time of what does not happen */
 #define HOPFORM_UNDERFLOW_f64 1e-280 /* below this, squares and quotients lose digits */
-#define HOPFORM_FASTEST_LEG_f64 1e-90 /* a contact whose damper relaxes in less time [s] does so at once */
+#define HOPFORM_FASTEST_CONTACT_f64 1e-90 /* a contact whose damper relaxes in less time [s] does so at once */
 #define HOPFORM_REACHED_WITHIN_f64 1e-14 /* [m] the search for a current ends this near */
 #define HOPFORM_NEAR_WITHIN_f64 2e-10 /* [m] an apex this near is reached */
 #define HOPFORM_STIFFEST_f64 10000000.0 /* a real pole this many times the frequency of mass 2 on the spring: ill-conditioned */

@@ -70,7 +70,7 @@ static int32_t call_status_f32(const hopform_plan_f32 *plan, const hopform_state
 }
 
 /* Run a chain that has begun to its ending, which is not 0 if it is there already. */
-static int32_t stance_run_f32(stance_chain_f32 *chain, int32_t begun) {
+ALWAYS_f32 int32_t stance_run_f32(stance_chain_f32 *chain, int32_t begun) {
     stance_search_f32 search;
     search_nothing_f32(any_poles_f32(chain->plan), &search);
     int32_t ending = begun;

@@ -70,7 +70,7 @@ static int32_t call_status_f64(const hopform_plan_f64 *plan, const hopform_state
 }
 
 /* Run a chain that has begun to its ending, which is not 0 if it is there already. */
-static int32_t stance_run_f64(stance_chain_f64 *chain, int32_t begun) {
+ALWAYS_f64 int32_t stance_run_f64(stance_chain_f64 *chain, int32_t begun) {
     stance_search_f64 search;
     search_nothing_f64(any_poles_f64(chain->plan), &search);
     int32_t ending = begun;

@@ -16,8 +16,8 @@ static inline hopform_state_f32 state_from_start_f32(const hopform_robot_f32 *ro
 #if HOPFORM_HAS_CONTACT
     float *stretch = &at.of[HOPFORM_STRETCH_AXIS];
     const float place = at.of[HOPFORM_POSITION_AXIS];
-    const float height = body_height_f32(robot, place, *stretch);
-    const float length = body_height_f32(robot, 0.0f, 0.0f);
+    const float height = second_position_f32(robot, place, *stretch);
+    const float length = second_position_f32(robot, 0.0f, 0.0f);
     const float largest = greater_f32(fabs_f32(place), greater_f32(fabs_f32(height), fabs_f32(length)));
     const bool touches = is_finite_f32(largest) && fabs_f32(*stretch) <= 4.0f * HOPFORM_EPS_f32 * largest;
     *stretch = touches ? 0.0f : *stretch;

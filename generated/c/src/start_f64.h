@@ -16,8 +16,8 @@ static inline hopform_state_f64 state_from_start_f64(const hopform_robot_f64 *ro
 #if HOPFORM_HAS_CONTACT
     double *stretch = &at.of[HOPFORM_STRETCH_AXIS];
     const double place = at.of[HOPFORM_POSITION_AXIS];
-    const double height = body_height_f64(robot, place, *stretch);
-    const double length = body_height_f64(robot, 0.0, 0.0);
+    const double height = second_position_f64(robot, place, *stretch);
+    const double length = second_position_f64(robot, 0.0, 0.0);
     const double largest = greater_f64(fabs_f64(place), greater_f64(fabs_f64(height), fabs_f64(length)));
     const bool touches = is_finite_f64(largest) && fabs_f64(*stretch) <= 4.0 * HOPFORM_EPS_f64 * largest;
     *stretch = touches ? 0.0 : *stretch;

@@ -4,12 +4,12 @@
 
 A solver that one can read, generated from the derivation; it needs NumPy alone.
 
-`formulas` has a function for each formula of the derivation, (6) to (24), for floats and for arrays. `kernels` has what
+`formulas` has a function for each formula of the derivation, for floats and for arrays. `kernels` has what
 they are evaluated with: the roots of the cubic, and W over time. `solver` makes motions of them:
 
     >>> from hopform_solver import Robot, solve
     >>> robot = Robot(25.0, 3.0, 1200.0, 0.4, 0.0, 150.0, 5.0, 0.78, 0.6, -65.0, 9.81, 0.0, 0.08, 3.0, 0.05, 0.0, 0.0)
-    >>> motion = solve(robot, {"x1": 0.0, "v1": 0.0, "v2": -1.93}, u=0.0, horizon=2.0)
+    >>> motion = solve(robot, {"x1": 0.0, "v1": 0.0, "x2": 0.4, "v2": -1.93}, u=0.0, horizon=2.0)
     >>> motion.phases[0].start, motion.at(motion.duration) == motion.end
     (0.0, True)
 """

@@ -150,6 +150,7 @@ ANSWERS = {
     "hopform equations": {
         "hopform": "string",
         "equations": "list of equation",
+        "claims": "list of claim",
     },
     "state": {
         "x1": "number",
@@ -289,6 +290,20 @@ ANSWERS = {
         "verdict": "string",
         "reason": "string",
         "computed_by": "list of string",
+    },
+    "claim": {
+        "name": "string",
+        "where": "string",
+        "says": "string",
+        "printed": "string",
+        "verdict": "string",
+        "numbers": "list of value",
+        "reason": "string",
+    },
+    "value": {
+        "what": "string",
+        "value": "string",
+        "unit": "string",
     },
     "CSV of a stance": {
         "t": "s: since touchdown",

@@ -29,10 +29,10 @@ MODES = (
 )
 
 HAS_CONTACT = True
-"""Whether a leg stands on the ground, which it pushes and cannot pull."""
+"""Whether the model has a contact, which pushes and cannot pull."""
 
 HAS_LAW = False
-"""Whether a law sets the current of the one mass: the second side of a mode is then its limit, 0 under the law."""
+"""Whether a law sets the input of the one mass: the second side of a mode is then its limit, 0 under the law."""
 
 MOVING = (0, 1)
 """The elements that may move."""
@@ -61,7 +61,7 @@ EVENTS: tuple[dict[str, EventKind], ...] = (
 """The events of each element, by what it does; none of one that never moves."""
 
 ROWS = ("T", "x1", "v1", "x2", "v2", "apex", "aed",)
-"""What is differentiated: time and state of the take-off, hop height of the apex, AED."""
+"""What is differentiated: time and state of the ending, hop height of the apex, AED."""
 
 COLUMNS = ("x1", "v1", "y", "v2", "u", "m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max", "u_max", "impact_loss", "f1_excess", "f2_excess",)
-"""What stances are differentiated by: the state at the start, the current, the parameters of the robot."""
+"""What stances are differentiated by: the state at the start, the input, the parameters of the robot."""

@@ -131,15 +131,15 @@ def motion_of_both(rates: Rates, drive: Drive, state: LegState) -> Numerators:
     a1_y, a1_v1, a2_y, a2_v2, s_3 = rates.a1_y, rates.a1_v1, rates.a2_y, rates.a2_v2, rates.s_3
     C_1, C_2 = drive.C_1, drive.C_2
     v1, v2, y = state.v1, state.v2, state.y
-    H3_y = v1 - v2                                       # (11) of y = x_1 - x_2 + L_0 + c
+    H3_y = v1 - v2                                       # (11) of y
     H3_1 = C_1 + a1_v1*v1 + a1_y*y                       # (16), (17) over the cubic
-    H3_2 = C_2 + a2_v2*v2 + a2_y*y                       # (13) from x_2(0), v_2(0)
-    H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2         # (11) of y = x_1 - x_2 + L_0 + c
+    H3_2 = C_2 + a2_v2*v2 + a2_y*y                       # (13), counted from the start
+    H2_y = H3_1 - H3_2 - H3_y*a1_v1 - H3_y*a2_v2         # (11) of y
     H2_1 = H3_y*a1_y - H3_1*a2_v2                        # (16), (17) over the cubic
-    H2_2 = H3_y*a2_y - H3_2*a1_v1                        # (14) from x_2(0), v_2(0)
-    H1_y = C_2*a1_v1 - C_1*a2_v2 - s_3*y                 # (11) of y = x_1 - x_2 + L_0 + c
+    H2_2 = H3_y*a2_y - H3_2*a1_v1                        # (14), counted from the start
+    H1_y = C_2*a1_v1 - C_1*a2_v2 - s_3*y                 # (11) of y
     H1_1 = C_1*a2_y - C_2*a1_y - s_3*v1                  # (16), (17) over the cubic
-    H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2                  # (15) from x_2(0), v_2(0)
+    H1_2 = C_1*a2_y - C_2*a1_y - s_3*v2                  # (15), counted from the start
     N2_1 = C_1 + a1_y*y - a2_v2*v1                       # (16), (17) over the cubic
     N1_1 = a2_y*v1 - C_1*a2_v2 - a1_y*v2 - a1_y*a2_v2*y  # (16), (17) over the cubic
     N0_1 = C_1*a2_y - C_2*a1_y                           # (16), (17) over the cubic
@@ -154,11 +154,11 @@ def motion_of_mass_1(rates: Rates, drive: Drive, state: LegState) -> Numerators:
     C_1 = drive.C_1
     v1, y = state.v1, state.y
     H3_y = v1                       # (6) of y, the other mass held
-    H3_1 = C_1 + a1_v1*v1 + a1_y*y  # (6) with the other mass held
+    H3_1 = C_1 + a1_v1*v1 + a1_y*y  # (6), the other mass held
     H2_y = C_1 - q_1*y              # (6) of y, the other mass held
-    H2_1 = -q_1*v1                  # (6) with the other mass held
-    N2_1 = C_1 + a1_y*y             # (6) with the other mass held
-    N1_1 = 0.0                      # (6) with the other mass held
+    H2_1 = -q_1*v1                  # (6), the other mass held
+    N2_1 = C_1 + a1_y*y             # (6), the other mass held
+    N1_1 = 0.0                      # (6), the other mass held
     H1_1 = 0.0                      # held
     H3_2 = 0.0                      # held
     H2_2 = 0.0                      # held
@@ -176,11 +176,11 @@ def motion_of_law(rates: Rates, drive: Drive, state: LegState) -> Numerators:
     C_1 = drive.C_1
     v1, y = state.v1, state.y
     H3_y = v1                       # (6) of y, the other mass held
-    H3_1 = C_1 + a1_v1*v1 + a1_y*y  # (6) with the other mass held
+    H3_1 = C_1 + a1_v1*v1 + a1_y*y  # (6), the other mass held
     H2_y = C_1 - q_1*y              # (6) of y, the other mass held
-    H2_1 = -q_1*v1                  # (6) with the other mass held
-    N2_1 = C_1 + a1_y*y             # (6) with the other mass held
-    N1_1 = 0.0                      # (6) with the other mass held
+    H2_1 = -q_1*v1                  # (6), the other mass held
+    N2_1 = C_1 + a1_y*y             # (6), the other mass held
+    N1_1 = 0.0                      # (6), the other mass held
     H1_1 = 0.0                      # held
     H3_2 = 0.0                      # held
     H2_2 = 0.0                      # held
@@ -198,9 +198,9 @@ def motion_of_mass_2(rates: Rates, drive: Drive, state: LegState) -> Numerators:
     C_2 = drive.C_2
     v2, y = state.v2, state.y
     H3_y = -v2                      # (7) of y, the other mass held
-    H3_2 = C_2 + a2_v2*v2 + a2_y*y  # (7) with the other mass held
+    H3_2 = C_2 + a2_v2*v2 + a2_y*y  # (7), the other mass held
     H2_y = -C_2 - q_2*y             # (7) of y, the other mass held
-    H2_2 = -q_2*v2                  # (7) with the other mass held
+    H2_2 = -q_2*v2                  # (7), the other mass held
     H3_1 = 0.0                      # held
     H2_1 = 0.0                      # held
     H1_1 = 0.0                      # held
@@ -769,7 +769,7 @@ def aed_of_ledger(ledger: Work) -> Real:
     return aed
 
 
-def body_height(robot: Robot, x1: Real, y: Real) -> Real:
+def second_position(robot: Robot, x1: Real, y: Real) -> Real:
     """Height of the body over the ground under the foot.
 
     x1 [m] displacement of the actuator.
@@ -799,7 +799,7 @@ def stored_energy(robot: Robot, state: LegState) -> Real:
     """
     k = robot.k
     x1, y = state.x1, state.y
-    length = x1 - y               # x_2 - L_0 - c at the start
+    length = x1 - y               # its height less the length without load, at the start
     stored = 0.5*k*length*length  # (22), (23)
     return stored
 
@@ -823,7 +823,7 @@ def energies(robot: Robot, state: LegState) -> Energy:
     m_eff, m_s, k, L0, c = robot.m_eff, robot.m_s, robot.k, robot.L0, robot.c
     g = robot.g
     x1, v1, v2, y = state.x1, state.v1, state.v2, state.y
-    length = x1 - y                                                                # x_2 - L_0 - c
+    length = x1 - y                                                                # its height less the length without load
     body = 0.5*k*length*length + 0.5*m_s*v2*v2 + g*m_s*(L0 + c + length)           # (22), (23)
     total = 0.5*k*y*y + 0.5*m_eff*v1*v1 + 0.5*m_s*v2*v2 + g*m_s*(L0 + c + length)  # energy of the whole robot
     return Energy(body, total)
@@ -837,8 +837,8 @@ def body_energy_gain(robot: Robot, state: LegState, at: At) -> Real:
     m_s, k, g = robot.m_s, robot.k, robot.g
     x1, v2, y = state.x1, state.v2, state.y
     x1_t, v2_t, y_t = at.x1_t, at.v2_t, at.y_t
-    length = x1 - y                                                                                   # x_2 - L_0 - c at the start
-    length_t = x1_t - y_t                                                                             # x_2 - L_0 - c at the end
+    length = x1 - y                                                                                   # its height less the length without load, at the start
+    length_t = x1_t - y_t                                                                             # the same at the end
     gain = 0.5*m_s*(v2 + v2_t)*(v2_t - v2) + (g*m_s + 0.5*k*(length + length_t))*(length_t - length)  # (22)-(24) U_delta
     return gain
 

@@ -40,7 +40,7 @@ DOMAINS = {
 
 
 class Field(NamedTuple):
-    """A parameter of the robot: its name, the paper's glyph, unit, one of DOMAINS, meaning, and default if it has one.
+    """A parameter of the robot: its name, glyph, unit, one of DOMAINS, meaning, and default if it has one.
     """
 
     name: str
@@ -250,7 +250,7 @@ REFUSALS = {
 """What a negative status means."""
 
 MOST_STEPS = 65535
-"""Steps of the current at most: a phase stores the index of its step in 16 bits."""
+"""Steps of the input at most: a phase stores the index of its step in 16 bits."""
 
 LONGEST_PREFIX = 31
 """Characters of a prefix of every public name of the C library."""
@@ -367,7 +367,7 @@ class Poles(NamedTuple):
 
 
 class LegState(NamedTuple):
-    """The state at one instant, as the engine counts it."""
+    """The hopper at one instant."""
 
     x1: Real
     """[m] displacement of the actuator"""
@@ -1014,7 +1014,7 @@ class RobotChange(NamedTuple):
 
 
 class StateChange(NamedTuple):
-    """Changes: The state at one instant, as the engine counts it."""
+    """Changes: The hopper at one instant."""
 
     d_x1: Real
     """[m] change of the displacement of the actuator"""
@@ -1101,8 +1101,7 @@ class Start(NamedTuple):
 class Ledger(NamedTuple, Generic[Value]):
     """Where energy came from and went to since touchdown, signed as it enters, [J].
 
-    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED (24).
-    Further terms of a model of one's own have their entries behind these.
+    All but spring_work sum to the change of H; spring_work, viscous_2 and coulomb_2 sum to that of E, the AED.
     """
 
     motor_work: Value

@@ -9,7 +9,7 @@ from .checked import Checked
 
 @dataclass(frozen=True, kw_only=True)
 class Robot(Checked):
-    """What the hopper is made of, in SI units and A; ValueError names a field that is out of its domain.
+    """The parameters of a robot, in SI units; ValueError names a field that is out of its domain.
 
     m_eff [kg] effective mass of the actuator.
     m_s [kg] sprung mass of the body.

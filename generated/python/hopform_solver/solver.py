@@ -2,35 +2,13 @@
 """A stance, or a motion, solved as a textbook has it: phases by the closed form, events by samples and bracketing.
 
 Each mass slips forwards, slips backwards, or is held by its friction. While this mode stays, the equations of motion
-(3), (4) are linear with constant coefficients, and (18) to (21) have the state at any time. A phase ends at the first
-zero of an event function: a velocity, the distance to a stop, the contact force, what is left of the friction of a mass
-that is held, the room of a law to its limits. The mode changes, and the next phase begins.
+are linear with constant coefficients, and the closed form has the state at any time. A phase ends at the first zero of
+an event function: a velocity, the distance to a stop, the contact force, the stick margin of a mass that is held, the
+room of a law to its limits. The mode changes, and the next phase begins.
 
 The C library certifies that no zero is left out. This module does not: it looks at `samples` times in each half period,
 and between two of them a function may cross zero twice. It is meant to be read, to run where there is no library, and
 as a second opinion. It has stances and motions, no flight and no derivatives.
-
-Against the C library, 1 000 random robots of each model, a third of them under steps of the input:
-
-    model            equal lists   largest difference of times [s]
-    hopper                  1000                           4.5e-15
-    leg_damper              1000                           1.3e-14
-    second_spring           1000                           5.9e-14
-    cable                   1000                           1.2e-13
-    back_emf                1000                           8.9e-15
-    joint                   1000                           3.0e-14
-    servo                   1000                           7.7e-14
-    pendulum                1000                           2.3e-14
-    cart                    1000                           6.5e-14
-    relief_valve            1000                           2.3e-16
-    sea_held                1000                           6.7e-16
-    sea                     1000                           1.2e-15
-
-Of 1 200 stances of the hopper over all orders of magnitude, some of them degenerate, three differ. Without friction a
-motion has faded below the digits of the state, and the mass sticks here and reverses there, twice; a stop that a mass
-nearly rests on is met 2e-9 s late.
-
-`python -m tests.conformance.test_readable_solver` counts the table again.
 """
 
 import math
@@ -45,7 +23,7 @@ from . import formulas
 from .checked import attributes
 from .elements import AXES, EVENTS, HAS_CONTACT, HAS_LAW, MODES, MOVING, State
 from .kernels import basis_at, factor_cubic
-from .records import Ending, EventKind, LegState, Numerators, Poles, Rates, Robot, Start
+from .records import ENDINGS, Ending, EventKind, LegState, Numerators, Poles, Rates, Robot, Start
 from .robot import Robot as CheckedRobot
 from .stability import conditions
 
@@ -85,7 +63,7 @@ class Phase(NamedTuple):
     mode_1: int
     mode_2: int
     u: float
-    """the input, a current [A] or the target of a law"""
+    """the input, or the limit of a law"""
     state: State
     """where it starts"""
 
@@ -135,14 +113,14 @@ class ClosedForm(NamedTuple):
     numerators: Numerators
 
     def at(self, t: Array) -> LegState:
-        """The state at times t since the phase began, by (18) to (21): W is the response of the poles to an impulse."""
+        """The state at times t since the phase began, by the closed form: W is the response of the poles to an impulse."""
         basis = basis_at(Poles(*(np.full_like(t, each) for each in self.poles)), t)
         at = formulas.state_at(self.start, self.numerators, basis)
         return LegState(at.x1_t, at.v1_t, at.v2_t, at.y_t)
 
 
 def factors_of(coefficients: Sequence[float]) -> Poles:
-    """The denominator of a mode by its factors: (s + a)(s^2 + p s + q) of (11), s^2 + p s + q of (6) and (7)."""
+    """The denominator of a mode by its factors: (s + a)(s^2 + p s + q), or s^2 + p s + q where one mass slips."""
     if len(coefficients) == 2:
         p, q = coefficients
         return Poles(0.0, p, q, p, q, 0.0)
@@ -173,13 +151,13 @@ class Chain:
 
     @property
     def rates(self) -> Rates:
-        """Coefficients of (3), (4) and of the denominators."""
+        """Coefficients of the equations of motion and of the denominators."""
         by_law = HAS_LAW and self.side[1] == 0
         return formulas.rates_under_law(self.robot) if by_law else formulas.rates_of(self.robot)
 
     @property
     def u(self) -> float:
-        """The input of (3): the current; of a model with a law the target, or the limit that the current is at."""
+        """The input of a mode: that of the model; with a law the target, or the limit that the law is at."""
         at_limit = HAS_LAW and self.side[1] != 0
         return self.side[1] * float(formulas.current_limit(self.robot)) if at_limit else self.steps[self.step][1]
 
@@ -246,11 +224,11 @@ class Chain:
     # -- event functions --
 
     def event_functions(self, state: LegState) -> Iterator[tuple[Guard, Any]]:
-        """The event functions, positive while the phase lasts, in order of tie-break priority: take-off, mass 1, whose stop
+        """The event functions, positive while the phase lasts, in order of tie-break priority: the contact's, mass 1, whose stop
         comes before its velocity, mass 2, the limits of a law.
         """
         if HAS_CONTACT:
-            yield ("takeoff", 0, 0), formulas.contact_of(self.robot, state)
+            yield ("releases", 0, 0), formulas.contact_of(self.robot, state)
         stop = formulas.upper_stop(self.robot) if self.side[0] > 0 else formulas.lower_stop(self.robot)
         if self.side[0] != 0 and math.isfinite(stop):
             yield ("hits_stop", 0, 0), self.side[0] * (stop - state.x1)
@@ -314,8 +292,8 @@ class Chain:
         length, guard = (until - self.t, None) if rests else self.first_event(form, until - self.t, samples)
         self.state = LegState(*(float(each[0]) for each in form.at(np.array([length]))))
         self.t = until if guard is None else min(self.t + length, until)
-        if guard is not None and guard[0] == "takeoff":
-            return "takeoff"
+        if guard is not None and guard[0] == "releases":
+            return ENDINGS[1]
         if guard is not None:
             self.passes(guard)
         elif until == horizon:
@@ -417,12 +395,12 @@ def window(poles: Poles, low: float, limit: float, samples: int) -> Array:
 
 def shown_of(robot: Robot, state: LegState) -> State:
     """A state in the coordinates of the model."""
-    own = state._asdict() | {"x2": formulas.body_height(robot, state.x1, state.y)}
+    own = state._asdict() | {"x2": formulas.second_position(robot, state.x1, state.y)}
     return State(*(own[axis] for axis in AXES))
 
 
 def start_of(robot: Robot, start: Mapping[str, float]) -> LegState:
-    """The state at the start by coordinates and velocities; what is left out is 0, and so is a leg's compression."""
+    """The state at the start by coordinates and velocities; what is left out is 0, and so is y where there is a contact."""
     known = dict(zip(State._fields, AXES, strict=True)) | ({"y": "y"} if len(MOVING) > 1 else {})
     given = {known[name]: float(value) for name, value in start.items() if name in known}
     if len(given) < len(start) or given.keys() >= {"x2", "y"}:
@@ -432,12 +410,12 @@ def start_of(robot: Robot, start: Mapping[str, float]) -> LegState:
         raise ValueError(f"start {AXES[0]} must be within the stops {low!r} .. {high!r}, got {x1!r}")
     y = given.get("y", 0.0)
     if "x2" in given or not ("y" in given or HAS_CONTACT):
-        x2, length = given.get("x2", 0.0), float(formulas.body_height(robot, 0.0, 0.0))
+        x2, length = given.get("x2", 0.0), float(formulas.second_position(robot, 0.0, 0.0))
         y = float(formulas.state_of_start(robot, Start(*(given.get(axis, 0.0) for axis in AXES))).y)
         touches = HAS_CONTACT and abs(y) <= 4.0 * EPS * max(abs(x1), abs(x2), abs(length))
         y = 0.0 if touches else y
     if HAS_CONTACT and y < 0.0:
-        raise ValueError(f"the leg must not be extended at the start, got a compression of {y!r}")
+        raise ValueError(f"the contact must not pull at the start, got y = {y!r}")
     return LegState(x1, given.get("v1", 0.0), given.get("v2", 0.0), y)
 
 

@@ -667,8 +667,8 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
     chain.fall = fall_of_real(robot);
     chain.start = from;
     chain.start.y = from.y + ground;
-    chain.relaxes = time > HOPFORM_FASTEST_LEG_real ? 1.0 / time : 0.0;
-    chain.leg = time > HOPFORM_FASTEST_LEG_real ? from.y : 0.0;
+    chain.relaxes = time > HOPFORM_FASTEST_CONTACT_real ? 1.0 / time : 0.0;
+    chain.leg = time > HOPFORM_FASTEST_CONTACT_real ? from.y : 0.0;
     const hopform_flight_phase_real now = {0.0, from.x1, from.v1, 0.0, 0, 0, 0, 0};
     chain.now = now;
     chain.airborne = false;

@@ -70,7 +70,7 @@ static int32_t call_status_real(const hopform_plan_real *plan, const hopform_sta
 }
 
 /* Run a chain that has begun to its ending, which is not 0 if it is there already. */
-static int32_t stance_run_real(stance_chain_real *chain, int32_t begun) {
+ALWAYS_real int32_t stance_run_real(stance_chain_real *chain, int32_t begun) {
     stance_search_real search;
     search_nothing_real(any_poles_real(chain->plan), &search);
     int32_t ending = begun;

@@ -16,8 +16,8 @@ static inline hopform_state_real state_from_start_real(const hopform_robot_real 
 #if HOPFORM_HAS_CONTACT
     real *stretch = &at.of[HOPFORM_STRETCH_AXIS];
     const real place = at.of[HOPFORM_POSITION_AXIS];
-    const real height = body_height_real(robot, place, *stretch);
-    const real length = body_height_real(robot, 0.0, 0.0);
+    const real height = second_position_real(robot, place, *stretch);
+    const real length = second_position_real(robot, 0.0, 0.0);
     const real largest = greater_real(fabs_real(place), greater_real(fabs_real(height), fabs_real(length)));
     const bool touches = is_finite_real(largest) && fabs_real(*stretch) <= 4.0 * HOPFORM_EPS_real * largest;
     *stretch = touches ? 0.0 : *stretch;

@@ -97,7 +97,7 @@ class Draws(NamedTuple):
         if height is not None:
             own["v2"] = np.array([[touchdown_velocity(each, height)] for each in self.robots])
         if own["x2"] is not None:
-            length = self.model.solver.package.formulas.body_height  # at x1 = y = 0
+            length = self.model.solver.package.formulas.second_position  # at x1 = y = 0
             each, own_length = (
                 length(of, 0.0, 0.0) for of in (type(self.model.parameters)(**columns), self.model.parameters)
             )

@@ -17,11 +17,12 @@ def export(
 ) -> None:  # fmt: skip
     """Write the C library for firmware, as a package of a build system.
 
-    It has sources, amalgamated pair, README, costs, and a build system's manifest; with --robot also a program that makes
-    this robot hop, on a board or simulated.
+    It has sources, amalgamated pair, README, costs, and a build system's manifest; with --robot also a program for a board,
+    or simulated.
     """
     chosen = tuple(name for name, alone in {"f32": f32, "f64": f64}.items() if alone) or _export.PRECISIONS
-    own = robot_in_use(robot, values, "hop") if robot or values else None
+    act = "hop" if "stance" in core().facts.can else "motion"
+    own = robot_in_use(robot, values, act) if robot or values else None
     files = _export.export(folder, _export.Wanted(cast(Any, system), prefix, chosen, own, core()))
     if json:
         print(json_module.dumps({"folder": str(folder), "files": [file.as_posix() for file in files]}, indent=2))

@@ -5,56 +5,22 @@ A model file is a program, and reading it runs it. The derivation, and what comp
 
 import ast
 import json as json_module
-import os
-import subprocess
-from collections.abc import Callable, Generator, Iterator
-from contextlib import contextmanager
-from hashlib import sha256
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from rich.console import RenderableType
 
-from hopform import HopformError, __version__
+from hopform import HopformError
 from hopform import model as door
-from hopform._checks import shown
+from hopform._building import Made, in_one_line, no_compiler, readable, solver_of
 from hopform._cli.options import Form
 from hopform._cli.output import deliver, show, spaced, table
 from hopform._errors import printable
-from hopform._files import check_folder, name_of, path_of, read_text
+from hopform._files import name_of
 from hopform._progress import progress_bar
-from hopform._solver import build
 from hopform._solver.choice import DEFAULT
-from hopform._solver.folder import FACTS, Facts, built, facts_in, folder_at
-from hopform._solver.loading import built_solvers, programs_of
-
-LARGEST_MODEL = 2**20
-"""[B] the largest model file."""
-
-
-@contextmanager
-def in_one_line() -> Generator[None, None, None]:
-    """What the derivation refuses is bad input, said in one line."""
-    try:
-        yield
-    except Exception as error:  # an interrupt loads nothing: it may have come while sympy was loaded
-        if isinstance(error, door.ModelError):  # the other part cannot be loaded where the hopper is no model
-            raise HopformError(str(error)) from None
-        if isinstance(error, door.part("emit.folder").FolderError):
-            raise HopformError(str(error)) from None
-        raise
-
-
-def readable(model: str) -> str:
-    """A model file that can be read, or the name of a model that ships; HopformError for anything else."""
-    with in_one_line():
-        shipped = door.part("derivation").SHIPPED
-    if model not in shipped:
-        if not model.endswith(".py"):
-            allowed = f"a model file, whose name ends in .py, or one of {', '.join(shipped)}"
-            raise HopformError(f"FILE must be {allowed}, got {shown(model)}")
-        read_text(path_of("FILE", model), LARGEST_MODEL)
-    return model
+from hopform._solver.folder import FACTS, Facts, built_solvers, facts_in, folder_at
 
 
 def derived(model: str) -> Any:
@@ -132,110 +98,24 @@ def model_build(model: str, out: Path | None = None) -> None:
     the compiler: a second build is a look-up. Without a C compiler the solver has no library, and solves where there is
     one.
     """
-    readable(model)
-    with in_one_line():
-        text = str(door.part("solver").source_of(model))
-    try:
-        folder = built() / hash_of(text) if out is None else out
-        check_folder(folder)
-    except (HopformError, RuntimeError) as error:  # RuntimeError: there is no home
-        elsewhere = "; --out DIR builds it elsewhere" if out is None else ""
-        raise HopformError(f"{error}{elsewhere}") from None
-    compiler_in_words()  # which refuses a $CC that is no command
-    known = out is None and is_whole(folder)
-    if known:
-        os.utime(folder / FACTS)  # the newest of its name is the one that its name means
-    else:
-        with progress_bar("deriving") as bar:
-            make(model, folder, bar, in_cache=out is None)
-    facts, library = facts_in(folder / FACTS), folder_at(folder).library
+    with progress_bar("deriving") as bar:
+        made = solver_of(readable(model), out, bar)
+    facts, library = facts_in(made.folder / FACTS), folder_at(made.folder).library
     warnings = (
         ()
         if library.is_file()
         else (f"there is no library; where a C compiler is, its first use makes it: {no_compiler()}",)
     )
-    deliver((), warnings, "", lambda: summary(folder, facts, known))
+    deliver((), warnings, "", lambda: summary(made, facts))
 
 
-def hash_of(text: str) -> str:
-    """A word for all that a solver in the cache depends on: model, derivation, version, compiler and flags."""
-    digest = sha256(f"{__version__}\n{compiler_in_words()}\n{text}\n".encode())
-    for name, path in door.part("emit.sources").inputs():
-        digest.update(f"{name}\n".encode() + path.read_bytes())
-    digest.update(Path(build.__file__).read_bytes())
-    return digest.hexdigest()[:16]
-
-
-def compiler_in_words() -> str:
-    """The compiler and its version; nothing where there is none."""
-    try:
-        command = build.compiler()
-        asked = [*command, "--version"]
-        done = subprocess.run(
-            asked, stdin=subprocess.DEVNULL, capture_output=True, check=False, text=True, errors="replace"
-        )
-    except (build.NoCompiler, OSError):
-        return ""
-    except build.LibraryNotBuilt as error:
-        raise HopformError(error.args[0]) from None
-    return " ".join([*command, *done.stdout.splitlines()[:1]])
-
-
-def no_compiler() -> str:
-    try:
-        return f"{build.compiler()[0]} does not run"
-    except build.NoCompiler as error:
-        return str(error)
-
-
-def is_whole(folder: Path) -> bool:
-    """Whether a solver in the cache is as it was built; one without a compiler has no library."""
-    library = folder_at(folder).library
-    try:
-        programs_of(folder)
-    except HopformError:
-        return False
-    return not library.exists() or build.damage(library) is None
-
-
-def make(model: str, folder: Path, bar: Callable[..., None], *, in_cache: bool) -> None:
-    """Derive and compile a solver aside, and rename it as a whole. A folder of the user's that is there already keeps
-    its files of other names: the library goes first and comes last, the MANIFEST says what is ours at any time.
-    """
-    with in_one_line():
-        texts = door.part("solver").solver(model)
-    files, renamed = door.part("emit.folder"), in_cache or not folder.exists()
-    if not renamed:
-        with in_one_line():
-            files.refuse_what_is_not_ours(texts, folder)
-    parent = folder.parent if renamed else folder
-    parent.mkdir(parents=True, exist_ok=True)
-    with build.aside_in(parent, folder.resolve().name or "solver") as aside:
-        with in_one_line():
-            files.write(texts, aside)
-        made, target = folder_at(aside).library, folder_at(folder).library
-        try:
-            build.compile_solver(aside, made, progress=lambda done, of: bar(done, of, "compiling"))
-        except build.NoCompiler:
-            pass
-        except build.LibraryNotBuilt as error:
-            raise HopformError(f"{name_of(folder)}: {error.args[0]}") from None
-        if in_cache:
-            build.put(aside, folder)
-        elif renamed:
-            aside.rename(folder)
-        else:
-            target.unlink(missing_ok=True)  # an old one would pass for the new sources'
-            with in_one_line():
-                files.write(texts, folder)
-            build.move_libraries(made, target)
-
-
-def summary(folder: Path, facts: Facts, known: bool) -> Iterator[RenderableType]:
+def summary(made: Made, facts: Facts) -> Iterator[RenderableType]:
     """What there is now, and how it is used."""
-    done = "was there already, in" if known else "is built in"
+    folder, seconds = made
+    done = "was there already, in" if seconds is None else "is built in"
+    after = "" if seconds is None else f", after {seconds:.1f} s"
     yield printable(f"{facts.name}: {facts.title}")
-    yield f"The solver {done} {name_of(folder)}. It can: {', '.join(facts.can)}."
+    yield f"The solver {done} {name_of(folder)}{after}. It can: {', '.join(facts.can)}."
     yield f"{name_of(folder / 'EQUATIONS.md')} has its equations, {name_of(folder / 'robot.toml')} numbers to start from."
 
 
@@ -258,15 +138,18 @@ def model_list(json: bool = False) -> None:
     if json:
         print(json_module.dumps(found, indent=2))
         return
+    newest = {each["name"]: each for each in found}  # that which its name means
     rows = [(each["name"], ", ".join(each["can"]), "yes" if each["compiled"] else "no", where_of(each), each["title"])
-            for each in found]  # fmt: skip
+            for each in newest.values()]  # fmt: skip
     head = ("name", "can", "compiled", "where", "title")
-    show([table("", head, [tuple(map(printable, row)) for row in rows], head)])
+    older = len(found) - len(newest)
+    said = [f"older builds of these names: {older}; --json lists them"] if older else []
+    show([table("", head, [tuple(map(printable, row)) for row in rows], head), *said])
 
 
 def where_of(found: dict[str, Any]) -> str:
     """Where a solver of the list is, or how it is made."""
-    made = "ships with hopform" if found["can"] else f"`hopform model build {found['name']}` makes it"
+    made = "ships with hopform" if found["can"] else f"`--solver {found['name']}` builds it"
     return found["folder"] or made
 
 

@@ -24,6 +24,18 @@ MOST_DRAWS = 100_000
 Precision = StrEnum("Precision", ["float64", "float32"])
 Form = StrEnum("Form", ["text", "latex", "sympy", "json", "numpy", "c", "notebook"])
 
+OF_MODEL = "the input's unit"
+"""The unit of an option that is the input of any model."""
+OF_POSITION = "the position's unit"
+"""That of one that is a place of what moves, m or rad."""
+METAVARS = {OF_MODEL: "U", OF_POSITION: "X"}
+
+
+def known(unit: str) -> str:
+    """The unit of an option; of the input of a model that has one its own."""
+    inputs = use.core().facts.inputs if unit == OF_MODEL else ()
+    return str(inputs[0]["unit"]) if inputs else unit
+
 
 def number_in(unit: str) -> Callable[[str], float]:
     """The parser of a number in `unit`, which is not written: a unit, NaN and infinities are refused."""
@@ -31,9 +43,9 @@ def number_in(unit: str) -> Callable[[str], float]:
     def parse(text: str) -> float:
         value = number_of(str(text))  # defaults are parsed too
         if value is None:
-            raise typer.BadParameter(f"takes a number in {unit}, written without a unit, got {shown(text)}")
+            raise typer.BadParameter(f"takes a number in {known(unit)}, written without a unit, got {shown(text)}")
         if not math.isfinite(value):
-            raise typer.BadParameter(f"takes a finite number in {unit}, got {shown(text)}")
+            raise typer.BadParameter(f"takes a finite number in {known(unit)}, got {shown(text)}")
         return value
 
     return parse
@@ -64,15 +76,13 @@ def steps_in(unit: str) -> Callable[[str], list[tuple[float, float]]]:
         for pair in text.split(","):
             t, colon, u = pair.partition(":")
             if not colon:
-                raise typer.BadParameter(f"takes steps t:u in s and {unit}, as in 0:0,0.05:2.0, got {shown(pair)}")
+                raise typer.BadParameter(
+                    f"takes steps t:u in s and {known(unit)}, as in 0:0,0.05:2.0, got {shown(pair)}"
+                )
             steps.append((second(t), ampere(u)))
         return steps
 
     return parse
-
-
-OF_MODEL = "the input's unit"
-"""The unit of an option that is the input of any model."""
 
 
 def option(
@@ -82,36 +92,40 @@ def option(
     steps: bool = False,
     least: int | None = None,
     most: float = LARGEST,
+    need: str = "",
     **how: Any,
 ) -> Any:
     """An option of a command: a number in a unit, or steps t:u over time; a whole number from `least` to `most`; or,
-    without either, what its parameter's type says. `how` goes to typer.
+    without either, what its parameter's type says. need: what a model has to be able to, else its help leaves the option
+    out. `how` goes to typer.
     """
     if unit is not None:
-        about = "" if unit == OF_MODEL else f"[s:{unit}] " if steps else f"[{unit}] "
-        metavar = "0:U,T:U,..." if steps else "U" if unit == OF_MODEL else unit.upper()
-        parser: Any = (steps_in if steps else number_in)(unit)
-        return typer.Option(help=f"{about}{meaning}", parser=parser, metavar=metavar, **how)
-    if least is not None:
-        return typer.Option(help=meaning, parser=number_from(least, most), metavar="N", **how)
-    return typer.Option(help=meaning, **how)
+        about = "" if unit in METAVARS else f"[s:{unit}] " if steps else f"[{unit}] "
+        metavar = "0:U,T:U,..." if steps else METAVARS.get(unit, unit.upper())
+        meaning = f"{about}{meaning}"
+        how |= {"parser": (steps_in if steps else number_in)(unit), "metavar": metavar}
+    elif least is not None:
+        how |= {"parser": number_from(least, most), "metavar": "N"}
+    made: Any = typer.Option(help=meaning, **how)
+    made.need = need
+    return made
 
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "Arguments": {
         "name": typer.Argument(metavar="[NAME|FILE.toml]", help="one robot; all if left out"),
-        "number": typer.Argument(metavar="[N]", help="an equation's number; all if left out"),
+        "number": typer.Argument(metavar="[N|CLAIM]", help="an equation's number, or with --claims a claim; all if left out"),
         **{
-            f"model {name}.model": typer.Argument(metavar="FILE.py|NAME", help="a model file, which is run; or hopper")
+            f"model {name}.model": typer.Argument(metavar="FILE.py|NAME", help="a model file, which is run; or one that ships")
             for name in ("check", "build", "show")
         },
         "formula": typer.Argument(metavar="[FORMULA]", help="a name, a group, a number of the paper; all if left out"),
         "export.folder": typer.Argument(metavar="DIR", help="new or empty; it becomes the package's root"),
     },
     "Robot and start": {
-        "robot": option("one of `hopform robots`, or a TOML file; hopper_c if left out", metavar="NAME|FILE.toml"),
+        "robot": option("a TOML file, or one of `hopform robots`; the first of these if left out", metavar="NAME|FILE.toml"),
         "values": option("another value of a parameter, in SI units; repeatable", metavar="NAME=VALUE"),
-        "export.robot": option("write it as robot.h, and a program that makes it hop", metavar="NAME|FILE.toml"),
+        "export.robot": option("write it as robot.h, and a program for a board", metavar="NAME|FILE.toml"),
         "height": option("hop height of the drop; or give --v2", unit="m"),
         "v2": option("velocity of the body after the impact, < 0 downwards", unit="m/s"),
         "x1": option("displacement of the actuator at touchdown", unit="m"),
@@ -121,11 +135,13 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "start": option("a coordinate or velocity of the model at the start, 0 if left out; repeatable",
                         metavar="NAME=VALUE"),
     },
+    "Input": {
+        "motion.u": option(f"{use.INPUT}; constant", unit=OF_MODEL, need="input"),
+        "motion.u_steps": option(f"{use.INPUT}; in steps, times in s", unit=OF_MODEL, steps=True, need="input"),
+    },
     "Current": {
         "u": option("current, constant over each stance", unit="A"),
         "u_steps": option("steps of the current", unit="A", steps=True),
-        "motion.u": option("the input, in its unit, constant", unit=OF_MODEL),
-        "motion.u_steps": option("steps of the input, times in s", unit=OF_MODEL, steps=True),
         "control.h_des": option("desired hop height of the next apex", unit="m"),
         "datum": option("level that heights count from, less the ground under the foot", unit="m"),
         "stop_margin": option("x1 stays below x1_max by more than this", unit="m"),
@@ -154,14 +170,15 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "sensitivities": option("show what the ending depends on, which JSON always has"),
         "explain": option("show how it was solved: poles, event functions, rules of the certificate"),
         "json": option("print JSON (its schema: schema.json of the package)"),
-        "toml": option("print a TOML to start from (of hopper_c if no NAME)"),
-        "c": option("print a struct for the C library (of hopper_c if no NAME)", metavar="float32|float64"),
+        "toml": option("print a TOML to start from (of the first if no NAME)"),
+        "c": option("print a struct for the C library (of the first if no NAME)", metavar="float32|float64"),
         "csv": option("write a table over time; - prints it", metavar="FILE|-"),
         "plot": option("draw it: .svg, .pdf or .png", metavar="FILE"),
         "export.json": option("list the files as JSON"),
         "model list.json": option("as JSON"),
         "selftest.json": option("as JSON"),
         "form": option("how formulas are spelled"),
+        "claims": option("the paper's claims in place of its equations"),
         "model build.out": option("where the solver goes: an empty folder, or one that this made", metavar="DIR"),
         "model show.f32": option("C in single precision"),
     },
@@ -210,15 +227,15 @@ def described(command: str, function: Callable[..., None], options: Options) -> 
 
 EXAMPLES = {
     "robots": ("robots", "robots hopper_c --toml"),
-    "equations": ("equations 14", "equations 14 --as numpy"),
+    "equations": ("equations 14 --as numpy", "equations --claims"),
     "motion": ("motion --start y=0.02", "motion --start x1=0.02 --start v2=-1.9 --u 3 --json"),
     "stance": ("stance --height 0.20 --u 3", "stance --v2 -1.9 --u-steps 0:0,0.05:2.0 --csv stance.csv"),
     "control": ("control --height 0.20 --h-des 0.20", "control --v2 -1.9 --h-des 0.15 --printed"),
     "reach": ("reach --from 0.05 --to 0.35", "reach --heights 5 --currents 4 --json"),
-    "export": ("export firmware --for cmake --robot hopper_c", "export single --f32 --prefix leg"),
+    "export": ("export firmware --for cmake --robot hopper_c", "export single --f32 --prefix mine"),
     "selftest": ("selftest", "selftest --json"),
-    "model check": ("model check hopper", "model check leg.py"),
-    "model build": ("model build leg.py --out leg", "model build leg.py"),
+    "model check": ("model check joint", "model check mine.py"),
+    "model build": ("model build mine.py --out mine", "model build mine.py"),
     "model list": ("model list", "model list --json"),
     "model show": ("model show hopper 14 --as latex", "model show hopper x2_t --as c --f32"),
 }  # fmt: skip
@@ -232,15 +249,20 @@ class GroupedCommand(TyperCommand):
     options: Options
     examples: Sequence[str]
 
+    def format_help_text(self, ctx: Any, formatter: Any) -> None:
+        """What it does; columns of a recording are those of the model in use."""
+        self.help = (self.help or "").replace(use.COLUMNS, use.columns())
+        super().format_help_text(ctx, formatter)
+
     def format_options(self, ctx: Any, formatter: Any) -> None:
         """Arguments, then each group that the command has, then what is in none."""
         groups: dict[str, list[tuple[str, str]]] = {name: [] for name in self.options}
-        for parameter in self.get_params(ctx):
-            record = parameter.get_help_record(ctx)
+        named = {str(parameter.name): parameter.get_help_record(ctx) for parameter in self.get_params(ctx)}
+        for parameter, record in named.items():
             if record is not None:
-                own = parameter.name == "help"
-                groups["Options" if own else key_of(self.options, self.words, str(parameter.name))[0]].append(record)
-        for name, records in (*groups.items(), *use.described(self.words)):
+                group, key = ("Options", "") if parameter == "help" else key_of(self.options, self.words, parameter)
+                groups[group] += use.of_model(record, self.options[group].get(key))
+        for name, records in (*groups.items(), *use.described(self.words, {*named})):
             if records:
                 with formatter.section(name):
                     formatter.write_dl(records)

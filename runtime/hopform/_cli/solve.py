@@ -36,23 +36,39 @@ def robots(
     deliver((), (), text, lambda: tables.robots(found, with_meaning=name is not None))
 
 
-def equations(number: str | None = None, json: bool = False, form: Form | None = None) -> None:
-    """Show the paper's equations, and which of them are right.
+def equations(
+    number: str | None = None, json: bool = False, form: Form | None = None, claims: bool = False
+) -> None:  # fmt: skip
+    """Show the paper's equations or its claims, each with a verdict.
 
-    Each has where it is computed; with --as what follows from (3), (4) in its place, to paste.
+    Each equation has where it is computed; with --as what follows from (3), (4) in its place, to paste. A claim has
+    numbers of the shipped robots.
     """
-    if json and form is not None:
-        raise hopform.HopformError("--json and --as exclude each other")
+    if form is not None and (json or claims):
+        raise hopform.HopformError(f"{'--json' if json else '--claims'} and --as exclude each other")
+    if claims:
+        return _claims(number, json)
     register = in_use().equations()
     found = [equation for equation in register if number is None or str(equation.number) == number.strip("()")]
     if not found:
         known = f"({register[0].number}) to ({register[-1].number})" if register else "none"
         raise hopform.HopformError(f"there is no equation {shown(number)}; known: {known}")
-    text = to_json("equations", equations=found) if json else ""
+    text = to_json("equations", equations=found, claims=()) if json else ""
     if form is not None:
         text = spelled(derived("hopper"), number or "paper", form)
     why = tables.unclaimed(found) if text else ()
     deliver((), why, text, lambda: tables.equations(found) if number is None else tables.equation(found[0]))
+
+
+def _claims(name: str | None, json: bool) -> None:
+    """Show all claims of the paper, or one."""
+    register = in_use().claims()
+    found = [claim for claim in register if name in (None, claim.name)]
+    if not found:
+        raise hopform.HopformError(f"there is no claim {shown(name)}; `hopform equations --claims` lists them")
+    text = to_json("equations", equations=(), claims=found) if json else ""
+    why = tables.unproven(found) if text else ()
+    deliver((), why, text, lambda: tables.claims(found) if name is None else tables.claim(found[0]))
 
 
 def outputs_of(

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from rich.text import Text
 
 from hopform import (
     ROBOTS,
+    Claim,
     Command,
     Equation,
     FixedPoint,
@@ -28,7 +30,7 @@ from hopform._errors import printable
 from hopform._files import csv_of
 from hopform._motion import energies_of, force_units, layout_of, masses_of, unit_of_time, units_of_energies
 from hopform._solver.package import records
-from hopform._words import limit_in, modes_of, start_of
+from hopform._words import change_of_limit, limit_in, modes_of, start_of
 
 READABLE = 90
 """Columns of a paragraph, however wide the line may be."""
@@ -95,6 +97,33 @@ def equation(shown: Equation) -> Iterator[RenderableType]:
     return spaced(*unclaimed([shown]), title, made)
 
 
+def unproven(shown: Sequence[Claim]) -> tuple[str, ...]:
+    """Why nothing is said of the paper's claims; empty where the hopper is the paper's."""
+    return tuple(dict.fromkeys(each.reason for each in shown if not each.numbers))
+
+
+def claims(shown: Sequence[Claim]) -> Iterator[RenderableType]:
+    """The claims, a row each."""
+    rows = ((each.name, each.where, each.says, each.verdict) for each in shown)
+    how = "`hopform equations CLAIM --claims` shows the numbers of a claim, and why its verdict is what it is."
+    heads = ("claim", "section", "title", "verdict")
+    return spaced(*unproven(shown), table("", heads, rows, heads), how)
+
+
+def claim(shown: Claim) -> Iterator[RenderableType]:
+    """All that the register holds on one claim."""
+    made = Table.grid(Column(style="bold", no_wrap=True), Column(max_width=READABLE), padding=(0, 2, 0, 0))
+    made.add_row("claim", f"{shown.says} ({shown.where})")
+    if shown.printed:
+        made.add_row("as printed", shown.printed)
+    if shown.numbers:
+        for what, value, unit in shown.numbers:
+            made.add_row(f"{value}{'' if unit == '1' else f' {unit}'}", what)
+        made.add_row("reason", shown.reason)
+    title = Text(f"{shown.name}: {shown.verdict}", style="bold")
+    return spaced(*unproven([shown]), title, made)
+
+
 def motion(solved: Motion, with_sensitivities: bool = False, explained: bool = False) -> Iterator[RenderableType]:
     """A motion, of which a stance is one: its ending, phases with the events that begin them, states, forces and
     energies, the ledger; where asked for, derivatives and how it was solved.
@@ -125,16 +154,22 @@ def phases(solved: Motion) -> Table:
 
 
 def beginnings(solved: Motion) -> list[str]:
-    """The beginning of each phase: the start, events, or a step of the current or target."""
+    """The beginning of each phase: the start, an event, a step of the input, or a limit that a current reaches or leaves."""
     events: dict[float, list[str]] = {}
     words = solved.robot.solver.facts.events
     for event in solved.events:
         events.setdefault(event.time, []).append(words[event.kind])
-    steps, what = {t for t, _ in solved.u[1:]}, "target" if solved.robot.solver.facts.currents else "current"
-    found = [solved.beginning]
-    for phase in solved.phases[1:]:
+    steps, what = {t for t, _ in solved.u[1:]}, ", ".join(each["name"] for each in solved.inputs)
+    found, currents = [solved.beginning], solved.robot.solver.facts.currents
+    for before, phase in pairwise(solved.phases):
         waiting = events.get(phase.start, [])
-        found.append(waiting.pop(0) if waiting else f"{what} steps" if phase.start in steps else "")
+        if waiting:
+            found.append(waiting.pop(0))
+        elif phase.start in steps:
+            found.append(f"step of {what}")
+        else:
+            limits = currents if before.mode_2 != phase.mode_2 else ()
+            found.append(", ".join(change_of_limit(each["name"], phase.mode_2 != 0) for each in limits))
     return found
 
 
@@ -162,7 +197,7 @@ def currents_at(solved: Motion, t: float) -> list[float]:
 def ledger(solved: Motion) -> Table:
     """The ledger at the ending with its sums, a column per energy of the model."""
     of, known = solved.ledger(solved.duration)._asdict(), solved.robot.solver.package.records
-    parts = {"E": known.LEDGER_OF_BODY, "H": known.LEDGER_OF_ROBOT}
+    parts = {"H": known.LEDGER_OF_ROBOT} | ({"E": known.LEDGER_OF_BODY} if "E" in units_of_energies(solved) else {})
     before, after = energies_of(solved, 0.0), energies_of(solved, solved.duration)
     before["H"] = given_energy(solved)
     rows = [

@@ -13,6 +13,7 @@ import io
 import logging
 import math
 import re
+import textwrap
 import warnings
 from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import contextmanager
@@ -74,6 +75,8 @@ STYLE: dict[str, Any] = {
 }  # fmt: skip
 SAMPLES = 400
 """Points along a stance's curves."""
+LABEL = 20
+"""Characters of a line of the label of an axis."""
 LEAST_SPAN = 0.5
 """In the units of an axis."""
 COLOURS = (BLUE, GREEN, SKY, MAGENTA, BLACK)
@@ -251,7 +254,7 @@ def plot_motion(figure: Figure, motion: Motion) -> None:
         },
     }
     shown = [(name, lines) for name, lines in curves.items() if lines]
-    inputs = [f"{each['name']} [{each['unit']}]" for each in drives if len(motion.u) > 1 or facts.currents]
+    inputs = [each for each in drives if len(motion.u) > 1 or facts.currents]
     count = len(masses) + len(shown) + len(inputs)
     with framed(figure, 7.4, 1.45 * count + 1.1, *title_of(motion)):
         rows: list[Axes] = list(figure.subplots(count, 1, sharex=True))
@@ -263,9 +266,9 @@ def plot_motion(figure: Figure, motion: Motion) -> None:
             for (words, values), colour in zip(lines.items(), COLOURS, strict=False):
                 by_name[name].plot(t * scale, values, color=colour, label=literal(words))
             by_name[name].set_ylabel(name)
-        for axes, name in zip(rows[count - len(inputs) :], inputs, strict=True):
+        for axes, each in zip(rows[count - len(inputs) :], inputs, strict=True):
             axes.plot(t * scale, motion.current(t), color=CURRENT)
-            name_axis(axes, literal(name))
+            name_axis(axes, named(each["meaning"], each["name"], each["unit"]))
         for axes in rows:
             mark_phases(axes, motion.phases, scale)
         name_events([*rows[: len(masses)], by_name.get("force", rows[0])], motion, scale)
@@ -287,7 +290,13 @@ def motion_panel(axes: Axes, motion: Motion, n: int = 0) -> None:
 
 def draw_coordinate(axes: Axes, motion: Motion, mass: Mass, t: Curve, shown: Curve) -> None:
     axes.plot(shown, getattr(motion.at(t), mass.position), color=BLUE)
-    axes.set_ylabel(literal(f"{mass.name}\n{mass.position} [{mass.unit}]"))
+    axes.set_ylabel(named(mass.name, mass.position, mass.unit))
+
+
+def named(thing: str, name: str, unit: str) -> str:
+    """The label of an axis: what is shown, in lines that an axis has room for, above its name, if it has another."""
+    lines = [] if thing == name else textwrap.wrap(thing, LABEL)
+    return literal("\n".join([*lines, f"{name} [{unit}]"]))
 
 
 def shades_of(mass: Mass) -> dict[str, dict[str, Any]]:

@@ -12,6 +12,7 @@ import tomllib
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, fields, make_dataclass, replace
+from dataclasses import field as field_of_class
 from functools import cache, cached_property, partial, partialmethod
 from importlib import resources
 from pathlib import Path
@@ -219,7 +220,10 @@ class BaseRobot:
 
     def __new__(cls, *_: object, **values: object) -> Self:
         """HopformError for a name that is none of the robot's, which its __init__ would call a TypeError."""
-        names = {*cast(Any, cls).__dataclass_fields__, *(field.name for field in cls.all_fields())}
+        names = {
+            *(each.name for each in fields(cast(Any, cls)) if each.init),
+            *(each.name for each in cls.all_fields()),
+        }
         if unknown := next((name for name in values if name not in names), None):
             raise HopformError(unknown_parameter(unknown, cls))
         return super().__new__(cls)
@@ -252,7 +256,7 @@ class BaseRobot:
             raise HopformError(str(error)) from None
 
     def __reduce__(self) -> Any:
-        values = {each.name: getattr(self, each.name) for each in fields(cast(Any, self))}
+        values = {each.name: getattr(self, each.name) for each in fields(cast(Any, self)) if each.init}
         return _robot_again, (self.solver.source, values)
 
     @cached_property
@@ -387,10 +391,13 @@ def robot_class(solver: Solver) -> type[Robot]:
     """The class of the robots of a solver."""
     if solver is DEFAULT:
         return Robot
-    about = f"A robot of the model {solver.name}, in SI units and A, checked at construction."
+    about = f"A robot of the model {solver.name}, in SI units, checked at construction."
     namespace = {"solver": solver, "__doc__": about, "__module__": __name__}
     bases = (BaseRobot, solver.package.robot.Robot)
-    robot: Any = make_dataclass("Robot", [], bases=bases, namespace=namespace, frozen=True, kw_only=True)
+    none = (
+        [] if "stance" in solver.can else [("travel", float, field_of_class(default=math.inf, init=False, repr=False))]
+    )
+    robot: Any = make_dataclass("Robot", none, bases=bases, namespace=namespace, frozen=True, kw_only=True)
     arguments = {each.name for each in fields(robot)}
     others = {field.name: attribute_of(robot, field.name) for field in robot.fields() if field.name not in arguments}
     if others:  # the names of parameters that are attributes of every robot, as arguments

@@ -8,12 +8,6 @@ from hopform._solver import c
 from hopform._solver.folder import SHIPPED, Facts, Folder
 from hopform._solver.package import OURS, Package
 
-ACTS = {
-    "motion": "motion", "stance": "stance", "flight": "flight", "hop": "hops", "command": "controller",
-    "reach": "map of apexes", "identify": "identification",
-}  # fmt: skip
-"""What a model can, in words."""
-
 
 class Solver:
     """What every function of hopform solves with: a package, its library and its facts. The class of a robot names
@@ -37,7 +31,7 @@ class Solver:
 
     @cached_property
     def can(self) -> frozenset[str]:
-        """What the model can, of ACTS."""
+        """What the model can, of `folder.ACTS`."""
         return frozenset(self.facts.can)
 
     @property
@@ -46,8 +40,7 @@ class Solver:
 
     def cannot(self, act: str) -> HopformError:
         """The error about what the model cannot do, which says what it lacks."""
-        lacks = self.facts.lacks.get(act, "what that needs")
-        return HopformError(f"the model {self.name} has no {ACTS[act]}: it lacks {lacks}")
+        return self.facts.cannot(act)
 
     def compiled(self) -> c.C:
         """The compiled library; BackendError if it is unusable."""

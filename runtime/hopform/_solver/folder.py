@@ -4,7 +4,10 @@ A folder is what `hopform model build --out DIR` writes, with the compiled libra
 the wheel beside this package, or in a checkout in generated/.
 """
 
+import os
 import tomllib
+from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -19,6 +22,14 @@ FACTS = "solver.toml"
 LARGEST = 2**20
 """[B] the largest file of facts."""
 _HOPFORM = Path(__file__).resolve().parents[1]
+
+ACTS = {
+    "motion": "motion", "stance": "stance", "flight": "flight", "hop": "hop", "command": "controller",
+    "reach": "map of apexes", "identify": "identification",
+}  # fmt: skip
+"""What some models alone can, in words."""
+STANDING = ("stance", "flight", "hop")
+"""What a contact brings."""
 
 Table = dict[str, Any]
 MASSES = "12"
@@ -76,6 +87,24 @@ class Facts:
         moving = [n for n in MASSES if f"v{n}" in named and named[f"v{n}"]["name"] in velocities]
         axes = [f"{letter}{n}" for n in moving for letter in "xv"] + (["y"] if len(moving) == len(MASSES) else [])
         return {axis: named[axis] for axis in axes}
+
+    @cached_property
+    def offered(self) -> tuple[Table, ...]:
+        """The coordinates and velocities that a start is offered by: those of the file, and of a leg that stands the
+        compression, too. Of another model the stretch of the spring between two masses follows from the file's own.
+        """
+        return tuple(table for axis, table in self.axes.items() if axis != "y" or "stance" in self.can)
+
+    def cannot(self, act: str) -> HopformError:
+        """The error about what the model cannot do, one of ACTS, with what else the same lack rules out; of what needs a
+        stance that is not listed beside it, but for the act.
+        """
+        why = self.lacks.get(act, "what that needs")
+        same = [each for each in ACTS if each == act or self.lacks.get(each) == why]
+        shown = [each for each in same if each in (*STANDING, act)] if {*STANDING} & {*same} else same
+        *others, last = (ACTS[each] for each in shown)
+        listed = f"{', '.join(others)} or {last}" if others else last
+        return HopformError(f"no {listed}: the model {self.name} lacks {why}")
 
     @cached_property
     def directions(self) -> tuple[tuple[str, str], ...]:
@@ -144,3 +173,22 @@ def _kind_of(annotation: Any) -> Any:
 def built() -> Path:
     """Where `hopform model build` keeps the solvers that it makes for this user, a folder each."""
     return cache_of_user() / "solvers"
+
+
+def built_solvers() -> Iterator[tuple[Path, str]]:
+    """The folders of the solvers that were built for this user, with their names, the newest last; what cannot be read
+    is left out, and what begins with a dot, which is being built.
+    """
+    for path in sorted(built().glob(f"[!.]*/{FACTS}"), key=os.path.getmtime):
+        with suppress(HopformError):
+            yield path.parent, facts_in(path).name
+
+
+def is_name(solver: str | Path) -> bool:
+    """Whether a solver is given by its name: a text without a separator, whatever lies in the current folder."""
+    return isinstance(solver, str) and not {os.sep, os.altsep} & {*solver} and not solver.endswith(".py")
+
+
+def folder_of(name: str) -> Path | None:
+    """The folder of the newest solver that was built under a name; None where there is none."""
+    return {own: folder for folder, own in built_solvers()}.get(name)

@@ -7,8 +7,7 @@ Loading runs the programs that the folder holds. Two of them stand side by side:
 import os
 import re
 import sys
-from collections.abc import Iterator
-from contextlib import suppress
+from collections.abc import Callable, Iterator
 from functools import cache, partial
 from hashlib import sha256
 from importlib.util import module_from_spec, spec_from_file_location
@@ -19,7 +18,7 @@ from hopform._errors import HopformError
 from hopform._files import name_of, path_of
 from hopform._solver import c
 from hopform._solver.choice import DEFAULT, SOLVERS, Solver
-from hopform._solver.folder import FACTS, Folder, built, facts_in, folder_at
+from hopform._solver.folder import FACTS, Folder, built_solvers, folder_at, folder_of, is_name
 from hopform._solver.library import whole
 from hopform._solver.package import LOADED, Package
 
@@ -27,9 +26,10 @@ PACKAGE = "python/hopform_solver"
 MANIFEST = "MANIFEST"
 
 
-def loaded(name_or_folder: str | Path) -> Solver:
+def loaded(name_or_folder: str | Path, shipped: Callable[[str], Path | None] = lambda _: None) -> Solver:
     """The solver of a folder, which is a Path or a text with a separator; or of a name, any other text: "hopper", or
-    that of a model that was built. What lies in the current folder never changes what a name means.
+    that of a model that was built, or that ships: `shipped` gives its folder. What lies in the current folder never
+    changes what a name means.
 
     Raises HopformError: no such solver, a model file, a folder that is no solver's.
     """
@@ -37,8 +37,8 @@ def loaded(name_or_folder: str | Path) -> Solver:
     if path.suffix == ".py":
         build = f"`hopform model build {name_of(path)}` makes its solver"
         raise HopformError(f"{name_of(path)} is a model, a text, and a solver is a program: {build}")
-    if isinstance(name_or_folder, str) and not {os.sep, os.altsep} & {*name_or_folder}:
-        return _of_name(name_or_folder)
+    if is_name(name_or_folder):
+        return _of_name(str(name_or_folder), shipped)
     if os.path.isdir(path):
         if not os.path.isfile(path / FACTS):
             remedy = f"`hopform model build FILE --out {name_of(path)}` makes one"
@@ -49,30 +49,20 @@ def loaded(name_or_folder: str | Path) -> Solver:
     raise HopformError(f"there is no folder {name_of(path)}: `hopform model build FILE --out {name_of(path)}` makes it")
 
 
-def _of_name(name: str) -> Solver:
-    """The solver of a name; the newest of those that were built under it."""
+def _of_name(name: str, shipped: Callable[[str], Path | None]) -> Solver:
+    """The solver of a name; the newest of those that were built under it, else of the model that ships."""
     if name == DEFAULT.name:
         return DEFAULT
-    folders = {own: folder for folder, own in built_solvers()}
-    if name in folders:
-        return _of_folder(folders[name])
-    names = ", ".join([DEFAULT.name, *sorted(folders.keys() - {DEFAULT.name})])
+    if (place := folder_of(name) or shipped(name)) is not None:
+        return _of_folder(place)
+    names = ", ".join([DEFAULT.name, *sorted({own for _, own in built_solvers()} - {DEFAULT.name})])
     folder = (
         f"the folder is {name_of(os.path.join(os.curdir, name))}" if os.path.isdir(name) else "a folder has a separator"
     )
     raise HopformError(
-        f"there is no solver {shown(name)}; known: {names}; {folder}, as in ./joint; `hopform model list` has the models of "
-        "which `hopform model build NAME` makes one"
+        f"there is no solver {shown(name)}; known: {names}; {folder}, as in ./joint; `hopform model list` has the models "
+        "that ship, each of which is built when it is named"
     )
-
-
-def built_solvers() -> Iterator[tuple[Path, str]]:
-    """The folders of the solvers that were built for this user, with their names, the newest last; what cannot be read
-    is left out, and what begins with a dot, which is being built.
-    """
-    for path in sorted(built().glob(f"[!.]*/{FACTS}"), key=os.path.getmtime):
-        with suppress(HopformError):
-            yield path.parent, facts_in(path).name
 
 
 def _of_folder(path: Path) -> Solver:

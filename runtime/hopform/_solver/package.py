@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from hopform._errors import HopformError
 from hopform_solver import checked, formulas, records
 from hopform_solver.elements import COLUMNS, ROWS
-from hopform_solver.equations import EQUATIONS, Equation
+from hopform_solver.equations import CLAIMS, EQUATIONS, Claim, Equation
 from hopform_solver.records import Energy, FlightLedger, Gains, Ledger
 from hopform_solver.robot import Robot as CheckedRobot
 
@@ -23,8 +23,8 @@ COMMANDS, ENDINGS, EVENTS = records.COMMANDS, records.ENDINGS, records.EVENTS
 FLIGHT_ENDINGS, FLIGHT_EVENTS = records.FLIGHT_ENDINGS, records.FLIGHT_EVENTS
 
 __all__ = [
-    "COLUMNS", "COMMANDS", "ENDINGS", "EQUATIONS", "EVENTS", "FLIGHT_ENDINGS", "FLIGHT_EVENTS", "OURS", "ROWS",
-    "AnyEvent", "CheckedRobot", "Energy", "Equation", "FlightLedger", "Gains", "Ledger", "Package", "checked",
+    "CLAIMS", "COLUMNS", "COMMANDS", "ENDINGS", "EQUATIONS", "EVENTS", "FLIGHT_ENDINGS", "FLIGHT_EVENTS", "OURS", "ROWS",
+    "AnyEvent", "CheckedRobot", "Claim", "Energy", "Equation", "FlightLedger", "Gains", "Ledger", "Package", "checked",
     "formulas", "records",
 ]  # fmt: skip
 

@@ -7,6 +7,7 @@ from inspect import isfunction, signature
 from pathlib import Path
 from typing import Any, ClassVar, Literal, SupportsFloat, cast
 
+from hopform._building import shipped_solver
 from hopform._checks import MEMORY, finite, items, shown, whole
 from hopform._errors import BackendError, HopformError
 from hopform._motion import DOUBLE
@@ -15,7 +16,7 @@ from hopform._robots import Robot as Hopper
 from hopform._solver import choice
 from hopform._solver.choice import SOLVERS
 from hopform._solver.loading import loaded
-from hopform._solver.package import Equation, not_loaded, records
+from hopform._solver.package import Claim, Equation, not_loaded, records
 
 MOST_SAMPLES = MEMORY // 64
 """Samples of a signal at most: each takes 64 B."""
@@ -31,7 +32,7 @@ class Solver:
     >>> solver = load_solver("hopper")
     >>> stance = solver.solve_stance(solver.load_robot("hopper_c"), v2=-1.93, u=2.0)
     >>> solver.name, stance.status, solver.can[:3]
-    ('hopper', 'takeoff', ('motion', 'stance', 'flight'))
+    ('hopper', 'takeoff', ('motion', 'fit', 'batches'))
     """
 
     Robot: type[Hopper]
@@ -130,6 +131,11 @@ class Solver:
         register: tuple[Equation, ...] = self._core.package.equations.EQUATIONS
         return register
 
+    def claims(self) -> tuple[Claim, ...]:
+        """The register of what the paper claims, with numbers of the hoppers that ship."""
+        register: tuple[Claim, ...] = self._core.package.equations.CLAIMS
+        return register
+
     def __getattr__(self, name: str) -> Any:
         """What `hopform` has of this name: a function of a robot for this solver; else the same."""
         if name not in self._offered:
@@ -156,8 +162,9 @@ class Solver:
 
 def load_solver(name_or_folder: str | Path) -> Solver:
     """A solver: that of a folder which `hopform model build FILE --out DIR` has filled, that of a model that was
-    built under a name, the newest, or "hopper", which `hopform` itself is. A folder is a Path or a text with a separator,
-    as in "./joint"; any other text is a name.
+    built under a name, the newest, or that ships, or "hopper", which `hopform` itself is. A folder is a Path or a text with
+    a separator, as in "./joint"; any other text is a name. The solver of a model that ships is built into the cache the
+    first time, which a line on the error stream says.
 
     Loading runs the programs in the folder: load what you have built, or trust. Raises HopformError for a name or a
     folder without a solver, and for a model file, which is to be built first.
@@ -166,7 +173,7 @@ def load_solver(name_or_folder: str | Path) -> Solver:
     >>> load_solver("hopper").Robot is hopform.Robot
     True
     """
-    return _solver(loaded(name_or_folder))
+    return _solver(loaded(name_or_folder, shipped_solver))
 
 
 @cache

@@ -39,7 +39,7 @@ Identification = StrEnum("Identification", ["drop", "free", "decay", "step", "ai
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "Arguments": {
-        "test": typer.Argument(help="the test"),
+        "test": typer.Argument(help="the test; `hopform fit` takes a motion, of any model"),
         "kind": typer.Argument(help="what the files are; check says what they could tell"),
         "files": typer.Argument(
             metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air"
@@ -47,31 +47,32 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "fit.files": typer.Argument(metavar="FILES", help="CSV; columns are named as the model's coordinates and input"),
     },
     "Robot and start": {
-        "record.height": option("hop height of a drop, 0.2 if left out; pull of a decay, 0.04", unit="m"),
+        "record.height": option("hop height of a drop, 0.2 if left out; pull of a decay, 0.04", unit="m", need="identify"),
         "record.start": option("of a motion: a coordinate or velocity at the start, 0 if left out; repeatable",
                                metavar="NAME=VALUE"),
     },
-    "Current": {
-        "record.u": option("of a motion: the input, in its unit, constant", unit="the input's unit"),
-        "record.u_steps": option("of a motion: steps of the input, times in s", unit="the input's unit", steps=True),
+    "Input": {
+        "record.u": option("of a motion: the input, in its unit; constant", unit="the input's unit", need="input"),
+        "record.u_steps": option("of a motion: the input, in its unit; in steps, times in s", unit="the input's unit", steps=True, need="input"),
     },
     "Experiment": {
         "duration": option("how long; 2 if left out", unit="s"),
         "rate": option("samples per second", unit="Hz"),
-        "record.noise": option("standard deviation of the position's noise", unit="m"),
-        "record.quantum": option("step of the encoder, 0 for none", unit="m"),
-        "current": option("largest current; the largest up to u_max that fits if left out", unit="A"),
-        "hold": option("stillness at first; 0.2 if left out", unit="s"),
-        "record.added_mass": option("mass that the body carries beside its own", unit="kg"),
+        "record.noise": option("standard deviation of the position's noise, in its unit", unit="the position's unit"),
+        "record.quantum": option("step of the encoder, in that unit; 0 for none", unit="the position's unit"),
+        "current": option("largest current; the largest up to u_max that fits if left out", unit="A", need="identify"),
+        "hold": option("stillness at first; 0.2 if left out", unit="s", need="identify"),
+        "record.added_mass": option("mass that the body carries beside its own", unit="kg", need="identify"),
         "identify.added_mass": option("[kg] what the body carried, one per file", metavar="M,M,..."),
-        "repeats": option("drops or decays in the recording", least=1),
-        "free_stroke": option("on a rig without stops, whose spring's travel has no limit"),
+        "repeats": option("drops or decays in the recording", least=1, need="identify"),
+        "free_stroke": option("on a rig without stops, whose spring's travel has no limit", need="identify"),
         "record.seed": option("of the noise", least=0, most=math.inf),
-        "plan": option("show the intervals that a fit of it would give, instead of the recording; of all: what to record"),
-        "ranges": option("what is known of a parameter for `record all --plan`; repeatable", metavar="NAME=LOW:HIGH"),
+        "plan": option("show the intervals that a fit of it would give, instead of the recording; of all: what to record", need="identify"),
+        "ranges": option("what is known of a parameter for `record all --plan`; repeatable", metavar="NAME=LOW:HIGH", need="identify"),
     },
     "Fit": {
         "known": option("a known parameter, in SI units; repeatable", metavar="NAME=VALUE"),
+        "record.known": option("a known parameter, in SI units; repeatable", metavar="NAME=VALUE", need="identify"),
         "fitted": option("what is fitted; all that is not known if left out, but for stops and limits",
                          metavar="NAME,NAME,..."),
         "fit.known": option("a known parameter, in SI units, or one that is as a fitted one; repeatable; of others the "
@@ -205,7 +206,7 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit, stops: Sequ
     asked += [f"does it reach a stop, which --known {' or '.join(missing)} gives"] if missing else []
     asked += ["does it reach a stop"] if drives and position.title[:2] != "x2" and flat_top(recording) else []
     asked += ["is it of this rig?", *said(fit.diagnoses, fit.shown)]
-    what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units.position, 96)
+    what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units_of(trace).position, 96)
     explained = f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit"
     message = f"{explained}; it is off most here, by {abs(left[at]):.3g} {unit}: {', '.join(asked)}"
     line = recording.line_of(int(np.count_nonzero(recording.time < trace.time[at] - 1e-9)))

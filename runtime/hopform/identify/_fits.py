@@ -128,7 +128,7 @@ class Fit(Shown):
 
     def _curve(self) -> Curve:
         trace = self.traces[0]
-        return f"residual of {trace.quantity} over time [s]", trace.time, trace.predicted - trace.measured
+        return f"residual of {self.called(trace)} over time [s]", trace.time, trace.predicted - trace.measured
 
     def _arrays(self) -> Arrays:
         names = [each.name for each in self.estimates]
@@ -139,8 +139,9 @@ class Fit(Shown):
             arrays["covariance"] = (("parameter", "other_parameter"), self.covariance)
             arrays["other_parameter"] = (("other_parameter",), names)
         for n, trace in enumerate(self.traces):
-            shown, factor = self.units.shown(trace.quantity)
-            units = {"units": shown if factor == 1.0 else self.units.position}
+            of_trace = self.units_of(trace)
+            shown, factor = of_trace.shown(trace.quantity)
+            units = {"units": shown if factor == 1.0 else of_trace.position}
             arrays[f"time_{n}"] = ((f"time_{n}",), trace.time, {"units": "s", "long_name": trace.label})
             for part in ("measured", "predicted"):
                 arrays[f"{part}_{n}"] = ((f"time_{n}",), getattr(trace, part), units)
@@ -157,9 +158,22 @@ class Fit(Shown):
         old, new = (f"{number}: {words}" for number, words in zip(_EQUATIONS, _RIVALS, strict=True))
         return (old, new) if self.base is None else _RIVALS
 
+    @property
+    def _axes(self) -> Mapping[str, Mapping[str, Any]]:
+        """The coordinates of a model by the engine's axes; none of a fit of no model."""
+        return {} if self.base is None else self.base.solver.facts.axes
+
     def called(self, trace: Trace) -> str:
         """The name of what a trace is of: a coordinate of a model by that of its file."""
-        return trace.quantity if self.base is None else str(self.base.solver.facts.axes[trace.quantity]["name"])
+        axes = self._axes
+        return str(axes[trace.quantity]["name"]) if trace.quantity in axes else trace.quantity
+
+    def units_of(self, trace: Trace) -> Units:
+        """The units of a trace: of several coordinates of a model each has its own."""
+        axes = self._axes
+        if trace.quantity not in axes:
+            return self.units
+        return self.units._replace(position=str(axes[trace.quantity]["unit"]))
 
     @property
     def values(self) -> dict[str, float]:

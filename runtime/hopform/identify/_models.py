@@ -44,6 +44,7 @@ from hopform.identify._recordings import (
     mended,
     noise_of,
     quantum_of,
+    used_after_all,
 )
 from hopform.identify._rigs import SINGULAR, Along, Experiment, Force, Moved, Rates, in_recorded_time
 from hopform.identify._search import Problem
@@ -51,8 +52,6 @@ from hopform.identify._segments import CUTOFFS, decays, filtered_part
 
 Given = Mapping[str, float | str] | None
 """Known values; a name in place of one says that a parameter is as one that is fitted."""
-_UNFITTED = ("lower", "upper", "bound")
-"""Domains of stops and limits, which are known or absent."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +93,7 @@ class Model:
         places, speeds = dict(zip(self._numbers, x, strict=True)), dict(zip(self._numbers, v, strict=True))
         zero, sides = np.zeros_like(np.asarray(u, dtype=float)), dict(zip(self._numbers, side, strict=True))
         x1, v1, v2 = places.get(1, zero), speeds.get(1, zero), speeds.get(2, zero)
-        y = x1 - places.get(2, zero) + self.formulas.body_height(robot, 0.0, 0.0)
+        y = x1 - places.get(2, zero) + self.formulas.second_position(robot, 0.0, 0.0)
         state, rates = self.records.LegState(x1, v1, v2, y), self.formulas.rates_of(robot)
         forces = sides.get(1, zero), sides.get(2, zero)
         drive = self.formulas.drive_of(robot, rates, u, *forces)
@@ -106,16 +105,30 @@ class Model:
         return [each.number for each in self.masses]
 
     @property
+    def stops(self) -> set[str]:
+        """The parameters of stops and limits, which are known or absent."""
+        bounds = {name for name, each in self.parameters.items() if each["domain"] in ("lower", "upper", "bound")}
+        return bounds | self._named("stops")
+
+    @property
     def excess(self) -> set[str]:
         """The parameters of friction that is higher at rest, which are fitted where they are asked for."""
-        return {name for each in self.core.facts.elements for name in each.get("excess", ())}
+        return {name for name in self._named("excess") if self.parameters[name]["domain"] != "positive"} - {
+            *self.coulomb
+        }
+
+    def _named(self, key: str) -> set[str]:
+        """The parameters in what the facts of the masses have under a key."""
+        texts = list[str]()
+        for element in self.core.facts.elements:
+            entry: Any = element.get(key, ())
+            texts += map(str, entry.values() if key == "stops" and entry else entry)
+        return {word for text in texts for word in re.findall(r"\w+", text)} & self.parameters.keys()
 
     @property
     def friction(self) -> dict[str, str]:
         """The parameters of friction, by kind: Coulomb's as the facts of the masses name them, viscous ones by their unit."""
-        levels = [level for each in self.core.facts.elements for level in each.get("friction", ())]
-        named = {word for level in levels for word in re.findall(r"\w+", level)}
-        letters = dict[str, str]()
+        named, letters = self._named("friction"), dict[str, str]()
         for name, parameter in self.parameters.items():
             if name in named and parameter["domain"] != "positive":
                 letters[name] = "coulomb"
@@ -167,7 +180,7 @@ class Modelled(Experiment):
     def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
         model, robot = self.model, self.model.robot(at)
         under, fed = self._with_sine(at, robot, steps) if self.grid is not None else (steps, None)
-        length = float(model.formulas.body_height(robot, 0.0, 0.0))
+        length = float(model.formulas.second_position(robot, 0.0, 0.0))
         motion = self._solved(at, robot, under, float(time[-1]), length)
         state, rows = motion.tangents(np.ascontiguousarray(time))
         lengths = lengths_of(model.core.package, robot)
@@ -274,7 +287,7 @@ class Modelled(Experiment):
     def words(self, at: Values) -> dict[str, float]:
         """What a simulator calls the numbers of a joint: the inertia from the kinetic energy, all else times it."""
         robot, formulas = self.model.robot(at), self.model.formulas
-        length = float(formulas.body_height(robot, 0.0, 0.0))
+        length = float(formulas.second_position(robot, 0.0, 0.0))
         still, moving = (self.model.records.LegState(0.0, v, 0.0, length) for v in (0.0, 1.0))
         inertia = 2.0 * float(formulas.energies(robot, moving).total - formulas.energies(robot, still).total)
         linear = self._linear(robot)
@@ -296,7 +309,7 @@ class Modelled(Experiment):
         begins, levels = np.array(steps, dtype=float).T
         times = np.unique(np.concatenate([grid, begins[(begins >= 0.0) & (begins < grid[-1])]]))
         base = levels[np.searchsorted(begins, times, side="right") - 1]
-        length = float(self.model.formulas.body_height(robot, 0.0, 0.0))
+        length = float(self.model.formulas.second_position(robot, 0.0, 0.0))
         reach = max(float(np.ptp(self.seen[-1].x)), 1e-12)
         by_column = self._columns(at)
         columns, starts = [*by_column.values()], [[*by_column].index(letter) for letter in ("x", "v")]
@@ -346,7 +359,7 @@ class Modelled(Experiment):
         places = np.arange(finer * (self.time.size - 1) + 1) / finer
         fine = np.interp(places, np.arange(self.time.size), self.time)
         drive = levels[np.searchsorted(begins, fine, side="right") - 1]
-        length = float(self.model.formulas.body_height(robot, 0.0, 0.0))
+        length = float(self.model.formulas.second_position(robot, 0.0, 0.0))
 
         def moved(u: Array) -> tuple[Array, Array]:
             motion = self._solved(at, robot, current_steps(fine, u), float(fine[-1]), length)
@@ -501,7 +514,7 @@ def fit_model(
     first = {name: p.start for name, p in {**shared, **parameters}.items()}
     mass = model.masses[0]
     units = Units(mass.unit, model.input["unit"] if model.input else "A")
-    warnings = tuple(f"{each.source}: {note}" for each in several for note in each.notes)
+    warnings = tuple(f"{each.source}: {note}" for each in view for note in each.notes)
     problem = Problem(
         "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
         tuple(first | each for each in tries), {n: values[n] for n in known or {} if n in values}, (), warnings, parts=(0.35, 1.0),
@@ -556,17 +569,19 @@ def _chosen(
         else:
             given[cast(str, name)] = checked_value(fields[cast(str, name)], value)
     if fitted is None:
-        names = [n for n, each in fields.items()
-                 if n not in given and n not in tied and n not in model.excess and each.domain not in _UNFITTED]  # fmt: skip
+        names = [n for n in fields if not {n} & (given.keys() | tied.keys() | model.excess | model.stops)]
     else:
         names = [cast(str, each) for each in items("fitted", fitted, "names of parameters", len(fields))]
         for name in names:
             if name not in fields or name in given or name in tied:
                 may = ", ".join(n for n in fields if n not in given and n not in tied)
-                raise HopformError(f"fitted: {shown(name)} is no parameter that is not known; there are {may}")
+                what = f"{shown(name)} is known" if name in fields else f"unknown parameter {shown(name)}"
+                raise HopformError(f"fitted: {what}; free ones are {may}")
     for name, other in tied.items():
         if other not in names:
-            raise HopformError(f"known: {name} is to be as {shown(other)}, which is none of {', '.join(names)}")
+            raise HopformError(
+                f"known: {name} = {shown(other)}, which is no fitted parameter; these are {', '.join(names)}"
+            )
     values = given | {n: each.default for n, each in fields.items()
                       if n not in given and n not in tied and n not in names and each.default is not None}  # fmt: skip
     missing = [n for n in fields if n not in names and n not in tied and n not in values]
@@ -580,7 +595,7 @@ def _view(model: Model, recording: Recording) -> Recording:
     columns = dict[str, Column]()
     alone = len(model.masses) == 1
     for mass in model.masses:
-        column = recording.named(mass.coordinate) or (recording.column_of("x1") if alone else None)
+        column = recording.named(mass.coordinate) or (recording.found("x1") if alone else None)
         if column is None:
             continue
         if SI[column.quantity] != mass.unit:
@@ -589,17 +604,23 @@ def _view(model: Model, recording: Recording) -> Recording:
             )
         columns["position" if alone else f"x{mass.number}"] = column
     if not columns:
+        names = " or ".join(f"{each.coordinate} (as in {each.coordinate}_{each.unit})" for each in model.masses)
+        there = ", ".join(each.title for each in recording.columns.values()) or "none"
         raise recording.error(
-            f"no column is one of {', '.join(each.coordinate for each in model.masses)}", recording.head
+            f"no column is a coordinate of the model: name it {names}; there are {there}", recording.head
         )
     if model.input is not None:
-        drive = recording.named(model.input["name"]) or recording.found("u")
+        name, unit = model.input["name"], model.input["unit"]
+        in_its_unit = recording.in_unit(name, unit)
+        drive = in_its_unit or recording.named(name) or recording.found("u")
+        if drive is None:  # one in another unit must not pass for a recording without a drive
+            titles = (each for each in recording.others if each.startswith(f"{name}_".lower()))
+            drive = next((recording.others[each] for each in titles), None)
         if drive is not None:
-            if DRIVES.get(drive.quantity) != model.input["unit"]:
-                raise recording.error(
-                    f"must be in {model.input['unit']}: the model's {model.input['name']} is", recording.head, drive
-                )
+            if in_its_unit is None and DRIVES.get(drive.quantity) != unit:
+                raise recording.error(f"must be in {unit}: the model's {name} is", recording.head, drive)
             columns["current"] = drive
+            recording = replace(recording, notes=used_after_all(recording.notes, drive.title))
     return replace(recording, columns=columns, unfit={}).of_columns([*columns.values()])
 
 
@@ -649,7 +670,7 @@ def _posed(
     for mass, place_of in zip(measured, (cut.x, cut.x1), strict=False):
         experiments.append(
             Modelled(
-                cut.label, "model", cut.time[kept], cast(Array, place_of)[kept], letters, constants, cut.steps,
+                cut.label if len(measured) == 1 else f"{cut.label}, {mass.coordinate}", "model", cut.time[kept], cast(Array, place_of)[kept], letters, constants, cut.steps,
                 begin=cut.begin, of="x1" if mass.number == 1 else "x2", model=model, mass=mass.number,
                 grid=_grid(cut.time, clean.x) if sine else None, seen=[angle, angle],
             )
@@ -682,6 +703,10 @@ def _start(model: Model, name: str, start: Values | None) -> float:
 def _given(model: Model, names: Sequence[str], start: Values | None) -> dict[str, float]:
     """The values near which the search is asked to begin, of what is fitted."""
     given = mapping("start", start, MOST_KNOWN)
+    for name in given:
+        if name not in names:
+            what = "it is not fitted" if name in model.parameters else "unknown parameter"
+            raise HopformError(f"the search cannot begin near {shown(name)}: {what}; fitted are {', '.join(names)}")
     return {n: real(f"start: {n}", given[n], model.parameters[n]["unit"]) for n in names if n in given}
 
 

@@ -64,7 +64,7 @@ def plot_fit(figure: Figure, fit: Fit) -> None:
 
 def _draw_residuals(left: Axes, right: Axes, trace: Trace, fit: Fit) -> None:
     """Residuals over position, where a guide shows, and over velocity, where a friction law does."""
-    unit, factor = fit.units.shown(trace.quantity)
+    unit, factor = fit.units_of(trace).shown(trace.quantity)
     residual, rate = factor * (trace.predicted - trace.measured), factor * np.gradient(trace.predicted, trace.time)
     left.plot(factor * trace.predicted, residual, ".", ms=1.5, color=plots.BLUE)
     left.set(xlabel=f"{fit.called(trace)} [{unit}]", ylabel=f"residual [{unit}]")
@@ -88,7 +88,7 @@ def _draw_correlations(axes: Axes, correlations: Mapping[tuple[str, str], float]
 
 
 def _draw_trace(above: Axes, below: Axes, trace: Trace, fit: Fit) -> None:
-    unit, factor = fit.units.shown(trace.quantity)
+    unit, factor = fit.units_of(trace).shown(trace.quantity)
     trace_panel(above, trace, fit)
     if trace.old is not None:
         below.plot(trace.time, factor * (trace.old - trace.measured), lw=0.6, color=plots.MAGENTA)
@@ -99,7 +99,7 @@ def _draw_trace(above: Axes, below: Axes, trace: Trace, fit: Fit) -> None:
 
 def trace_panel(axes: Axes, trace: Trace, fit: Fit) -> None:
     """A recording beside the models that were fitted to it."""
-    (unit, factor), (old, new) = fit.units.shown(trace.quantity), fit.rivals
+    (unit, factor), (old, new) = fit.units_of(trace).shown(trace.quantity), fit.rivals
     axes.plot(trace.time, factor * trace.measured, ".", ms=2, color=plots.GREY, label="measured")
     if trace.old is not None:
         axes.plot(trace.time, factor * trace.old, "--", lw=0.9, color=plots.MAGENTA, label=old)

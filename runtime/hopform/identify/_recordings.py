@@ -12,6 +12,7 @@ torques [N m], lengths are angles [rad]; the equations of motion stay as they ar
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from hashlib import sha256
 from itertools import pairwise
@@ -42,8 +43,10 @@ COLUMNS: dict[str, tuple[str, float]] = {
 """Units after the last underscore of a column's name: the quantity, and the multiple of its SI unit."""
 COUNTS = re.compile(r"([0-9]+(?:\.[0-9]+)?)per(rev|rad|deg|m|mm)")
 """The unit of an encoder's counts: how many a turn, or a length, has."""
-DRIVES = {"current": "A", "voltage": "V", "force": "N", "torque": "N m"}
-"""What may drive an actuator, with its SI unit."""
+OTHER = "other"
+"""The quantity of a column in the unit that a model's file gives its input, which is none of those above."""
+DRIVES = {"current": "A", "voltage": "V", "force": "N", "torque": "N m", OTHER: ""}
+"""What may drive a motion, with its SI unit."""
 SI = {"time": "s", "length": "m", "angle": "rad", **DRIVES, "": ""}
 """The SI units of what a column may hold; of one that no fit uses, none."""
 _ROTARY = {
@@ -106,8 +109,10 @@ _MOST_WAY = {"length": 10.0, "angle": 1e4}
 _HALF_PERIODS = {"x1": (1e-3, 50.0), "x2": (1e-3, 5.0)}
 """[s] what the half period of a hopper or a joint lies between, else the unit of time is wrong: of x2 that of its
 spring, of x1 maybe that of a slow drive."""
-_DRIVEN_BY = {"current": (0.01, 300.0), "voltage": (0.01, 1000.0), "force": (0.01, 1e5), "torque": (1e-5, 1e4)}
-"""[A, V, N, N m] the same of what drives it."""
+_DRIVEN_BY = {
+    "current": (0.01, 300.0), "voltage": (0.01, 1000.0), "force": (0.01, 1e5), "torque": (1e-5, 1e4), OTHER: (0.0, math.inf),
+}  # fmt: skip
+"""[A, V, N, N m] the same of what drives it; of another quantity nothing is known."""
 
 
 def fault(source: str, message: str, line: int | None, column: str | None = None) -> HopformError:
@@ -145,6 +150,8 @@ class Recording(Shown):
     digest: str = field(default="", compare=False)
     """SHA-256 of the text that it was read from"""
     unfit: Mapping[str, HopformError] = field(default_factory=dict[str, HopformError], compare=False)
+    others: Mapping[str, Column] = field(default_factory=dict[str, Column], compare=False)
+    """columns of numbers whose unit is not known here, by their names with it"""
 
     @property
     def line(self) -> int:
@@ -173,15 +180,18 @@ class Recording(Shown):
         note = f"{kept.size - left} of {kept.size} samples without a number in {titles}, so left out"
         if left < FEWEST:
             raise self.error(f"{note}: at least {FEWEST} must have one in each", self.line_of(first))
-        columns = {name: each._replace(values=each.values[kept]) for name, each in self.columns.items()}
+        columns, others = (
+            {name: each._replace(values=each.values[kept]) for name, each in several.items()}
+            for several in (self.columns, self.others)
+        )
         lines = [self.line_of(n) for n in np.flatnonzero(kept).tolist()]
         notes = (*self.notes, f"{note}, the first in line {self.line_of(first)}")
-        return replace(self, time=self.time[kept], columns=columns, lines=lines, notes=notes)
+        return replace(self, time=self.time[kept], columns=columns, others=others, lines=lines, notes=notes)
 
     def _card(self) -> Card:
         rate = (self.time.size - 1) / float(np.ptp(self.time)) if self.time.size > 1 else 0.0
-        given = [("samples", self.time.size), ("time", span(self.time)), ("rate", f"{rate:.5g} Hz"),
-                 ("added mass", f"{self.added_mass:g} kg")]  # fmt: skip
+        given = [("samples", self.time.size), ("time", span(self.time)), ("rate", f"{rate:.5g} Hz")]
+        given += [("added mass", f"{self.added_mass:g} kg")] if self.added_mass else []
         rows = [(f"{name} [{SI[each.quantity]}]", span(each.values)) for name, each in sorted(self.columns.items())]
         return Card(f"Recording {self.source}", given, rows)
 
@@ -202,10 +212,10 @@ class Recording(Shown):
         unit, most = SI[column.quantity], _MOST_WAY[column.quantity]
         allowed, small = f"{1e3 * _LEAST_WAY:g} m{unit} to {most:g} {unit}", f"{1e3 * reach:.2g} m{unit}"
         if float(np.abs(values).max()) > most:
-            raise self._beyond(column, f"a position of a hopper is within {most:g} {unit}")
+            raise self._beyond(column, f"a position is within {most:g} {unit}")
         if not _LEAST_WAY <= reach <= most:
-            seen, may = (f"{reach:.3g} {unit}", "a hopper moves by") if reach > most else (small, "a fit can use")
-            raise self.error(f"moves by {seen} in all; {may} {allowed}: is its unit right?", self.line, column)
+            seen = f"{reach:.3g} {unit}" if reach > most else small
+            raise self.error(f"moves by {seen} in all; a fit can use {allowed}: is its unit right?", self.line, column)
         noise = max(noise_of(values), quantum_of(values))
         if float(np.std(values)) < 3.0 * noise:
             message = f"does not move beyond its noise of {noise:.2g} {unit}: let it move further"
@@ -226,7 +236,7 @@ class Recording(Shown):
         column = self.column_of("u")
         reach, (least, most) = float(np.abs(column.values).max()), _DRIVEN_BY[column.quantity]
         if reach > 0.0 and not least <= reach <= most:
-            raise self._beyond(column, f"what drives a hopper reaches {least:g} to {most:g} {SI[column.quantity]}")
+            raise self._beyond(column, f"a drive reaches {least:g} to {most:g} {SI[column.quantity]}")
         return column.values
 
     def driving_current(self) -> Array:
@@ -250,6 +260,13 @@ class Recording(Shown):
         if (key := name.lower()) in self.unfit:
             raise self.unfit[key]
         return self.columns.get(key)
+
+    def in_unit(self, name: str, unit: str) -> Column | None:
+        """The column of a name in a unit that is not known here, or None."""
+        key = f"{name}_{unit.replace(' ', '')}".lower()
+        column = self.others.get(key) or self.columns.get(name.lower())
+        is_own = column is not None and column.quantity in (UNUSED, OTHER) and _spelt(column.title).lower() == key
+        return column._replace(quantity=OTHER) if column is not None and is_own else None
 
     def found(self, of: str) -> Column | None:
         """The column of x1, x2 or the current u, or None; HopformError for one that cannot be read."""
@@ -335,28 +352,49 @@ def parse_recording(text: str, source: str, added_mass: float = 0.0) -> Recordin
         raise fault(source, f"ends after {len(rows)} samples, at least {FEWEST} are needed", last)
     used = {name: place for place, (name, quantity, _) in enumerate(quantities) if quantity != UNUSED}
     cells = [_cells(row, titles, used.values(), source, line) for line, row in rows]
-    columns = dict[str, Column]()
-    for name, place in used.items():
-        _, quantity, factor = quantities[place]
+    columns, others = dict[str, Column](), dict[str, Column]()
+
+    def numbers(place: int, factor: float) -> Array:
+        """The numbers of a column; HopformError for the first cell that is none."""
         comma = separator != "," and not any("." in row[place] for row in cells)
-        try:
-            values = factor * np.array([_number(row[place], comma, source, line, titles[place])
-                                        for (line, _), row in zip(rows, cells, strict=True)], dtype=float)  # fmt: skip
-        except HopformError as error:
-            unfit.setdefault(name, error)
-        else:
-            columns[name] = Column(titles[place], quantity, place + 1, values)
+        lines_of = zip(rows, cells, strict=True)
+        values = [_number(row[place], comma, source, line, titles[place]) for (line, _), row in lines_of]
+        return factor * np.array(values, dtype=float)
+
+    for place, (name, quantity, factor) in enumerate(quantities):
+        if quantity != UNUSED and used[name] == place:
+            try:
+                columns[name] = Column(titles[place], quantity, place + 1, numbers(place, factor))
+            except HopformError as error:
+                unfit.setdefault(name, error)
+        elif quantity == UNUSED and "_" in name:
+            with suppress(HopformError):  # a column that no fit uses may hold anything
+                others.setdefault(name, Column(titles[place], UNUSED, place + 1, numbers(place, 1.0)))
     columns = {name: each for name, each in columns.items() if name not in unfit}
     clock = _clock(columns, unfit, source, head_line)
     lines = [line for line, _ in rows]
     rest = {name: each for name, each in columns.items() if name not in TIMES}
     read = Recording(source, clock.values, rest, lines, mass, (), tuple(remarks), head_line,
-                     sha256(text.encode("utf-8", "surrogatepass")).hexdigest(), unfit).of_columns([clock])  # fmt: skip
+                     sha256(text.encode("utf-8", "surrogatepass")).hexdigest(), unfit, others).of_columns([clock])  # fmt: skip
     time = _time(read, clock)
     unused = [title for title, (_, quantity, _) in zip(titles, quantities, strict=True) if quantity == UNUSED and title]
-    left_out = [f"without a unit that is known, so left out: {', '.join(map(shown, unused))}"] if unused else []
+    left_out = [f"{_LEFT_OUT}{', '.join(map(shown, unused))}"] if unused else []
     left_out += [f"line {cut} is cut short, so left out"] if cut else []
     return replace(read, time=time, notes=(*remarks, *_notes(time, read.columns), *read.notes, *left_out))
+
+
+_LEFT_OUT = "without a unit that is known, so left out: "
+
+
+def used_after_all(notes: Sequence[str], title: str) -> tuple[str, ...]:
+    """The notes of a recording, of which a fit uses a column that was left out."""
+    kept = list[str]()
+    for note in notes:
+        titles = note.removeprefix(_LEFT_OUT).split(", ") if note.startswith(_LEFT_OUT) else []
+        rest = [each for each in titles if each != shown(title)]
+        if rest or not titles:
+            kept.append(f"{_LEFT_OUT}{', '.join(rest)}" if titles else note)
+    return tuple(kept)
 
 
 SEPARATORS = ",;\t|"

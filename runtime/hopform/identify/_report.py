@@ -41,7 +41,7 @@ def fit_sections(fit: Fit) -> list[Section]:
     parameters += [(name, number(value, ".6g"), "", "", "known") for name, value in fit.known.items()]
     recordings = list[Sequence[str]]()
     for trace in fit.traces:
-        unit, factor = fit.units.shown(trace.quantity)
+        unit, factor = fit.units_of(trace).shown(trace.quantity)
         lengths = (trace.tests.rms, trace.old_rms, trace.holdout, trace.quantum or math.nan)
         row = (trace.label, str(trace.time.size), *(number(factor * value, ".4g") for value in lengths), unit)
         recordings.append((*row, f"{trace.tests.autocorrelation:.2f}", "yes" if trace.tests.white else "no"))
@@ -183,7 +183,7 @@ def fit_json(fit: Fit) -> str:
     seen = [n for n, each in enumerate(fit.estimates) if each.method != "not identifiable"]
     covariance = [fit.estimates[n].name for n in seen], fit.covariance[np.ix_(seen, seen)]
     recordings = [
-        record("recording", each.tests, source=each.label, quantity=each.quantity, samples=each.time.size,
+        record("recording", each.tests, source=each.label, quantity=fit.called(each), samples=each.time.size,
                rms_viscous=each.old_rms, holdout=each.holdout, quantum=each.quantum) for each in fit.traces
     ]  # fmt: skip
     correlations = [(*pair, value) for pair, value in fit.correlations.items()]
@@ -246,7 +246,7 @@ class Page(NamedTuple):
 
 def rms_of(fit: Fit, trace: Trace) -> str:
     """How well both models meet a recording, in words."""
-    (unit, factor), (old, new) = fit.units.shown(trace.quantity), fit.rivals
+    (unit, factor), (old, new) = fit.units_of(trace).shown(trace.quantity), fit.rivals
     after, before = (f"{factor * rms:.3g} {unit}" for rms in (trace.tests.rms, trace.old_rms))
     by = "by " if fit.base is None else ""  # equations
     return f"{Path(trace.label).name}: rms {after} {by}{new}; {before} {by}{old}"

@@ -107,7 +107,7 @@ def _modelled(fit: Fit) -> Modelled:
     """The recording of a model's fit; HopformError for a model of several masses."""
     experiment = fit.solution.experiments[0] if fit.solution else None
     if not isinstance(experiment, Modelled) or len(experiment.model.masses) > 1:
-        raise HopformError("a simulator's file takes the fit of one mass, an actuator or a joint")
+        raise HopformError("a simulator's file takes the fit of one mass")
     return experiment
 
 

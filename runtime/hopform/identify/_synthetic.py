@@ -19,7 +19,7 @@ from hopform.extend import finite, positive, whole
 from hopform.identify import _motion as motion
 from hopform.identify import _rigs as rigs
 from hopform.identify._motion import Array, drop_and_compression
-from hopform.identify._recordings import SI, Column, Recording, current_steps
+from hopform.identify._recordings import OTHER, SI, Column, Recording, current_steps
 
 TESTS = ("drop", "free", "decay", "step", "air")
 MOTION = "motion"
@@ -162,9 +162,9 @@ def _motion(
             columns[name.lower()] = _column(f"{name}_{unit}", len(columns) + 2, x, noise, quantum, rng)
     drive = solved.current(time) if facts.inputs else np.zeros(time.size)
     if drive.any():
-        name, unit = (str(facts.inputs[0][part]) for part in ("name", "unit"))
-        title = f"{name}_{unit.replace(' ', '')}"
-        columns[name.lower()] = Column(title, _QUANTITIES[unit], len(columns) + 2, np.asarray(drive, np.float64))
+        name, unit = (str((facts.currents or facts.inputs)[0][part]) for part in ("name", "unit"))
+        title, quantity = f"{name}_{unit.replace(' ', '')}", _QUANTITIES.get(unit, OTHER)
+        columns[name.lower()] = Column(title, quantity, len(columns) + 2, np.asarray(drive, np.float64))
     return Recording(f"{robot.name or facts.name}, {MOTION}", time, columns)
 
 

@@ -24,7 +24,7 @@ static void answer_of(const OF(hopform_stance) *stance, const OF(hopform_phase) 
 {
     int count = 0;
     for (int32_t n = 1; n < stance->phases_kept; n++) {
-        if (phases[n].event) {
+        if (HOPFORM_IS_EVENT(phases[n].event)) {
             answer[HEAD + 2 * count] = (double)phases[n].t;
             answer[HEAD + 2 * count + 1] = phases[n].event;
             count++;

@@ -497,7 +497,7 @@ static void one_stance(void)
     must(solve(&p, &stance) == HOPFORM_OK && stance.ending == ending && stance.event_count == count, "another ending");
     int found = 0;
     for (int n = 1; n < stance.phases_kept && found < count; n++) {
-        if (phases[n].event != HOPFORM_EVENT_NONE) {
+        if (HOPFORM_IS_EVENT(phases[n].event)) {
             must(phases[n].event == (int)events[2 * found], "another event");
             near(phases[n].t, events[2 * found + 1], loose * unit_time, "the time of an event");
             found++;

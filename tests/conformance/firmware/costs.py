@@ -1,12 +1,13 @@
 """What the library costs per target: instructions and stack per call, flash, structs; and whether that has grown.
 
-`measure` runs costs.c and costs_law.c of this folder on the emulated target, links images for the flash, and adds up the
+`measure` runs costs.c and costs_motion.c of this folder on the emulated target, links images for the flash, and adds up the
 frames of the compiler's call graph. docs/evidence/firmware-costs.json is the committed record,
 docs/evidence/firmware-costs.md the same as a page.
 """
 
 import json
 import re
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -31,8 +32,12 @@ IMAGES = {
     3: "with energies, grid, flight",
     4: "with sensitivities",
 }
+MOTION_IMAGES = {1: "plan_init, solve_motion, motion_at", 2: "with a plant, ticked"}
+MODELS = ("joint", "servo")
+"""Models without a contact whose solvers are counted, too."""
 CALLS = ("plan_init", "solve_stance", "stance_at", "stance_energy", "stance_grid", "solve_flight",
          "choose_current_begin", "choose_current_step", "choose_current")  # fmt: skip
+MOTION_CALLS = ("plan_init", "solve_motion", "motion_at", "plant_step")
 
 PAID = (
     ("solve_stance, after a drop", "solve_stance drops"),
@@ -58,7 +63,8 @@ REGIMES = {
     "three_real_poles": ("W", "a/w=6"),
     "near-equal_poles": ("W", "a/w=0.26"),
     "friction_at_rest": ("W", "a/w=0.26"),
-    "law": ("one mass", "friction_at_rest"),
+    "joint": ("one mass", "friction_at_rest"),
+    "servo": ("one mass, a law", "joint"),
     "hops": ("flight", "a/w=0.26"),
 }
 """What is counted apart, in the order of the page: how its phases are evaluated, and the regime next to it."""
@@ -73,7 +79,9 @@ CLOCK = 168
 def measure(build: Build) -> dict[str, Any]:
     """All figures of one build, flat: name to number."""
     figures: dict[str, Any] = {}
-    images = link(build, "costs", precisions=F32), link(replace(build, model="servo"), "costs_law", precisions=F32)
+    images = [link(build, "costs", precisions=F32)]
+    for model in MODELS:
+        images.append(link(replace(build, model=model), "costs_motion", precisions=F32, define=(f"-D{model.upper()}",)))
     for line in "".join(emulate(build.target, image) for image in images).splitlines():
         words = line.split()
         if words[:1] == ["sizeof"]:
@@ -84,7 +92,10 @@ def measure(build: Build) -> dict[str, Any]:
             name = f"{words[0]} {words[1]}"
             figures[f"{name} mean"], figures[f"{name} max"] = int(words[3]), int(words[4])
             figures[f"{name} painted stack"] = int(words[5])
-    figures |= flash(build) | static_stack(build)
+    figures |= flash(build, IMAGES) | static_stack(build, CALLS)
+    for model in MODELS:
+        its, motion = replace(build, model=model), f"{model}: "
+        figures |= flash(its, MOTION_IMAGES, motion, "-DMOTION") | static_stack(its, MOTION_CALLS, f" {model}")
     return figures | (caps(build) if build.name == BOUNDED else {})
 
 
@@ -121,13 +132,14 @@ def sections(path: Path) -> dict[str, int]:
     return dict(zip(("text", "data", "bss"), map(int, line[:3]), strict=True))
 
 
-def flash(build: Build) -> dict[str, int]:
+def flash(build: Build, images: dict[int, str], of: str = "", *define: str) -> dict[str, int]:
+    """What the functions of each image take, and what the library has in RAM; `of` names the model."""
     sizes = {}
-    for uses in (0, *IMAGES):
-        sizes[uses] = sections(link(build, "uses", precisions=F32, define=(f"-DUSES={uses}",)))["text"]
-    figures = {f"flash {text}": sizes[uses] - sizes[0] for uses, text in IMAGES.items()}
+    for uses in (0, *images):
+        sizes[uses] = sections(link(build, "uses", precisions=F32, define=(f"-DUSES={uses}", *define)))["text"]
+    figures = {f"flash {of}{text}": sizes[uses] - sizes[0] for uses, text in images.items()}
     parts = [sections(path) for path in objects(build, F32)]
-    return figures | {"data + bss": sum(part["data"] + part["bss"] for part in parts)}
+    return figures | {f"{of}data + bss": sum(part["data"] + part["bss"] for part in parts)}
 
 
 FOLLOWS = "carry_variation_f32"
@@ -137,7 +149,7 @@ _NODE = re.compile(r'node: \{ title: "([^"]+)" label: "[^"]*?(\d+) bytes \((stat
 _EDGE = re.compile(r'edge: \{ sourcename: "([^"]+)" targetname: "([^"]+)"')
 
 
-def static_stack(build: Build) -> dict[str, int]:
+def static_stack(build: Build, calls_of_users: Sequence[str], of: str = "") -> dict[str, int]:
     """The deepest sum of frames below each call, from gcc's call graph; library routines of the tool chain count 0."""
     frames: dict[str, int] = {}
     calls: dict[str, set[str]] = {}
@@ -150,7 +162,7 @@ def static_stack(build: Build) -> dict[str, int]:
         for caller, callee in _EDGE.findall(text):
             calls.setdefault(caller, set()).add(callee)
 
-    (follows,) = (title for title in frames if title.endswith(FOLLOWS))
+    follows = next((title for title in frames if title.endswith(FOLLOWS)), "")
 
     def depth(title: str, above: tuple[str, ...] = ()) -> int:
         if title in above:
@@ -160,7 +172,7 @@ def static_stack(build: Build) -> dict[str, int]:
         below = (depth(callee, (*above, title)) for callee in calls.get(title, ()))
         return frames.get(title, 0) + max(below, default=0)
 
-    return {f"{name} static stack": depth(f"hopform_{name}_f32") for name in CALLS}
+    return {f"{name}{of} static stack": depth(f"hopform_{name}_f32") for name in calls_of_users}
 
 
 def compilers() -> dict[str, str]:
@@ -168,7 +180,8 @@ def compilers() -> dict[str, str]:
 
 
 def call_of(regime: str) -> str:
-    return "flight" if REGIMES[regime][0] == "flight" else "stance"
+    form = REGIMES[regime][0]
+    return "flight" if form == "flight" else "motion" if form.startswith("one mass") else "stance"
 
 
 def cost_of_a_phase(figures: dict[str, Any], regime: str) -> int:
@@ -269,6 +282,14 @@ def page(builds: dict[str, dict[str, Any]]) -> str:
         a_phase, near = cost_of_a_phase(m4f, name), cost_of_a_phase(m4f, beside)
         regimes.append([name.replace("_", " "), form, *whole, spaced(a_phase), f"{a_phase / near:.2f}",
                         beside.replace("_", " ")])  # fmt: skip
+    rows = {
+        **{f"flash: {text} [B]": f"flash {{0}}: {text}" for text in MOTION_IMAGES.values()},
+        **{f"{call}, instructions": f"{call} {{0}} mean" for call in MOTION_CALLS},
+        **{f"{call}, stack, painted [B]": f"{call} {{0}} painted stack" for call in MOTION_CALLS},
+        **{f"sizeof {name} [B]": f"bytes of {{0}}_{name}" for name in ("plan", "motion", "phase", "plant")},
+    }
+    of_models = [[what, *(spaced(figures[name.format(model)]) for model in MODELS for figures in (m4f, small))]
+                 for what, name in rows.items()]  # fmt: skip
     versions = "; ".join(compilers().values())
     stances = m4f["choose_current drops mean"] / m4f["choose_current_step drops mean"]
     return f"""# What the C library costs on a processor
@@ -282,7 +303,9 @@ Set `modes`: {len(CASES)} stances of `hopform_selftest`, which visit every mode,
 10 and 15 cm from each of them. `choose_current_step` solves one stance more. `choose_current_near` is the search for
 the same height, where it was reached, from a touchdown 1 % faster, begun near the command before. Set `hops`: the
 flights of `hopper_c` in a run of {len(HOPS)} hops of {100 * min(HOPS):.0f} to {100 * max(HOPS):.0f} cm,
-from take-offs with the actuator out and moving.
+from take-offs with the actuator out and moving. Sets `joint` and `servo`, each with the solver of its own model: nine
+moves of up to 2 s, of a joint on its spring under currents and of a servo to targets near and far, and 200 ticks of a
+plant in each.
 
 ## Cortex-M4F, gcc -O2
 
@@ -291,11 +314,11 @@ Of the wishes in the set some are reached, the others are out of reach: the sear
 it knows that none is nearer. A command takes {stances:.1f} stances on average.
 
 What a stance costs depends on its poles and on how its phases are evaluated, so each regime is counted apart: the drops
-of `hopper_c` by a robot between the same stops, a its real pole and w the frequency of its pair; moves of a servo under
-its law; the flights of `hops`. The last two columns compare a phase with one of the regime next to it. Where both are
-evaluated alike they cost within {ALIKE} times one another, which `make firmware-test` holds. Where W gives way to the
-[modal form](../explanation/poles.md#the-modal-form), between a/w = 30 and 33 in single precision, a phase costs
-{cost_of_a_phase(m4f, "a/w=33") / cost_of_a_phase(m4f, "a/w=30"):.2f} times as much.
+of `hopper_c` by a robot between the same stops, a its real pole and w the frequency of its pair; moves of `joint` and of
+`servo`, under its law; the flights of `hops`. The last two columns compare a phase with one of the regime next to it.
+Where both are evaluated alike they cost within {ALIKE} times one another, which `make firmware-test` holds. Where W
+gives way to the [modal form](../explanation/poles.md#the-modal-form), between a/w = 30 and 33 in single precision, a
+phase costs {cost_of_a_phase(m4f, "a/w=33") / cost_of_a_phase(m4f, "a/w=30"):.2f} times as much.
 
 {table(["regime", "evaluated as", "mean", "max", "a phase", "times", "a phase of"], regimes)}
 {table(["memory", ""], memory)}
@@ -306,6 +329,11 @@ the propagator 1 200; the certificate 900; the rest of the stance, with its even
 report. By kind: 4 050 were floating-point arithmetic, 2 900 loaded, stored or moved its numbers, 1 060 compared them,
 the other 5 000 were addresses, integers and branches. It takes about one evaluation an event, which is the least.
 
+## A joint and a servo on a Cortex-M4F
+
+Models of one mass, without a contact: `hopform --solver joint export`. Instructions are means.
+
+{table(["", "joint, -O2", "joint, -Os", "servo, -O2", "servo, -Os"], of_models)}
 ## A bound for a task with a deadline
 
 What a stance costs is in proportion to how often its motion is evaluated. `max_evaluations` of the target caps that for

@@ -43,11 +43,16 @@ static hopform_flight_ledger_f32 flight_ledgers[TIMES];
 static hopform_target_f32 target;
 static hopform_command_f32 command;
 static hopform_trial_f32 trials[1];
+static hopform_start_f32 coordinates;
+static hopform_forces_f32 forces[TIMES];
+static hopform_plant_f32 plant;
 static float times[TIMES], losses[TIMES], x1[TIMES], v1[TIMES], v2[TIMES], y[TIMES], current;
 static float matrix[HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
 static float tangents[TIMES * HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
 
-#ifdef ONLY_FLIGHT
+#ifdef ONLY_PLANT
+#define WANTS(part) ((part) == 4)
+#elif defined(ONLY_FLIGHT)
 #define WANTS(part) ((part) == 2)
 #elif defined(ONLY_STANCE)
 #define WANTS(part) ((part) == 1)
@@ -72,6 +77,8 @@ int main(void)
             (void)hopform_stance_states_f32(&plan, steps, phases, &stance, times, TIMES,
                                             (float *const[]){x1, v1, v2, y});
             (void)hopform_stance_energy_f32(&plan, steps, phases, &stance, times, TIMES, energies, ledgers, losses);
+            (void)hopform_stance_forces_f32(&plan, steps, phases, &stance, times, TIMES, forces);
+            (void)hopform_stance_before_f32(&plan, steps, phases, &stance, (int32_t)any_bits, &state);
             (void)hopform_stance_grid_f32(&plan, steps, phases, &stance, any(), any(), TIMES,
                                           (float *const[]){x1, v1, v2, y});
             (void)hopform_stance_sensitivities_f32(&plan, steps, phases, &stance, matrix);
@@ -93,6 +100,17 @@ int main(void)
         for (int n = 0; n < 3; n++) {
             (void)hopform_touchdown_f32(&detector, &contact, any());
         }
+    }
+    if (WANTS(4)) {
+        fill((float *)&coordinates, 4);
+        (void)hopform_state_of_start_f32(&plan, &coordinates, &state);
+        (void)hopform_start_of_state_f32(&plan, &start, &coordinates);
+        (void)hopform_plant_begin_f32(&plant, &robot, &coordinates);
+        hopform_report_f32 report = {.phases = phases, .capacity = CAPACITY};
+        for (int n = 0; n < 2; n++) {
+            (void)hopform_plant_step_f32(&plant, any(), any(), &report);
+        }
+        (void)hopform_plant_place_f32(&plant, &coordinates);
     }
     if (WANTS(3)) {
         current = any();

@@ -14,7 +14,7 @@ from collections import Counter
 from tests.conformance.firmware.targets import HERE, C, Failed, run
 
 LEAST = 95
-PARTS = ("ONLY_FLIGHT", "ONLY_STANCE", "ONLY_CONTROL")
+PARTS = ("ONLY_FLIGHT", "ONLY_STANCE", "ONLY_CONTROL", "ONLY_PLANT")
 """What the driver calls, in runs of their own."""
 
 OPTIONS = (
@@ -30,8 +30,9 @@ UNROLLED = {
                    "end_at_stop_f32:40,end_at_touchdown_f32:200",
     "ONLY_STANCE": "hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,hopform_stance_tangents_f32:60,"
                    "hopform_stance_grid_f32:300,samples_of_phase_f32:100,sample_behind_f32:100,"
-                   "put_samples_f32:50,follow_to_f32:60,cross_f32:60",
+                   "put_samples_f32:50,follow_to_f32:60,cross_f32:60,hopform_stance_forces_f32:40",
     "ONLY_CONTROL": "hopform_stance_compression_f32:60,hopform_try_currents_f32:60",
+    "ONLY_PLANT": "hopform_plant_step_f32:40",
 }  # fmt: skip
 """How many states are kept apart, in each part and in all, in functions whose loops run over a few phases or event
 functions."""
@@ -41,6 +42,7 @@ SPLIT = {
     "ONLY_FLIGHT": "flight_reading_status_f32:0",
     "ONLY_STANCE": "sample_behind_f32:0:1:2",
     "ONLY_CONTROL": "hopform_choose_current_begin_f32:3",
+    "ONLY_PLANT": "tick_status_f32:0",
 }
 """Results of functions after which states are kept apart: what can be read, samples before a phase's end."""
 

@@ -50,7 +50,7 @@ static void events_of(int number, const golden *g, const hopform_stance_f32 *sta
 {
     int32_t found = 0;
     for (int32_t n = 1; n < stance->phases_kept; n++) {
-        if (phases[n].event == HOPFORM_EVENT_NONE) {
+        if (!HOPFORM_IS_EVENT(phases[n].event)) {
             continue;
         }
         if (found < g->event_count) {

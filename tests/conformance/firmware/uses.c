@@ -1,5 +1,6 @@
 /* Keeps functions of the library in an image, to see what they take of the flash: -DUSES=0 none, 1 a stance and its
- * states, 2 with the controller, 3 with energies, grids, flight and the rest, 4 with sensitivities too. */
+ * states, 2 with the controller, 3 with energies, grids, flight and the rest, 4 with sensitivities too; of a model
+ * without a contact, -DMOTION, 1 a motion and its states, 2 with a plant. */
 #include "board.h"
 #include "hopform/hopform.h"
 
@@ -9,6 +10,17 @@ function volatile keep;
 
 int main(void)
 {
+#ifdef MOTION
+#if USES >= 1
+    keep = (function)hopform_plan_init_f32;
+    keep = (function)hopform_solve_motion_f32;
+    keep = (function)hopform_motion_at_f32;
+#endif
+#if USES >= 2
+    keep = (function)hopform_plant_begin_f32;
+    keep = (function)hopform_plant_step_f32;
+#endif
+#else
 #if USES >= 1
     keep = (function)hopform_plan_init_f32;
     keep = (function)hopform_solve_stance_f32;
@@ -36,6 +48,7 @@ int main(void)
 #endif
 #if USES >= 4
     keep = (function)hopform_stance_sensitivities_f32;
+#endif
 #endif
     board_exit(0);
     return 0;

@@ -16,10 +16,11 @@
  * a current of 0, a search whose steps command 0,
  * NaN and the status for each stance of a batch. No phase in a buffer counts.
  *
- * Overlap. Small inputs are read before anything is written and may lie in an output: a robot, the start of one stance.
+ * Overlap. Small inputs are read before anything is written and may lie in an output: a robot, the start of one stance or
+ * plant.
  * So may the start of a flight, a target, gains and a detector.
- * All other inputs must not overlap an output: a plan, steps, phases, a solved stance, times, columns of a batch and the
- * structs that hold them.
+ * All other inputs must not overlap an output: a plan, steps, phases, a solved stance, times, a plant in a tick, columns
+ * of a batch and the structs that hold them.
  * Nor must a solved flight, currents, a list of starts, a search that goes on and its plan.
  * HOPFORM_ERROR_OVERLAP refuses that, and no refusal writes to an output that has a byte of such an input. Outputs must
  * not overlap each other.

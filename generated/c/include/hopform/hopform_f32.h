@@ -69,7 +69,7 @@ typedef struct {
     float s_3;  /**< [1/s^3] their product */
 } hopform_poles_f32;
 
-/** The state at one instant, as the engine counts it. */
+/** The hopper at one instant. */
 typedef struct {
     float x1;  /**< [m] displacement of the actuator */
     float v1;  /**< [m/s] velocity of the actuator */

@@ -69,7 +69,7 @@ typedef struct {
     double s_3;  /**< [1/s^3] their product */
 } hopform_poles_f64;
 
-/** The state at one instant, as the engine counts it. */
+/** The hopper at one instant. */
 typedef struct {
     double x1;  /**< [m] displacement of the actuator */
     double v1;  /**< [m/s] velocity of the actuator */

@@ -1,4 +1,4 @@
-// Solves one stance and prints when the leg takes off. SPDX-License-Identifier: MIT-0
+// Solves one stance and prints when it ends. SPDX-License-Identifier: MIT-0
 #include <hopform.h>
 
 static hopform_plan_f32 plan;
@@ -9,20 +9,22 @@ void setup() {
   const hopform_robot_f32 robot = {
     25.0f, 3.0f, 1.2e3f, 0.4f, 0.0f, 1.5e2f, 5.0f, 0.78f, 0.6f, -65.0f, 9.81f, 0.0f, 0.08f, 3.0f, 0.05f, 0.0f, 0.0f
   };
-  if (hopform_plan_init_f32(&plan, &robot) != HOPFORM_OK) {
+  if (hopform_plan_init_f32(&plan, &robot) < 0) {
     Serial.println("bad robot");
   }
 }
 
 void loop() {
-  /* x1, v1, v2 and y = L0 + c + x1 - x2 */
-  const hopform_state_f32 touchdown = {0.0f, 0.0f, -1.93f, 0.0f};
-  const hopform_step_f32 current = {0.0f, 3.0f};
+  const hopform_start_f32 start = {0.0f, 0.0f, 0.4f, -1.93f};  // x1 [m], v1 [m/s], x2 [m], v2 [m/s]
+  const hopform_step_f32 input = {0.0f, 3.0f};
+  hopform_state_f32 state;
   hopform_stance_f32 stance;
-  const int32_t status =
-      hopform_solve_stance_f32(&plan, &touchdown, &current, 1, 2.0f, 32, phases, 32, &stance);
-  Serial.print(status);
-  Serial.print(" take-off after ");
-  Serial.println(stance.duration, 6);
+  int32_t status = hopform_state_of_start_f32(&plan, &start, &state);
+  if (status >= 0) {
+    status = hopform_solve_stance_f32(&plan, &state, &input, 1, 2.0f, 32, phases, 32, &stance);
+    Serial.print("ends after ");
+    Serial.println(stance.duration, 6);
+  }
+  Serial.println(status);
   delay(1000);
 }
