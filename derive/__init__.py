@@ -8,7 +8,8 @@ Read in this order, which is also the order of the imports:
     model_file        a model from a file of elements
     models/, shipped  the mechanisms that ship, a file each
     maths/            laplace (6)-(15), partial_fractions (11), (16)-(18), time_domain (18)-(21), modes,
-                      energy (22)-(24), control (5), (25)-(27), sensitivity, flight, contact, stability, kernels;
+                      energy (22)-(24), work (24) in closed form, control (5), (25)-(27), sensitivity, flight,
+                      contact, stability, kernels;
                       formulas, the derivation in the paper's order
     paper/            the register: as printed, as derived, verdict, reason
     emit/             program, expressions, numpy, c, instantiate; toml, texts, facts; sources, examples, the parts of a

@@ -215,6 +215,19 @@ class Derivation:
         return self._group("energies")
 
     @property
+    def works(self) -> dict[str, sp.Expr]:
+        """The work [J] of each force over a phase, to time t [s] in it, by the state at its start; `aed_work`, the
+        analytical energy delta (24), and the integrals that they read, in closed form.
+
+        This holds for all poles, as `states` does. The current is constant, and what stops take is no work of a phase.
+
+        >>> from hopform.model import derive
+        >>> derive("hopper").works["aed_work"]
+        coulomb_2_work + spring_work + viscous_2_work
+        """
+        return self._group("works")
+
+    @property
     def event_functions(self) -> dict[str, sp.Expr]:
         """Functions of a state whose first zero ends a phase: contact force [N], velocities [m/s], stick
         margins of a mass to either side [m/s^2], distances from stops [m].

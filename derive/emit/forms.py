@@ -90,8 +90,12 @@ def latex(library: Library, formulas: Formulas) -> str:
 
 
 def in_latex(library: Library, formula: Formula) -> str:
-    """A formula as LaTeX, in glyphs."""
-    value = sp.latex(formula.value, symbol_names=library.glyphs)
+    """A formula as LaTeX, in glyphs; an integral in it stands in brackets."""
+    glyphs = {
+        symbol: rf"\left({glyph}\right)" if glyph.startswith((r"\int", r"\iint")) else glyph
+        for symbol, glyph in library.glyphs.items()
+    }
+    value = sp.latex(formula.value, symbol_names=glyphs)
     return f"{formula.quantity.glyph} = {value}"
 
 

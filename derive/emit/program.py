@@ -21,6 +21,7 @@ from ..maths import (
     sensitivity,
     start,
     time_domain,
+    work,
 )
 from ..model import quantities, words
 from ..model.equations import Model
@@ -30,7 +31,7 @@ from .facts import shown, state_of
 OF_CONTACT = (contact, control, flight)
 """Modules of which a model without a contact has nothing."""
 MODULES = (
-    laplace, law, linear, elements, modes, partial_fractions, time_domain, energy, control, sensitivity, contact, flight, start
+    laplace, law, linear, elements, modes, partial_fractions, time_domain, energy, work, control, sensitivity, contact, flight, start
 )  # fmt: skip
 
 

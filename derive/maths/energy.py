@@ -167,7 +167,7 @@ def ledger_of(model: Model) -> Steps:
     """Each entry of the ledger over a part of a phase that starts at x_1 = x1_0."""
     by_law = {} if model.law is None else {motor_work: _work_of_motor_with_law()}
     return tuple(
-        Step(entry, by_law.get(entry) or _integrate(model, power), "(24)" if entry in body_entries(model) else "ledger")
+        Step(entry, by_law.get(entry) or work_of(model, power), "(24)" if entry in body_entries(model) else "ledger")
         for entry, power in powers(model).items()
     )
 
@@ -293,7 +293,7 @@ def _entry(name: str, meaning: str) -> Quantity:
     return Authored(name, name, "J", meaning)
 
 
-def _integrate(model: Model, power: sp.Expr) -> sp.Expr:
+def work_of(model: Model, power: sp.Expr) -> sp.Expr:
     """The power with every product replaced by its integral."""
     in_phase = sp.expand(power.subs(x2, x1 - y + model.length).subs(x1, x1_0 + displacement))
     polynomial = sp.Poly(in_phase, displacement, y, v1, v2)

@@ -29,8 +29,9 @@ from ..ir import Authored, Own, Quantity, Step
 from ..model import words
 from ..model.equations import Model, kinetic
 from ..model.quantities import *
-from . import control, elements, energy, laplace, modes, partial_fractions
+from . import control, elements, energy, laplace, modes, partial_fractions, work
 from .elements import ELEMENTS
+from .work import int_W1W1, int_WdWd, int_WW
 
 GROUPS = {
     "lagrangian": "Lagrangian and generalised forces",
@@ -41,6 +42,7 @@ GROUPS = {
     "partial_fractions": "Partial fractions of the transforms",
     "states": "The state over time",
     "energies": "Energies, and the power of each force",
+    "works": "The work of each force over a phase",
     "control": "What a controller asks",
     "event_functions": "Functions whose first zero ends a phase",
 }
@@ -124,6 +126,7 @@ _OWN = _STARTS | _named(
     ("x2_t", "x_2(t)", "m", "height of the body at time t"),
     ("v2_t", r"\dot{x}_2(t)", "m/s", "velocity of the body at time t"),
     ("aed_power", r"\dot{U}_{delta}", "W", "rate of the body's energy, the integrand of the analytical energy delta"),
+    ("aed_work", "U_{delta}", "J", "analytical energy delta: what the body's energy gains over a phase, to time t in it"),
     ("E_td", "E_{td}", "J", "energy of the body at touchdown, after the impact"),
     ("E_dist", "E_{dist}", "J", "energy of a step in the ground"),
     ("E_spring", "E_{spring}", "J", "energy of height and spring that (27) leaves out as printed"),
@@ -156,6 +159,7 @@ x1_0, v1_0, x2_0, v2_0, y_0 = map(_symbol, ("x1_0", "v1_0", "x2_0", "v2_0", "y_0
 beta_1, beta, lambda_2, gamma = map(_symbol, ("beta_1", "beta", "lambda_2", "gamma"))
 X1, X2, disc, w = map(_symbol, ("X1", "X2", "disc", "w"))
 slow, slow1, slow2 = map(_symbol, ("slow", "slow1", "slow2"))
+sigma, Q_s, T_s = partial_fractions.SHIFTED.symbols
 s = sp.Symbol(f"s{_MARK}")
 _AT_START = {x1: x1_0, v1: v1_0, x2: x2_0, v2: v2_0, y: y_0}
 _STARTS_OF = {1: (x1_0, v1_0), 2: (x2_0, v2_0)}
@@ -172,7 +176,7 @@ _KNOWN = {
     quantity.symbol: quantity
     for record in (
         RATES, POLES, DRIVE, MOTION, DECAY, PAIR, BASIS, FREE, ENERGY, modes.FRICTION, partial_fractions.SHIFTED,
-        *(CHI, TURNED, control.V_AFTER, control.THRESHOLD, control.APEX, control.OBJECTIVE, laplace.REST),
+        work.SPLIT, work.FADES, work.SQUARES, work.BETWEEN, work.OF_PAIR, *(CHI, TURNED, control.V_AFTER, control.THRESHOLD, control.APEX, control.OBJECTIVE, laplace.REST),
     )
     for quantity in record.quantities
 }  # fmt: skip
@@ -222,6 +226,7 @@ def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
         *_partial_fractions(moving, integrates),
         *_states(model, moving, integrates),
         *_energies(model, free),
+        *_works(model, moving, integrates),
         *_control(model),
         *_event_functions(model, free),
         *_law(model),
@@ -414,7 +419,6 @@ def _poles(moving: tuple[int, ...], integrates: bool) -> Iterator[Formula]:
     if len(moving) == 2 and integrates:
         yield _made(group, a, sp.S.Zero)
     elif len(moving) == 2:
-        sigma, Q_s, T_s = partial_fractions.SHIFTED.symbols
         yield _made(group, sigma, s_1 / 3)
         yield _made(group, Q_s, s_2 - s_1**2 / 3)
         yield _made(group, T_s, s_3 - s_1 * s_2 / 3 + 2 * s_1**3 / 27)
@@ -436,11 +440,14 @@ def _farthest_root(linear: sp.Symbol, constant: sp.Symbol) -> sp.Expr:
     """
     size = 2 * sp.sqrt(sp.Abs(linear) / 3)
     ratio = 3 * sp.Abs(constant) / (sp.Abs(linear) * size)
+    # Not by acosh and acos, which sympy takes for 0 where ratio is near 1, as it is for every stiff robot.
+    turned_by = sp.asin(ratio) / 3  # cos(acos(ratio)/3) = cos(pi/6 - asin(ratio)/3)
+    grown = (ratio + sp.sqrt(sp.Abs(ratio**2 - 1))) ** sp.Rational(1, 3)
     return sp.Piecewise(
         (sp.Abs(constant) ** sp.Rational(1, 3), sp.Eq(linear, 0)),
         (size * sp.sinh(sp.asinh(ratio) / 3), linear > 0),
-        (size * sp.cosh(sp.acosh(ratio) / 3), ratio >= 1),
-        (size * sp.cos(sp.acos(ratio) / 3), True),
+        (size * (grown + 1 / grown) / 2, 27 * constant**2 >= 4 * sp.Abs(linear) ** 3),
+        (size * (sp.sqrt(3) * sp.cos(turned_by) + sp.sin(turned_by)) / 2, True),
     )
 
 
@@ -474,13 +481,19 @@ def _partial_fractions(moving: tuple[int, ...], integrates: bool) -> Iterator[Fo
         yield _made(group, f"E{hat}", h4 - s_1 * A - B - p * C - a * D, number)
 
 
+def _terms(moving: tuple[int, ...], integrates: bool) -> int:
+    """How many of H_3, H_2, H_1 a velocity has."""
+    return 3 if len(moving) == 2 else 1 if integrates else 2
+
+
 def _states(model: Model, moving: tuple[int, ...], integrates: bool) -> Iterator[Formula]:
     group = "states"
     held = {velocity: sp.S.Zero for n, velocity in ((1, v1), (2, v2)) if n not in moving}
-    terms = 3 if len(moving) == 2 else 1 if integrates else 2
+    terms = _terms(moving, integrates)
     yield _made(group, "y_0", x1_0 - x2_0 + model.length)
     coefficients = [symbol for n in moving for symbol in laplace.NAMES[n][:terms]]
     coefficients += [H3_y] if len(moving) == 2 else []
+    coefficients += _of_stretch(model, moving, terms)
     for step in laplace.numerators(moving):
         if step.symbol in coefficients:
             value = sp.sympify(step.value).subs(held).subs(_AT_START, simultaneous=True)
@@ -510,7 +523,31 @@ def _responses(order: int, integrates: bool) -> Iterator[Formula]:
     if order == 1:
         yield from (_made(group, name, value) for name, value in ((Wd, R), (W, R1), (W1, R2)))
         return
-    yield from _of_steps(group, partial_fractions.split(), (W, W1, W2, Wd))
+    split = {step.symbol: step.value for step in partial_fractions.split()}
+    if integrates:
+        yield from (_made(group, symbol, split[symbol]) for symbol in (W, W1, W2, Wd))
+        return
+    of_close = [_power_series((sp.S.Zero, Q_s, T_s), -n) for n in range(3)]
+    triple, close = _at_triple_pole([t**2 / 2, t, sp.S.One]), _at_triple_pole(of_close)
+    for n, symbol in ((0, W), (1, W1), (2, W2), (-1, Wd)):
+        value = sp.Piecewise((triple[symbol].subs(sigma, a), sp.Eq(chi, 0)), (split[symbol], True))
+        series = _power_series((s_1, s_2, s_3), n), _soon(s_1, s_2, s_3)
+        code = sp.Piecewise(series, (close[symbol], _soon(sp.S.Zero, Q_s, T_s)), (split[symbol], True))
+        yield _made(group, symbol, value, code=code)
+
+
+def _at_triple_pole(shifted: list[sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
+    """W, its derivative and its integrals about a triple pole at the mean of the poles, which is not 0.
+
+    shifted: the inverse transform V of 1/(s^3 + Q_s s + T_s), whose roots are the poles less their mean, V' and V''.
+    """
+    jet = dict(zip((partial_fractions.V, partial_fractions.Vd, partial_fractions.Vdd), shifted, strict=True))
+    jet[partial_fractions.decay] = sp.exp(-sigma * t)
+    response = {step.symbol: step.value.xreplace(jet) for step in partial_fractions.unshift()}
+    integrals = (
+        (step.symbol, step.value.subs(Wdd, response[Wdd])) for step in partial_fractions.integrals_by_recursion()
+    )
+    return {W: response[W], Wd: response[Wd], **dict(integrals)}
 
 
 def _integrals_of_decay(rate: sp.Expr, decay: sp.Expr, once: sp.Symbol, twice: sp.Symbol) -> Iterator[Formula]:
@@ -553,9 +590,12 @@ def _responses_of_pair() -> Iterator[Formula]:
         yield _made(group, name, value, code=code)
 
 
-def _soon(rate: sp.Expr, square: sp.Expr = sp.S.Zero) -> sp.Expr:
-    """Whether a time is at most a tenth of the shortest time constant of s + rate, or of s^2 + rate s + square."""
-    return (sp.Abs(rate) + 10 * sp.Abs(square) * t) * t < sp.Rational(1, 10)
+def _soon(rate: sp.Expr, square: sp.Expr = sp.S.Zero, cube: sp.Expr = sp.S.Zero) -> sp.Expr:
+    """Whether a time is at most a tenth of the shortest time constant of s + rate, s^2 + rate s + square, or
+    s^3 + rate s^2 + square s + cube.
+    """
+    higher = 100 * sp.Abs(cube) * t**2
+    return (sp.Abs(rate) + 10 * sp.Abs(square) * t + higher) * t < sp.Rational(1, 10)
 
 
 def _power_series(coefficients: tuple[sp.Expr, ...], integrals: int, terms: int = 8) -> sp.Expr:
@@ -563,11 +603,25 @@ def _power_series(coefficients: tuple[sp.Expr, ...], integrals: int, terms: int 
 
     While t is short as in _soon the roots of P are at most 0.17/t: the terms that are left out are below 1e-12 of it.
     """
-    powers = [sp.S.One]
+    powers = _powers_of_inverse(coefficients, terms)
+    first = len(coefficients) + integrals - 1
+    return _nested([each / sp.factorial(first + n) for n, each in enumerate(powers)], first)
+
+
+def _nested(coefficients: Sequence[sp.Expr], first: int) -> sp.Expr:
+    """A polynomial in t by Horner's rule, of its coefficients from that of t^first on."""
+    total = sp.S.Zero
+    for coefficient in reversed(coefficients):
+        total = coefficient + t * total
+    return t**first * total
+
+
+def _powers_of_inverse(coefficients: tuple[sp.Expr, ...], terms: int) -> list[sp.Expr]:
+    """The coefficients of 1/P, P = s^n + c_1 s^(n-1) + ..., in powers of 1/s."""
+    powers: list[sp.Expr] = [sp.S.One]
     while len(powers) < terms:
         powers.append(sp.expand(-sum(c * power for c, power in zip(coefficients, reversed(powers), strict=False))))
-    first = len(coefficients) + integrals - 1
-    return sp.horner(sum(each * t ** (first + n) / sp.factorial(first + n) for n, each in enumerate(powers)), wrt=t)
+    return powers
 
 
 def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
@@ -576,16 +630,178 @@ def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
     if has_body_energy:
         yield _made(group, body, energy.body_energy, 22, 23)
     yield _made(group, total, energy.total_energy(model))
-    entries = {quantity.symbol: quantity for quantity in energy.ledger_record(model).quantities}
     powers = dict[sp.Symbol, sp.Symbol]()
-    for entry, power in energy.powers(model).items():
-        word = entries[entry].name.removesuffix("_work")
+    for entry, word, quantity, power in _powers_of(model):
         glyph = rf"P_{{\text{{{word.replace('_', ' ')}}}}}"
-        quantity = Authored(f"{word}_power{_MARK}", glyph, "W", f"power: {entries[entry].meaning}")
-        powers[entry] = quantity.symbol
-        yield Formula(quantity, sp.sympify(power), group)
+        of_entry = Authored(f"{word}_power{_MARK}", glyph, "W", f"power: {quantity.meaning}")
+        powers[entry] = of_entry.symbol
+        yield Formula(of_entry, power, group)
     if has_body_energy and (entries_of_body := energy.body_entries(model)):
         yield _made(group, "aed_power", sum((powers[entry] for entry in entries_of_body), sp.S.Zero), 24)
+
+
+def _powers_of(model: Model) -> Iterator[tuple[sp.Symbol, str, Quantity, sp.Expr]]:
+    """Each entry of the ledger with its word, which a power and a work begin with, its quantity and its power."""
+    entries = {quantity.symbol: quantity for quantity in energy.ledger_record(model).quantities}
+    for entry, power in energy.powers(model).items():
+        yield entry, entries[entry].name.removesuffix("_work"), entries[entry], sp.sympify(power)
+
+
+def _of_stretch(model: Model, moving: tuple[int, ...], terms: int) -> tuple[sp.Symbol, ...]:
+    """The numerators of y that works read."""
+    read = {int_yv1: 1, int_yv2: 2} | ({int_xv2: 2} if len(moving) == 2 else {})
+    works = {symbol for *_, power in _powers_of(model) for symbol in energy.work_of(model, power).free_symbols}
+    return laplace.NAMES[0][:terms] if any(symbol in works and n in moving for symbol, n in read.items()) else ()
+
+
+def _works(model: Model, moving: tuple[int, ...], integrates: bool) -> Iterator[Formula]:
+    """The work of each entry of the ledger over a phase, the integrals that they read, and the body's sum."""
+    group, of_body = "works", energy.body_entries(model)
+    held = {symbol: sp.S.Zero for symbol, masses in _MASSES_OF.items() if not masses <= {*moving}}
+    named = {symbol: _integral_of(model, symbol) for symbol in _MASSES_OF}
+    done = [
+        (entry, word, quantity, energy.work_of(model, power).xreplace({energy.x1_0: x1_0} | held))
+        for entry, word, quantity, power in _powers_of(model)
+    ]
+    read = {symbol for *_, value in done for symbol in value.free_symbols if symbol in named}
+    terms = _terms(moving, integrates)
+    held |= {symbol: sp.S.Zero for numerators in laplace.NAMES.values() for symbol in numerators[terms:]}
+    integrals = {
+        symbol: value.subs(held).subs(_AT_START, simultaneous=True)
+        for symbol, value in work.INTEGRALS.items()
+        if symbol in read or (symbol == int_v2 and int_xv2 in read)
+    }
+    squares = {symbol for value in integrals.values() for symbol in value.free_symbols} & {*work.SQUARES.symbols}
+    if squares:
+        yield from _squares(len(moving), integrates, squares)
+    symbols = {symbol: quantity.symbol for symbol, quantity in named.items()}
+    numbered = {symbol for entry, *_, value in done if entry in of_body for symbol in value.free_symbols}
+    for symbol, value in integrals.items():
+        yield Formula(named[symbol], value.xreplace(symbols), group, (24,) if symbol in numbered else ())
+    gained = sp.S.Zero
+    for entry, word, quantity, value in done:
+        if value != 0:
+            glyph = rf"U_{{\text{{{word.replace('_', ' ')}}}}}"
+            of_entry = Authored(f"{word}_work{_MARK}", glyph, "J", f"over a phase, to time t in it: {quantity.meaning}")
+            yield Formula(of_entry, value.xreplace(symbols), group, (24,) if entry in of_body else ())
+            gained += of_entry.symbol if entry in of_body else 0
+    if gained != 0:
+        yield _made(group, "aed_work", gained, 24)
+
+
+_MASSES_OF = {
+    int_v1: {1}, int_v2: {2}, int_v1v1: {1}, int_v1v2: {1, 2}, int_v2v2: {2}, int_yv1: {1}, int_yv2: {2},
+    int_xv2: {1, 2},
+}  # fmt: skip
+"""The masses that have to slip where an integral is not 0."""
+
+
+def _integral_of(model: Model, symbol: sp.Symbol) -> Quantity:
+    """An integral of velocities under their names in the file."""
+    (moment,) = (quantity for quantity in MOMENTS.quantities if quantity.symbol == symbol)
+    first, second = (_called(model, velocity) for velocity in (v1, v2))
+    factors, glyph = {
+        int_v1: ((first,), r"\dot{x}_1"), int_v2: ((second,), r"\dot{x}_2"),
+        int_v1v1: ((first, "squared"), r"\dot{x}_1^2"), int_v1v2: ((first, second), r"\dot{x}_1 \dot{x}_2"),
+        int_v2v2: ((second, "squared"), r"\dot{x}_2^2"), int_yv1: (("y", first), r"y \dot{x}_1"),
+        int_yv2: (("y", second), r"y \dot{x}_2"),
+        int_xv2: ((_called(model, x1), second), r"\left(x_1 - x_1(0)\right) \dot{x}_2"),
+    }[symbol]  # fmt: skip
+    meaning = f"{moment.meaning} over a phase, to time t in it"
+    return Quantity(f"int_{'_'.join(factors)}{_MARK}", rf"\int {glyph}", moment.unit, meaning)
+
+
+def _squares(order: int, integrates: bool, read: set[sp.Symbol]) -> Iterator[Formula]:
+    """The integrals of the squares of W', W and W1, and what they read."""
+    group = "works"
+    if order == 1 and integrates:
+        yield _squared_integral(int_WdWd, a, e1, e2)
+        return
+    if order == 1:
+        yield from _squares_of_pair()
+        return
+    r, pair_sum, pair_product = work.SPLIT.symbols
+    if integrates:
+        known = {r: sp.S.Zero, pair_sum: p, pair_product: q, work.least: sp.S.One, work.least1: t}
+        known |= {work.least_squared: t**3 / 3, work.others1: work.pair1}
+        yield _integral_of_decay(work.pair1, p)
+    else:
+        known = {}
+        yield _made(group, r, sp.Piecewise((a, disc <= 0), (a, slow >= a), (slow, True)))
+        yield _made(group, pair_sum, s_1 - r)
+        yield _made(group, pair_product, s_2 - r * pair_sum)
+        yield _made(group, work.least, sp.exp(-r * t))
+        yield _integral_of_decay(work.least1, r, work.least)
+        yield _squared_integral(work.least_squared, r, work.least1)
+        yield _integral_of_decay(work.others1, pair_sum)
+    steps = tuple(work.squares_of())
+    needed = set(read)
+    for step in reversed(steps):
+        needed |= step.value.free_symbols if step.symbol in needed else set()
+    shortly = _soon(s_1, s_2, s_3)
+    for step in steps:
+        if step.symbol in needed:
+            value = step.value.xreplace(known)
+            depth = _DEPTH.get(step.symbol)
+            code = (
+                None
+                if depth is None
+                else sp.Piecewise((_squared_series((s_1, s_2, s_3), depth), shortly), (value, True))
+            )
+            yield _made(group, step.symbol, value, code=code)
+
+
+_DEPTH = {int_WdWd: -1, int_WW: 0, int_W1W1: 1}
+"""How often W is integrated in each square."""
+
+
+def _squares_of_pair() -> Iterator[Formula]:
+    """The integrals of the squares of W' = R and W = R1.
+
+    Of two real poles, r the slower one and f the faster, R' + f R = exp(-r t), R1' + f R1 = int exp(-r t): times R, R1
+    and the right sides, integrated. Else by s^2 + p s + q, which is not 0 beside p^2.
+    """
+    group, fastest = "works", p / 2 + w
+    fades = sp.exp(-slow * t)
+    yield _integral_of_decay(work.pair1, p)
+    yield _squared_integral(work.slow_squared, slow, slow1)
+    of_slow = (slow1 * (1 + fades) / 2 - fades * R) / (slow + fastest)
+    yield _made(group, work.int_eR, sp.Piecewise((of_slow, disc > 0), (0, True)))
+    of_second = (slow1**2 / 2 - work.int_eR) / fastest
+    of_both = (work.slow_squared - slow1 * R1 + of_second) / fastest
+    split = (work.int_eR - R**2 / 2) / fastest, (of_both - R1**2 / 2) / fastest
+    quotients = work.squares_of_pair(p, q, work.pair1)
+    for n, symbol in enumerate((int_WdWd, int_WW)):
+        limit = _squared_series((sp.S.Zero, sp.S.Zero), n)
+        value = sp.Piecewise((split[n], disc > 0), (quotients[n], q > 0), (limit, True))
+        series = _squared_series((p, q), n), _soon(p, q)
+        code = sp.Piecewise(series, (split[n], disc * t**2 > sp.Rational(1, 5000)), (quotients[n], True))
+        yield _made(group, symbol, value, code=code)
+
+
+def _integral_of_decay(symbol: sp.Symbol, rate: sp.Expr, decay: sp.Expr | None = None) -> Formula:
+    """The integral of exp(-rate t), and its limit t."""
+    quotient = (1 - (sp.exp(-rate * t) if decay is None else decay)) / rate
+    value = sp.Piecewise((t, sp.Eq(rate, 0)), (quotient, True))
+    code = sp.Piecewise((_power_series((rate,), 1), _soon(rate)), (quotient, True))
+    return Formula(_quantity(symbol), value, "works", code=code)
+
+
+def _squared_integral(symbol: sp.Symbol, rate: sp.Expr, once: sp.Expr, twice: sp.Expr | None = None) -> Formula:
+    """The integral of the square of the integral of exp(-rate t), and its limit t^3/3."""
+    quotient = ((t - once) / rate if twice is None else twice) - once**2 / 2
+    value = sp.Piecewise((t**3 / 3, sp.Eq(rate, 0)), (quotient / rate, True))
+    code = sp.Piecewise((_squared_series((rate,), 1), _soon(rate)), (quotient / rate, True))
+    return Formula(_quantity(symbol), value, "works", code=code)
+
+
+def _squared_series(coefficients: tuple[sp.Expr, ...], integrals: int, terms: int = 8) -> sp.Expr:
+    """The integral of the square of what `_power_series` is of, about t = 0."""
+    powers = _powers_of_inverse(coefficients, terms)
+    first = len(coefficients) + integrals - 1
+    scaled = [power / sp.factorial(first + n) for n, power in enumerate(powers)]
+    squared = [sp.expand(sum(scaled[n] * scaled[m - n] for n in range(m + 1))) for m in range(terms)]
+    return _nested([each / (2 * first + m + 1) for m, each in enumerate(squared)], 2 * first + 1)
 
 
 def _control(model: Model) -> Iterator[Formula]:

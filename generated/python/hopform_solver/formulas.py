@@ -14,6 +14,7 @@ from .records import (
     Drive,
     Energy,
     Excess,
+    Fades,
     FlightIntegrals,
     FlightRates,
     FlightWork,
@@ -49,6 +50,8 @@ from .records import (
     ShiftedSeries,
     Slopes,
     Speeds,
+    SplitPoles,
+    Squares,
     Start,
     StateChange,
     Transfer,
@@ -838,6 +841,42 @@ def body_energy_gain(robot: Robot, state: LegState, at: At) -> Real:
     length_t = x1_t - y_t                                                                             # the same at the end
     gain = 0.5*m_s*(v2 + v2_t)*(v2_t - v2) + (g*m_s + 0.5*k*(length + length_t))*(length_t - length)  # (22)-(24) U_delta
     return gain
+
+
+def squares_of(split_poles: SplitPoles, fades: Fades, basis: Basis) -> Squares:
+    """Integrals of W'^2, W^2 and W1^2 over a part of a phase.
+
+    """
+    a_least, p_others, q_others = split_poles.a_least, split_poles.p_others, split_poles.q_others
+    least, least1 = fades.least, fades.least1
+    least_squared, others1 = fades.least_squared, fades.others1
+    Wd, W, W1 = basis.Wd, basis.W, basis.W1
+    int_WdWd = (others1 + W*Wd*(a_least*a_least + q_others - a_least*p_others) - 2.0*a_least*(Wd*Wd + W*W*q_others) - least*(Wd - W*a_least))/(2.0*a_least*a_least + 2.0*q_others + 2.0*a_least*p_others)  # (24) squares of W'
+    int_eW = (0.5*least1*(1.0 + least) - least*(Wd + W*(a_least + p_others)))/(a_least*a_least + q_others + a_least*p_others)                                                                              # (24) the real pole with all
+    int_WW = (int_WdWd + int_eW - 0.5*W*W*p_others - W*Wd)/q_others                                                                                                                                        # (24) squares of W
+    int_eW1 = (0.5*least1*least1 - W*least - int_eW*(a_least + p_others))/q_others                                                                                                                         # (24) by parts
+    int_e1W1 = (int_eW + least_squared - W*least1 - p_others*(W1*least1 - int_eW1))/q_others                                                                                                               # (24) by parts
+    int_W1W1 = (int_WW + int_e1W1 - 0.5*W1*W1*p_others - W*W1)/q_others                                                                                                                                    # (24) squares of W1
+    return Squares(int_WdWd, int_WW, int_W1W1)
+
+
+def moments_of(state: LegState, numerators: Numerators, basis: Basis, squares: Squares, t: Real) -> Moments:
+    """The integrals that the ledger reads, over the first t of a phase.
+
+    t [s] time since the phase began.
+    """
+    v1, v2 = state.v1, state.v2
+    H3_1, H2_1, H1_1, H3_2 = numerators.H3_1, numerators.H2_1, numerators.H1_1, numerators.H3_2
+    H2_2, H1_2, H3_y, H2_y = numerators.H2_2, numerators.H1_2, numerators.H3_y, numerators.H2_y
+    H1_y = numerators.H1_y
+    W, W1, W2 = basis.W, basis.W1, basis.W2
+    int_WdWd, int_WW, int_W1W1 = squares.int_WdWd, squares.int_WW, squares.int_W1W1
+    int_v1 = H1_1*W2 + H2_1*W1 + H3_1*W + t*v1                                                                                                                                                                                                      # (24) in closed form
+    int_v2 = H1_2*W2 + H2_2*W1 + H3_2*W + t*v2                                                                                                                                                                                                      # (24) in closed form
+    int_v1v1 = H1_1*H1_1*int_W1W1 + H2_1*H2_1*int_WW + H3_1*H3_1*int_WdWd + t*v1*v1 + 2.0*H1_1*W2*v1 + 2.0*H2_1*W1*v1 + 2.0*H3_1*W*v1 + H1_1*H2_1*W1*W1 + H2_1*H3_1*W*W + 2.0*H1_1*H3_1*(W*W1 - int_WW)                                             # (24) in closed form
+    int_v2v2 = H1_2*H1_2*int_W1W1 + H2_2*H2_2*int_WW + H3_2*H3_2*int_WdWd + t*v2*v2 + 2.0*H1_2*W2*v2 + 2.0*H2_2*W1*v2 + 2.0*H3_2*W*v2 + H1_2*H2_2*W1*W1 + H2_2*H3_2*W*W + 2.0*H1_2*H3_2*(W*W1 - int_WW)                                             # (24) in closed form
+    int_xv2 = 0.5*int_v2*int_v2 + H1_2*H1_y*int_W1W1 + H1_y*W2*v2 + H2_2*H2_y*int_WW + H2_y*W1*v2 + H3_2*H3_y*int_WdWd + H3_y*W*v2 + 0.5*W*W*(H2_2*H3_y + H2_y*H3_2) + 0.5*W1*W1*(H1_2*H2_y + H1_y*H2_2) + (H1_2*H3_y + H1_y*H3_2)*(W*W1 - int_WW)  # (24) in closed form
+    return Moments(int_v1, int_v2, int_v1v1, int_v2v2, int_xv2)
 
 
 def touchdown_velocity(robot: Robot, height: Real) -> Real:

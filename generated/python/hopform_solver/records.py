@@ -896,6 +896,63 @@ class At(NamedTuple):
     """[m] compression of the leg, from where it carries nothing"""
 
 
+class SplitPoles(NamedTuple):
+    """P as (s + r)(s^2 + p s + q) with the rate r of a real pole: the slowest, unless a pair rings."""
+
+    a_least: Real
+    """[1/s] rate of the slowest pole, if all are real, or else of the real one"""
+    p_others: Real
+    """[1/s] sum of the rates of the other two poles"""
+    q_others: Real
+    """[1/s^2] product of the rates of the other two poles"""
+
+
+class Fades(NamedTuple):
+    """exp(-r t) of a real pole, and integrals of decays: all that has a limit where a rate is 0."""
+
+    least: Real
+    """[1] exp(-a_least t)"""
+    least1: Real
+    """[s] integral of exp(-a_least t)"""
+    least_squared: Real
+    """[s^3] integral of the square of least1"""
+    others1: Real
+    """[s] integral of exp(-p_others t)"""
+
+
+class Squares(NamedTuple):
+    """Integrals of the squares of W', W and W1."""
+
+    int_WdWd: Real
+    """[s^3] integral of the square of Wd"""
+    int_WW: Real
+    """[s^5] integral of the square of W"""
+    int_W1W1: Real
+    """[s^7] integral of the square of W1"""
+
+
+class Between(NamedTuple):
+    """Integrals of products with exp(-r t) and its integral, which the squares read."""
+
+    int_eW: Real
+    """[s^3] integral of least W"""
+    int_eW1: Real
+    """[s^4] integral of least W1"""
+    int_e1W1: Real
+    """[s^5] integral of least1 W1"""
+
+
+class OfPair(NamedTuple):
+    """What the squares of one mass on its spring read."""
+
+    pair1: Real
+    """[s] integral of exp(-p t)"""
+    slow_squared: Real
+    """[s^3] integral of the square of slow1"""
+    int_eR: Real
+    """[s^2] integral of exp(-r t) R, r the slower one of two real poles"""
+
+
 class Slopes(NamedTuple):
     """Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1."""
 

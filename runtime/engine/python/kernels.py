@@ -9,7 +9,7 @@ import numpy as np
 
 from . import formulas
 from .lanes import Array, by_case, choose, put, take
-from .records import Basis, Decay, Pair, PairCore, Poles, Response, Series, ShiftedSeries
+from .records import Basis, Decay, Fades, Pair, PairCore, Poles, Response, Series, ShiftedSeries, SplitPoles
 
 TERMS = {np.dtype(np.float32): 24, np.dtype(np.float64): 40}
 """Terms of the power series of W at most."""
@@ -44,6 +44,28 @@ def _long_decay(a: Array, t: Array) -> Decay:
     e1 = (1.0 - e) / a
     e2 = (t - e1) / a
     return Decay(e, e1, e2, (0.5 * t * t - e2) / a)
+
+
+def split_of(poles: Poles) -> SplitPoles:
+    """The slowest real pole and the other two; where a pair rings, the real pole and the pair."""
+    mean = 0.5 * poles.p
+    discriminant = mean * mean - poles.q
+    fast = mean + np.sqrt(np.maximum(discriminant, 0.0))
+    slow = poles.q / choose(fast > 0.0, fast, np.inf)
+    taken = (discriminant > 0.0) & (slow < poles.a)
+    return SplitPoles(
+        choose(taken, slow, poles.a), choose(taken, poles.a + fast, poles.p), choose(taken, poles.a * fast, poles.q)
+    )  # fmt: skip
+
+
+def fades_at(split: SplitPoles, t: Array) -> Fades:
+    """exp(-r t) of the pole r that is split off, and the integrals of decays whose limits are where nothing damps."""
+    r = split.a_least
+    decay = decay_at(r, t)
+    short = np.abs(r * t) < 1.0
+    by_parts = t * decay.e2 - decay.e3 - 0.5 * r * decay.e2 * decay.e2
+    quotient = (decay.e2 - 0.5 * decay.e1 * decay.e1) / choose(short, np.inf, r)
+    return Fades(decay.e, decay.e1, choose(short, by_parts, quotient), decay_at(split.p_others, t).e1)
 
 
 def pair_at(poles: Poles, t: Array) -> Pair:
