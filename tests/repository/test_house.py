@@ -230,10 +230,11 @@ def files(folder: Path) -> list[Path]:
 
 def test_an_instance_of_the_engine_has_the_lines_of_its_source(rendered):
     """So that a message of a compiler or a debugger about generated code names the line to change."""
+    hopper = of_the_hopper()
     for source in files(ENGINE):
         lines = source.read_text("utf-8").count("\n")
         target = instance(source.relative_to(ENGINE).as_posix())
-        if not of_the_hopper().has(target):
+        if not hopper.has(target):
             continue
         for precision in ("_f32", "_f64") if "_real" in target else ("",):
             assert rendered[Path(target.replace("_real", precision))].count("\n") == lines, source.name

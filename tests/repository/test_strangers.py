@@ -24,7 +24,6 @@ from hopform import _front as cli
 from hopform._export import SYSTEMS
 from hopform.identify import fit, read_recording
 from tests.derived import MODELS, built
-from tests.needs import the_first
 from tests.objects import key, once
 
 WORDS = {
@@ -313,7 +312,8 @@ def found(store, tmp_path, monkeypatch) -> Callable[[str], list[Found]]:
     return of
 
 
-@pytest.mark.parametrize("name", the_first(list(STRANGERS)))
+@pytest.mark.sliced
+@pytest.mark.parametrize("name", list(STRANGERS))
 def test_no_text_of_a_stranger_has_a_word_of_the_hopper(found, name):
     assert found(name) == []
 

@@ -51,7 +51,7 @@ INPUTS = {
 }
 
 
-@pytest.fixture(params=the_first(["tendon", "door", "relay"], 2))
+@pytest.fixture(params=the_first(["tendon", "door", "relay"], 1))
 def stranger(request, store) -> Stranger:
     folder = built(store, request.param)
     return Stranger(request.param, folder, hopform.load_solver(folder), *INPUTS[request.param])
