@@ -18,7 +18,7 @@ from ..model import words
 from ..model.equations import EXCESSES, LETTER_OF_ENTRY, MASSES, Input, Model
 from ..model.names import in_c
 
-FORMAT = 1
+FORMAT = 2
 """Of solver.toml: a reader refuses another."""
 
 ROUNDING = ("-ffp-contract=off", "-fno-tree-slp-vectorize", "-fno-math-errno")

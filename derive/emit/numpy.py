@@ -115,7 +115,8 @@ def record_names(program: Program) -> list[str]:
     return sorted(used | {"Real"})
 
 
-def calls(functions: Iterable[Function]) -> str:
-    """The elementary functions that the formulas call, for their import line."""
+def imported(functions: Iterable[Function]) -> list[str]:
+    """The line that imports the elementary functions that the formulas call; none where they call none."""
     text = " ".join(SPELLED(step.value) for function in functions for step in function.steps)
-    return ", ".join(name for name in ("fabs", "sqrt") if f"{name}(" in text)
+    names = [name for name in ("fabs", "sqrt") if f"{name}(" in text]
+    return [f"from numpy import {', '.join(names)}"] if names else []

@@ -138,6 +138,7 @@ def answers(
 def _without_contact(tables: Tables) -> Tables:
     """What commands answer of a model without a contact, and the objects in it."""
     kept = [name for name in tables if name not in OF_CONTACT and (name[0].isupper() or name.startswith("hopform "))]
+    kept += [name for name in ("parameters",) if name in tables]  # of robots, whose fields are those of the model
     for name in kept:  # which grows
         types = " ".join(text.partition(": ")[0] for field, text in tables[name].items() if field != "note")
         kept += [each for each in tables if each not in kept and re.search(rf"\b{each}\b", types)]

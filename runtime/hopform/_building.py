@@ -14,7 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import NamedTuple
 
-from hopform import model as door
+import hopform.model as door
 from hopform._checks import shown
 from hopform._errors import HopformError, printable
 from hopform._files import check_folder, name_of, path_of, read_text

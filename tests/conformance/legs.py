@@ -45,10 +45,10 @@ class Leg:
 
     def answer(self, solved: Any) -> Answer:
         """Up to the ending; x2 counts from the length of the leg without load. Without a contact there is no AED."""
-        ending, duration, end, _, aed = solved.outcome()
+        ending, duration, end, *rises = solved.outcome()
         final = {"x1": end.x1, "v1": end.v1, "v2": end.v2, "y": end.y}
         status = self.package.records.ENDINGS[ending]
-        gains = {"body": aed} if hasattr(self.package.records, "LEDGER_OF_BODY") else {}
+        gains = {"body": rises[1]} if hasattr(self.package.records, "LEDGER_OF_BODY") else {}
         return Answer(status, float(duration), self.events(solved), final, gains)
 
 

@@ -31,7 +31,7 @@ static void mix_int_f64(uint32_t *hash, int32_t value) {
 
 /* An array, or the leading members of a struct, that holds nothing but reals. */
 static void mix_reals_f64(uint32_t *hash, const void *reals, size_t size) {
-    const unsigned char *bytes = reals;
+    const unsigned char *bytes = (const unsigned char *)reals;
     for (size_t at = 0; at < size; at += sizeof(double)) {
         double value;
         (void)memcpy(&value, bytes + at, sizeof value);

@@ -16,7 +16,7 @@ from typing import Any
 from hopform._errors import HopformError
 from hopform._solver.library import LIBRARY, SUFFIX, cache_of_user
 
-FORMAT = 1
+FORMAT = 2
 """Of solver.toml, as it is read here."""
 FACTS = "solver.toml"
 LARGEST = 2**20
