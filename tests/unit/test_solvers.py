@@ -266,9 +266,9 @@ def test_what_is_no_solver_is_refused_by_its_name(tmp_path):
 @pytest.mark.parametrize(
     ("name", "old", "new", "message"),
     [
-        ("solver.toml", "format = 1", "format = 2", "must be of format 1, which this hopform reads, got 2"),
+        ("solver.toml", "format = 2", "format = 3", "must be of format 2, which this hopform reads, got 3"),
         ("solver.toml", 'title = "', 'titles = "', "holds no facts of a solver: KeyError: 'title'"),
-        ("solver.toml", "format = 1", "format 1", "cannot be read"),
+        ("solver.toml", "format = 2", "format 2", "cannot be read"),
         ("python/hopform_solver/__init__.py", 'LAYOUT = "', 'LAYOUT = "0', "has the layout .*, its package 0"),
     ],
 )
