@@ -27,7 +27,7 @@ def test_the_record_has_each_language():
     assert "hopform_solve_stance_f32" in RELEASED["c"]["functions"]
     assert RELEASED["c"]["structs"]["State"] == [f"real {name}[1]" for name in ("x1", "v1", "v2", "y")]
     assert RELEASED["json"]["hopform stance"]["properties"]["duration"] == '{"type": "number"}'
-    assert RELEASED["solver.toml"]["format"] == 1
+    assert RELEASED["solver.toml"]["format"] == 2
 
 
 @pytest.mark.parametrize(
@@ -41,7 +41,7 @@ def test_the_record_has_each_language():
         (("c", "structs", "State"), ["real x1[1]", "real v1[1]", "real v2[1]", "real y[1]", "real load[1]"]),
         (("json", "hopform stance", "always", "apex"), None),
         (("json", "hopform stance", "properties", "apex"), '{"type": "string"}'),
-        (("solver.toml", "format"), 2),
+        (("solver.toml", "format"), 3),
     ],
 )
 def test_what_breaks_a_program_is_noticed(path, value):
