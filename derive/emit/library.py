@@ -27,8 +27,8 @@ BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction", "Resisted"), "Element") |
 BY_AXIS = Member("later", "At"), Member("rates", "Speeds"), Member("change", "StateChange")
 
 IN_HEADER = (
-    "start", "stance", "states", "energy", "forces", "plant", "sensitivity", "control", "flight", "touchdown", "selftest", "batch",
-    "readings_of_many",
+    "start", "stance", "states", "energy", "forces", "plant", "sensitivity", "control", "flight", "touchdown",
+    "selftest", "batch", "readings_of_many",
 )  # fmt: skip
 """The engine's files with public functions, in the order of the header."""
 
@@ -73,10 +73,12 @@ HEADERS: Part = {
         "search_candidates": structs.SEARCH_CANDIDATES,
     },
     "c/src/facts.h": lambda solver: {
-        "both_move": int(len(solver.model.moving) == 2), "c": c, "contact": contact, "elements": elements, "energy": energy, "kinds": kinds,
+        "both_move": int(len(solver.model.moving) == 2), "c": c, "contact": contact, "elements": elements, "energy": energy,
+        "kinds": kinds,
         "if_law": "(void)(argument)" if solver.model.law is None else "X(argument)",
         "layout": solver.layout, "model": solver.model, "modes": modes, "numpy": numpy, "quantities": quantities,
-        "stability": stability, "walked_records": [record for record in solver.program.records if record.name in WALKED],
+        "stability": stability,
+        "walked_records": [record for record in solver.program.records if record.name in WALKED],
     },
 }  # fmt: skip
 """What a package and its library must agree on."""

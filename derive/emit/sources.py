@@ -72,14 +72,11 @@ class Solver:
         """The sources of the engine that the model has, by their paths in it: line for line what was written by hand,
         but for what only a contact brings.
         """
+        whole = self.model.has_contact
         for name, source in engine():
-            text = source.read_text("utf-8")
-            if not self.has(instance(name)):
-                continue
-            if self.model.has_contact or not name.startswith("c/"):
-                yield name, text
-            elif name not in OF_CONTACT:
-                yield name, by_contact(text, has_contact=False)
+            if self.has(instance(name)) and (whole or name not in OF_CONTACT):
+                text = source.read_text("utf-8")
+                yield name, text if whole or not name.startswith("c/") else by_contact(text, has_contact=False)
 
     def instances(self) -> Iterator[tuple[Path, str]]:
         """The engine in the precisions of the solver, its first line but for who made it."""

@@ -607,11 +607,6 @@ def events_in_short(events: Sequence[Event]) -> str:
     return f"{first or 'none'}{more}"
 
 
-def input_force(robot: Robot, u: Any) -> Any:
-    """The force of the current on the first mass, along its coordinate."""
-    return -robot.letters.gamma2 * u
-
-
 def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
     """Height of the body [m] at states of a precision, in which every operation is rounded, as in the C library."""
     parameters, height = robot.parameters, robot.solver.package.formulas.second_position

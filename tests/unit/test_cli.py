@@ -368,7 +368,7 @@ def test_commands_take_what_a_flight_has_left_in_the_leg(answer):
 
 def test_hops_are_printed_in_a_row_each(answer):
     output = answer("hop", "--height", "0.2", "--u", "3", "--hops", "3")
-    assert "hops on after 3 touchdowns" in output
+    assert "hopper_c: 3 hops completed" in output
     assert re.search(r"1 +0 +20 +0\.20193 +3 +188\.13 +takeoff +22\.329 +\+1\.9216", output)
 
 

@@ -162,7 +162,12 @@ def controller_of(name: ControllerName, u: float, h_des: float | None, stop_marg
     return ReturnMap(h_des, horizon=horizon)
 
 
-OUTCOMES = {"completed": "hops on", "stopped": "stays on the ground", "tripped": "trips over the ground ahead"}
+OUTCOMES = {
+    "completed": "{} hop{} completed",
+    "stopped": "stays on the ground after {} touchdown{}",
+    "tripped": "trips over the ground ahead after {} touchdown{}",
+}
+"""How a run has ended, with the count of its hops."""
 
 
 def readable(solved: Run, designed: bool, drawn: Any, bands: Any) -> Iterator[Any]:
@@ -170,8 +175,8 @@ def readable(solved: Run, designed: bool, drawn: Any, bands: Any) -> Iterator[An
     for each.
     """
     count = len(solved.hops)
-    head = f"{solved.robot.label}: {OUTCOMES[solved.status]} after {count} touchdowns"
-    title = Text(head.replace(" 1 touchdowns", " 1 touchdown"), style="bold")
+    outcome = OUTCOMES[solved.status].format(count, "" if count == 1 else "s")
+    title = Text(f"{solved.robot.label}: {outcome}", style="bold")
     columns = (
         "hop", "ground [cm]", "from [cm]", "at [s]", *(["u [A]"] if solved.robot.solver.facts.inputs else ()),
         "stance [ms]", "ending", "apex [cm]", "AED [J]", "impact [J]", "stops",
