@@ -93,7 +93,7 @@ static void note_closed_form_f32(const stance_chain_f32 *chain, const stance_sea
 }
 
 /* Finds the end of a phase, and describes the phase: its number is that of its row. */
-static void note_phase_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
+static void note_phase_f32(stance_chain_f32 *chain, stance_search_f32 *search) {
     evaluations_f32 *notes = chain->evaluations;
     stance_find_end_f32(chain, search);
     if (!all_rest_f32(chain->side)) {

@@ -93,7 +93,7 @@ static void note_closed_form_f64(const stance_chain_f64 *chain, const stance_sea
 }
 
 /* Finds the end of a phase, and describes the phase: its number is that of its row. */
-static void note_phase_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
+static void note_phase_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
     evaluations_f64 *notes = chain->evaluations;
     stance_find_end_f64(chain, search);
     if (!all_rest_f64(chain->side)) {

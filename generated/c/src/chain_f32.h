@@ -11,7 +11,7 @@
 #include "overlap_f32.h"
 
 /* The chain while it grows. */
-struct stance_chain_f32 {
+typedef struct {
     const hopform_plan_f32 *plan;
     const hopform_step_f32 *steps;
     int32_t step_count;
@@ -42,10 +42,11 @@ struct stance_chain_f32 {
     int event;                   /* with which the phase began */
     drive_by_element_f32 drive; /* of the phase, as its numerators */
     numerators_by_axis_f32 numerators;
+    motion_modes_f32 modes; /* of the motion, once the modal form is evaluated */
     evaluations_f32 *evaluations;
     observer_f32 *observer;
     current_variation_f32 *variation;
-};
+} stance_chain_f32;
 
 /* The limit that the input of a law is at, 0 under it: the second side. */
 static inline int limit_of_chain_f32(const stance_chain_f32 *chain) {
@@ -351,27 +352,34 @@ SELDOM_f32 float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_
 }
 #endif
 
-/* The search at the start of the phase that starts at the chain's state. */
-static inline void stance_begin_search_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
-    const float until = end_of_step_f32(chain) - chain->t;
-    put_events_f32(&search->events, chain);
+/* A take-off late in a phase, which was found: the interval ends at its time with all its digits. True if that is
+ * later, so that something else may come first. */
+static inline bool sharpen_takeoff_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
+#if HOPFORM_HAS_CONTACT
     const event_set_f32 *set = &search->events.set;
     interval_f32 *in = &search->in;
-    in->count = 0;
-    in->high.omega = 0.0f; /* W at first */
-    in->evaluations = chain->evaluations;
-    use_evaluation_f32(in->evaluations); /* a phase costs as much */
-    in->found = begin_at_start_f32(set, in);
-    search->limit = lesser_f32(search->events.rest_time, until);
-    search->open = in->found < 0 && search->limit > 0.0f;
-    if (!search->open) { in->high = propagator_at_start_f32(set->poles); }
+    const float before = in->high.t;
+    if (in->found != 0 || set->function[0].owner != CONTACT_f32) { return false; }
+    for (int n = 0; n < 4 && !is_modal_f32(&in->high); n++) {
+        const basis_f32 basis = basis_of_propagator_f32(set->poles, &in->high);
+        const float later = later_takeoff_f32(chain, set->poles, &set->function[0], &basis, in->high.t);
+        if (!(fabs_f32(later) > 0.0f) || in->high.t + later > search->limit) { break; }
+        end_interval_at_f32(set, in, in->high.t + later);
+        in->found = 0;
+    }
+    return in->high.t > before;
+#else
+    (void)chain;
+    (void)search;
+    return false;
+#endif
 }
 
 /* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is
  * a small difference of large terms of W. A distance to a stop counts from where the phase begins. */
-SELDOM_f32 void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
+SELDOM_f32 void enter_modes_f32(stance_chain_f32 *chain, stance_search_f32 *search) {
     event_set_f32 *set = &search->events.set;
-    motion_modes_f32 *modes = &search->events.modes;
+    motion_modes_f32 *modes = &chain->modes;
     *modes = modes_of_motion_f32(set->poles, set->node->omega, &chain->at.named, &chain->numerators.named);
     search->in.high = modes_at_f32(set->poles, set->node->omega, search->in.high.t);
     for (int32_t n = 0; n < set->count; n++) {
@@ -396,19 +404,29 @@ SELDOM_f32 void enter_modes_f32(const stance_chain_f32 *chain, stance_search_f32
 }
 
 /* The first event of the phase that starts at the chain's state. */
-static inline void stance_find_end_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
+static inline void stance_find_end_f32(stance_chain_f32 *chain, stance_search_f32 *search) {
+    const float until = end_of_step_f32(chain) - chain->t;
     if (all_rest_f32(chain->side)) {
-        search->in.high = propagator_at_start_f32(any_poles_f32(chain->plan));
-        search->in.high.t = end_of_step_f32(chain) - chain->t;
-        search->owner = NO_OWNER_f32;
-        search->stops = false;
-        search->touches = false;
-        search->certified = true;
+        search_rest_f32(search, any_poles_f32(chain->plan), until);
         return;
     }
-    stance_begin_search_f32(chain, search);
-    if (search->open) { end_first_interval_f32(&search->events.set, &search->in, search->limit); }
-    find_first_event_f32(chain, search);
+    put_events_f32(&search->events, chain);
+    bool open = begin_search_f32(search, until, chain->evaluations);
+    bool quiet = false;
+    bool is_sharp = false; /* the take-off in the interval: once */
+    while (open) {
+        open = search_interval_f32(search, quiet);
+        if (open) {
+            const bool enters = !HOPFORM_MOVES_ALONE && search->in.high.t >= search->events.set.node->modal;
+            if (enters && !is_modal_f32(&search->in.high)) { enter_modes_f32(chain, search); }
+            quiet = next_interval_f32(search);
+            is_sharp = false;
+        } else {
+            is_sharp = !is_sharp && search->certified && sharpen_takeoff_f32(chain, search);
+            open = is_sharp;
+        }
+    }
+    conclude_f32(search);
 }
 
 /* ---- the chain ---- */
@@ -534,14 +552,13 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_f32(stance_chain_f32 *chain, const motion_modes_f32 *modes,
-                                      const propagator_f32 *end) {
+static inline void stance_arrive_f32(stance_chain_f32 *chain, const propagator_f32 *end) {
     float *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const float before = *position;
     chain->most_stretched = greater_f32(chain->most_stretched, fabs_f32(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0f;
     chain->at.named =
-        arrive_at_f32(&chain->at.named, &chain->numerators.named, modes, end, chain->side[0], chain->side[1]);
+        arrive_at_f32(&chain->at.named, &chain->numerators.named, &chain->modes, end, chain->side[0], chain->side[1]);
     const float moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -634,10 +651,10 @@ static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
 
 /* Pass the finished phase to the observer, if there is one. */
 static inline void notify_f32(const stance_chain_f32 *chain, const state_by_axis_f32 *start,
-                               const motion_modes_f32 *modes, const propagator_f32 *end, bool leaves) {
+                               const propagator_f32 *end, bool leaves) {
     if (chain->observer != NULL) {
-        const solved_phase_f32 phase = {&chain->numerators, end,         modes,        start,
-                                         &chain->at,         chain->side, chain->event, leaves};
+        const solved_phase_f32 phase = {&chain->numerators, end,         &chain->modes, start,
+                                         &chain->at,         chain->side, chain->event,  leaves};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -647,7 +664,7 @@ static inline void notify_ending_f32(stance_chain_f32 *chain) {
     if (chain->observer != NULL) {
         const propagator_f32 now = propagator_at_start_f32(any_poles_f32(chain->plan));
         stance_begin_phase_f32(chain);
-        notify_f32(chain, &chain->at, NULL, &now, false);
+        notify_f32(chain, &chain->at, &now, false);
     }
 }
 
@@ -698,8 +715,8 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
 #if HOPFORM_HAS_CONTACT
     chain->aed += chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
 #endif
-    stance_arrive_f32(chain, &end->events.modes, &end->in.high);
-    notify_f32(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_f32);
+    stance_arrive_f32(chain, &end->in.high);
+    notify_f32(chain, &start, &end->in.high, end->owner == CONTACT_f32);
     chain->t = passes ? until : lesser_f32(chain->t + length, until); /* not behind it by rounding */
 #if HOPFORM_HAS_CONTACT
     if (end->owner == CONTACT_f32) {

@@ -11,7 +11,7 @@
 #include "overlap_real.h"
 
 /* The chain while it grows. */
-struct stance_chain_real {
+typedef struct {
     const hopform_plan_real *plan;
     const hopform_step_real *steps;
     int32_t step_count;
@@ -42,10 +42,11 @@ struct stance_chain_real {
     int event;                   /* with which the phase began */
     drive_by_element_real drive; /* of the phase, as its numerators */
     numerators_by_axis_real numerators;
+    motion_modes_real modes; /* of the motion, once the modal form is evaluated */
     evaluations_real *evaluations;
     observer_real *observer;
     current_variation_real *variation;
-};
+} stance_chain_real;
 
 /* The limit that the input of a law is at, 0 under it: the second side. */
 static inline int limit_of_chain_real(const stance_chain_real *chain) {
@@ -351,27 +352,34 @@ SELDOM_real real later_takeoff_real(const stance_chain_real *chain, const hopfor
 }
 #endif
 
-/* The search at the start of the phase that starts at the chain's state. */
-static inline void stance_begin_search_real(const stance_chain_real *chain, stance_search_real *search) {
-    const real until = end_of_step_real(chain) - chain->t;
-    put_events_real(&search->events, chain);
+/* A take-off late in a phase, which was found: the interval ends at its time with all its digits. True if that is
+ * later, so that something else may come first. */
+static inline bool sharpen_takeoff_real(const stance_chain_real *chain, stance_search_real *search) {
+#if HOPFORM_HAS_CONTACT
     const event_set_real *set = &search->events.set;
     interval_real *in = &search->in;
-    in->count = 0;
-    in->high.omega = 0.0; /* W at first */
-    in->evaluations = chain->evaluations;
-    use_evaluation_real(in->evaluations); /* a phase costs as much */
-    in->found = begin_at_start_real(set, in);
-    search->limit = lesser_real(search->events.rest_time, until);
-    search->open = in->found < 0 && search->limit > 0.0;
-    if (!search->open) { in->high = propagator_at_start_real(set->poles); }
+    const real before = in->high.t;
+    if (in->found != 0 || set->function[0].owner != CONTACT_real) { return false; }
+    for (int n = 0; n < 4 && !is_modal_real(&in->high); n++) {
+        const basis_real basis = basis_of_propagator_real(set->poles, &in->high);
+        const real later = later_takeoff_real(chain, set->poles, &set->function[0], &basis, in->high.t);
+        if (!(fabs_real(later) > 0.0) || in->high.t + later > search->limit) { break; }
+        end_interval_at_real(set, in, in->high.t + later);
+        in->found = 0;
+    }
+    return in->high.t > before;
+#else
+    (void)chain;
+    (void)search;
+    return false;
+#endif
 }
 
 /* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is
  * a small difference of large terms of W. A distance to a stop counts from where the phase begins. */
-SELDOM_real void enter_modes_real(const stance_chain_real *chain, stance_search_real *search) {
+SELDOM_real void enter_modes_real(stance_chain_real *chain, stance_search_real *search) {
     event_set_real *set = &search->events.set;
-    motion_modes_real *modes = &search->events.modes;
+    motion_modes_real *modes = &chain->modes;
     *modes = modes_of_motion_real(set->poles, set->node->omega, &chain->at.named, &chain->numerators.named);
     search->in.high = modes_at_real(set->poles, set->node->omega, search->in.high.t);
     for (int32_t n = 0; n < set->count; n++) {
@@ -396,19 +404,29 @@ SELDOM_real void enter_modes_real(const stance_chain_real *chain, stance_search_
 }
 
 /* The first event of the phase that starts at the chain's state. */
-static inline void stance_find_end_real(const stance_chain_real *chain, stance_search_real *search) {
+static inline void stance_find_end_real(stance_chain_real *chain, stance_search_real *search) {
+    const real until = end_of_step_real(chain) - chain->t;
     if (all_rest_real(chain->side)) {
-        search->in.high = propagator_at_start_real(any_poles_real(chain->plan));
-        search->in.high.t = end_of_step_real(chain) - chain->t;
-        search->owner = NO_OWNER_real;
-        search->stops = false;
-        search->touches = false;
-        search->certified = true;
+        search_rest_real(search, any_poles_real(chain->plan), until);
         return;
     }
-    stance_begin_search_real(chain, search);
-    if (search->open) { end_first_interval_real(&search->events.set, &search->in, search->limit); }
-    find_first_event_real(chain, search);
+    put_events_real(&search->events, chain);
+    bool open = begin_search_real(search, until, chain->evaluations);
+    bool quiet = false;
+    bool is_sharp = false; /* the take-off in the interval: once */
+    while (open) {
+        open = search_interval_real(search, quiet);
+        if (open) {
+            const bool enters = !HOPFORM_MOVES_ALONE && search->in.high.t >= search->events.set.node->modal;
+            if (enters && !is_modal_real(&search->in.high)) { enter_modes_real(chain, search); }
+            quiet = next_interval_real(search);
+            is_sharp = false;
+        } else {
+            is_sharp = !is_sharp && search->certified && sharpen_takeoff_real(chain, search);
+            open = is_sharp;
+        }
+    }
+    conclude_real(search);
 }
 
 /* ---- the chain ---- */
@@ -534,14 +552,13 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_real(stance_chain_real *chain, const motion_modes_real *modes,
-                                      const propagator_real *end) {
+static inline void stance_arrive_real(stance_chain_real *chain, const propagator_real *end) {
     real *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const real before = *position;
     chain->most_stretched = greater_real(chain->most_stretched, fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0;
     chain->at.named =
-        arrive_at_real(&chain->at.named, &chain->numerators.named, modes, end, chain->side[0], chain->side[1]);
+        arrive_at_real(&chain->at.named, &chain->numerators.named, &chain->modes, end, chain->side[0], chain->side[1]);
     const real moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -634,10 +651,10 @@ static inline bool leaves_at_once_real(const stance_chain_real *chain) {
 
 /* Pass the finished phase to the observer, if there is one. */
 static inline void notify_real(const stance_chain_real *chain, const state_by_axis_real *start,
-                               const motion_modes_real *modes, const propagator_real *end, bool leaves) {
+                               const propagator_real *end, bool leaves) {
     if (chain->observer != NULL) {
-        const solved_phase_real phase = {&chain->numerators, end,         modes,        start,
-                                         &chain->at,         chain->side, chain->event, leaves};
+        const solved_phase_real phase = {&chain->numerators, end,         &chain->modes, start,
+                                         &chain->at,         chain->side, chain->event,  leaves};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -647,7 +664,7 @@ static inline void notify_ending_real(stance_chain_real *chain) {
     if (chain->observer != NULL) {
         const propagator_real now = propagator_at_start_real(any_poles_real(chain->plan));
         stance_begin_phase_real(chain);
-        notify_real(chain, &chain->at, NULL, &now, false);
+        notify_real(chain, &chain->at, &now, false);
     }
 }
 
@@ -698,8 +715,8 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
 #if HOPFORM_HAS_CONTACT
     chain->aed += chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
 #endif
-    stance_arrive_real(chain, &end->events.modes, &end->in.high);
-    notify_real(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_real);
+    stance_arrive_real(chain, &end->in.high);
+    notify_real(chain, &start, &end->in.high, end->owner == CONTACT_real);
     chain->t = passes ? until : lesser_real(chain->t + length, until); /* not behind it by rounding */
 #if HOPFORM_HAS_CONTACT
     if (end->owner == CONTACT_real) {

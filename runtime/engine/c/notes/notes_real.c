@@ -93,7 +93,7 @@ static void note_closed_form_real(const stance_chain_real *chain, const stance_s
 }
 
 /* Finds the end of a phase, and describes the phase: its number is that of its row. */
-static void note_phase_real(const stance_chain_real *chain, stance_search_real *search) {
+static void note_phase_real(stance_chain_real *chain, stance_search_real *search) {
     evaluations_real *notes = chain->evaluations;
     stance_find_end_real(chain, search);
     if (!all_rest_real(chain->side)) {
