@@ -339,31 +339,6 @@ static inline hopform_rates_f32 rates_of_f32(const hopform_robot_f32 *robot)
     return result;
 }
 
-/* The same where a law sets the current, and u is its target. */
-static inline hopform_rates_f32 rates_under_law_f32(const hopform_robot_f32 *robot)
-{
-    (void)robot;
-    const float a1_y = 0.0f;     /* no law */
-    const float a1_v1 = 0.0f;    /* no law */
-    const float a1_v2 = 0.0f;    /* no law */
-    const float a1_u = 0.0f;     /* no law */
-    const float a1_0 = 0.0f;     /* no law */
-    const float a2_y = 0.0f;     /* no law */
-    const float a2_v1 = 0.0f;    /* no law */
-    const float a2_v2 = 0.0f;    /* no law */
-    const float a2_0 = 0.0f;     /* no law */
-    const float s_1 = 0.0f;      /* no law */
-    const float s_2 = 0.0f;      /* no law */
-    const float s_3 = 0.0f;      /* no law */
-    const float p_1 = 0.0f;      /* no law */
-    const float q_1 = 0.0f;      /* no law */
-    const float p_2 = 0.0f;      /* no law */
-    const float q_2 = 0.0f;      /* no law */
-    const float damping = 0.0f;  /* no law */
-    const hopform_rates_f32 result = {a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping};
-    return result;
-}
-
 /* Constant accelerations of a phase. */
 static inline drive_f32 drive_of_f32(const hopform_robot_f32 *robot,
     const hopform_rates_f32 *rates,
@@ -924,8 +899,10 @@ static inline hopform_ledger_f32 ledger_of_f32(const hopform_robot_f32 *robot,
     float u,
     float side_1,
     float side_2,
+    float limit,
     float x1_0)
 {
+    (void)limit;
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
     const float b1 = robot->b1, b2 = robot->b2, f1 = robot->f1, f2 = robot->f2;
     const float gamma2 = robot->gamma2;
@@ -1032,9 +1009,11 @@ static inline slopes_f32 slopes_of_f32(const hopform_robot_f32 *robot,
     float u,
     float side_1,
     float side_2,
+    float limit,
     const robot_change_f32 *robot_change,
     float d_u)
 {
+    (void)limit;
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
     const float b1 = robot->b1, b2 = robot->b2, gamma2 = robot->gamma2;
     const float d_m_eff = robot_change->d_m_eff, d_m_s = robot_change->d_m_s;

@@ -339,31 +339,6 @@ static inline hopform_rates_f64 rates_of_f64(const hopform_robot_f64 *robot)
     return result;
 }
 
-/* The same where a law sets the current, and u is its target. */
-static inline hopform_rates_f64 rates_under_law_f64(const hopform_robot_f64 *robot)
-{
-    (void)robot;
-    const double a1_y = 0.0;     /* no law */
-    const double a1_v1 = 0.0;    /* no law */
-    const double a1_v2 = 0.0;    /* no law */
-    const double a1_u = 0.0;     /* no law */
-    const double a1_0 = 0.0;     /* no law */
-    const double a2_y = 0.0;     /* no law */
-    const double a2_v1 = 0.0;    /* no law */
-    const double a2_v2 = 0.0;    /* no law */
-    const double a2_0 = 0.0;     /* no law */
-    const double s_1 = 0.0;      /* no law */
-    const double s_2 = 0.0;      /* no law */
-    const double s_3 = 0.0;      /* no law */
-    const double p_1 = 0.0;      /* no law */
-    const double q_1 = 0.0;      /* no law */
-    const double p_2 = 0.0;      /* no law */
-    const double q_2 = 0.0;      /* no law */
-    const double damping = 0.0;  /* no law */
-    const hopform_rates_f64 result = {a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping};
-    return result;
-}
-
 /* Constant accelerations of a phase. */
 static inline drive_f64 drive_of_f64(const hopform_robot_f64 *robot,
     const hopform_rates_f64 *rates,
@@ -924,8 +899,10 @@ static inline hopform_ledger_f64 ledger_of_f64(const hopform_robot_f64 *robot,
     double u,
     double side_1,
     double side_2,
+    double limit,
     double x1_0)
 {
+    (void)limit;
     const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
     const double b1 = robot->b1, b2 = robot->b2, f1 = robot->f1, f2 = robot->f2;
     const double gamma2 = robot->gamma2;
@@ -1032,9 +1009,11 @@ static inline slopes_f64 slopes_of_f64(const hopform_robot_f64 *robot,
     double u,
     double side_1,
     double side_2,
+    double limit,
     const robot_change_f64 *robot_change,
     double d_u)
 {
+    (void)limit;
     const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
     const double b1 = robot->b1, b2 = robot->b2, gamma2 = robot->gamma2;
     const double d_m_eff = robot_change->d_m_eff, d_m_s = robot_change->d_m_s;

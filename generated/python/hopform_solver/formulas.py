@@ -725,12 +725,13 @@ def state_at(state: LegState, numerators: Numerators, basis: Basis) -> At:
     return At(x1_t, v1_t, v2_t, y_t)
 
 
-def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Real, x1_0: Real) -> Work:
+def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Real, limit: Real, x1_0: Real) -> Work:
     """Each entry of the ledger over a part of a phase that starts at x_1 = x1_0.
 
     u [A] current.
     side_1 [1] sign of v_1 in the phase, 0 if held.
     side_2 [1] sign of v_2 in the phase, 0 if held.
+    limit [1] sign of the limit that the input of a law is at in the phase, 0 under it.
     x1_0 [m] displacement of the actuator at the start of the phase.
     """
     m_eff, m_s, k, c = robot.m_eff, robot.m_s, robot.k, robot.c
@@ -976,12 +977,13 @@ def threshold_current(robot: Robot) -> Real:
     return u_threshold
 
 
-def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: RobotChange, d_u: Real) -> Slopes:
+def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, limit: Real, robot_change: RobotChange, d_u: Real) -> Slopes:
     """Change of the right sides of (3), (4) with the robot and the current.
 
     u [A] current.
     side_1 [1] sign of v_1 in the phase, 0 if held.
     side_2 [1] sign of v_2 in the phase, 0 if held.
+    limit [1] sign of the limit that the input of a law is at in the phase, 0 under it.
     d_u [A] change of the current.
     """
     m_eff, m_s, k, c = robot.m_eff, robot.m_s, robot.k, robot.c

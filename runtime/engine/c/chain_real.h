@@ -21,7 +21,7 @@ typedef struct {
     state_by_axis_real at;
     real from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     real from_upper;
-    int side[HOPFORM_ELEMENTS]; /* with a law the second one is its limit */
+    row_real mode;
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     real carried_acceleration; /* this acceleration, from before the state lost its digits */
@@ -48,17 +48,12 @@ typedef struct {
     current_variation_real *variation;
 } stance_chain_real;
 
-/* The limit that the input of a law is at, 0 under it: the second side. */
-static inline int limit_of_chain_real(const stance_chain_real *chain) {
-    return HOPFORM_HAS_LAW ? chain->side[HOPFORM_ELEMENTS - 1] : 0;
-}
-
 static inline real current_of_chain_real(const stance_chain_real *chain) {
-    return input_of_mode_real(chain->plan, limit_of_chain_real(chain), chain->steps[chain->step].u);
+    return input_of_mode_real(chain->plan, chain->mode, chain->steps[chain->step].u);
 }
 
 static inline const hopform_rates_real *rates_of_chain_real(const stance_chain_real *chain) {
-    return rates_of_mode_real(chain->plan, limit_of_chain_real(chain));
+    return rates_in_mode_real(chain->plan, chain->mode);
 }
 
 /* ---- the hold rule ---- */
@@ -69,17 +64,9 @@ static inline numerator_real free_numerator_real(const hopform_rates_real *rates
     return element == 0 ? free_numerator_1_real(rates, numerators) : free_numerator_2_real(rates, numerators);
 }
 
-/* What the elements do, by their sides; one that never moves rests. */
-static inline bool both_slip_real(const int *side) {
-    return !HOPFORM_MOVES_ALONE && side[0] != 0 && side[1] != 0;
-}
-
-static inline bool all_rest_real(const int *side) {
-    return side[0] == 0 && (HOPFORM_MOVES_ALONE || side[1] == 0);
-}
-
-static inline bool other_rests_real(const int *side, int element) {
-    return HOPFORM_MOVES_ALONE || side[1 - element] == 0;
+/* Enter the mode in which an element has another side. */
+static inline void take_side_real(stance_chain_real *chain, int element, int side) {
+    chain->mode = mode_with_side_real(chain->mode, element, side);
 }
 
 /* Whether a stop, or that it never moves, keeps an element at rest from going to a side. */
@@ -91,25 +78,17 @@ static inline bool stance_blocked_real(const stance_chain_real *chain, int eleme
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
 
-/* The constant accelerations, and the numerators from the chain's state, with given sides. */
-static inline drive_by_element_real drive_of_chain_real(const stance_chain_real *chain, const int *side) {
-    drive_by_element_real drive;
-    drive.named = drive_of_real(&chain->plan->robot, rates_of_chain_real(chain), current_of_chain_real(chain),
-                                (real)side[0], (real)side[1]);
-    return drive;
-}
-
-static inline numerators_by_axis_real numerators_of_chain_real(const stance_chain_real *chain, const int *side) {
-    const drive_by_element_real drive = drive_of_chain_real(chain, side);
+/* The numerators from the chain's state in a mode. */
+static inline numerators_by_axis_real numerators_of_chain_real(const stance_chain_real *chain, row_real mode) {
     numerators_by_axis_real made;
-    made.named = motion_under_real(rates_of_chain_real(chain), &drive.named, &chain->at.named, side[0], side[1]);
+    made.named = motion_of_real(chain->plan, &chain->at.named, current_of_chain_real(chain), mode);
     return made;
 }
 
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline real drift_of_free_real(const stance_chain_real *chain, int element) {
-    const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
-    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, side);
+    const numerators_by_axis_real numerators =
+        numerators_of_chain_real(chain, mode_with_side_real(chain->mode, element, 0));
     const numerator_real free = free_numerator_real(rates_of_chain_real(chain), element, &numerators.named);
     return first_derivative_real(&free);
 }
@@ -176,25 +155,25 @@ static inline real beyond_limit_real(const stance_chain_real *chain, real pull) 
 static inline void stance_choose_limit_real(stance_chain_real *chain) {
     if (!HOPFORM_HAS_LAW) { return; }
     const real pull = pull_of_chain_real(chain);
-    chain->side[HOPFORM_ELEMENTS - 1] = beyond_limit_real(chain, pull) > 0.0 ? (int)goes_real(pull, 0.0) : 0;
+    chain->mode = mode_at_limit_real(chain->mode, beyond_limit_real(chain, pull) > 0.0 ? (int)goes_real(pull, 0.0) : 0);
 }
 
 /* Where the pull is on the limit its first non-zero derivative decides; the sides of the elements are known. */
 static inline void stance_settle_limit_real(stance_chain_real *chain) {
-    if (!HOPFORM_HAS_LAW || limit_of_chain_real(chain) != 0 || all_rest_real(chain->side)) { return; }
+    if (!HOPFORM_HAS_LAW || limit_of_mode_real(chain->mode) != 0 || rests_of_mode_real(chain->mode)) { return; }
     const real pull = pull_of_chain_real(chain);
     if (beyond_limit_real(chain, pull) < 0.0) { return; }
-    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->side);
+    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->mode);
     const numerator_real h = law_numerator_real(&chain->plan->robot, &chain->at.named, &numerators.named);
     const real leaves = goes_real(pull, 0.0) * first_derivative_real(&h);
-    chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0 ? (int)goes_real(pull, 0.0) : 0;
+    chain->mode = mode_at_limit_real(chain->mode, leaves > 0.0 ? (int)goes_real(pull, 0.0) : 0);
 }
 
 /* The room of the pull to its limits, or at a limit what it is beyond that. */
 static inline void add_limits_real(const stance_chain_real *chain, event_set_real *set) {
     const real largest = largest_pull_real(&chain->plan->robot);
     if (!is_finite_real(largest)) { return; }
-    const int limit = limit_of_chain_real(chain);
+    const int limit = limit_of_mode_real(chain->mode);
     const hopform_robot_real *robot = &chain->plan->robot;
     const real terms = terms_of_room_real(chain, largest);
     const real pull = pull_of_chain_real(chain);
@@ -208,17 +187,20 @@ static inline void add_limits_real(const stance_chain_real *chain, event_set_rea
     }
 }
 
-/* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
- * the others do. One that starts on its threshold has the acceleration of the excess there. */
+/* The side of an element that is at rest. One that starts on its threshold has the acceleration of the excess there. */
+SHARED_real void settle_element_real(stance_chain_real *chain, int element) {
+    const direction_real direction = direction_from_rest_real(chain, element);
+    take_side_real(chain, element, direction.side);
+    if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
+}
+
+/* Those of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
+ * the others do. */
 static inline void stance_settle_real(stance_chain_real *chain, uint32_t resting) {
     const bool several = !HOPFORM_MOVES_ALONE && (resting & (resting - 1u)) != 0;
     for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
         for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-            if ((resting & 1u << (uint32_t)element) != 0) {
-                const direction_real direction = direction_from_rest_real(chain, element);
-                chain->side[element] = direction.side;
-                if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
-            }
+            if ((resting & 1u << (uint32_t)element) != 0) { settle_element_real(chain, element); }
         }
     }
 }
@@ -226,7 +208,7 @@ static inline void stance_settle_real(stance_chain_real *chain, uint32_t resting
 static inline uint32_t held_elements_real(const stance_chain_real *chain) {
     uint32_t held = 0;
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        held |= chain->side[element] == 0 ? 1u << (uint32_t)element : 0u;
+        held |= side_of_mode_real(chain->mode, element) == 0 ? 1u << (uint32_t)element : 0u;
     }
     return held;
 }
@@ -271,7 +253,7 @@ static inline real terms_of_contact_real(const stance_chain_real *chain) {
 
 /* How far the position is from the stop ahead, if there is one. */
 static inline void add_stop_real(const stance_chain_real *chain, event_set_real *set) {
-    const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
+    const int side = side_of_mode_real(chain->mode, HOPFORM_STOPPED_ELEMENT);
     const real gap = side > 0 ? -chain->from_upper : chain->from_lower;
     if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_real(gap)) { return; }
     const real away = -(real)side;
@@ -287,14 +269,14 @@ static inline void add_stop_real(const stance_chain_real *chain, event_set_real 
  * of a contact rings about 0 as a velocity does: its first zero is known however far it has faded by then. */
 static inline void put_events_real(stance_events_real *events, const stance_chain_real *chain) {
     const real *at = chain->at.of;
-    const int *side = chain->side;
+    const row_real mode = chain->mode;
     event_set_real *set = &events->set;
-    const hopform_poles_real *poles = poles_of_real(chain->plan, side[0], side[1]);
-    const bool several = both_slip_real(side);
-    const int slips = HOPFORM_MOVES_ALONE || side[0] != 0 ? 0 : 1;
+    const hopform_poles_real *poles = poles_of_real(chain->plan, mode);
+    const bool several = several_of_mode_real(mode);
+    const int slips = alone_of_mode_real(mode);
     const bool is_monotone = !several && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
     set->poles = poles;
-    set->node = node_of_real(chain->plan, side[0], side[1]);
+    set->node = node_of_real(chain->plan, mode);
     set->count = 0;
     events->rest_time = HOPFORM_NEVER_real;
     events->rests = NO_OWNER_real;
@@ -302,7 +284,7 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     const real stretch = at[HOPFORM_STRETCH_AXIS];
     const bool rings =
         HOPFORM_CONTACT_IS_STRETCH && !several && !(stretch < 0.0) && !(fabs_real(chain->drive.of[slips]) > 0.0);
-    const bool may_fall = HOPFORM_STRETCH_MAY_FALL(side) || stretch < 0.0; /* else it rises, from 0 on */
+    const bool may_fall = falls_of_mode_real(mode) || stretch < 0.0; /* else it rises, from 0 on */
     if (!rings && (may_fall || !HOPFORM_CONTACT_IS_STRETCH)) {
         const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->numerators.named);
         event_function_real *contact = add_event_function_real(
@@ -314,10 +296,10 @@ static inline void put_events_real(stance_events_real *events, const stance_chai
     if (HOPFORM_HAS_LAW) { add_limits_real(chain, set); }
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
         (void)add_event_function_real(set, &chain->numerators.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
-                                      (real)side[element], ELEMENT_real + element, true);
+                                      (real)side_of_mode_real(mode, element), ELEMENT_real + element, true);
     }
     if (several) { return; }
-    const real sign = (real)side[slips];
+    const real sign = (real)side_of_mode_real(mode, slips);
     if (!HOPFORM_MOVES_ALONE) { add_thresholds_real(chain, 1 - slips, !is_monotone, set); }
     events->rest_time = time_to_rest_real(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
                                           sign * chain->numerators.of.velocity[slips].H3);
@@ -344,8 +326,7 @@ SELDOM_real real later_takeoff_real(const stance_chain_real *chain, const hopfor
     if (!is_late_real(basis)) { return 0.0; }
     state_by_axis_real steady = {{0.0, 0.0, 0.0, 0.0}};
     numerators_by_axis_real from_slack;
-    from_slack.named =
-        motion_of_real(chain->plan, &steady.named, current_of_chain_real(chain), chain->side[0], chain->side[1]);
+    from_slack.named = motion_of_real(chain->plan, &steady.named, current_of_chain_real(chain), chain->mode);
     steady.of[HOPFORM_STRETCH_AXIS] = settled_real(poles, &from_slack.of.stretch);
     const real settled = contact_of_real(&chain->plan->robot, &steady.named);
     return steady_state_correction_real(poles, contact, settled, basis, t);
@@ -393,12 +374,12 @@ SELDOM_real void enter_modes_real(stance_chain_real *chain, stance_search_real *
         }
 #endif
         if (g->touch_is_no_event) {
-            const real gap = chain->side[element] > 0 ? chain->from_upper : chain->from_lower;
+            const real gap = side_of_mode_real(chain->mode, element) > 0 ? chain->from_upper : chain->from_lower;
             take_modes_real(g, &modes->by.of.position, gap + modes->final.of[HOPFORM_POSITION_AXIS], modes->drift,
-                            -(real)chain->side[element]);
+                            -(real)side_of_mode_real(chain->mode, element));
         } else {
             take_modes_real(g, &modes->by.of.velocity[element], modes->final.of[HOPFORM_VELOCITY_AXIS(element)], 0.0,
-                            (real)chain->side[element]);
+                            (real)side_of_mode_real(chain->mode, element));
         }
     }
 }
@@ -406,8 +387,8 @@ SELDOM_real void enter_modes_real(stance_chain_real *chain, stance_search_real *
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_real(stance_chain_real *chain, stance_search_real *search) {
     const real until = end_of_step_real(chain) - chain->t;
-    if (all_rest_real(chain->side)) {
-        search_rest_real(search, any_poles_real(chain->plan), until);
+    if (rests_of_mode_real(chain->mode)) {
+        search_rest_real(search, &chain->plan->poles[0], until);
         return;
     }
     put_events_real(&search->events, chain);
@@ -433,13 +414,12 @@ static inline void stance_find_end_real(stance_chain_real *chain, stance_search_
 
 /* The phase that begins at the chain's time, state and mode. */
 static inline hopform_phase_real phase_of_chain_real(const stance_chain_real *chain, int event) {
-    const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
     hopform_phase_real phase;
 #define PUT_MEMBER(name, domain) phase.name = chain->at.named.name;
     HOPFORM_STATE_MEMBERS(PUT_MEMBER)
 #undef PUT_MEMBER
     phase.t = chain->t;
-    phase.mode = (int8_t)mode;
+    phase.mode = (int8_t)number_of_mode_real(chain->mode);
     phase.event = (int8_t)event;
     phase.step = (uint16_t)chain->step;
     return phase;
@@ -452,7 +432,7 @@ static inline void stance_record_real(stance_chain_real *chain, int event) {
     }
     chain->event = event;
     chain->count++;
-    if (!all_rest_real(chain->side)) {
+    if (!rests_of_mode_real(chain->mode)) {
         chain->held_count = 0;
     } else if (chain->held_count == 0) {
         chain->held_from = chain->t;
@@ -460,10 +440,10 @@ static inline void stance_record_real(stance_chain_real *chain, int event) {
     }
 }
 
-/* An element has come to rest, or has met a stop. One that it touches where it turns is no event, but that is where
- * it is. */
-static inline void end_of_velocity_real(stance_chain_real *chain, int element, bool stops, bool touches) {
-    const int before = chain->side[element];
+/* An element has come to rest, or has met a stop: the event. A stop that it touches where it turns is none, but that is
+ * where it is. */
+static inline int end_of_velocity_real(stance_chain_real *chain, int element, bool stops, bool touches) {
+    const int before = side_of_mode_real(chain->mode, element);
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
     if (stops || touches) {
         const real lower = lower_stop_real(&chain->plan->robot);
@@ -474,15 +454,12 @@ static inline void end_of_velocity_real(stance_chain_real *chain, int element, b
         chain->from_upper = stop - upper;
     }
     stance_choose_limit_real(chain);
-    stance_settle_real(chain, 1u << (uint32_t)element);
+    settle_element_real(chain, element);
     stance_settle_limit_real(chain);
-    const int after = chain->side[element];
-    const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
-    if ((stops && after != before) || (touches && after == 0)) {
-        stance_record_real(chain, HOPFORM_EVENT_HITS_STOP);
-    } else {
-        stance_record_real(chain, after == before ? HOPFORM_EVENT_NONE : event); /* none: a touch, it goes on */
-    }
+    const int after = side_of_mode_real(chain->mode, element);
+    if ((stops && after != before) || (touches && after == 0)) { return HOPFORM_EVENT_HITS_STOP; }
+    if (after == before) { return HOPFORM_EVENT_NONE; /* a touch, it goes on */ }
+    return after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
 }
 
 /* The input has taken its value of a step: what is held may begin to slip. */
@@ -493,7 +470,7 @@ static inline void take_step_real(stance_chain_real *chain) {
     stance_settle_real(chain, held);
     stance_settle_limit_real(chain);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {
+        if ((held & 1u << (uint32_t)element) != 0 && side_of_mode_real(chain->mode, element) != 0) {
             stance_record_real(chain, HOPFORM_EVENT_SLIPS(element));
         }
     }
@@ -531,10 +508,12 @@ SELDOM_real void keep_small_acceleration_real(stance_chain_real *chain, const ba
 static inline void keep_free_acceleration_real(stance_chain_real *chain, const stance_search_real *end) {
     const int element = end->owner - ELEMENT_real;
     chain->came_to_rest = NO_ELEMENT_real;
-    if (!all_rest_real(chain->side)) { chain->rounded_at_stop = 0.0; }
-    if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_real) || chain->side[element] == 0) { return; }
+    if (!rests_of_mode_real(chain->mode)) { chain->rounded_at_stop = 0.0; }
+    if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_real) || side_of_mode_real(chain->mode, element) == 0) {
+        return;
+    }
     const basis_real basis = basis_of_propagator_real(end->events.set.poles, &end->in.high);
-    const bool alone = other_rests_real(chain->side, element);
+    const bool alone = alone_of_mode_real(chain->mode) == element;
     const bool at_stop = end->stops || end->touches;
     if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
         const real stretched = chain->most_stretched + terms_of_stretch_real(chain, &basis);
@@ -542,9 +521,9 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
     }
     if (alone && !at_stop) {
         chain->came_to_rest = element;
-        chain->carried_acceleration =
-            free_after_motion_real((real)chain->side[element], level_of_real(&chain->plan->robot, element),
-                                   &chain->numerators.of.velocity[element], &basis);
+        chain->carried_acceleration = free_after_motion_real((real)side_of_mode_real(chain->mode, element),
+                                                             level_of_real(&chain->plan->robot, element),
+                                                             &chain->numerators.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
         keep_small_acceleration_real(chain, &basis);
     }
@@ -557,8 +536,7 @@ static inline void stance_arrive_real(stance_chain_real *chain, const propagator
     const real before = *position;
     chain->most_stretched = greater_real(chain->most_stretched, fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0;
-    chain->at.named =
-        arrive_at_real(&chain->at.named, &chain->numerators.named, &chain->modes, end, chain->side[0], chain->side[1]);
+    chain->at.named = arrive_at_real(&chain->at.named, &chain->numerators.named, &chain->modes, end, chain->mode);
     const real moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -567,7 +545,7 @@ static inline void stance_arrive_real(stance_chain_real *chain, const propagator
 
 /* The acceleration with which an element starts on its threshold. */
 static inline real acceleration_on_threshold_real(const stance_chain_real *chain, int element) {
-    const int side = chain->side[element];
+    const int side = side_of_mode_real(chain->mode, element);
     return (real)side * excess_to_side_real(&chain->plan->robot, element, side);
 }
 
@@ -575,33 +553,31 @@ static inline real acceleration_on_threshold_real(const stance_chain_real *chain
  * that of the excess, and what follows from it, too: rounding would let it go back at once. */
 static inline void start_on_threshold_real(stance_chain_real *chain) {
     const int element = chain->just_switched;
-    const int *side = chain->side;
-    if (element < 0 || !both_slip_real(side)) { return; }
+    if (element < 0 || !several_of_mode_real(chain->mode)) { return; }
     real *drive = &chain->drive.of[element];
     *drive = 0.0;
     numerators_by_axis_real others;
-    others.named =
-        motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named, side[0], side[1]);
+    others.named = motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named, chain->mode);
     *drive = acceleration_on_threshold_real(chain, element) - others.of.velocity[element].H3;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_real(stance_chain_real *chain) {
     const int element = chain->came_to_rest;
-    chain->drive = drive_of_chain_real(chain, chain->side);
+    chain->drive.named = drive_in_mode_real(chain->plan, chain->mode, current_of_chain_real(chain));
     start_on_threshold_real(chain);
-    chain->numerators.named = motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named,
-                                                chain->side[0], chain->side[1]);
+    chain->numerators.named =
+        motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named, chain->mode);
     const int starts = chain->just_switched;
-    if (starts >= 0 && both_slip_real(chain->side)) {
+    if (starts >= 0 && several_of_mode_real(chain->mode)) {
         const real acceleration = acceleration_on_threshold_real(chain, starts);
         if (fabs_real(acceleration) > 0.0) {
             set_acceleration_from_rest_real(&chain->numerators, starts, false, acceleration);
         }
     }
-    if (element >= 0 && chain->side[element] != 0) {
-        const real level = (real)chain->side[element] * level_of_real(&chain->plan->robot, element);
-        set_acceleration_from_rest_real(&chain->numerators, element, other_rests_real(chain->side, element),
+    if (element >= 0 && side_of_mode_real(chain->mode, element) != 0) {
+        const real level = (real)side_of_mode_real(chain->mode, element) * level_of_real(&chain->plan->robot, element);
+        set_acceleration_from_rest_real(&chain->numerators, element, alone_of_mode_real(chain->mode) == element,
                                         chain->carried_acceleration - level);
     }
 }
@@ -620,19 +596,22 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
     const int element = end->owner - ELEMENT_real;
     keep_free_acceleration_real(chain, end);
     chain->just_switched = NO_ELEMENT_real;
+    int event = HOPFORM_EVENT_SLIPS(element);
     if (end->owner == NO_OWNER_real) {
         chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
         take_step_real(chain);
-    } else if (HOPFORM_HAS_LAW && end->owner == LIMIT_real) {
-        chain->side[HOPFORM_ELEMENTS - 1] = end->side;
-        stance_record_real(chain, HOPFORM_EVENT_OF_LIMIT(end->side));
-    } else if (chain->side[element] != 0) {
-        end_of_velocity_real(chain, element, end->stops, end->touches);
-    } else {
-        chain->side[element] = end->side;
-        chain->just_switched = element;
-        stance_record_real(chain, HOPFORM_EVENT_SLIPS(element));
+        return;
     }
+    if (HOPFORM_HAS_LAW && end->owner == LIMIT_real) {
+        chain->mode = mode_at_limit_real(chain->mode, end->side);
+        event = HOPFORM_EVENT_OF_LIMIT(end->side);
+    } else if (side_of_mode_real(chain->mode, element) != 0) {
+        event = end_of_velocity_real(chain, element, end->stops, end->touches);
+    } else {
+        take_side_real(chain, element, end->side);
+        chain->just_switched = element;
+    }
+    stance_record_real(chain, event);
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -643,7 +622,7 @@ static inline bool leaves_at_once_real(const stance_chain_real *chain) {
         decided_real(contact_of_real(&chain->plan->robot, &chain->at.named), terms_of_contact_real(chain));
     const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_real(&chain->at.named) > 0.0;
     if (fabs_real(contact) > 0.0 || rises) { return contact < 0.0; }
-    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->side);
+    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->mode);
     const numerator_real h = contact_numerator_real(&chain->plan->robot, &numerators.named);
     return first_derivative_real(&h) < 0.0;
 }
@@ -654,7 +633,7 @@ static inline void notify_real(const stance_chain_real *chain, const state_by_ax
                                const propagator_real *end, bool leaves) {
     if (chain->observer != NULL) {
         const solved_phase_real phase = {&chain->numerators, end,         &chain->modes, start,
-                                         &chain->at,         chain->side, chain->event,  leaves};
+                                         &chain->at,         chain->mode, chain->event,  leaves};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -662,7 +641,7 @@ static inline void notify_real(const stance_chain_real *chain, const state_by_ax
 /* The same of a last phase of no duration. */
 static inline void notify_ending_real(stance_chain_real *chain) {
     if (chain->observer != NULL) {
-        const propagator_real now = propagator_at_start_real(any_poles_real(chain->plan));
+        const propagator_real now = propagator_at_start_real(&chain->plan->poles[0]);
         stance_begin_phase_real(chain);
         notify_real(chain, &chain->at, &now, false);
     }
@@ -674,7 +653,7 @@ static inline int32_t ending_before_phase_real(stance_chain_real *chain) {
         chain->count = chain->max_phases; /* a step of the input may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
-    if (all_rest_real(chain->side) && chain->step + 1 >= chain->step_count) {
+    if (rests_of_mode_real(chain->mode) && chain->step + 1 >= chain->step_count) {
         chain->t = chain->held_from; /* steps of the input since then have moved nothing */
         chain->count = chain->held_count;
         notify_ending_real(chain);
@@ -685,16 +664,17 @@ static inline int32_t ending_before_phase_real(stance_chain_real *chain) {
 
 /* What each element does at the start, no event; the ending if that is there already, 0 if not. */
 static inline int32_t stance_begin_real(stance_chain_real *chain) {
-    chain->side[HOPFORM_ELEMENTS - 1] = 0; /* of one that never moves */
+    chain->mode = mode_of_number_real(HOPFORM_MODE_AT_REST);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
         real *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
-        chain->side[element] = (int)goes_real(*velocity, 0.0);
-        if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
-            && stance_blocked_real(chain, element, chain->side[element])) {
+        const int side = (int)goes_real(*velocity, 0.0);
+        const bool blocked =
+            element == HOPFORM_STOPPED_ELEMENT && side != 0 && stance_blocked_real(chain, element, side);
+        if (blocked) {
             chain->start_loss = loss_at_stop_real(&chain->plan->robot, &chain->at.named);
             *velocity = 0.0;
-            chain->side[element] = 0;
         }
+        take_side_real(chain, element, blocked ? 0 : side);
     }
     stance_choose_limit_real(chain);
     stance_settle_real(chain, held_elements_real(chain));
