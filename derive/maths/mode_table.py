@@ -15,6 +15,7 @@ import sympy as sp
 from ..model.equations import Model
 from ..model.quantities import *
 from .elements import ELEMENTS, POLYNOMIALS, follows_of
+from .law import limits, rates_at
 
 SIGNS = (-1, 0, 1)
 
@@ -105,7 +106,7 @@ def rows(model: Model) -> tuple[Row, ...]:
 def _keys(model: Model) -> Iterator[tuple[tuple[int, ...], int]]:
     """The sides and the limit of each mode, in the order of their numbers."""
     sides = [SIGNS if element.number in model.moving else (0,) for element in ELEMENTS]
-    for *side, limit in product(*sides, SIGNS if model.has_law else (0,)):
+    for *side, limit in product(*sides, limits(model)):
         yield tuple(side), limit
 
 
@@ -131,18 +132,18 @@ def number_of(side: tuple[int, ...], limit: int) -> int:
 
 def _row(model: Model, keys: tuple[tuple[tuple[int, ...], int], ...], side: tuple[int, ...], limit: int) -> Row:
     moving = tuple(element.number for element, sign in zip(ELEMENTS, side, strict=True) if sign)
-    under_law = int(model.has_law and limit == 0)
-    of_form = [n for n, form in enumerate(forms(model)) if form.moving == moving and form.rates == under_law]
-    of_any = [n for n, form in enumerate(forms(model)) if form.rates == under_law]
+    its_rates = rates_at(model, limit)
+    of_form = [n for n, form in enumerate(forms(model)) if form.moving == moving and form.rates == its_rates]
+    of_any = [n for n, form in enumerate(forms(model)) if form.rates == its_rates]
     along = [sign * follows for sign, follows in zip(side, follows_of(y), strict=True)]
     turned = tuple(
         tuple(keys.index((side[:n] + (sign if element.number in model.moving else 0,) + side[n + 1 :], limit))
               for sign in SIGNS)
         for n, element in enumerate(ELEMENTS)
     )  # fmt: skip
-    limited = tuple(keys.index((side, sign if model.has_law else 0)) for sign in SIGNS)
+    limited = tuple(keys.index((side, sign if sign in limits(model) else limit)) for sign in SIGNS)
     return Row(
-        side, limit, number_of(side, limit), [*of_form, of_any[-1]][0], under_law, int(len(moving) > 1), int(not moving),
+        side, limit, number_of(side, limit), [*of_form, of_any[-1]][0], its_rates, int(len(moving) > 1), int(not moving),
         moving[0] - 1 if len(moving) == 1 else -1, int(min(along) < 0), int(max(along) > 0), turned, limited,
     )  # fmt: skip
 
@@ -214,3 +215,28 @@ def readings(model: Model) -> Iterator[dict[str, object]]:
 def divisor(model: Model) -> int:
     """What the number of a mode is divided by to be that of its row, rounded down."""
     return 9 // len(rows(model))
+
+
+def guards(model: Model) -> tuple[str, ...]:
+    """The kinds of guards that a model has, in the order in which their event functions are listed."""
+    has = {
+        "contact": model.has_contact, "stop": model.has_stops, "limit": has_limits(model), "velocity": True,
+        "threshold": len(model.moving) > 1,
+    }  # fmt: skip
+    return tuple(kind for kind, present in has.items() if present)
+
+
+def guards_in_rows(model: Model) -> tuple[tuple[str], ...]:
+    """The same, each a row of one column."""
+    return tuple((kind,) for kind in guards(model))
+
+
+def has_limits(model: Model) -> bool:
+    """Whether a mode may be at a limit."""
+    return len(limits(model)) > 1
+
+
+def most_functions(model: Model) -> int:
+    """How many event functions a phase has at most: with each velocity two of thresholds, or one of another velocity."""
+    beside = {"contact": 1, "stop": 1, "limit": 2, "threshold": 2}
+    return max(sum(beside.get(kind, 0) for kind in guards(model)), 1)

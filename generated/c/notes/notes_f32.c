@@ -41,13 +41,13 @@ static float sure_value_f32(const event_function_f32 *g, const propagator_f32 *a
 }
 
 static bool is_threshold_f32(const stance_chain_f32 *chain, const event_function_f32 *g) {
-    const bool of_element = g->owner != CONTACT_f32 && !(HOPFORM_HAS_LAW && g->owner == LIMIT_f32);
+    const bool of_element = g->owner != CONTACT_f32 && !(HOPFORM_HAS_LIMITS && g->owner == LIMIT_f32);
     return of_element && !g->touch_is_no_event && side_of_mode_f32(chain->mode, g->owner - ELEMENT_f32) == 0;
 }
 
 static const char *kind_of_function_f32(const stance_chain_f32 *chain, const event_function_f32 *g) {
     if (g->owner == CONTACT_f32) { return "contact"; }
-    if (HOPFORM_HAS_LAW && g->owner == LIMIT_f32) { return "limit"; }
+    if (HOPFORM_HAS_LIMITS && g->owner == LIMIT_f32) { return "limit"; }
     if (g->touch_is_no_event) { return "stop"; }
     return is_threshold_f32(chain, g) ? "threshold" : "velocity";
 }

@@ -41,13 +41,13 @@ static double sure_value_f64(const event_function_f64 *g, const propagator_f64 *
 }
 
 static bool is_threshold_f64(const stance_chain_f64 *chain, const event_function_f64 *g) {
-    const bool of_element = g->owner != CONTACT_f64 && !(HOPFORM_HAS_LAW && g->owner == LIMIT_f64);
+    const bool of_element = g->owner != CONTACT_f64 && !(HOPFORM_HAS_LIMITS && g->owner == LIMIT_f64);
     return of_element && !g->touch_is_no_event && side_of_mode_f64(chain->mode, g->owner - ELEMENT_f64) == 0;
 }
 
 static const char *kind_of_function_f64(const stance_chain_f64 *chain, const event_function_f64 *g) {
     if (g->owner == CONTACT_f64) { return "contact"; }
-    if (HOPFORM_HAS_LAW && g->owner == LIMIT_f64) { return "limit"; }
+    if (HOPFORM_HAS_LIMITS && g->owner == LIMIT_f64) { return "limit"; }
     if (g->touch_is_no_event) { return "stop"; }
     return is_threshold_f64(chain, g) ? "threshold" : "velocity";
 }

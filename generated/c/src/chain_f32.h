@@ -134,74 +134,73 @@ static inline direction_f32 direction_from_rest_f32(const stance_chain_f32 *chai
     return direction;
 }
 
-/* ---- the limit of a law ---- */
+/* ---- the limits of a law: the levels of its switching function ---- */
 
-/* The magnitudes that the room of the pull is a difference of: they are large where the law is stiff. */
-static inline float terms_of_room_f32(const stance_chain_f32 *chain, float largest) {
-    return terms_of_pull_f32(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u) + largest;
-}
+/* The switching function at the chain's state, the magnitudes that it is a sum of, and its levels. */
+typedef struct {
+    float value, terms;
+    levels_f32 levels;
+} switching_at_f32;
 
-static inline float pull_of_chain_f32(const stance_chain_f32 *chain) {
-    return pull_of_law_f32(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
-}
-
-/* How far the pull is beyond the limits, decided. */
-static inline float beyond_limit_f32(const stance_chain_f32 *chain, float pull) {
-    const float largest = largest_pull_f32(&chain->plan->robot);
-    return is_finite_f32(largest) ? decided_f32(fabs_f32(pull) - largest, terms_of_room_f32(chain, largest)) : -1.0f;
-}
-
-/* The limit that the current is at; on the limit 0. */
-static inline void stance_choose_limit_f32(stance_chain_f32 *chain) {
-    if (!HOPFORM_HAS_LAW) { return; }
-    const float pull = pull_of_chain_f32(chain);
-    chain->mode = mode_at_limit_f32(chain->mode, beyond_limit_f32(chain, pull) > 0.0f ? (int)goes_f32(pull, 0.0f) : 0);
-}
-
-/* Where the pull is on the limit its first non-zero derivative decides; the sides of the elements are known. */
-static inline void stance_settle_limit_f32(stance_chain_f32 *chain) {
-    if (!HOPFORM_HAS_LAW || limit_of_mode_f32(chain->mode) != 0 || rests_of_mode_f32(chain->mode)) { return; }
-    const float pull = pull_of_chain_f32(chain);
-    if (beyond_limit_f32(chain, pull) < 0.0f) { return; }
-    const numerators_by_axis_f32 numerators = numerators_of_chain_f32(chain, chain->mode);
-    const numerator_f32 h = law_numerator_f32(&chain->plan->robot, &chain->at.named, &numerators.named);
-    const float leaves = goes_f32(pull, 0.0f) * first_derivative_f32(&h);
-    chain->mode = mode_at_limit_f32(chain->mode, leaves > 0.0f ? (int)goes_f32(pull, 0.0f) : 0);
-}
-
-/* The room of the pull to its limits, or at a limit what it is beyond that. */
-static inline void add_limits_f32(const stance_chain_f32 *chain, event_set_f32 *set) {
-    const float largest = largest_pull_f32(&chain->plan->robot);
-    if (!is_finite_f32(largest)) { return; }
-    const int limit = limit_of_mode_f32(chain->mode);
+static inline switching_at_f32 switching_of_chain_f32(const stance_chain_f32 *chain) {
     const hopform_robot_f32 *robot = &chain->plan->robot;
-    const float terms = terms_of_room_f32(chain, largest);
-    const float pull = pull_of_chain_f32(chain);
-    const numerator_f32 h = law_numerator_f32(robot, &chain->at.named, &chain->numerators.named);
-    for (int side = -1; side <= 1; side += 2) {
-        if (limit != 0 && side != limit) { continue; }
-        event_function_f32 *room = add_event_function_f32(set, &h, pull - (float)side * largest,
-                                                            (float)(limit == 0 ? -side : side), LIMIT_f32, true);
-        put_on_threshold_f32(room, terms);
-        room->side = limit == 0 ? side : 0;
-    }
+    const float u = chain->steps[chain->step].u;
+    const switching_at_f32 at = {switching_of_f32(robot, &chain->at.named, u),
+                                  switching_terms_f32(robot, &chain->at.named, u), switching_levels_f32(robot)};
+    return at;
+}
+
+static inline float level_of_limit_f32(const switching_at_f32 *at, int limit) {
+    return limit < 0 ? at->levels.lower : at->levels.upper;
+}
+
+/* The magnitudes that the function less a level is a sum of: they are large where the law is stiff. */
+static inline float terms_of_room_f32(const switching_at_f32 *at, float level) {
+    return at->terms + fabs_f32(level);
+}
+
+/* How far the function is beyond the level of a limit, decided; below 0 where there is none. */
+static inline float beyond_limit_f32(const switching_at_f32 *at, int limit) {
+    const float level = level_of_limit_f32(at, limit);
+    const float beyond = (float)limit * (at->value - level);
+    return is_finite_f32(level) ? decided_f32(beyond, terms_of_room_f32(at, level)) : -1.0f;
+}
+
+/* The limit that the input is at; on a level 0. */
+static inline void stance_choose_limit_f32(stance_chain_f32 *chain) {
+    if (!HOPFORM_HAS_LIMITS) { return; }
+    const switching_at_f32 at = switching_of_chain_f32(chain);
+    const int below = beyond_limit_f32(&at, -1) > 0.0f ? -1 : 0;
+    chain->mode = mode_at_limit_f32(chain->mode, beyond_limit_f32(&at, 1) > 0.0f ? 1 : below);
+}
+
+/* On a level the first non-zero derivative of the function decides; the sides of the elements are known. */
+static inline void stance_settle_limit_f32(stance_chain_f32 *chain) {
+    if (!HOPFORM_HAS_LIMITS || limit_of_mode_f32(chain->mode) != 0 || rests_of_mode_f32(chain->mode)) { return; }
+    const switching_at_f32 at = switching_of_chain_f32(chain);
+    const int below = !(beyond_limit_f32(&at, -1) < 0.0f) ? -1 : 0;
+    const int limit = !(beyond_limit_f32(&at, 1) < 0.0f) ? 1 : below;
+    if (limit == 0) { return; }
+    const numerators_by_axis_f32 numerators = numerators_of_chain_f32(chain, chain->mode);
+    const numerator_f32 h = switching_numerator_f32(&chain->plan->robot, &chain->at.named, &numerators.named);
+    chain->mode = mode_at_limit_f32(chain->mode, (float)limit * first_derivative_f32(&h) > 0.0f ? limit : 0);
 }
 
 /* The side of an element that is at rest. One that starts on its threshold has the acceleration of the excess there. */
-SHARED_f32 void settle_element_f32(stance_chain_f32 *chain, int element) {
+static inline void settle_element_f32(stance_chain_f32 *chain, int element) {
     const direction_f32 direction = direction_from_rest_f32(chain, element);
     take_side_f32(chain, element, direction.side);
     if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
 }
 
-/* Those of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
- * the others do. */
-static inline void stance_settle_f32(stance_chain_f32 *chain, uint32_t resting) {
+/* Those of the elements that are at rest, a bit each; where both are twice, because each may depend on what the other
+ * does. */
+SHARED_f32 void stance_settle_f32(stance_chain_f32 *chain, uint32_t resting) {
     const bool several = !HOPFORM_MOVES_ALONE && (resting & (resting - 1u)) != 0;
-    for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
-        for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-            if ((resting & 1u << (uint32_t)element) != 0) { settle_element_f32(chain, element); }
-        }
+    if (!several && resting == 0) { return; }
+    const int first = several || HOPFORM_MOVES_ALONE ? 0 : (int)(resting >> 1u);
+    for (int n = 0; n < (several ? 2 * HOPFORM_ELEMENTS : 1); n++) {
+        settle_element_f32(chain, several ? n % HOPFORM_ELEMENTS : first);
     }
 }
 
@@ -251,66 +250,99 @@ static inline float terms_of_contact_f32(const stance_chain_f32 *chain) {
 }
 #endif
 
+/* ---- the event functions of a phase, by the kinds of guards: each puts those that are active in the mode ---- */
+
+/* Whether all but a velocity is monotone until the end of the phase. */
+static inline bool is_monotone_f32(row_f32 mode) {
+    return !several_of_mode_f32(mode) && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
+}
+
+#if HOPFORM_HAS_CONTACT
+/* Where one element slips alone and the forces on it cancel at no stretch, the stretch of a contact rings about 0 as a
+ * velocity does: its first zero is known however far it has faded by then. Else it is one of those that are searched,
+ * unless it is the contact force and only rises, from 0 on. */
+static inline void put_contact_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
+    const row_f32 mode = chain->mode;
+    const float stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const bool alone = HOPFORM_CONTACT_IS_STRETCH && !several_of_mode_f32(mode) && !(stretch < 0.0f);
+    if (alone && !(fabs_f32(chain->drive.of[alone_of_mode_f32(mode)]) > 0.0f)) {
+        events->rest_time = time_to_rest_f32(events->set.poles, stretch, chain->numerators.of.stretch.H3);
+        events->rests = CONTACT_f32;
+    } else if (falls_of_mode_f32(mode) || stretch < 0.0f || !HOPFORM_CONTACT_IS_STRETCH) {
+        const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &chain->numerators.named);
+        const float start = contact_of_f32(&chain->plan->robot, &chain->at.named);
+        event_function_f32 *contact =
+            add_event_function_f32(&events->set, &h, start, 1.0f, CONTACT_f32, !is_monotone_f32(mode));
+        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_f32(contact, terms_of_contact_f32(chain)); }
+    }
+}
+#endif
+
 /* How far the position is from the stop ahead, if there is one. */
-static inline void add_stop_f32(const stance_chain_f32 *chain, event_set_f32 *set) {
+static inline void put_stop_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
     const int side = side_of_mode_f32(chain->mode, HOPFORM_STOPPED_ELEMENT);
     const float gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_f32(gap)) { return; }
+    if (side == 0 || !is_finite_f32(gap)) { return; }
     const float away = -(float)side;
     const numerator_f32 *h = &chain->numerators.of.position;
     const numerator_f32 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f32 *stop =
-        add_event_function_f32(set, &first, away * gap, away, ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT, false);
+        add_event_function_f32(&events->set, &first, away * gap, away, ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT, false);
     stop->touch_is_no_event = true;
     stop->H0 = away * h->H1;
 }
 
-/* The event functions of a phase. Where one element slips alone and the forces on it cancel at no stretch, the stretch
- * of a contact rings about 0 as a velocity does: its first zero is known however far it has faded by then. */
-static inline void put_events_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
-    const float *at = chain->at.of;
-    const row_f32 mode = chain->mode;
-    event_set_f32 *set = &events->set;
-    const hopform_poles_f32 *poles = poles_of_f32(chain->plan, mode);
-    const bool several = several_of_mode_f32(mode);
-    const int slips = alone_of_mode_f32(mode);
-    const bool is_monotone = !several && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
-    set->poles = poles;
-    set->node = node_of_f32(chain->plan, mode);
-    set->count = 0;
-    events->rest_time = HOPFORM_NEVER_f32;
-    events->rests = NO_OWNER_f32;
-#if HOPFORM_HAS_CONTACT
-    const float stretch = at[HOPFORM_STRETCH_AXIS];
-    const bool rings =
-        HOPFORM_CONTACT_IS_STRETCH && !several && !(stretch < 0.0f) && !(fabs_f32(chain->drive.of[slips]) > 0.0f);
-    const bool may_fall = falls_of_mode_f32(mode) || stretch < 0.0f; /* else it rises, from 0 on */
-    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_STRETCH)) {
-        const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &chain->numerators.named);
-        event_function_f32 *contact = add_event_function_f32(
-            set, &h, contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f, CONTACT_f32, !is_monotone);
-        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_f32(contact, terms_of_contact_f32(chain)); }
+/* The room of the switching function to its levels, or at a limit what it is beyond that. */
+static inline void put_limit_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
+    const int from = limit_of_mode_f32(chain->mode);
+    const switching_at_f32 at = switching_of_chain_f32(chain);
+    const numerator_f32 h = switching_numerator_f32(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
+    for (int limit = -1; limit <= 1; limit += 2) {
+        const float level = level_of_limit_f32(&at, limit);
+        if (is_finite_f32(level) && (from == 0 || limit == from)) {
+            event_function_f32 *room = add_event_function_f32(&events->set, &h, at.value - level,
+                                                                (float)(from == 0 ? -limit : limit), LIMIT_f32, true);
+            put_on_threshold_f32(room, terms_of_room_f32(&at, level));
+            room->side = from == 0 ? limit : 0;
+        }
     }
-#endif
-    add_stop_f32(chain, set);
-    if (HOPFORM_HAS_LAW) { add_limits_f32(chain, set); }
-    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
-        (void)add_event_function_f32(set, &chain->numerators.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
+}
+
+/* The velocity of each that slips beside others; of what slips alone its time to rest, in closed form. */
+static inline void put_velocity_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
+    const row_f32 mode = chain->mode;
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several_of_mode_f32(mode); element++) {
+        (void)add_event_function_f32(&events->set, &chain->numerators.of.velocity[element],
+                                      chain->at.of[HOPFORM_VELOCITY_AXIS(element)],
                                       (float)side_of_mode_f32(mode, element), ELEMENT_f32 + element, true);
     }
-    if (several) { return; }
-    const float sign = (float)side_of_mode_f32(mode, slips);
-    if (!HOPFORM_MOVES_ALONE) { add_thresholds_f32(chain, 1 - slips, !is_monotone, set); }
-    events->rest_time = time_to_rest_f32(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
-                                          sign * chain->numerators.of.velocity[slips].H3);
-    events->rests = ELEMENT_f32 + slips;
-#if HOPFORM_HAS_CONTACT
-    const float lift = rings ? time_to_rest_f32(poles, stretch, chain->numerators.of.stretch.H3) : HOPFORM_NEVER_f32;
-    if (rings && lift <= events->rest_time) {
-        events->rest_time = lift;
-        events->rests = CONTACT_f32;
+    if (several_of_mode_f32(mode)) { return; }
+    const int alone = alone_of_mode_f32(mode);
+    const float sign = (float)side_of_mode_f32(mode, alone);
+    const float rest = time_to_rest_f32(events->set.poles, sign * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)],
+                                        sign * chain->numerators.of.velocity[alone].H3);
+    if (events->rests == NO_OWNER_f32 || !(events->rest_time <= rest)) {
+        events->rest_time = rest;
+        events->rests = ELEMENT_f32 + alone;
     }
-#endif
+}
+
+/* What is held while another element slips alone. */
+static inline void put_threshold_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
+    if (several_of_mode_f32(chain->mode)) { return; }
+    add_thresholds_f32(chain, 1 - alone_of_mode_f32(chain->mode), !is_monotone_f32(chain->mode), &events->set);
+}
+
+/* The event functions of a phase: of each guard that the model has. */
+static inline void put_events_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
+    events->set.poles = poles_of_f32(chain->plan, chain->mode);
+    events->set.node = node_of_f32(chain->plan, chain->mode);
+    events->set.count = 0;
+    events->rest_time = HOPFORM_NEVER_f32;
+    events->rests = NO_OWNER_f32;
+#define PUT_GUARD(kind) put_##kind##_f32(events, chain);
+    HOPFORM_GUARDS(PUT_GUARD)
+#undef PUT_GUARD
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -454,7 +486,7 @@ static inline int end_of_velocity_f32(stance_chain_f32 *chain, int element, bool
         chain->from_upper = stop - upper;
     }
     stance_choose_limit_f32(chain);
-    settle_element_f32(chain, element);
+    stance_settle_f32(chain, 1u << (uint32_t)element);
     stance_settle_limit_f32(chain);
     const int after = side_of_mode_f32(chain->mode, element);
     if ((stops && after != before) || (touches && after == 0)) { return HOPFORM_EVENT_HITS_STOP; }
@@ -509,7 +541,8 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
     const int element = end->owner - ELEMENT_f32;
     chain->came_to_rest = NO_ELEMENT_f32;
     if (!rests_of_mode_f32(chain->mode)) { chain->rounded_at_stop = 0.0f; }
-    if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_f32) || side_of_mode_f32(chain->mode, element) == 0) {
+    if (element < 0 || (HOPFORM_HAS_LIMITS && end->owner == LIMIT_f32)
+        || side_of_mode_f32(chain->mode, element) == 0) {
         return;
     }
     const basis_f32 basis = basis_of_propagator_f32(end->events.set.poles, &end->in.high);
@@ -602,7 +635,7 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
         take_step_f32(chain);
         return;
     }
-    if (HOPFORM_HAS_LAW && end->owner == LIMIT_f32) {
+    if (HOPFORM_HAS_LIMITS && end->owner == LIMIT_f32) {
         chain->mode = mode_at_limit_f32(chain->mode, end->side);
         event = HOPFORM_EVENT_OF_LIMIT(end->side);
     } else if (side_of_mode_f32(chain->mode, element) != 0) {

@@ -134,74 +134,73 @@ static inline direction_f64 direction_from_rest_f64(const stance_chain_f64 *chai
     return direction;
 }
 
-/* ---- the limit of a law ---- */
+/* ---- the limits of a law: the levels of its switching function ---- */
 
-/* The magnitudes that the room of the pull is a difference of: they are large where the law is stiff. */
-static inline double terms_of_room_f64(const stance_chain_f64 *chain, double largest) {
-    return terms_of_pull_f64(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u) + largest;
-}
+/* The switching function at the chain's state, the magnitudes that it is a sum of, and its levels. */
+typedef struct {
+    double value, terms;
+    levels_f64 levels;
+} switching_at_f64;
 
-static inline double pull_of_chain_f64(const stance_chain_f64 *chain) {
-    return pull_of_law_f64(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
-}
-
-/* How far the pull is beyond the limits, decided. */
-static inline double beyond_limit_f64(const stance_chain_f64 *chain, double pull) {
-    const double largest = largest_pull_f64(&chain->plan->robot);
-    return is_finite_f64(largest) ? decided_f64(fabs_f64(pull) - largest, terms_of_room_f64(chain, largest)) : -1.0;
-}
-
-/* The limit that the current is at; on the limit 0. */
-static inline void stance_choose_limit_f64(stance_chain_f64 *chain) {
-    if (!HOPFORM_HAS_LAW) { return; }
-    const double pull = pull_of_chain_f64(chain);
-    chain->mode = mode_at_limit_f64(chain->mode, beyond_limit_f64(chain, pull) > 0.0 ? (int)goes_f64(pull, 0.0) : 0);
-}
-
-/* Where the pull is on the limit its first non-zero derivative decides; the sides of the elements are known. */
-static inline void stance_settle_limit_f64(stance_chain_f64 *chain) {
-    if (!HOPFORM_HAS_LAW || limit_of_mode_f64(chain->mode) != 0 || rests_of_mode_f64(chain->mode)) { return; }
-    const double pull = pull_of_chain_f64(chain);
-    if (beyond_limit_f64(chain, pull) < 0.0) { return; }
-    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->mode);
-    const numerator_f64 h = law_numerator_f64(&chain->plan->robot, &chain->at.named, &numerators.named);
-    const double leaves = goes_f64(pull, 0.0) * first_derivative_f64(&h);
-    chain->mode = mode_at_limit_f64(chain->mode, leaves > 0.0 ? (int)goes_f64(pull, 0.0) : 0);
-}
-
-/* The room of the pull to its limits, or at a limit what it is beyond that. */
-static inline void add_limits_f64(const stance_chain_f64 *chain, event_set_f64 *set) {
-    const double largest = largest_pull_f64(&chain->plan->robot);
-    if (!is_finite_f64(largest)) { return; }
-    const int limit = limit_of_mode_f64(chain->mode);
+static inline switching_at_f64 switching_of_chain_f64(const stance_chain_f64 *chain) {
     const hopform_robot_f64 *robot = &chain->plan->robot;
-    const double terms = terms_of_room_f64(chain, largest);
-    const double pull = pull_of_chain_f64(chain);
-    const numerator_f64 h = law_numerator_f64(robot, &chain->at.named, &chain->numerators.named);
-    for (int side = -1; side <= 1; side += 2) {
-        if (limit != 0 && side != limit) { continue; }
-        event_function_f64 *room = add_event_function_f64(set, &h, pull - (double)side * largest,
-                                                            (double)(limit == 0 ? -side : side), LIMIT_f64, true);
-        put_on_threshold_f64(room, terms);
-        room->side = limit == 0 ? side : 0;
-    }
+    const double u = chain->steps[chain->step].u;
+    const switching_at_f64 at = {switching_of_f64(robot, &chain->at.named, u),
+                                  switching_terms_f64(robot, &chain->at.named, u), switching_levels_f64(robot)};
+    return at;
+}
+
+static inline double level_of_limit_f64(const switching_at_f64 *at, int limit) {
+    return limit < 0 ? at->levels.lower : at->levels.upper;
+}
+
+/* The magnitudes that the function less a level is a sum of: they are large where the law is stiff. */
+static inline double terms_of_room_f64(const switching_at_f64 *at, double level) {
+    return at->terms + fabs_f64(level);
+}
+
+/* How far the function is beyond the level of a limit, decided; below 0 where there is none. */
+static inline double beyond_limit_f64(const switching_at_f64 *at, int limit) {
+    const double level = level_of_limit_f64(at, limit);
+    const double beyond = (double)limit * (at->value - level);
+    return is_finite_f64(level) ? decided_f64(beyond, terms_of_room_f64(at, level)) : -1.0;
+}
+
+/* The limit that the input is at; on a level 0. */
+static inline void stance_choose_limit_f64(stance_chain_f64 *chain) {
+    if (!HOPFORM_HAS_LIMITS) { return; }
+    const switching_at_f64 at = switching_of_chain_f64(chain);
+    const int below = beyond_limit_f64(&at, -1) > 0.0 ? -1 : 0;
+    chain->mode = mode_at_limit_f64(chain->mode, beyond_limit_f64(&at, 1) > 0.0 ? 1 : below);
+}
+
+/* On a level the first non-zero derivative of the function decides; the sides of the elements are known. */
+static inline void stance_settle_limit_f64(stance_chain_f64 *chain) {
+    if (!HOPFORM_HAS_LIMITS || limit_of_mode_f64(chain->mode) != 0 || rests_of_mode_f64(chain->mode)) { return; }
+    const switching_at_f64 at = switching_of_chain_f64(chain);
+    const int below = !(beyond_limit_f64(&at, -1) < 0.0) ? -1 : 0;
+    const int limit = !(beyond_limit_f64(&at, 1) < 0.0) ? 1 : below;
+    if (limit == 0) { return; }
+    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->mode);
+    const numerator_f64 h = switching_numerator_f64(&chain->plan->robot, &chain->at.named, &numerators.named);
+    chain->mode = mode_at_limit_f64(chain->mode, (double)limit * first_derivative_f64(&h) > 0.0 ? limit : 0);
 }
 
 /* The side of an element that is at rest. One that starts on its threshold has the acceleration of the excess there. */
-SHARED_f64 void settle_element_f64(stance_chain_f64 *chain, int element) {
+static inline void settle_element_f64(stance_chain_f64 *chain, int element) {
     const direction_f64 direction = direction_from_rest_f64(chain, element);
     take_side_f64(chain, element, direction.side);
     if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
 }
 
-/* Those of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
- * the others do. */
-static inline void stance_settle_f64(stance_chain_f64 *chain, uint32_t resting) {
+/* Those of the elements that are at rest, a bit each; where both are twice, because each may depend on what the other
+ * does. */
+SHARED_f64 void stance_settle_f64(stance_chain_f64 *chain, uint32_t resting) {
     const bool several = !HOPFORM_MOVES_ALONE && (resting & (resting - 1u)) != 0;
-    for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
-        for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-            if ((resting & 1u << (uint32_t)element) != 0) { settle_element_f64(chain, element); }
-        }
+    if (!several && resting == 0) { return; }
+    const int first = several || HOPFORM_MOVES_ALONE ? 0 : (int)(resting >> 1u);
+    for (int n = 0; n < (several ? 2 * HOPFORM_ELEMENTS : 1); n++) {
+        settle_element_f64(chain, several ? n % HOPFORM_ELEMENTS : first);
     }
 }
 
@@ -251,66 +250,99 @@ static inline double terms_of_contact_f64(const stance_chain_f64 *chain) {
 }
 #endif
 
+/* ---- the event functions of a phase, by the kinds of guards: each puts those that are active in the mode ---- */
+
+/* Whether all but a velocity is monotone until the end of the phase. */
+static inline bool is_monotone_f64(row_f64 mode) {
+    return !several_of_mode_f64(mode) && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
+}
+
+#if HOPFORM_HAS_CONTACT
+/* Where one element slips alone and the forces on it cancel at no stretch, the stretch of a contact rings about 0 as a
+ * velocity does: its first zero is known however far it has faded by then. Else it is one of those that are searched,
+ * unless it is the contact force and only rises, from 0 on. */
+static inline void put_contact_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const row_f64 mode = chain->mode;
+    const double stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const bool alone = HOPFORM_CONTACT_IS_STRETCH && !several_of_mode_f64(mode) && !(stretch < 0.0);
+    if (alone && !(fabs_f64(chain->drive.of[alone_of_mode_f64(mode)]) > 0.0)) {
+        events->rest_time = time_to_rest_f64(events->set.poles, stretch, chain->numerators.of.stretch.H3);
+        events->rests = CONTACT_f64;
+    } else if (falls_of_mode_f64(mode) || stretch < 0.0 || !HOPFORM_CONTACT_IS_STRETCH) {
+        const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &chain->numerators.named);
+        const double start = contact_of_f64(&chain->plan->robot, &chain->at.named);
+        event_function_f64 *contact =
+            add_event_function_f64(&events->set, &h, start, 1.0, CONTACT_f64, !is_monotone_f64(mode));
+        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_f64(contact, terms_of_contact_f64(chain)); }
+    }
+}
+#endif
+
 /* How far the position is from the stop ahead, if there is one. */
-static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *set) {
+static inline void put_stop_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
     const int side = side_of_mode_f64(chain->mode, HOPFORM_STOPPED_ELEMENT);
     const double gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_f64(gap)) { return; }
+    if (side == 0 || !is_finite_f64(gap)) { return; }
     const double away = -(double)side;
     const numerator_f64 *h = &chain->numerators.of.position;
     const numerator_f64 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f64 *stop =
-        add_event_function_f64(set, &first, away * gap, away, ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, false);
+        add_event_function_f64(&events->set, &first, away * gap, away, ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, false);
     stop->touch_is_no_event = true;
     stop->H0 = away * h->H1;
 }
 
-/* The event functions of a phase. Where one element slips alone and the forces on it cancel at no stretch, the stretch
- * of a contact rings about 0 as a velocity does: its first zero is known however far it has faded by then. */
-static inline void put_events_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
-    const double *at = chain->at.of;
-    const row_f64 mode = chain->mode;
-    event_set_f64 *set = &events->set;
-    const hopform_poles_f64 *poles = poles_of_f64(chain->plan, mode);
-    const bool several = several_of_mode_f64(mode);
-    const int slips = alone_of_mode_f64(mode);
-    const bool is_monotone = !several && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
-    set->poles = poles;
-    set->node = node_of_f64(chain->plan, mode);
-    set->count = 0;
-    events->rest_time = HOPFORM_NEVER_f64;
-    events->rests = NO_OWNER_f64;
-#if HOPFORM_HAS_CONTACT
-    const double stretch = at[HOPFORM_STRETCH_AXIS];
-    const bool rings =
-        HOPFORM_CONTACT_IS_STRETCH && !several && !(stretch < 0.0) && !(fabs_f64(chain->drive.of[slips]) > 0.0);
-    const bool may_fall = falls_of_mode_f64(mode) || stretch < 0.0; /* else it rises, from 0 on */
-    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_STRETCH)) {
-        const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &chain->numerators.named);
-        event_function_f64 *contact = add_event_function_f64(
-            set, &h, contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0, CONTACT_f64, !is_monotone);
-        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_f64(contact, terms_of_contact_f64(chain)); }
+/* The room of the switching function to its levels, or at a limit what it is beyond that. */
+static inline void put_limit_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const int from = limit_of_mode_f64(chain->mode);
+    const switching_at_f64 at = switching_of_chain_f64(chain);
+    const numerator_f64 h = switching_numerator_f64(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
+    for (int limit = -1; limit <= 1; limit += 2) {
+        const double level = level_of_limit_f64(&at, limit);
+        if (is_finite_f64(level) && (from == 0 || limit == from)) {
+            event_function_f64 *room = add_event_function_f64(&events->set, &h, at.value - level,
+                                                                (double)(from == 0 ? -limit : limit), LIMIT_f64, true);
+            put_on_threshold_f64(room, terms_of_room_f64(&at, level));
+            room->side = from == 0 ? limit : 0;
+        }
     }
-#endif
-    add_stop_f64(chain, set);
-    if (HOPFORM_HAS_LAW) { add_limits_f64(chain, set); }
-    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
-        (void)add_event_function_f64(set, &chain->numerators.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
+}
+
+/* The velocity of each that slips beside others; of what slips alone its time to rest, in closed form. */
+static inline void put_velocity_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const row_f64 mode = chain->mode;
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several_of_mode_f64(mode); element++) {
+        (void)add_event_function_f64(&events->set, &chain->numerators.of.velocity[element],
+                                      chain->at.of[HOPFORM_VELOCITY_AXIS(element)],
                                       (double)side_of_mode_f64(mode, element), ELEMENT_f64 + element, true);
     }
-    if (several) { return; }
-    const double sign = (double)side_of_mode_f64(mode, slips);
-    if (!HOPFORM_MOVES_ALONE) { add_thresholds_f64(chain, 1 - slips, !is_monotone, set); }
-    events->rest_time = time_to_rest_f64(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
-                                          sign * chain->numerators.of.velocity[slips].H3);
-    events->rests = ELEMENT_f64 + slips;
-#if HOPFORM_HAS_CONTACT
-    const double lift = rings ? time_to_rest_f64(poles, stretch, chain->numerators.of.stretch.H3) : HOPFORM_NEVER_f64;
-    if (rings && lift <= events->rest_time) {
-        events->rest_time = lift;
-        events->rests = CONTACT_f64;
+    if (several_of_mode_f64(mode)) { return; }
+    const int alone = alone_of_mode_f64(mode);
+    const double sign = (double)side_of_mode_f64(mode, alone);
+    const double rest = time_to_rest_f64(events->set.poles, sign * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)],
+                                        sign * chain->numerators.of.velocity[alone].H3);
+    if (events->rests == NO_OWNER_f64 || !(events->rest_time <= rest)) {
+        events->rest_time = rest;
+        events->rests = ELEMENT_f64 + alone;
     }
-#endif
+}
+
+/* What is held while another element slips alone. */
+static inline void put_threshold_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    if (several_of_mode_f64(chain->mode)) { return; }
+    add_thresholds_f64(chain, 1 - alone_of_mode_f64(chain->mode), !is_monotone_f64(chain->mode), &events->set);
+}
+
+/* The event functions of a phase: of each guard that the model has. */
+static inline void put_events_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    events->set.poles = poles_of_f64(chain->plan, chain->mode);
+    events->set.node = node_of_f64(chain->plan, chain->mode);
+    events->set.count = 0;
+    events->rest_time = HOPFORM_NEVER_f64;
+    events->rests = NO_OWNER_f64;
+#define PUT_GUARD(kind) put_##kind##_f64(events, chain);
+    HOPFORM_GUARDS(PUT_GUARD)
+#undef PUT_GUARD
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -454,7 +486,7 @@ static inline int end_of_velocity_f64(stance_chain_f64 *chain, int element, bool
         chain->from_upper = stop - upper;
     }
     stance_choose_limit_f64(chain);
-    settle_element_f64(chain, element);
+    stance_settle_f64(chain, 1u << (uint32_t)element);
     stance_settle_limit_f64(chain);
     const int after = side_of_mode_f64(chain->mode, element);
     if ((stops && after != before) || (touches && after == 0)) { return HOPFORM_EVENT_HITS_STOP; }
@@ -509,7 +541,8 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
     const int element = end->owner - ELEMENT_f64;
     chain->came_to_rest = NO_ELEMENT_f64;
     if (!rests_of_mode_f64(chain->mode)) { chain->rounded_at_stop = 0.0; }
-    if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_f64) || side_of_mode_f64(chain->mode, element) == 0) {
+    if (element < 0 || (HOPFORM_HAS_LIMITS && end->owner == LIMIT_f64)
+        || side_of_mode_f64(chain->mode, element) == 0) {
         return;
     }
     const basis_f64 basis = basis_of_propagator_f64(end->events.set.poles, &end->in.high);
@@ -602,7 +635,7 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
         take_step_f64(chain);
         return;
     }
-    if (HOPFORM_HAS_LAW && end->owner == LIMIT_f64) {
+    if (HOPFORM_HAS_LIMITS && end->owner == LIMIT_f64) {
         chain->mode = mode_at_limit_f64(chain->mode, end->side);
         event = HOPFORM_EVENT_OF_LIMIT(end->side);
     } else if (side_of_mode_f64(chain->mode, element) != 0) {

@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "fff415e6f7c4c861"
+#define HOPFORM_LAYOUT "c30bb35db9d045e2"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates. */
 #define HOPFORM_STABILITY(X)
@@ -17,12 +17,14 @@
 #define HOPFORM_HAS_CONTACT 1
 #define HOPFORM_CONTACT_IS_STRETCH 1
 #define HOPFORM_FLIGHT_HAS_DECAY 0
-/* Whether the first element alone ever moves; whether the position of an element has a stop at either end; whether a
- * law sets the input. */
+/* Whether the first element alone ever moves; whether the position of an element has a stop at either end. */
 #define HOPFORM_MOVES_ALONE 0
 #define HOPFORM_HAS_STOPS 1
-#define HOPFORM_HAS_LAW 0
-/* The event in which the input of a law goes to a limit, or back under the law, 0. */
+/* X(kind) of each kind of guard in the order in which their event functions are listed; how many these are in a phase at
+ * most; whether a mode may be at a limit, and the event in which it goes to one, or back from it, 0. */
+#define HOPFORM_GUARDS(X) X(contact) X(stop) X(velocity) X(threshold)
+#define HOPFORM_MOST_EVENT_FUNCTIONS 4
+#define HOPFORM_HAS_LIMITS 0
 #define HOPFORM_EVENT_OF_LIMIT(limit) ((limit) == 0 ? 9 : 8)
 /* Whether parameters may say that friction at rest is less than that in motion, which is refused. */
 #define HOPFORM_REST_MAY_LACK 0

@@ -30,7 +30,7 @@ static inline hopform_forces_f32 forces_in_phase_f32(const hopform_plan_f32 *pla
     const hopform_robot_f32 *robot = &plan->robot;
     const row_f32 mode = mode_of_phase_f32(phase);
     const float u = input_of_phase_f32(plan, steps, phase);
-    const float current = HOPFORM_HAS_LAW && limit_of_mode_f32(mode) == 0 ? current_of_law_f32(robot, state, u) : u;
+    const float current = limit_of_mode_f32(mode) == 0 ? current_of_law_f32(robot, state, u) : u;
     free_by_element_f32 free;
     resisted_by_element_f32 resisted = {{0.0f, 0.0f}};
     free.named = free_accelerations_f32(rates_in_mode_f32(plan, mode), state, u);

@@ -30,7 +30,7 @@ static inline hopform_forces_f64 forces_in_phase_f64(const hopform_plan_f64 *pla
     const hopform_robot_f64 *robot = &plan->robot;
     const row_f64 mode = mode_of_phase_f64(phase);
     const double u = input_of_phase_f64(plan, steps, phase);
-    const double current = HOPFORM_HAS_LAW && limit_of_mode_f64(mode) == 0 ? current_of_law_f64(robot, state, u) : u;
+    const double current = limit_of_mode_f64(mode) == 0 ? current_of_law_f64(robot, state, u) : u;
     free_by_element_f64 free;
     resisted_by_element_f64 resisted = {{0.0, 0.0}};
     free.named = free_accelerations_f64(rates_in_mode_f64(plan, mode), state, u);

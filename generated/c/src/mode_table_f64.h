@@ -5,6 +5,8 @@
 #ifndef HOPFORM_MODE_TABLE_H_f64
 #define HOPFORM_MODE_TABLE_H_f64
 
+#include <stdint.h>
+
 #include "facts.h"
 
 /* A mode. A column in which all rows agree is a constant below, and not stored; what a model lacks has no row. */
@@ -36,7 +38,7 @@ static const mode_row_f64 mode_table_f64[9] = {
 
 /* The mode of a number; of any other number, which a phase of the caller's may have, the first one. */
 static inline row_f64 mode_of_number_f64(int number) {
-    return number >= 0 && number < 9 ? &mode_table_f64[number / 1] : &mode_table_f64[0];
+    return &mode_table_f64[(uint32_t)number < 9u ? number / 1 : 0];
 }
 
 /* The sign of the velocity of an element, 0 if it is held. */

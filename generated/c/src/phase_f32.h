@@ -180,7 +180,7 @@ static inline row_f32 mode_of_phase_f32(const hopform_phase_f32 *phase) {
 /* The input of a mode during a step: at a limit of a law the current there, in place of the target. */
 static inline float input_of_mode_f32(const hopform_plan_f32 *plan, row_f32 mode, float u) {
     const int limit = limit_of_mode_f32(mode);
-    return limit != 0 ? (float)limit * current_limit_f32(&plan->robot) : u;
+    return limit != 0 ? input_at_limit_f32(&plan->robot, u, (float)limit) : u;
 }
 
 static inline float input_of_phase_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,

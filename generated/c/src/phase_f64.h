@@ -180,7 +180,7 @@ static inline row_f64 mode_of_phase_f64(const hopform_phase_f64 *phase) {
 /* The input of a mode during a step: at a limit of a law the current there, in place of the target. */
 static inline double input_of_mode_f64(const hopform_plan_f64 *plan, row_f64 mode, double u) {
     const int limit = limit_of_mode_f64(mode);
-    return limit != 0 ? (double)limit * current_limit_f64(&plan->robot) : u;
+    return limit != 0 ? input_at_limit_f64(&plan->robot, u, (double)limit) : u;
 }
 
 static inline double input_of_phase_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,

@@ -147,7 +147,7 @@ static slopes_by_share_f32 slopes_of_column_f32(const variation_f32 *variation, 
     const robot_change_f32 robot = robot_change_of_column_f32(column);
     const int limit = limit_of_mode_f32(mode->row);
     float input = column == HOPFORM_COLUMN_OF_INPUT ? 1.0f : 0.0f;
-    if (limit != 0) { input = (float)limit * current_limit_change_f32(&variation->plan->robot, &robot); }
+    if (limit != 0) { input = input_at_limit_change_f32(&variation->plan->robot, (float)limit, &robot, input); }
     slopes_by_share_f32 slopes;
     slopes.named =
         slopes_of_f32(&variation->plan->robot, current_f32(variation, phase), (float)side_of_mode_f32(mode->row, 0),

@@ -147,7 +147,7 @@ static slopes_by_share_f64 slopes_of_column_f64(const variation_f64 *variation, 
     const robot_change_f64 robot = robot_change_of_column_f64(column);
     const int limit = limit_of_mode_f64(mode->row);
     double input = column == HOPFORM_COLUMN_OF_INPUT ? 1.0 : 0.0;
-    if (limit != 0) { input = (double)limit * current_limit_change_f64(&variation->plan->robot, &robot); }
+    if (limit != 0) { input = input_at_limit_change_f64(&variation->plan->robot, (double)limit, &robot, input); }
     slopes_by_share_f64 slopes;
     slopes.named =
         slopes_of_f64(&variation->plan->robot, current_f64(variation, phase), (double)side_of_mode_f64(mode->row, 0),

@@ -32,7 +32,7 @@ HAS_CONTACT = True
 """Whether the model has a contact, which pushes and cannot pull."""
 
 HAS_LAW = False
-"""Whether a law sets the input of the one mass: the second side of a mode is then its limit, 0 under the law."""
+"""Whether a law sets the input of the one mass, between limits."""
 
 MOVING = (0, 1)
 """The elements that may move."""

@@ -134,74 +134,73 @@ static inline direction_real direction_from_rest_real(const stance_chain_real *c
     return direction;
 }
 
-/* ---- the limit of a law ---- */
+/* ---- the limits of a law: the levels of its switching function ---- */
 
-/* The magnitudes that the room of the pull is a difference of: they are large where the law is stiff. */
-static inline real terms_of_room_real(const stance_chain_real *chain, real largest) {
-    return terms_of_pull_real(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u) + largest;
-}
+/* The switching function at the chain's state, the magnitudes that it is a sum of, and its levels. */
+typedef struct {
+    real value, terms;
+    levels_real levels;
+} switching_at_real;
 
-static inline real pull_of_chain_real(const stance_chain_real *chain) {
-    return pull_of_law_real(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
-}
-
-/* How far the pull is beyond the limits, decided. */
-static inline real beyond_limit_real(const stance_chain_real *chain, real pull) {
-    const real largest = largest_pull_real(&chain->plan->robot);
-    return is_finite_real(largest) ? decided_real(fabs_real(pull) - largest, terms_of_room_real(chain, largest)) : -1.0;
-}
-
-/* The limit that the current is at; on the limit 0. */
-static inline void stance_choose_limit_real(stance_chain_real *chain) {
-    if (!HOPFORM_HAS_LAW) { return; }
-    const real pull = pull_of_chain_real(chain);
-    chain->mode = mode_at_limit_real(chain->mode, beyond_limit_real(chain, pull) > 0.0 ? (int)goes_real(pull, 0.0) : 0);
-}
-
-/* Where the pull is on the limit its first non-zero derivative decides; the sides of the elements are known. */
-static inline void stance_settle_limit_real(stance_chain_real *chain) {
-    if (!HOPFORM_HAS_LAW || limit_of_mode_real(chain->mode) != 0 || rests_of_mode_real(chain->mode)) { return; }
-    const real pull = pull_of_chain_real(chain);
-    if (beyond_limit_real(chain, pull) < 0.0) { return; }
-    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->mode);
-    const numerator_real h = law_numerator_real(&chain->plan->robot, &chain->at.named, &numerators.named);
-    const real leaves = goes_real(pull, 0.0) * first_derivative_real(&h);
-    chain->mode = mode_at_limit_real(chain->mode, leaves > 0.0 ? (int)goes_real(pull, 0.0) : 0);
-}
-
-/* The room of the pull to its limits, or at a limit what it is beyond that. */
-static inline void add_limits_real(const stance_chain_real *chain, event_set_real *set) {
-    const real largest = largest_pull_real(&chain->plan->robot);
-    if (!is_finite_real(largest)) { return; }
-    const int limit = limit_of_mode_real(chain->mode);
+static inline switching_at_real switching_of_chain_real(const stance_chain_real *chain) {
     const hopform_robot_real *robot = &chain->plan->robot;
-    const real terms = terms_of_room_real(chain, largest);
-    const real pull = pull_of_chain_real(chain);
-    const numerator_real h = law_numerator_real(robot, &chain->at.named, &chain->numerators.named);
-    for (int side = -1; side <= 1; side += 2) {
-        if (limit != 0 && side != limit) { continue; }
-        event_function_real *room = add_event_function_real(set, &h, pull - (real)side * largest,
-                                                            (real)(limit == 0 ? -side : side), LIMIT_real, true);
-        put_on_threshold_real(room, terms);
-        room->side = limit == 0 ? side : 0;
-    }
+    const real u = chain->steps[chain->step].u;
+    const switching_at_real at = {switching_of_real(robot, &chain->at.named, u),
+                                  switching_terms_real(robot, &chain->at.named, u), switching_levels_real(robot)};
+    return at;
+}
+
+static inline real level_of_limit_real(const switching_at_real *at, int limit) {
+    return limit < 0 ? at->levels.lower : at->levels.upper;
+}
+
+/* The magnitudes that the function less a level is a sum of: they are large where the law is stiff. */
+static inline real terms_of_room_real(const switching_at_real *at, real level) {
+    return at->terms + fabs_real(level);
+}
+
+/* How far the function is beyond the level of a limit, decided; below 0 where there is none. */
+static inline real beyond_limit_real(const switching_at_real *at, int limit) {
+    const real level = level_of_limit_real(at, limit);
+    const real beyond = (real)limit * (at->value - level);
+    return is_finite_real(level) ? decided_real(beyond, terms_of_room_real(at, level)) : -1.0;
+}
+
+/* The limit that the input is at; on a level 0. */
+static inline void stance_choose_limit_real(stance_chain_real *chain) {
+    if (!HOPFORM_HAS_LIMITS) { return; }
+    const switching_at_real at = switching_of_chain_real(chain);
+    const int below = beyond_limit_real(&at, -1) > 0.0 ? -1 : 0;
+    chain->mode = mode_at_limit_real(chain->mode, beyond_limit_real(&at, 1) > 0.0 ? 1 : below);
+}
+
+/* On a level the first non-zero derivative of the function decides; the sides of the elements are known. */
+static inline void stance_settle_limit_real(stance_chain_real *chain) {
+    if (!HOPFORM_HAS_LIMITS || limit_of_mode_real(chain->mode) != 0 || rests_of_mode_real(chain->mode)) { return; }
+    const switching_at_real at = switching_of_chain_real(chain);
+    const int below = !(beyond_limit_real(&at, -1) < 0.0) ? -1 : 0;
+    const int limit = !(beyond_limit_real(&at, 1) < 0.0) ? 1 : below;
+    if (limit == 0) { return; }
+    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->mode);
+    const numerator_real h = switching_numerator_real(&chain->plan->robot, &chain->at.named, &numerators.named);
+    chain->mode = mode_at_limit_real(chain->mode, (real)limit * first_derivative_real(&h) > 0.0 ? limit : 0);
 }
 
 /* The side of an element that is at rest. One that starts on its threshold has the acceleration of the excess there. */
-SHARED_real void settle_element_real(stance_chain_real *chain, int element) {
+static inline void settle_element_real(stance_chain_real *chain, int element) {
     const direction_real direction = direction_from_rest_real(chain, element);
     take_side_real(chain, element, direction.side);
     if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
 }
 
-/* Those of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
- * the others do. */
-static inline void stance_settle_real(stance_chain_real *chain, uint32_t resting) {
+/* Those of the elements that are at rest, a bit each; where both are twice, because each may depend on what the other
+ * does. */
+SHARED_real void stance_settle_real(stance_chain_real *chain, uint32_t resting) {
     const bool several = !HOPFORM_MOVES_ALONE && (resting & (resting - 1u)) != 0;
-    for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
-        for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-            if ((resting & 1u << (uint32_t)element) != 0) { settle_element_real(chain, element); }
-        }
+    if (!several && resting == 0) { return; }
+    const int first = several || HOPFORM_MOVES_ALONE ? 0 : (int)(resting >> 1u);
+    for (int n = 0; n < (several ? 2 * HOPFORM_ELEMENTS : 1); n++) {
+        settle_element_real(chain, several ? n % HOPFORM_ELEMENTS : first);
     }
 }
 
@@ -251,66 +250,99 @@ static inline real terms_of_contact_real(const stance_chain_real *chain) {
 }
 #endif
 
+/* ---- the event functions of a phase, by the kinds of guards: each puts those that are active in the mode ---- */
+
+/* Whether all but a velocity is monotone until the end of the phase. */
+static inline bool is_monotone_real(row_real mode) {
+    return !several_of_mode_real(mode) && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
+}
+
+#if HOPFORM_HAS_CONTACT
+/* Where one element slips alone and the forces on it cancel at no stretch, the stretch of a contact rings about 0 as a
+ * velocity does: its first zero is known however far it has faded by then. Else it is one of those that are searched,
+ * unless it is the contact force and only rises, from 0 on. */
+static inline void put_contact_real(stance_events_real *events, const stance_chain_real *chain) {
+    const row_real mode = chain->mode;
+    const real stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const bool alone = HOPFORM_CONTACT_IS_STRETCH && !several_of_mode_real(mode) && !(stretch < 0.0);
+    if (alone && !(fabs_real(chain->drive.of[alone_of_mode_real(mode)]) > 0.0)) {
+        events->rest_time = time_to_rest_real(events->set.poles, stretch, chain->numerators.of.stretch.H3);
+        events->rests = CONTACT_real;
+    } else if (falls_of_mode_real(mode) || stretch < 0.0 || !HOPFORM_CONTACT_IS_STRETCH) {
+        const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->numerators.named);
+        const real start = contact_of_real(&chain->plan->robot, &chain->at.named);
+        event_function_real *contact =
+            add_event_function_real(&events->set, &h, start, 1.0, CONTACT_real, !is_monotone_real(mode));
+        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_real(contact, terms_of_contact_real(chain)); }
+    }
+}
+#endif
+
 /* How far the position is from the stop ahead, if there is one. */
-static inline void add_stop_real(const stance_chain_real *chain, event_set_real *set) {
+static inline void put_stop_real(stance_events_real *events, const stance_chain_real *chain) {
     const int side = side_of_mode_real(chain->mode, HOPFORM_STOPPED_ELEMENT);
     const real gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_real(gap)) { return; }
+    if (side == 0 || !is_finite_real(gap)) { return; }
     const real away = -(real)side;
     const numerator_real *h = &chain->numerators.of.position;
     const numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_real *stop =
-        add_event_function_real(set, &first, away * gap, away, ELEMENT_real + HOPFORM_STOPPED_ELEMENT, false);
+        add_event_function_real(&events->set, &first, away * gap, away, ELEMENT_real + HOPFORM_STOPPED_ELEMENT, false);
     stop->touch_is_no_event = true;
     stop->H0 = away * h->H1;
 }
 
-/* The event functions of a phase. Where one element slips alone and the forces on it cancel at no stretch, the stretch
- * of a contact rings about 0 as a velocity does: its first zero is known however far it has faded by then. */
-static inline void put_events_real(stance_events_real *events, const stance_chain_real *chain) {
-    const real *at = chain->at.of;
-    const row_real mode = chain->mode;
-    event_set_real *set = &events->set;
-    const hopform_poles_real *poles = poles_of_real(chain->plan, mode);
-    const bool several = several_of_mode_real(mode);
-    const int slips = alone_of_mode_real(mode);
-    const bool is_monotone = !several && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
-    set->poles = poles;
-    set->node = node_of_real(chain->plan, mode);
-    set->count = 0;
-    events->rest_time = HOPFORM_NEVER_real;
-    events->rests = NO_OWNER_real;
-#if HOPFORM_HAS_CONTACT
-    const real stretch = at[HOPFORM_STRETCH_AXIS];
-    const bool rings =
-        HOPFORM_CONTACT_IS_STRETCH && !several && !(stretch < 0.0) && !(fabs_real(chain->drive.of[slips]) > 0.0);
-    const bool may_fall = falls_of_mode_real(mode) || stretch < 0.0; /* else it rises, from 0 on */
-    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_STRETCH)) {
-        const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->numerators.named);
-        event_function_real *contact = add_event_function_real(
-            set, &h, contact_of_real(&chain->plan->robot, &chain->at.named), 1.0, CONTACT_real, !is_monotone);
-        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_real(contact, terms_of_contact_real(chain)); }
+/* The room of the switching function to its levels, or at a limit what it is beyond that. */
+static inline void put_limit_real(stance_events_real *events, const stance_chain_real *chain) {
+    const int from = limit_of_mode_real(chain->mode);
+    const switching_at_real at = switching_of_chain_real(chain);
+    const numerator_real h = switching_numerator_real(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
+    for (int limit = -1; limit <= 1; limit += 2) {
+        const real level = level_of_limit_real(&at, limit);
+        if (is_finite_real(level) && (from == 0 || limit == from)) {
+            event_function_real *room = add_event_function_real(&events->set, &h, at.value - level,
+                                                                (real)(from == 0 ? -limit : limit), LIMIT_real, true);
+            put_on_threshold_real(room, terms_of_room_real(&at, level));
+            room->side = from == 0 ? limit : 0;
+        }
     }
-#endif
-    add_stop_real(chain, set);
-    if (HOPFORM_HAS_LAW) { add_limits_real(chain, set); }
-    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
-        (void)add_event_function_real(set, &chain->numerators.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
+}
+
+/* The velocity of each that slips beside others; of what slips alone its time to rest, in closed form. */
+static inline void put_velocity_real(stance_events_real *events, const stance_chain_real *chain) {
+    const row_real mode = chain->mode;
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several_of_mode_real(mode); element++) {
+        (void)add_event_function_real(&events->set, &chain->numerators.of.velocity[element],
+                                      chain->at.of[HOPFORM_VELOCITY_AXIS(element)],
                                       (real)side_of_mode_real(mode, element), ELEMENT_real + element, true);
     }
-    if (several) { return; }
-    const real sign = (real)side_of_mode_real(mode, slips);
-    if (!HOPFORM_MOVES_ALONE) { add_thresholds_real(chain, 1 - slips, !is_monotone, set); }
-    events->rest_time = time_to_rest_real(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
-                                          sign * chain->numerators.of.velocity[slips].H3);
-    events->rests = ELEMENT_real + slips;
-#if HOPFORM_HAS_CONTACT
-    const real lift = rings ? time_to_rest_real(poles, stretch, chain->numerators.of.stretch.H3) : HOPFORM_NEVER_real;
-    if (rings && lift <= events->rest_time) {
-        events->rest_time = lift;
-        events->rests = CONTACT_real;
+    if (several_of_mode_real(mode)) { return; }
+    const int alone = alone_of_mode_real(mode);
+    const real sign = (real)side_of_mode_real(mode, alone);
+    const real rest = time_to_rest_real(events->set.poles, sign * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)],
+                                        sign * chain->numerators.of.velocity[alone].H3);
+    if (events->rests == NO_OWNER_real || !(events->rest_time <= rest)) {
+        events->rest_time = rest;
+        events->rests = ELEMENT_real + alone;
     }
-#endif
+}
+
+/* What is held while another element slips alone. */
+static inline void put_threshold_real(stance_events_real *events, const stance_chain_real *chain) {
+    if (several_of_mode_real(chain->mode)) { return; }
+    add_thresholds_real(chain, 1 - alone_of_mode_real(chain->mode), !is_monotone_real(chain->mode), &events->set);
+}
+
+/* The event functions of a phase: of each guard that the model has. */
+static inline void put_events_real(stance_events_real *events, const stance_chain_real *chain) {
+    events->set.poles = poles_of_real(chain->plan, chain->mode);
+    events->set.node = node_of_real(chain->plan, chain->mode);
+    events->set.count = 0;
+    events->rest_time = HOPFORM_NEVER_real;
+    events->rests = NO_OWNER_real;
+#define PUT_GUARD(kind) put_##kind##_real(events, chain);
+    HOPFORM_GUARDS(PUT_GUARD)
+#undef PUT_GUARD
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -454,7 +486,7 @@ static inline int end_of_velocity_real(stance_chain_real *chain, int element, bo
         chain->from_upper = stop - upper;
     }
     stance_choose_limit_real(chain);
-    settle_element_real(chain, element);
+    stance_settle_real(chain, 1u << (uint32_t)element);
     stance_settle_limit_real(chain);
     const int after = side_of_mode_real(chain->mode, element);
     if ((stops && after != before) || (touches && after == 0)) { return HOPFORM_EVENT_HITS_STOP; }
@@ -509,7 +541,8 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
     const int element = end->owner - ELEMENT_real;
     chain->came_to_rest = NO_ELEMENT_real;
     if (!rests_of_mode_real(chain->mode)) { chain->rounded_at_stop = 0.0; }
-    if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_real) || side_of_mode_real(chain->mode, element) == 0) {
+    if (element < 0 || (HOPFORM_HAS_LIMITS && end->owner == LIMIT_real)
+        || side_of_mode_real(chain->mode, element) == 0) {
         return;
     }
     const basis_real basis = basis_of_propagator_real(end->events.set.poles, &end->in.high);
@@ -602,7 +635,7 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
         take_step_real(chain);
         return;
     }
-    if (HOPFORM_HAS_LAW && end->owner == LIMIT_real) {
+    if (HOPFORM_HAS_LIMITS && end->owner == LIMIT_real) {
         chain->mode = mode_at_limit_real(chain->mode, end->side);
         event = HOPFORM_EVENT_OF_LIMIT(end->side);
     } else if (side_of_mode_real(chain->mode, element) != 0) {

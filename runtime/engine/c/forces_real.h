@@ -30,7 +30,7 @@ static inline hopform_forces_real forces_in_phase_real(const hopform_plan_real *
     const hopform_robot_real *robot = &plan->robot;
     const row_real mode = mode_of_phase_real(phase);
     const real u = input_of_phase_real(plan, steps, phase);
-    const real current = HOPFORM_HAS_LAW && limit_of_mode_real(mode) == 0 ? current_of_law_real(robot, state, u) : u;
+    const real current = limit_of_mode_real(mode) == 0 ? current_of_law_real(robot, state, u) : u;
     free_by_element_real free;
     resisted_by_element_real resisted = {{0.0, 0.0}};
     free.named = free_accelerations_real(rates_in_mode_real(plan, mode), state, u);

@@ -180,7 +180,7 @@ static inline row_real mode_of_phase_real(const hopform_phase_real *phase) {
 /* The input of a mode during a step: at a limit of a law the current there, in place of the target. */
 static inline real input_of_mode_real(const hopform_plan_real *plan, row_real mode, real u) {
     const int limit = limit_of_mode_real(mode);
-    return limit != 0 ? (real)limit * current_limit_real(&plan->robot) : u;
+    return limit != 0 ? input_at_limit_real(&plan->robot, u, (real)limit) : u;
 }
 
 static inline real input_of_phase_real(const hopform_plan_real *plan, const hopform_step_real *steps,

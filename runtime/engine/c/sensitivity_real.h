@@ -147,7 +147,7 @@ static slopes_by_share_real slopes_of_column_real(const variation_real *variatio
     const robot_change_real robot = robot_change_of_column_real(column);
     const int limit = limit_of_mode_real(mode->row);
     real input = column == HOPFORM_COLUMN_OF_INPUT ? 1.0 : 0.0;
-    if (limit != 0) { input = (real)limit * current_limit_change_real(&variation->plan->robot, &robot); }
+    if (limit != 0) { input = input_at_limit_change_real(&variation->plan->robot, (real)limit, &robot, input); }
     slopes_by_share_real slopes;
     slopes.named =
         slopes_of_real(&variation->plan->robot, current_real(variation, phase), (real)side_of_mode_real(mode->row, 0),

@@ -41,13 +41,13 @@ static real sure_value_real(const event_function_real *g, const propagator_real 
 }
 
 static bool is_threshold_real(const stance_chain_real *chain, const event_function_real *g) {
-    const bool of_element = g->owner != CONTACT_real && !(HOPFORM_HAS_LAW && g->owner == LIMIT_real);
+    const bool of_element = g->owner != CONTACT_real && !(HOPFORM_HAS_LIMITS && g->owner == LIMIT_real);
     return of_element && !g->touch_is_no_event && side_of_mode_real(chain->mode, g->owner - ELEMENT_real) == 0;
 }
 
 static const char *kind_of_function_real(const stance_chain_real *chain, const event_function_real *g) {
     if (g->owner == CONTACT_real) { return "contact"; }
-    if (HOPFORM_HAS_LAW && g->owner == LIMIT_real) { return "limit"; }
+    if (HOPFORM_HAS_LIMITS && g->owner == LIMIT_real) { return "limit"; }
     if (g->touch_is_no_event) { return "stop"; }
     return is_threshold_real(chain, g) ? "threshold" : "velocity";
 }
