@@ -212,9 +212,10 @@ def readings(model: Model) -> Iterator[dict[str, object]]:
         }  # fmt: skip
 
 
-def divisor(model: Model) -> int:
-    """What the number of a mode is divided by to be that of its row, rounded down."""
-    return 9 // len(rows(model))
+def by_number(model: Model) -> tuple[int, ...]:
+    """The row of each number that a phase's mode may have; the first one of a number that no mode of the model has."""
+    by = {row.number: index for index, row in enumerate(rows(model))}
+    return tuple(by.get(number, 0) for number in range(9))
 
 
 def guards(model: Model) -> tuple[str, ...]:

@@ -38,7 +38,8 @@ static const mode_row_f64 mode_table_f64[9] = {
 
 /* The mode of a number; of any other number, which a phase of the caller's may have, the first one. */
 static inline row_f64 mode_of_number_f64(int number) {
-    return &mode_table_f64[(uint32_t)number < 9u ? number / 1 : 0];
+    static const signed char row[] = {0, 1, 2, 3, 4, 5, 6, 7, 8};
+    return &mode_table_f64[(uint32_t)number < sizeof row ? row[number] : 0];
 }
 
 /* The sign of the velocity of an element, 0 if it is held. */
