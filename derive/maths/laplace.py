@@ -43,14 +43,14 @@ def rates_under_law(model: Model) -> Steps:
 
     The mass is one on a spring K_p further, with a damper K_d, that K_p u drives.
     """
-    if model.law is None:
+    if not model.has_law:
         return tuple(Step(symbol, sp.S.Zero, "no law") for symbol in RATES.symbols)
     return _rates(model.following(sp.S.One))
 
 
 def rates_by_limit(model: Model) -> Steps:
     """Those of both by the limit that the input of a law is at."""
-    return rates_of(model) if model.law is None else _rates(model.following(1 - at_limit**2))
+    return rates_of(model) if not model.has_law else _rates(model.following(1 - at_limit**2))
 
 
 def _rates(accelerations: tuple[sp.Expr, sp.Expr]) -> Steps:

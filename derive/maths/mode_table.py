@@ -77,6 +77,11 @@ def rates(model: Model) -> tuple[str, ...]:
     return ("rates_of", "rates_under_law") if model.has_law else ("rates_of",)
 
 
+def rates_by_limit(model: Model) -> tuple[tuple[int, str], ...]:
+    """The formula of the rates at each limit that a mode may be at."""
+    return tuple((limit, rates(model)[rates_at(model, limit)]) for limit in limits(model))
+
+
 def further_rates(model: Model) -> tuple[tuple[int, str], ...]:
     """Those behind the first, by their indices."""
     return tuple(enumerate(rates(model)))[1:]

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from . import formulas
 from .checked import attributes
-from .elements import AXES, EVENTS, HAS_CONTACT, HAS_LAW, MODES, MOVING, State
+from .elements import AXES, EVENTS, HAS_CONTACT, MODES, MOVING, RATES, State
 from .kernels import basis_at, factor_cubic
 from .records import ENDINGS, Ending, EventKind, LegState, Numerators, Poles, Rates, Robot, Start
 from .robot import Robot as CheckedRobot
@@ -152,8 +152,7 @@ class Chain:
     @property
     def rates(self) -> Rates:
         """Coefficients of the equations of motion and of the denominators."""
-        by_law = HAS_LAW and self.limit == 0
-        return formulas.rates_under_law(self.robot) if by_law else formulas.rates_of(self.robot)
+        return RATES[self.limit](self.robot)
 
     @property
     def u(self) -> float:
@@ -224,7 +223,7 @@ class Chain:
         lower, upper = formulas.switching_levels(self.robot)
         switching = formulas.switching_of(self.robot, state, self.steps[self.step][1])
         for limit, level in ((-1, float(lower)), (1, float(upper))):
-            if HAS_LAW and math.isfinite(level):
+            if math.isfinite(level):
                 yield limit, switching, level
 
     # -- event functions --
@@ -307,7 +306,7 @@ class Chain:
         form = self.closed_form(self.side)
         shown = shown_of(self.robot, self.state)
         first, second = self.side
-        second = self.limit if HAS_LAW else second
+        second += self.limit  # of one mass, whose second sign is 0
         self.phases.append(Phase(self.t, self.t, first, second, self.steps[self.step][1], shown))
         self.forms.append(form)
         return form
