@@ -50,7 +50,7 @@ def rates_under_law(model: Model) -> Steps:
 
 def rates_by_limit(model: Model) -> Steps:
     """Those of both by the limit that the input of a law is at."""
-    return rates_of(model) if not model.has_law else _rates(model.following(1 - at_limit**2))
+    return rates_of(model) if not model.has_law else _rates(model.following(1 - limit_sign**2))
 
 
 def _rates(accelerations: tuple[sp.Expr, sp.Expr]) -> Steps:

@@ -84,7 +84,7 @@ def current_of_law(model: Model) -> Steps:
     yield Step(ASKED.symbol, u if model.law is None else -model.pull / gamma2, "the law")
 
 
-@function(takes=(ROBOT, CURRENT, AT_LIMIT), returns=REACHED)
+@function(takes=(ROBOT, CURRENT, LIMIT_SIGN), returns=REACHED)
 def input_at_limit(model: Model) -> Steps:
     """The input at a limit: the current there, in the place of a law's target."""
-    yield Step(REACHED.symbol, u if model.law is None else at_limit * u_max, "at the limit")
+    yield Step(REACHED.symbol, u if model.law is None else limit_sign * u_max, "at the limit")

@@ -60,7 +60,7 @@ def changed_steps(steps: Sequence[Step], inputs: Sequence[sp.Symbol], asked: Seq
     return tuple(reversed(kept))
 
 
-@function(takes=(ROBOT, CURRENT, SIDE_1, SIDE_2, AT_LIMIT, ROBOT_CHANGE, CURRENT_CHANGE), returns=SLOPES)
+@function(takes=(ROBOT, CURRENT, SIDE_1, SIDE_2, LIMIT_SIGN, ROBOT_CHANGE, CURRENT_CHANGE), returns=SLOPES)
 def slopes_of(model: Model) -> Steps:
     """Change of the right sides of (3), (4) with the robot and the current."""
     rates = [step for step in laplace.rates_by_limit(model) if step.symbol in RATES.symbols[:9]]
@@ -88,7 +88,7 @@ def upper_stop_change(model: Model) -> Steps:
 REACHED_CHANGE = _changed(law.REACHED)
 
 
-@function(takes=(ROBOT, AT_LIMIT, ROBOT_CHANGE, CURRENT_CHANGE), returns=REACHED_CHANGE)
+@function(takes=(ROBOT, LIMIT_SIGN, ROBOT_CHANGE, CURRENT_CHANGE), returns=REACHED_CHANGE)
 def input_at_limit_change(model: Model) -> Steps:
     """Change of the input at a limit with the robot and the input."""
     steps = model.in_parameters(law.input_at_limit(model))
