@@ -254,7 +254,7 @@ static inline double terms_of_contact_f64(const stance_chain_f64 *chain) {
 
 /* Whether all but a velocity is monotone until the end of the phase. */
 static inline bool is_monotone_f64(row_f64 mode) {
-    return !several_of_mode_f64(mode) && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
+    return alone_of_mode_f64(mode) >= 0 && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -264,8 +264,9 @@ static inline bool is_monotone_f64(row_f64 mode) {
 static inline void put_contact_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
     const row_f64 mode = chain->mode;
     const double stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
-    const bool alone = HOPFORM_CONTACT_IS_STRETCH && !several_of_mode_f64(mode) && !(stretch < 0.0);
-    if (alone && !(fabs_f64(chain->drive.of[alone_of_mode_f64(mode)]) > 0.0)) {
+    const int alone = alone_of_mode_f64(mode);
+    const bool may_ring = HOPFORM_CONTACT_IS_STRETCH && alone >= 0 && !(stretch < 0.0);
+    if (may_ring && !(fabs_f64(chain->drive.of[alone]) > 0.0)) {
         events->rest_time = time_to_rest_f64(events->set.poles, stretch, chain->numerators.of.stretch.H3);
         events->rests = CONTACT_f64;
     } else if (falls_of_mode_f64(mode) || stretch < 0.0 || !HOPFORM_CONTACT_IS_STRETCH) {
@@ -311,13 +312,13 @@ static inline void put_limit_f64(stance_events_f64 *events, const stance_chain_f
 /* The velocity of each that slips beside others; of what slips alone its time to rest, in closed form. */
 static inline void put_velocity_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
     const row_f64 mode = chain->mode;
-    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several_of_mode_f64(mode); element++) {
+    const int alone = alone_of_mode_f64(mode);
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && alone < 0; element++) {
         (void)add_event_function_f64(&events->set, &chain->numerators.of.velocity[element],
                                       chain->at.of[HOPFORM_VELOCITY_AXIS(element)],
                                       (double)side_of_mode_f64(mode, element), ELEMENT_f64 + element, true);
     }
-    if (several_of_mode_f64(mode)) { return; }
-    const int alone = alone_of_mode_f64(mode);
+    if (alone < 0) { return; }
     const double sign = (double)side_of_mode_f64(mode, alone);
     const double rest = time_to_rest_f64(events->set.poles, sign * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)],
                                         sign * chain->numerators.of.velocity[alone].H3);
@@ -329,8 +330,8 @@ static inline void put_velocity_f64(stance_events_f64 *events, const stance_chai
 
 /* What is held while another element slips alone. */
 static inline void put_threshold_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
-    if (several_of_mode_f64(chain->mode)) { return; }
-    add_thresholds_f64(chain, 1 - alone_of_mode_f64(chain->mode), !is_monotone_f64(chain->mode), &events->set);
+    const int alone = alone_of_mode_f64(chain->mode);
+    if (alone >= 0) { add_thresholds_f64(chain, 1 - alone, !is_monotone_f64(chain->mode), &events->set); }
 }
 
 /* The event functions of a phase: of each guard that the model has. */

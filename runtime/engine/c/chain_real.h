@@ -254,7 +254,7 @@ static inline real terms_of_contact_real(const stance_chain_real *chain) {
 
 /* Whether all but a velocity is monotone until the end of the phase. */
 static inline bool is_monotone_real(row_real mode) {
-    return !several_of_mode_real(mode) && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
+    return alone_of_mode_real(mode) >= 0 && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -264,8 +264,9 @@ static inline bool is_monotone_real(row_real mode) {
 static inline void put_contact_real(stance_events_real *events, const stance_chain_real *chain) {
     const row_real mode = chain->mode;
     const real stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
-    const bool alone = HOPFORM_CONTACT_IS_STRETCH && !several_of_mode_real(mode) && !(stretch < 0.0);
-    if (alone && !(fabs_real(chain->drive.of[alone_of_mode_real(mode)]) > 0.0)) {
+    const int alone = alone_of_mode_real(mode);
+    const bool may_ring = HOPFORM_CONTACT_IS_STRETCH && alone >= 0 && !(stretch < 0.0);
+    if (may_ring && !(fabs_real(chain->drive.of[alone]) > 0.0)) {
         events->rest_time = time_to_rest_real(events->set.poles, stretch, chain->numerators.of.stretch.H3);
         events->rests = CONTACT_real;
     } else if (falls_of_mode_real(mode) || stretch < 0.0 || !HOPFORM_CONTACT_IS_STRETCH) {
@@ -311,13 +312,13 @@ static inline void put_limit_real(stance_events_real *events, const stance_chain
 /* The velocity of each that slips beside others; of what slips alone its time to rest, in closed form. */
 static inline void put_velocity_real(stance_events_real *events, const stance_chain_real *chain) {
     const row_real mode = chain->mode;
-    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several_of_mode_real(mode); element++) {
+    const int alone = alone_of_mode_real(mode);
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && alone < 0; element++) {
         (void)add_event_function_real(&events->set, &chain->numerators.of.velocity[element],
                                       chain->at.of[HOPFORM_VELOCITY_AXIS(element)],
                                       (real)side_of_mode_real(mode, element), ELEMENT_real + element, true);
     }
-    if (several_of_mode_real(mode)) { return; }
-    const int alone = alone_of_mode_real(mode);
+    if (alone < 0) { return; }
     const real sign = (real)side_of_mode_real(mode, alone);
     const real rest = time_to_rest_real(events->set.poles, sign * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)],
                                         sign * chain->numerators.of.velocity[alone].H3);
@@ -329,8 +330,8 @@ static inline void put_velocity_real(stance_events_real *events, const stance_ch
 
 /* What is held while another element slips alone. */
 static inline void put_threshold_real(stance_events_real *events, const stance_chain_real *chain) {
-    if (several_of_mode_real(chain->mode)) { return; }
-    add_thresholds_real(chain, 1 - alone_of_mode_real(chain->mode), !is_monotone_real(chain->mode), &events->set);
+    const int alone = alone_of_mode_real(chain->mode);
+    if (alone >= 0) { add_thresholds_real(chain, 1 - alone, !is_monotone_real(chain->mode), &events->set); }
 }
 
 /* The event functions of a phase: of each guard that the model has. */
