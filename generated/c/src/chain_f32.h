@@ -69,10 +69,9 @@ static inline void take_side_f32(stance_chain_f32 *chain, int element, int side)
     chain->mode = mode_with_side_f32(chain->mode, element, side);
 }
 
-/* Whether a stop, or that it never moves, keeps an element at rest from going to a side. */
+/* Whether a stop keeps an element at rest from going to a side. */
 static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int element, int side) {
     const hopform_robot_f32 *robot = &chain->plan->robot;
-    if (HOPFORM_NEVER_MOVES(element)) { return true; }
     if (!HOPFORM_HAS_STOPS || element != HOPFORM_STOPPED_ELEMENT) { return false; }
     const bool locked = !(lower_stop_f32(robot) < upper_stop_f32(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0f) || (side > 0 && chain->from_upper >= 0.0f);

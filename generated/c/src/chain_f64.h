@@ -69,10 +69,9 @@ static inline void take_side_f64(stance_chain_f64 *chain, int element, int side)
     chain->mode = mode_with_side_f64(chain->mode, element, side);
 }
 
-/* Whether a stop, or that it never moves, keeps an element at rest from going to a side. */
+/* Whether a stop keeps an element at rest from going to a side. */
 static inline bool stance_blocked_f64(const stance_chain_f64 *chain, int element, int side) {
     const hopform_robot_f64 *robot = &chain->plan->robot;
-    if (HOPFORM_NEVER_MOVES(element)) { return true; }
     if (!HOPFORM_HAS_STOPS || element != HOPFORM_STOPPED_ELEMENT) { return false; }
     const bool locked = !(lower_stop_f64(robot) < upper_stop_f64(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);

@@ -69,10 +69,9 @@ static inline void take_side_real(stance_chain_real *chain, int element, int sid
     chain->mode = mode_with_side_real(chain->mode, element, side);
 }
 
-/* Whether a stop, or that it never moves, keeps an element at rest from going to a side. */
+/* Whether a stop keeps an element at rest from going to a side. */
 static inline bool stance_blocked_real(const stance_chain_real *chain, int element, int side) {
     const hopform_robot_real *robot = &chain->plan->robot;
-    if (HOPFORM_NEVER_MOVES(element)) { return true; }
     if (!HOPFORM_HAS_STOPS || element != HOPFORM_STOPPED_ELEMENT) { return false; }
     const bool locked = !(lower_stop_real(robot) < upper_stop_real(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
