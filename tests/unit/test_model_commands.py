@@ -168,8 +168,8 @@ FILE_OF = {
 
 
 @pytest.mark.parametrize(("name", "start", "numbers"), [
-    pytest.param("joint", {"phi": 0.3}, {"phi_0": 0.5, "phi_max": 0.6, "k": 40.0}, marks=pytest.mark.sliced),
-    ("relief_valve", {"x": 0.001}, {"x_0": 0.007}),
+    ("joint", {"phi": 0.3}, {"phi_0": 0.5, "phi_max": 0.6, "k": 40.0}),
+    pytest.param("relief_valve", {"x": 0.001}, {"x_0": 0.007}, marks=pytest.mark.sliced),
     pytest.param("sea", {"theta": 0.2, "q": 0.05}, {"k": 90.0}, marks=pytest.mark.sliced),
 ])  # fmt: skip
 def test_the_example_in_c_solves_the_motion_of_its_start(store, tmp_path, name, start, numbers):
