@@ -28,6 +28,13 @@ class Domain:
         above = self.low <= value if self.with_low else self.low < value
         return above and (value <= self.high if self.with_high else value < self.high)
 
+    @property
+    def assumptions(self) -> dict[str, bool]:
+        """What sympy may assume of such a number."""
+        extended = (self.with_low and self.low == -math.inf) or (self.with_high and self.high == math.inf)
+        sign = "real" if self.low < 0 else "nonnegative" if self.with_low else "positive"
+        return {f"extended_{sign}" if extended else sign: True}
+
 
 DOMAINS = {
     domain.name: domain
@@ -78,6 +85,19 @@ class Own(sp.Symbol):
 
 class OwnChange(Own):
     """The change of a parameter: never the parameter that has the same name."""
+
+
+@dataclass(frozen=True)
+class Shown(Quantity):
+    """A quantity at the door of the derivation: its symbol has its name alone, as a user's `symbols` and `sympify` make
+    it, or where it `assumes` so what its domain says.
+    """
+
+    assumes: bool = False
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        return sp.Symbol(self.name, **(self.interval.assumptions if self.assumes else {}))
 
 
 @dataclass(frozen=True)

@@ -179,7 +179,7 @@ def test_the_transforms_solve_the_force_balance(name):
     for one in ("X1_by_X2", "X2_by_X1"):
         found = mp.mpf(str(derivation_of(name).value(one, given, DIGITS)))
         assert abs(found - by_name[one[:2]]) < mp.mpf(10) ** -30
-    without_body = derivation_of(name).transfer["X1_by_X2"].subs({sp.Symbol("X2", real=True): 0})
+    without_body = derivation_of(name).transfer["X1_by_X2"].subs({sp.Symbol("X2"): 0})
     alone = sp.N(_evaluated(name, without_body, given), DIGITS)
     assert abs(mp.mpf(str(alone)) + by_name["Z"] - by_name["X1"]) < mp.mpf(10) ** -30
 
@@ -272,7 +272,7 @@ def test_modes_have_an_order_a_denominator_and_the_conditions_that_may_fail():
         ((), 3), (("actuator",), 2), (("body",), 2), (("actuator", "body"), 0)
     ]  # fmt: skip
     s = sp.Symbol("s")
-    of = {sp.Symbol(key, real=True): sp.Rational(str(value)) for key, value in ROBOT.items()}
+    of = {sp.Symbol(key): sp.Rational(str(value)) for key, value in ROBOT.items()}
     matrix = matrix_of("leg_damper", exact(ROBOT | AT))
     wanted = [1, -(matrix[1, 1] + matrix[3, 3])]
     found = [mp.mpf(str(sp.N(each.subs(of), 20))) for each in damper.modes[0].denominator.all_coeffs()]
@@ -280,7 +280,7 @@ def test_modes_have_an_order_a_denominator_and_the_conditions_that_may_fail():
     assert damper.modes[0].denominator.gens == (s,)
     assert [each.conditions for each in damper.modes] == [{}] * 4
     condition = sp.sympify("(b1 - k_fed)/m_eff").replace(
-        lambda each: each.is_Symbol, lambda each: sp.Symbol(each.name, real=True)
+        lambda each: each.is_Symbol, lambda each: sp.Symbol(each.name)
     )
     assert [list(each.conditions) for each in fed.modes] == [[], [], ["p_1"], []]
     assert sp.expand(fed.modes[2].conditions["p_1"] - condition) == 0
@@ -300,7 +300,7 @@ def test_the_hopper_has_every_equation_of_the_paper():
 def test_the_lagrangian_gives_the_equations_of_motion():
     found = derivation_of("leg_damper")
     for n, (x, m) in enumerate((("x1", "m_eff"), ("x2", "m_s")), 1):
-        coordinate, mass = sp.Symbol(x, real=True), sp.Symbol(m, real=True)
+        coordinate, mass = sp.Symbol(x), sp.Symbol(m)
         balance = found.lagrangian.diff(coordinate) + found.formula(f"force_{n}").value
         assert sp.expand(balance / mass - found.equations_of_motion[f"acc_{n}"]) == 0
 
@@ -313,8 +313,8 @@ def test_a_parameter_may_have_a_name_of_the_derivation(tmp_path):
         "viscous(include('hopper').x1, beta, 'drag')\n"
     )
     found = derive(file)
-    assert sp.Symbol("beta", real=True) in found.equations_of_motion["acc_1"].free_symbols
-    assert sp.Symbol("beta_", real=True) in found.numerators["H4"].free_symbols
+    assert sp.Symbol("beta") in found.equations_of_motion["acc_1"].free_symbols
+    assert sp.Symbol("beta_") in found.numerators["H4"].free_symbols
     assert found.formula("beta_").group == "transfer"
 
 
