@@ -3,18 +3,16 @@
 import difflib
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cache, cached_property
 from pathlib import Path
-from typing import Any, TypeAlias, overload
+from typing import Any
 
-import numpy as np
 import sympy as sp
-from numpy.typing import NDArray
 
 from .emit import forms
 from .emit.forms import FORMS, Library
-from .ir import Own, Quantity, Step, unfold
+from .ir import Own, Quantity, Shown, Step, unfold
 from .maths import elements, laplace, stability, state_space
 from .maths.formulas import GROUPS, Formula, assumed, formulas, free_masses, inputs, names
 from .model.equations import Model, ModelError
@@ -26,7 +24,6 @@ SHIPPED = tuple(FILES)
 """Names of the models that ship."""
 
 s = sp.Symbol("s")
-Numbers: TypeAlias = NDArray[Any]
 MOST_DOUBLINGS = 5
 """Of the digits that a value is computed with; a value that is 0 by rounding has none that settle."""
 
@@ -160,9 +157,9 @@ class Mode:
     @cached_property
     def inputs(self) -> dict[str, Quantity]:
         """What formulas take: parameters, inputs, a state and that at the start, by name, with unit and meaning."""
-        found, laplace_variable = inputs(self.model), self._names["s"]
+        variable = self._names["s"]
         return {
-            name: replace(each, assumes=self.assumptions and name != laplace_variable) for name, each in found.items()
+            name: Shown.of(each, self.assumptions and name != variable) for name, each in inputs(self.model).items()
         }
 
     @cached_property
@@ -228,8 +225,9 @@ class Mode:
 
     @property
     def transfer(self) -> dict[str, sp.Expr]:
-        """The Laplace transforms [m s] in s [1/s]: X1_by_X2 (6), X2_by_X1 (7), X2 (11), X1 (16), Z (17), and the
-        constants that they name, gamma (8), beta (9), lambda_2 (10).
+        """The Laplace transforms [m s] in s [1/s]: X1_by_X2 (6), X2_by_X1 (7), X2 (11), X1 (16), Z (17), the
+        constants that they name, gamma (8), beta (9), lambda_2 (10), and the transfer functions X1_by_u, X2_by_u from
+        the input.
 
         >>> from hopform.model import derive
         >>> derive("hopper").transfer["X2"]
@@ -538,24 +536,8 @@ class Mode:
     def _rational(self, matrix: sp.Matrix, values: Mapping[str, Any]) -> sp.Matrix:
         """A matrix of numbers, exactly."""
         numbers = {name: sp.Rational(value) for name, value in values.items()}
-        return matrix.applyfunc(lambda entry: sp.nsimplify(self._put("a matrix", entry, numbers), rational=True))
+        return matrix.applyfunc(lambda entry: sp.nsimplify(self._put("the system", entry, numbers), rational=True))
 
-    @overload
-    def state_space(
-        self,
-        values: None = None,
-        *,
-        outputs: Sequence[str | sp.Expr] | None = None,
-        inputs: Sequence[str] | None = None,
-    ) -> tuple[sp.Matrix, sp.Matrix, sp.Matrix, sp.Matrix]: ...
-    @overload
-    def state_space(
-        self,
-        values: Mapping[str, Any],
-        *,
-        outputs: Sequence[str | sp.Expr] | None = None,
-        inputs: Sequence[str] | None = None,
-    ) -> tuple[Numbers, Numbers, Numbers, Numbers]: ...
     def state_space(
         self,
         values: Mapping[str, Any] | None = None,
@@ -587,20 +569,13 @@ class Mode:
         matrices = (self.M, self.B[:, columns], C, D[:, columns])
         if values is None:
             return matrices
-        numbers = [self._rational(each, values) for each in matrices]
-        return tuple(np.array(each.tolist(), dtype=float).reshape(each.shape) for each in numbers)
+        return tuple(sp.matrix2numpy(self._rational(each, values), dtype=float) for each in matrices)
 
     def _channel(self, name: str) -> int:
         if name not in self.channels:
             raise ModelError(f"an input of {self.model.name} is one of {', '.join(self.channels)}, got {name!r}")
         return self.channels.index(name)
 
-    @overload
-    def transfer_function(self, values: None = None, *, output: str | sp.Expr, input: str | None = None) -> sp.Expr: ...
-    @overload
-    def transfer_function(
-        self, values: Mapping[str, Any], *, output: str | sp.Expr, input: str | None = None
-    ) -> tuple[Numbers, Numbers]: ...
     def transfer_function(
         self, values: Mapping[str, Any] | None = None, *, output: str | sp.Expr, input: str | None = None
     ) -> Any:
@@ -629,12 +604,8 @@ class Mode:
         if values is None:
             return state_space.in_powers(above) / state_space.in_powers(below)
         leading = below.LC()
-        return tuple(np.array([each / leading for each in part.all_coeffs()], dtype=float) for part in (above, below))
+        return tuple(_row([each / leading for each in part.all_coeffs()], float) for part in (above, below))
 
-    @overload
-    def eigenvalues(self, values: None = None) -> tuple[sp.Expr, ...]: ...
-    @overload
-    def eigenvalues(self, values: Mapping[str, Any]) -> Numbers: ...
     def eigenvalues(self, values: Mapping[str, Any] | None = None) -> Any:
         """The eigenvalues of M [1/s]: 0 of what moves freely, -a of the real pole, and those of the pair, by formulas of
         `poles`; or with `values` of parameters an array of complex numbers.
@@ -656,12 +627,8 @@ class Mode:
         if values is None:
             return tuple(parts)
         found = self._settled({str(n): value for n, value in enumerate(parts)}, values, 17)
-        return np.array([complex(each) for each in found.values()])
+        return _row(list(found.values()), complex)
 
-    @overload
-    def propagator(self, values: None = None) -> tuple[sp.Matrix, sp.Matrix]: ...
-    @overload
-    def propagator(self, values: Mapping[str, Any]) -> tuple[Numbers, Numbers]: ...
     def propagator(self, values: Mapping[str, Any] | None = None) -> Any:
         """Phi = exp(M t) and Gamma of z(t) = Phi z(0) + Gamma w, exact over a time t [s] in which w is constant: in the
         responses of `states`, which hold for all poles, for equal ones and for those at 0, too; or with `values` of
@@ -703,11 +670,10 @@ class Mode:
         matrices = found[:, :size], found[:, size:] * accelerations
         if values is None:
             return matrices
-        shapes = [matrix.shape for matrix in matrices]
         entries = {f"{n} {k}": each for n, matrix in enumerate(matrices) for k, each in enumerate(matrix)}
-        numbers = np.array([float(each) for each in self._settled(entries, values, 17).values()])
-        phi, gamma = np.split(numbers, [size * size])
-        return phi.reshape(shapes[0]), gamma.reshape(shapes[1])
+        numbers = iter(self._settled(entries, values, 17).values())
+        of_numbers = (sp.Matrix(*matrix.shape, [next(numbers) for _ in matrix]) for matrix in matrices)
+        return tuple(sp.matrix2numpy(each, dtype=float) for each in of_numbers)
 
     def _here(self, value: sp.Expr) -> sp.Expr:
         """An expression in letters of the derivation in symbols of the door; what has none is 0 for every robot."""
@@ -715,6 +681,11 @@ class Mode:
         value = sp.expand(value.xreplace(letters))
         responses = (self.symbols.get(self._names[each.name]) for each in (Wd, W, W1, W2))
         return sp.collect(value, [each for each in responses if each is not None])
+
+
+def _row(values: Sequence[sp.Expr], kind: type) -> Any:
+    """An array of NumPy."""
+    return sp.matrix2numpy(sp.Matrix([values]), dtype=kind)[0]
 
 
 _BY_START = {1: ((y, 1), (v1, 1)), 2: ((y, -1), (v2, 1))}

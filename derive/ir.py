@@ -53,7 +53,13 @@ DOMAINS = {
 
 @dataclass(frozen=True)
 class Quantity:
-    """A real number with a name, the paper's glyph, a unit, a meaning and a domain, one of DOMAINS by its name."""
+    """A real number with a name, the paper's glyph, a unit, a meaning and a domain, one of DOMAINS by its name.
+
+    >>> from hopform.model import derive
+    >>> friction = derive("joint").inputs["b"]
+    >>> friction.name, friction.unit, friction.meaning, friction.interval.allowed, friction.default
+    ('b', 'N m s/rad', 'viscous friction', '>= 0 and finite', 0.0085)
+    """
 
     name: str
     glyph: str
@@ -94,6 +100,11 @@ class Shown(Quantity):
     """
 
     assumes: bool = False
+
+    @classmethod
+    def of(cls, quantity: Quantity, assumes: bool = False) -> "Shown":
+        """A quantity as it is shown."""
+        return cls(**{each.name: getattr(quantity, each.name) for each in fields(Quantity)}, assumes=assumes)
 
     @property
     def symbol(self) -> sp.Symbol:

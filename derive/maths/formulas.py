@@ -54,6 +54,11 @@ GROUPS = {
 class Formula:
     """A named formula: its quantity, its value, its group, and the equations of the paper that it is.
 
+    >>> from hopform.model import derive
+    >>> formula = derive("joint").formula("q_1")
+    >>> formula.equation, formula.quantity.unit, formula.group
+    (Eq(q_1, k/J), '1/s^2', 'poles')
+
     code: the same for numbers that are rounded, in cases that lose no digits; None where that is the value.
     """
 
@@ -214,10 +219,7 @@ def inputs(model: Model) -> dict[str, Quantity]:
     parameter_names = {parameter.name for parameter in model.parameters}
     quantities = _ARGUMENTS if model.law is None else (*_ARGUMENTS, _OWN["target"])
     others = (_final(quantity, parameter_names, model) for quantity in (*_STARTS.values(), *quantities))
-    parameters = (
-        Shown(each.name, each.glyph, each.unit, each.meaning, each.domain, each.default) for each in model.parameters
-    )
-    return {quantity.name: quantity for quantity in (*parameters, *others)}
+    return {quantity.name: quantity for quantity in (*map(Shown.of, model.parameters), *others)}
 
 
 def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
@@ -280,12 +282,13 @@ def assumed(formulas: Sequence[Formula], taken: Mapping[str, Quantity]) -> Itera
     variable = _STARTS["s"].name.removesuffix(_MARK)
     of_variable = {each.name for each in formulas if variable in map(str, each.value.free_symbols)} | {variable}
     quantities = {
-        quantity.symbol: replace(quantity, assumes=quantity.name not in of_variable)
+        quantity.symbol: Shown.of(quantity, quantity.name not in of_variable)
         for quantity in (*taken.values(), *(each.quantity for each in formulas))
     }
     symbols = {plain: quantity.symbol for plain, quantity in quantities.items()}
-    for each in formulas:
-        yield replace(_each(each, lambda value: value.xreplace(symbols)), quantity=quantities[each.quantity.symbol])
+    for formula in formulas:
+        changed = _each(formula, lambda value: value.xreplace(symbols))
+        yield replace(changed, quantity=quantities[formula.quantity.symbol])
 
 
 def _integrates(model: Model, moving: tuple[int, ...]) -> bool:
@@ -343,7 +346,7 @@ def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Shown
         glyph = r"\tau" if glyph == TIME.glyph else glyph.replace("(t)", r"(\tau)").replace("{-at}", r"{-a\tau}")
     while name in taken:
         name += "_"
-    return Shown(name, glyph, quantity.unit, quantity.meaning, quantity.domain, quantity.default)
+    return Shown.of(replace(quantity, name=name, glyph=glyph))
 
 
 def _called(model: Model, symbol: sp.Symbol) -> str:

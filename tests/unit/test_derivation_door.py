@@ -18,7 +18,8 @@ import pytest
 import sympy as sp
 
 import hopform
-from derive import derivation as module
+from derive import derivation, ir
+from derive.maths import formulas
 from derive.maths.formulas import GROUPS
 from hopform import _front as cli
 from hopform.model import Derivation, ModelError, derive
@@ -279,9 +280,7 @@ def test_modes_have_an_order_a_denominator_and_the_conditions_that_may_fail():
     assert all(abs(a - b) < 1e-15 * abs(b) for a, b in zip(found[:2], wanted, strict=True))
     assert damper.modes[0].denominator.gens == (s,)
     assert [each.conditions for each in damper.modes] == [{}] * 4
-    condition = sp.sympify("(b1 - k_fed)/m_eff").replace(
-        lambda each: each.is_Symbol, lambda each: sp.Symbol(each.name)
-    )
+    condition = sp.sympify("(b1 - k_fed)/m_eff").replace(lambda each: each.is_Symbol, lambda each: sp.Symbol(each.name))
     assert [list(each.conditions) for each in fed.modes] == [[], [], ["p_1"], []]
     assert sp.expand(fed.modes[2].conditions["p_1"] - condition) == 0
     assert [each.held for each in derivation_of("joint").modes] == [(), ("joint",)]
@@ -454,8 +453,9 @@ def test_the_notebook_runs_cell_by_cell():
 
 
 def test_every_documented_example_of_the_derivation_runs():
-    outcome = doctest.testmod(module)
-    assert outcome.failed == 0 and outcome.attempted >= 20
+    for module, least in ((derivation, 50), (formulas, 3), (ir, 3)):
+        outcome = doctest.testmod(module)
+        assert outcome.failed == 0 and outcome.attempted >= least
 
 
 def test_the_door_says_what_is_wrong(tmp_path):

@@ -223,7 +223,9 @@ def test_the_transfer_function_of_the_input_is_a_formula():
         )
 
 
-@pytest.mark.filterwarnings("ignore:Badly conditioned")  # of what scipy makes of the matrices of a system with a pole at 0
+@pytest.mark.filterwarnings(
+    "ignore:Badly conditioned"
+)  # of what scipy makes of the matrices of a system with a pole at 0
 def test_scipy_takes_what_a_mode_gives():
     signal = pytest.importorskip("scipy.signal")
     sea = derive("sea")
