@@ -152,7 +152,7 @@ class Mode:
         if not self._moving:
             return ()
         found = formulas(self.model, self._moving)
-        return tuple(assumed(found, inputs(self.model))) if self.assumptions else found
+        return tuple(assumed(found, inputs(self.model), self._names["s"])) if self.assumptions else found
 
     @cached_property
     def inputs(self) -> dict[str, Quantity]:

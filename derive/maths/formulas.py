@@ -275,11 +275,10 @@ def _each(formula: Formula, changed: Callable[[sp.Expr], sp.Expr]) -> Formula:
     return replace(formula, value=changed(formula.value), code=code)
 
 
-def assumed(formulas: Sequence[Formula], taken: Mapping[str, Quantity]) -> Iterator[Formula]:
+def assumed(formulas: Sequence[Formula], taken: Mapping[str, Quantity], variable: str) -> Iterator[Formula]:
     """Formulas in symbols with the assumptions of their domains. The variable of the Laplace transform has none, and
     neither have transforms.
     """
-    variable = _STARTS["s"].name.removesuffix(_MARK)
     of_variable = {each.name for each in formulas if variable in map(str, each.value.free_symbols)} | {variable}
     quantities = {
         quantity.symbol: Shown.of(quantity, quantity.name not in of_variable)
@@ -338,7 +337,8 @@ def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Shown
             name = f"{called}_{index}" if index else called
             taken = parameter_names
         else:
-            taken = parameter_names | {_called(model, symbol) for symbol in (x1, v1, x2, v2, u)}
+            called = (_called(model, symbol) for symbol in (x1, v1, x2, v2, u))
+            taken = parameter_names | {f"{each}{behind}" for each in called for behind in ("", "_0", "_t")}
         quantity = quantity if isinstance(quantity, Authored) else words.of_quantity(model, quantity)
     glyph = quantity.glyph
     if TIME.name in parameter_names:

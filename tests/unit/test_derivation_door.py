@@ -23,7 +23,7 @@ from derive.maths import formulas
 from derive.maths.formulas import GROUPS
 from hopform import _front as cli
 from hopform.model import Derivation, ModelError, derive
-from tests.derived import MODELS, SHIPPED, model_file, no_hopper
+from tests.derived import MODELS, SHIPPED, model_file, model_of, no_hopper
 
 NAMES = ("hopper", "leg_damper", "second_spring", "joint")
 EACH = pytest.mark.parametrize("name", NAMES)
@@ -315,6 +315,15 @@ def test_a_parameter_may_have_a_name_of_the_derivation(tmp_path):
     assert sp.Symbol("beta") in found.equations_of_motion["acc_1"].free_symbols
     assert sp.Symbol("beta_") in found.numerators["H4"].free_symbols
     assert found.formula("beta_").group == "transfer"
+
+
+def test_a_coordinate_may_have_a_name_of_the_derivation():
+    """The start of y is no formula; the stretch at the start, which is called so elsewhere, has an underscore."""
+    text = "m = parameter('m', 'kg', 'mass', 'positive')\nx, y = coordinate('x', 'm', m), coordinate('y', 'm', 2*m)\n"
+    found = Derivation(model_of(f"{text}spring(x - y, 50)\n"))
+    assert not {each.name for each in found.formulas} & found.inputs.keys()
+    assert found.states["y_0_"] == sp.sympify("x_0 - y_0")
+    assert found.lambdify("y_t")(m=1.0, x_0=0.0, v_0=0.0, y_0=1.0, y_dot_0=0.0, t=0.0) == 1.0
 
 
 BASE = {"kg": 1.7, "m": 2.3, "s": 0.6, "A": 3.1, "rad": 1.0}
