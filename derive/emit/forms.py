@@ -134,12 +134,9 @@ def _declared(library: Library, needed: Formulas) -> Iterator[str]:
     yield ""
     quantities = [*library.taken(needed), *(each.quantity for each in needed)]
     names = list(dict.fromkeys(quantity.name for quantity in quantities))
-    symbols = {symbol.name: symbol for each in needed for symbol in each.value.free_symbols}
-    of_any = [name for name in names if name in symbols and not symbols[name].is_real]
-    for kind, group in ((", real=True", [name for name in names if name not in of_any]), ("", of_any)):
-        for n in range(0, len(group), 10):
-            part = group[n : n + 10]
-            yield f'{", ".join(part)} = symbols("{" ".join(part)}"{kind})'
+    for n in range(0, len(names), 10):
+        part = names[n : n + 10]
+        yield f'{", ".join(part)} = symbols("{" ".join(part)}")'
 
 
 def _equations(name: str, formulas: Formulas) -> Iterator[str]:

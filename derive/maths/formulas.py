@@ -20,12 +20,13 @@ A quotient by a rate has its limit beside it as a case, exactly at 0. Rounded nu
 so code has the power series in time up to a tenth of a time constant.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
+from sympy.codegen.cfunctions import log1p
 
-from ..ir import Authored, Own, Quantity, Step
+from ..ir import Authored, Own, Quantity, Shown, Step
 from ..model import words
 from ..model.equations import Model, kinetic
 from ..model.quantities import *
@@ -52,6 +53,11 @@ GROUPS = {
 @dataclass(frozen=True)
 class Formula:
     """A named formula: its quantity, its value, its group, and the equations of the paper that it is.
+
+    >>> from hopform.model import derive
+    >>> formula = derive("joint").formula("q_1")
+    >>> formula.equation, formula.quantity.unit, formula.group
+    (Eq(q_1, k/J), '1/s^2', 'poles')
 
     code: the same for numbers that are rounded, in cases that lose no digits; None where that is the value.
     """
@@ -114,6 +120,8 @@ _OWN = _STARTS | _named(
     ("X1_by_X2", "X_1(s)", "m s", "transform of the actuator's displacement, by that of the body's height"),
     ("X2_by_X1", "X_2(s)", "m s", "transform of the body's height, by that of the actuator's displacement"),
     ("Z", "Z(s)", "m s", "what the body adds to the transform of the actuator's displacement"),
+    ("X1_by_u", "G_1(s)", "m/A", "transfer function from the input to the actuator's displacement"),
+    ("X2_by_u", "G_2(s)", "m/A", "transfer function from the input to the body's height"),
     ("apart", "z", "1/s", "how far the real pole is from the mean of the three"),
     ("disc", r"\Delta", "1/s^2", "discriminant of the pair of poles, which ring where it is below 0"),
     ("w", r"\omega", "1/s", "root of the size of the discriminant"),
@@ -125,6 +133,10 @@ _OWN = _STARTS | _named(
     ("v1_t", r"\dot{x}_1(t)", "m/s", "velocity of the actuator at time t"),
     ("x2_t", "x_2(t)", "m", "height of the body at time t"),
     ("v2_t", r"\dot{x}_2(t)", "m/s", "velocity of the body at time t"),
+    ("x1_braking", r"a_{1,\text{rest}}", "m/s^2", "what brings the actuator to rest: it comes to rest if this is > 0, or the poles ring"),
+    ("x2_braking", r"a_{2,\text{rest}}", "m/s^2", "what brings the body to rest: it comes to rest if this is > 0, or the poles ring"),
+    ("x1_time_to_rest", r"t_{1,\text{rest}}", "s", "time after which the actuator's velocity is 0 for the first time, if it comes to rest"),
+    ("x2_time_to_rest", r"t_{2,\text{rest}}", "s", "time after which the body's velocity is 0 for the first time, if it comes to rest"),
     ("aed_power", r"\dot{U}_{delta}", "W", "rate of the body's energy, the integrand of the analytical energy delta"),
     ("aed_work", "U_{delta}", "J", "analytical energy delta: what the body's energy gains over a phase, to time t in it"),
     ("E_td", "E_{td}", "J", "energy of the body at touchdown, after the impact"),
@@ -192,20 +204,22 @@ def _of_steps(group: str, steps: Iterable[Step], symbols: Sequence[sp.Symbol] = 
     return (_made(group, step.symbol, step.value) for step in steps if not symbols or step.symbol in symbols)
 
 
+_ARGUMENTS = (
+    *STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, control.AED, control.H_DES, control.STEP,
+    control.X1_T, HEIGHT,
+)  # fmt: skip
+"""What formulas take beside parameters and the start of a phase."""
+
+
 # ---- the derivation ----
 
 
 def inputs(model: Model) -> dict[str, Quantity]:
     """What formulas take beside each other, by name: parameters, inputs, a state and that at the start of a phase."""
-    asked = (control.AED, control.H_DES, control.STEP, control.X1_T, HEIGHT)
-    quantities = (*STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, *asked)
     parameter_names = {parameter.name for parameter in model.parameters}
-    quantities += () if model.law is None else (_OWN["target"],)
+    quantities = _ARGUMENTS if model.law is None else (*_ARGUMENTS, _OWN["target"])
     others = (_final(quantity, parameter_names, model) for quantity in (*_STARTS.values(), *quantities))
-    parameters = (
-        Quantity(each.name, each.glyph, each.unit, each.meaning, each.domain, each.default) for each in model.parameters
-    )
-    return {quantity.name: quantity for quantity in (*parameters, *others)}
+    return {quantity.name: quantity for quantity in (*map(Shown.of, model.parameters), *others)}
 
 
 def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
@@ -246,10 +260,34 @@ def _shown(model: Model, value: sp.Expr) -> sp.Expr:
     return model.value(value).xreplace(still)
 
 
+def names(model: Model) -> dict[str, str]:
+    """What quantities of the derivation are called in the formulas of a model, by their names here: "x1" may be "q"."""
+    parameter_names = {parameter.name for parameter in model.parameters}
+    return {
+        quantity.name.removesuffix(_MARK): _final(quantity, parameter_names, model).name
+        for quantity in (*_OWN.values(), *_KNOWN.values(), *_ARGUMENTS)
+    }
+
+
 def _each(formula: Formula, changed: Callable[[sp.Expr], sp.Expr]) -> Formula:
     """A formula with its value, and what code computes, changed."""
     code = None if formula.code is None else changed(formula.code)
     return replace(formula, value=changed(formula.value), code=code)
+
+
+def assumed(formulas: Sequence[Formula], taken: Mapping[str, Quantity], variable: str) -> Iterator[Formula]:
+    """Formulas in symbols with the assumptions of their domains. The variable of the Laplace transform has none, and
+    neither have transforms.
+    """
+    of_variable = {each.name for each in formulas if variable in map(str, each.value.free_symbols)} | {variable}
+    quantities = {
+        quantity.symbol: Shown.of(quantity, quantity.name not in of_variable)
+        for quantity in (*taken.values(), *(each.quantity for each in formulas))
+    }
+    symbols = {plain: quantity.symbol for plain, quantity in quantities.items()}
+    for formula in formulas:
+        changed = _each(formula, lambda value: value.xreplace(symbols))
+        yield replace(changed, quantity=quantities[formula.quantity.symbol])
 
 
 def _integrates(model: Model, moving: tuple[int, ...]) -> bool:
@@ -283,7 +321,7 @@ def _without_zeros(derived: Iterable[Formula]) -> Iterator[Formula]:
             yield simplified
 
 
-def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Quantity:
+def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Shown:
     """A quantity under its name, a coordinate's in the model, and in its words, glyphs and units; where a parameter of the
     model has that name, with an underscore behind it. Beside a parameter t time is tau.
     """
@@ -299,7 +337,8 @@ def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Quant
             name = f"{called}_{index}" if index else called
             taken = parameter_names
         else:
-            taken = parameter_names | {_called(model, symbol) for symbol in (x1, v1, x2, v2, u)}
+            called = (_called(model, symbol) for symbol in (x1, v1, x2, v2, u))
+            taken = parameter_names | {f"{each}{behind}" for each in called for behind in ("", "_0", "_t")}
         quantity = quantity if isinstance(quantity, Authored) else words.of_quantity(model, quantity)
     glyph = quantity.glyph
     if TIME.name in parameter_names:
@@ -307,7 +346,7 @@ def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Quant
         glyph = r"\tau" if glyph == TIME.glyph else glyph.replace("(t)", r"(\tau)").replace("{-at}", r"{-a\tau}")
     while name in taken:
         name += "_"
-    return replace(quantity, name=name, glyph=glyph)
+    return Shown.of(replace(quantity, name=name, glyph=glyph))
 
 
 def _called(model: Model, symbol: sp.Symbol) -> str:
@@ -316,11 +355,10 @@ def _called(model: Model, symbol: sp.Symbol) -> str:
 
 
 def _finished(shown: Sequence[Formula], parameter_names: set[str], model: Model) -> Iterator[Formula]:
-    arguments = (*_KNOWN.values(), *STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, HEIGHT)
-    quantities = (*_OWN.values(), *arguments, *(each.quantity for each in shown))
+    quantities = (*_OWN.values(), *_KNOWN.values(), *_ARGUMENTS, *(each.quantity for each in shown))
     finals = {quantity.symbol: _final(quantity, parameter_names, model).symbol for quantity in quantities}
-    finals |= {Own(name, real=True): sp.Symbol(name, real=True) for name in parameter_names}
-    finals[s] = sp.Symbol(finals[_symbol("s")].name)
+    finals |= {Own(name, real=True): sp.Symbol(name) for name in parameter_names}
+    finals[s] = finals[_symbol("s")]
     for formula in shown:
         yield replace(
             _each(formula, lambda value: value.xreplace(finals)),
@@ -372,6 +410,8 @@ def _transfer(model: Model, free: tuple[int, ...], moving: tuple[int, ...]) -> I
         yield from _transfer_of_both()
     else:
         yield from _transfer_of_one(moving[0])
+    if model.driven_by is not None and 1 in moving:
+        yield from _transfer_of_input(len(moving))
 
 
 def _denominator(masses: tuple[int, ...]) -> sp.Expr:
@@ -396,6 +436,16 @@ def _transfer_of_both() -> Iterator[Formula]:
         top = start * s**4 + sum(_symbol(name) * s**power for name, power in zip(names, (3, 2, 1, 0), strict=True))
         yield _made("transfer", f"X{n}", top / (s**2 * cubic), 11 if n == 2 else 16)
     yield _made("transfer", "Z", k_1s * X2 / q_1s, 17)
+
+
+def _transfer_of_input(masses: int) -> Iterator[Formula]:
+    """The transfer functions from the input to each coordinate, by (6), (7) from rest at 0 without the constant forces."""
+    if masses == 1:
+        yield _made("transfer", "X1_by_u", a1_u / _denominator((1,)))
+        return
+    denominator = s * _denominator((1, 2))
+    yield _made("transfer", "X1_by_u", a1_u * _denominator((2,)) / denominator)
+    yield _made("transfer", "X2_by_u", a1_u * (q_2 + a2_v1 * s) / denominator)
 
 
 def _transfer_of_one(n: int) -> Iterator[Formula]:
@@ -505,6 +555,33 @@ def _states(model: Model, moving: tuple[int, ...], integrates: bool) -> Iterator
         of_position, of_velocity = {1: (20, 21), 2: (18, 19)}[n]
         yield _made(group, f"x{n}_t", start + start_velocity * t + h3 * W + h2 * W1 + h1 * W2, of_position)
         yield _made(group, f"v{n}_t", start_velocity + h3 * Wd + h2 * W + h1 * W1, of_velocity)
+    if len(moving) == 1:
+        yield from _rest_of(moving[0], integrates)
+
+
+def _rest_of(n: int, integrates: bool) -> Iterator[Formula]:
+    """When what slips alone comes to rest, in closed form, and the condition that it does.
+
+    With the net force F against the velocity v_0 over the inertia v(t) = 0 is exp(a t) = 1 + a v_0/F behind an
+    integrator, tan(w t) = w v_0/(F + p v_0/2) of a pair that rings, and exp(2 w t) = 1 + 2 w v_0/(F + r v_0) of two real
+    poles, of which r is the slower one.
+    """
+    group, braking = "states", _symbol(f"x{n}_braking")
+    side, constant, per_y = {1: (side_1, C_1, a1_y), 2: (side_2, C_2, a2_y)}[n]
+    speed, force = sp.Abs(_STARTS_OF[n][1]), -side * (constant + per_y * y_0)
+    if integrates:
+        yield _made(group, f"x{n}_braking", force)
+        cases = [(speed / braking, sp.Eq(a, 0)), (a, True)]
+    else:
+        yield _made(group, f"x{n}_braking", force + speed * sp.Piecewise((p / 2, sp.Eq(disc, 0)), (slow, True)))
+        rings = sp.atan2(w * speed, braking + p * speed / 2) / w
+        cases = [(rings, disc < 0), (speed / braking, sp.Eq(disc, 0)), (2 * w, True)]
+    *others, (rate, _) = cases
+    value, code = (
+        sp.Piecewise(*others, (logarithm(rate * speed / braking) / rate, True))
+        for logarithm in (lambda more: sp.log(1 + more), log1p)
+    )
+    yield _made(group, f"x{n}_time_to_rest", value, code=code)
 
 
 def _responses(order: int, integrates: bool) -> Iterator[Formula]:

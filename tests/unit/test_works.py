@@ -206,7 +206,7 @@ def _gauss() -> list[tuple[mpmath.mpf, mpmath.mpf]]:
 def powers_of(name: str) -> dict[str, sp.Expr]:
     """The power of each force, by the name of its work."""
     energies = derivation_of(name).energies
-    known = {sp.Symbol(key, real=True): power for key, power in energies.items()}
+    known = {sp.Symbol(key): power for key, power in energies.items()}
     return {
         f"{key.removesuffix('_power')}_work": power.xreplace(known)
         for key, power in energies.items()

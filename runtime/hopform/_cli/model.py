@@ -40,13 +40,18 @@ def spelled(derivation: Any, formula: str | None, form: Form, f32: bool = False)
 # ---- hopform model show, hopform model check ----
 
 
-def model_show(model: str, formula: str | None = None, form: Form = Form.text, f32: bool = False) -> None:
+def model_show(
+    model: str, formula: str | None = None, form: Form = Form.text, f32: bool = False, mode: str = "nothing"
+) -> None:
     """Print the formulas that follow from a model, to paste.
 
     They go into a paper, a notebook or firmware. FORMULA is a name, a group (lagrangian, equations_of_motion, transfer,
-    numerators, poles, partial_fractions, states, energies, control, event_functions) or a number of the paper.
+    numerators, poles, partial_fractions, states, energies, works, control, event_functions) or a number of the paper.
     """
-    print(spelled(derived(model), formula, form, f32), end="")
+    derivation = derived(model)
+    with in_one_line():
+        of_mode = derivation.mode(mode)
+    print(spelled(of_mode, formula, form, f32), end="")
 
 
 def model_check(model: str) -> None:

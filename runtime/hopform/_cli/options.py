@@ -181,6 +181,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "claims": option("the paper's claims in place of its equations"),
         "model build.out": option("where the solver goes: an empty folder, or one that this made", metavar="DIR"),
         "model show.f32": option("C in single precision"),
+        "model show.mode": option("what friction or a stop holds, as `model check` lists it", metavar="HELD"),
     },
     "Options": {
         "system": option(", ".join(SYSTEMS), metavar="SYSTEM"),
@@ -237,7 +238,7 @@ EXAMPLES = {
     "model check": ("model check joint", "model check mine.py"),
     "model build": ("model build mine.py --out mine", "model build mine.py"),
     "model list": ("model list", "model list --json"),
-    "model show": ("model show hopper 14 --as latex", "model show hopper x2_t --as c --f32"),
+    "model show": ("model show hopper 14 --as latex", "model show hopper x2_t --mode actuator --as c --f32"),
 }  # fmt: skip
 """Two command lines each; a test runs them, those of `record` before those of `identify`."""
 
