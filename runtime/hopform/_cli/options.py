@@ -181,6 +181,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "claims": option("the paper's claims in place of its equations"),
         "model build.out": option("where the solver goes: an empty folder, or one that this made", metavar="DIR"),
         "model show.f32": option("C in single precision"),
+        "whole": option("in parameters, inputs, start and time alone, long parts defined before they are read"),
     },
     "Options": {
         "system": option(", ".join(SYSTEMS), metavar="SYSTEM"),
