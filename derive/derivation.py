@@ -372,6 +372,18 @@ class Mode:
         name = "_".join((self.model.name, *(f"{thing}_held" for thing in self.held)))
         return Library(self.model.title, re.sub(r"\W|^(?=\d)", "_", name), self._by_name, self.inputs)
 
+    def full(self, name: str) -> dict[str, sp.Expr]:
+        """A formula in parameters, inputs, start and time alone, the last of a dictionary: what is too long to be put in, or
+        reads such a one, is a definition before it.
+
+        >>> from hopform.model import derive
+        >>> derive("hopper").full("q_2")
+        {'q_2': k/m_s}
+        >>> [*derive("hopper").full("x2_t")][-3:]
+        ['e2', 'W2', 'x2_t']
+        """
+        return {each.name: each.value for each in self._library.whole([self.formula(name)])}
+
     @property
     def glyphs(self) -> dict[sp.Symbol, str]:
         """The glyphs of all symbols, for `sympy.latex(..., symbol_names=...)`."""
@@ -386,9 +398,10 @@ class Mode:
         """
         return forms.in_latex(self._library, self.formula(name))
 
-    def show(self, name: str | None = None, form: str = "text", *, single: bool = False) -> str:
+    def show(self, name: str | None = None, form: str = "text", *, single: bool = False, whole: bool = False) -> str:
         """A formula, those of a number of the paper or of a group, or all, in a form: text, latex, sympy, json, numpy,
-        c or notebook. Code has all that the formula reads. `single`: C in single precision.
+        c or notebook. Code has all that the formula reads, and the kernels that it calls. `single`: C in single
+        precision. `whole`: the others too in parameters, inputs, start and time alone, as `full` has them.
 
         Raises ModelError for a name or a form that is not known.
 
@@ -400,9 +413,7 @@ class Mode:
         if form not in FORMS:
             raise ModelError(f"a form is one of {', '.join(FORMS)}, got {form!r}")
         wanted = self.found(name)
-        if single and form == "c":
-            return forms.in_c(self._library, wanted, single=True)
-        return FORMS[form](self._library, wanted)
+        return forms.spelled(self._library, wanted, form, single=single, whole=whole)
 
     def lambdify(self, name: str) -> Callable[..., Any]:
         """A formula as a function of NumPy: of numbers or arrays that are broadcast, by position or by name.

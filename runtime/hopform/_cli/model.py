@@ -29,29 +29,36 @@ def derived(model: str) -> Any:
         return door.derive(readable(model))
 
 
-def spelled(derivation: Any, formula: str | None, form: Form, f32: bool = False) -> str:
+def spelled(derivation: Any, formula: str | None, form: Form, f32: bool = False, whole: bool = False) -> str:
     """Formulas of a derivation as they are pasted."""
     if f32 and form != Form.c:
         raise HopformError(f"--f32 is for --as c, got --as {form}")
     with in_one_line():
-        return str(derivation.show(formula, str(form), single=f32))
+        return str(derivation.show(formula, str(form), single=f32, whole=whole))
 
 
 # ---- hopform model show, hopform model check ----
 
 
 def model_show(
-    model: str, formula: str | None = None, form: Form = Form.text, f32: bool = False, mode: str = "nothing"
+    model: str,
+    formula: str | None = None,
+    form: Form = Form.text,
+    f32: bool = False,
+    whole: bool = False,
+    mode: str = "nothing",
 ) -> None:
     """Print the formulas that follow from a model, to paste.
 
     They go into a paper, a notebook or firmware. FORMULA is a name, a group (lagrangian, equations_of_motion, transfer,
     numerators, poles, partial_fractions, states, energies, works, control, event_functions) or a number of the paper.
+    A formula is in the names of others, which code has before it. --whole has it in parameters, inputs, start and time
+    alone: what is short is put in, what is long is defined before it, in the same. C is a header that compiles as it is.
     """
     derivation = derived(model)
     with in_one_line():
         of_mode = derivation.mode(mode)
-    print(spelled(of_mode, formula, form, f32), end="")
+    print(spelled(of_mode, formula, form, f32, whole), end="")
 
 
 def model_check(model: str) -> None:

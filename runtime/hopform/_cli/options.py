@@ -182,6 +182,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "model build.out": option("where the solver goes: an empty folder, or one that this made", metavar="DIR"),
         "model show.f32": option("C in single precision"),
         "model show.mode": option("what friction or a stop holds, as `model check` lists it", metavar="HELD"),
+        "whole": option("in parameters, inputs, start and time alone, long parts defined before they are read"),
     },
     "Options": {
         "system": option(", ".join(SYSTEMS), metavar="SYSTEM"),

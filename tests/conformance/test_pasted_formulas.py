@@ -1,0 +1,290 @@
+"""What `hopform model show` prints to be pasted, run: each formula of each model as NumPy, as C in double and in single
+precision, as text and as sympy, against 40 digits.
+
+A rounded number is compared with the exact one in units in the last place of the *scale* of its formula: its size, what
+it changes by where an input changes by its own size (so an error of an ulp in each input is one of a few ulps here), and
+the sizes of the terms that are written in it. A formula in which digits cancel between steps, as (18) as printed does
+near equal poles, is off by millions of them.
+"""
+
+import ctypes
+import math
+import random
+import subprocess
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import mpmath
+import numpy as np
+import pytest
+import sympy as sp
+from sympy.printing.pycode import MpmathPrinter
+
+from derive.emit.examples import example_value
+from derive.emit.forms import IN_CODE
+from derive.maths.formulas import Formula
+from hopform.model import Derivation, derive
+from tests import needs
+from tests.derived import MODELS, SHIPPED
+
+mp = mpmath.mp
+MODEL_FILES = {path.stem if folder == SHIPPED else f"tests/models/{path.name}": path
+               for folder in (SHIPPED, MODELS) for path in sorted(folder.glob("[!_]*.py"))}  # fmt: skip
+NAMES = sorted(MODEL_FILES, key=lambda name: (name != "hopper", name != "tests/models/door.py", name))
+DIGITS = 120
+"""While computing: where poles are equal to 1e-16, terms are 1e48 times their sum."""
+ULPS = 100
+"""Of the scale, that a pasted formula may be off by; measured is 21."""
+DAMPING = ("N s/m", "N m s/rad")
+Values = dict[str, float]
+
+
+@cache
+def derivation_of(name: str) -> Derivation:
+    return derive(name if SHIPPED in MODEL_FILES[name].parents else MODEL_FILES[name])
+
+
+# ---- robots ----
+
+
+def drawn(found: Derivation, seed: int) -> tuple[str, Values]:
+    """A robot, a start and a time, that single precision holds; what damps, and the springs, are degenerate in turn."""
+    random_of, parameters = random.Random(f"{found.model.name} {seed}"), {p.name: p for p in found.model.parameters}
+    values = dict[str, float]()
+    for name in found.inputs:
+        if name in parameters:
+            value = example_value(parameters[name])
+            value = value if math.isfinite(value) else math.copysign(50.0, value)
+            value = value or (
+                random_of.random() if parameters[name].domain in ("real", "nonnegative", "fraction") else 0
+            )
+            values[name] = value * 4 ** random_of.uniform(-1, 1 if parameters[name].domain != "fraction" else 0)
+        else:
+            values[name] = random_of.uniform(-1, 1) * (1.0 if name.startswith("v") or "dot" in name else 0.05)
+    damping = [name for name, each in parameters.items() if each.unit in DAMPING and 0.0 in each.interval]
+    springs = [name for name, each in parameters.items() if each.unit in ("N/m", "N m/rad")]
+    values["t"] = random_of.choice((1e-3, 0.01, 0.05, 0.3)) * 2 ** random_of.uniform(-1, 1)
+    case = CASES[seed % len(CASES)]
+    if case in ("nothing damps", "1e-9", "1e-6", "0.01"):
+        values |= dict.fromkeys(damping, 0.0 if case == "nothing damps" else float(case))
+    if case == "stiff" and damping:
+        values[random_of.choice(damping)] *= 1e3
+    for name in springs if case == "soft" else ():
+        values[name] *= 0.0 if 0.0 in parameters[name].interval else 1e-8
+    values["t"] *= {"shortly": 1e-4, "late": 50}.get(case, 1)
+    values |= {name: random_of.choice((-1.0, 1.0)) for name in ("side_1", "side_2") if name in values}
+    values |= {name: abs(value) for name, value in values.items() if name in ("s", "height")}
+    if case == "equal poles":
+        factor = _to_a_double_pole(found, values, damping)
+        values |= {name: factor * values[name] for name in damping}
+    return case, {name: float(np.float32(value)) for name, value in values.items()}
+
+
+CASES = (
+    "any", "nothing damps", "1e-6", "equal poles", "stiff", "0.01", "soft", "shortly", "1e-9", "late", "any other"
+)  # fmt: skip
+
+
+def _to_a_double_pole(found: Derivation, values: Values, damping: list[str]) -> float:
+    """By what all damping grows so that the pair is nearly equal; 1 where that is not found."""
+    low, high = 1e-3, 1e5
+
+    def discriminant(factor: float) -> mpmath.mpf:
+        given = values | {name: factor * values[name] for name in damping}
+        with mpmath.workdps(30):
+            return exact_of(found.model.name, found)(given).get("disc") or mp.mpf(0)
+
+    if not damping or discriminant(low) * discriminant(high) >= 0:
+        return 1.0
+    for _ in range(60):
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if discriminant(middle) * discriminant(high) >= 0 else (middle, high)
+    return low
+
+
+TRIPLE = {"m_eff": 3.0, "m_s": 24.0, "k": 800.0, "b1": 90.0, "b2": 0.0, "t": 0.05}
+"""A hopper whose three poles are equal."""
+
+
+def robots(found: Derivation, count: int) -> Iterator[tuple[str, Values]]:
+    yield from (drawn(found, seed) for seed in range(count))
+    if found.model.name == "hopper":
+        base = drawn(found, 0)[1]
+        yield "a triple pole", base | TRIPLE
+        yield "nearly a triple pole", base | TRIPLE | {"b1": float(np.float32(90.001)), "b2": 0.0009765625}
+
+
+def neighbours(found: Derivation, values: Values, epsilon: float) -> Iterator[Values]:
+    """The robots with 16 units in the last place more and less damping."""
+    damping = [each.name for each in found.model.parameters if each.unit in DAMPING]
+    for factor in (1 + 16 * epsilon, 1 - 16 * epsilon):
+        yield values | {name: factor * values[name] for name in damping}
+
+
+# ---- exactly ----
+
+
+class _Printer(MpmathPrinter):
+    def _print_Symbol(self, expr: Any) -> str:
+        return f"v[{expr.name!r}]"
+
+
+def _printed(value: sp.Expr) -> str:
+    return str(_Printer({"fully_qualified_modules": True}).doprint(value))
+
+
+@cache
+def exact_of(_: str, found: Derivation) -> Callable[[Values], dict[str, Any]]:
+    """All formulas of a model, from values of parameters and inputs; None where one divides by 0."""
+    lines = ["def formulas(values):", "    v = {name: mpmath.mpf(value) for name, value in values.items()}"]
+    for each in found._library.needed(found.formulas):
+        lines += (
+            "    try:",
+            f"        v[{each.name!r}] = {_printed(each.value)}",
+            "    except (ZeroDivisionError, TypeError):",
+            f"        v[{each.name!r}] = None",
+        )
+    space: dict[str, Any] = {"mpmath": mpmath, "math": math}
+    exec("\n".join((*lines, "    return v")), space)
+    return space["formulas"]
+
+
+def size_of_terms(value: sp.Expr, known: dict[str, Any]) -> mpmath.mpf:
+    """The sum of the sizes of the terms of an expression; that of cases counts as 0."""
+    if isinstance(value, sp.Add):
+        return sum(size_of_terms(each, known) for each in value.args)
+    if isinstance(value, sp.Mul):
+        return mpmath.fprod(size_of_terms(each, known) for each in value.args)
+    if isinstance(value, sp.Pow) and value.exp.is_Integer and value.exp > 0:
+        return size_of_terms(value.base, known) ** int(value.exp)
+    return mp.mpf(0) if value.has(sp.Piecewise) else abs(_number(value)(known))
+
+
+@cache
+def _number(value: sp.Expr) -> Callable[[dict[str, Any]], Any]:
+    return eval(f"lambda v: {_printed(value)}", {"mpmath": mpmath})  # type: ignore[no-any-return]
+
+
+@dataclass(frozen=True)
+class Exact:
+    """A formula at a robot: its value, and the scale of its rounding errors."""
+
+    value: mpmath.mpf
+    scale: mpmath.mpf
+
+
+def exactly(found: Derivation, values: Values) -> dict[str, Exact]:
+    """Each formula that has a real value, by name."""
+    with mpmath.workdps(DIGITS):
+        formulas, step = exact_of(found.model.name, found), mp.mpf(10) ** -40
+        known = formulas(values)
+        names = [each.name for each in found.formulas if known[each.name] is not None and mp.im(known[each.name]) == 0]
+        scales = {each.name: size_of_terms(each.value, known) + abs(known[each.name])
+                  for each in found.formulas if each.name in names}  # fmt: skip
+        for name, value in values.items():
+            if value and not name.startswith("side_"):
+                moved = formulas(values | {name: value * (1 + step)})
+                for each in names:
+                    scales[each] += 0 if moved[each] is None else abs(moved[each] - known[each]) / step
+        return {name: Exact(known[name], scales[name]) for name in names}
+
+
+# ---- the forms ----
+
+
+def taken_by(found: Derivation) -> dict[str, list[str]]:
+    library = found._library
+    return {each.name: [quantity.name for quantity in library.taken(library.needed([each], IN_CODE), IN_CODE)]
+            for each in found.formulas}  # fmt: skip
+
+
+WARNINGS = ("-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wshadow", "-Werror")
+
+
+def compiled(found: Derivation, folder: Path, *, single: bool) -> ctypes.CDLL:
+    """The header that is printed, compiled as it is, each function behind one that is no static."""
+    kind, prefix = "float" if single else "double", found._library.prefix
+    (folder / "formulas.h").write_text(found.show(None, "c", single=single), "utf-8")
+    lines = ['#include "formulas.h"', '#include "formulas.h"']
+    for name, taken in taken_by(found).items():
+        arguments = ", ".join(f"{kind} a{n}" for n, _ in enumerate(taken)) or "void"
+        call = f"{prefix}_{name}({', '.join(f'a{n}' for n, _ in enumerate(taken))})"
+        lines += (f"{kind} pasted_{name}({arguments});", f"{kind} pasted_{name}({arguments}) {{ return {call}; }}")
+    (folder / "all.c").write_text("\n".join(lines) + "\n", "utf-8")
+    flags = ("-std=c99", "-O1", "-ffp-contract=off", "-shared", "-fPIC")
+    subprocess.run(["cc", *flags, *WARNINGS, "all.c", "-o", "all.so", "-lm"], cwd=folder, check=True)
+    return ctypes.CDLL(str(folder / "all.so"))
+
+
+def by_c(found: Derivation, library: ctypes.CDLL, values: Values, *, single: bool) -> dict[str, float]:
+    kind, numbers = ctypes.c_float if single else ctypes.c_double, dict[str, float]()
+    for name, taken in taken_by(found).items():
+        function = library[f"pasted_{name}"]
+        function.restype, function.argtypes = kind, [kind] * len(taken)
+        numbers[name] = function(*(values[each] for each in taken))
+    return numbers
+
+
+def by_numpy(found: Derivation, cases: list[Values]) -> list[dict[str, float]]:
+    """Of all robots in one call of each function."""
+    space, columns = dict[str, Any](), dict[str, Any]()
+    exec(found.show(None, "numpy"), space)
+    for name, taken in taken_by(found).items():
+        column = space[name](*(np.array([values[each] for values in cases]) for each in taken))
+        columns[name] = np.broadcast_to(column, len(cases))
+    return [{name: float(column[n]) for name, column in columns.items()} for n, _ in enumerate(cases)]
+
+
+MAY_HAVE_NO_VALUE = ("partial_fractions", "transfer", "control")
+"""Groups of formulas that need poles apart, or a height above 0."""
+
+
+def may_have_no_value(formula: Formula) -> bool:
+    """What slips may never come to rest."""
+    return formula.group in MAY_HAVE_NO_VALUE or formula.name.endswith("_time_to_rest")
+
+
+@pytest.mark.parametrize("name", needs.the_first(NAMES, 2))
+def test_every_formula_that_is_pasted_is_right_to_rounding(name, tmp_path):
+    found = derivation_of(name)
+    drawn_robots = list(robots(found, len(CASES)))
+    libraries = dict[bool, ctypes.CDLL]()
+    for single in (False, True):
+        (tmp_path / str(single)).mkdir()
+        libraries[single] = compiled(found, tmp_path / str(single), single=single)
+    of_numpy = by_numpy(found, [values for _, values in drawn_robots])
+    for (case, values), numpy_numbers in zip(drawn_robots, of_numpy, strict=True):
+        exact = exactly(found, values)
+        assert all(may_have_no_value(each) for each in found.formulas if each.name not in exact), case
+        forms = [("numpy", 2.0**-52, 2.0**-1022, numpy_numbers)]
+        forms += (
+            (f"c {single}", epsilon, least, by_c(found, libraries[single], values, single=single))
+            for single, epsilon, least in ((False, 2.0**-52, 2.0**-1022), (True, 2.0**-23, 2.0**-126))
+        )
+        for form, epsilon, least, numbers in forms:
+            for formula, each in exact.items():
+                off = abs(mp.mpf(numbers[formula]) - each.value) / (epsilon * each.scale + least)
+                assert off < ULPS, (case, form, formula, numbers[formula], float(each.value), float(off), values)
+
+
+@pytest.mark.parametrize("name", needs.the_first(NAMES, 2))
+def test_text_and_sympy_read_back_as_the_formulas(name):
+    """They have the exact formulas, which are evaluated with as many digits as one likes."""
+    found = derivation_of(name)
+    space = dict[str, Any]()
+    exec(found.show(None, "sympy"), space)
+    equations = {equation.lhs.name: equation.rhs for equation in space["equations"]}
+    texts = {line.partition(" = ")[0]: line.partition(" = ")[2].partition("  # ")[0]
+             for line in found.show().splitlines() if " = " in line and not line.startswith("#")}  # fmt: skip
+    symbols = {name: sp.Symbol(name) for formula in found.formulas for name in map(str, formula.value.free_symbols)}
+    assert equations.keys() == texts.keys() == {each.name for each in found.formulas}
+    for case, values in (drawn(found, seed) for seed in (0, 4)):
+        with mpmath.workdps(DIGITS):
+            known = exact_of(found.model.name, found)(values)
+            for each, exact in exactly(found, values).items():
+                for read in (equations[each], sp.sympify(texts[each], locals=symbols)):
+                    off = abs(mp.mpf(_number(read)(known)) - exact.value)
+                    assert off <= mp.mpf(10) ** -40 * exact.scale, (case, each, read)
