@@ -585,9 +585,8 @@ def _rest_of(n: int, integrates: bool) -> Iterator[Formula]:
         yield _made(group, f"x{n}_braking", force)
         cases = [(speed / braking, sp.Eq(a, 0)), (a, True)]
     else:
-        yield _made(
-            group, f"x{n}_braking", force + speed * sp.Piecewise((p / 2, sp.Eq(disc, 0)), (slow, disc > 0), (0, True))
-        )
+        slower = sp.Piecewise((slow, disc > 0), (p / 2, sp.Eq(disc, 0)), (0, True))
+        yield _made(group, f"x{n}_braking", force + speed * slower)
         rings = sp.atan2(w * speed, braking + p * speed / 2) / w
         cases = [(rings, disc < 0), (speed / braking, sp.Eq(disc, 0)), (2 * w, True)]
     *others, (rate, _) = cases

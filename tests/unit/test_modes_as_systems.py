@@ -268,7 +268,7 @@ def test_eigenvalues_are_those_of_the_force_balance(name, held):
 RESTS = {
     "rings": {}, "double pole": EQUAL, "two real poles": {"b": 900}, "an integrator": {"k": 0, "load": -60, "i": 0},
     "no damping, no spring": {"k": 0, "b": 0, "load": -60, "i": 0}, "a weak spring": {"k": 1e-9, "load": -60, "i": 0},
-    "hardly damped": {"b": 1e-9}, "near a double pole": EQUAL | {"b": 120.0000001},
+    "hardly damped": {"b": 1e-9}, "hardly damped, no spring": {"k": 0, "b": 1e-9, "load": -60, "i": 0}, "near a double pole": EQUAL | {"b": 120.0000001},
     "nearly a double pole, ringing": EQUAL | {"b": 119.9999999}, "from rest": {"phi_dot_0": 0, "side_1": -1},
     "backwards": {"phi_dot_0": -0.3, "side_1": -1},
 }  # fmt: skip
