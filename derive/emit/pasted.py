@@ -141,20 +141,21 @@ def _overlap(rate, f_0, f_3, f_2, f_1, g_0, g_3, g_2, g_1, a, p, q, s_1, s_2, s_
     ringing is gone before a part that is as long as the time before it is too long; what rings limits the parts to 4
     times its own time constant.
     """
-    places, weights = np.polynomial.legendre.leggauss(12)
+    numbers = (rate, f_0, f_3, f_2, f_1, g_0, g_3, g_2, g_1, a, p, q, s_1, s_2, s_3, t)
+    rate, f_0, f_3, f_2, f_1, g_0, g_3, g_2, g_1, a, p, q, s_1, s_2, s_3, t = np.broadcast_arrays(*numbers)
+    places, weights = (each.reshape(-1, *[1] * t.ndim) / 2 for each in np.polynomial.legendre.leggauss(12))
     shortest = 4 / (s_1 + np.sqrt(abs(s_2)))
     swing = np.where(p**2 / 4 < q, 4 / (p + np.sqrt(abs(q))), t)
-    total = start = 0.0
+    total = start = np.zeros(t.shape)
     for _ in range(1000000):
         if not np.any(start < t):
             break
         longest = np.where(p * start > 80, start, np.fmin(start, swing))
         part = np.where(start < t, np.fmin(t - start, np.fmax(shortest, longest)), 0)
-        for place, weight in zip(places, weights, strict=True):
-            at = start + part * (1 + place) / 2
-            _, Wd, W, W1, _ = _response_at(a, p, q, s_1, s_2, s_3, at)
-            f = f_0 + f_3 * Wd + f_2 * W + f_1 * W1
-            g = g_0 + g_3 * Wd + g_2 * W + g_1 * W1
-            total = total + part * weight / 2 * np.exp(-rate * at) * f * g
+        at = start + part * (places + 0.5)
+        _, Wd, W, W1, _ = _response_at(a, p, q, s_1, s_2, s_3, at)
+        f = f_0 + f_3 * Wd + f_2 * W + f_1 * W1
+        g = g_0 + g_3 * Wd + g_2 * W + g_1 * W1
+        total = total + np.sum(part * weights * np.exp(-rate * at) * f * g, axis=0)
         start = start + part
     return total
