@@ -60,7 +60,8 @@ class Formula:
     >>> formula.equation, formula.quantity.unit, formula.group
     (Eq(q_1, k/J), '1/s^2', 'poles')
 
-    code: the same for numbers that are rounded, by kernels that lose no digits; None where that is the value.
+    code: the same for numbers that are rounded, by kernels that lose no digits; None where that is the value. key: its
+    name in the derivation, whatever the model calls it.
     """
 
     quantity: Quantity
@@ -68,6 +69,7 @@ class Formula:
     group: str
     numbers: tuple[int, ...] = ()
     code: sp.Expr | None = None
+    key: str = ""
 
     @property
     def name(self) -> str:
@@ -367,6 +369,7 @@ def _finished(shown: Sequence[Formula], parameter_names: set[str], model: Model)
         yield replace(
             _each(formula, lambda value: value.xreplace(finals)),
             quantity=_final(formula.quantity, parameter_names, model),
+            key=formula.key or formula.name.removesuffix(_MARK),
         )
 
 
@@ -686,9 +689,14 @@ def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
         glyph = rf"P_{{\text{{{word.replace('_', ' ')}}}}}"
         of_entry = Authored(f"{word}_power{_MARK}", glyph, "W", f"power: {quantity.meaning}")
         powers[entry] = of_entry.symbol
-        yield Formula(of_entry, power, group)
+        yield Formula(of_entry, power, group, key=key_of(entry, "power"))
     if has_body_energy and (entries_of_body := energy.body_entries(model)):
         yield _made(group, "aed_power", sum((powers[entry] for entry in entries_of_body), sp.S.Zero), 24)
+
+
+def key_of(entry: sp.Symbol, what: str) -> str:
+    """The name in the derivation of the power or the work of an entry of the ledger."""
+    return f"{entry.name.removesuffix('_work')}_{what}"
 
 
 def _powers_of(model: Model) -> Iterator[tuple[sp.Symbol, str, Quantity, sp.Expr]]:
@@ -733,13 +741,14 @@ def _works(model: Model, moving: tuple[int, ...], integrates: bool) -> Iterator[
     numbered = {symbol for entry, *_, value in done if entry in of_body for symbol in value.free_symbols}
     for symbol, (value, code) in integrals.items():
         numbers = (24,) if symbol in numbered else ()
-        yield Formula(named[symbol], value.xreplace(symbols), group, numbers, code.xreplace(symbols))
+        yield Formula(named[symbol], value.xreplace(symbols), group, numbers, code.xreplace(symbols), str(symbol))
     gained = sp.S.Zero
     for entry, word, quantity, value in done:
         if value != 0:
             glyph = rf"U_{{\text{{{word.replace('_', ' ')}}}}}"
             of_entry = Authored(f"{word}_work{_MARK}", glyph, "J", f"over a phase, to time t in it: {quantity.meaning}")
-            yield Formula(of_entry, value.xreplace(symbols), group, (24,) if entry in of_body else ())
+            numbers = (24,) if entry in of_body else ()
+            yield Formula(of_entry, value.xreplace(symbols), group, numbers, key=key_of(entry, "work"))
             gained += of_entry.symbol if entry in of_body else 0
     if gained != 0:
         yield _made(group, "aed_work", gained, 24)

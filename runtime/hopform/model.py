@@ -59,7 +59,7 @@ def part(name: str) -> ModuleType:
     try:
         return import_module(f"{package}.{name}")
     except ModuleNotFoundError as error:
-        if error.name in ("sympy", "jinja2", "pcpp", "pycparser"):
+        if error.name in ("sympy", "mpmath", "jinja2", "pcpp", "pycparser"):
             raise MissingExtra("hopform.model", "derive") from None
         raise
 
