@@ -62,8 +62,8 @@ def _left_open(
 ) -> tuple[Condition, ...]:
     """Those that are not sums of products of what is known to be positive or 0, with some letters by their values."""
     rates = tuple(replace(step, value=step.value.xreplace(values)) for step in laplace.rates_of(model))
-    of_both = dict(zip((s_1, s_2, s_3), laplace.characteristic(laplace.MATRIX), strict=True))
-    of_one = ALONE | {rate: unfold(rate, rates) for rate in (a1_v2, a2_v1)}
+    of_both = dict(zip((s_1, s_2, s_3), laplace.characteristic(laplace.matrix_of(model)), strict=True))
+    of_one = ALONE | {a1_y: -q_1 / model.rate_of_gear} | {rate: unfold(rate, rates) for rate in (a1_v2, a2_v1)}
     return tuple(
         condition
         for condition in conditions
