@@ -45,6 +45,25 @@ CONDITIONS = (
 )
 
 
+def denominator_under_law(model: Model) -> sp.Poly:
+    """That of the one mass that moves under a law, within its limit."""
+    rates = laplace.rates_under_law(model)
+    return sp.Poly([1, *(model.value(unfold(symbol, rates)) for symbol in (p_1, q_1))], laplace.s)
+
+
+def poles_of(denominator: sp.Poly, values: Mapping[str, float]) -> tuple[complex, ...]:
+    """The roots [1/s] of the denominator of a mode with the numbers of a robot by name, each as often as it is one: real
+    ones from the slowest on, then pairs. Factors without multiple roots are solved, which exact numbers have.
+    """
+    known = {symbol: sp.Rational(repr(values[symbol.name])) for symbol in denominator.free_symbols_in_domain}
+    exact = sp.Poly([coefficient.xreplace(known) for coefficient in denominator.all_coeffs()], *denominator.gens)
+    _, factors = exact.sqf_list()
+    roots = [
+        complex(root) for factor, times in factors for root in factor.nroots(n=15, maxsteps=200) for _ in range(times)
+    ]
+    return tuple(sorted(roots, key=lambda root: (root.imag != 0.0, -root.real, -root.imag)))
+
+
 def open_conditions(model: Model) -> tuple[Condition, ...]:
     """The conditions that some robot of the model may violate though it obeys the others."""
     masses = (m_eff, m_s)
