@@ -263,7 +263,7 @@ def _shown(model: Model, value: sp.Expr) -> sp.Expr:
     """A formula in letters by the parameters of the model."""
     still = model.still
     still |= {_AT_START[symbol]: zero for symbol, zero in still.items()}
-    return model.value(value).xreplace(still)
+    return model.value(value.subs(y_v1, model.ratio)).xreplace(still)
 
 
 def names(model: Model) -> dict[str, str]:
@@ -414,11 +414,11 @@ def _transfer(model: Model, free: tuple[int, ...], moving: tuple[int, ...]) -> I
     polynomials = [each for masses, each in elements.POLYNOMIALS.items() if {*masses} <= {*free}]
     yield from _of_steps("poles", laplace.rates_of(model), [symbol for each in polynomials for symbol in each])
     if len(moving) == 2:
-        yield from _transfer_of_both()
+        yield from _transfer_of_both(model)
     else:
-        yield from _transfer_of_one(moving[0])
+        yield from _transfer_of_one(model, moving[0])
     if model.driven_by is not None and 1 in moving:
-        yield from _transfer_of_input(len(moving))
+        yield from _transfer_of_input(model, len(moving))
 
 
 def _denominator(masses: tuple[int, ...]) -> sp.Expr:
@@ -426,9 +426,9 @@ def _denominator(masses: tuple[int, ...]) -> sp.Expr:
     return s ** len(symbols) + sum(symbol * s**power for power, symbol in enumerate(reversed(symbols)))
 
 
-def _transfer_of_both() -> Iterator[Formula]:
+def _transfer_of_both(model: Model) -> Iterator[Formula]:
     q_1s, q_2s, cubic = _denominator((1,)), _denominator((2,)), _denominator((1, 2))
-    k_1s, k_2s = q_1 + a1_v2 * s, q_2 + a2_v1 * s
+    k_1s, k_2s = q_1 / model.ratio + a1_v2 * s, q_2 * model.ratio + a2_v1 * s
     yield _made("transfer", beta_1, v1_0 - a1_v1 * x1_0 - a1_v2 * x2_0)
     yield _made("transfer", beta, v2_0 - a2_v2 * x2_0 - a2_v1 * x1_0, 9)
     first, second = s**2 * x1_0 + s * beta_1 + lambda_2, s**2 * x2_0 + s * beta - gamma
@@ -445,19 +445,19 @@ def _transfer_of_both() -> Iterator[Formula]:
     yield _made("transfer", "Z", k_1s * X2 / q_1s, 17)
 
 
-def _transfer_of_input(masses: int) -> Iterator[Formula]:
+def _transfer_of_input(model: Model, masses: int) -> Iterator[Formula]:
     """The transfer functions from the input to each coordinate, by (6), (7) from rest at 0 without the constant forces."""
     if masses == 1:
         yield _made("transfer", "X1_by_u", a1_u / _denominator((1,)))
         return
     denominator = s * _denominator((1, 2))
     yield _made("transfer", "X1_by_u", a1_u * _denominator((2,)) / denominator)
-    yield _made("transfer", "X2_by_u", a1_u * (q_2 + a2_v1 * s) / denominator)
+    yield _made("transfer", "X2_by_u", a1_u * (q_2 * model.ratio + a2_v1 * s) / denominator)
 
 
-def _transfer_of_one(n: int) -> Iterator[Formula]:
+def _transfer_of_one(model: Model, n: int) -> Iterator[Formula]:
     """(6) or (7) where the other mass is held: its transform is its position over s, and H_2 = H_1 = 0."""
-    velocity, held, constant = {1: (p_1, x2_0, lambda_2), 2: (p_2, x1_0, -gamma)}[n]
+    velocity, held, constant = {1: (p_1, x2_0 / model.ratio, lambda_2), 2: (p_2, x1_0 * model.ratio, -gamma)}[n]
     start, start_velocity = _STARTS_OF[n]
     names = [f"H{power}{_HATS[n]}" for power in (4, 3)]
     denominator = _denominator((n,))
@@ -555,11 +555,11 @@ def _states(model: Model, moving: tuple[int, ...], integrates: bool) -> Iterator
     group = "states"
     held = {velocity: sp.S.Zero for n, velocity in ((1, v1), (2, v2)) if n not in moving}
     terms = _terms(moving, integrates)
-    yield _made(group, "y_0", x1_0 - x2_0 + model.length)
+    yield _made(group, "y_0", model.ratio * x1_0 - x2_0 + model.length)
     coefficients = [symbol for n in moving for symbol in laplace.NAMES[n][:terms]]
     coefficients += [H3_y] if len(moving) == 2 else []
     coefficients += _of_stretch(model, moving, terms)
-    for step in laplace.numerators(moving):
+    for step in laplace.numerators(moving, model.rate_of_gear):
         if step.symbol in coefficients:
             value = sp.sympify(step.value).subs(held).subs(_AT_START, simultaneous=True)
             yield _made(group, step.symbol, value)
@@ -773,7 +773,8 @@ def _integral_of(model: Model, symbol: sp.Symbol) -> Quantity:
         int_xv2: ((_called(model, x1), second), r"\left(x_1 - x_1(0)\right) \dot{x}_2"),
     }[symbol]  # fmt: skip
     meaning = f"{moment.meaning} over a phase, to time t in it"
-    return Quantity(f"int_{'_'.join(factors)}{_MARK}", rf"\int {glyph}", moment.unit, meaning)
+    worded = words.of_quantity(model, replace(moment, glyph=rf"\int {glyph}", meaning=meaning))
+    return Authored(f"int_{'_'.join(factors)}{_MARK}", worded.glyph, worded.unit, worded.meaning)
 
 
 def _factors(order: int, integrates: bool) -> tuple[sp.Expr, ...]:
@@ -961,4 +962,4 @@ def _law(model: Model) -> Iterator[Formula]:
 
 def _event(model: Model, n: int, name: str, value: sp.Expr, meaning: str, unit: str) -> Formula:
     glyph = rf"g_{{{n},\text{{{name.replace('_', ' ')}}}}}"
-    return Formula(Authored(f"x{n}_{name}{_MARK}", glyph, model.unit(unit), meaning), value, "event_functions")
+    return Formula(Authored(f"x{n}_{name}{_MARK}", glyph, model.unit(unit, f"x{n}"), meaning), value, "event_functions")

@@ -579,13 +579,14 @@ static inline void stance_begin_phase_f32(stance_chain_f32 *chain) {
     if (starts >= 0 && both_slip_f32(chain->side)) {
         const float acceleration = acceleration_on_threshold_f32(chain, starts);
         if (fabs_f32(acceleration) > 0.0f) {
-            set_acceleration_from_rest_f32(&chain->numerators, starts, false, acceleration);
+            set_acceleration_from_rest_f32(&chain->numerators, rates_of_chain_f32(chain), starts, false,
+                                            acceleration);
         }
     }
     if (element >= 0 && chain->side[element] != 0) {
         const float level = (float)chain->side[element] * level_of_f32(&chain->plan->robot, element);
-        set_acceleration_from_rest_f32(&chain->numerators, element, other_rests_f32(chain->side, element),
-                                        chain->carried_acceleration - level);
+        set_acceleration_from_rest_f32(&chain->numerators, rates_of_chain_f32(chain), element,
+                                        other_rests_f32(chain->side, element), chain->carried_acceleration - level);
     }
 }
 
@@ -624,7 +625,7 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
 static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
     const float contact =
         decided_f32(contact_of_f32(&chain->plan->robot, &chain->at.named), terms_of_contact_f32(chain));
-    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f32(&chain->at.named) > 0.0f;
+    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f32(&chain->plan->robot, &chain->at.named) > 0.0f;
     if (fabs_f32(contact) > 0.0f || rises) { return contact < 0.0f; }
     const numerators_by_axis_f32 numerators = numerators_of_chain_f32(chain, chain->side);
     const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &numerators.named);

@@ -579,13 +579,14 @@ static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     if (starts >= 0 && both_slip_f64(chain->side)) {
         const double acceleration = acceleration_on_threshold_f64(chain, starts);
         if (fabs_f64(acceleration) > 0.0) {
-            set_acceleration_from_rest_f64(&chain->numerators, starts, false, acceleration);
+            set_acceleration_from_rest_f64(&chain->numerators, rates_of_chain_f64(chain), starts, false,
+                                            acceleration);
         }
     }
     if (element >= 0 && chain->side[element] != 0) {
         const double level = (double)chain->side[element] * level_of_f64(&chain->plan->robot, element);
-        set_acceleration_from_rest_f64(&chain->numerators, element, other_rests_f64(chain->side, element),
-                                        chain->carried_acceleration - level);
+        set_acceleration_from_rest_f64(&chain->numerators, rates_of_chain_f64(chain), element,
+                                        other_rests_f64(chain->side, element), chain->carried_acceleration - level);
     }
 }
 
@@ -624,7 +625,7 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
 static inline bool leaves_at_once_f64(const stance_chain_f64 *chain) {
     const double contact =
         decided_f64(contact_of_f64(&chain->plan->robot, &chain->at.named), terms_of_contact_f64(chain));
-    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f64(&chain->at.named) > 0.0;
+    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f64(&chain->plan->robot, &chain->at.named) > 0.0;
     if (fabs_f64(contact) > 0.0 || rises) { return contact < 0.0; }
     const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->side);
     const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &numerators.named);
