@@ -14,7 +14,7 @@ from derive.model.equations import ModelError
 from hopform import _front as cli
 from hopform.model import derive
 from tests.needs import sliced
-from tests.unit.test_derivation_door import AT, CASES, DIGITS, ROBOT, derivation_of, exact, matrix_of, mp
+from tests.unit.test_derivation_door import AT, DIGITS, ROBOT, derivation_of, exact, matrix_of, mp
 
 HELD = "nothing", "actuator", "body"
 MODES = [
@@ -24,6 +24,12 @@ MODES = [
 ]
 OF_MODES = pytest.mark.parametrize(("name", "held"), [*MODES[:2], *sliced(*MODES[2:])])
 SLIPS = {"nothing": (True, True), "actuator": (False, True), "body": (True, False)}
+CASES = {
+    "as it is": {}, "no viscous friction": {"b1": 0, "b2": 0, "b12": 0, "b": 0},
+    "overdamped": {"b1": 900, "b2": 70, "b": 900},
+    "a slow pole": {"b1": 1e-9, "b2": 1e-9, "b12": 0, "b": 1e-9}, "long after": {"t": 3},
+    "three real poles": {"b1": 330, "b2": 150, "b": 330},
+}  # fmt: skip
 EQUAL = {"J": 4, "k": 900, "b": 120}
 """The joint with a double pole, exactly."""
 TRIPLE = {"m_eff": 1, "m_s": 1, "b1": 2, "b2": 2, "b12": 1, "k": 2}
@@ -123,7 +129,7 @@ def by_hand(name: str, held: str, given: dict):
     """M of the members of z and the constant part, from the force balance."""
     slips = SLIPS[held]
     of = exact(given)
-    whole = matrix_of(name, of, slips)
+    whole = matrix_of(name, of)
     rows = [row for n in (0, 1) if slips[n] and not (name == "joint" and n) for row in (2 * n, 2 * n + 1)]
     fixed = [0 if held != "actuator" else of["x1"], 0, 0 if held != "body" else of["x2"], 0]
     drive = [
