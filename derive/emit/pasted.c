@@ -26,8 +26,8 @@ static inline factors_real factor_cubic_real(real s_1, real s_2, real s_3) {
     real a = T > 0.0 ? mean + offset : mean - offset;
     real p = c_1 - a;
     real q = a > mean ? c_3 / a : c_2 - a * p;
-    for (int n = 0; n < 3;
-         n++) { /* The factors are polished: the residual of the coefficients is what the motion sees. */
+    /* The factors are polished: the residual of the coefficients is what the motion sees. */
+    for (int n = 0; n < 3; n++) {
         const real r_1 = c_1 - (a + p), r_2 = c_2 - (q + a * p), r_3 = c_3 - a * q;
         const real chi = q - a * (p - a);
         const real da = (r_3 - a * (r_2 - a * r_1)) / (fabs_real(chi) > 0.0 ? chi : 1.0);

@@ -314,7 +314,7 @@ def test_text_and_sympy_read_back_as_the_formulas(name):
              for line in found.show().splitlines() if " = " in line and not line.startswith("#")}  # fmt: skip
     symbols = {name: sp.Symbol(name) for formula in found.formulas for name in map(str, formula.value.free_symbols)}
     assert equations.keys() == texts.keys() == {each.name for each in found.formulas}
-    for case, values in (drawn(found, seed) for seed in (0, 4)):
+    for case, values in [drawn(found, 4)]:
         with mpmath.workdps(DIGITS):
             known = exact_of(found.model.name, found)(values)
             for each in (name for name in equations if known[name] is not None):
