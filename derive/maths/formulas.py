@@ -343,8 +343,8 @@ def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Shown
             name = f"{called}_{index}" if index else called
             taken = parameter_names
         else:
-            own = (_called(model, symbol) for symbol in (x1, v1, x2, v2, u))
-            taken = parameter_names | {f"{each}{behind}" for each in own for behind in ("", "_0", "_t")}
+            theirs = (_called(model, symbol) for symbol in (x1, v1, x2, v2, u))
+            taken = parameter_names | {f"{each}{behind}" for each in theirs for behind in ("", "_0", "_t")}
         quantity = quantity if isinstance(quantity, Authored) else words.of_quantity(model, quantity)
     glyph = quantity.glyph
     if TIME.name in parameter_names:
