@@ -38,7 +38,7 @@ def public_structs(model: Model, program: Program) -> list[Struct]:
     """The structs of the public header; members that are a state's have the words of the model."""
     declared = [struct_of(record) for record in program.records if record.name in PUBLIC]
     declared += (
-        replace(struct, members=tuple(replace(each, unit=model.unit(each.unit)) for each in struct.members))
+        replace(struct, members=tuple(replace(each, unit=model.unit(each.unit, each.name)) for each in struct.members))
         for struct in structs(model.robot, model.moving, has_law=model.has_law, has_contact=model.has_contact)
     )
     quantities = (*STATE.quantities, BODY_HEIGHT)
@@ -176,6 +176,15 @@ def by_element(numbers: Iterable[int]) -> str:
     if others != [second + n * step for n, _ in enumerate(others, 1)]:
         raise ValueError(f"{first}, {second}, {others} are not evenly apart")
     return f"((element) + {first})" if step == 1 else f"({first} + {step} * (element))"
+
+
+def by_element_in(values: Iterable[sp.Expr], name: str) -> str:
+    """The values of elements by their index `element`: whole numbers, or those that a record of that name has."""
+    first, second = values
+    if first.is_Integer and second.is_Integer:
+        return by_element((int(first), int(second)))
+    each = (str(value) if value.is_Integer else f"({name})->{value}" for value in (first, second))
+    return "((element) == 0 ? {} : {})".format(*each)
 
 
 def values(record: Record, numbers: Mapping[str, float]) -> str:

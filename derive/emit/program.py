@@ -47,7 +47,7 @@ def program(model: Model = HOPPER) -> Program:
     of_model = {
         record.name: record
         for record in (
-            model.robot, elements.letters_record(model), energy.ledger_record(model), energy.moments_record(model),
+            model.robot, laplace.rates_record(model), elements.letters_record(model), sensitivity.slopes_record(model), energy.ledger_record(model), energy.moments_record(model),
             energy.energy_record(model), sensitivity.changes(model.robot), _start_record(model),
             modes.forces_record(model), *((flight.flight_ledger_record(model),) if model.has_contact else ()),
         )

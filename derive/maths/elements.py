@@ -18,7 +18,8 @@ from ..model import kinds, words
 from ..model.equations import MASSES, Model
 from ..model.kinds import BEGINNINGS, EVENTS, Kind, Word
 from ..model.quantities import *
-from .laplace import MATRIX, NAMES, START, WHOLE
+from . import laplace
+from .laplace import NAMES, START, WHOLE
 
 AXES = STATE.symbols
 AXES_AND_ONE = (*AXES, 1)
@@ -107,6 +108,7 @@ def letters_record(model: Model) -> Record:
     none, and the inertias of the masses that it has.
     """
     absent = {mass for own, mass in zip(model.names, (m_eff, m_s), strict=True) if own is None}
+    absent |= set() if model.is_geared else {*OF_GEAR}
     return replace(
         BY_LETTER, quantities=tuple(each for each in BY_LETTER.quantities if each.name not in map(str, absent))
     )
@@ -223,11 +225,14 @@ def rows(model: Model) -> tuple[str, ...]:
     return tuple(name_of(model, sp.Symbol(each, real=True)) for each in outputs(model))
 
 
-def follows_of(axis: sp.Symbol) -> tuple[int, ...]:
-    """How an axis changes with the motion of each element: 1, -1, or 0 if it does not."""
-    if axis == y:
-        return tuple(map(int, MATRIX[0, 1:]))
-    return tuple(int(axis in (element.velocity, element.position)) for element in ELEMENTS)
+def stretch_follows(model: Model) -> tuple[sp.Expr, ...]:
+    """How the stretch changes with the motion of each element, in the rates of a robot."""
+    first, second = laplace.matrix_of(model)[0, 1:]
+    return first, second
+
+
+STRETCH_OF_LEG = (1, -1)
+"""To which side each element of a leg changes its compression."""
 
 
 def axis_of_event() -> tuple[int, ...]:

@@ -14,7 +14,7 @@ import sympy as sp
 
 from ..model.equations import Model
 from ..model.quantities import *
-from .elements import ELEMENTS, POLYNOMIALS, follows_of
+from .elements import ELEMENTS, POLYNOMIALS, STRETCH_OF_LEG
 from .law import limits, rates_at
 
 SIGNS = (-1, 0, 1)
@@ -140,7 +140,7 @@ def _row(model: Model, keys: tuple[tuple[tuple[int, ...], int], ...], side: tupl
     its_rates = rates_at(model, limit)
     of_form = [n for n, form in enumerate(forms(model)) if form.moving == moving and form.rates == its_rates]
     of_any = [n for n, form in enumerate(forms(model)) if form.rates == its_rates]
-    along = [sign * follows for sign, follows in zip(side, follows_of(y), strict=True)]
+    along = [sign * follows for sign, follows in zip(side, STRETCH_OF_LEG, strict=True)]
     turned = tuple(
         tuple(keys.index((side[:n] + (sign if element.number in model.moving else 0,) + side[n + 1 :], limit))
               for sign in SIGNS)

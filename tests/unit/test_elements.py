@@ -15,10 +15,10 @@ from tests.derived import model_of
 
 TIME = sp.Symbol("time")
 POSITIVE, OTHERS = ["J", "J_2", "m", "d", "k", "k_2", "n", "F", "F_b"], ["b", "b_2", "q_0", "load", "g"]
-J, J_2, m, d, k, k_2, n, F, F_b, b, b_2, q_0, load, g = sp.symbols([*POSITIVE, *OTHERS], real=True)
-i = sp.Symbol("i", real=True)
+J, J_2, m, d, k, k_2, n, F, F_b, b, b_2, q_0, load, g = sp.symbols([*POSITIVE, *OTHERS])
+i = sp.Symbol("i")
 q, p = (sp.Function(name)(TIME) for name in "qp")
-SIDES = sp.symbols("side_1 side_2", real=True)
+SIDES = sp.symbols("side_1 side_2")
 
 # Elements; inertias by coordinate; potential energy; Rayleigh's function of damping; other forces by coordinate.
 ONE = {
@@ -56,7 +56,7 @@ def in_names(value: sp.Expr) -> sp.Expr:
     """Functions of time as the symbols of a file."""
     for each in (q, p):
         name = each.func.__name__
-        value = value.subs(each.diff(TIME), sp.Symbol(f"{name}_dot", real=True)).subs(each, sp.Symbol(name, real=True))
+        value = value.subs(each.diff(TIME), sp.Symbol(f"{name}_dot")).subs(each, sp.Symbol(name))
     return value
 
 

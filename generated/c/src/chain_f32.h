@@ -605,12 +605,14 @@ static inline void stance_begin_phase_f32(stance_chain_f32 *chain) {
     if (starts >= 0 && several_of_mode_f32(chain->mode)) {
         const float acceleration = acceleration_on_threshold_f32(chain, starts);
         if (fabs_f32(acceleration) > 0.0f) {
-            set_acceleration_from_rest_f32(&chain->numerators, starts, false, acceleration);
+            set_acceleration_from_rest_f32(&chain->numerators, rates_of_chain_f32(chain), starts, false,
+                                            acceleration);
         }
     }
     if (element >= 0 && side_of_mode_f32(chain->mode, element) != 0) {
         const float level = (float)side_of_mode_f32(chain->mode, element) * level_of_f32(&chain->plan->robot, element);
-        set_acceleration_from_rest_f32(&chain->numerators, element, alone_of_mode_f32(chain->mode) == element,
+        set_acceleration_from_rest_f32(&chain->numerators, rates_of_chain_f32(chain), element,
+                                        alone_of_mode_f32(chain->mode) == element,
                                         chain->carried_acceleration - level);
     }
 }
@@ -653,7 +655,7 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
 static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
     const float contact =
         decided_f32(contact_of_f32(&chain->plan->robot, &chain->at.named), terms_of_contact_f32(chain));
-    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f32(&chain->at.named) > 0.0f;
+    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f32(&chain->plan->robot, &chain->at.named) > 0.0f;
     if (fabs_f32(contact) > 0.0f || rises) { return contact < 0.0f; }
     const numerators_by_axis_f32 numerators = numerators_of_chain_f32(chain, chain->mode);
     const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &numerators.named);

@@ -605,12 +605,14 @@ static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     if (starts >= 0 && several_of_mode_f64(chain->mode)) {
         const double acceleration = acceleration_on_threshold_f64(chain, starts);
         if (fabs_f64(acceleration) > 0.0) {
-            set_acceleration_from_rest_f64(&chain->numerators, starts, false, acceleration);
+            set_acceleration_from_rest_f64(&chain->numerators, rates_of_chain_f64(chain), starts, false,
+                                            acceleration);
         }
     }
     if (element >= 0 && side_of_mode_f64(chain->mode, element) != 0) {
         const double level = (double)side_of_mode_f64(chain->mode, element) * level_of_f64(&chain->plan->robot, element);
-        set_acceleration_from_rest_f64(&chain->numerators, element, alone_of_mode_f64(chain->mode) == element,
+        set_acceleration_from_rest_f64(&chain->numerators, rates_of_chain_f64(chain), element,
+                                        alone_of_mode_f64(chain->mode) == element,
                                         chain->carried_acceleration - level);
     }
 }
@@ -653,7 +655,7 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
 static inline bool leaves_at_once_f64(const stance_chain_f64 *chain) {
     const double contact =
         decided_f64(contact_of_f64(&chain->plan->robot, &chain->at.named), terms_of_contact_f64(chain));
-    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f64(&chain->at.named) > 0.0;
+    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f64(&chain->plan->robot, &chain->at.named) > 0.0;
     if (fabs_f64(contact) > 0.0 || rises) { return contact < 0.0; }
     const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->mode);
     const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &numerators.named);

@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "c30bb35db9d045e2"
+#define HOPFORM_LAYOUT "394c749798139bf1"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates. */
 #define HOPFORM_STABILITY(X)
@@ -41,7 +41,7 @@
 #define HOPFORM_ELEMENTS 2
 #define HOPFORM_MOVING_ELEMENTS (HOPFORM_ELEMENTS - HOPFORM_MOVES_ALONE)
 #define HOPFORM_VELOCITY_AXIS(element) ((element) + 1)
-#define HOPFORM_STRETCH_FOLLOWS(element) (1 + -2 * (element))
+#define HOPFORM_STRETCH_FOLLOWS(rates, element) (1 + -2 * (element))
 #define HOPFORM_IS_COUPLED 0
 #define HOPFORM_NEVER_MOVES(element) (0 + 0 * (element))
 #define HOPFORM_EVENT_REVERSES(element) (1 + 4 * (element))
@@ -61,6 +61,8 @@
 #define HOPFORM_MODE_AT_REST 4
 /* By the number of an event, the axis that is at a value then; -1 where nothing jumps. */
 #define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1, -1, -1, -1}
+/* Rows of a mode that a parameter changes: those of the elements, and where a gear has its ratio that of the stretch. */
+#define HOPFORM_CHANGED_ROWS (HOPFORM_ELEMENTS + 0)
 /* Columns of derivatives: those of the axes, of the input, of the robot's first parameter. */
 #define HOPFORM_COLUMN_OF_AXIS {0, 1, 3, 2}
 #define HOPFORM_COLUMN_OF_INPUT 4

@@ -631,8 +631,9 @@ static inline excess_f32 excess_of_f32(const hopform_robot_f32 *robot)
 }
 
 /* Rate of the compression. */
-static inline float stretch_rate_f32(const hopform_state_f32 *state)
+static inline float stretch_rate_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
+    (void)robot;
     const float v1 = state->v1, v2 = state->v2;
     const float rate_y = v1 - v2;  /* (3), (4) */
     return rate_y;
@@ -1158,10 +1159,12 @@ static inline float apex_slope_f32(const hopform_robot_f32 *robot,
 
 /* Change of the body's height with the robot and the state. */
 static inline float height_change_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
     const robot_change_f32 *robot_change,
     const state_change_f32 *state_change)
 {
     (void)robot;
+    (void)state;
     const float d_L0 = robot_change->d_L0, d_c = robot_change->d_c;
     const float d_x1 = state_change->d_x1, d_y = state_change->d_y;
     const float d_length = d_x1 - d_y;         /* change of hop height of the body */

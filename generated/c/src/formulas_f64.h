@@ -631,8 +631,9 @@ static inline excess_f64 excess_of_f64(const hopform_robot_f64 *robot)
 }
 
 /* Rate of the compression. */
-static inline double stretch_rate_f64(const hopform_state_f64 *state)
+static inline double stretch_rate_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
+    (void)robot;
     const double v1 = state->v1, v2 = state->v2;
     const double rate_y = v1 - v2;  /* (3), (4) */
     return rate_y;
@@ -1158,10 +1159,12 @@ static inline double apex_slope_f64(const hopform_robot_f64 *robot,
 
 /* Change of the body's height with the robot and the state. */
 static inline double height_change_f64(const hopform_robot_f64 *robot,
+    const hopform_state_f64 *state,
     const robot_change_f64 *robot_change,
     const state_change_f64 *state_change)
 {
     (void)robot;
+    (void)state;
     const double d_L0 = robot_change->d_L0, d_c = robot_change->d_c;
     const double d_x1 = state_change->d_x1, d_y = state_change->d_y;
     const double d_length = d_x1 - d_y;         /* change of hop height of the body */

@@ -101,11 +101,12 @@ static inline float free_after_motion_f32(float side, float friction, const nume
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch
  * follows it. */
-static inline void set_acceleration_from_rest_f32(numerators_by_axis_f32 *numerators, int element, bool alone,
-                                                   float acceleration) {
+static inline void set_acceleration_from_rest_f32(numerators_by_axis_f32 *numerators, const hopform_rates_f32 *rates,
+                                                   int element, bool alone, float acceleration) {
+    (void)rates; /* without a gear */
     numerators->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { numerators->of.position.H3 = acceleration; /* its velocity is 0 */ }
-    if (alone) { numerators->of.stretch.H2 = (float)HOPFORM_STRETCH_FOLLOWS(element) * acceleration; }
+    if (alone) { numerators->of.stretch.H2 = (float)HOPFORM_STRETCH_FOLLOWS(rates, element) * acceleration; }
 }
 
 /* Whether the stretch may turn inside a phase. */

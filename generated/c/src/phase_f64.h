@@ -101,11 +101,12 @@ static inline double free_after_motion_f64(double side, double friction, const n
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch
  * follows it. */
-static inline void set_acceleration_from_rest_f64(numerators_by_axis_f64 *numerators, int element, bool alone,
-                                                   double acceleration) {
+static inline void set_acceleration_from_rest_f64(numerators_by_axis_f64 *numerators, const hopform_rates_f64 *rates,
+                                                   int element, bool alone, double acceleration) {
+    (void)rates; /* without a gear */
     numerators->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { numerators->of.position.H3 = acceleration; /* its velocity is 0 */ }
-    if (alone) { numerators->of.stretch.H2 = (double)HOPFORM_STRETCH_FOLLOWS(element) * acceleration; }
+    if (alone) { numerators->of.stretch.H2 = (double)HOPFORM_STRETCH_FOLLOWS(rates, element) * acceleration; }
 }
 
 /* Whether the stretch may turn inside a phase. */

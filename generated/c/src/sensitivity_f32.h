@@ -5,8 +5,9 @@
  *
  *     d_z(h) = Phi(h) d_z(0) + sum d_M_rc (Phi_r * z_c)(h),      (f * g)(h) = integral of f(h - s) g(s), 0 <= s <= h
  *
- * over the entries of M that an input changes: the rows r of the equations of motion. Phi_r is N(s)/P(s) and z_c is
- * K(s)/(s P(s)), so that their convolution is N(s) K(s)/s over P(s)^2, the powers of s being derivatives of W * W.
+ * over the entries of M that an input changes: the rows r of the equations of motion, and of a gear's ratio. Phi_r is
+ * N(s)/P(s) and z_c is K(s)/(s P(s)), so that their convolution is N(s) K(s)/s over P(s)^2, the powers of s being
+ * derivatives of W * W.
  *
  * An event at tau, which moves by d_tau, adds (z' before it - z' after it) d_tau, on top of what it does to the state.
  */
@@ -93,7 +94,7 @@ static void double_self_convolution_f32(const hopform_poles_f32 *poles, const fl
 
 /* How the axes at h answer to a change of each entry in the rows of the masses; those of one that is held to none. */
 static void responses_f32(const mode_f32 *mode, const float z[HOPFORM_AXES], float h, const float *W,
-                           float response[HOPFORM_ELEMENTS][SHARES_f32][HOPFORM_AXES]) {
+                           float response[HOPFORM_CHANGED_ROWS][SHARES_f32][HOPFORM_AXES]) {
     float short_time = h;
     float self_convolution[CONVOLUTIONS_f32];
     const int doublings = halve_f32(mode->poles, &short_time);
@@ -118,11 +119,11 @@ static void responses_f32(const mode_f32 *mode, const float z[HOPFORM_AXES], flo
                 applied[n] = applied_f32(K, self_convolution + n) + K[3] * self_convolution[n + 3];
             }
         }
-        for (int mass = 0; mass < HOPFORM_ELEMENTS; mass++) {
-            const bool moves = side_of_mode_f32(mode->row, mass) != 0;
+        for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
+            const bool moves = row >= HOPFORM_ELEMENTS || side_of_mode_f32(mode->row, row) != 0;
             for (int i = 0; i < HOPFORM_AXES; i++) {
-                const float *powers = mode->transfer.at[i > 0 ? i - 1 : 0][mass];
-                response[mass][c][i] = moves ? applied_f32(powers, i > 0 ? applied : applied + 1) : 0.0f;
+                const float *powers = mode->transfer.at[i > 0 ? i - 1 : 0][row];
+                response[row][c][i] = moves ? applied_f32(powers, i > 0 ? applied : applied + 1) : 0.0f;
             }
         }
     }
@@ -164,7 +165,7 @@ static void travel_f32(variation_f32 *variation, float t) {
     const float h = t - variation->t;
     variation->t = t;
     if (!(h > 0.0f) || rests_f32(&mode)) { return; }
-    float answer[HOPFORM_ELEMENTS][SHARES_f32][HOPFORM_AXES];
+    float answer[HOPFORM_CHANGED_ROWS][SHARES_f32][HOPFORM_AXES];
     const basis_by_order_f32 response = response_in_mode_f32(&mode, h);
     responses_f32(&mode, variation->at.of, h, response.of, answer);
     const matrix_f32 phi = transition_f32(&mode, response.of);
@@ -176,7 +177,7 @@ static void travel_f32(variation_f32 *variation, float t) {
                 end.of[i] += phi.at[i][j] * variation->change[column].of[j];
             }
         }
-        for (int n = 0; n < HOPFORM_ELEMENTS * SHARES_f32; n++) {
+        for (int n = 0; n < HOPFORM_CHANGED_ROWS * SHARES_f32; n++) {
             for (int i = 0; i < HOPFORM_AXES && fabs_f32(slopes.of[n]) > 0.0f; i++) {
                 end.of[i] += answer[n / SHARES_f32][n % SHARES_f32][i] * slopes.of[n];
             }
@@ -389,8 +390,8 @@ static bool finish_f32(variation_f32 *variation, const hopform_stance_f32 *stanc
         if (is_left_f32(stance) && HOPFORM_CONTACT_IS_STRETCH) { change->of[HOPFORM_STRETCH_AXIS] = 0.0f; }
         exists = put_rows_of_contact_f32(variation, stance, column, change, matrix);
 #endif
-        const float rows[] = {late, change->of[0], change->of[1], height_change_f32(robot, &by, &change->change),
-                             change->of[2]};
+        const float rows[] = {late, change->of[0], change->of[1],
+                             height_change_f32(robot, &stance->end, &by, &change->change), change->of[2]};
         for (int row = 0; row < (int)(sizeof rows / sizeof rows[0]); row++) {
             matrix[row * COLUMNS_f32 + column] = rows[row];
         }

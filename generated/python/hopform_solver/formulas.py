@@ -431,7 +431,7 @@ def excess_of(robot: Robot) -> Excess:
     return Excess(up_1, down_1, up_2, down_2)
 
 
-def stretch_rate(state: LegState) -> Real:
+def stretch_rate(robot: Robot, state: LegState) -> Real:
     """Rate of the compression.
 
     Returns rate_y [m/s], rate of the compression.
@@ -1118,7 +1118,7 @@ def apex_slope(robot: Robot, state: LegState, state_change: StateChange) -> Real
     return d_apex
 
 
-def height_change(robot: Robot, robot_change: RobotChange, state_change: StateChange) -> Real:
+def height_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:
     """Change of the body's height with the robot and the state.
 
     Returns d_x2 [m], change of the height of the body over the ground under the foot.

@@ -605,12 +605,14 @@ static inline void stance_begin_phase_real(stance_chain_real *chain) {
     if (starts >= 0 && several_of_mode_real(chain->mode)) {
         const real acceleration = acceleration_on_threshold_real(chain, starts);
         if (fabs_real(acceleration) > 0.0) {
-            set_acceleration_from_rest_real(&chain->numerators, starts, false, acceleration);
+            set_acceleration_from_rest_real(&chain->numerators, rates_of_chain_real(chain), starts, false,
+                                            acceleration);
         }
     }
     if (element >= 0 && side_of_mode_real(chain->mode, element) != 0) {
         const real level = (real)side_of_mode_real(chain->mode, element) * level_of_real(&chain->plan->robot, element);
-        set_acceleration_from_rest_real(&chain->numerators, element, alone_of_mode_real(chain->mode) == element,
+        set_acceleration_from_rest_real(&chain->numerators, rates_of_chain_real(chain), element,
+                                        alone_of_mode_real(chain->mode) == element,
                                         chain->carried_acceleration - level);
     }
 }
@@ -653,7 +655,7 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
 static inline bool leaves_at_once_real(const stance_chain_real *chain) {
     const real contact =
         decided_real(contact_of_real(&chain->plan->robot, &chain->at.named), terms_of_contact_real(chain));
-    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_real(&chain->at.named) > 0.0;
+    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_real(&chain->plan->robot, &chain->at.named) > 0.0;
     if (fabs_real(contact) > 0.0 || rises) { return contact < 0.0; }
     const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->mode);
     const numerator_real h = contact_numerator_real(&chain->plan->robot, &numerators.named);

@@ -101,11 +101,12 @@ static inline real free_after_motion_real(real side, real friction, const numera
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch
  * follows it. */
-static inline void set_acceleration_from_rest_real(numerators_by_axis_real *numerators, int element, bool alone,
-                                                   real acceleration) {
+static inline void set_acceleration_from_rest_real(numerators_by_axis_real *numerators, const hopform_rates_real *rates,
+                                                   int element, bool alone, real acceleration) {
+    (void)rates; /* without a gear */
     numerators->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { numerators->of.position.H3 = acceleration; /* its velocity is 0 */ }
-    if (alone) { numerators->of.stretch.H2 = (real)HOPFORM_STRETCH_FOLLOWS(element) * acceleration; }
+    if (alone) { numerators->of.stretch.H2 = (real)HOPFORM_STRETCH_FOLLOWS(rates, element) * acceleration; }
 }
 
 /* Whether the stretch may turn inside a phase. */

@@ -5,8 +5,9 @@
  *
  *     d_z(h) = Phi(h) d_z(0) + sum d_M_rc (Phi_r * z_c)(h),      (f * g)(h) = integral of f(h - s) g(s), 0 <= s <= h
  *
- * over the entries of M that an input changes: the rows r of the equations of motion. Phi_r is N(s)/P(s) and z_c is
- * K(s)/(s P(s)), so that their convolution is N(s) K(s)/s over P(s)^2, the powers of s being derivatives of W * W.
+ * over the entries of M that an input changes: the rows r of the equations of motion, and of a gear's ratio. Phi_r is
+ * N(s)/P(s) and z_c is K(s)/(s P(s)), so that their convolution is N(s) K(s)/s over P(s)^2, the powers of s being
+ * derivatives of W * W.
  *
  * An event at tau, which moves by d_tau, adds (z' before it - z' after it) d_tau, on top of what it does to the state.
  */
@@ -93,7 +94,7 @@ static void double_self_convolution_real(const hopform_poles_real *poles, const 
 
 /* How the axes at h answer to a change of each entry in the rows of the masses; those of one that is held to none. */
 static void responses_real(const mode_real *mode, const real z[HOPFORM_AXES], real h, const real *W,
-                           real response[HOPFORM_ELEMENTS][SHARES_real][HOPFORM_AXES]) {
+                           real response[HOPFORM_CHANGED_ROWS][SHARES_real][HOPFORM_AXES]) {
     real short_time = h;
     real self_convolution[CONVOLUTIONS_real];
     const int doublings = halve_real(mode->poles, &short_time);
@@ -118,11 +119,11 @@ static void responses_real(const mode_real *mode, const real z[HOPFORM_AXES], re
                 applied[n] = applied_real(K, self_convolution + n) + K[3] * self_convolution[n + 3];
             }
         }
-        for (int mass = 0; mass < HOPFORM_ELEMENTS; mass++) {
-            const bool moves = side_of_mode_real(mode->row, mass) != 0;
+        for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
+            const bool moves = row >= HOPFORM_ELEMENTS || side_of_mode_real(mode->row, row) != 0;
             for (int i = 0; i < HOPFORM_AXES; i++) {
-                const real *powers = mode->transfer.at[i > 0 ? i - 1 : 0][mass];
-                response[mass][c][i] = moves ? applied_real(powers, i > 0 ? applied : applied + 1) : 0.0;
+                const real *powers = mode->transfer.at[i > 0 ? i - 1 : 0][row];
+                response[row][c][i] = moves ? applied_real(powers, i > 0 ? applied : applied + 1) : 0.0;
             }
         }
     }
@@ -164,7 +165,7 @@ static void travel_real(variation_real *variation, real t) {
     const real h = t - variation->t;
     variation->t = t;
     if (!(h > 0.0) || rests_real(&mode)) { return; }
-    real answer[HOPFORM_ELEMENTS][SHARES_real][HOPFORM_AXES];
+    real answer[HOPFORM_CHANGED_ROWS][SHARES_real][HOPFORM_AXES];
     const basis_by_order_real response = response_in_mode_real(&mode, h);
     responses_real(&mode, variation->at.of, h, response.of, answer);
     const matrix_real phi = transition_real(&mode, response.of);
@@ -176,7 +177,7 @@ static void travel_real(variation_real *variation, real t) {
                 end.of[i] += phi.at[i][j] * variation->change[column].of[j];
             }
         }
-        for (int n = 0; n < HOPFORM_ELEMENTS * SHARES_real; n++) {
+        for (int n = 0; n < HOPFORM_CHANGED_ROWS * SHARES_real; n++) {
             for (int i = 0; i < HOPFORM_AXES && fabs_real(slopes.of[n]) > 0.0; i++) {
                 end.of[i] += answer[n / SHARES_real][n % SHARES_real][i] * slopes.of[n];
             }
@@ -389,8 +390,8 @@ static bool finish_real(variation_real *variation, const hopform_stance_real *st
         if (is_left_real(stance) && HOPFORM_CONTACT_IS_STRETCH) { change->of[HOPFORM_STRETCH_AXIS] = 0.0; }
         exists = put_rows_of_contact_real(variation, stance, column, change, matrix);
 #endif
-        const real rows[] = {late, change->of[0], change->of[1], height_change_real(robot, &by, &change->change),
-                             change->of[2]};
+        const real rows[] = {late, change->of[0], change->of[1],
+                             height_change_real(robot, &stance->end, &by, &change->change), change->of[2]};
         for (int row = 0; row < (int)(sizeof rows / sizeof rows[0]); row++) {
             matrix[row * COLUMNS_real + column] = rows[row];
         }
