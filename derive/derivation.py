@@ -23,7 +23,6 @@ from .shipped import FILES, shipped
 SHIPPED = tuple(FILES)
 """Names of the models that ship."""
 
-s = sp.Symbol("s")
 MOST_DOUBLINGS = 5
 """Of the digits that a value is computed with; a value that is 0 by rounding has none that settle."""
 
@@ -100,7 +99,8 @@ class Mode:
         position.
         """
         symbols = elements.POLYNOMIALS.get(self._moving, ())
-        return sp.Poly([1, *(unfold(symbol, self._rates) for symbol in symbols)], s)
+        variable = self.inputs[self._names["s"]].symbol
+        return sp.Poly([1, *(unfold(symbol, self._rates) for symbol in symbols)], variable)
 
     @property
     def order(self) -> int:

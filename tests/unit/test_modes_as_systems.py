@@ -207,6 +207,9 @@ def test_over_a_gear_the_propagator_is_the_exponential_of_the_elements_forces(na
         wanted = mp.expm(whole * known["t"], method="taylor")[: len(z), :].tolist()
         found = np.hstack(mode.propagator(values))
         assert found == pytest.approx(np.array(wanted, dtype=float), rel=1e-14, abs=1e-300)
+        s, polynomial = mode.symbols[mode._names["s"]], mode.denominator.as_expr()
+        determinant = (s * sp.eye(len(z)) - mode.M).det()
+        assert sp.cancel(polynomial * s ** (len(z) - mode.order) - determinant) == 0
 
 
 @OF_MODES
