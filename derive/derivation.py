@@ -16,14 +16,13 @@ from .ir import Own, Quantity, Shown, Step, unfold
 from .maths import elements, laplace, stability, state_space
 from .maths.formulas import GROUPS, Formula, assumed, formulas, free_masses, inputs, names
 from .model.equations import Model, ModelError
-from .model.quantities import DRIVE, W1, W2, W, Wd, t, v1, v2, y
+from .model.quantities import DRIVE, W1, W2, W, Wd, t, v1, v2, y, y_v1
 from .model_file import read_model
 from .shipped import FILES, shipped
 
 SHIPPED = tuple(FILES)
 """Names of the models that ship."""
 
-s = sp.Symbol("s")
 MOST_DOUBLINGS = 5
 """Of the digits that a value is computed with; a value that is 0 by rounding has none that settle."""
 
@@ -100,7 +99,8 @@ class Mode:
         position.
         """
         symbols = elements.POLYNOMIALS.get(self._moving, ())
-        return sp.Poly([1, *(unfold(symbol, self._rates) for symbol in symbols)], s)
+        variable = self.inputs[self._names["s"]].symbol
+        return sp.Poly([1, *(unfold(symbol, self._rates) for symbol in symbols)], variable)
 
     @property
     def order(self) -> int:
@@ -661,14 +661,15 @@ class Mode:
         """
         # Of the velocity of mass n, over P and counted from the start, the numerators are linear in start and drive.
         numerators = dict[sp.Symbol, sp.Expr]()
-        for step in laplace.numerators(self._moving) if self._moving else ():
+        for step in laplace.numerators(self._moving, self.model.rate_of_gear) if self._moving else ():
             numerators[step.symbol] = sp.expand(step.value.xreplace(numerators))
-        starts = [column for n in self._moving for column in _BY_START[n]]
+        stretch = {1: self.model.rate_of_gear, 2: -sp.S.One}  # of the spring, per x_1 and per x_2
+        starts = [column for n in self._moving for column in ((y, stretch[n]), ((v1, v2)[n - 1], sp.S.One))]
         drives = [DRIVE.symbols[n - 1] for n in self._moving]
         rows = list[list[sp.Expr]]()
         for n in self._moving:
             h3, h2, h1 = (numerators[symbol] for symbol in laplace.NAMES[n])
-            columns = [[sign * h.diff(by) for h in (h3, h2, h1)] for by, sign in (*starts, *((by, 1) for by in drives))]
+            columns = [[per * h.diff(by) for h in (h3, h2, h1)] for by, per in (*starts, *((by, 1) for by in drives))]
             rows.append([c3 * W + c2 * W1 + c1 * W2 for c3, c2, c1 in columns])
             rows.append([c3 * Wd + c2 * W + c1 * W1 for c3, c2, c1 in columns])
             own = 2 * self._moving.index(n)
@@ -688,7 +689,8 @@ class Mode:
 
     def _here(self, value: sp.Expr) -> sp.Expr:
         """An expression in letters of the derivation in symbols of the door; what has none is 0 for every robot."""
-        letters = {symbol: self.symbols.get(self._names[symbol.name], sp.S.Zero) for symbol in value.free_symbols}
+        letters = {each: self.symbols.get(self._names[each.name], sp.S.Zero) for each in value.free_symbols - {y_v1}}
+        letters[y_v1] = self._plain(self.model.value(self.model.ratio))
         value = sp.expand(value.xreplace(letters))
         responses = (self.symbols.get(self._names[each.name]) for each in (Wd, W, W1, W2))
         return sp.collect(value, [each for each in responses if each is not None])
@@ -697,10 +699,6 @@ class Mode:
 def _row(values: Sequence[sp.Expr], kind: type) -> Any:
     """An array of NumPy."""
     return sp.matrix2numpy(sp.Matrix([values]), dtype=kind)[0]
-
-
-_BY_START = {1: ((y, 1), (v1, 1)), 2: ((y, -1), (v2, 1))}
-"""Of each mass what its position and velocity are in numerators: y is x1 - x2 and a length."""
 
 
 @dataclass(frozen=True, repr=False)
