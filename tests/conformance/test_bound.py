@@ -30,7 +30,7 @@ UNCERTIFIED = next(number for number, word in ENDINGS.items() if word == "uncert
 def bounded_by(most, target):
     """A solver that certifies so many intervals of a phase at most."""
     compiler = shlex.split(os.environ.get("CC") or "cc")
-    flags = ["-std=c99", "-O1", "-fPIC", "-shared", "-ffp-contract=off", f"-DHOPFORM_MOST_INTERVALS={most}"]
+    flags = ["-std=c99", "-O0", "-fPIC", "-shared", "-ffp-contract=off", f"-DHOPFORM_MOST_INTERVALS={most}"]
     subprocess.run(
         [*compiler, *flags, "-I", C / "include", C / "src" / "hopform_f64.c", "-o", target, "-lm"], check=True
     )

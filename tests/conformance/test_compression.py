@@ -47,7 +47,7 @@ def largest(robot, exact):
         return float(most)
 
 
-@pytest.mark.parametrize("count", [10, pytest.param(60, marks=pytest.mark.nightly)])
+@pytest.mark.parametrize("count", [4, pytest.param(60, marks=pytest.mark.nightly)])
 def test_it_is_that_of_the_reference(count):
     inside = 0
     for robot, start, u in rows(31, count):

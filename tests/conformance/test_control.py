@@ -552,6 +552,7 @@ def printed_errors(datum: float, count: int) -> dict[str, np.ndarray]:
     return {form: np.array(found) for form, found in errors.items()}
 
 
+@pytest.mark.sliced
 def test_the_errors_of_the_printed_forms_are_those_of_the_page():
     rows = re.findall(r"^\| ([^|]+) \|" + r" ([\d.]+) \|" * 6 + "$", DOCUMENT.read_text("utf-8"), re.MULTILINE)
     page = {form: [float(cell) for cell in cells] for form, *cells in rows}

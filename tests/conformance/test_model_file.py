@@ -205,6 +205,7 @@ def hoppers() -> dict[str, tuple[hopform.Robot, float, dict[str, Any]]]:
 CASES = pytest.mark.parametrize("name", needs.the_first([*hoppers()], 10))
 
 
+@pytest.mark.sliced
 @CASES
 def test_the_library_agrees_with_the_reference(name, package, library):
     """Events and ending are the same; times, states and AED within 1e-12 in the units of the accuracy measure, divided
@@ -221,6 +222,7 @@ def test_the_library_agrees_with_the_reference(name, package, library):
         assert error <= TOLERANCE[np.float64], of
 
 
+@pytest.mark.sliced
 @CASES
 def test_the_back_emf_has_an_entry_of_its_own_and_the_ledger_closes(name, package, library):
     """It takes its share of what all viscous friction of the actuator takes,
@@ -245,6 +247,7 @@ def test_the_back_emf_has_an_entry_of_its_own_and_the_ledger_closes(name, packag
         assert abs(ours[entry] - theirs[entry]) <= bound, entry
 
 
+@pytest.mark.sliced
 def test_the_cases_visit_every_mode_and_every_event(library):
     """A guard of this file: what is not visited is not compared."""
     stances = [by_library(robot, k_emf, start, np.float64, library) for robot, k_emf, start in hoppers().values()]
@@ -252,6 +255,7 @@ def test_the_cases_visit_every_mode_and_every_event(library):
     assert {mode for stance in stances for mode in stance.modes} == EVERY_MODE
 
 
+@pytest.mark.sliced
 def test_a_take_off_comes_before_what_else_happens_then(package, library, hopper_c):
     """The horizon, say: a stance that is cut at its own duration takes off, and cut 64 eps earlier it does not."""
     for u in (0.0, 2.0, 3.0):
@@ -265,6 +269,7 @@ def test_a_take_off_comes_before_what_else_happens_then(package, library, hopper
         assert list(endings.values()) == ["horizon", "takeoff"]
 
 
+@pytest.mark.sliced
 def test_without_back_emf_the_hopper_is_that_of_the_paper(library, hopper_c):
     """To the last bit: what the term adds is an exact zero in every sum."""
     for u in (-3.0, 0.0, 3.0):
@@ -273,6 +278,7 @@ def test_without_back_emf_the_hopper_is_that_of_the_paper(library, hopper_c):
         assert (stance.duration, stance.end, stance.aed) == (plain.duration, plain.end, plain.aed)
 
 
+@pytest.mark.sliced
 def test_the_new_parameter_is_checked_and_documented_like_the_others(package):
     robot = importlib.import_module("driven_solver.robot").Robot
     assert package.Robot._fields[-1] == "k_emf"
@@ -307,6 +313,7 @@ def flown(solved: Any, ending: int, duration: float, ledger: Any) -> FlightRefer
     )
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("seed", range(24))
 def test_a_flight_with_a_back_emf_is_that_of_the_reference(seed, package, library):
     """Random robots and laws, degenerate ones among them: the same events and ending, errors as of any flight."""
@@ -328,6 +335,7 @@ def test_a_flight_with_a_back_emf_is_that_of_the_reference(seed, package, librar
     assert error <= TOLERANCE[np.float64]
 
 
+@pytest.mark.sliced
 def test_hops_with_a_back_emf_are_those_of_an_integrator(package, library, hopper_c):
     """A drop and four hops over uneven ground: times and states of every touchdown and take-off, and the apexes."""
     k_emf, gains, ground, currents = 35.0, (2500.0, 300.0), [0.0, 0.01, -0.01, 0.005], [3.0, 2.6, 3.0, 2.8]
@@ -843,7 +851,10 @@ WITHOUT_A_LINE = {"no element", "an old form", "no coordinate"}
 """Files that lack something, so that no line of theirs is at fault."""
 
 
-@pytest.mark.parametrize("name", BAD_FILES)
+LONG = "brackets in brackets"
+
+
+@pytest.mark.parametrize("name", [*(each for each in BAD_FILES if each != LONG), *needs.sliced((LONG,))])
 def test_a_file_that_is_no_model_is_refused_by_what_is_wrong_with_it(tmp_path, capsys, name):
     text, why = BAD_FILES[name]
     (tmp_path / "robot.py").write_text(whole(text), "utf-8")
@@ -908,7 +919,7 @@ FOLLOWED = {
 """What a refusal advises, done; HEAD in front stands for HEAD without its coordinate."""
 
 
-@pytest.mark.parametrize("name", FOLLOWED)
+@pytest.mark.parametrize("name", needs.the_first([*FOLLOWED], 4))
 def test_who_does_what_a_refusal_advises_has_a_model(tmp_path, name):
     text = FOLLOWED[name]
     head = HEAD.replace('q = coordinate("q", "rad", J, "wheel")\n', "") if text.startswith("HEAD ") else HEAD
@@ -1000,7 +1011,9 @@ def raised(folder: Path, name: str) -> set[str]:
 
 
 def test_every_refusal_of_the_derivation_has_a_row_in_the_table(tmp_path):
-    reached = set[str]().union(*(raised(tmp_path, name) for name in BAD_FILES if not name.startswith("the name ")))
+    reached = set[str]().union(
+        *(raised(tmp_path, name) for name in BAD_FILES if name != LONG and not name.startswith("the name "))
+    )
     sites = {}
     for module in (declare, mechanism):
         for node in ast.walk(ast.parse(Path(module.__file__).read_text("utf-8"))):

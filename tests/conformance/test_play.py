@@ -94,6 +94,7 @@ def drawn():
         yield plot, {name: (key, float(s[1]) if s else 1.0) for (name, key, _), s in zip(curves, scales, strict=True)}
 
 
+@pytest.mark.sliced
 def test_a_curve_of_the_page_is_what_its_name_says(samples):
     run = hopform.hopping.simulate(HOPPER, TERRAIN, FeedForward(0.2), height=0.2)
     t = samples["t"]
@@ -107,6 +108,7 @@ def test_a_curve_of_the_page_is_what_its_name_says(samples):
             np.testing.assert_allclose(scale * samples[key], expected, rtol=1e-12, atol=1e-11, err_msg=name)
 
 
+@pytest.mark.sliced
 def test_the_energy_of_the_body_on_the_page_has_no_jump_at_take_off(samples):
     """Between two samples, 1.7 ms apart, it moves by less than 0.1 J; that with the spring as in (23) falls."""
     run = hopform.hopping.simulate(HOPPER, TERRAIN, FeedForward(0.2), height=0.2)

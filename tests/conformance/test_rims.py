@@ -170,6 +170,7 @@ def test_every_form_of_a_hostile_model_is_read_by_what_reads_its_kind(tmp_path):
     assert not set().union(*(markup("".join(each["source"])) for each in cells if each["cell_type"] == "markdown"))
 
 
+@pytest.mark.sliced
 def test_what_a_hostile_solver_writes_is_read_by_what_reads_its_kind(store, tmp_path):
     """A robot whose texts and whose fit are hostile, too, in TOML, C, XML, HTML and CSV."""
     (tmp_path / "hostile.py").write_text(MODEL, "utf-8")

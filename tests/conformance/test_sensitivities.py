@@ -171,7 +171,7 @@ def assert_derivatives(robot: hopform.Robot, start: dict[str, Any], events: set[
     assert error <= TOLERANCE, (kinds(stance), error)
 
 
-@pytest.mark.parametrize("name", needs.the_first([*CASES], 12))
+@pytest.mark.parametrize("name", needs.the_first([*CASES], 6))
 def test_derivatives_are_those_of_the_reference(name):
     assert_derivatives(*CASES[name])
 

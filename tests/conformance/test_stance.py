@@ -87,7 +87,7 @@ def test_vanishing_friction_loses_no_digit(hopper_c, friction, which):
 SEEDS = range(40)
 
 
-@pytest.mark.parametrize("seed", SEEDS)
+@pytest.mark.parametrize("seed", needs.the_first(SEEDS, 16))
 def test_random_robots_agree_with_the_reference(seed):
     robot, start = random_robot(seed)
     assert_same_stance(robot, **start)

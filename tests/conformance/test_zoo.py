@@ -13,7 +13,7 @@ from tests.derived import SHIPPED, solver_of
 from tests.oracle.numeric import Motion, integrate
 
 pytestmark = needs.library
-QUICK = ("hopper", "joint")
+QUICK = ("joint",)
 CASES = [
     pytest.param(name, count, stiffest, marks=() if name in QUICK and count == 20 else mark)
     for name in EQUATIONS

@@ -80,6 +80,7 @@ def test_a_new_entry_of_the_ledger_stands_in_every_table(altered, package):
     assert ENTRY in json.loads((altered / "schema.json").read_text("utf-8"))["$defs"]["ledger"]["required"]
 
 
+@pytest.mark.sliced
 def test_what_is_altered_builds_and_is_checked_by_c_and_python(altered, package):
     library = altered / "sealed.so"
     compile_solver(altered, library, "-O0")

@@ -39,17 +39,17 @@ sys.exit(outcome.attempted < 2 or outcome.failed > 0)
 """
 
 
-SLOW = ("identification.md", "hop-over-terrain.md", "many-stances.md")
-"""Pages whose examples fit, hop or solve for more than a second."""
+SLOW = ("identification.md", "hop-over-terrain.md", "many-stances.md", "formulas-of-a-mechanism.md")
+"""Pages whose examples fit, hop, derive or import for more than a second."""
+
+
+def slower_if_slow(page: Path):
+    return pytest.param(page, marks=pytest.mark.sliced if page.name in SLOW else ())
 
 
 @pytest.mark.parametrize(
     "page",
-    [
-        pytest.param(page, marks=pytest.mark.sliced if page.name in SLOW else ())
-        for page in PAGES
-        if ">>> " in page.read_text("utf-8")
-    ],
+    [slower_if_slow(page) for page in PAGES if ">>> " in page.read_text("utf-8")],
     ids=lambda page: page.name,
 )
 def test_the_examples_of_a_page_run(page):
@@ -72,7 +72,7 @@ def imports(page: Path) -> list[str]:
     return lines if any("hopform" in line for line in lines) else []
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if imports(page)], ids=lambda page: page.name)
+@pytest.mark.parametrize("page", [slower_if_slow(page) for page in PAGES if imports(page)], ids=lambda page: page.name)
 def test_the_imports_of_a_page_s_first_program_are_a_program(page):
     subprocess.run([sys.executable, "-c", "\n".join(imports(page))], cwd=ROOT, check=True)
 
@@ -80,13 +80,13 @@ def test_the_imports_of_a_page_s_first_program_are_a_program(page):
 @pytest.mark.parametrize(
     "page",
     [
-        "how-to/formulas-of-a-mechanism.md",
         "how-to/hop-over-terrain.md",
         "how-to/use-another-robot.md",
-        "reference/commands.md",
         "reference/solvers.md",
+        pytest.param("how-to/formulas-of-a-mechanism.md", marks=pytest.mark.sliced),
         pytest.param("how-to/solve-a-motion.md", marks=pytest.mark.nightly),
         pytest.param("how-to/your-own-mechanism.md", marks=pytest.mark.sliced),
+        pytest.param("reference/commands.md", marks=pytest.mark.sliced),
         pytest.param("tutorials/identification.md", marks=pytest.mark.nightly),
     ],
 )

@@ -89,11 +89,11 @@ def test_chains_longer_than_the_room_for_them_are_taken_again(hopper_c, monkeypa
 
 
 def test_chunks_threads_and_layouts_change_nothing(hopper_c):
-    u = np.linspace(-3.0, 3.0, 40_000)
-    v2 = np.linspace(-2.5, -0.5, 80_000)[::2]
+    u = np.linspace(-3.0, 3.0, 10_000)
+    v2 = np.linspace(-2.5, -0.5, 20_000)[::2]
     whole = hopform.solve_stances(hopper_c, v2=v2, u=u, sensitivities=True)
     spread = hopform.solve_stances(
-        hopper_c, v2=v2.reshape(200, 200), u=u.reshape(200, 200), sensitivities=True, threads=3
+        hopper_c, v2=v2.reshape(100, 100), u=u.reshape(100, 100), sensitivities=True, threads=3
     )  # fmt: skip
     assert whole.sensitivities is not None
     assert spread.sensitivities is not None

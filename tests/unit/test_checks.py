@@ -26,7 +26,7 @@ def half(estimate):
     return 0.5 * (estimate.high - estimate.low)
 
 
-@pytest.mark.parametrize("planned", [True, False])
+@pytest.mark.parametrize("planned", needs.the_first([True, False]))
 @pytest.mark.parametrize("seed", needs.the_first(range(3)))
 def test_expected_intervals_are_those_of_the_fit(seed, planned):
     """The noise is estimated from the samples, by its median to 4 %, or found by the fit; a profile of friction is

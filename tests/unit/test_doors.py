@@ -26,6 +26,7 @@ from hopform._files import LARGEST, check_writable, printable, read_text, write
 from hopform._texts import markdown
 from hopform.identify._recordings import parse_recording
 from hopform.identify._synthetic import MOTION, TESTS, to_csv
+from tests import needs
 from tests.calls import DECAY, HOPPER
 
 HUGE = "100000000000000"
@@ -385,7 +386,7 @@ def duration(v2):
     return hopform.solve_stance(HOPPER, v2=v2).duration
 
 
-@pytest.mark.parametrize("method", ["fork", "spawn"])
+@pytest.mark.parametrize("method", needs.the_first(["fork", "spawn"]))
 def test_other_processes_solve_alike(method):
     speeds = [-1.0, -1.5, -1.9]
     with multiprocessing.get_context(method).Pool(2) as pool:

@@ -20,6 +20,7 @@ from docs import gallery
 from hopform import _figures as results
 from hopform.hopping.controllers import FeedForward
 from hopform.hopping.terrain import flat, uniform
+from tests import needs
 from tests.pictures import ANY_SHADES, Expected, Over, Panel, check, near
 
 HOPPER, HOPPER_B = hopform.load_robot("hopper_c"), hopform.load_robot("hopper_b")
@@ -279,7 +280,11 @@ def drawn(number):
     return gallery.draw(number)
 
 
-@pytest.mark.parametrize("number", FIGURES)
+LONG = (7, 8)
+"""Figures of many runs over rough ground."""
+
+
+@pytest.mark.parametrize("number", [*(n for n in FIGURES if n not in LONG), *needs.sliced(*((n,) for n in LONG))])
 def test_a_line_of_a_figure_of_the_paper_is_what_its_name_says(number):
     shown = drawn(number)
     for axes, panel in zip(shown.figure.axes, FIGURES[number](shown.data), strict=True):

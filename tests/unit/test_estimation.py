@@ -148,6 +148,7 @@ def test_a_robust_minimum_is_that_of_scipy(loss):
     assert everything.cost == pytest.approx(found.cost, rel=1e-12)
 
 
+@pytest.mark.sliced
 @pytest.mark.parametrize("share", needs.the_first([0.05, 0.0]))
 @pytest.mark.parametrize("loss", needs.the_first(LOSSES))
 def test_standard_errors_of_a_robust_fit_are_the_scatter_of_its_estimates(loss, share):
@@ -253,15 +254,15 @@ def test_derivatives_of_what_passes_are_exact():
 # ---- where fits went astray ----
 
 
-def test_an_undamped_decay_is_released_at_its_first_swing():
+@pytest.mark.parametrize("seed", needs.the_first(range(4)))
+def test_an_undamped_decay_is_released_at_its_first_swing(seed):
     """All amplitudes are equal: noise must not decide which one it is."""
     body = hopform.Robot(**{**{f.name: getattr(HOPPER, f.name) for f in hopform.Robot.fields()}, "b2": 0.0, "f2": 0.0})
-    for seed in range(4):
-        decay = record(body, "decay", height=0.04, duration=1.6, seed=seed)
-        fit = fit_drop_test(decay, attached=True, known={"m_s": 3.0}, **ALONE)
-        assert fit.traces[0].time[0] < 0.05
-        assert fit["f2"].method == "profile, one-sided at 0"
-        assert fit["k"].value == pytest.approx(1200.0, rel=1e-3)
+    decay = record(body, "decay", height=0.04, duration=1.6, seed=seed)
+    fit = fit_drop_test(decay, attached=True, known={"m_s": 3.0}, **ALONE)
+    assert fit.traces[0].time[0] < 0.05
+    assert fit["f2"].method == "profile, one-sided at 0"
+    assert fit["k"].value == pytest.approx(1200.0, rel=1e-3)
 
 
 def test_a_small_motion_in_noise_is_no_missed_one():

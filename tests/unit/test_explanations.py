@@ -24,6 +24,7 @@ def test_every_figure_stands_on_one_page(figures):
     assert sorted([*marks, "stance"]) == sorted(figure.__name__ for figure in figures["FIGURES"])
 
 
+@pytest.mark.sliced
 @needs.library
 def test_the_figures_are_drawn(figures, tmp_path):
     figures["draw"](tmp_path / "drawn")

@@ -187,16 +187,6 @@ def test_a_shipped_robot_is_no_file(tmp_path, monkeypatch):
     assert Path("hopper_c").read_text().startswith("t,x1")
 
 
-def test_a_report_may_stand_beside_everything_else(tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    assert cli.main(["record", "drop", "--seed", "1", "--csv", "drop.csv"]) == 0
-    before = Path("drop.csv").read_bytes()
-    outputs = ("--out", "drop.toml", "--report", "drop.md", "--plot", "drop.png")
-    assert cli.main(["identify", "drop", "drop.csv", "--known", "m_s=3", *outputs]) == 0
-    assert Path("drop.csv").read_bytes() == before
-    assert {path.name for path in tmp_path.iterdir()} == {"drop.csv", "drop.toml", "drop.md", "drop.svg", "drop.png"}
-
-
 LATIN_1 = os.fsdecode("Rück$.csv".encode("latin-1"))
 
 
@@ -207,12 +197,13 @@ def test_files_of_any_name_are_reported(tmp_path, monkeypatch, name):
     """Names that mean something to matplotlib, TOML, HTML, or nothing in UTF-8."""
     monkeypatch.chdir(tmp_path)
     assert cli.main(["record", "decay", "--height", "0.04", "--duration", "1", "--seed", "3", "--csv", name]) == 0
-    out = name.removesuffix(".csv")
+    out, before = name.removesuffix(".csv"), Path(name).read_bytes()
     outputs = ("--out", f"{out}.toml", "--report", f"{out}.md", "--plot", f"{out}.png")
     assert cli.main(["identify", "decay", name, "--known", "m_s=3", *outputs]) == 0
     assert cli.main(["identify", "decay", name, "--known", "m_s=3", "--report", "page.html"]) == 0
     shown = out.encode("utf-8", "backslashreplace").decode()
     assert hopform.load_robot(f"{out}.toml").name == shown
+    assert Path(name).read_bytes() == before
     page = Path(f"{out}.md").read_text("utf-8")
     assert f"| {markdown(shown)}.csv |" in page and shown in re.sub(r"\\([^a-z])", r"\1", page)
     (link,) = re.findall(r"!\[the fit\]\((\S+)\)", page)

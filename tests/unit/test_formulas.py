@@ -20,6 +20,7 @@ from derive.emit.program import program
 from derive.ir import Function, Quantity, Record
 from derive.maths import elements, partial_fractions, time_domain
 from derive.model import quantities as Q
+from derive.shipped import HOPPER
 from hopform_solver import formulas, records
 from hopform_solver.kernels import basis_at, decay_at, factor_cubic
 from hopform_solver.records import Poles
@@ -71,7 +72,7 @@ GENERIC = {
 PARAMETERS = next(record.quantities for record in PROGRAM.records if record.name == Q.ROBOT.name)
 LETTERS = {
     letter: next(q.unit for q in PARAMETERS if q.name == letter.name.removesuffix("_minus"))
-    for letter in elements.BY_LETTER.symbols
+    for letter in elements.letters_record(HOPPER).symbols
     if letter not in Q.OF_LAW
 } | dict(zip(Q.OF_LAW, ("N/m", "N s/m"), strict=True))
 

@@ -1,6 +1,6 @@
 """Gravity is potential energy of what it acts on, whichever coordinate a file declares first; its ledger closes."""
 
-from itertools import combinations, permutations
+from itertools import permutations
 
 import pytest
 import sympy as sp
@@ -15,10 +15,11 @@ m, n, k, d = (parameter(name, unit, name, "positive", 2.5) for name, unit in (
 """
 COORDINATES = {"a": 'a = coordinate("a", "m", m, "cage")\n', "b": 'b = coordinate("b", "m", n, "bucket")\n'}
 BETWEEN = 'spring(a - b - 1, k, "rope").damper(d, "rope damping")\nfriction(b, 1, name="rail")\n'
-PULLED = ["".join(each) for count in (1, 2) for each in combinations("ab", count)]
 m, n, a, b, a_dot, b_dot = sp.symbols("m n a b a_dot b_dot")
 WEIGHTS = {"a": sp.Rational(981, 100) * m * a, "b": sp.Rational(981, 100) * n * b}
 ORDERS = [*permutations("ab")]
+CASES = [(order, pulled) for pulled in ("ab", "a", "b") for order in ORDERS]
+OF_ALL = pytest.mark.parametrize(("order", "pulled"), [*CASES[:2], *needs.sliced(*CASES[2:])])
 
 
 def text(order: tuple[str, ...], pulled: str) -> str:
@@ -27,8 +28,7 @@ def text(order: tuple[str, ...], pulled: str) -> str:
     return HEAD + "".join(COORDINATES[each] for each in order) + BETWEEN + weights
 
 
-@pytest.mark.parametrize("pulled", PULLED)
-@pytest.mark.parametrize("order", ORDERS, ids="".join)
+@OF_ALL
 def test_a_weight_is_energy_of_what_it_acts_on(order, pulled):
     found = Derivation(model_of(text(order, pulled)))
     total = found.energies["total"]
@@ -37,8 +37,7 @@ def test_a_weight_is_energy_of_what_it_acts_on(order, pulled):
     assert not [name for name in found.energies if "gravity" in name]
 
 
-@pytest.mark.parametrize("pulled", PULLED)
-@pytest.mark.parametrize("order", ORDERS, ids="".join)
+@OF_ALL
 def test_the_energy_changes_by_the_powers_of_the_ledger(order, pulled):
     found = Derivation(model_of(text(order, pulled)))
     total, motion = found.energies["total"], found.equations_of_motion

@@ -186,7 +186,7 @@ def test_intervals_hold_the_truth_in_19_of_20_cases():
 # ---- the actuator free, several motions in a recording ----
 
 
-@pytest.mark.parametrize("with_x1", needs.the_first([True, False]))
+@pytest.mark.parametrize("with_x1", needs.the_first([True, False], 0))
 def test_a_drop_with_the_actuator_free_identifies_both_masses(with_x1):
     made = record(HOPPER, "free", seed=1)
     columns = {name: column for name, column in made.columns.items() if with_x1 or name != "x1"}

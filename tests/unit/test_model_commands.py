@@ -70,6 +70,7 @@ def test_a_check_says_what_a_model_cannot_and_which_robots_are_refused(run):
     assert re.search(r"^body +actuator +2 +s\*\*2 \+ .* \+ k/m_eff +p_1 = b1/m_eff - k_fed/m_eff *$", fed, re.MULTILINE)
 
 
+@pytest.mark.sliced
 def test_a_check_says_the_poles_of_the_defaults(run):
     """The eigenvalues of the file's own equations, in its coordinates; that of a motion as a whole is none of them."""
     J, link, N, k, d, b = 2e-5, 0.05, 50.0, 120.0, 0.05, 1e-5
@@ -241,6 +242,7 @@ def test_the_examples_of_a_joint_run(joint):
     assert doctest.DocTestRunner().run(example) == doctest.TestResults(failed=0, attempted=4)
 
 
+@pytest.mark.sliced
 def test_the_page_names_what_a_robot_must_obey():
     page = solvers.page(derive(MODELS / "feedforward.py"))
     assert "| body | `p_1` = `b1/m_eff - k_fed/m_eff` >= 0 |" in page
@@ -377,7 +379,8 @@ assert 1 is 1
 """
 
 
-@pytest.mark.parametrize("words", [("check",), pytest.param(("show",), marks=pytest.mark.sliced)])
+@pytest.mark.sliced
+@pytest.mark.parametrize("words", [("check",), ("show",)])
 def test_a_warning_of_python_is_its_text_alone(tmp_path, words):
     """Of the author, of a library, of the interpreter: no file, no number, no line of a source."""
     (tmp_path / "leg.py").write_text(DAMPER.read_text("utf-8") + WARNED)

@@ -308,7 +308,9 @@ def test_a_build_says_how_long_it_took(emptied, quick, capsys):
     assert "The solver was there already, in " in printed.out and " after " not in printed.out and printed.err == ""
 
 
-@pytest.mark.parametrize("fault", [KeyboardInterrupt, build.LibraryNotBuilt("cc does not compile c: error: no")])
+@pytest.mark.parametrize(
+    "fault", the_first([KeyboardInterrupt, build.LibraryNotBuilt("cc does not compile c: error: no")])
+)
 def test_nothing_is_left_of_a_named_model_whose_build_ends_early(emptied, monkeypatch, capsys, fault):
     def ends(*_, **__):
         raise fault

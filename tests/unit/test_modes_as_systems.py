@@ -212,7 +212,7 @@ def test_over_a_gear_the_propagator_is_the_exponential_of_the_elements_forces(na
         assert sp.cancel(polynomial * s ** (len(z) - mode.order) - determinant) == 0
 
 
-@OF_MODES
+@pytest.mark.parametrize(("name", "held"), [MODES[1], *sliced(MODES[0], *MODES[2:])])
 def test_transfer_functions_are_those_of_the_force_balance(name, held):
     """C (s - A)^-1 B + D at a complex s, of positions, velocities, an acceleration and a force in the leg."""
     mode, point = mode_of(name, held), mp.mpc(1.5, 40)
@@ -257,6 +257,7 @@ def test_the_transfer_function_of_the_input_is_a_formula():
         )
 
 
+@pytest.mark.sliced
 @pytest.mark.filterwarnings(
     "ignore:Badly conditioned"
 )  # of what scipy makes of the matrices of a system with a pole at 0

@@ -214,6 +214,7 @@ def test_forces_balance_the_motion_of_a_joint(joint):
     assert set(forces[f"friction_{Q}"][carried < 0.0]) == {-0.5}  # friction takes what it can first
 
 
+@pytest.mark.sliced
 def test_forces_balance_the_motion_of_two_masses(rig):
     """Of the rig the sum of all forces on both masses is the change of their momentum, but for its bolted foot."""
     robot = dataclasses.replace(rigged(rig), x1_max=0.07)
@@ -254,6 +255,7 @@ def test_a_motion_of_a_hopper_is_its_stance(hopper_c):
     assert by_leg == hopform.solve_stance(hopper_c, **start, compression=0.01, u=2.0)
 
 
+@pytest.mark.sliced
 def test_a_spring_without_a_contact_pulls(joint, rig):
     """Below the rest of the spring, where a hopper's leg would fly: from q_0 - 0.3 without friction to q_0 + 0.3."""
     robot = joint_of(joint, m=0.5, k=50.0, q_0=0.1)
@@ -293,6 +295,7 @@ def test_a_start_that_is_none_is_refused_by_name(joint, start, message):
             joint.solve_motions(robot, start={name: [value] for name, value in start.items()})
 
 
+@pytest.mark.sliced
 def test_of_two_coordinates_of_a_leg_one_is_given(rig, hopper_c):
     robot = rigged(rig)
     with pytest.raises(hopform.HopformError, match="either x2 or y may be given, got x2 = 0.4 and 0.1"):
@@ -397,7 +400,7 @@ def test_many_motions_are_each_motion(joint):
     assert repr(batch).startswith("Batch of 2 x 3 motions: ") and not hasattr(batch, "apex")
 
 
-def test_a_sweep_goes_over_coordinates_inputs_and_parameters(joint, rig):
+def test_a_sweep_goes_over_coordinates_inputs_and_parameters(joint):
     found = joint.sweep(joint_of(joint, **SERVO), **{Q: [0.5, 0.2], "u": [0.0, 9.0, 12.0], "k": 40.0})
     assert dict(found.sizes) == {Q: 2, "u": 3} and found[f"end_{Q}"].attrs == {"units": "rad"}
     one = joint.solve_motion(joint_of(joint, **{**SERVO, "k": 40.0}), start={Q: 0.2}, u=9.0)

@@ -85,7 +85,7 @@ def in_a_folder(line, run):
 
 
 @given(st.data())
-@examples(150)
+@examples(75)
 def test_any_command_line_is_answered_or_refused(data):
     in_a_folder(data.draw(command_lines(COMMANDS)), in_process)
 

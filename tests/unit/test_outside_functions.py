@@ -66,7 +66,7 @@ def tried(name, arguments):
 
 
 @given(call())
-@examples(600)
+@examples(300)
 def test_any_object_for_any_argument_is_taken_or_refused(drawn):
     name, arguments = drawn
     message = tried(name, arguments)

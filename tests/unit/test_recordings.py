@@ -310,7 +310,7 @@ def test_a_fit_that_misses_is_refused(tmp_path, capsys):
     assert "x2_cm" in said
 
 
-@pytest.mark.parametrize("kind", ["step", "air", "force", "all"])
+@pytest.mark.parametrize("kind", needs.the_first(["step", "air", "force", "all"], 2))
 @pytest.mark.parametrize("other", needs.the_first(["of another run", "of a sine", "backwards"]))
 def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kind, other, tmp_path, capsys):
     made = record(HOPPER, "step" if kind in ("step", "all") else "air", seed=2)

@@ -128,7 +128,7 @@ def intervals(kind: str, eps: float, late: bool) -> Column:
     return cases
 
 
-@pytest.fixture(scope="module", params=needs.the_first([*EPS]))
+@pytest.fixture(scope="module", params=needs.the_first([*EPS], 0))
 def precision(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 

@@ -307,7 +307,7 @@ def test_a_solver_is_found_by_its_name_where_models_are_built_the_newest_first(s
 
 
 @pytest.mark.parametrize("name", ["stranger", "hopper", "absent", "joint_2", ".", ".."])
-@pytest.mark.parametrize("there", ["a program", "recordings", "a file", "nothing"])
+@pytest.mark.parametrize("there", needs.the_first(["a program", "recordings", "a file", "nothing"]))
 def test_a_word_without_a_separator_is_a_name_whatever_the_current_folder_has(
     store, tmp_path, monkeypatch, capsys, name, there
 ):

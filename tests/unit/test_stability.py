@@ -156,6 +156,7 @@ REFUSED = r"the actuator moving alone: Routh's condition p_1 >= 0 is violated, p
 BY_DTYPE = pytest.mark.parametrize("dtype", [np.float32, np.float64])
 
 
+@pytest.mark.sliced
 @BY_DTYPE
 def test_a_robot_that_runs_away_is_refused_by_the_condition(package, library, hopper_c, dtype):
     """By the least that negative damping can be; a robot without any damping is legal."""
@@ -182,6 +183,7 @@ def test_a_robot_that_runs_away_is_refused_by_the_condition(package, library, ho
             C(library).solve_stance(tuple(robot), state, ((0.0, 1.0),), 2.0, 64, np.dtype(dtype))
 
 
+@pytest.mark.sliced
 def test_the_hopper_of_the_paper_is_asked_nothing(fed):
     """The domains of its parameters prove all of the conditions."""
     for folder, asked in ((GENERATED, False), (fed.folder, True)):
@@ -190,6 +192,7 @@ def test_the_hopper_of_the_paper_is_asked_nothing(fed):
         assert bool(asks) == asked
 
 
+@pytest.mark.sliced
 @BY_DTYPE
 def test_no_legal_robot_is_refused(package, library, dtype):
     """A hundred thousand over nearly all exponents of the type, without friction, with the least,

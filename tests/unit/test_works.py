@@ -257,14 +257,6 @@ def pasted(name: str, formula: str, values: Values) -> float:
     return float(pasted_of(name)[formula](*(float(values[each.name]) for each in taken)))
 
 
-@pytest.mark.parametrize(("name", "case"), first_of(cases((*FILES,), 3), 2))
-def test_the_works_pasted_as_numpy_are_those_of_40_digits(name, case):
-    values = values_of(name, case)
-    size = float(size_of(name, values))
-    for entry in entries_of(name):
-        assert pasted(name, entry, values) == pytest.approx(float(value(name, entry, values)), abs=1e-9 * size), entry
-
-
 @pytest.mark.parametrize(("name", "part"), first_of([(name, part) for name in FILES for part in (1000, 30, 5)], 2))
 def test_a_motion_from_rest_has_integrals_of_its_own_size_as_numpy(name, part):
     """Where velocities are those of the accelerations alone, from far within the power series to behind it."""
