@@ -35,6 +35,11 @@ def derivation_of(name: str) -> Derivation:
     return derive(name if name == "hopper" else model_file(name))
 
 
+def texts_of(found: derivation.Mode, given: dict) -> dict[str, str]:
+    """What a derivation takes of numbers, as texts: decimals are meant exactly."""
+    return {name: str(value) for name, value in given.items() if name in found.inputs}
+
+
 # ---- the mechanisms, by hand ----
 
 ROBOT = {
@@ -119,7 +124,7 @@ def test_the_states_are_those_of_the_force_balance(name):
     given = ROBOT | AT
     wanted = moved(name, exact(given) | ({"v2_0": mp.mpf(0)} if name == "joint" else {}))
     for row, state in enumerate(OF_JOINT if name == "joint" else STATES):
-        found = derivation_of(name).value(state, {key: str(value) for key, value in given.items()}, DIGITS + 20)
+        found = derivation_of(name).value(state, texts_of(derivation_of(name), given), DIGITS + 20)
         assert abs(mp.mpf(str(found)) - mp.mpf(str(wanted[row]))) < mp.mpf(10) ** -28, state
 
 
@@ -127,8 +132,8 @@ def test_a_pair_of_equal_poles_is_no_exception():
     """The joint with p^2 = 4 q, exactly."""
     given = ROBOT | AT | {"J": 4, "k": 900, "b": 120, "v2_0": 0}
     wanted = moved("joint", exact(given))
-    assert derivation_of("joint").value("disc", given) == 0
-    found = derivation_of("joint").value("phi_t", {key: str(value) for key, value in given.items()}, DIGITS)
+    assert derivation_of("joint").value("disc", texts_of(derivation_of("joint"), given)) == 0
+    found = derivation_of("joint").value("phi_t", texts_of(derivation_of("joint"), given), DIGITS)
     assert abs(mp.mpf(str(found)) - wanted[0]) < mp.mpf(10) ** -30
 
 
@@ -139,7 +144,7 @@ def test_event_functions_are_those_of_the_force_balance(name):
     found = derivation_of(name)
 
     def value(each):
-        return mp.mpf(str(found.value(each, {key: str(number) for key, number in of.items()}, DIGITS)))
+        return mp.mpf(str(found.value(each, texts_of(found, of), DIGITS)))
 
     first = "phi" if name == "joint" else "x1"
     ends = (of["phi_min"], of["phi_max"]) if name == "joint" else (of["x1_min"], of["x1_max"])
@@ -233,7 +238,7 @@ def test_units_balance_in_every_formula(name):
     units = {each: quantity.unit for each, quantity in found.inputs.items()} | {"X1": "m s", "X2": "m s"}
     scaled = {key: value * size(units.get(key, "1")) for key, value in given.items()}
     for each in found.formulas:
-        one, other = float(found.value(each.name, given)), float(found.value(each.name, scaled))
+        one, other = (float(found.value(each.name, texts_of(found, values))) for values in (given, scaled))
         assert other == pytest.approx(one * size(each.quantity.unit), rel=1e-8, abs=1e-12), each.name
 
 
@@ -245,7 +250,7 @@ TIGHT, SINGLE = 1e-9, 2e-4
 
 def values_of(name):
     found = derivation_of(name)
-    given = {key: str(value) for key, value in (ROBOT | AT).items() if key not in ("X1", "X2")}
+    given = texts_of(found, ROBOT | AT)
     return {each.name: float(found.value(each.name, given, DIGITS)) for each in found.formulas}
 
 
@@ -276,7 +281,7 @@ def test_sympy_reads_back_as_equations_with_the_values_of_the_formulas(name):
     found = derivation_of(name)
     spaces: dict[str, object] = {}
     exec(found.show(form="sympy"), spaces)
-    given = {key: str(value) for key, value in (ROBOT | AT).items() if key not in ("X1", "X2")}
+    given = texts_of(found, ROBOT | AT)
     known = {key: sp.Rational(value) for key, value in given.items()}
     for equation in spaces["equations"]:
         values = {symbol: known[symbol.name] for symbol in equation.rhs.free_symbols}
