@@ -194,10 +194,11 @@ class Mode:
         ):
             if found := tuple(filter(matches, self.formulas)):
                 return found
-        known = [*self._by_name, *GROUPS]
+        groups = [group for group in GROUPS if self._group(group)]
+        known = [*self._by_name, *groups]
         near = difflib.get_close_matches(name, known, 1)
         numbers = ", (1) to (27)" if self.model.is_of_the_paper else ""
-        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(GROUPS)}, their formulas{numbers}"
+        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(groups)}, their formulas{numbers}"
         raise ModelError(f"{self._called} has no formula {name!r}: {hint}")
 
     def _group(self, group: str) -> dict[str, sp.Expr]:
@@ -530,10 +531,10 @@ class Mode:
         >>> from hopform.model import derive
         >>> derive("sea").B
         Matrix([
-        [        0,            0,     0],
+        [          0,            0,     0],
         [k_m/(J_m*N), 1/(J_m*N**2),     0],
-        [        0,            0,     0],
-        [        0,            0, 1/J_l]])
+        [          0,            0,     0],
+        [          0,            0, 1/J_l]])
         """
         columns = list[sp.Matrix]()
         if self.model.driven_by is not None:
@@ -640,6 +641,8 @@ class Mode:
         >>> joint.transfer_function({"J": 2, "b": 1, "k": 8, "k_t": 4}, output="q_dot")
         (array([2., 0.]), array([1. , 0.5, 4. ]))
         """
+        if input is None and not self.channels:
+            raise ModelError(f"nothing moves in {self._called}: it has no inputs")
         channel = self._channel(self.channels[0] if input is None else input)
         row, direct = self._output(output)
         matrices = (self.M, self.B[:, channel], row, direct[:, channel])

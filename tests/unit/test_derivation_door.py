@@ -7,7 +7,7 @@ printed forms are read back, run and compiled, and compared with the value of th
 import doctest
 import json
 import math
-from functools import cache
+from functools import cache, cached_property
 
 import mpmath
 import numpy as np
@@ -18,6 +18,7 @@ import hopform
 from derive import derivation, ir
 from derive.maths import formulas
 from derive.maths.formulas import GROUPS
+from derive.model import declare
 from hopform import _front as cli
 from hopform.model import Derivation, ModelError, derive
 from tests.derived import MODELS, SHIPPED, model_file, model_of, no_hopper
@@ -338,9 +339,17 @@ def test_the_notebook_runs_cell_by_cell():
 
 
 def test_every_documented_example_of_the_derivation_runs():
-    for module, least in ((derivation, 50), (formulas, 3), (ir, 3)):
-        outcome = doctest.testmod(module)
-        assert outcome.failed == 0 and outcome.attempted >= least
+    for module, least in ((derivation, 60), (formulas, 3), (ir, 3), (declare, 1)):
+        cached = {
+            f"{kind.__name__}.{name}": value.__doc__ or ""
+            for kind in vars(module).values() if isinstance(kind, type) and kind.__module__ == module.__name__
+            for name, value in vars(kind).items() if isinstance(value, cached_property)
+        }  # fmt: skip
+        outcome = doctest.testmod(module)  # which does not look into cached properties
+        runner, parser = doctest.DocTestRunner(), doctest.DocTestParser()
+        for name, text in cached.items():
+            runner.run(parser.get_doctest(text, dict(vars(module)), name, None, None))
+        assert outcome.failed == runner.failures == 0 and outcome.attempted + runner.tries >= least
 
 
 def test_the_door_says_what_is_wrong(tmp_path):

@@ -386,6 +386,12 @@ def test_a_mode_refuses_what_it_does_not_have():
         sea.state_space({"N": 50})
     with pytest.raises(ModelError, match="nothing moves in sea with motor, load held"):
         sea.mode("load,motor").show()
+    with pytest.raises(ModelError, match="nothing moves in pogo with body held: it has no inputs"):
+        derivation_of("pogo").mode("body").transfer_function(output="h")
+    with pytest.raises(
+        ModelError, match="sea has no formula '14': known: lagrangian, .*, works, event_functions, their"
+    ):
+        sea.show("14")
 
 
 def test_the_command_prints_the_formulas_of_a_mode(capsys):
