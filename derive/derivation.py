@@ -1,6 +1,7 @@
 """The door of the derivation: `derive(FILE | NAME)` gives a model's formulas as objects of sympy."""
 
 import difflib
+import math
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -16,7 +17,7 @@ from .ir import Own, Quantity, Shown, Step, unfold
 from .maths import elements, laplace, stability, state_space
 from .maths.formulas import GROUPS, Formula, assumed, formulas, free_masses, inputs, names
 from .model.equations import Model, ModelError
-from .model.quantities import DRIVE, W1, W2, W, Wd, t, v1, v2, y, y_v1
+from .model.quantities import DRIVE, TRAVEL, W1, W2, W, Wd, t, v1, v2, y, y_v1
 from .model_file import read_model
 from .shipped import FILES, shipped
 
@@ -193,10 +194,11 @@ class Mode:
         ):
             if found := tuple(filter(matches, self.formulas)):
                 return found
-        known = [*self._by_name, *GROUPS]
+        groups = [group for group in GROUPS if self._group(group)]
+        known = [*self._by_name, *groups]
         near = difflib.get_close_matches(name, known, 1)
         numbers = ", (1) to (27)" if self.model.is_of_the_paper else ""
-        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(GROUPS)}, their formulas{numbers}"
+        hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(groups)}, their formulas{numbers}"
         raise ModelError(f"{self._called} has no formula {name!r}: {hint}")
 
     def _group(self, group: str) -> dict[str, sp.Expr]:
@@ -332,13 +334,40 @@ class Mode:
         """Expressions as numbers, with twice as many digits until two agree: near a limit a formula subtracts what is
         nearly equal.
         """
-        numbers = {name: sp.Rational(value) for name, value in values.items()}
+        numbers = self._given(values)
         working, found = digits + 10, self._numbers(wanted, numbers, digits + 10)
         for _ in range(MOST_DOUBLINGS):
             working *= 2
             before, found = found, self._numbers(wanted, numbers, working)
-            if all(sp.Abs(found[each] - before[each]) <= sp.Abs(found[each]) / 10**digits for each in wanted):
+            if all(
+                now == before[each] or sp.Abs(now - before[each]) <= sp.Abs(now) / 10**digits
+                for each, now in found.items()
+            ):
                 break
+        return found
+
+    def _given(self, values: Mapping[str, Any]) -> dict[str, sp.Expr]:
+        """Values of parameters and inputs as rational numbers, in their domains. What no formula takes is refused: else a
+        name that is misspelt would leave a default as it is. `travel` is a robot's alone.
+        """
+        found = dict[str, sp.Expr]()
+        for key, value in values.items():
+            if (name := str(key)) == TRAVEL.name:
+                continue
+            if name not in self.inputs:
+                near = difflib.get_close_matches(name, self.inputs, 1)
+                hint = f"did you mean {near[0]}?" if near else f"it has {', '.join(self.inputs)}"
+                raise ModelError(f"{self.model.name} has no parameter or input {name!r}: {hint}")
+            quantity = self.inputs[name]
+            try:
+                number = value.item() if hasattr(value, "item") else value
+                is_finite = isinstance(number, str) or math.isfinite(number)
+                found[name] = sp.Rational(number) if is_finite else sp.sympify(number)  # Rational takes inf, nan for 0
+                allowed = float(found[name]) in quantity.interval
+            except (TypeError, ValueError):
+                allowed = False
+            if not allowed:
+                raise ModelError(f"{name} of {self.model.name} must be {quantity.interval.allowed}, got {value!r}")
         return found
 
     def _numbers(self, wanted: Mapping[str, sp.Expr], values: Mapping[str, sp.Expr], digits: int) -> dict[str, sp.Expr]:
@@ -352,7 +381,8 @@ class Mode:
         """An expression with values by name in it."""
         symbols = {symbol: values.get(symbol.name) for symbol in value.free_symbols}
         if missing := sorted(symbol.name for symbol, number in symbols.items() if number is None):
-            raise ModelError(f"{name} of {self.model.name} takes {', '.join(missing)}, got {sorted(values)}")
+            given = [each for each in sorted(values) if each in self.inputs]
+            raise ModelError(f"{name} of {self.model.name} takes {', '.join(missing)}, got {given}")
         return value.xreplace(symbols)
 
     def _needed(self, values: Iterable[sp.Expr]) -> list[Formula]:
@@ -501,10 +531,10 @@ class Mode:
         >>> from hopform.model import derive
         >>> derive("sea").B
         Matrix([
-        [        0,            0,     0],
+        [          0,            0,     0],
         [k_m/(J_m*N), 1/(J_m*N**2),     0],
-        [        0,            0,     0],
-        [        0,            0, 1/J_l]])
+        [          0,            0,     0],
+        [          0,            0, 1/J_l]])
         """
         columns = list[sp.Matrix]()
         if self.model.driven_by is not None:
@@ -519,7 +549,11 @@ class Mode:
         if isinstance(output, str) and output in self._by_name:
             value = self._by_name[output].value
         else:
-            value = sp.sympify(output, locals=dict(self.symbols))
+            try:
+                value = sp.sympify(output, locals=dict(self.symbols))
+            except (sp.SympifyError, TypeError) as error:
+                raise ModelError(f"output {output!r} of {self.model.name} is no expression of sympy") from error
+            value = value.xreplace({each: self.symbols.get(each.name, each) for each in value.free_symbols})
         value = self._unfolded(value)
         u = [self.symbols[self._names["u"]]] if self.model.driven_by is not None else []
         still = {self.symbols[self._names[f"v{n}"]]: sp.S.Zero for n in self._held}
@@ -532,7 +566,9 @@ class Mode:
         value = value.subs(still)
         slopes = [sp.factor(value.diff(symbol)) for symbol in (*self._z, *u)]
         if {*self._z, *u} & set().union(*(slope.free_symbols for slope in slopes)):
-            raise ModelError(f"output {output!s} of {self.model.name} is not linear in {', '.join(map(str, known))}")
+            raise ModelError(
+                f"output {output!s} of {self.model.name} is not linear in {', '.join(map(str, (*self._z, *u)))}"
+            )
         size = len(self._z)
         direct = sp.Matrix([[*slopes[size:], *[sp.S.Zero] * (size // 2)]])
         return sp.Matrix([slopes[:size]]), direct
@@ -546,7 +582,7 @@ class Mode:
 
     def _rational(self, matrix: sp.Matrix, values: Mapping[str, Any]) -> sp.Matrix:
         """A matrix of numbers, exactly."""
-        numbers = {name: sp.Rational(value) for name, value in values.items()}
+        numbers = self._given(values)
         return matrix.applyfunc(lambda entry: sp.nsimplify(self._put("the system", entry, numbers), rational=True))
 
     def state_space(
@@ -573,8 +609,8 @@ class Mode:
                [ 0.        ],
                [ 0.        ]])
         """
-        columns = [self._channel(name) for name in (self.channels if inputs is None else inputs)]
-        rows = [self._output(output) for output in (self.state if outputs is None else outputs)]
+        columns = [self._channel(name) for name in (self.channels if inputs is None else _listed(inputs))]
+        rows = [self._output(output) for output in (self.state if outputs is None else _listed(outputs))]
         C = sp.Matrix.vstack(sp.zeros(0, len(self.state)), *(row for row, _ in rows))
         D = sp.Matrix.vstack(sp.zeros(0, len(self.channels)), *(direct for _, direct in rows))
         matrices = (self.M, self.B[:, columns], C, D[:, columns])
@@ -605,6 +641,8 @@ class Mode:
         >>> joint.transfer_function({"J": 2, "b": 1, "k": 8, "k_t": 4}, output="q_dot")
         (array([2., 0.]), array([1. , 0.5, 4. ]))
         """
+        if input is None and not self.channels:
+            raise ModelError(f"nothing moves in {self._called}: it has no inputs")
         channel = self._channel(self.channels[0] if input is None else input)
         row, direct = self._output(output)
         matrices = (self.M, self.B[:, channel], row, direct[:, channel])
@@ -696,6 +734,11 @@ class Mode:
         return sp.collect(value, [each for each in responses if each is not None])
 
 
+def _listed(names: str | Sequence[Any]) -> Sequence[Any]:
+    """Names, of which one may stand by itself."""
+    return (names,) if isinstance(names, str) else names
+
+
 def _row(values: Sequence[sp.Expr], kind: type) -> Any:
     """An array of NumPy."""
     return sp.matrix2numpy(sp.Matrix([values]), dtype=kind)[0]
@@ -762,7 +805,7 @@ class Derivation(Mode):
         >>> derive("hopper").mode("actuator").states["v2_t"]
         H2_2*W + H3_2*Wd + v2_0
         """
-        wanted = {each.strip() for each in name.split(",")}
+        wanted = {each.strip() for each in str(name).split(",")}
         for each in self.modes:
             if wanted == set(each.name.split(", ")):
                 return each

@@ -145,7 +145,9 @@ def ends(model: Model) -> tuple[str, ...]:
 
 
 def name_of(model: Model, symbol: sp.Symbol) -> str:
-    """What a model calls a member of a state, or the input."""
+    """What a model calls a member of a state, or the input; the compression y has an underscore behind it where what the
+    file declares is called y.
+    """
     first, second = model.names
     names = dict[sp.Symbol, str]()
     if first is not None:
@@ -154,6 +156,7 @@ def name_of(model: Model, symbol: sp.Symbol) -> str:
         names |= {x2: second.coordinate, v2: second.velocity}
     if model.input is not None:
         names[u] = model.input.name
+    names[y] = "y_" if "y" in names.values() else "y"
     return names.get(symbol, str(symbol))
 
 

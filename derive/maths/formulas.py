@@ -211,10 +211,10 @@ def _of_steps(group: str, steps: Iterable[Step], symbols: Sequence[sp.Symbol] = 
 
 
 _ARGUMENTS = (
-    *STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, control.AED, control.H_DES, control.STEP,
-    control.X1_T, HEIGHT,
+    *STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME,
 )  # fmt: skip
-"""What formulas take beside parameters and the start of a phase."""
+_OF_CONTACT = control.AED, control.H_DES, control.STEP, control.X1_T, HEIGHT
+"""What formulas take beside parameters and the start of a phase, and of a hop."""
 
 
 # ---- the derivation ----
@@ -223,7 +223,7 @@ _ARGUMENTS = (
 def inputs(model: Model) -> dict[str, Quantity]:
     """What formulas take beside each other, by name: parameters, inputs, a state and that at the start of a phase."""
     parameter_names = {parameter.name for parameter in model.parameters}
-    quantities = _ARGUMENTS if model.law is None else (*_ARGUMENTS, _OWN["target"])
+    quantities = (*_ARGUMENTS, *(_OF_CONTACT if model.has_contact else ()), *((_OWN["target"],) if model.law else ()))
     others = (_final(quantity, parameter_names, model) for quantity in (*_STARTS.values(), *quantities))
     return {quantity.name: quantity for quantity in (*map(Shown.of, model.parameters), *others)}
 
@@ -271,7 +271,7 @@ def names(model: Model) -> dict[str, str]:
     parameter_names = {parameter.name for parameter in model.parameters}
     return {
         quantity.name.removesuffix(_MARK): _final(quantity, parameter_names, model).name
-        for quantity in (*_OWN.values(), *_KNOWN.values(), *_ARGUMENTS)
+        for quantity in (*_OWN.values(), *_KNOWN.values(), *_ARGUMENTS, *_OF_CONTACT)
     }
 
 
@@ -361,7 +361,7 @@ def _called(model: Model, symbol: sp.Symbol) -> str:
 
 
 def _finished(shown: Sequence[Formula], parameter_names: set[str], model: Model) -> Iterator[Formula]:
-    quantities = (*_OWN.values(), *_KNOWN.values(), *_ARGUMENTS, *(each.quantity for each in shown))
+    quantities = (*_OWN.values(), *_KNOWN.values(), *_ARGUMENTS, *_OF_CONTACT, *(each.quantity for each in shown))
     finals = {quantity.symbol: _final(quantity, parameter_names, model).symbol for quantity in quantities}
     finals |= {Own(name, real=True): sp.Symbol(name) for name in parameter_names}
     finals[s] = finals[_symbol("s")]

@@ -5,6 +5,7 @@ sympy's, so that expressions are written as on paper. Each call refuses what it 
 """
 
 import re
+import unicodedata
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -320,13 +321,25 @@ _GREEK = [
 ]
 
 
+def _in_latin(word: str) -> str:
+    """A Greek letter by its name, which LaTeX has a command for; any other word as it is."""
+    called = unicodedata.name(word, "") if len(word) == 1 else ""
+    name = called.removeprefix("GREEK SMALL LETTER ").removeprefix("GREEK CAPITAL LETTER ").replace("LAMDA", "LAMBDA")
+    name = name.capitalize() if "CAPITAL" in called else name.lower()
+    return name if name in _GREEK else word
+
+
 def glyph_of(name: str) -> str:
-    """A name as LaTeX writes it: what is behind the first _ or a first letter is its index."""
-    head, _, index = name.partition("_")
-    if not index and (match := re.fullmatch(r"([A-Za-z]+?)(\d+)", head)):
-        head, index = match[1], match[2]
+    r"""A name as LaTeX writes it: what is behind the first _ or a first letter is its index.
+
+    >>> glyph_of("theta_1"), glyph_of("θ1"), glyph_of("k_φ"), glyph_of("J_load")
+    ('\\theta_1', '\\theta_1', 'k_{\\phi}', 'J_{load}')
+    """
+    head, _, index = (_in_latin(part) for part in name.partition("_"))
+    if not index and (match := re.fullmatch(r"([^\W\d_]+?)(\d+)", head)):
+        head, index = _in_latin(match[1]), match[2]
     letter = f"\\{head}" if head in _GREEK else head if len(head) == 1 else rf"\mathrm{{{head}}}"
-    index = index.replace("_", ",")
+    index = f"\\{index}" if index in _GREEK else index.replace("_", ",")
     return f"{letter}_{index if len(index) == 1 else f'{{{index}}}'}" if index else letter
 
 

@@ -24,8 +24,8 @@ FORCES = {
         "I", "k*(theta/N - q) + d*(theta_dot/N - q_dot) + load - F_q*side_2",
     ),
     "rope_drum": (
-        "J", "k_t*i - r*(k*(r*phi - x + x_0) + k/4*(r*phi - x) + d*(r*phi_dot - v)) - b*phi_dot - F*side_1",
-        "m", "k*(r*phi - x + x_0) + k/4*(r*phi - x) + d*(r*phi_dot - v) - m*g",
+        "J", "k_t*i - r*(k*(r*phi - y + x_0) + k/4*(r*phi - y) + d*(r*phi_dot - y_dot)) - b*phi_dot - F*side_1",
+        "m", "k*(r*phi - y + x_0) + k/4*(r*phi - y) + d*(r*phi_dot - y_dot) - m*g",
     ),
     "lever": (
         "J + m*p**2", "p*P - a*k*(a*alpha + s*beta) - d*p**2*alpha_dot - F*p*side_1",
@@ -34,7 +34,7 @@ FORCES = {
 }  # fmt: skip
 """Of each coordinate the inertia and the force; friction with the sign of the velocity."""
 STARTS = {
-    "geared_sea": ("theta", "theta_dot", "q", "q_dot"), "rope_drum": ("phi", "phi_dot", "x", "v"),
+    "geared_sea": ("theta", "theta_dot", "q", "q_dot"), "rope_drum": ("phi", "phi_dot", "y", "y_dot"),
     "lever": ("alpha", "alpha_dot", "beta", "beta_dot"),
 }  # fmt: skip
 RATIO = {"geared_sea": "N", "rope_drum": "r", "lever": "a"}
@@ -247,7 +247,7 @@ def test_units_of_what_turns_and_what_moves_along_a_line_are_their_own():
     units = {each.name: each.quantity.unit for each in of.formulas}
     expected = {
         "acc_1": "rad/s^2", "acc_2": "m/s^2", "a1_y": "rad/m/s^2", "a1_v1": "1/s", "a1_v2": "rad/m/s", "a2_v1": "m/rad/s",
-        "force_1": "N m", "force_2": "N", "C_1": "rad/s^2", "C_2": "m/s^2", "x_t": "m", "phi_dot_t": "rad/s", "y_0": "m",
-        "int_phi_dot_v": "rad m/s", "phi_upper_stop": "rad", "H3_hat": "rad/s^2", "H3": "m/s^2", "total": "J",
+        "force_1": "N m", "force_2": "N", "C_1": "rad/s^2", "C_2": "m/s^2", "y_t": "m", "phi_dot_t": "rad/s", "y_0_": "m",
+        "int_phi_dot_y_dot": "rad m/s", "phi_upper_stop": "rad", "H3_hat": "rad/s^2", "H3": "m/s^2", "total": "J",
     }  # fmt: skip
     assert {name: units[name] for name in expected} == expected

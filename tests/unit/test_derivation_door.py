@@ -7,7 +7,7 @@ printed forms are read back, run and compiled, and compared with the value of th
 import doctest
 import json
 import math
-from functools import cache
+from functools import cache, cached_property
 
 import mpmath
 import pytest
@@ -17,6 +17,7 @@ import hopform
 from derive import derivation, ir
 from derive.maths import formulas
 from derive.maths.formulas import GROUPS
+from derive.model import declare
 from hopform import _front as cli
 from hopform.model import Derivation, ModelError, derive
 from tests import needs
@@ -33,6 +34,11 @@ mp.dps = DIGITS + 20
 @cache
 def derivation_of(name: str) -> Derivation:
     return derive(name if name == "hopper" else model_file(name))
+
+
+def texts_of(found: derivation.Mode, given: dict) -> dict[str, str]:
+    """What a derivation takes of numbers, as texts: decimals are meant exactly."""
+    return {name: str(value) for name, value in given.items() if name in found.inputs}
 
 
 # ---- the mechanisms, by hand ----
@@ -119,7 +125,7 @@ def test_the_states_are_those_of_the_force_balance(name):
     given = ROBOT | AT
     wanted = moved(name, exact(given) | ({"v2_0": mp.mpf(0)} if name == "joint" else {}))
     for row, state in enumerate(OF_JOINT if name == "joint" else STATES):
-        found = derivation_of(name).value(state, {key: str(value) for key, value in given.items()}, DIGITS + 20)
+        found = derivation_of(name).value(state, texts_of(derivation_of(name), given), DIGITS + 20)
         assert abs(mp.mpf(str(found)) - mp.mpf(str(wanted[row]))) < mp.mpf(10) ** -28, state
 
 
@@ -127,8 +133,8 @@ def test_a_pair_of_equal_poles_is_no_exception():
     """The joint with p^2 = 4 q, exactly."""
     given = ROBOT | AT | {"J": 4, "k": 900, "b": 120, "v2_0": 0}
     wanted = moved("joint", exact(given))
-    assert derivation_of("joint").value("disc", given) == 0
-    found = derivation_of("joint").value("phi_t", {key: str(value) for key, value in given.items()}, DIGITS)
+    assert derivation_of("joint").value("disc", texts_of(derivation_of("joint"), given)) == 0
+    found = derivation_of("joint").value("phi_t", texts_of(derivation_of("joint"), given), DIGITS)
     assert abs(mp.mpf(str(found)) - wanted[0]) < mp.mpf(10) ** -30
 
 
@@ -139,7 +145,7 @@ def test_event_functions_are_those_of_the_force_balance(name):
     found = derivation_of(name)
 
     def value(each):
-        return mp.mpf(str(found.value(each, {key: str(number) for key, number in of.items()}, DIGITS)))
+        return mp.mpf(str(found.value(each, texts_of(found, of), DIGITS)))
 
     first = "phi" if name == "joint" else "x1"
     ends = (of["phi_min"], of["phi_max"]) if name == "joint" else (of["x1_min"], of["x1_max"])
@@ -233,7 +239,7 @@ def test_units_balance_in_every_formula(name):
     units = {each: quantity.unit for each, quantity in found.inputs.items()} | {"X1": "m s", "X2": "m s"}
     scaled = {key: value * size(units.get(key, "1")) for key, value in given.items()}
     for each in found.formulas:
-        one, other = float(found.value(each.name, given)), float(found.value(each.name, scaled))
+        one, other = (float(found.value(each.name, texts_of(found, values))) for values in (given, scaled))
         assert other == pytest.approx(one * size(each.quantity.unit), rel=1e-8, abs=1e-12), each.name
 
 
@@ -280,9 +286,17 @@ def test_the_notebook_runs_cell_by_cell():
 
 
 def test_every_documented_example_of_the_derivation_runs():
-    for module, least in ((derivation, 50), (formulas, 3), (ir, 3)):
-        outcome = doctest.testmod(module)
-        assert outcome.failed == 0 and outcome.attempted >= least
+    for module, least in ((derivation, 60), (formulas, 3), (ir, 3), (declare, 1)):
+        cached = {
+            f"{kind.__name__}.{name}": value.__doc__ or ""
+            for kind in vars(module).values() if isinstance(kind, type) and kind.__module__ == module.__name__
+            for name, value in vars(kind).items() if isinstance(value, cached_property)
+        }  # fmt: skip
+        outcome = doctest.testmod(module)  # which does not look into cached properties
+        runner, parser = doctest.DocTestRunner(), doctest.DocTestParser()
+        for name, text in cached.items():
+            runner.run(parser.get_doctest(text, dict(vars(module)), name, None, None))
+        assert outcome.failed == runner.failures == 0 and outcome.attempted + runner.tries >= least
 
 
 def test_the_door_says_what_is_wrong(tmp_path):

@@ -5,6 +5,7 @@ scipy.signal and python-control make of the same numbers.
 """
 
 import inspect
+import re
 
 import numpy as np
 import pytest
@@ -16,7 +17,7 @@ from hopform import _front as cli
 from hopform.model import derive
 from tests.derived import model_file
 from tests.needs import sliced
-from tests.unit.test_derivation_door import AT, DIGITS, ROBOT, derivation_of, exact, matrix_of, mp
+from tests.unit.test_derivation_door import AT, DIGITS, ROBOT, derivation_of, exact, matrix_of, mp, texts_of
 
 HELD = "nothing", "actuator", "body"
 MODES = [
@@ -87,6 +88,7 @@ def test_assumptions_are_those_of_the_domains_on_request():
         numbers = {symbol: sp.Rational(3, 7) for symbol in difference.free_symbols}
         assert abs(sp.N(difference.xreplace(numbers), DIGITS)) < 1e-35, one.name
     assert assumed.value("q_1", {"k": 2, "J": 4}) == 0.5
+    assert plain.value("q_upper_stop", {"q_max": float("inf"), "q": 1}) == sp.oo
 
 
 @pytest.mark.parametrize("name", ["hopper", "joint"])
@@ -178,7 +180,7 @@ def test_the_propagator_is_the_exponential_of_the_force_balance(name, held, case
     for n, mass in enumerate(masses):
         whole[2 * n + 1, size + n] = 1 / mp.mpf(str(mass))
     wanted = mp.expm(whole * t, method="taylor")
-    phi, gamma = mode.propagator({key: str(value) for key, value in given.items()})
+    phi, gamma = mode.propagator(texts_of(mode, given))
     for row in range(size):
         for column in range(size):
             assert phi[row, column] == pytest.approx(float(wanted[row, column]), rel=1e-14, abs=1e-300)
@@ -217,7 +219,7 @@ def test_transfer_functions_are_those_of_the_force_balance(name, held):
     """C (s - A)^-1 B + D at a complex s, of positions, velocities, an acceleration and a force in the leg."""
     mode, point = mode_of(name, held), mp.mpc(1.5, 40)
     given = ROBOT | AT
-    values = {key: str(value) for key, value in given.items()}
+    values = texts_of(mode, given)
     M, _ = by_hand(name, held, given)
     resolvent = (point * mp.eye(len(M)) - mp.matrix(M)) ** -1
     outputs = [*mode.state, *([] if name == "joint" else ["contact_force"]), "acc_1"]
@@ -290,7 +292,7 @@ def test_eigenvalues_are_those_of_the_force_balance(name, held):
     mode = mode_of(name, held)
     M, _ = by_hand(name, held, ROBOT | AT)
     wanted = [complex(each) for each in mp.eig(mp.matrix(M))[0]]
-    found = list(mode.eigenvalues({key: str(value) for key, value in ROBOT.items()}))
+    found = list(mode.eigenvalues(texts_of(mode, ROBOT)))
     assert len(found) == len(wanted) == len(mode.eigenvalues())
     for each in wanted:
         nearest = min(found, key=lambda one: abs(one - each))
@@ -314,7 +316,7 @@ def test_what_slips_alone_is_at_rest_when_its_formula_says_so(case):
     """The velocity of the force balance is 0 then, for the first time; code has the digits of the formula."""
     joint = derivation_of("joint")
     given = ROBOT | AT | {"v2_0": 0} | RESTS[case]
-    values = {key: str(value) for key, value in given.items()}
+    values = texts_of(joint, given)
     side = given["side_1"]
     if case == "from rest":
         values |= {"phi_0_": "0.1"}
@@ -339,7 +341,7 @@ def test_what_is_driven_on_never_comes_to_rest():
     """Two real poles, driven along: no braking, and the velocity keeps its sign."""
     joint = derivation_of("joint")
     given = ROBOT | AT | {"v2_0": 0, "b": 900, "k": 1e-6, "load": 200}
-    values = {key: str(value) for key, value in given.items()}
+    values = texts_of(joint, given)
     assert joint.value("phi_braking", values) < 0
     assert all(joint.value("phi_dot_t", values | {"t": str(t)}) > 0 for t in (0.01, 1, 30))
 
@@ -350,7 +352,7 @@ def test_of_two_masses_the_one_that_slips_alone_comes_to_rest():
         n = {"actuator": 2, "body": 1}[held]
         names = [each.name for each in mode.found("states")]
         assert f"x{n}_time_to_rest" in names and f"x{3 - n}_time_to_rest" not in names
-        values = {key: str(value) for key, value in (ROBOT | AT).items()}
+        values = texts_of(mode, ROBOT | AT)
         rest = mode.value(f"x{n}_time_to_rest", values, DIGITS)
         assert rest > 0 and abs(mode.value(f"v{n}_t", values | {"t": rest}, 20)) < 1e-15
     assert not [name for name in derivation_of("hopper").states if name.endswith("_time_to_rest")]
@@ -369,12 +371,28 @@ def test_a_mode_refuses_what_it_does_not_have():
         sea.transfer_function(output="q", input="u")
     with pytest.raises(ModelError, match=r"output q\*x of sea has x; allowed: theta, theta_dot, q, q_dot"):
         sea.state_space(outputs=["q*x"])
-    with pytest.raises(ModelError, match=r"output q\*theta of sea is not linear in "):
+    with pytest.raises(ModelError, match=r"output q\*theta of sea is not linear in theta, theta_dot, q, q_dot, i$"):
         sea.state_space(outputs=["q*theta"])
+    with pytest.raises(ModelError, match=r"output 'q\*' of sea is no expression of sympy"):
+        sea.transfer_function(output="q*")
+    for name, value, allowed in (("k", "a lot", "> 0"), ("k", float("inf"), "> 0"), ("J_m", 0, "> 0"), ("d", -1, ">= 0"),
+                                 ("load", float("nan"), "finite"), ("load", [1, 2], "finite")):  # fmt: skip
+        with pytest.raises(ModelError, match=f"{name} of sea must be {allowed}.*, got {re.escape(repr(value))}"):
+            sea.propagator(sea.defaults | {"t": 0.1, name: value})
+    with pytest.raises(ModelError, match="sea has no parameter or input 'J_M': did you mean J_m"):
+        sea.value("s_1", sea.defaults | {"J_M": 1e-5})
+    with pytest.raises(ModelError, match=r"of sea takes t, got \['F_l'.*'theta_min'\]$"):
+        sea.propagator(sea.defaults)
     with pytest.raises(ModelError, match=r"of sea takes .*, got \['N'\]"):
         sea.state_space({"N": 50})
     with pytest.raises(ModelError, match="nothing moves in sea with motor, load held"):
         sea.mode("load,motor").show()
+    with pytest.raises(ModelError, match="nothing moves in pogo with body held: it has no inputs"):
+        derivation_of("pogo").mode("body").transfer_function(output="h")
+    with pytest.raises(
+        ModelError, match="sea has no formula '14': known: lagrangian, .*, works, event_functions, their"
+    ):
+        sea.show("14")
 
 
 def test_the_command_prints_the_formulas_of_a_mode(capsys):

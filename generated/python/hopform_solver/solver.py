@@ -405,13 +405,15 @@ def shown_of(robot: Robot, state: LegState) -> State:
 
 def start_of(robot: Robot, start: Mapping[str, float]) -> LegState:
     """The state at the start by coordinates and velocities; what is left out is 0, and so is y where there is a contact."""
-    known = dict(zip(State._fields, AXES, strict=True)) | ({"y": "y"} if len(MOVING) > 1 else {})
+    known, own_y = dict(zip(State._fields, AXES, strict=True)), "y_" if "y" in State._fields else "y"
+    known |= {own_y: "y"} if len(MOVING) > 1 else {}
     given = {known[name]: float(value) for name, value in start.items() if name in known}
     if len(given) < len(start) or given.keys() >= {"x2", "y"}:
-        raise ValueError(f"start may have {', '.join(known)}, but one of x2 and y, got {', '.join(start)}")
+        one_of = f", but one of {State._fields[2]} and {own_y}" if len(MOVING) > 1 else ""
+        raise ValueError(f"start may have {', '.join(known)}{one_of}, got {', '.join(start)}")
     x1, low, high = given.get("x1", 0.0), formulas.lower_stop(robot), formulas.upper_stop(robot)
     if not low <= x1 <= high:
-        raise ValueError(f"start {AXES[0]} must be within the stops {low!r} .. {high!r}, got {x1!r}")
+        raise ValueError(f"start {State._fields[0]} must be within the stops {low!r} .. {high!r}, got {x1!r}")
     y = given.get("y", 0.0)
     if "x2" in given or not ("y" in given or HAS_CONTACT):
         x2, length = given.get("x2", 0.0), float(formulas.second_position(robot, 0.0, 0.0))
