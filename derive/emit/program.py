@@ -55,7 +55,7 @@ def program(model: Model = HOPPER) -> Program:
     modules = (module for module in MODULES if model.has_contact or module not in OF_CONTACT)
     defined = [value for module in modules for value in vars(module).values()]
     zeros = [step.symbol for step in model.in_parameters(laplace.rates_of(model)) if step.value == 0]
-    if model.law is not None:
+    if model.has_law:
         under_law = {step.symbol for step in model.in_parameters(laplace.rates_under_law(model)) if step.value == 0}
         zeros = [symbol for symbol in zeros if symbol in under_law]
     named = {value.name: value for value in (*vars(quantities).values(), *defined) if isinstance(value, Record)}

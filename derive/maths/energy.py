@@ -162,7 +162,7 @@ def body_entries(model: Model) -> tuple[sp.Symbol, ...]:
     return tuple(entry for entry in entries if entry in has)
 
 
-@function(takes=(ROBOT, MOMENTS, CURRENT, SIDE_1, SIDE_2, X1_0), returns=LEDGER)
+@function(takes=(ROBOT, MOMENTS, CURRENT, SIDE_1, SIDE_2, LIMIT_SIGN, X1_0), returns=LEDGER)
 def ledger_of(model: Model) -> Steps:
     """Each entry of the ledger over a part of a phase that starts at x_1 = x1_0."""
     by_law = {} if model.law is None else {motor_work: _work_of_motor_with_law()}
@@ -173,8 +173,8 @@ def ledger_of(model: Model) -> Steps:
 
 
 def _work_of_motor_with_law() -> sp.Expr:
-    """The work of a motor whose current a law sets, or its limit: that is the second sign of a mode."""
-    follows = 1 - side_2**2
+    """The work of a motor whose current a law sets, or its limit."""
+    follows = 1 - limit_sign**2
     of_law = K_p * int_v1 * (u - x1_0 - int_v1 / 2) - K_d * int_v1v1
     return follows * of_law - (1 - follows) * gamma2 * u * int_v1
 

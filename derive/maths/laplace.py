@@ -46,14 +46,14 @@ def rates_under_law(model: Model) -> Steps:
 
     The mass is one on a spring K_p further, with a damper K_d, that K_p u drives.
     """
-    if model.law is None:
+    if not model.has_law:
         return tuple(Step(symbol, sp.S.Zero, "no law") for symbol in rates_record(model).symbols)
     return _rates(model, model.following(sp.S.One))
 
 
 def rates_by_limit(model: Model) -> Steps:
-    """Those of both by the second sign of a mode, which of one mass under a law is that of the limit."""
-    return rates_of(model) if model.law is None else _rates(model, model.following(1 - side_2**2), sides=(side_1,))
+    """Those of both by the limit that the input of a law is at."""
+    return rates_of(model) if not model.has_law else _rates(model, model.following(1 - limit_sign**2))
 
 
 def matrix_of(model: Model) -> sp.Matrix:
@@ -61,10 +61,8 @@ def matrix_of(model: Model) -> sp.Matrix:
     return MATRIX.subs(y_v1, model.rate_of_gear)
 
 
-def _rates(
-    model: Model, accelerations: tuple[sp.Expr, sp.Expr], sides: tuple[sp.Symbol, ...] = (side_1, side_2)
-) -> Steps:
-    smooth = [acc.subs(dict.fromkeys(sides, 0)) for acc in accelerations]
+def _rates(model: Model, accelerations: tuple[sp.Expr, sp.Expr]) -> Steps:
+    smooth = [acc.subs({side_1: 0, side_2: 0}) for acc in accelerations]
     constant = [acc.subs({y: 0, v1: 0, v2: 0, u: 0}) for acc in smooth]
     steps = [
         Step(MATRIX[row, column], smooth[row - 1].diff(v), f"({row + 2}) per {v}")

@@ -13,7 +13,7 @@ import sympy as sp
 from ..ir import Own, OwnChange, Parameter, ParameterChange, Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
-from . import control, elements, energy, laplace, modes
+from . import control, elements, energy, laplace, law, modes
 
 
 def _changed(quantity: Quantity) -> Quantity:
@@ -60,7 +60,7 @@ def changed_steps(steps: Sequence[Step], inputs: Sequence[sp.Symbol], asked: Seq
     return tuple(reversed(kept))
 
 
-@function(takes=(ROBOT, CURRENT, SIDE_1, SIDE_2, ROBOT_CHANGE, CURRENT_CHANGE), returns=SLOPES)
+@function(takes=(ROBOT, CURRENT, SIDE_1, SIDE_2, LIMIT_SIGN, ROBOT_CHANGE, CURRENT_CHANGE), returns=SLOPES)
 def slopes_of(model: Model) -> Steps:
     """Change of the right sides of (3), (4) with the robot and the current."""
     rates = [step for step in laplace.rates_by_limit(model) if step.symbol in RATES.symbols[:9]]
@@ -100,14 +100,14 @@ def upper_stop_change(model: Model) -> Steps:
     return changed_steps(steps, model.robot.symbols, HIGHEST_CHANGE.symbols)
 
 
-LIMIT_CHANGE = _changed(elements.LIMIT)
+REACHED_CHANGE = _changed(law.REACHED)
 
 
-@function(takes=(ROBOT, ROBOT_CHANGE), returns=LIMIT_CHANGE)
-def current_limit_change(model: Model) -> Steps:
-    """Change of the limit of the current with the robot."""
-    steps = model.in_parameters(elements.current_limit())
-    return changed_steps(steps, model.robot.symbols, LIMIT_CHANGE.symbols)
+@function(takes=(ROBOT, LIMIT_SIGN, ROBOT_CHANGE, CURRENT_CHANGE), returns=REACHED_CHANGE)
+def input_at_limit_change(model: Model) -> Steps:
+    """Change of the input at a limit with the robot and the input."""
+    steps = model.in_parameters(law.input_at_limit(model))
+    return changed_steps(steps, (*model.robot.symbols, u), REACHED_CHANGE.symbols)
 
 
 @function(takes=(RATES, STATE_CHANGE), returns=FREE)

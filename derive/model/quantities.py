@@ -201,12 +201,14 @@ TIME = Quantity("t", r"t", "s", "time since the phase began")
 CURRENT = Quantity("u", r"u", "A", "current")
 SIDE_1 = Quantity("side_1", r"\mathrm{sign}\,\dot{x}_1", "1", "sign of v_1 in the phase, 0 if held")
 SIDE_2 = Quantity("side_2", r"\mathrm{sign}\,\dot{x}_2", "1", "sign of v_2 in the phase, 0 if held")
+LIMIT_SIGN = Quantity("limit", r"\ell", "1", "sign of the limit that the input of a law is at in the phase, 0 under it")
 RESIDUAL_0 = Quantity("residual_0", r"r(0)", "1", "final value of a function of time, less its initial value")
 CHI = Quantity("chi", r"\chi", "1/s^2", "s^2 + p s + q at s = -a: what (18) divides by")
 OMEGA = Quantity("omega_p", r"\omega", "1/s", "frequency of a pair that rings")
 SHIFT = Quantity("sigma", r"\sigma", "1/s", "mean of the three rates, for nearly triple poles")
 HEIGHT = Quantity("height", r"h", "m", "hop height")
 BODY_HEIGHT = Quantity("x2", r"x_2", "m", "height of the body over the ground under the foot")
-t, u, side_1, side_2, residual_0, chi, omega_p, sigma, height, x2 = (
-    quantity.symbol for quantity in (TIME, CURRENT, SIDE_1, SIDE_2, RESIDUAL_0, CHI, OMEGA, SHIFT, HEIGHT, BODY_HEIGHT)
+t, u, side_1, side_2, limit_sign, residual_0, chi, omega_p, sigma, height, x2 = (
+    quantity.symbol
+    for quantity in (TIME, CURRENT, SIDE_1, SIDE_2, LIMIT_SIGN, RESIDUAL_0, CHI, OMEGA, SHIFT, HEIGHT, BODY_HEIGHT)
 )

@@ -329,7 +329,7 @@ def test_the_works_of_the_numpy_package_are_those_of_40_digits(store, name, case
     basis, split = kernels.basis_at(poles, t), kernels.split_of(poles)
     squares = formulas.squares_of(split, kernels.fades_at(split, t), basis)
     moments = formulas.moments_of(state, numerators, basis, squares, t)
-    ledger = formulas.ledger_of(robot, moments, u, *side, state[0])._asdict()
+    ledger = formulas.ledger_of(robot, moments, u, *side, 0.0, state[0])._asdict()
     size = float(size_of(name, values))
     for entry, found in ledger.items():
         wanted = float(value(name, f"{entry.removesuffix('_work')}_work", values))

@@ -11,7 +11,7 @@
 #include "overlap_f64.h"
 
 /* The chain while it grows. */
-struct stance_chain_f64 {
+typedef struct {
     const hopform_plan_f64 *plan;
     const hopform_step_f64 *steps;
     int32_t step_count;
@@ -21,7 +21,7 @@ struct stance_chain_f64 {
     state_by_axis_f64 at;
     double from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     double from_upper;
-    int side[HOPFORM_ELEMENTS]; /* with a law the second one is its limit */
+    row_f64 mode;
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     double carried_acceleration; /* this acceleration, from before the state lost its digits */
@@ -42,22 +42,18 @@ struct stance_chain_f64 {
     int event;                   /* with which the phase began */
     drive_by_element_f64 drive; /* of the phase, as its numerators */
     numerators_by_axis_f64 numerators;
+    motion_modes_f64 modes; /* of the motion, once the modal form is evaluated */
     evaluations_f64 *evaluations;
     observer_f64 *observer;
     current_variation_f64 *variation;
-};
-
-/* The limit that the input of a law is at, 0 under it: the second side. */
-static inline int limit_of_chain_f64(const stance_chain_f64 *chain) {
-    return HOPFORM_HAS_LAW ? chain->side[HOPFORM_ELEMENTS - 1] : 0;
-}
+} stance_chain_f64;
 
 static inline double current_of_chain_f64(const stance_chain_f64 *chain) {
-    return input_of_mode_f64(chain->plan, limit_of_chain_f64(chain), chain->steps[chain->step].u);
+    return input_of_mode_f64(chain->plan, chain->mode, chain->steps[chain->step].u);
 }
 
 static inline const hopform_rates_f64 *rates_of_chain_f64(const stance_chain_f64 *chain) {
-    return rates_of_mode_f64(chain->plan, limit_of_chain_f64(chain));
+    return rates_in_mode_f64(chain->plan, chain->mode);
 }
 
 /* ---- the hold rule ---- */
@@ -68,47 +64,30 @@ static inline numerator_f64 free_numerator_f64(const hopform_rates_f64 *rates, i
     return element == 0 ? free_numerator_1_f64(rates, numerators) : free_numerator_2_f64(rates, numerators);
 }
 
-/* What the elements do, by their sides; one that never moves rests. */
-static inline bool both_slip_f64(const int *side) {
-    return !HOPFORM_MOVES_ALONE && side[0] != 0 && side[1] != 0;
+/* Enter the mode in which an element has another side. */
+static inline void take_side_f64(stance_chain_f64 *chain, int element, int side) {
+    chain->mode = mode_with_side_f64(chain->mode, element, side);
 }
 
-static inline bool all_rest_f64(const int *side) {
-    return side[0] == 0 && (HOPFORM_MOVES_ALONE || side[1] == 0);
-}
-
-static inline bool other_rests_f64(const int *side, int element) {
-    return HOPFORM_MOVES_ALONE || side[1 - element] == 0;
-}
-
-/* Whether a stop, or that it never moves, keeps an element at rest from going to a side. */
+/* Whether a stop keeps an element at rest from going to a side. */
 static inline bool stance_blocked_f64(const stance_chain_f64 *chain, int element, int side) {
     const hopform_robot_f64 *robot = &chain->plan->robot;
-    if (HOPFORM_NEVER_MOVES(element)) { return true; }
     if (!HOPFORM_HAS_STOPS || element != HOPFORM_STOPPED_ELEMENT) { return false; }
     const bool locked = !(lower_stop_f64(robot) < upper_stop_f64(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
 
-/* The constant accelerations, and the numerators from the chain's state, with given sides. */
-static inline drive_by_element_f64 drive_of_chain_f64(const stance_chain_f64 *chain, const int *side) {
-    drive_by_element_f64 drive;
-    drive.named = drive_of_f64(&chain->plan->robot, rates_of_chain_f64(chain), current_of_chain_f64(chain),
-                                (double)side[0], (double)side[1]);
-    return drive;
-}
-
-static inline numerators_by_axis_f64 numerators_of_chain_f64(const stance_chain_f64 *chain, const int *side) {
-    const drive_by_element_f64 drive = drive_of_chain_f64(chain, side);
+/* The numerators from the chain's state in a mode. */
+static inline numerators_by_axis_f64 numerators_of_chain_f64(const stance_chain_f64 *chain, row_f64 mode) {
     numerators_by_axis_f64 made;
-    made.named = motion_under_f64(rates_of_chain_f64(chain), &drive.named, &chain->at.named, side[0], side[1]);
+    made.named = motion_of_f64(chain->plan, &chain->at.named, current_of_chain_f64(chain), mode);
     return made;
 }
 
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline double drift_of_free_f64(const stance_chain_f64 *chain, int element) {
-    const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
-    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, side);
+    const numerators_by_axis_f64 numerators =
+        numerators_of_chain_f64(chain, mode_with_side_f64(chain->mode, element, 0));
     const numerator_f64 free = free_numerator_f64(rates_of_chain_f64(chain), element, &numerators.named);
     return first_derivative_f64(&free);
 }
@@ -154,78 +133,80 @@ static inline direction_f64 direction_from_rest_f64(const stance_chain_f64 *chai
     return direction;
 }
 
-/* ---- the limit of a law ---- */
+/* ---- the limits of a law: the levels of its switching function ---- */
 
-/* The magnitudes that the room of the pull is a difference of: they are large where the law is stiff. */
-static inline double terms_of_room_f64(const stance_chain_f64 *chain, double largest) {
-    return terms_of_pull_f64(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u) + largest;
-}
+/* The switching function at the chain's state, the magnitudes that it is a sum of, and its levels. */
+typedef struct {
+    double value, terms;
+    levels_f64 levels;
+} switching_at_f64;
 
-static inline double pull_of_chain_f64(const stance_chain_f64 *chain) {
-    return pull_of_law_f64(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
-}
-
-/* How far the pull is beyond the limits, decided. */
-static inline double beyond_limit_f64(const stance_chain_f64 *chain, double pull) {
-    const double largest = largest_pull_f64(&chain->plan->robot);
-    return is_finite_f64(largest) ? decided_f64(fabs_f64(pull) - largest, terms_of_room_f64(chain, largest)) : -1.0;
-}
-
-/* The limit that the current is at; on the limit 0. */
-static inline void stance_choose_limit_f64(stance_chain_f64 *chain) {
-    if (!HOPFORM_HAS_LAW) { return; }
-    const double pull = pull_of_chain_f64(chain);
-    chain->side[HOPFORM_ELEMENTS - 1] = beyond_limit_f64(chain, pull) > 0.0 ? (int)goes_f64(pull, 0.0) : 0;
-}
-
-/* Where the pull is on the limit its first non-zero derivative decides; the sides of the elements are known. */
-static inline void stance_settle_limit_f64(stance_chain_f64 *chain) {
-    if (!HOPFORM_HAS_LAW || limit_of_chain_f64(chain) != 0 || all_rest_f64(chain->side)) { return; }
-    const double pull = pull_of_chain_f64(chain);
-    if (beyond_limit_f64(chain, pull) < 0.0) { return; }
-    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->side);
-    const numerator_f64 h = law_numerator_f64(&chain->plan->robot, &chain->at.named, &numerators.named);
-    const double leaves = goes_f64(pull, 0.0) * first_derivative_f64(&h);
-    chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0 ? (int)goes_f64(pull, 0.0) : 0;
-}
-
-/* The room of the pull to its limits, or at a limit what it is beyond that. */
-static inline void add_limits_f64(const stance_chain_f64 *chain, event_set_f64 *set) {
-    const double largest = largest_pull_f64(&chain->plan->robot);
-    if (!is_finite_f64(largest)) { return; }
-    const int limit = limit_of_chain_f64(chain);
+static inline switching_at_f64 switching_of_chain_f64(const stance_chain_f64 *chain) {
     const hopform_robot_f64 *robot = &chain->plan->robot;
-    const double terms = terms_of_room_f64(chain, largest);
-    const double pull = pull_of_chain_f64(chain);
-    const numerator_f64 h = law_numerator_f64(robot, &chain->at.named, &chain->numerators.named);
-    for (int side = -1; side <= 1; side += 2) {
-        if (limit != 0 && side != limit) { continue; }
-        event_function_f64 *room = add_event_function_f64(set, &h, pull - (double)side * largest,
-                                                            (double)(limit == 0 ? -side : side), LIMIT_f64, true);
-        put_on_threshold_f64(room, terms);
-        room->side = limit == 0 ? side : 0;
-    }
+    const double u = chain->steps[chain->step].u;
+    const switching_at_f64 at = {switching_of_f64(robot, &chain->at.named, u),
+                                  switching_terms_f64(robot, &chain->at.named, u), switching_levels_f64(robot)};
+    return at;
 }
 
-/* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
- * the others do. One that starts on its threshold has the acceleration of the excess there. */
-static inline void stance_settle_f64(stance_chain_f64 *chain, uint32_t resting) {
+static inline double level_of_limit_f64(const switching_at_f64 *at, int limit) {
+    return limit < 0 ? at->levels.lower : at->levels.upper;
+}
+
+/* The magnitudes that the function less a level is a sum of: they are large where the law is stiff. */
+static inline double terms_of_room_f64(const switching_at_f64 *at, double level) {
+    return at->terms + fabs_f64(level);
+}
+
+/* How far the function is beyond the level of a limit, decided; below 0 where there is none. */
+static inline double beyond_limit_f64(const switching_at_f64 *at, int limit) {
+    const double level = level_of_limit_f64(at, limit);
+    const double beyond = (double)limit * (at->value - level);
+    return is_finite_f64(level) ? decided_f64(beyond, terms_of_room_f64(at, level)) : -1.0;
+}
+
+/* The limit that the input is at; on a level 0. */
+static inline void stance_choose_limit_f64(stance_chain_f64 *chain) {
+    if (!HOPFORM_HAS_LIMITS) { return; }
+    const switching_at_f64 at = switching_of_chain_f64(chain);
+    const int below = beyond_limit_f64(&at, -1) > 0.0 ? -1 : 0;
+    chain->mode = mode_at_limit_f64(chain->mode, beyond_limit_f64(&at, 1) > 0.0 ? 1 : below);
+}
+
+/* On a level the first non-zero derivative of the function decides; the sides of the elements are known. */
+static inline void stance_settle_limit_f64(stance_chain_f64 *chain) {
+    if (!HOPFORM_HAS_LIMITS || limit_of_mode_f64(chain->mode) != 0 || rests_of_mode_f64(chain->mode)) { return; }
+    const switching_at_f64 at = switching_of_chain_f64(chain);
+    const int below = !(beyond_limit_f64(&at, -1) < 0.0) ? -1 : 0;
+    const int limit = !(beyond_limit_f64(&at, 1) < 0.0) ? 1 : below;
+    if (limit == 0) { return; }
+    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->mode);
+    const numerator_f64 h = switching_numerator_f64(&chain->plan->robot, &chain->at.named, &numerators.named);
+    chain->mode = mode_at_limit_f64(chain->mode, (double)limit * first_derivative_f64(&h) > 0.0 ? limit : 0);
+}
+
+/* The side of an element that is at rest. One that starts on its threshold has the acceleration of the excess there. */
+static inline void settle_element_f64(stance_chain_f64 *chain, int element) {
+    const direction_f64 direction = direction_from_rest_f64(chain, element);
+    take_side_f64(chain, element, direction.side);
+    if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
+}
+
+/* Those of the elements that are at rest, a bit each; where both are twice, because each may depend on what the other
+ * does. */
+SHARED_f64 void stance_settle_f64(stance_chain_f64 *chain, uint32_t resting) {
     const bool several = !HOPFORM_MOVES_ALONE && (resting & (resting - 1u)) != 0;
-    for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
-        for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-            if ((resting & 1u << (uint32_t)element) != 0) {
-                const direction_f64 direction = direction_from_rest_f64(chain, element);
-                chain->side[element] = direction.side;
-                if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
-            }
-        }
+    if (!several && resting == 0) { return; }
+    const int first = several || HOPFORM_MOVES_ALONE ? 0 : (int)(resting >> 1u);
+    for (int n = 0; n < (several ? 2 * HOPFORM_ELEMENTS : 1); n++) {
+        settle_element_f64(chain, several ? n % HOPFORM_ELEMENTS : first);
     }
 }
 
 static inline uint32_t held_elements_f64(const stance_chain_f64 *chain) {
     uint32_t held = 0;
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        held |= chain->side[element] == 0 ? 1u << (uint32_t)element : 0u;
+        held |= side_of_mode_f64(chain->mode, element) == 0 ? 1u << (uint32_t)element : 0u;
     }
     return held;
 }
@@ -268,66 +249,100 @@ static inline double terms_of_contact_f64(const stance_chain_f64 *chain) {
 }
 #endif
 
+/* ---- the event functions of a phase, by the kinds of guards: each puts those that are active in the mode ---- */
+
+/* Whether all but a velocity is monotone until the end of the phase. */
+static inline bool is_monotone_f64(row_f64 mode) {
+    return alone_of_mode_f64(mode) >= 0 && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
+}
+
+#if HOPFORM_HAS_CONTACT
+/* Where one element slips alone and the forces on it cancel at no stretch, the stretch of a contact rings about 0 as a
+ * velocity does: its first zero is known however far it has faded by then. Else it is one of those that are searched,
+ * unless it is the contact force and only rises, from 0 on. */
+static inline void put_contact_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const row_f64 mode = chain->mode;
+    const double stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const int alone = alone_of_mode_f64(mode);
+    const bool may_ring = HOPFORM_CONTACT_IS_STRETCH && alone >= 0 && !(stretch < 0.0);
+    if (may_ring && !(fabs_f64(chain->drive.of[alone]) > 0.0)) {
+        events->rest_time = time_to_rest_f64(events->set.poles, stretch, chain->numerators.of.stretch.H3);
+        events->rests = CONTACT_f64;
+    } else if (falls_of_mode_f64(mode) || stretch < 0.0 || !HOPFORM_CONTACT_IS_STRETCH) {
+        const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &chain->numerators.named);
+        const double start = contact_of_f64(&chain->plan->robot, &chain->at.named);
+        event_function_f64 *contact =
+            add_event_function_f64(&events->set, &h, start, 1.0, CONTACT_f64, !is_monotone_f64(mode));
+        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_f64(contact, terms_of_contact_f64(chain)); }
+    }
+}
+#endif
+
 /* How far the position is from the stop ahead, if there is one. */
-static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *set) {
-    const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
+static inline void put_stop_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const int side = side_of_mode_f64(chain->mode, HOPFORM_STOPPED_ELEMENT);
     const double gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_f64(gap)) { return; }
+    if (side == 0 || !is_finite_f64(gap)) { return; }
     const double away = -(double)side;
     const numerator_f64 *h = &chain->numerators.of.position;
     const numerator_f64 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f64 *stop =
-        add_event_function_f64(set, &first, away * gap, away, ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, false);
+        add_event_function_f64(&events->set, &first, away * gap, away, ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, false);
     stop->touch_is_no_event = true;
     stop->H0 = away * h->H1;
 }
 
-/* The event functions of a phase. Where one element slips alone and the forces on it cancel at no stretch, the stretch
- * of a contact rings about 0 as a velocity does: its first zero is known however far it has faded by then. */
+/* The room of the switching function to its levels, or at a limit what it is beyond that. */
+static inline void put_limit_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const int from = limit_of_mode_f64(chain->mode);
+    const switching_at_f64 at = switching_of_chain_f64(chain);
+    const numerator_f64 h = switching_numerator_f64(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
+    for (int limit = -1; limit <= 1; limit += 2) {
+        const double level = level_of_limit_f64(&at, limit);
+        if (is_finite_f64(level) && (from == 0 || limit == from)) {
+            event_function_f64 *room = add_event_function_f64(&events->set, &h, at.value - level,
+                                                                (double)(from == 0 ? -limit : limit), LIMIT_f64, true);
+            put_on_threshold_f64(room, terms_of_room_f64(&at, level));
+            room->side = from == 0 ? limit : 0;
+        }
+    }
+}
+
+/* The velocity of each that slips beside others; of what slips alone its time to rest, in closed form. */
+static inline void put_velocity_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const row_f64 mode = chain->mode;
+    const int alone = alone_of_mode_f64(mode);
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && alone < 0; element++) {
+        (void)add_event_function_f64(&events->set, &chain->numerators.of.velocity[element],
+                                      chain->at.of[HOPFORM_VELOCITY_AXIS(element)],
+                                      (double)side_of_mode_f64(mode, element), ELEMENT_f64 + element, true);
+    }
+    if (alone < 0) { return; }
+    const double sign = (double)side_of_mode_f64(mode, alone);
+    const double rest = time_to_rest_f64(events->set.poles, sign * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)],
+                                        sign * chain->numerators.of.velocity[alone].H3);
+    if (events->rests == NO_OWNER_f64 || !(events->rest_time <= rest)) {
+        events->rest_time = rest;
+        events->rests = ELEMENT_f64 + alone;
+    }
+}
+
+/* What is held while another element slips alone. */
+static inline void put_threshold_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const int alone = alone_of_mode_f64(chain->mode);
+    if (alone >= 0) { add_thresholds_f64(chain, 1 - alone, !is_monotone_f64(chain->mode), &events->set); }
+}
+
+/* The event functions of a phase: of each guard that the model has. */
 static inline void put_events_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
-    const double *at = chain->at.of;
-    const int *side = chain->side;
-    event_set_f64 *set = &events->set;
-    const hopform_poles_f64 *poles = poles_of_f64(chain->plan, side[0], side[1]);
-    const bool several = both_slip_f64(side);
-    const int slips = HOPFORM_MOVES_ALONE || side[0] != 0 ? 0 : 1;
-    const bool is_monotone = !several && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
-    set->poles = poles;
-    set->node = node_of_f64(chain->plan, side[0], side[1]);
-    set->count = 0;
+    events->set.poles = poles_of_f64(chain->plan, chain->mode);
+    events->set.node = node_of_f64(chain->plan, chain->mode);
+    events->set.count = 0;
     events->rest_time = HOPFORM_NEVER_f64;
     events->rests = NO_OWNER_f64;
-#if HOPFORM_HAS_CONTACT
-    const double stretch = at[HOPFORM_STRETCH_AXIS];
-    const bool rings =
-        HOPFORM_CONTACT_IS_STRETCH && !several && !(stretch < 0.0) && !(fabs_f64(chain->drive.of[slips]) > 0.0);
-    const bool may_fall = HOPFORM_STRETCH_MAY_FALL(side) || stretch < 0.0; /* else it rises, from 0 on */
-    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_STRETCH)) {
-        const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &chain->numerators.named);
-        event_function_f64 *contact = add_event_function_f64(
-            set, &h, contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0, CONTACT_f64, !is_monotone);
-        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_f64(contact, terms_of_contact_f64(chain)); }
-    }
-#endif
-    add_stop_f64(chain, set);
-    if (HOPFORM_HAS_LAW) { add_limits_f64(chain, set); }
-    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
-        (void)add_event_function_f64(set, &chain->numerators.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
-                                      (double)side[element], ELEMENT_f64 + element, true);
-    }
-    if (several) { return; }
-    const double sign = (double)side[slips];
-    if (!HOPFORM_MOVES_ALONE) { add_thresholds_f64(chain, 1 - slips, !is_monotone, set); }
-    events->rest_time = time_to_rest_f64(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
-                                          sign * chain->numerators.of.velocity[slips].H3);
-    events->rests = ELEMENT_f64 + slips;
-#if HOPFORM_HAS_CONTACT
-    const double lift = rings ? time_to_rest_f64(poles, stretch, chain->numerators.of.stretch.H3) : HOPFORM_NEVER_f64;
-    if (rings && lift <= events->rest_time) {
-        events->rest_time = lift;
-        events->rests = CONTACT_f64;
-    }
-#endif
+#define PUT_GUARD(kind) put_##kind##_f64(events, chain);
+    HOPFORM_GUARDS(PUT_GUARD)
+#undef PUT_GUARD
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -343,35 +358,41 @@ SELDOM_f64 double later_takeoff_f64(const stance_chain_f64 *chain, const hopform
     if (!is_late_f64(basis)) { return 0.0; }
     state_by_axis_f64 steady = {{0.0, 0.0, 0.0, 0.0}};
     numerators_by_axis_f64 from_slack;
-    from_slack.named =
-        motion_of_f64(chain->plan, &steady.named, current_of_chain_f64(chain), chain->side[0], chain->side[1]);
+    from_slack.named = motion_of_f64(chain->plan, &steady.named, current_of_chain_f64(chain), chain->mode);
     steady.of[HOPFORM_STRETCH_AXIS] = settled_f64(poles, &from_slack.of.stretch);
     const double settled = contact_of_f64(&chain->plan->robot, &steady.named);
     return steady_state_correction_f64(poles, contact, settled, basis, t);
 }
 #endif
 
-/* The search at the start of the phase that starts at the chain's state. */
-static inline void stance_begin_search_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
-    const double until = end_of_step_f64(chain) - chain->t;
-    put_events_f64(&search->events, chain);
+/* A take-off late in a phase, which was found: the interval ends at its time with all its digits. True if that is
+ * later, so that something else may come first. */
+static inline bool sharpen_takeoff_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
+#if HOPFORM_HAS_CONTACT
     const event_set_f64 *set = &search->events.set;
     interval_f64 *in = &search->in;
-    in->count = 0;
-    in->high.omega = 0.0; /* W at first */
-    in->evaluations = chain->evaluations;
-    use_evaluation_f64(in->evaluations); /* a phase costs as much */
-    in->found = begin_at_start_f64(set, in);
-    search->limit = lesser_f64(search->events.rest_time, until);
-    search->open = in->found < 0 && search->limit > 0.0;
-    if (!search->open) { in->high = propagator_at_start_f64(set->poles); }
+    const double before = in->high.t;
+    if (in->found != 0 || set->function[0].owner != CONTACT_f64) { return false; }
+    for (int n = 0; n < 4 && !is_modal_f64(&in->high); n++) {
+        const basis_f64 basis = basis_of_propagator_f64(set->poles, &in->high);
+        const double later = later_takeoff_f64(chain, set->poles, &set->function[0], &basis, in->high.t);
+        if (!(fabs_f64(later) > 0.0) || in->high.t + later > search->limit) { break; }
+        end_interval_at_f64(set, in, in->high.t + later);
+        in->found = 0;
+    }
+    return in->high.t > before;
+#else
+    (void)chain;
+    (void)search;
+    return false;
+#endif
 }
 
 /* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is
  * a small difference of large terms of W. A distance to a stop counts from where the phase begins. */
-SELDOM_f64 void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
+SELDOM_f64 void enter_modes_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
     event_set_f64 *set = &search->events.set;
-    motion_modes_f64 *modes = &search->events.modes;
+    motion_modes_f64 *modes = &chain->modes;
     *modes = modes_of_motion_f64(set->poles, set->node->omega, &chain->at.named, &chain->numerators.named);
     search->in.high = modes_at_f64(set->poles, set->node->omega, search->in.high.t);
     for (int32_t n = 0; n < set->count; n++) {
@@ -385,43 +406,52 @@ SELDOM_f64 void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64
         }
 #endif
         if (g->touch_is_no_event) {
-            const double gap = chain->side[element] > 0 ? chain->from_upper : chain->from_lower;
+            const double gap = side_of_mode_f64(chain->mode, element) > 0 ? chain->from_upper : chain->from_lower;
             take_modes_f64(g, &modes->by.of.position, gap + modes->final.of[HOPFORM_POSITION_AXIS], modes->drift,
-                            -(double)chain->side[element]);
+                            -(double)side_of_mode_f64(chain->mode, element));
         } else {
             take_modes_f64(g, &modes->by.of.velocity[element], modes->final.of[HOPFORM_VELOCITY_AXIS(element)], 0.0,
-                            (double)chain->side[element]);
+                            (double)side_of_mode_f64(chain->mode, element));
         }
     }
 }
 
 /* The first event of the phase that starts at the chain's state. */
-static inline void stance_find_end_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
-    if (all_rest_f64(chain->side)) {
-        search->in.high = propagator_at_start_f64(any_poles_f64(chain->plan));
-        search->in.high.t = end_of_step_f64(chain) - chain->t;
-        search->owner = NO_OWNER_f64;
-        search->stops = false;
-        search->touches = false;
-        search->certified = true;
+static inline void stance_find_end_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
+    const double until = end_of_step_f64(chain) - chain->t;
+    if (rests_of_mode_f64(chain->mode)) {
+        search_rest_f64(search, &chain->plan->poles[0], until);
         return;
     }
-    stance_begin_search_f64(chain, search);
-    if (search->open) { end_first_interval_f64(&search->events.set, &search->in, search->limit); }
-    find_first_event_f64(chain, search);
+    put_events_f64(&search->events, chain);
+    bool open = begin_search_f64(search, until, chain->evaluations);
+    bool quiet = false;
+    bool is_sharp = false; /* the take-off in the interval: once */
+    while (open) {
+        open = search_interval_f64(search, quiet);
+        if (open) {
+            const bool enters = !HOPFORM_MOVES_ALONE && search->in.high.t >= search->events.set.node->modal;
+            if (enters && !is_modal_f64(&search->in.high)) { enter_modes_f64(chain, search); }
+            quiet = next_interval_f64(search);
+            is_sharp = false;
+        } else {
+            is_sharp = !is_sharp && search->certified && sharpen_takeoff_f64(chain, search);
+            open = is_sharp;
+        }
+    }
+    conclude_f64(search);
 }
 
 /* ---- the chain ---- */
 
 /* The phase that begins at the chain's time, state and mode. */
 static inline hopform_phase_f64 phase_of_chain_f64(const stance_chain_f64 *chain, int event) {
-    const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
     hopform_phase_f64 phase;
 #define PUT_MEMBER(name, domain) phase.name = chain->at.named.name;
     HOPFORM_STATE_MEMBERS(PUT_MEMBER)
 #undef PUT_MEMBER
     phase.t = chain->t;
-    phase.mode = (int8_t)mode;
+    phase.mode = (int8_t)number_of_mode_f64(chain->mode);
     phase.event = (int8_t)event;
     phase.step = (uint16_t)chain->step;
     return phase;
@@ -434,7 +464,7 @@ static inline void stance_record_f64(stance_chain_f64 *chain, int event) {
     }
     chain->event = event;
     chain->count++;
-    if (!all_rest_f64(chain->side)) {
+    if (!rests_of_mode_f64(chain->mode)) {
         chain->held_count = 0;
     } else if (chain->held_count == 0) {
         chain->held_from = chain->t;
@@ -442,10 +472,10 @@ static inline void stance_record_f64(stance_chain_f64 *chain, int event) {
     }
 }
 
-/* An element has come to rest, or has met a stop. One that it touches where it turns is no event, but that is where
- * it is. */
-static inline void end_of_velocity_f64(stance_chain_f64 *chain, int element, bool stops, bool touches) {
-    const int before = chain->side[element];
+/* An element has come to rest, or has met a stop: the event. A stop that it touches where it turns is none, but that is
+ * where it is. */
+static inline int end_of_velocity_f64(stance_chain_f64 *chain, int element, bool stops, bool touches) {
+    const int before = side_of_mode_f64(chain->mode, element);
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
     if (stops || touches) {
         const double lower = lower_stop_f64(&chain->plan->robot);
@@ -458,13 +488,10 @@ static inline void end_of_velocity_f64(stance_chain_f64 *chain, int element, boo
     stance_choose_limit_f64(chain);
     stance_settle_f64(chain, 1u << (uint32_t)element);
     stance_settle_limit_f64(chain);
-    const int after = chain->side[element];
-    const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
-    if ((stops && after != before) || (touches && after == 0)) {
-        stance_record_f64(chain, HOPFORM_EVENT_HITS_STOP);
-    } else {
-        stance_record_f64(chain, after == before ? HOPFORM_EVENT_NONE : event); /* none: a touch, it goes on */
-    }
+    const int after = side_of_mode_f64(chain->mode, element);
+    if ((stops && after != before) || (touches && after == 0)) { return HOPFORM_EVENT_HITS_STOP; }
+    if (after == before) { return HOPFORM_EVENT_NONE; /* a touch, it goes on */ }
+    return after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
 }
 
 /* The input has taken its value of a step: what is held may begin to slip. */
@@ -475,7 +502,7 @@ static inline void take_step_f64(stance_chain_f64 *chain) {
     stance_settle_f64(chain, held);
     stance_settle_limit_f64(chain);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {
+        if ((held & 1u << (uint32_t)element) != 0 && side_of_mode_f64(chain->mode, element) != 0) {
             stance_record_f64(chain, HOPFORM_EVENT_SLIPS(element));
         }
     }
@@ -513,10 +540,13 @@ SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const basis
 static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const stance_search_f64 *end) {
     const int element = end->owner - ELEMENT_f64;
     chain->came_to_rest = NO_ELEMENT_f64;
-    if (!all_rest_f64(chain->side)) { chain->rounded_at_stop = 0.0; }
-    if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_f64) || chain->side[element] == 0) { return; }
+    if (!rests_of_mode_f64(chain->mode)) { chain->rounded_at_stop = 0.0; }
+    if (element < 0 || (HOPFORM_HAS_LIMITS && end->owner == LIMIT_f64)
+        || side_of_mode_f64(chain->mode, element) == 0) {
+        return;
+    }
     const basis_f64 basis = basis_of_propagator_f64(end->events.set.poles, &end->in.high);
-    const bool alone = other_rests_f64(chain->side, element);
+    const bool alone = alone_of_mode_f64(chain->mode) == element;
     const bool at_stop = end->stops || end->touches;
     if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
         const double stretched = chain->most_stretched + terms_of_stretch_f64(chain, &basis);
@@ -524,9 +554,9 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
     }
     if (alone && !at_stop) {
         chain->came_to_rest = element;
-        chain->carried_acceleration =
-            free_after_motion_f64((double)chain->side[element], level_of_f64(&chain->plan->robot, element),
-                                   &chain->numerators.of.velocity[element], &basis);
+        chain->carried_acceleration = free_after_motion_f64((double)side_of_mode_f64(chain->mode, element),
+                                                             level_of_f64(&chain->plan->robot, element),
+                                                             &chain->numerators.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
         keep_small_acceleration_f64(chain, &basis);
     }
@@ -534,14 +564,12 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_f64(stance_chain_f64 *chain, const motion_modes_f64 *modes,
-                                      const propagator_f64 *end) {
+static inline void stance_arrive_f64(stance_chain_f64 *chain, const propagator_f64 *end) {
     double *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const double before = *position;
     chain->most_stretched = greater_f64(chain->most_stretched, fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0;
-    chain->at.named =
-        arrive_at_f64(&chain->at.named, &chain->numerators.named, modes, end, chain->side[0], chain->side[1]);
+    chain->at.named = arrive_at_f64(&chain->at.named, &chain->numerators.named, &chain->modes, end, chain->mode);
     const double moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -550,7 +578,7 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const motion_modes
 
 /* The acceleration with which an element starts on its threshold. */
 static inline double acceleration_on_threshold_f64(const stance_chain_f64 *chain, int element) {
-    const int side = chain->side[element];
+    const int side = side_of_mode_f64(chain->mode, element);
     return (double)side * excess_to_side_f64(&chain->plan->robot, element, side);
 }
 
@@ -558,35 +586,34 @@ static inline double acceleration_on_threshold_f64(const stance_chain_f64 *chain
  * that of the excess, and what follows from it, too: rounding would let it go back at once. */
 static inline void start_on_threshold_f64(stance_chain_f64 *chain) {
     const int element = chain->just_switched;
-    const int *side = chain->side;
-    if (element < 0 || !both_slip_f64(side)) { return; }
+    if (element < 0 || !several_of_mode_f64(chain->mode)) { return; }
     double *drive = &chain->drive.of[element];
     *drive = 0.0;
     numerators_by_axis_f64 others;
-    others.named =
-        motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named, side[0], side[1]);
+    others.named = motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named, chain->mode);
     *drive = acceleration_on_threshold_f64(chain, element) - others.of.velocity[element].H3;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     const int element = chain->came_to_rest;
-    chain->drive = drive_of_chain_f64(chain, chain->side);
+    chain->drive.named = drive_in_mode_f64(chain->plan, chain->mode, current_of_chain_f64(chain));
     start_on_threshold_f64(chain);
-    chain->numerators.named = motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named,
-                                                chain->side[0], chain->side[1]);
+    chain->numerators.named =
+        motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named, chain->mode);
     const int starts = chain->just_switched;
-    if (starts >= 0 && both_slip_f64(chain->side)) {
+    if (starts >= 0 && several_of_mode_f64(chain->mode)) {
         const double acceleration = acceleration_on_threshold_f64(chain, starts);
         if (fabs_f64(acceleration) > 0.0) {
             set_acceleration_from_rest_f64(&chain->numerators, rates_of_chain_f64(chain), starts, false,
                                             acceleration);
         }
     }
-    if (element >= 0 && chain->side[element] != 0) {
-        const double level = (double)chain->side[element] * level_of_f64(&chain->plan->robot, element);
+    if (element >= 0 && side_of_mode_f64(chain->mode, element) != 0) {
+        const double level = (double)side_of_mode_f64(chain->mode, element) * level_of_f64(&chain->plan->robot, element);
         set_acceleration_from_rest_f64(&chain->numerators, rates_of_chain_f64(chain), element,
-                                        other_rests_f64(chain->side, element), chain->carried_acceleration - level);
+                                        alone_of_mode_f64(chain->mode) == element,
+                                        chain->carried_acceleration - level);
     }
 }
 
@@ -604,19 +631,22 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
     const int element = end->owner - ELEMENT_f64;
     keep_free_acceleration_f64(chain, end);
     chain->just_switched = NO_ELEMENT_f64;
+    int event = HOPFORM_EVENT_SLIPS(element);
     if (end->owner == NO_OWNER_f64) {
         chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
         take_step_f64(chain);
-    } else if (HOPFORM_HAS_LAW && end->owner == LIMIT_f64) {
-        chain->side[HOPFORM_ELEMENTS - 1] = end->side;
-        stance_record_f64(chain, HOPFORM_EVENT_OF_LIMIT(end->side));
-    } else if (chain->side[element] != 0) {
-        end_of_velocity_f64(chain, element, end->stops, end->touches);
-    } else {
-        chain->side[element] = end->side;
-        chain->just_switched = element;
-        stance_record_f64(chain, HOPFORM_EVENT_SLIPS(element));
+        return;
     }
+    if (HOPFORM_HAS_LIMITS && end->owner == LIMIT_f64) {
+        chain->mode = mode_at_limit_f64(chain->mode, end->side);
+        event = HOPFORM_EVENT_OF_LIMIT(end->side);
+    } else if (side_of_mode_f64(chain->mode, element) != 0) {
+        event = end_of_velocity_f64(chain, element, end->stops, end->touches);
+    } else {
+        take_side_f64(chain, element, end->side);
+        chain->just_switched = element;
+    }
+    stance_record_f64(chain, event);
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -627,7 +657,7 @@ static inline bool leaves_at_once_f64(const stance_chain_f64 *chain) {
         decided_f64(contact_of_f64(&chain->plan->robot, &chain->at.named), terms_of_contact_f64(chain));
     const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f64(&chain->plan->robot, &chain->at.named) > 0.0;
     if (fabs_f64(contact) > 0.0 || rises) { return contact < 0.0; }
-    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->side);
+    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->mode);
     const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &numerators.named);
     return first_derivative_f64(&h) < 0.0;
 }
@@ -635,10 +665,10 @@ static inline bool leaves_at_once_f64(const stance_chain_f64 *chain) {
 
 /* Pass the finished phase to the observer, if there is one. */
 static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis_f64 *start,
-                               const motion_modes_f64 *modes, const propagator_f64 *end, bool leaves) {
+                               const propagator_f64 *end, bool leaves) {
     if (chain->observer != NULL) {
-        const solved_phase_f64 phase = {&chain->numerators, end,         modes,        start,
-                                         &chain->at,         chain->side, chain->event, leaves};
+        const solved_phase_f64 phase = {&chain->numerators, end,         &chain->modes, start,
+                                         &chain->at,         chain->mode, chain->event,  leaves};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -646,9 +676,9 @@ static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis
 /* The same of a last phase of no duration. */
 static inline void notify_ending_f64(stance_chain_f64 *chain) {
     if (chain->observer != NULL) {
-        const propagator_f64 now = propagator_at_start_f64(any_poles_f64(chain->plan));
+        const propagator_f64 now = propagator_at_start_f64(&chain->plan->poles[0]);
         stance_begin_phase_f64(chain);
-        notify_f64(chain, &chain->at, NULL, &now, false);
+        notify_f64(chain, &chain->at, &now, false);
     }
 }
 
@@ -658,7 +688,7 @@ static inline int32_t ending_before_phase_f64(stance_chain_f64 *chain) {
         chain->count = chain->max_phases; /* a step of the input may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
-    if (all_rest_f64(chain->side) && chain->step + 1 >= chain->step_count) {
+    if (rests_of_mode_f64(chain->mode) && chain->step + 1 >= chain->step_count) {
         chain->t = chain->held_from; /* steps of the input since then have moved nothing */
         chain->count = chain->held_count;
         notify_ending_f64(chain);
@@ -669,16 +699,17 @@ static inline int32_t ending_before_phase_f64(stance_chain_f64 *chain) {
 
 /* What each element does at the start, no event; the ending if that is there already, 0 if not. */
 static inline int32_t stance_begin_f64(stance_chain_f64 *chain) {
-    chain->side[HOPFORM_ELEMENTS - 1] = 0; /* of one that never moves */
+    chain->mode = mode_of_number_f64(HOPFORM_MODE_AT_REST);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
         double *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
-        chain->side[element] = (int)goes_f64(*velocity, 0.0);
-        if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
-            && stance_blocked_f64(chain, element, chain->side[element])) {
+        const int side = (int)goes_f64(*velocity, 0.0);
+        const bool blocked =
+            element == HOPFORM_STOPPED_ELEMENT && side != 0 && stance_blocked_f64(chain, element, side);
+        if (blocked) {
             chain->start_loss = loss_at_stop_f64(&chain->plan->robot, &chain->at.named);
             *velocity = 0.0;
-            chain->side[element] = 0;
         }
+        take_side_f64(chain, element, blocked ? 0 : side);
     }
     stance_choose_limit_f64(chain);
     stance_settle_f64(chain, held_elements_f64(chain));
@@ -699,8 +730,8 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
 #if HOPFORM_HAS_CONTACT
     chain->aed += chain->adds_up ? aed_in_phase_f64(chain, length) : 0.0;
 #endif
-    stance_arrive_f64(chain, &end->events.modes, &end->in.high);
-    notify_f64(chain, &start, &end->events.modes, &end->in.high, end->owner == CONTACT_f64);
+    stance_arrive_f64(chain, &end->in.high);
+    notify_f64(chain, &start, &end->in.high, end->owner == CONTACT_f64);
     chain->t = passes ? until : lesser_f64(chain->t + length, until); /* not behind it by rounding */
 #if HOPFORM_HAS_CONTACT
     if (end->owner == CONTACT_f64) {

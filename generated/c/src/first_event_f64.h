@@ -5,7 +5,8 @@
  * The search goes from interval to interval. In each, roots are predicted from the values and derivatives at both ends,
  * located by a step of Householder's and one of Newton's, and certified to be the first; else the interval is cut.
  * docs/explanation/certificate.md has the steps in their order. What ends a phase in closed form comes with its event
- * functions, and is put between them by its time.
+ * functions, and is put between them by its time. The caller fills the event set and goes from interval to interval;
+ * the search knows no more of the model than these functions.
  */
 #ifndef HOPFORM_FIRST_EVENT_H_f64
 #define HOPFORM_FIRST_EVENT_H_f64
@@ -331,7 +332,6 @@ typedef struct {
     event_set_f64 set;
     double rest_time; /* when what slips alone comes to rest, or the contact force, which rings about 0, vanishes */
     int rests;      /* whose event that is */
-    motion_modes_f64 modes; /* of the motion, from when on they are evaluated */
 } stance_events_f64;
 
 /* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
@@ -339,7 +339,6 @@ typedef struct {
     stance_events_f64 events;
     interval_f64 in;
     double limit;     /* the end of the phase: since it began, as all its times */
-    bool open;      /* whether an event is still looked for */
     bool certified; /* else the first event is not known: the phase is, up to the end of the interval */
     bool stops;     /* the element has met a stop */
     int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
@@ -362,13 +361,6 @@ static inline void search_nothing_f64(const hopform_poles_f64 *poles, stance_sea
     search->side = 0;
 }
 
-#if HOPFORM_HAS_CONTACT
-/* The contact force is the first event function, if it is one. */
-static inline bool is_takeoff_f64(const event_set_f64 *set, int32_t found) {
-    return found == 0 && set->function[0].owner == CONTACT_f64;
-}
-#endif
-
 /* At the time of the limit the owner that comes first wins over what rests there, and a lost contact over a step of the
  * input. */
 static inline void cross_at_the_limit_f64(const stance_events_f64 *events, double limit, interval_f64 *in) {
@@ -380,40 +372,13 @@ static inline void cross_at_the_limit_f64(const stance_events_f64 *events, doubl
     }
 }
 
-/* A stance while it is solved (chain_f64.h). */
-typedef struct stance_chain_f64 stance_chain_f64;
-
-/* From the end of this interval on the modal form holds: the functions take it. */
-SELDOM_f64 void enter_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *search);
-
-#if HOPFORM_HAS_CONTACT
-/* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
- * no more accurate. */
-SELDOM_f64 double later_takeoff_f64(const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
-                                    const event_function_f64 *contact, const basis_f64 *basis, double t);
-
-/* A take-off late in a phase: its time with all its digits. True if it comes later, so that something else may come
- * first. */
-static inline bool sharpen_takeoff_f64(const stance_chain_f64 *chain, const stance_events_f64 *events, double limit,
-                                        interval_f64 *in) {
-    const event_set_f64 *set = &events->set;
-    const double before = in->high.t;
-    for (int n = 0; n < 4 && !is_modal_f64(&in->high); n++) {
-        const basis_f64 basis = basis_of_propagator_f64(set->poles, &in->high);
-        const double later = later_takeoff_f64(chain, set->poles, &set->function[0], &basis, in->high.t);
-        if (!(fabs_f64(later) > 0.0) || in->high.t + later > limit) { break; }
-        end_interval_at_f64(set, in, in->high.t + later);
-        in->found = 0;
-    }
-    return in->high.t > before;
-}
-#endif
-
-/* Whether the position is within rounding of the stop ahead: a grazing contact. */
-static inline bool is_at_stop_f64(const event_set_f64 *set, const propagator_f64 *at) {
+/* Whether a distance of this owner is 0 within rounding: a grazing contact with the stop ahead. */
+static inline bool is_at_stop_f64(const event_set_f64 *set, int owner, const propagator_f64 *at) {
     for (int32_t n = 0; n < set->count; n++) {
         const event_function_f64 *g = &set->function[n];
-        if (g->touch_is_no_event) { return fabs_f64(value_at_f64(g, at)) <= rounding_of_f64(g, at, 0.0); }
+        if (g->touch_is_no_event && g->owner == owner) {
+            return fabs_f64(value_at_f64(g, at)) <= rounding_of_f64(g, at, 0.0);
+        }
     }
     return false;
 }
@@ -436,64 +401,65 @@ static inline void conclude_f64(stance_search_f64 *search) {
         }
     }
     search->owner = owner;
-    search->certified = true;
-    search->touches = owner == ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT && is_at_stop_f64(&events->set, &in->high);
-}
-
-/* The first event by the end of an interval; false if it has no certificate. The first root in it may be known. */
-static inline bool find_event_f64(const stance_chain_f64 *chain, stance_search_f64 *search, bool known) {
-    const event_set_f64 *set = &search->events.set;
-    interval_f64 *in = &search->in;
-    bool certified = true;
-    bool later = true; /* once at most, and then what else happens by then is looked at */
-    for (int n = 0; n < 2 && later && certified; n++) {
-        certified = (n == 0 && known) || find_first_root_f64(set, in);
-        if (!(in->high.t < search->limit)) { cross_at_the_limit_f64(&search->events, search->limit, in); }
-#if HOPFORM_HAS_CONTACT
-        later = n == 0 && is_takeoff_f64(set, in->found)
-                && sharpen_takeoff_f64(chain, &search->events, search->limit, in);
-#else
-        (void)chain;
-        later = false;
-#endif
-    }
-    return certified;
-}
-
-static inline bool is_open_f64(const stance_search_f64 *search) {
-    return search->in.found < 0 && search->in.high.t < search->limit;
-}
-
-/* The first event, from an interval on in which something may happen. */
-static inline void find_first_event_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
-    const event_set_f64 *set = &search->events.set;
-    interval_f64 *in = &search->in;
-    bool certified = true;
-    bool quiet = false;
-    bool open = search->open;
-    while (open) {
-        if (quiet) {
-            end_at_first_crossing_f64(set, in, true);
-            certified = in->evaluations->left > 0;
-        } else {
-            certified = find_event_f64(chain, search, false);
-        }
-        open = certified && is_open_f64(search);
-        if (open) {
-            if (!HOPFORM_MOVES_ALONE && in->high.t >= set->node->modal && !is_modal_f64(&in->high)) {
-                enter_modes_f64(chain, search);
-            }
-            double end = search->limit;
-            quiet = next_end_f64(set, in, search->limit, &end);
-            end_interval_at_f64(set, in, end);
-        }
-    }
-    conclude_f64(search);
-    if (!certified) {
-        in->high = in->low;
+    search->touches = owner > CONTACT_f64 && is_at_stop_f64(&events->set, owner, &in->high);
+    if (!search->certified) {
+        search->in.high = in->low;
         search->owner = NO_OWNER_f64;
-        search->certified = false;
     }
+}
+
+/* Search a phase in which nothing moves: nothing happens until t. */
+static inline void search_rest_f64(stance_search_f64 *search, const hopform_poles_f64 *poles, double t) {
+    search->in.high = propagator_at_start_f64(poles);
+    search->in.high.t = t;
+    search->owner = NO_OWNER_f64;
+    search->stops = false;
+    search->touches = false;
+    search->certified = true;
+}
+
+/* Begin the search of a phase that lasts until `until` at most, for the first root of its event functions, with its
+ * first interval; false if an event comes at once. */
+static inline bool begin_search_f64(stance_search_f64 *search, double until, evaluations_f64 *evaluations) {
+    const event_set_f64 *set = &search->events.set;
+    interval_f64 *in = &search->in;
+    in->count = 0;
+    in->high.omega = 0.0; /* W at first */
+    in->evaluations = evaluations;
+    use_evaluation_f64(in->evaluations); /* a phase costs as much */
+    in->found = begin_at_start_f64(set, in);
+    search->limit = lesser_f64(search->events.rest_time, until);
+    search->certified = true;
+    const bool open = in->found < 0 && search->limit > 0.0;
+    if (open) {
+        end_first_interval_f64(set, in, search->limit);
+    } else {
+        in->high = propagator_at_start_f64(set->poles);
+    }
+    return open;
+}
+
+/* Search the interval, a quiet one for distances alone: it ends at the first root in it, if it has one. True if the
+ * search goes on: nothing has happened by its end. */
+static inline bool search_interval_f64(stance_search_f64 *search, bool quiet) {
+    const event_set_f64 *set = &search->events.set;
+    interval_f64 *in = &search->in;
+    if (quiet) {
+        end_at_first_crossing_f64(set, in, true);
+        search->certified = in->evaluations->left > 0;
+    } else {
+        search->certified = find_first_root_f64(set, in);
+        if (!(in->high.t < search->limit)) { cross_at_the_limit_f64(&search->events, search->limit, in); }
+    }
+    return search->certified && in->found < 0 && in->high.t < search->limit;
+}
+
+/* The next interval, from where this one has ended; true if it is quiet. */
+static inline bool next_interval_f64(stance_search_f64 *search) {
+    double end = search->limit;
+    const bool quiet = next_end_f64(&search->events.set, &search->in, search->limit, &end);
+    end_interval_at_f64(&search->events.set, &search->in, end);
+    return quiet;
 }
 
 #endif

@@ -120,7 +120,7 @@ static void responses_real(const mode_real *mode, const real z[HOPFORM_AXES], re
             }
         }
         for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
-            const bool moves = row >= HOPFORM_ELEMENTS || mode->side[row] != 0;
+            const bool moves = row >= HOPFORM_ELEMENTS || side_of_mode_real(mode->row, row) != 0;
             for (int i = 0; i < HOPFORM_AXES; i++) {
                 const real *powers = mode->transfer.at[i > 0 ? i - 1 : 0][row];
                 response[row][c][i] = moves ? applied_real(powers, i > 0 ? applied : applied + 1) : 0.0;
@@ -146,14 +146,13 @@ static real stop_change_real(const hopform_plan_real *plan, int column, bool upp
 static slopes_by_share_real slopes_of_column_real(const variation_real *variation, const mode_real *mode, int column) {
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const robot_change_real robot = robot_change_of_column_real(column);
-    const int limit = side_2_real(phase);
+    const int limit = limit_of_mode_real(mode->row);
     real input = column == HOPFORM_COLUMN_OF_INPUT ? 1.0 : 0.0;
-    if (HOPFORM_HAS_LAW && limit != 0) {
-        input = (real)limit * current_limit_change_real(&variation->plan->robot, &robot);
-    }
+    if (limit != 0) { input = input_at_limit_change_real(&variation->plan->robot, (real)limit, &robot, input); }
     slopes_by_share_real slopes;
-    slopes.named = slopes_of_real(&variation->plan->robot, current_real(variation, phase), (real)mode->side[0],
-                                  (real)mode->side[1], &robot, input);
+    slopes.named =
+        slopes_of_real(&variation->plan->robot, current_real(variation, phase), (real)side_of_mode_real(mode->row, 0),
+                       (real)side_of_mode_real(mode->row, 1), (real)limit, &robot, input);
     return slopes;
 }
 
@@ -214,11 +213,11 @@ static void cross_slip_real(variation_real *variation, int element, const mode_r
                             const state_by_axis_real *before) {
     const hopform_plan_real *plan = variation->plan;
     const hopform_phase_real *now = &variation->phases[variation->index];
-    const int side = entered->side[element];
+    const int side = side_of_mode_real(entered->row, element);
     const real acceleration = (real)side * excess_to_side_real(&plan->robot, element, side);
     const bool at_step = now->step > 0 && !(now->t > variation->steps[now->step].t);
     if (at_step || !(fabs_real(acceleration) > 0.0)) { return; }
-    const hopform_rates_real *rates = rates_of_mode_real(plan, side_2_real(now));
+    const hopform_rates_real *rates = entered->rates;
     const real rate = free_slope_real(rates, element, before);
     variation->exists = variation->exists && fabs_real(rate) > 0.0;
     for (int column = 0; column < COLUMNS_real && variation->exists; column++) {
@@ -244,13 +243,13 @@ static void cross_real(variation_real *variation) {
     const int axis = axis_of_event_real(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const bool upper = left.side[HOPFORM_STOPPED_ELEMENT] > 0;
+    const bool upper = side_of_mode_real(left.row, HOPFORM_STOPPED_ELEMENT) > 0;
     state_by_axis_real arrives;
     arrives.named = start_of_phase_real(now);
-    const state_by_axis_real after = speeds_in_mode_real(variation->plan, &entered, &arrives.named);
+    const state_by_axis_real after = speeds_in_mode_real(&entered, &arrives.named);
     const state_by_axis_real start = arrives;
     arrives.of[velocity] = stops ? variation->at.of[velocity] : arrives.of[velocity];
-    const state_by_axis_real before = speeds_in_mode_real(variation->plan, &left, &arrives.named);
+    const state_by_axis_real before = speeds_in_mode_real(&left, &arrives.named);
     variation->index++;
     variation->t = now->t;
     variation->at = start;
@@ -286,7 +285,7 @@ static variation_real variation_of_real(const hopform_plan_real *plan, const hop
     }
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         const int axis = HOPFORM_VELOCITY_AXIS(element);
-        if ((goes_on && mode.side[element] == 0) || HOPFORM_NEVER_MOVES(element)
+        if ((goes_on && side_of_mode_real(mode.row, element) == 0) || HOPFORM_NEVER_MOVES(element)
             || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0)) {
             variation.change[column_of_axis_real[axis]].of[axis] = 0.0;
         }
@@ -310,7 +309,7 @@ static bool stays_held_real(const variation_real *variation, int element) {
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const state_by_axis_real *at = &variation->at;
     free_by_element_real free;
-    const hopform_rates_real *rates = rates_of_mode_real(variation->plan, side_2_real(phase));
+    const hopform_rates_real *rates = rates_in_mode_real(variation->plan, mode_of_phase_real(phase));
     free.named = free_accelerations_real(rates, &at->named, current_real(variation, phase));
     const real downwards = -level_at_rest_real(robot, element, -1);
     const real upwards = level_at_rest_real(robot, element, 1);
@@ -378,7 +377,7 @@ static bool finish_real(variation_real *variation, const hopform_stance_real *st
     const hopform_robot_real *robot = &variation->plan->robot;
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const mode_real mode = mode_of_real(variation->plan, phase, current_real(variation, phase));
-    const state_by_axis_real speed = speeds_in_mode_real(variation->plan, &mode, &stance->end);
+    const state_by_axis_real speed = speeds_in_mode_real(&mode, &stance->end);
     bool exists = ends_later_real(variation, stance, &speed.named);
     for (int column = 0; exists && column < COLUMNS_real; column++) {
         state_by_axis_real *change = &variation->change[column];
