@@ -82,6 +82,7 @@ def test_a_seed_is_repeated_or_fresh():
     assert len({chosen("fresh") for _ in range(10)}) > 1
 
 
+@pytest.mark.sliced
 def test_the_reference_measures_the_errors_that_the_checker_measures():
     """End states that are moved a little: two programs that share nothing must agree on error and condition."""
     problems = draw_stances(24, 14)

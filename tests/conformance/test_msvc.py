@@ -32,7 +32,7 @@ HEADERS = {
     "math.h": "\n".join(
         [*(f"double {name}(double);\nfloat {name}f(float);" for name in UNARY)]
         + ["double atan2(double, double);\nfloat atan2f(float, float);"]
-        + ["#define NAN (-(float)((float)(1e300 * 1e300) * 0.0F))", ""]
+        + ["#define INFINITY ((float)(1e300 * 1e300))", "#define NAN (-(float)(INFINITY * 0.0F))", ""]
     ),
     "fenv.h": "typedef struct { unsigned int flags; } fenv_t;\n"
     "int fegetenv(fenv_t *);\nint fesetenv(const fenv_t *);\n",

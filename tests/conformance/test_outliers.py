@@ -249,6 +249,7 @@ def test_a_fit_in_force_withstands_outliers_of_the_current(loss):
         within(fit, truth, errors=1.0)
 
 
+@pytest.mark.sliced
 def test_the_fit_in_position_beside_that_in_force_withstands_outliers():
     fit = fit_force(closed_loop(0), known={"gamma2": -35.15}, loss="soft_l1")
     assert float(fit.statements[0].partition("rms ")[2].split()[0]) < 3.0  # [mm], 20 mm off are 60 of 12000 samples

@@ -195,8 +195,8 @@ def test_a_template_substitutes_and_loops_and_nothing_else(path):
             assert not node.test and not node.else_ and not node.recursive, where
         elif isinstance(node, nodes.Filter):
             assert node.name in FILTERS, where
-        elif isinstance(node, nodes.Tuple):
-            assert node.ctx == "store", where  # of a loop that takes rows apart
+        elif isinstance(node, nodes.Tuple):  # the names of a loop over rows
+            assert node.ctx == "store", where
         else:
             assert type(node).__name__ in SHAPE, where
 

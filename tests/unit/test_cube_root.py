@@ -80,6 +80,7 @@ def worst_of_octaves(library: Any, first: int, last: int) -> float:
     return float(library.worst_f32(ctypes.c_uint32(first), ctypes.c_uint32(last)))
 
 
+@pytest.mark.sliced
 def test_every_float_of_three_octaves_and_every_subnormal_is_within_two_thirds_of_the_last_digit(folder):
     """Three octaves hold every fraction with every remainder of the exponent; a factor of 8 only moves the exponent."""
     library = compiled(COMPILERS[0], "-O2", folder)

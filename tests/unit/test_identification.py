@@ -45,6 +45,7 @@ def test_a_drop_with_hops_identifies_the_spring_the_length_and_the_impact():
     assert fit.traces[0].holdout <= 3e-4
 
 
+@pytest.mark.sliced
 def test_two_decays_with_a_weighed_mass_between_them_identify_the_mass():
     recordings = [record(HOPPER, "decay", height=0.04, added_mass=mass, seed=7) for mass in (0.0, 2.0)]
     fit = fit_drop_test(recordings, attached=True)
@@ -148,6 +149,7 @@ def test_a_closed_loop_is_fitted_in_force():
     assert other["gamma2"].value == pytest.approx(-35.15, rel=0.01)
 
 
+@pytest.mark.sliced
 def test_all_recordings_together_make_a_robot():
     fit = fit_robot(
         drops=[record(HOPPER, "drop", seed=1)],

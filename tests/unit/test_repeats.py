@@ -71,6 +71,7 @@ def test_friction_that_is_traded_from_recording_to_recording_is_said():
     assert any("b1 and f1 are traded against each other" in each for each in fit.statements)
 
 
+@pytest.mark.sliced
 def test_the_picture_has_residuals_over_position_and_velocity_and_the_correlations():
     fit = fitted([record(HOPPER, "step", seed=n) for n in range(2)])
     axes = {each.get_xlabel(): each for each in results.figure_of(fit).axes}

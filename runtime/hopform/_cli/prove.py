@@ -27,8 +27,6 @@ MOST_ULP = 64.0
 inputs were moved by 32 at most. That is 64 units of the result's size and of what all inputs, moved by one, do to it.
 """
 EPS = 2.0**-52
-POLES_OF = {(1, 2): "both", (1,): "mass_1", (2,): "mass_2"}
-"""What a plan calls the poles, by the masses that slip."""
 TIME_CONSTANTS = 10.0
 """How long a motion is followed; it is read in the middle of its first phase."""
 
@@ -135,17 +133,23 @@ class Pair:
         follows = self.model.has_law and phase.mode_2 == 0
         exact = self.prove.exactly(self.prove.Own(self.mechanics, moving, known, follows=follows))
         plan = made_plan(self.types, tuple(robot.values.values()))[0]
-        factors = self.factors(self.records.Robot(*robot.values.values()), phase, follows)
-        poles = getattr(plan, "law" if follows else POLES_OF[moving])
+        form = self.form(phase)
+        factors = self.factors(self.records.Robot(*robot.values.values()), form, follows)
+        of_forms = plan.poles if hasattr(plan.poles, "__len__") else [plan.poles]  # of one mode they are no array
+        poles = of_forms[len(self.numpy.MODES) if follows else form]
         for name in ("a", "p", "q"):
             yield "plan", name, _ulps(getattr(poles, name), getattr(factors, name), exact[name])
         for key, name in self.names(moving).items():
             yield "motion", name, _ulps(getattr(motion.at(t), name), getattr(same.at(t), name), exact[f"{key}_t"])
 
-    def factors(self, robot: Any, phase: Any, follows: bool) -> Any:
-        """The poles of a phase in NumPy."""
+    def form(self, phase: Any) -> int:
+        """Which of the modes a phase is in; a plan has their poles in this order, and those under a law behind them."""
         slips = self.numpy.slipping((phase.mode_1, phase.mode_2))
-        polynomial = next(mode.polynomial for mode in self.numpy.MODES if mode.slips == slips)
+        return next(n for n, mode in enumerate(self.numpy.MODES) if mode.slips == slips)
+
+    def factors(self, robot: Any, form: int, follows: bool) -> Any:
+        """The poles of a mode in NumPy."""
+        polynomial = self.numpy.MODES[form].polynomial
         rates = (self.numpy.formulas.rates_under_law if follows else self.numpy.formulas.rates_of)(robot)
         return self.numpy.factors_of([rates[n] for n in polynomial])
 
