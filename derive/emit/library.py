@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..ir import DOMAINS, Member
-from ..maths import contact, elements, energy, kernels, modes, stability
+from ..maths import contact, elements, energy, kernels, modal, modes, stability
 from ..model import kinds, quantities, selftest, structs
 from ..model.precisions import CONSTANTS
 from . import c, numpy
@@ -74,7 +74,7 @@ HEADERS: Part = {
     },
     "c/src/facts.h": lambda solver: {
         "both_move": int(len(solver.model.moving) == 2), "c": c, "contact": contact, "elements": elements, "energy": energy,
-        "kinds": kinds,
+        "kinds": kinds, "modal": modal,
         "if_law": "(void)(argument)" if solver.model.law is None else "X(argument)",
         "layout": solver.layout, "model": solver.model, "modes": modes, "numpy": numpy, "quantities": quantities,
         "stability": stability,

@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "463ee7400086ec05"
+#define HOPFORM_LAYOUT "139bc27760f45840"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates. */
 #define HOPFORM_STABILITY(X)
@@ -22,6 +22,8 @@
 #define HOPFORM_MOVES_ALONE 0
 #define HOPFORM_BOTH_MOVE 1
 #define HOPFORM_HAS_STOPS 1
+/* Whether a library of it may have the modal coordinates of both elements slipping. */
+#define HOPFORM_MAY_BE_MODAL 1
 /* Whether a law sets the input of the one mass: the second side of a mode is then the limit that the input is at, 0
  * under the law; the rates of a mode in a plan. */
 #define HOPFORM_HAS_LAW 0

@@ -142,6 +142,44 @@ typedef struct {
     float W2;           /**< [s^4] integral of W1 */
 } hopform_node_f32;
 
+#if HOPFORM_MODAL
+/** A coordinate, or a velocity, by the modal coordinates of its rate. */
+typedef struct {
+    float rate_fade;        /**< [1] of what fades in its rate */
+    float rate_cosine;      /**< [1] of the cosine in its rate */
+    float rate_sine;        /**< [1] of the sine in its rate */
+    float deflated_cosine;  /**< [1/s] of the cosine in its deflated derivative */
+    float deflated_sine;    /**< [1/s] of the sine in its deflated derivative */
+    float amplitude;        /**< [1] of the pair's part of its rate, in that of cosine and sine */
+} hopform_modal_row_f32;
+#endif
+
+#if HOPFORM_MODAL
+/** A modal coordinate at the start of a phase. */
+typedef struct {
+    float of_y;  /**< [1] per rate of y */
+    float of_1;  /**< [s] per acceleration of mass 1 */
+    float of_2;  /**< [s] per acceleration of mass 2 */
+} hopform_modal_share_f32;
+#endif
+
+#if HOPFORM_MODAL
+/** Both masses slipping in modal coordinates, and how far these go from node to node. */
+typedef struct {
+    float h; /**< [s] from node to node; 0 where the form of W is used */
+    float a; /**< [1/s] what fades */
+    float mean; /**< [1/s] decay of the pair */
+    float omega; /**< [1/s] frequency of the pair */
+    float root_q; /**< [1/s] of mean and omega, the sum of the squares */
+    float root_chi; /**< [1/s] of a - mean and omega */
+    float fades; /**< [s] integral of what fades over a node, of 1 at its start */
+    float rings; /**< [s] integral over a node of the cosine, of 1 at its start */
+    float turns; /**< [s] integral over a node of the sine, of a cosine of 1 at its start */
+    hopform_modal_row_f32 row[3]; /**< of the stretch and of the velocities */
+    hopform_modal_share_f32 share[3]; /**< of what fades, of cosine and of sine */
+} hopform_modal_f32;
+#endif
+
 /** What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode. */
 typedef struct {
     hopform_robot_f32 robot;
@@ -152,6 +190,9 @@ typedef struct {
     hopform_node_f32 node_both;
     hopform_node_f32 node_mass_1;
     hopform_node_f32 node_mass_2;
+    #if HOPFORM_MODAL
+    hopform_modal_f32 modal;
+    #endif
     uint32_t made; /**< HOPFORM_PLAN_MADE once hopform_plan_init was content */
 } hopform_plan_f32;
 

@@ -142,6 +142,44 @@ typedef struct {
     double W2;           /**< [s^4] integral of W1 */
 } hopform_node_f64;
 
+#if HOPFORM_MODAL
+/** A coordinate, or a velocity, by the modal coordinates of its rate. */
+typedef struct {
+    double rate_fade;        /**< [1] of what fades in its rate */
+    double rate_cosine;      /**< [1] of the cosine in its rate */
+    double rate_sine;        /**< [1] of the sine in its rate */
+    double deflated_cosine;  /**< [1/s] of the cosine in its deflated derivative */
+    double deflated_sine;    /**< [1/s] of the sine in its deflated derivative */
+    double amplitude;        /**< [1] of the pair's part of its rate, in that of cosine and sine */
+} hopform_modal_row_f64;
+#endif
+
+#if HOPFORM_MODAL
+/** A modal coordinate at the start of a phase. */
+typedef struct {
+    double of_y;  /**< [1] per rate of y */
+    double of_1;  /**< [s] per acceleration of mass 1 */
+    double of_2;  /**< [s] per acceleration of mass 2 */
+} hopform_modal_share_f64;
+#endif
+
+#if HOPFORM_MODAL
+/** Both masses slipping in modal coordinates, and how far these go from node to node. */
+typedef struct {
+    double h; /**< [s] from node to node; 0 where the form of W is used */
+    double a; /**< [1/s] what fades */
+    double mean; /**< [1/s] decay of the pair */
+    double omega; /**< [1/s] frequency of the pair */
+    double root_q; /**< [1/s] of mean and omega, the sum of the squares */
+    double root_chi; /**< [1/s] of a - mean and omega */
+    double fades; /**< [s] integral of what fades over a node, of 1 at its start */
+    double rings; /**< [s] integral over a node of the cosine, of 1 at its start */
+    double turns; /**< [s] integral over a node of the sine, of a cosine of 1 at its start */
+    hopform_modal_row_f64 row[3]; /**< of the stretch and of the velocities */
+    hopform_modal_share_f64 share[3]; /**< of what fades, of cosine and of sine */
+} hopform_modal_f64;
+#endif
+
 /** What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode. */
 typedef struct {
     hopform_robot_f64 robot;
@@ -152,6 +190,9 @@ typedef struct {
     hopform_node_f64 node_both;
     hopform_node_f64 node_mass_1;
     hopform_node_f64 node_mass_2;
+    #if HOPFORM_MODAL
+    hopform_modal_f64 modal;
+    #endif
     uint32_t made; /**< HOPFORM_PLAN_MADE once hopform_plan_init was content */
 } hopform_plan_f64;
 
