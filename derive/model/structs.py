@@ -76,6 +76,7 @@ MODAL = Struct(
     Member("root_q", "real", "of mean and omega, the sum of the squares", "1/s"),
     Member("root_chi", "real", "of a - mean and omega", "1/s"),
     Member("fades", "real", "integral of what fades over a node, of 1 at its start", "s"),
+    Member("left", "real", "what is left of it"),
     Member("rings", "real", "integral over a node of the cosine, of 1 at its start", "s"),
     Member("turns", "real", "integral over a node of the sine, of a cosine of 1 at its start", "s"),
     Member("row", "ModalRow", "of the stretch and of the velocities", count=3),

@@ -433,6 +433,7 @@ static inline void begin_modal_search_f64(const stance_chain_f64 *chain, modal_s
     search->modal = modal;
     search->limit = end_of_step_f64(chain) - chain->t;
     search->first = 1;
+    search->from_the_end = false;
 #if HOPFORM_HAS_CONTACT
     if (HOPFORM_STRETCH_MAY_FALL(side) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
 #endif
@@ -457,8 +458,8 @@ static inline void begin_modal_search_f64(const stance_chain_f64 *chain, modal_s
     search->from = 0.0;
     search->m = low->m;
     search->amplitude = amplitude_of_f64(&low->m);
-    search->total = no_gain_f64();
-    search->gained = no_gain_f64();
+    search->total = no_gain_f64(&low->m);
+    search->gained = search->total;
     search->moved = 0.0;
     search->count = 0;
     search->evaluations = chain->evaluations;
@@ -478,7 +479,7 @@ SELDOM_f64 modal_root_f64 modal_stop_f64(const stance_chain_f64 *chain, const mo
     const double side = (double)chain->side[HOPFORM_STOPPED_ELEMENT];
     const double velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     const double gap = gap_ahead_f64(chain);
-    modal_root_f64 root = {0.5 * until, no_gain_f64()};
+    modal_root_f64 root = {0.5 * until, no_gain_f64(m)};
     double low = 0.0, high = until;
     for (int step = 0; step < 100; step++) {
         if (!(root.t > low && root.t < high) || (step > 8 && step % 2 == 1)) { root.t = low + 0.5 * (high - low); }
@@ -496,17 +497,22 @@ SELDOM_f64 modal_root_f64 modal_stop_f64(const stance_chain_f64 *chain, const mo
     return root;
 }
 
-/* Where and how the phase ends, by an owner of an event or none, at a time; what has been gained since values are
- * counted, and whether they are still from the start of the phase and the interval is its first. */
-static inline void arrive_in_modes_f64(const modal_search_f64 *search, const modal_gain_f64 *total, double t,
-                                        bool first, modal_arrival_f64 *arrival) {
+/* Where the phase ends at a time, after a gain since the interval began, which may be the first of the phase. */
+static inline void arrive_in_modes_f64(const modal_search_f64 *search, const modal_gain_f64 *gain, double t,
+                                        modal_arrival_f64 *arrival) {
+    const modal_gain_f64 sum = gain_and_f64(&search->total, gain);
+    const modal_gain_f64 *total = &sum;
+    const bool first = !(search->low.t > 0.0);
     const hopform_modal_f64 *modal = search->modal;
     const hopform_modal_row_f64 *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
     const modal_f64 m = modal_after_f64(modal, &search->m, total);
     arrival->is_modal = true;
     for (int n = 0; n < MODAL_FUNCTIONS_f64; n++) {
         const double known = first ? search->sign[n] * search->known[n] * t : 0.0;
-        arrival->z[axis_of_function_f64[n]] = search->z[n] + (gain_by_row_f64(&modal->row[n], total) + known);
+        double rest;
+        arrival->z[axis_of_function_f64[n]] =
+            search->from_the_end ? search->sign[n] * value_from_the_end_f64(search, n, &search->low, gain, &rest)
+                                 : search->z[n] + (gain_by_row_f64(&modal->row[n], total) + known);
     }
     arrival->moved =
         search->moved
@@ -543,7 +549,7 @@ static inline void meet_stop_f64(const stance_chain_f64 *chain, const modal_sear
     modal_search_f64 start; /* values are counted from the start of the phase again */
     begin_modal_search_f64(chain, &start);
     const modal_root_f64 root = modal_stop_f64(chain, &start.m, t);
-    arrive_in_modes_f64(&start, &root.gain, root.t, false, arrival);
+    arrive_in_modes_f64(&start, &root.gain, root.t, arrival);
     end->in.high.t = root.t;
     end->owner = ELEMENT_f64 + element;
     end->stops = true;
@@ -585,7 +591,7 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
     const hopform_modal_f64 *modal = &chain->plan->modal;
     modal_search_f64 search;
     begin_modal_search_f64(chain, &search);
-    modal_root_f64 root = {0.0, no_gain_f64()};
+    modal_root_f64 root = {0.0, no_gain_f64(&search.low.m)};
     int found = -1;
     bool certified = true;
 #if HOPFORM_HAS_CONTACT
@@ -596,11 +602,13 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
     int32_t nodes = fades_in_a_node_f64(modal) ? 7 : 0;
     for (bool open = found < 0 && search.limit > 0.0; open; nodes++) {
         const double left = search.limit - search.low.t;
-        const bool last = !(modal->h < left);
-        const modal_gain_f64 gain =
-            last ? gain_over_a_node_f64(modal, &search.low.m, left) : gain_of_node_f64(modal, &search.low.m);
+        const bool fades = fades_in_a_node_f64(modal) && !(search.low.t > 0.0); /* for as long as that does not */
+        const double length = fades ? 1.0 / modal->a : modal->h;
+        const bool last = !(length < left);
+        const modal_gain_f64 gain = last || fades ? gain_over_a_node_f64(modal, &search.low.m, last ? left : length)
+                                                   : gain_of_node_f64(modal, &search.low.m);
         MODAL_COUNT(node);
-        end_modal_interval_f64(&search, last ? search.limit : search.low.t + modal->h, &gain);
+        end_modal_interval_f64(&search, last ? search.limit : search.low.t + length, &gain);
         search.count++;
         const uint32_t crossed = certify_modal_interval_f64(&search);
         certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
@@ -615,7 +623,7 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
     }
 #if HOPFORM_HAS_CONTACT
     if (found < 0 && certified && search.first == 0 && search.limit > 0.0) { /* over a step of the input */
-        const modal_gain_f64 none = no_gain_f64();
+        const modal_gain_f64 none = no_gain_f64(&search.low.m);
         const double rounding = modal_rounding_f64(&search, 0, &none, search.limit, search.low.rate[0]);
         if (search.high.value[0] < -8.0 * HOPFORM_EPS_f64 * search.limit * search.low.rate[0]
             && search.low.rate[0] * search.limit < -16.0 * rounding) {
@@ -623,7 +631,7 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
         }
     }
 #endif
-    const modal_gain_f64 total = gain_and_f64(&search.total, &root.gain);
+    if (found < 0) { root.gain = no_gain_f64(&search.low.m); }
     const double t = search.low.t + root.t;
     end->in.high.t = t;
     end->owner = found;
@@ -631,7 +639,7 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
     end->stops = false;
     end->touches = false;
     end->certified = certified;
-    arrive_in_modes_f64(&search, &total, t, !(search.low.t > 0.0), &end->arrival);
+    arrive_in_modes_f64(&search, &root.gain, t, &end->arrival);
     if (gap_ahead_f64(chain) < HOPFORM_NEVER_f64) { meet_stop_f64(chain, &search, t, end); }
 }
 #endif

@@ -18,9 +18,9 @@ typedef struct {
     float f, c, s;
 } modal_f32;
 
-/* Their integrals over a time. */
+/* Their integrals over a time, and what is left of f behind it. */
 typedef struct {
-    float f, c, s;
+    float f, c, s, left;
 } modal_gain_f32;
 
 /* Where a phase ends in modal coordinates: the state, by the axes of the core, how far the position has moved, and what
@@ -33,33 +33,33 @@ typedef struct {
     float stretched; /* the magnitudes that the stretch is a sum of */
 } modal_arrival_f32;
 
-static inline modal_gain_f32 no_gain_f32(void) {
-    const modal_gain_f32 none = {0.0f, 0.0f, 0.0f};
+static inline modal_gain_f32 no_gain_f32(const modal_f32 *m) {
+    const modal_gain_f32 none = {0.0f, 0.0f, 0.0f, m->f};
     return none;
 }
 
 ALWAYS_f32 modal_gain_f32 gain_and_f32(const modal_gain_f32 *first, const modal_gain_f32 *then) {
-    const modal_gain_f32 both = {first->f + then->f, first->c + then->c, first->s + then->s};
+    const modal_gain_f32 both = {first->f + then->f, first->c + then->c, first->s + then->s, then->left};
     return both;
 }
 
 /* (c, s)' of (c, s): the pair turns. */
 ALWAYS_f32 modal_f32 modal_after_f32(const hopform_modal_f32 *modal, const modal_f32 *m,
                                         const modal_gain_f32 *gain) {
-    const modal_f32 later = {m->f - modal->a * gain->f, m->c - (modal->mean * gain->c + modal->omega * gain->s),
+    const modal_f32 later = {gain->left, m->c - (modal->mean * gain->c + modal->omega * gain->s),
                               m->s + (modal->omega * gain->c - modal->mean * gain->s)};
     return later;
 }
 
 /* Of integrals of 1, and of a cosine of 1, to those of m. */
-ALWAYS_f32 modal_gain_f32 gain_of_turn_f32(const modal_f32 *m, float fades, float rings, float turns) {
-    const modal_gain_f32 gain = {m->f * fades, m->c * rings - m->s * turns, m->c * turns + m->s * rings};
+ALWAYS_f32 modal_gain_f32 gain_of_turn_f32(const modal_f32 *m, float fades, float left, float rings, float turns) {
+    const modal_gain_f32 gain = {m->f * fades, m->c * rings - m->s * turns, m->c * turns + m->s * rings, m->f * left};
     return gain;
 }
 
 /* Over a node. */
 ALWAYS_f32 modal_gain_f32 gain_of_node_f32(const hopform_modal_f32 *modal, const modal_f32 *m) {
-    return gain_of_turn_f32(m, modal->fades, modal->rings, modal->turns);
+    return gain_of_turn_f32(m, modal->fades, modal->left, modal->rings, modal->turns);
 }
 
 /* Whether the real pole is so fast that its exponential is no short series over a node. */
@@ -81,8 +81,12 @@ static inline bool fades_in_a_node_f32(const hopform_modal_f32 *modal) {
         TERMS(ADD_TERM)                                                                                                \
         const float rings = t * (1.0f + (re * first - square * second));                                                 \
         const float turns = t * (im * first);                                                                           \
-        const float fades = fades_in_a_node_f32(modal) ? decay_at_f32(modal->a, t).e1 : t * (1.0f + x * fade);         \
-        return gain_of_turn_f32(m, fades, rings, turns);                                                              \
+        if (!fades_in_a_node_f32(modal)) {                                                                            \
+            const float share = 1.0f + x * fade;                                                                         \
+            return gain_of_turn_f32(m, t * share, 1.0f + x * share, rings, turns);                                     \
+        }                                                                                                              \
+        const fade_f32 faded = fade_by_f32(x);                                                                       \
+        return gain_of_turn_f32(m, faded.gone / modal->a, faded.left, rings, turns);                                  \
     }
 #define ADD_TERM(coefficient)                                                                                          \
     {                                                                                                                  \
@@ -105,7 +109,8 @@ SELDOM_f32 modal_gain_f32 gain_over_f32(const hopform_modal_f32 *modal, const mo
     const float cosine = fade.gone + fade.left * (2.0f * half.sine * half.sine); /* 1 less */
     const float sine = fade.left * (2.0f * half.sine * half.cosine);
     const float q = modal->root_q * modal->root_q;
-    return gain_of_turn_f32(m, decay_at_f32(modal->a, t).e1, (modal->mean * cosine + modal->omega * sine) / q,
+    return gain_of_turn_f32(m, decay_at_f32(modal->a, t).e1, exponential_f32(-modal->a * t),
+                             (modal->mean * cosine + modal->omega * sine) / q,
                              (modal->omega * cosine - modal->mean * sine) / q);
 }
 

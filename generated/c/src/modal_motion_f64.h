@@ -18,9 +18,9 @@ typedef struct {
     double f, c, s;
 } modal_f64;
 
-/* Their integrals over a time. */
+/* Their integrals over a time, and what is left of f behind it. */
 typedef struct {
-    double f, c, s;
+    double f, c, s, left;
 } modal_gain_f64;
 
 /* Where a phase ends in modal coordinates: the state, by the axes of the core, how far the position has moved, and what
@@ -33,33 +33,33 @@ typedef struct {
     double stretched; /* the magnitudes that the stretch is a sum of */
 } modal_arrival_f64;
 
-static inline modal_gain_f64 no_gain_f64(void) {
-    const modal_gain_f64 none = {0.0, 0.0, 0.0};
+static inline modal_gain_f64 no_gain_f64(const modal_f64 *m) {
+    const modal_gain_f64 none = {0.0, 0.0, 0.0, m->f};
     return none;
 }
 
 ALWAYS_f64 modal_gain_f64 gain_and_f64(const modal_gain_f64 *first, const modal_gain_f64 *then) {
-    const modal_gain_f64 both = {first->f + then->f, first->c + then->c, first->s + then->s};
+    const modal_gain_f64 both = {first->f + then->f, first->c + then->c, first->s + then->s, then->left};
     return both;
 }
 
 /* (c, s)' of (c, s): the pair turns. */
 ALWAYS_f64 modal_f64 modal_after_f64(const hopform_modal_f64 *modal, const modal_f64 *m,
                                         const modal_gain_f64 *gain) {
-    const modal_f64 later = {m->f - modal->a * gain->f, m->c - (modal->mean * gain->c + modal->omega * gain->s),
+    const modal_f64 later = {gain->left, m->c - (modal->mean * gain->c + modal->omega * gain->s),
                               m->s + (modal->omega * gain->c - modal->mean * gain->s)};
     return later;
 }
 
 /* Of integrals of 1, and of a cosine of 1, to those of m. */
-ALWAYS_f64 modal_gain_f64 gain_of_turn_f64(const modal_f64 *m, double fades, double rings, double turns) {
-    const modal_gain_f64 gain = {m->f * fades, m->c * rings - m->s * turns, m->c * turns + m->s * rings};
+ALWAYS_f64 modal_gain_f64 gain_of_turn_f64(const modal_f64 *m, double fades, double left, double rings, double turns) {
+    const modal_gain_f64 gain = {m->f * fades, m->c * rings - m->s * turns, m->c * turns + m->s * rings, m->f * left};
     return gain;
 }
 
 /* Over a node. */
 ALWAYS_f64 modal_gain_f64 gain_of_node_f64(const hopform_modal_f64 *modal, const modal_f64 *m) {
-    return gain_of_turn_f64(m, modal->fades, modal->rings, modal->turns);
+    return gain_of_turn_f64(m, modal->fades, modal->left, modal->rings, modal->turns);
 }
 
 /* Whether the real pole is so fast that its exponential is no short series over a node. */
@@ -81,8 +81,12 @@ static inline bool fades_in_a_node_f64(const hopform_modal_f64 *modal) {
         TERMS(ADD_TERM)                                                                                                \
         const double rings = t * (1.0 + (re * first - square * second));                                                 \
         const double turns = t * (im * first);                                                                           \
-        const double fades = fades_in_a_node_f64(modal) ? decay_at_f64(modal->a, t).e1 : t * (1.0 + x * fade);         \
-        return gain_of_turn_f64(m, fades, rings, turns);                                                              \
+        if (!fades_in_a_node_f64(modal)) {                                                                            \
+            const double share = 1.0 + x * fade;                                                                         \
+            return gain_of_turn_f64(m, t * share, 1.0 + x * share, rings, turns);                                     \
+        }                                                                                                              \
+        const fade_f64 faded = fade_by_f64(x);                                                                       \
+        return gain_of_turn_f64(m, faded.gone / modal->a, faded.left, rings, turns);                                  \
     }
 #define ADD_TERM(coefficient)                                                                                          \
     {                                                                                                                  \
@@ -105,7 +109,8 @@ SELDOM_f64 modal_gain_f64 gain_over_f64(const hopform_modal_f64 *modal, const mo
     const double cosine = fade.gone + fade.left * (2.0 * half.sine * half.sine); /* 1 less */
     const double sine = fade.left * (2.0 * half.sine * half.cosine);
     const double q = modal->root_q * modal->root_q;
-    return gain_of_turn_f64(m, decay_at_f64(modal->a, t).e1, (modal->mean * cosine + modal->omega * sine) / q,
+    return gain_of_turn_f64(m, decay_at_f64(modal->a, t).e1, exponential_f64(-modal->a * t),
+                             (modal->mean * cosine + modal->omega * sine) / q,
                              (modal->omega * cosine - modal->mean * sine) / q);
 }
 

@@ -50,6 +50,7 @@ static inline void put_modal_f32(hopform_plan_f32 *plan) {
     modal->root_chi = sqrt_f32(chi);
     modal->h = 0.7853982f / modal->root_q;
     modal->fades = decay_at_f32(poles->a, modal->h).e1;
+    modal->left = exponential_f32(-poles->a * modal->h);
     const fade_f32 fade = fade_by_f32(-mean * modal->h);
     const turn_f32 half = turn_by_f32(0.5f * omega * modal->h);
     const float cosine = fade.gone + fade.left * (2.0f * half.sine * half.sine); /* 1 less */

@@ -50,6 +50,7 @@ static inline void put_modal_f64(hopform_plan_f64 *plan) {
     modal->root_chi = sqrt_f64(chi);
     modal->h = 0.7853981633974483 / modal->root_q;
     modal->fades = decay_at_f64(poles->a, modal->h).e1;
+    modal->left = exponential_f64(-poles->a * modal->h);
     const fade_f64 fade = fade_by_f64(-mean * modal->h);
     const turn_f64 half = turn_by_f64(0.5 * omega * modal->h);
     const double cosine = fade.gone + fade.left * (2.0 * half.sine * half.sine); /* 1 less */

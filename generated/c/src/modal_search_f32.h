@@ -27,6 +27,7 @@ typedef struct {
     float t;
     modal_f32 m;
     float value[MODAL_FUNCTIONS_f32], rate[MODAL_FUNCTIONS_f32], deflated[MODAL_FUNCTIONS_f32];
+    float rest[MODAL_FUNCTIONS_f32]; /* of the value without what fades, once that is counted from where it ends */
 } modal_node_f32;
 
 typedef struct {
@@ -34,6 +35,7 @@ typedef struct {
     float sign[MODAL_FUNCTIONS_f32]; /* of each function */
     int first;                       /* 1 where the compression only grows, else 0 */
     float limit;
+    bool from_the_end; /* a value is z where both elements end, what rings, and what has not yet faded */
     modal_node_f32 low, high;
     modal_gain_f32 gained; /* in the interval */
     /* What values are counted from: a time, the coordinates and values there, what of those is rounded, and what has
@@ -51,10 +53,25 @@ typedef struct {
 
 /* ---- what is known at a time ---- */
 
+/* A function from that at another time, after a gain since then. */
+ALWAYS_f32 float value_after_f32(const modal_search_f32 *search, int n, const modal_node_f32 *from,
+                                  const modal_gain_f32 *gain) {
+    return from->value[n] + search->sign[n] * gain_by_row_f32(&search->modal->row[n], gain);
+}
+
+/* The same where it is counted from where it ends: beside a fast pole what has not yet faded is no difference. */
+SELDOM_f32 float value_from_the_end_f32(const modal_search_f32 *search, int n, const modal_node_f32 *from,
+                                         const modal_gain_f32 *gain, float *rest) {
+    const hopform_modal_row_f32 *row = &search->modal->row[n];
+    *rest = from->rest[n] + search->sign[n] * (row->rate_cosine * gain->c + row->rate_sine * gain->s);
+    return *rest - search->sign[n] * row->rate_fade * gain->left / search->modal->a;
+}
+
 ALWAYS_f32 void put_function_f32(const modal_search_f32 *search, int n, const modal_node_f32 *from,
                                    const modal_gain_f32 *gain, modal_node_f32 *to) {
     const hopform_modal_row_f32 *row = &search->modal->row[n];
-    to->value[n] = from->value[n] + search->sign[n] * gain_by_row_f32(row, gain);
+    to->value[n] = search->from_the_end ? value_from_the_end_f32(search, n, from, gain, &to->rest[n])
+                                        : value_after_f32(search, n, from, gain);
     to->rate[n] = search->sign[n] * rate_by_row_f32(row, &to->m);
     to->deflated[n] = search->sign[n] * deflated_by_row_f32(row, &to->m);
 }
@@ -64,7 +81,7 @@ ALWAYS_f32 void end_modal_interval_f32(modal_search_f32 *search, float t, const 
     search->gained = *gain;
     search->high.t = t;
     search->high.m = modal_after_f32(search->modal, &search->low.m, gain);
-    if (search->first == 0) { put_function_f32(search, 0, &search->low, gain, &search->high); }
+    if (search->first == 0 || search->from_the_end) { put_function_f32(search, 0, &search->low, gain, &search->high); }
     put_function_f32(search, 1, &search->low, gain, &search->high);
     put_function_f32(search, 2, &search->low, gain, &search->high);
 }
@@ -73,7 +90,8 @@ ALWAYS_f32 void end_modal_interval_f32(modal_search_f32 *search, float t, const 
 static inline float modal_rounding_f32(const modal_search_f32 *search, int n, const modal_gain_f32 *gain, float t,
                                        float rate) {
     const hopform_modal_row_f32 *row = &search->modal->row[n];
-    const float fade = fabs_f32(row->rate_fade * (search->total.f + gain->f));
+    const float fades = search->from_the_end ? gain->left / search->modal->a : search->total.f + gain->f;
+    const float fade = fabs_f32(row->rate_fade * fades);
     const float pair = row->amplitude * search->amplitude / search->modal->root_q;
     return 16.0f * HOPFORM_EPS_f32 * (search->rounded[n] + fade + 2.0f * pair + t * fabs_f32(rate));
 }
@@ -249,17 +267,23 @@ SELDOM_f32 modal_root_f32 modal_root_of_f32(const modal_search_f32 *search, int 
     const bool back = t > 0.5f * h && !fades_in_a_node_f32(modal) && !(fabs_f32(known) > 0.0f);
     const modal_node_f32 *base = back ? &search->high : &search->low;
     const float t_base = back ? h : 0.0f;
-    const float rates = modal->root_q * modal->root_q + (fades_in_a_node_f32(modal) ? 0.0f : modal->a * modal->a);
+    const float rates = modal->root_q * modal->root_q + modal->a * modal->a;
     float low = 0.0f, high = h;
-    modal_gain_f32 gain = no_gain_f32();
+    modal_gain_f32 gain = no_gain_f32(&base->m);
+    bool ends = false;
     for (int step = 0; step < 100; step++) {
-        if (!(t > low && t < high) || (step > 8 && step % 2 == 1)) { t = low + 0.5f * (high - low); }
-        const bool ends = !(t > low && t < high);
-        t = ends ? high : t;
+        if (!ends && (!(t > low && t < high) || (step > 8 && step % 2 == 1))) { t = low + 0.5f * (high - low); }
+        if (!(t > low && t < high)) {
+            t = ends ? t : high;
+            ends = true;
+        }
         gain = back || t < 0.5f * modal->h ? gain_over_half_a_node_f32(modal, &base->m, t - t_base)
                                           : gain_over_a_node_f32(modal, &base->m, t - t_base);
         const modal_f32 m = modal_after_f32(modal, &base->m, &gain);
-        const float value = base->value[n] + (sign * gain_by_row_f32(row, &gain) + known * (t - t_base));
+        float rest;
+        const float value = (search->from_the_end ? value_from_the_end_f32(search, n, base, &gain, &rest)
+                                                 : value_after_f32(search, n, base, &gain))
+                           + known * (t - t_base);
         const float rate = sign * rate_by_row_f32(row, &m) + known;
         const float bend = sign * deflated_by_row_f32(row, &m) - modal->a * rate;
         const float below = 2.0f * rate * rate - value * bend;
@@ -268,14 +292,17 @@ SELDOM_f32 modal_root_f32 modal_root_of_f32(const modal_search_f32 *search, int 
         MODAL_COUNT(evaluation);
         if (ends || fabs_f32(value) <= HOPFORM_EPS_f32 * (search->low.t + t) * fabs_f32(rate)) { break; }
         const bool falls = (rate < 0.0f) & (below > 0.0f);
-        if (falls & (first * first * rates < HOPFORM_SHORT_f32)) {
+        if (falls && fades_in_a_node_f32(modal)) { /* no series carries what fades: once more, and no further */
+            ends = fabs_f32(first) < HOPFORM_ROOT_EPS_f32 * t;
+        } else if (falls & (first * first * rates < HOPFORM_SHORT_f32)) {
             const modal_gain_f32 second = gain_over_a_step_f32(modal, &m, first);
             const modal_f32 there = modal_after_f32(modal, &m, &second);
             const float rate_there = sign * rate_by_row_f32(row, &there) + known;
             const float value_there = value + (sign * gain_by_row_f32(row, &second) + known * first);
             const float more = -value_there / (rate_there < 0.0f ? rate_there : -1.0f);
             if ((rate_there < 0.0f) & (more * more * rates < HOPFORM_EPS_f32)) {
-                const modal_gain_f32 third = {there.f * more, there.c * more, there.s * more};
+                const modal_gain_f32 third = {there.f * more, there.c * more, there.s * more,
+                                               there.f - there.f * (modal->a * more)};
                 const modal_gain_f32 last = gain_and_f32(&second, &third);
                 gain = gain_and_f32(&gain, &last);
                 t = t + (first + more);
@@ -297,16 +324,18 @@ static inline int modal_tie_f32(const modal_search_f32 *search, int found, modal
     const float t = search->low.t + root->t;
     const modal_f32 m = modal_after_f32(modal, &search->low.m, &root->gain);
     const float other = search->sign[found] * rate_by_row_f32(&modal->row[found], &m);
-    const float bound = modal_rounding_f32(search, found, &root->gain, t, other);
+    const float bound = 0.125f * modal_rounding_f32(search, found, &root->gain, t, other); /* as of the modal form */
     for (int n = search->first; n < found; n++) {
         const float rate = search->sign[n] * rate_by_row_f32(&modal->row[n], &m);
-        const float rounding = modal_rounding_f32(search, n, &root->gain, t, rate);
+        const float rounding = 0.125f * modal_rounding_f32(search, n, &root->gain, t, rate);
         if (!(rate * (search->high.t - search->low.t) < -16.0f * rounding)) { continue; }
-        const float value = search->low.value[n] + search->sign[n] * gain_by_row_f32(&modal->row[n], &root->gain);
+        float rest;
+        const float value = search->from_the_end ? value_from_the_end_f32(search, n, &search->low, &root->gain, &rest)
+                                                : value_after_f32(search, n, &search->low, &root->gain);
         if ((value - 4.0f * rounding) * fabs_f32(other) < fabs_f32(rate) * bound) {
-            if (value > 0.0f) {
+            if (value > 0.0f) { /* so little later that no series is needed */
                 const float later = -value / rate;
-                const modal_gain_f32 gain = gain_over_a_step_f32(modal, &m, later);
+                const modal_gain_f32 gain = {m.f * later, m.c * later, m.s * later, m.f - m.f * (modal->a * later)};
                 root->gain = gain_and_f32(&root->gain, &gain);
                 root->t += later;
             }
@@ -338,7 +367,7 @@ SELDOM_f32 float modal_quiet_time_f32(const modal_search_f32 *search) {
     const hopform_modal_f32 *modal = search->modal;
     const modal_node_f32 *at = &search->low;
     const float amplitude = 1.001f * amplitude_of_f32(&at->m) / modal->root_q;
-    const modal_gain_f32 none = no_gain_f32();
+    const modal_gain_f32 none = no_gain_f32(&at->m);
     float quiet = HOPFORM_NEVER_f32;
     for (int n = search->first; n < MODAL_FUNCTIONS_f32 && quiet > 0.0f; n++) {
         const hopform_modal_row_f32 *row = &modal->row[n];
@@ -369,7 +398,7 @@ SELDOM_f32 void count_from_the_end_f32(modal_search_f32 *search, const equilibri
     const modal_f32 *m = &search->low.m;
     const float fades = m->f / (modal->a > 0.0f ? modal->a : 1.0f);
     const float amplitude = amplitude_of_f32(m);
-    float z[MODAL_FUNCTIONS_f32], rounded[MODAL_FUNCTIONS_f32];
+    float z[MODAL_FUNCTIONS_f32], rounded[MODAL_FUNCTIONS_f32], rest[MODAL_FUNCTIONS_f32];
     bool better = modal->a > 0.0f;
     for (int n = 0; n < MODAL_FUNCTIONS_f32; n++) {
         const hopform_modal_row_f32 *row = &modal->row[n];
@@ -377,9 +406,12 @@ SELDOM_f32 void count_from_the_end_f32(modal_search_f32 *search, const equilibri
         const float terms = fabs_f32(ends[n]) + fabs_f32(faded);
         const float before = search->rounded[n] + fabs_f32(row->rate_fade * search->total.f)
                             + 2.0f * row->amplitude * search->amplitude / modal->root_q;
-        z[n] = ends[n] + (swing_by_row_f32(modal, row, m->c, m->s) - faded);
+        rest[n] = ends[n] + swing_by_row_f32(modal, row, m->c, m->s);
+        z[n] = rest[n] - faded;
         rounded[n] = terms;
-        better = better && terms + row->amplitude * amplitude / modal->root_q < 0.25f * before;
+        better = better
+                 && (search->from_the_end || fades_in_a_node_f32(modal)
+                     || terms + row->amplitude * amplitude / modal->root_q < 0.25f * before);
     }
     if (!better) { return; }
     MODAL_COUNT(from_the_end);
@@ -388,10 +420,12 @@ SELDOM_f32 void count_from_the_end_f32(modal_search_f32 *search, const equilibri
     search->from = search->low.t;
     search->m = *m;
     search->amplitude = amplitude;
-    search->total = no_gain_f32();
+    search->total = no_gain_f32(m);
+    search->from_the_end = fades_in_a_node_f32(modal);
     for (int n = 0; n < MODAL_FUNCTIONS_f32; n++) {
         search->z[n] = z[n];
-        search->rounded[n] = rounded[n];
+        search->rounded[n] = search->from_the_end ? fabs_f32(ends[n]) : rounded[n];
+        search->low.rest[n] = search->sign[n] * rest[n];
         search->low.value[n] = greater_f32(search->sign[n] * z[n], 0.0f);
     }
 }

@@ -27,6 +27,7 @@ typedef struct {
     double t;
     modal_f64 m;
     double value[MODAL_FUNCTIONS_f64], rate[MODAL_FUNCTIONS_f64], deflated[MODAL_FUNCTIONS_f64];
+    double rest[MODAL_FUNCTIONS_f64]; /* of the value without what fades, once that is counted from where it ends */
 } modal_node_f64;
 
 typedef struct {
@@ -34,6 +35,7 @@ typedef struct {
     double sign[MODAL_FUNCTIONS_f64]; /* of each function */
     int first;                       /* 1 where the compression only grows, else 0 */
     double limit;
+    bool from_the_end; /* a value is z where both elements end, what rings, and what has not yet faded */
     modal_node_f64 low, high;
     modal_gain_f64 gained; /* in the interval */
     /* What values are counted from: a time, the coordinates and values there, what of those is rounded, and what has
@@ -51,10 +53,25 @@ typedef struct {
 
 /* ---- what is known at a time ---- */
 
+/* A function from that at another time, after a gain since then. */
+ALWAYS_f64 double value_after_f64(const modal_search_f64 *search, int n, const modal_node_f64 *from,
+                                  const modal_gain_f64 *gain) {
+    return from->value[n] + search->sign[n] * gain_by_row_f64(&search->modal->row[n], gain);
+}
+
+/* The same where it is counted from where it ends: beside a fast pole what has not yet faded is no difference. */
+SELDOM_f64 double value_from_the_end_f64(const modal_search_f64 *search, int n, const modal_node_f64 *from,
+                                         const modal_gain_f64 *gain, double *rest) {
+    const hopform_modal_row_f64 *row = &search->modal->row[n];
+    *rest = from->rest[n] + search->sign[n] * (row->rate_cosine * gain->c + row->rate_sine * gain->s);
+    return *rest - search->sign[n] * row->rate_fade * gain->left / search->modal->a;
+}
+
 ALWAYS_f64 void put_function_f64(const modal_search_f64 *search, int n, const modal_node_f64 *from,
                                    const modal_gain_f64 *gain, modal_node_f64 *to) {
     const hopform_modal_row_f64 *row = &search->modal->row[n];
-    to->value[n] = from->value[n] + search->sign[n] * gain_by_row_f64(row, gain);
+    to->value[n] = search->from_the_end ? value_from_the_end_f64(search, n, from, gain, &to->rest[n])
+                                        : value_after_f64(search, n, from, gain);
     to->rate[n] = search->sign[n] * rate_by_row_f64(row, &to->m);
     to->deflated[n] = search->sign[n] * deflated_by_row_f64(row, &to->m);
 }
@@ -64,7 +81,7 @@ ALWAYS_f64 void end_modal_interval_f64(modal_search_f64 *search, double t, const
     search->gained = *gain;
     search->high.t = t;
     search->high.m = modal_after_f64(search->modal, &search->low.m, gain);
-    if (search->first == 0) { put_function_f64(search, 0, &search->low, gain, &search->high); }
+    if (search->first == 0 || search->from_the_end) { put_function_f64(search, 0, &search->low, gain, &search->high); }
     put_function_f64(search, 1, &search->low, gain, &search->high);
     put_function_f64(search, 2, &search->low, gain, &search->high);
 }
@@ -73,7 +90,8 @@ ALWAYS_f64 void end_modal_interval_f64(modal_search_f64 *search, double t, const
 static inline double modal_rounding_f64(const modal_search_f64 *search, int n, const modal_gain_f64 *gain, double t,
                                        double rate) {
     const hopform_modal_row_f64 *row = &search->modal->row[n];
-    const double fade = fabs_f64(row->rate_fade * (search->total.f + gain->f));
+    const double fades = search->from_the_end ? gain->left / search->modal->a : search->total.f + gain->f;
+    const double fade = fabs_f64(row->rate_fade * fades);
     const double pair = row->amplitude * search->amplitude / search->modal->root_q;
     return 16.0 * HOPFORM_EPS_f64 * (search->rounded[n] + fade + 2.0 * pair + t * fabs_f64(rate));
 }
@@ -249,17 +267,23 @@ SELDOM_f64 modal_root_f64 modal_root_of_f64(const modal_search_f64 *search, int 
     const bool back = t > 0.5 * h && !fades_in_a_node_f64(modal) && !(fabs_f64(known) > 0.0);
     const modal_node_f64 *base = back ? &search->high : &search->low;
     const double t_base = back ? h : 0.0;
-    const double rates = modal->root_q * modal->root_q + (fades_in_a_node_f64(modal) ? 0.0 : modal->a * modal->a);
+    const double rates = modal->root_q * modal->root_q + modal->a * modal->a;
     double low = 0.0, high = h;
-    modal_gain_f64 gain = no_gain_f64();
+    modal_gain_f64 gain = no_gain_f64(&base->m);
+    bool ends = false;
     for (int step = 0; step < 100; step++) {
-        if (!(t > low && t < high) || (step > 8 && step % 2 == 1)) { t = low + 0.5 * (high - low); }
-        const bool ends = !(t > low && t < high);
-        t = ends ? high : t;
+        if (!ends && (!(t > low && t < high) || (step > 8 && step % 2 == 1))) { t = low + 0.5 * (high - low); }
+        if (!(t > low && t < high)) {
+            t = ends ? t : high;
+            ends = true;
+        }
         gain = back || t < 0.5 * modal->h ? gain_over_half_a_node_f64(modal, &base->m, t - t_base)
                                           : gain_over_a_node_f64(modal, &base->m, t - t_base);
         const modal_f64 m = modal_after_f64(modal, &base->m, &gain);
-        const double value = base->value[n] + (sign * gain_by_row_f64(row, &gain) + known * (t - t_base));
+        double rest;
+        const double value = (search->from_the_end ? value_from_the_end_f64(search, n, base, &gain, &rest)
+                                                 : value_after_f64(search, n, base, &gain))
+                           + known * (t - t_base);
         const double rate = sign * rate_by_row_f64(row, &m) + known;
         const double bend = sign * deflated_by_row_f64(row, &m) - modal->a * rate;
         const double below = 2.0 * rate * rate - value * bend;
@@ -268,14 +292,17 @@ SELDOM_f64 modal_root_f64 modal_root_of_f64(const modal_search_f64 *search, int 
         MODAL_COUNT(evaluation);
         if (ends || fabs_f64(value) <= HOPFORM_EPS_f64 * (search->low.t + t) * fabs_f64(rate)) { break; }
         const bool falls = (rate < 0.0) & (below > 0.0);
-        if (falls & (first * first * rates < HOPFORM_SHORT_f64)) {
+        if (falls && fades_in_a_node_f64(modal)) { /* no series carries what fades: once more, and no further */
+            ends = fabs_f64(first) < HOPFORM_ROOT_EPS_f64 * t;
+        } else if (falls & (first * first * rates < HOPFORM_SHORT_f64)) {
             const modal_gain_f64 second = gain_over_a_step_f64(modal, &m, first);
             const modal_f64 there = modal_after_f64(modal, &m, &second);
             const double rate_there = sign * rate_by_row_f64(row, &there) + known;
             const double value_there = value + (sign * gain_by_row_f64(row, &second) + known * first);
             const double more = -value_there / (rate_there < 0.0 ? rate_there : -1.0);
             if ((rate_there < 0.0) & (more * more * rates < HOPFORM_EPS_f64)) {
-                const modal_gain_f64 third = {there.f * more, there.c * more, there.s * more};
+                const modal_gain_f64 third = {there.f * more, there.c * more, there.s * more,
+                                               there.f - there.f * (modal->a * more)};
                 const modal_gain_f64 last = gain_and_f64(&second, &third);
                 gain = gain_and_f64(&gain, &last);
                 t = t + (first + more);
@@ -297,16 +324,18 @@ static inline int modal_tie_f64(const modal_search_f64 *search, int found, modal
     const double t = search->low.t + root->t;
     const modal_f64 m = modal_after_f64(modal, &search->low.m, &root->gain);
     const double other = search->sign[found] * rate_by_row_f64(&modal->row[found], &m);
-    const double bound = modal_rounding_f64(search, found, &root->gain, t, other);
+    const double bound = 0.125 * modal_rounding_f64(search, found, &root->gain, t, other); /* as of the modal form */
     for (int n = search->first; n < found; n++) {
         const double rate = search->sign[n] * rate_by_row_f64(&modal->row[n], &m);
-        const double rounding = modal_rounding_f64(search, n, &root->gain, t, rate);
+        const double rounding = 0.125 * modal_rounding_f64(search, n, &root->gain, t, rate);
         if (!(rate * (search->high.t - search->low.t) < -16.0 * rounding)) { continue; }
-        const double value = search->low.value[n] + search->sign[n] * gain_by_row_f64(&modal->row[n], &root->gain);
+        double rest;
+        const double value = search->from_the_end ? value_from_the_end_f64(search, n, &search->low, &root->gain, &rest)
+                                                : value_after_f64(search, n, &search->low, &root->gain);
         if ((value - 4.0 * rounding) * fabs_f64(other) < fabs_f64(rate) * bound) {
-            if (value > 0.0) {
+            if (value > 0.0) { /* so little later that no series is needed */
                 const double later = -value / rate;
-                const modal_gain_f64 gain = gain_over_a_step_f64(modal, &m, later);
+                const modal_gain_f64 gain = {m.f * later, m.c * later, m.s * later, m.f - m.f * (modal->a * later)};
                 root->gain = gain_and_f64(&root->gain, &gain);
                 root->t += later;
             }
@@ -338,7 +367,7 @@ SELDOM_f64 double modal_quiet_time_f64(const modal_search_f64 *search) {
     const hopform_modal_f64 *modal = search->modal;
     const modal_node_f64 *at = &search->low;
     const double amplitude = 1.001 * amplitude_of_f64(&at->m) / modal->root_q;
-    const modal_gain_f64 none = no_gain_f64();
+    const modal_gain_f64 none = no_gain_f64(&at->m);
     double quiet = HOPFORM_NEVER_f64;
     for (int n = search->first; n < MODAL_FUNCTIONS_f64 && quiet > 0.0; n++) {
         const hopform_modal_row_f64 *row = &modal->row[n];
@@ -369,7 +398,7 @@ SELDOM_f64 void count_from_the_end_f64(modal_search_f64 *search, const equilibri
     const modal_f64 *m = &search->low.m;
     const double fades = m->f / (modal->a > 0.0 ? modal->a : 1.0);
     const double amplitude = amplitude_of_f64(m);
-    double z[MODAL_FUNCTIONS_f64], rounded[MODAL_FUNCTIONS_f64];
+    double z[MODAL_FUNCTIONS_f64], rounded[MODAL_FUNCTIONS_f64], rest[MODAL_FUNCTIONS_f64];
     bool better = modal->a > 0.0;
     for (int n = 0; n < MODAL_FUNCTIONS_f64; n++) {
         const hopform_modal_row_f64 *row = &modal->row[n];
@@ -377,9 +406,12 @@ SELDOM_f64 void count_from_the_end_f64(modal_search_f64 *search, const equilibri
         const double terms = fabs_f64(ends[n]) + fabs_f64(faded);
         const double before = search->rounded[n] + fabs_f64(row->rate_fade * search->total.f)
                             + 2.0 * row->amplitude * search->amplitude / modal->root_q;
-        z[n] = ends[n] + (swing_by_row_f64(modal, row, m->c, m->s) - faded);
+        rest[n] = ends[n] + swing_by_row_f64(modal, row, m->c, m->s);
+        z[n] = rest[n] - faded;
         rounded[n] = terms;
-        better = better && terms + row->amplitude * amplitude / modal->root_q < 0.25 * before;
+        better = better
+                 && (search->from_the_end || fades_in_a_node_f64(modal)
+                     || terms + row->amplitude * amplitude / modal->root_q < 0.25 * before);
     }
     if (!better) { return; }
     MODAL_COUNT(from_the_end);
@@ -388,10 +420,12 @@ SELDOM_f64 void count_from_the_end_f64(modal_search_f64 *search, const equilibri
     search->from = search->low.t;
     search->m = *m;
     search->amplitude = amplitude;
-    search->total = no_gain_f64();
+    search->total = no_gain_f64(m);
+    search->from_the_end = fades_in_a_node_f64(modal);
     for (int n = 0; n < MODAL_FUNCTIONS_f64; n++) {
         search->z[n] = z[n];
-        search->rounded[n] = rounded[n];
+        search->rounded[n] = search->from_the_end ? fabs_f64(ends[n]) : rounded[n];
+        search->low.rest[n] = search->sign[n] * rest[n];
         search->low.value[n] = greater_f64(search->sign[n] * z[n], 0.0);
     }
 }

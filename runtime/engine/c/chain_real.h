@@ -433,6 +433,7 @@ static inline void begin_modal_search_real(const stance_chain_real *chain, modal
     search->modal = modal;
     search->limit = end_of_step_real(chain) - chain->t;
     search->first = 1;
+    search->from_the_end = false;
 #if HOPFORM_HAS_CONTACT
     if (HOPFORM_STRETCH_MAY_FALL(side) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
 #endif
@@ -457,8 +458,8 @@ static inline void begin_modal_search_real(const stance_chain_real *chain, modal
     search->from = 0.0;
     search->m = low->m;
     search->amplitude = amplitude_of_real(&low->m);
-    search->total = no_gain_real();
-    search->gained = no_gain_real();
+    search->total = no_gain_real(&low->m);
+    search->gained = search->total;
     search->moved = 0.0;
     search->count = 0;
     search->evaluations = chain->evaluations;
@@ -478,7 +479,7 @@ SELDOM_real modal_root_real modal_stop_real(const stance_chain_real *chain, cons
     const real side = (real)chain->side[HOPFORM_STOPPED_ELEMENT];
     const real velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     const real gap = gap_ahead_real(chain);
-    modal_root_real root = {0.5 * until, no_gain_real()};
+    modal_root_real root = {0.5 * until, no_gain_real(m)};
     real low = 0.0, high = until;
     for (int step = 0; step < 100; step++) {
         if (!(root.t > low && root.t < high) || (step > 8 && step % 2 == 1)) { root.t = low + 0.5 * (high - low); }
@@ -496,17 +497,22 @@ SELDOM_real modal_root_real modal_stop_real(const stance_chain_real *chain, cons
     return root;
 }
 
-/* Where and how the phase ends, by an owner of an event or none, at a time; what has been gained since values are
- * counted, and whether they are still from the start of the phase and the interval is its first. */
-static inline void arrive_in_modes_real(const modal_search_real *search, const modal_gain_real *total, real t,
-                                        bool first, modal_arrival_real *arrival) {
+/* Where the phase ends at a time, after a gain since the interval began, which may be the first of the phase. */
+static inline void arrive_in_modes_real(const modal_search_real *search, const modal_gain_real *gain, real t,
+                                        modal_arrival_real *arrival) {
+    const modal_gain_real sum = gain_and_real(&search->total, gain);
+    const modal_gain_real *total = &sum;
+    const bool first = !(search->low.t > 0.0);
     const hopform_modal_real *modal = search->modal;
     const hopform_modal_row_real *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
     const modal_real m = modal_after_real(modal, &search->m, total);
     arrival->is_modal = true;
     for (int n = 0; n < MODAL_FUNCTIONS_real; n++) {
         const real known = first ? search->sign[n] * search->known[n] * t : 0.0;
-        arrival->z[axis_of_function_real[n]] = search->z[n] + (gain_by_row_real(&modal->row[n], total) + known);
+        real rest;
+        arrival->z[axis_of_function_real[n]] =
+            search->from_the_end ? search->sign[n] * value_from_the_end_real(search, n, &search->low, gain, &rest)
+                                 : search->z[n] + (gain_by_row_real(&modal->row[n], total) + known);
     }
     arrival->moved =
         search->moved
@@ -543,7 +549,7 @@ static inline void meet_stop_real(const stance_chain_real *chain, const modal_se
     modal_search_real start; /* values are counted from the start of the phase again */
     begin_modal_search_real(chain, &start);
     const modal_root_real root = modal_stop_real(chain, &start.m, t);
-    arrive_in_modes_real(&start, &root.gain, root.t, false, arrival);
+    arrive_in_modes_real(&start, &root.gain, root.t, arrival);
     end->in.high.t = root.t;
     end->owner = ELEMENT_real + element;
     end->stops = true;
@@ -585,7 +591,7 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
     const hopform_modal_real *modal = &chain->plan->modal;
     modal_search_real search;
     begin_modal_search_real(chain, &search);
-    modal_root_real root = {0.0, no_gain_real()};
+    modal_root_real root = {0.0, no_gain_real(&search.low.m)};
     int found = -1;
     bool certified = true;
 #if HOPFORM_HAS_CONTACT
@@ -596,11 +602,13 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
     int32_t nodes = fades_in_a_node_real(modal) ? 7 : 0;
     for (bool open = found < 0 && search.limit > 0.0; open; nodes++) {
         const real left = search.limit - search.low.t;
-        const bool last = !(modal->h < left);
-        const modal_gain_real gain =
-            last ? gain_over_a_node_real(modal, &search.low.m, left) : gain_of_node_real(modal, &search.low.m);
+        const bool fades = fades_in_a_node_real(modal) && !(search.low.t > 0.0); /* for as long as that does not */
+        const real length = fades ? 1.0 / modal->a : modal->h;
+        const bool last = !(length < left);
+        const modal_gain_real gain = last || fades ? gain_over_a_node_real(modal, &search.low.m, last ? left : length)
+                                                   : gain_of_node_real(modal, &search.low.m);
         MODAL_COUNT(node);
-        end_modal_interval_real(&search, last ? search.limit : search.low.t + modal->h, &gain);
+        end_modal_interval_real(&search, last ? search.limit : search.low.t + length, &gain);
         search.count++;
         const uint32_t crossed = certify_modal_interval_real(&search);
         certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
@@ -615,7 +623,7 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
     }
 #if HOPFORM_HAS_CONTACT
     if (found < 0 && certified && search.first == 0 && search.limit > 0.0) { /* over a step of the input */
-        const modal_gain_real none = no_gain_real();
+        const modal_gain_real none = no_gain_real(&search.low.m);
         const real rounding = modal_rounding_real(&search, 0, &none, search.limit, search.low.rate[0]);
         if (search.high.value[0] < -8.0 * HOPFORM_EPS_real * search.limit * search.low.rate[0]
             && search.low.rate[0] * search.limit < -16.0 * rounding) {
@@ -623,7 +631,7 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
         }
     }
 #endif
-    const modal_gain_real total = gain_and_real(&search.total, &root.gain);
+    if (found < 0) { root.gain = no_gain_real(&search.low.m); }
     const real t = search.low.t + root.t;
     end->in.high.t = t;
     end->owner = found;
@@ -631,7 +639,7 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
     end->stops = false;
     end->touches = false;
     end->certified = certified;
-    arrive_in_modes_real(&search, &total, t, !(search.low.t > 0.0), &end->arrival);
+    arrive_in_modes_real(&search, &root.gain, t, &end->arrival);
     if (gap_ahead_real(chain) < HOPFORM_NEVER_real) { meet_stop_real(chain, &search, t, end); }
 }
 #endif

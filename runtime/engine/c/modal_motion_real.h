@@ -18,9 +18,9 @@ typedef struct {
     real f, c, s;
 } modal_real;
 
-/* Their integrals over a time. */
+/* Their integrals over a time, and what is left of f behind it. */
 typedef struct {
-    real f, c, s;
+    real f, c, s, left;
 } modal_gain_real;
 
 /* Where a phase ends in modal coordinates: the state, by the axes of the core, how far the position has moved, and what
@@ -33,33 +33,33 @@ typedef struct {
     real stretched; /* the magnitudes that the stretch is a sum of */
 } modal_arrival_real;
 
-static inline modal_gain_real no_gain_real(void) {
-    const modal_gain_real none = {0.0, 0.0, 0.0};
+static inline modal_gain_real no_gain_real(const modal_real *m) {
+    const modal_gain_real none = {0.0, 0.0, 0.0, m->f};
     return none;
 }
 
 ALWAYS_real modal_gain_real gain_and_real(const modal_gain_real *first, const modal_gain_real *then) {
-    const modal_gain_real both = {first->f + then->f, first->c + then->c, first->s + then->s};
+    const modal_gain_real both = {first->f + then->f, first->c + then->c, first->s + then->s, then->left};
     return both;
 }
 
 /* (c, s)' of (c, s): the pair turns. */
 ALWAYS_real modal_real modal_after_real(const hopform_modal_real *modal, const modal_real *m,
                                         const modal_gain_real *gain) {
-    const modal_real later = {m->f - modal->a * gain->f, m->c - (modal->mean * gain->c + modal->omega * gain->s),
+    const modal_real later = {gain->left, m->c - (modal->mean * gain->c + modal->omega * gain->s),
                               m->s + (modal->omega * gain->c - modal->mean * gain->s)};
     return later;
 }
 
 /* Of integrals of 1, and of a cosine of 1, to those of m. */
-ALWAYS_real modal_gain_real gain_of_turn_real(const modal_real *m, real fades, real rings, real turns) {
-    const modal_gain_real gain = {m->f * fades, m->c * rings - m->s * turns, m->c * turns + m->s * rings};
+ALWAYS_real modal_gain_real gain_of_turn_real(const modal_real *m, real fades, real left, real rings, real turns) {
+    const modal_gain_real gain = {m->f * fades, m->c * rings - m->s * turns, m->c * turns + m->s * rings, m->f * left};
     return gain;
 }
 
 /* Over a node. */
 ALWAYS_real modal_gain_real gain_of_node_real(const hopform_modal_real *modal, const modal_real *m) {
-    return gain_of_turn_real(m, modal->fades, modal->rings, modal->turns);
+    return gain_of_turn_real(m, modal->fades, modal->left, modal->rings, modal->turns);
 }
 
 /* Whether the real pole is so fast that its exponential is no short series over a node. */
@@ -81,8 +81,12 @@ static inline bool fades_in_a_node_real(const hopform_modal_real *modal) {
         TERMS(ADD_TERM)                                                                                                \
         const real rings = t * (1.0 + (re * first - square * second));                                                 \
         const real turns = t * (im * first);                                                                           \
-        const real fades = fades_in_a_node_real(modal) ? decay_at_real(modal->a, t).e1 : t * (1.0 + x * fade);         \
-        return gain_of_turn_real(m, fades, rings, turns);                                                              \
+        if (!fades_in_a_node_real(modal)) {                                                                            \
+            const real share = 1.0 + x * fade;                                                                         \
+            return gain_of_turn_real(m, t * share, 1.0 + x * share, rings, turns);                                     \
+        }                                                                                                              \
+        const fade_real faded = fade_by_real(x);                                                                       \
+        return gain_of_turn_real(m, faded.gone / modal->a, faded.left, rings, turns);                                  \
     }
 #define ADD_TERM(coefficient)                                                                                          \
     {                                                                                                                  \
@@ -105,7 +109,8 @@ SELDOM_real modal_gain_real gain_over_real(const hopform_modal_real *modal, cons
     const real cosine = fade.gone + fade.left * (2.0 * half.sine * half.sine); /* 1 less */
     const real sine = fade.left * (2.0 * half.sine * half.cosine);
     const real q = modal->root_q * modal->root_q;
-    return gain_of_turn_real(m, decay_at_real(modal->a, t).e1, (modal->mean * cosine + modal->omega * sine) / q,
+    return gain_of_turn_real(m, decay_at_real(modal->a, t).e1, exponential_real(-modal->a * t),
+                             (modal->mean * cosine + modal->omega * sine) / q,
                              (modal->omega * cosine - modal->mean * sine) / q);
 }
 

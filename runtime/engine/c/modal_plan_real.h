@@ -50,6 +50,7 @@ static inline void put_modal_real(hopform_plan_real *plan) {
     modal->root_chi = sqrt_real(chi);
     modal->h = 0.7853981633974483 / modal->root_q;
     modal->fades = decay_at_real(poles->a, modal->h).e1;
+    modal->left = exponential_real(-poles->a * modal->h);
     const fade_real fade = fade_by_real(-mean * modal->h);
     const turn_real half = turn_by_real(0.5 * omega * modal->h);
     const real cosine = fade.gone + fade.left * (2.0 * half.sine * half.sine); /* 1 less */

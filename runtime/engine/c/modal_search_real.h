@@ -27,6 +27,7 @@ typedef struct {
     real t;
     modal_real m;
     real value[MODAL_FUNCTIONS_real], rate[MODAL_FUNCTIONS_real], deflated[MODAL_FUNCTIONS_real];
+    real rest[MODAL_FUNCTIONS_real]; /* of the value without what fades, once that is counted from where it ends */
 } modal_node_real;
 
 typedef struct {
@@ -34,6 +35,7 @@ typedef struct {
     real sign[MODAL_FUNCTIONS_real]; /* of each function */
     int first;                       /* 1 where the compression only grows, else 0 */
     real limit;
+    bool from_the_end; /* a value is z where both elements end, what rings, and what has not yet faded */
     modal_node_real low, high;
     modal_gain_real gained; /* in the interval */
     /* What values are counted from: a time, the coordinates and values there, what of those is rounded, and what has
@@ -51,10 +53,25 @@ typedef struct {
 
 /* ---- what is known at a time ---- */
 
+/* A function from that at another time, after a gain since then. */
+ALWAYS_real real value_after_real(const modal_search_real *search, int n, const modal_node_real *from,
+                                  const modal_gain_real *gain) {
+    return from->value[n] + search->sign[n] * gain_by_row_real(&search->modal->row[n], gain);
+}
+
+/* The same where it is counted from where it ends: beside a fast pole what has not yet faded is no difference. */
+SELDOM_real real value_from_the_end_real(const modal_search_real *search, int n, const modal_node_real *from,
+                                         const modal_gain_real *gain, real *rest) {
+    const hopform_modal_row_real *row = &search->modal->row[n];
+    *rest = from->rest[n] + search->sign[n] * (row->rate_cosine * gain->c + row->rate_sine * gain->s);
+    return *rest - search->sign[n] * row->rate_fade * gain->left / search->modal->a;
+}
+
 ALWAYS_real void put_function_real(const modal_search_real *search, int n, const modal_node_real *from,
                                    const modal_gain_real *gain, modal_node_real *to) {
     const hopform_modal_row_real *row = &search->modal->row[n];
-    to->value[n] = from->value[n] + search->sign[n] * gain_by_row_real(row, gain);
+    to->value[n] = search->from_the_end ? value_from_the_end_real(search, n, from, gain, &to->rest[n])
+                                        : value_after_real(search, n, from, gain);
     to->rate[n] = search->sign[n] * rate_by_row_real(row, &to->m);
     to->deflated[n] = search->sign[n] * deflated_by_row_real(row, &to->m);
 }
@@ -64,7 +81,7 @@ ALWAYS_real void end_modal_interval_real(modal_search_real *search, real t, cons
     search->gained = *gain;
     search->high.t = t;
     search->high.m = modal_after_real(search->modal, &search->low.m, gain);
-    if (search->first == 0) { put_function_real(search, 0, &search->low, gain, &search->high); }
+    if (search->first == 0 || search->from_the_end) { put_function_real(search, 0, &search->low, gain, &search->high); }
     put_function_real(search, 1, &search->low, gain, &search->high);
     put_function_real(search, 2, &search->low, gain, &search->high);
 }
@@ -73,7 +90,8 @@ ALWAYS_real void end_modal_interval_real(modal_search_real *search, real t, cons
 static inline real modal_rounding_real(const modal_search_real *search, int n, const modal_gain_real *gain, real t,
                                        real rate) {
     const hopform_modal_row_real *row = &search->modal->row[n];
-    const real fade = fabs_real(row->rate_fade * (search->total.f + gain->f));
+    const real fades = search->from_the_end ? gain->left / search->modal->a : search->total.f + gain->f;
+    const real fade = fabs_real(row->rate_fade * fades);
     const real pair = row->amplitude * search->amplitude / search->modal->root_q;
     return 16.0 * HOPFORM_EPS_real * (search->rounded[n] + fade + 2.0 * pair + t * fabs_real(rate));
 }
@@ -249,17 +267,23 @@ SELDOM_real modal_root_real modal_root_of_real(const modal_search_real *search, 
     const bool back = t > 0.5 * h && !fades_in_a_node_real(modal) && !(fabs_real(known) > 0.0);
     const modal_node_real *base = back ? &search->high : &search->low;
     const real t_base = back ? h : 0.0;
-    const real rates = modal->root_q * modal->root_q + (fades_in_a_node_real(modal) ? 0.0 : modal->a * modal->a);
+    const real rates = modal->root_q * modal->root_q + modal->a * modal->a;
     real low = 0.0, high = h;
-    modal_gain_real gain = no_gain_real();
+    modal_gain_real gain = no_gain_real(&base->m);
+    bool ends = false;
     for (int step = 0; step < 100; step++) {
-        if (!(t > low && t < high) || (step > 8 && step % 2 == 1)) { t = low + 0.5 * (high - low); }
-        const bool ends = !(t > low && t < high);
-        t = ends ? high : t;
+        if (!ends && (!(t > low && t < high) || (step > 8 && step % 2 == 1))) { t = low + 0.5 * (high - low); }
+        if (!(t > low && t < high)) {
+            t = ends ? t : high;
+            ends = true;
+        }
         gain = back || t < 0.5 * modal->h ? gain_over_half_a_node_real(modal, &base->m, t - t_base)
                                           : gain_over_a_node_real(modal, &base->m, t - t_base);
         const modal_real m = modal_after_real(modal, &base->m, &gain);
-        const real value = base->value[n] + (sign * gain_by_row_real(row, &gain) + known * (t - t_base));
+        real rest;
+        const real value = (search->from_the_end ? value_from_the_end_real(search, n, base, &gain, &rest)
+                                                 : value_after_real(search, n, base, &gain))
+                           + known * (t - t_base);
         const real rate = sign * rate_by_row_real(row, &m) + known;
         const real bend = sign * deflated_by_row_real(row, &m) - modal->a * rate;
         const real below = 2.0 * rate * rate - value * bend;
@@ -268,14 +292,17 @@ SELDOM_real modal_root_real modal_root_of_real(const modal_search_real *search, 
         MODAL_COUNT(evaluation);
         if (ends || fabs_real(value) <= HOPFORM_EPS_real * (search->low.t + t) * fabs_real(rate)) { break; }
         const bool falls = (rate < 0.0) & (below > 0.0);
-        if (falls & (first * first * rates < HOPFORM_SHORT_real)) {
+        if (falls && fades_in_a_node_real(modal)) { /* no series carries what fades: once more, and no further */
+            ends = fabs_real(first) < HOPFORM_ROOT_EPS_real * t;
+        } else if (falls & (first * first * rates < HOPFORM_SHORT_real)) {
             const modal_gain_real second = gain_over_a_step_real(modal, &m, first);
             const modal_real there = modal_after_real(modal, &m, &second);
             const real rate_there = sign * rate_by_row_real(row, &there) + known;
             const real value_there = value + (sign * gain_by_row_real(row, &second) + known * first);
             const real more = -value_there / (rate_there < 0.0 ? rate_there : -1.0);
             if ((rate_there < 0.0) & (more * more * rates < HOPFORM_EPS_real)) {
-                const modal_gain_real third = {there.f * more, there.c * more, there.s * more};
+                const modal_gain_real third = {there.f * more, there.c * more, there.s * more,
+                                               there.f - there.f * (modal->a * more)};
                 const modal_gain_real last = gain_and_real(&second, &third);
                 gain = gain_and_real(&gain, &last);
                 t = t + (first + more);
@@ -297,16 +324,18 @@ static inline int modal_tie_real(const modal_search_real *search, int found, mod
     const real t = search->low.t + root->t;
     const modal_real m = modal_after_real(modal, &search->low.m, &root->gain);
     const real other = search->sign[found] * rate_by_row_real(&modal->row[found], &m);
-    const real bound = modal_rounding_real(search, found, &root->gain, t, other);
+    const real bound = 0.125 * modal_rounding_real(search, found, &root->gain, t, other); /* as of the modal form */
     for (int n = search->first; n < found; n++) {
         const real rate = search->sign[n] * rate_by_row_real(&modal->row[n], &m);
-        const real rounding = modal_rounding_real(search, n, &root->gain, t, rate);
+        const real rounding = 0.125 * modal_rounding_real(search, n, &root->gain, t, rate);
         if (!(rate * (search->high.t - search->low.t) < -16.0 * rounding)) { continue; }
-        const real value = search->low.value[n] + search->sign[n] * gain_by_row_real(&modal->row[n], &root->gain);
+        real rest;
+        const real value = search->from_the_end ? value_from_the_end_real(search, n, &search->low, &root->gain, &rest)
+                                                : value_after_real(search, n, &search->low, &root->gain);
         if ((value - 4.0 * rounding) * fabs_real(other) < fabs_real(rate) * bound) {
-            if (value > 0.0) {
+            if (value > 0.0) { /* so little later that no series is needed */
                 const real later = -value / rate;
-                const modal_gain_real gain = gain_over_a_step_real(modal, &m, later);
+                const modal_gain_real gain = {m.f * later, m.c * later, m.s * later, m.f - m.f * (modal->a * later)};
                 root->gain = gain_and_real(&root->gain, &gain);
                 root->t += later;
             }
@@ -338,7 +367,7 @@ SELDOM_real real modal_quiet_time_real(const modal_search_real *search) {
     const hopform_modal_real *modal = search->modal;
     const modal_node_real *at = &search->low;
     const real amplitude = 1.001 * amplitude_of_real(&at->m) / modal->root_q;
-    const modal_gain_real none = no_gain_real();
+    const modal_gain_real none = no_gain_real(&at->m);
     real quiet = HOPFORM_NEVER_real;
     for (int n = search->first; n < MODAL_FUNCTIONS_real && quiet > 0.0; n++) {
         const hopform_modal_row_real *row = &modal->row[n];
@@ -369,7 +398,7 @@ SELDOM_real void count_from_the_end_real(modal_search_real *search, const equili
     const modal_real *m = &search->low.m;
     const real fades = m->f / (modal->a > 0.0 ? modal->a : 1.0);
     const real amplitude = amplitude_of_real(m);
-    real z[MODAL_FUNCTIONS_real], rounded[MODAL_FUNCTIONS_real];
+    real z[MODAL_FUNCTIONS_real], rounded[MODAL_FUNCTIONS_real], rest[MODAL_FUNCTIONS_real];
     bool better = modal->a > 0.0;
     for (int n = 0; n < MODAL_FUNCTIONS_real; n++) {
         const hopform_modal_row_real *row = &modal->row[n];
@@ -377,9 +406,12 @@ SELDOM_real void count_from_the_end_real(modal_search_real *search, const equili
         const real terms = fabs_real(ends[n]) + fabs_real(faded);
         const real before = search->rounded[n] + fabs_real(row->rate_fade * search->total.f)
                             + 2.0 * row->amplitude * search->amplitude / modal->root_q;
-        z[n] = ends[n] + (swing_by_row_real(modal, row, m->c, m->s) - faded);
+        rest[n] = ends[n] + swing_by_row_real(modal, row, m->c, m->s);
+        z[n] = rest[n] - faded;
         rounded[n] = terms;
-        better = better && terms + row->amplitude * amplitude / modal->root_q < 0.25 * before;
+        better = better
+                 && (search->from_the_end || fades_in_a_node_real(modal)
+                     || terms + row->amplitude * amplitude / modal->root_q < 0.25 * before);
     }
     if (!better) { return; }
     MODAL_COUNT(from_the_end);
@@ -388,10 +420,12 @@ SELDOM_real void count_from_the_end_real(modal_search_real *search, const equili
     search->from = search->low.t;
     search->m = *m;
     search->amplitude = amplitude;
-    search->total = no_gain_real();
+    search->total = no_gain_real(m);
+    search->from_the_end = fades_in_a_node_real(modal);
     for (int n = 0; n < MODAL_FUNCTIONS_real; n++) {
         search->z[n] = z[n];
-        search->rounded[n] = rounded[n];
+        search->rounded[n] = search->from_the_end ? fabs_real(ends[n]) : rounded[n];
+        search->low.rest[n] = search->sign[n] * rest[n];
         search->low.value[n] = greater_real(search->sign[n] * z[n], 0.0);
     }
 }

@@ -173,6 +173,7 @@ typedef struct {
     float root_q; /**< [1/s] of mean and omega, the sum of the squares */
     float root_chi; /**< [1/s] of a - mean and omega */
     float fades; /**< [s] integral of what fades over a node, of 1 at its start */
+    float left; /**< what is left of it */
     float rings; /**< [s] integral over a node of the cosine, of 1 at its start */
     float turns; /**< [s] integral over a node of the sine, of a cosine of 1 at its start */
     hopform_modal_row_f32 row[3]; /**< of the stretch and of the velocities */

@@ -173,6 +173,7 @@ typedef struct {
     double root_q; /**< [1/s] of mean and omega, the sum of the squares */
     double root_chi; /**< [1/s] of a - mean and omega */
     double fades; /**< [s] integral of what fades over a node, of 1 at its start */
+    double left; /**< what is left of it */
     double rings; /**< [s] integral over a node of the cosine, of 1 at its start */
     double turns; /**< [s] integral over a node of the sine, of a cosine of 1 at its start */
     hopform_modal_row_f64 row[3]; /**< of the stretch and of the velocities */
