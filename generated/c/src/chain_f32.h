@@ -424,13 +424,15 @@ static inline void begin_modal_search_f32(const stance_chain_f32 *chain, modal_s
     const int *side = chain->side;
     const float rate[MODAL_FUNCTIONS_f32] = {core[HOPFORM_STRETCH_AXIS - 1].H3, core[HOPFORM_VELOCITY_AXIS(0) - 1].H3,
                                              core[HOPFORM_VELOCITY_AXIS(1) - 1].H3};
-    modal_node_f32 *low = &search->low;
+    modal_node_f32 *low = &search->node[0];
     float m[3];
     for (int n = 0; n < 3; n++) {
         const hopform_modal_share_f32 *share = &modal->share[n];
         m[n] = share->of_y * rate[0] + share->of_1 * rate[1] + share->of_2 * rate[2];
     }
     search->modal = modal;
+    search->low = low;
+    search->high = &search->node[1];
     search->limit = end_of_step_f32(chain) - chain->t;
     search->first = 1;
     search->from_the_end = false;
@@ -502,7 +504,7 @@ static inline void arrive_in_modes_f32(const modal_search_f32 *search, const mod
                                         modal_arrival_f32 *arrival) {
     const modal_gain_f32 sum = gain_and_f32(&search->total, gain);
     const modal_gain_f32 *total = &sum;
-    const bool first = !(search->low.t > 0.0f);
+    const bool first = !(search->low->t > 0.0f);
     const hopform_modal_f32 *modal = search->modal;
     const hopform_modal_row_f32 *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
     const modal_f32 m = modal_after_f32(modal, &search->m, total);
@@ -511,7 +513,7 @@ static inline void arrive_in_modes_f32(const modal_search_f32 *search, const mod
         const float known = first ? search->sign[n] * search->known[n] * t : 0.0f;
         float rest;
         arrival->z[axis_of_function_f32[n]] =
-            search->from_the_end ? search->sign[n] * value_from_the_end_f32(search, n, &search->low, gain, &rest)
+            search->from_the_end ? search->sign[n] * value_from_the_end_f32(search, n, search->low, gain, &rest)
                                  : search->z[n] + (gain_by_row_f32(&modal->row[n], total) + known);
     }
     arrival->moved =
@@ -575,13 +577,13 @@ SELDOM_f32 void pass_quiet_time_f32(const stance_chain_f32 *chain, modal_search_
         count_from_the_end_f32(search, &settled);
     }
     const float quiet = modal_quiet_time_f32(search);
-    const float left = search->limit - search->low.t;
+    const float left = search->limit - search->low->t;
     if (quiet > 8.0f * modal->h) {
         const float t = lesser_f32(quiet, left);
-        const modal_gain_f32 gain = gain_over_f32(modal, &search->low.m, t);
+        const modal_gain_f32 gain = gain_over_f32(modal, &search->low->m, t);
         use_evaluation_f32(search->evaluations);
         MODAL_COUNT(quiet);
-        end_modal_interval_f32(search, t < left ? search->low.t + t : search->limit, &gain);
+        end_modal_interval_f32(search, t < left ? search->low->t + t : search->limit, &gain);
         begin_modal_interval_f32(search);
     }
 }
@@ -591,7 +593,7 @@ static inline void find_end_in_modes_f32(const stance_chain_f32 *chain, stance_s
     const hopform_modal_f32 *modal = &chain->plan->modal;
     modal_search_f32 search;
     begin_modal_search_f32(chain, &search);
-    modal_root_f32 root = {0.0f, no_gain_f32(&search.low.m)};
+    modal_root_f32 root = {0.0f, no_gain_f32(&search.low->m)};
     int found = -1;
     bool certified = true;
 #if HOPFORM_HAS_CONTACT
@@ -601,14 +603,14 @@ static inline void find_end_in_modes_f32(const stance_chain_f32 *chain, stance_s
 #endif
     int32_t nodes = fades_in_a_node_f32(modal) ? 7 : 0;
     for (bool open = found < 0 && search.limit > 0.0f; open; nodes++) {
-        const float left = search.limit - search.low.t;
-        const bool fades = fades_in_a_node_f32(modal) && !(search.low.t > 0.0f); /* for as long as that does not */
+        const float left = search.limit - search.low->t;
+        const bool fades = fades_in_a_node_f32(modal) && !(search.low->t > 0.0f); /* for as long as that does not */
         const float length = fades ? 1.0f / modal->a : modal->h;
         const bool last = !(length < left);
-        const modal_gain_f32 gain = last || fades ? gain_over_a_node_f32(modal, &search.low.m, last ? left : length)
-                                                   : gain_of_node_f32(modal, &search.low.m);
+        const modal_gain_f32 gain = last || fades ? gain_over_a_node_f32(modal, &search.low->m, last ? left : length)
+                                                   : gain_of_node_f32(modal, &search.low->m);
         MODAL_COUNT(node);
-        end_modal_interval_f32(&search, last ? search.limit : search.low.t + length, &gain);
+        end_modal_interval_f32(&search, last ? search.limit : search.low->t + length, &gain);
         search.count++;
         const uint32_t crossed = certify_modal_interval_f32(&search);
         certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
@@ -618,21 +620,21 @@ static inline void find_end_in_modes_f32(const stance_chain_f32 *chain, stance_s
             break;
         }
         begin_modal_interval_f32(&search);
-        if (search.low.t < search.limit && (nodes & 7) == 7) { pass_quiet_time_f32(chain, &search); }
-        open = search.low.t < search.limit;
+        if (search.low->t < search.limit && (nodes & 7) == 7) { pass_quiet_time_f32(chain, &search); }
+        open = search.low->t < search.limit;
     }
 #if HOPFORM_HAS_CONTACT
     if (found < 0 && certified && search.first == 0 && search.limit > 0.0f) { /* over a step of the input */
-        const modal_gain_f32 none = no_gain_f32(&search.low.m);
-        const float rounding = modal_rounding_f32(&search, 0, &none, search.limit, search.low.rate[0]);
-        if (search.high.value[0] < -8.0f * HOPFORM_EPS_f32 * search.limit * search.low.rate[0]
-            && search.low.rate[0] * search.limit < -16.0f * rounding) {
+        const modal_gain_f32 none = no_gain_f32(&search.low->m);
+        const float rounding = modal_rounding_f32(&search, 0, &none, search.limit, search.low->rate[0]);
+        if (search.high->value[0] < -8.0f * HOPFORM_EPS_f32 * search.limit * search.low->rate[0]
+            && search.low->rate[0] * search.limit < -16.0f * rounding) {
             found = CONTACT_f32;
         }
     }
 #endif
-    if (found < 0) { root.gain = no_gain_f32(&search.low.m); }
-    const float t = search.low.t + root.t;
+    if (found < 0) { root.gain = no_gain_f32(&search.low->m); }
+    const float t = search.low->t + root.t;
     end->in.high.t = t;
     end->owner = found;
     end->side = 0;

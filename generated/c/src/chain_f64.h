@@ -424,13 +424,15 @@ static inline void begin_modal_search_f64(const stance_chain_f64 *chain, modal_s
     const int *side = chain->side;
     const double rate[MODAL_FUNCTIONS_f64] = {core[HOPFORM_STRETCH_AXIS - 1].H3, core[HOPFORM_VELOCITY_AXIS(0) - 1].H3,
                                              core[HOPFORM_VELOCITY_AXIS(1) - 1].H3};
-    modal_node_f64 *low = &search->low;
+    modal_node_f64 *low = &search->node[0];
     double m[3];
     for (int n = 0; n < 3; n++) {
         const hopform_modal_share_f64 *share = &modal->share[n];
         m[n] = share->of_y * rate[0] + share->of_1 * rate[1] + share->of_2 * rate[2];
     }
     search->modal = modal;
+    search->low = low;
+    search->high = &search->node[1];
     search->limit = end_of_step_f64(chain) - chain->t;
     search->first = 1;
     search->from_the_end = false;
@@ -502,7 +504,7 @@ static inline void arrive_in_modes_f64(const modal_search_f64 *search, const mod
                                         modal_arrival_f64 *arrival) {
     const modal_gain_f64 sum = gain_and_f64(&search->total, gain);
     const modal_gain_f64 *total = &sum;
-    const bool first = !(search->low.t > 0.0);
+    const bool first = !(search->low->t > 0.0);
     const hopform_modal_f64 *modal = search->modal;
     const hopform_modal_row_f64 *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
     const modal_f64 m = modal_after_f64(modal, &search->m, total);
@@ -511,7 +513,7 @@ static inline void arrive_in_modes_f64(const modal_search_f64 *search, const mod
         const double known = first ? search->sign[n] * search->known[n] * t : 0.0;
         double rest;
         arrival->z[axis_of_function_f64[n]] =
-            search->from_the_end ? search->sign[n] * value_from_the_end_f64(search, n, &search->low, gain, &rest)
+            search->from_the_end ? search->sign[n] * value_from_the_end_f64(search, n, search->low, gain, &rest)
                                  : search->z[n] + (gain_by_row_f64(&modal->row[n], total) + known);
     }
     arrival->moved =
@@ -575,13 +577,13 @@ SELDOM_f64 void pass_quiet_time_f64(const stance_chain_f64 *chain, modal_search_
         count_from_the_end_f64(search, &settled);
     }
     const double quiet = modal_quiet_time_f64(search);
-    const double left = search->limit - search->low.t;
+    const double left = search->limit - search->low->t;
     if (quiet > 8.0 * modal->h) {
         const double t = lesser_f64(quiet, left);
-        const modal_gain_f64 gain = gain_over_f64(modal, &search->low.m, t);
+        const modal_gain_f64 gain = gain_over_f64(modal, &search->low->m, t);
         use_evaluation_f64(search->evaluations);
         MODAL_COUNT(quiet);
-        end_modal_interval_f64(search, t < left ? search->low.t + t : search->limit, &gain);
+        end_modal_interval_f64(search, t < left ? search->low->t + t : search->limit, &gain);
         begin_modal_interval_f64(search);
     }
 }
@@ -591,7 +593,7 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
     const hopform_modal_f64 *modal = &chain->plan->modal;
     modal_search_f64 search;
     begin_modal_search_f64(chain, &search);
-    modal_root_f64 root = {0.0, no_gain_f64(&search.low.m)};
+    modal_root_f64 root = {0.0, no_gain_f64(&search.low->m)};
     int found = -1;
     bool certified = true;
 #if HOPFORM_HAS_CONTACT
@@ -601,14 +603,14 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
 #endif
     int32_t nodes = fades_in_a_node_f64(modal) ? 7 : 0;
     for (bool open = found < 0 && search.limit > 0.0; open; nodes++) {
-        const double left = search.limit - search.low.t;
-        const bool fades = fades_in_a_node_f64(modal) && !(search.low.t > 0.0); /* for as long as that does not */
+        const double left = search.limit - search.low->t;
+        const bool fades = fades_in_a_node_f64(modal) && !(search.low->t > 0.0); /* for as long as that does not */
         const double length = fades ? 1.0 / modal->a : modal->h;
         const bool last = !(length < left);
-        const modal_gain_f64 gain = last || fades ? gain_over_a_node_f64(modal, &search.low.m, last ? left : length)
-                                                   : gain_of_node_f64(modal, &search.low.m);
+        const modal_gain_f64 gain = last || fades ? gain_over_a_node_f64(modal, &search.low->m, last ? left : length)
+                                                   : gain_of_node_f64(modal, &search.low->m);
         MODAL_COUNT(node);
-        end_modal_interval_f64(&search, last ? search.limit : search.low.t + length, &gain);
+        end_modal_interval_f64(&search, last ? search.limit : search.low->t + length, &gain);
         search.count++;
         const uint32_t crossed = certify_modal_interval_f64(&search);
         certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
@@ -618,21 +620,21 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
             break;
         }
         begin_modal_interval_f64(&search);
-        if (search.low.t < search.limit && (nodes & 7) == 7) { pass_quiet_time_f64(chain, &search); }
-        open = search.low.t < search.limit;
+        if (search.low->t < search.limit && (nodes & 7) == 7) { pass_quiet_time_f64(chain, &search); }
+        open = search.low->t < search.limit;
     }
 #if HOPFORM_HAS_CONTACT
     if (found < 0 && certified && search.first == 0 && search.limit > 0.0) { /* over a step of the input */
-        const modal_gain_f64 none = no_gain_f64(&search.low.m);
-        const double rounding = modal_rounding_f64(&search, 0, &none, search.limit, search.low.rate[0]);
-        if (search.high.value[0] < -8.0 * HOPFORM_EPS_f64 * search.limit * search.low.rate[0]
-            && search.low.rate[0] * search.limit < -16.0 * rounding) {
+        const modal_gain_f64 none = no_gain_f64(&search.low->m);
+        const double rounding = modal_rounding_f64(&search, 0, &none, search.limit, search.low->rate[0]);
+        if (search.high->value[0] < -8.0 * HOPFORM_EPS_f64 * search.limit * search.low->rate[0]
+            && search.low->rate[0] * search.limit < -16.0 * rounding) {
             found = CONTACT_f64;
         }
     }
 #endif
-    if (found < 0) { root.gain = no_gain_f64(&search.low.m); }
-    const double t = search.low.t + root.t;
+    if (found < 0) { root.gain = no_gain_f64(&search.low->m); }
+    const double t = search.low->t + root.t;
     end->in.high.t = t;
     end->owner = found;
     end->side = 0;

@@ -36,7 +36,8 @@ typedef struct {
     int first;                       /* 1 where the compression only grows, else 0 */
     float limit;
     bool from_the_end; /* a value is z where both elements end, what rings, and what has not yet faded */
-    modal_node_f32 low, high;
+    modal_node_f32 node[2];    /* the ends of the interval */
+    modal_node_f32 *low, *high;
     modal_gain_f32 gained; /* in the interval */
     /* What values are counted from: a time, the coordinates and values there, what of those is rounded, and what has
      * been gained until the interval begins. */
@@ -67,23 +68,41 @@ SELDOM_f32 float value_from_the_end_f32(const modal_search_f32 *search, int n, c
     return *rest - search->sign[n] * row->rate_fade * gain->left / search->modal->a;
 }
 
-ALWAYS_f32 void put_function_f32(const modal_search_f32 *search, int n, const modal_node_f32 *from,
-                                   const modal_gain_f32 *gain, modal_node_f32 *to) {
+/* Rate and deflated derivative of a function. */
+ALWAYS_f32 void put_rates_f32(const modal_search_f32 *search, int n, modal_node_f32 *to) {
     const hopform_modal_row_f32 *row = &search->modal->row[n];
-    to->value[n] = search->from_the_end ? value_from_the_end_f32(search, n, from, gain, &to->rest[n])
-                                        : value_after_f32(search, n, from, gain);
     to->rate[n] = search->sign[n] * rate_by_row_f32(row, &to->m);
     to->deflated[n] = search->sign[n] * deflated_by_row_f32(row, &to->m);
 }
 
-/* The end of the interval, once the coordinates have gained that. */
+SELDOM_f32 void put_functions_from_the_end_f32(const modal_search_f32 *search, const modal_gain_f32 *gain) {
+    for (int n = 0; n < MODAL_FUNCTIONS_f32; n++) {
+        search->high->value[n] = value_from_the_end_f32(search, n, search->low, gain, &search->high->rest[n]);
+        put_rates_f32(search, n, search->high);
+    }
+}
+
+/* The end of the interval, once the coordinates have gained that. Of the compression the row is (rate_fade, 1, 0). */
 ALWAYS_f32 void end_modal_interval_f32(modal_search_f32 *search, float t, const modal_gain_f32 *gain) {
+    const modal_node_f32 *low = search->low;
+    modal_node_f32 *high = search->high;
     search->gained = *gain;
-    search->high.t = t;
-    search->high.m = modal_after_f32(search->modal, &search->low.m, gain);
-    if (search->first == 0 || search->from_the_end) { put_function_f32(search, 0, &search->low, gain, &search->high); }
-    put_function_f32(search, 1, &search->low, gain, &search->high);
-    put_function_f32(search, 2, &search->low, gain, &search->high);
+    high->t = t;
+    high->m = modal_after_f32(search->modal, &low->m, gain);
+    if (search->from_the_end) {
+        put_functions_from_the_end_f32(search, gain);
+        return;
+    }
+    if (search->first == 0) {
+        const hopform_modal_row_f32 *row = &search->modal->row[0];
+        high->value[0] = low->value[0] + (row->rate_fade * gain->f + gain->c);
+        high->rate[0] = row->rate_fade * high->m.f + high->m.c;
+        high->deflated[0] = deflated_by_row_f32(row, &high->m);
+    }
+    high->value[1] = value_after_f32(search, 1, low, gain);
+    put_rates_f32(search, 1, high);
+    high->value[2] = value_after_f32(search, 2, low, gain);
+    put_rates_f32(search, 2, high);
 }
 
 /* The bound of what rounding has done to a function, after a gain since the interval began. */
@@ -110,8 +129,8 @@ ALWAYS_f32 bool turns_down_only_f32(float rate, float d, float rate_then, float 
 /* Rule 2, whatever the sign of d: its amplitude does not grow, so e^(at) g' falls by no more than h times that. */
 static inline bool has_modal_amplitude_f32(const modal_search_f32 *search, int n, float h, float amplitude) {
     const float d = search->modal->row[n].amplitude * search->modal->root_chi * amplitude;
-    const float falls = 1.001f * h * d - lesser_f32(search->low.rate[n], 0.0f);
-    return search->low.value[n] > h * falls;
+    const float falls = 1.001f * h * d - lesser_f32(search->low->rate[n], 0.0f);
+    return search->low->value[n] > h * falls;
 }
 
 /* Rule 1: see stays_positive_by_bernstein. The sixth derivative is the fifth of the rate. */
@@ -119,7 +138,7 @@ static inline bool has_modal_bernstein_f32(const modal_search_f32 *search, int n
                                             float rounding) {
     const hopform_modal_f32 *modal = search->modal;
     const hopform_modal_row_f32 *row = &modal->row[n];
-    const modal_node_f32 *from = &search->low, *to = &search->high;
+    const modal_node_f32 *from = search->low, *to = search->high;
     const float qq = modal->root_q * modal->root_q * modal->root_q * modal->root_q;
     const float aa = modal->a * modal->a;
     const float M6 =
@@ -141,29 +160,29 @@ static inline bool has_modal_bernstein_f32(const modal_search_f32 *search, int n
 
 /* Ends the interval so much later than it begins. */
 static inline void cut_modal_interval_f32(modal_search_f32 *search, float later) {
-    const modal_gain_f32 gain = gain_over_a_node_f32(search->modal, &search->low.m, later);
+    const modal_gain_f32 gain = gain_over_a_node_f32(search->modal, &search->low->m, later);
     use_evaluation_f32(search->evaluations);
     MODAL_COUNT(evaluation);
-    end_modal_interval_f32(search, search->low.t + later, &gain);
+    end_modal_interval_f32(search, search->low->t + later, &gain);
 }
 
 /* Rule 4: of a function whose rate is negative at the start and not at the end, and has one root; the interval ends
  * there. */
 SELDOM_f32 void cut_at_minimum_f32(modal_search_f32 *search, int n) {
     const hopform_modal_row_f32 *row = &search->modal->row[n];
-    float low = 0.0f, high = search->high.t - search->low.t;
-    float t = high * (search->low.rate[n] / (search->low.rate[n] - search->high.rate[n]));
+    float low = 0.0f, high = search->high->t - search->low->t;
+    float t = high * (search->low->rate[n] / (search->low->rate[n] - search->high->rate[n]));
     for (int step = 0; step < 100; step++) {
         if (!(t > low && t < high) || (step > 8 && step % 2 == 1)) { t = low + 0.5f * (high - low); }
         if (!(t > low && t < high)) { break; }
-        const modal_gain_f32 gain = gain_over_a_node_f32(search->modal, &search->low.m, t);
-        const modal_f32 m = modal_after_f32(search->modal, &search->low.m, &gain);
+        const modal_gain_f32 gain = gain_over_a_node_f32(search->modal, &search->low->m, t);
+        const modal_f32 m = modal_after_f32(search->modal, &search->low->m, &gain);
         const float rate = search->sign[n] * rate_by_row_f32(row, &m);
         const float bend = search->sign[n] * deflated_by_row_f32(row, &m) - search->modal->a * rate;
         const float less = bend > 0.0f ? rate / bend : HOPFORM_NEVER_f32;
         use_evaluation_f32(search->evaluations);
         MODAL_COUNT(evaluation);
-        const float rounding = modal_rounding_f32(search, n, &gain, search->low.t + t, 0.0f);
+        const float rounding = modal_rounding_f32(search, n, &gain, search->low->t + t, 0.0f);
         if (bend > 0.0f && fabs_f32(less * rate) <= 0.0625f * rounding) { break; }
         if ((high - low) * fabs_f32(rate) <= 0.0625f * rounding) { break; }
         low = rate < 0.0f ? t : low;
@@ -171,12 +190,12 @@ SELDOM_f32 void cut_at_minimum_f32(modal_search_f32 *search, int n) {
         t = t - less;
     }
     cut_modal_interval_f32(search, t);
-    search->high.rate[n] = 0.0f;
+    search->high->rate[n] = 0.0f;
 }
 
 /* Whether function n, which rule 2 does not settle by signs, has no root in the interval; else the interval is cut. */
 SELDOM_f32 bool is_settled_inside_f32(modal_search_f32 *search, int n) {
-    const modal_node_f32 *from = &search->low, *to = &search->high;
+    const modal_node_f32 *from = search->low, *to = search->high;
     const float h = to->t - from->t;
     const float amplitude = amplitude_of_f32(&from->m);
     const float rounding = modal_rounding_f32(search, n, &search->gained, to->t, to->rate[n]);
@@ -206,10 +225,10 @@ SELDOM_f32 bool is_settled_inside_f32(modal_search_f32 *search, int n) {
 /* Whether a function has crossed zero by the end of the interval: by more than rounding, or so steeply that the root is
  * near. */
 static inline bool modal_has_crossed_f32(const modal_search_f32 *search, int n) {
-    const modal_node_f32 *to = &search->high;
+    const modal_node_f32 *to = search->high;
     if (!(to->value[n] < 0.0f)) { return false; }
     const float rounding = modal_rounding_f32(search, n, &search->gained, to->t, to->rate[n]);
-    return (to->value[n] < -rounding) | (to->rate[n] * (to->t - search->low.t) < -rounding);
+    return (to->value[n] < -rounding) | (to->rate[n] * (to->t - search->low->t) < -rounding);
 }
 
 /* Certifies the interval, cut until that is so: no function has a root in it but those, a bit each, that have one and
@@ -219,8 +238,8 @@ static inline uint32_t certify_modal_interval_f32(modal_search_f32 *search) {
     int n = search->first;
     while (n < MODAL_FUNCTIONS_f32) {
         const bool falls = modal_has_crossed_f32(search, n);
-        if (turns_down_only_f32(search->low.rate[n], search->low.deflated[n], search->high.rate[n],
-                                 search->high.deflated[n])
+        if (turns_down_only_f32(search->low->rate[n], search->low->deflated[n], search->high->rate[n],
+                                 search->high->deflated[n])
             || is_settled_inside_f32(search, n)) {
             crossed |= falls ? 1u << (uint32_t)n : 0u;
             n++;
@@ -253,11 +272,11 @@ SELDOM_f32 modal_root_f32 modal_root_of_f32(const modal_search_f32 *search, int 
     const hopform_modal_f32 *modal = search->modal;
     const hopform_modal_row_f32 *row = &modal->row[n];
     const float sign = search->sign[n];
-    const float h = search->high.t - search->low.t;
-    const float known = search->low.t > 0.0f || search->low.value[n] > 0.0f ? 0.0f : search->known[n];
-    jet_f32 from = modal_jet_f32(search, &search->low, n);
-    const jet_f32 to = modal_jet_f32(search, &search->high, n);
-    const modal_f32 *m_low = &search->low.m;
+    const float h = search->high->t - search->low->t;
+    const float known = search->low->t > 0.0f || search->low->value[n] > 0.0f ? 0.0f : search->known[n];
+    jet_f32 from = modal_jet_f32(search, search->low, n);
+    const jet_f32 to = modal_jet_f32(search, search->high, n);
+    const modal_f32 *m_low = &search->low->m;
     from.third = sign
                      * (row->deflated_sine * (modal->omega * m_low->c - modal->mean * m_low->s)
                         - row->deflated_cosine * (modal->mean * m_low->c + modal->omega * m_low->s))
@@ -265,7 +284,7 @@ SELDOM_f32 modal_root_f32 modal_root_of_f32(const modal_search_f32 *search, int 
     const interpolant_f32 p = interpolant_of_f32(&from, &to, h);
     float t = h * refined_root_f32(&p, rough_root_f32(&from, &to, h));
     const bool back = t > 0.5f * h && !fades_in_a_node_f32(modal) && !(fabs_f32(known) > 0.0f);
-    const modal_node_f32 *base = back ? &search->high : &search->low;
+    const modal_node_f32 *base = back ? search->high : search->low;
     const float t_base = back ? h : 0.0f;
     const float rates = modal->root_q * modal->root_q + modal->a * modal->a;
     float low = 0.0f, high = h;
@@ -290,7 +309,7 @@ SELDOM_f32 modal_root_f32 modal_root_of_f32(const modal_search_f32 *search, int 
         const float first = -2.0f * value * rate / (below > 0.0f ? below : 1.0f);
         use_evaluation_f32(search->evaluations);
         MODAL_COUNT(evaluation);
-        if (ends || fabs_f32(value) <= HOPFORM_EPS_f32 * (search->low.t + t) * fabs_f32(rate)) { break; }
+        if (ends || fabs_f32(value) <= HOPFORM_EPS_f32 * (search->low->t + t) * fabs_f32(rate)) { break; }
         const bool falls = (rate < 0.0f) & (below > 0.0f);
         if (falls && fades_in_a_node_f32(modal)) { /* no series carries what fades: once more, and no further */
             ends = fabs_f32(first) < HOPFORM_ROOT_EPS_f32 * t;
@@ -321,17 +340,17 @@ SELDOM_f32 modal_root_f32 modal_root_of_f32(const modal_search_f32 *search, int 
  */
 static inline int modal_tie_f32(const modal_search_f32 *search, int found, modal_root_f32 *root) {
     const hopform_modal_f32 *modal = search->modal;
-    const float t = search->low.t + root->t;
-    const modal_f32 m = modal_after_f32(modal, &search->low.m, &root->gain);
+    const float t = search->low->t + root->t;
+    const modal_f32 m = modal_after_f32(modal, &search->low->m, &root->gain);
     const float other = search->sign[found] * rate_by_row_f32(&modal->row[found], &m);
     const float bound = 0.125f * modal_rounding_f32(search, found, &root->gain, t, other); /* as of the modal form */
     for (int n = search->first; n < found; n++) {
         const float rate = search->sign[n] * rate_by_row_f32(&modal->row[n], &m);
         const float rounding = 0.125f * modal_rounding_f32(search, n, &root->gain, t, rate);
-        if (!(rate * (search->high.t - search->low.t) < -16.0f * rounding)) { continue; }
+        if (!(rate * (search->high->t - search->low->t) < -16.0f * rounding)) { continue; }
         float rest;
-        const float value = search->from_the_end ? value_from_the_end_f32(search, n, &search->low, &root->gain, &rest)
-                                                : value_after_f32(search, n, &search->low, &root->gain);
+        const float value = search->from_the_end ? value_from_the_end_f32(search, n, search->low, &root->gain, &rest)
+                                                : value_after_f32(search, n, search->low, &root->gain);
         if ((value - 4.0f * rounding) * fabs_f32(other) < fabs_f32(rate) * bound) {
             if (value > 0.0f) { /* so little later that no series is needed */
                 const float later = -value / rate;
@@ -365,7 +384,7 @@ static inline int first_modal_root_f32(const modal_search_f32 *search, uint32_t 
  * does not grow, what does not falls by no more than its rate times the time, or over a. */
 SELDOM_f32 float modal_quiet_time_f32(const modal_search_f32 *search) {
     const hopform_modal_f32 *modal = search->modal;
-    const modal_node_f32 *at = &search->low;
+    const modal_node_f32 *at = search->low;
     const float amplitude = 1.001f * amplitude_of_f32(&at->m) / modal->root_q;
     const modal_gain_f32 none = no_gain_f32(&at->m);
     float quiet = HOPFORM_NEVER_f32;
@@ -385,9 +404,11 @@ SELDOM_f32 float modal_quiet_time_f32(const modal_search_f32 *search) {
 /* The next interval begins where this one has ended; a value that is rounding below zero counts as 0. */
 ALWAYS_f32 void begin_modal_interval_f32(modal_search_f32 *search) {
     search->total = gain_and_f32(&search->total, &search->gained);
-    search->low = search->high;
-    for (int n = 0; n < MODAL_FUNCTIONS_f32; n++) {
-        search->low.value[n] = greater_f32(search->low.value[n], 0.0f);
+    modal_node_f32 *low = search->high;
+    search->high = search->low;
+    search->low = low;
+    for (int n = search->first; n < MODAL_FUNCTIONS_f32; n++) {
+        if (low->value[n] < 0.0f) { low->value[n] = 0.0f; }
     }
 }
 
@@ -395,7 +416,7 @@ ALWAYS_f32 void begin_modal_interval_f32(modal_search_f32 *search) {
 SELDOM_f32 void count_from_the_end_f32(modal_search_f32 *search, const equilibrium_f32 *settled) {
     const hopform_modal_f32 *modal = search->modal;
     const float ends[MODAL_FUNCTIONS_f32] = {settled->y_end, settled->v_end, settled->v_end};
-    const modal_f32 *m = &search->low.m;
+    const modal_f32 *m = &search->low->m;
     const float fades = m->f / (modal->a > 0.0f ? modal->a : 1.0f);
     const float amplitude = amplitude_of_f32(m);
     float z[MODAL_FUNCTIONS_f32], rounded[MODAL_FUNCTIONS_f32], rest[MODAL_FUNCTIONS_f32];
@@ -415,9 +436,9 @@ SELDOM_f32 void count_from_the_end_f32(modal_search_f32 *search, const equilibri
     }
     if (!better) { return; }
     MODAL_COUNT(from_the_end);
-    search->moved += displacement_f32(modal, &modal->row[1], search->z[1], &search->m, search->low.t - search->from,
+    search->moved += displacement_f32(modal, &modal->row[1], search->z[1], &search->m, search->low->t - search->from,
                                        &search->total);
-    search->from = search->low.t;
+    search->from = search->low->t;
     search->m = *m;
     search->amplitude = amplitude;
     search->total = no_gain_f32(m);
@@ -425,8 +446,8 @@ SELDOM_f32 void count_from_the_end_f32(modal_search_f32 *search, const equilibri
     for (int n = 0; n < MODAL_FUNCTIONS_f32; n++) {
         search->z[n] = z[n];
         search->rounded[n] = search->from_the_end ? fabs_f32(ends[n]) : rounded[n];
-        search->low.rest[n] = search->sign[n] * rest[n];
-        search->low.value[n] = greater_f32(search->sign[n] * z[n], 0.0f);
+        search->low->rest[n] = search->sign[n] * rest[n];
+        search->low->value[n] = greater_f32(search->sign[n] * z[n], 0.0f);
     }
 }
 #endif

@@ -36,7 +36,8 @@ typedef struct {
     int first;                       /* 1 where the compression only grows, else 0 */
     double limit;
     bool from_the_end; /* a value is z where both elements end, what rings, and what has not yet faded */
-    modal_node_f64 low, high;
+    modal_node_f64 node[2];    /* the ends of the interval */
+    modal_node_f64 *low, *high;
     modal_gain_f64 gained; /* in the interval */
     /* What values are counted from: a time, the coordinates and values there, what of those is rounded, and what has
      * been gained until the interval begins. */
@@ -67,23 +68,41 @@ SELDOM_f64 double value_from_the_end_f64(const modal_search_f64 *search, int n, 
     return *rest - search->sign[n] * row->rate_fade * gain->left / search->modal->a;
 }
 
-ALWAYS_f64 void put_function_f64(const modal_search_f64 *search, int n, const modal_node_f64 *from,
-                                   const modal_gain_f64 *gain, modal_node_f64 *to) {
+/* Rate and deflated derivative of a function. */
+ALWAYS_f64 void put_rates_f64(const modal_search_f64 *search, int n, modal_node_f64 *to) {
     const hopform_modal_row_f64 *row = &search->modal->row[n];
-    to->value[n] = search->from_the_end ? value_from_the_end_f64(search, n, from, gain, &to->rest[n])
-                                        : value_after_f64(search, n, from, gain);
     to->rate[n] = search->sign[n] * rate_by_row_f64(row, &to->m);
     to->deflated[n] = search->sign[n] * deflated_by_row_f64(row, &to->m);
 }
 
-/* The end of the interval, once the coordinates have gained that. */
+SELDOM_f64 void put_functions_from_the_end_f64(const modal_search_f64 *search, const modal_gain_f64 *gain) {
+    for (int n = 0; n < MODAL_FUNCTIONS_f64; n++) {
+        search->high->value[n] = value_from_the_end_f64(search, n, search->low, gain, &search->high->rest[n]);
+        put_rates_f64(search, n, search->high);
+    }
+}
+
+/* The end of the interval, once the coordinates have gained that. Of the compression the row is (rate_fade, 1, 0). */
 ALWAYS_f64 void end_modal_interval_f64(modal_search_f64 *search, double t, const modal_gain_f64 *gain) {
+    const modal_node_f64 *low = search->low;
+    modal_node_f64 *high = search->high;
     search->gained = *gain;
-    search->high.t = t;
-    search->high.m = modal_after_f64(search->modal, &search->low.m, gain);
-    if (search->first == 0 || search->from_the_end) { put_function_f64(search, 0, &search->low, gain, &search->high); }
-    put_function_f64(search, 1, &search->low, gain, &search->high);
-    put_function_f64(search, 2, &search->low, gain, &search->high);
+    high->t = t;
+    high->m = modal_after_f64(search->modal, &low->m, gain);
+    if (search->from_the_end) {
+        put_functions_from_the_end_f64(search, gain);
+        return;
+    }
+    if (search->first == 0) {
+        const hopform_modal_row_f64 *row = &search->modal->row[0];
+        high->value[0] = low->value[0] + (row->rate_fade * gain->f + gain->c);
+        high->rate[0] = row->rate_fade * high->m.f + high->m.c;
+        high->deflated[0] = deflated_by_row_f64(row, &high->m);
+    }
+    high->value[1] = value_after_f64(search, 1, low, gain);
+    put_rates_f64(search, 1, high);
+    high->value[2] = value_after_f64(search, 2, low, gain);
+    put_rates_f64(search, 2, high);
 }
 
 /* The bound of what rounding has done to a function, after a gain since the interval began. */
@@ -110,8 +129,8 @@ ALWAYS_f64 bool turns_down_only_f64(double rate, double d, double rate_then, dou
 /* Rule 2, whatever the sign of d: its amplitude does not grow, so e^(at) g' falls by no more than h times that. */
 static inline bool has_modal_amplitude_f64(const modal_search_f64 *search, int n, double h, double amplitude) {
     const double d = search->modal->row[n].amplitude * search->modal->root_chi * amplitude;
-    const double falls = 1.001 * h * d - lesser_f64(search->low.rate[n], 0.0);
-    return search->low.value[n] > h * falls;
+    const double falls = 1.001 * h * d - lesser_f64(search->low->rate[n], 0.0);
+    return search->low->value[n] > h * falls;
 }
 
 /* Rule 1: see stays_positive_by_bernstein. The sixth derivative is the fifth of the rate. */
@@ -119,7 +138,7 @@ static inline bool has_modal_bernstein_f64(const modal_search_f64 *search, int n
                                             double rounding) {
     const hopform_modal_f64 *modal = search->modal;
     const hopform_modal_row_f64 *row = &modal->row[n];
-    const modal_node_f64 *from = &search->low, *to = &search->high;
+    const modal_node_f64 *from = search->low, *to = search->high;
     const double qq = modal->root_q * modal->root_q * modal->root_q * modal->root_q;
     const double aa = modal->a * modal->a;
     const double M6 =
@@ -141,29 +160,29 @@ static inline bool has_modal_bernstein_f64(const modal_search_f64 *search, int n
 
 /* Ends the interval so much later than it begins. */
 static inline void cut_modal_interval_f64(modal_search_f64 *search, double later) {
-    const modal_gain_f64 gain = gain_over_a_node_f64(search->modal, &search->low.m, later);
+    const modal_gain_f64 gain = gain_over_a_node_f64(search->modal, &search->low->m, later);
     use_evaluation_f64(search->evaluations);
     MODAL_COUNT(evaluation);
-    end_modal_interval_f64(search, search->low.t + later, &gain);
+    end_modal_interval_f64(search, search->low->t + later, &gain);
 }
 
 /* Rule 4: of a function whose rate is negative at the start and not at the end, and has one root; the interval ends
  * there. */
 SELDOM_f64 void cut_at_minimum_f64(modal_search_f64 *search, int n) {
     const hopform_modal_row_f64 *row = &search->modal->row[n];
-    double low = 0.0, high = search->high.t - search->low.t;
-    double t = high * (search->low.rate[n] / (search->low.rate[n] - search->high.rate[n]));
+    double low = 0.0, high = search->high->t - search->low->t;
+    double t = high * (search->low->rate[n] / (search->low->rate[n] - search->high->rate[n]));
     for (int step = 0; step < 100; step++) {
         if (!(t > low && t < high) || (step > 8 && step % 2 == 1)) { t = low + 0.5 * (high - low); }
         if (!(t > low && t < high)) { break; }
-        const modal_gain_f64 gain = gain_over_a_node_f64(search->modal, &search->low.m, t);
-        const modal_f64 m = modal_after_f64(search->modal, &search->low.m, &gain);
+        const modal_gain_f64 gain = gain_over_a_node_f64(search->modal, &search->low->m, t);
+        const modal_f64 m = modal_after_f64(search->modal, &search->low->m, &gain);
         const double rate = search->sign[n] * rate_by_row_f64(row, &m);
         const double bend = search->sign[n] * deflated_by_row_f64(row, &m) - search->modal->a * rate;
         const double less = bend > 0.0 ? rate / bend : HOPFORM_NEVER_f64;
         use_evaluation_f64(search->evaluations);
         MODAL_COUNT(evaluation);
-        const double rounding = modal_rounding_f64(search, n, &gain, search->low.t + t, 0.0);
+        const double rounding = modal_rounding_f64(search, n, &gain, search->low->t + t, 0.0);
         if (bend > 0.0 && fabs_f64(less * rate) <= 0.0625 * rounding) { break; }
         if ((high - low) * fabs_f64(rate) <= 0.0625 * rounding) { break; }
         low = rate < 0.0 ? t : low;
@@ -171,12 +190,12 @@ SELDOM_f64 void cut_at_minimum_f64(modal_search_f64 *search, int n) {
         t = t - less;
     }
     cut_modal_interval_f64(search, t);
-    search->high.rate[n] = 0.0;
+    search->high->rate[n] = 0.0;
 }
 
 /* Whether function n, which rule 2 does not settle by signs, has no root in the interval; else the interval is cut. */
 SELDOM_f64 bool is_settled_inside_f64(modal_search_f64 *search, int n) {
-    const modal_node_f64 *from = &search->low, *to = &search->high;
+    const modal_node_f64 *from = search->low, *to = search->high;
     const double h = to->t - from->t;
     const double amplitude = amplitude_of_f64(&from->m);
     const double rounding = modal_rounding_f64(search, n, &search->gained, to->t, to->rate[n]);
@@ -206,10 +225,10 @@ SELDOM_f64 bool is_settled_inside_f64(modal_search_f64 *search, int n) {
 /* Whether a function has crossed zero by the end of the interval: by more than rounding, or so steeply that the root is
  * near. */
 static inline bool modal_has_crossed_f64(const modal_search_f64 *search, int n) {
-    const modal_node_f64 *to = &search->high;
+    const modal_node_f64 *to = search->high;
     if (!(to->value[n] < 0.0)) { return false; }
     const double rounding = modal_rounding_f64(search, n, &search->gained, to->t, to->rate[n]);
-    return (to->value[n] < -rounding) | (to->rate[n] * (to->t - search->low.t) < -rounding);
+    return (to->value[n] < -rounding) | (to->rate[n] * (to->t - search->low->t) < -rounding);
 }
 
 /* Certifies the interval, cut until that is so: no function has a root in it but those, a bit each, that have one and
@@ -219,8 +238,8 @@ static inline uint32_t certify_modal_interval_f64(modal_search_f64 *search) {
     int n = search->first;
     while (n < MODAL_FUNCTIONS_f64) {
         const bool falls = modal_has_crossed_f64(search, n);
-        if (turns_down_only_f64(search->low.rate[n], search->low.deflated[n], search->high.rate[n],
-                                 search->high.deflated[n])
+        if (turns_down_only_f64(search->low->rate[n], search->low->deflated[n], search->high->rate[n],
+                                 search->high->deflated[n])
             || is_settled_inside_f64(search, n)) {
             crossed |= falls ? 1u << (uint32_t)n : 0u;
             n++;
@@ -253,11 +272,11 @@ SELDOM_f64 modal_root_f64 modal_root_of_f64(const modal_search_f64 *search, int 
     const hopform_modal_f64 *modal = search->modal;
     const hopform_modal_row_f64 *row = &modal->row[n];
     const double sign = search->sign[n];
-    const double h = search->high.t - search->low.t;
-    const double known = search->low.t > 0.0 || search->low.value[n] > 0.0 ? 0.0 : search->known[n];
-    jet_f64 from = modal_jet_f64(search, &search->low, n);
-    const jet_f64 to = modal_jet_f64(search, &search->high, n);
-    const modal_f64 *m_low = &search->low.m;
+    const double h = search->high->t - search->low->t;
+    const double known = search->low->t > 0.0 || search->low->value[n] > 0.0 ? 0.0 : search->known[n];
+    jet_f64 from = modal_jet_f64(search, search->low, n);
+    const jet_f64 to = modal_jet_f64(search, search->high, n);
+    const modal_f64 *m_low = &search->low->m;
     from.third = sign
                      * (row->deflated_sine * (modal->omega * m_low->c - modal->mean * m_low->s)
                         - row->deflated_cosine * (modal->mean * m_low->c + modal->omega * m_low->s))
@@ -265,7 +284,7 @@ SELDOM_f64 modal_root_f64 modal_root_of_f64(const modal_search_f64 *search, int 
     const interpolant_f64 p = interpolant_of_f64(&from, &to, h);
     double t = h * refined_root_f64(&p, rough_root_f64(&from, &to, h));
     const bool back = t > 0.5 * h && !fades_in_a_node_f64(modal) && !(fabs_f64(known) > 0.0);
-    const modal_node_f64 *base = back ? &search->high : &search->low;
+    const modal_node_f64 *base = back ? search->high : search->low;
     const double t_base = back ? h : 0.0;
     const double rates = modal->root_q * modal->root_q + modal->a * modal->a;
     double low = 0.0, high = h;
@@ -290,7 +309,7 @@ SELDOM_f64 modal_root_f64 modal_root_of_f64(const modal_search_f64 *search, int 
         const double first = -2.0 * value * rate / (below > 0.0 ? below : 1.0);
         use_evaluation_f64(search->evaluations);
         MODAL_COUNT(evaluation);
-        if (ends || fabs_f64(value) <= HOPFORM_EPS_f64 * (search->low.t + t) * fabs_f64(rate)) { break; }
+        if (ends || fabs_f64(value) <= HOPFORM_EPS_f64 * (search->low->t + t) * fabs_f64(rate)) { break; }
         const bool falls = (rate < 0.0) & (below > 0.0);
         if (falls && fades_in_a_node_f64(modal)) { /* no series carries what fades: once more, and no further */
             ends = fabs_f64(first) < HOPFORM_ROOT_EPS_f64 * t;
@@ -321,17 +340,17 @@ SELDOM_f64 modal_root_f64 modal_root_of_f64(const modal_search_f64 *search, int 
  */
 static inline int modal_tie_f64(const modal_search_f64 *search, int found, modal_root_f64 *root) {
     const hopform_modal_f64 *modal = search->modal;
-    const double t = search->low.t + root->t;
-    const modal_f64 m = modal_after_f64(modal, &search->low.m, &root->gain);
+    const double t = search->low->t + root->t;
+    const modal_f64 m = modal_after_f64(modal, &search->low->m, &root->gain);
     const double other = search->sign[found] * rate_by_row_f64(&modal->row[found], &m);
     const double bound = 0.125 * modal_rounding_f64(search, found, &root->gain, t, other); /* as of the modal form */
     for (int n = search->first; n < found; n++) {
         const double rate = search->sign[n] * rate_by_row_f64(&modal->row[n], &m);
         const double rounding = 0.125 * modal_rounding_f64(search, n, &root->gain, t, rate);
-        if (!(rate * (search->high.t - search->low.t) < -16.0 * rounding)) { continue; }
+        if (!(rate * (search->high->t - search->low->t) < -16.0 * rounding)) { continue; }
         double rest;
-        const double value = search->from_the_end ? value_from_the_end_f64(search, n, &search->low, &root->gain, &rest)
-                                                : value_after_f64(search, n, &search->low, &root->gain);
+        const double value = search->from_the_end ? value_from_the_end_f64(search, n, search->low, &root->gain, &rest)
+                                                : value_after_f64(search, n, search->low, &root->gain);
         if ((value - 4.0 * rounding) * fabs_f64(other) < fabs_f64(rate) * bound) {
             if (value > 0.0) { /* so little later that no series is needed */
                 const double later = -value / rate;
@@ -365,7 +384,7 @@ static inline int first_modal_root_f64(const modal_search_f64 *search, uint32_t 
  * does not grow, what does not falls by no more than its rate times the time, or over a. */
 SELDOM_f64 double modal_quiet_time_f64(const modal_search_f64 *search) {
     const hopform_modal_f64 *modal = search->modal;
-    const modal_node_f64 *at = &search->low;
+    const modal_node_f64 *at = search->low;
     const double amplitude = 1.001 * amplitude_of_f64(&at->m) / modal->root_q;
     const modal_gain_f64 none = no_gain_f64(&at->m);
     double quiet = HOPFORM_NEVER_f64;
@@ -385,9 +404,11 @@ SELDOM_f64 double modal_quiet_time_f64(const modal_search_f64 *search) {
 /* The next interval begins where this one has ended; a value that is rounding below zero counts as 0. */
 ALWAYS_f64 void begin_modal_interval_f64(modal_search_f64 *search) {
     search->total = gain_and_f64(&search->total, &search->gained);
-    search->low = search->high;
-    for (int n = 0; n < MODAL_FUNCTIONS_f64; n++) {
-        search->low.value[n] = greater_f64(search->low.value[n], 0.0);
+    modal_node_f64 *low = search->high;
+    search->high = search->low;
+    search->low = low;
+    for (int n = search->first; n < MODAL_FUNCTIONS_f64; n++) {
+        if (low->value[n] < 0.0) { low->value[n] = 0.0; }
     }
 }
 
@@ -395,7 +416,7 @@ ALWAYS_f64 void begin_modal_interval_f64(modal_search_f64 *search) {
 SELDOM_f64 void count_from_the_end_f64(modal_search_f64 *search, const equilibrium_f64 *settled) {
     const hopform_modal_f64 *modal = search->modal;
     const double ends[MODAL_FUNCTIONS_f64] = {settled->y_end, settled->v_end, settled->v_end};
-    const modal_f64 *m = &search->low.m;
+    const modal_f64 *m = &search->low->m;
     const double fades = m->f / (modal->a > 0.0 ? modal->a : 1.0);
     const double amplitude = amplitude_of_f64(m);
     double z[MODAL_FUNCTIONS_f64], rounded[MODAL_FUNCTIONS_f64], rest[MODAL_FUNCTIONS_f64];
@@ -415,9 +436,9 @@ SELDOM_f64 void count_from_the_end_f64(modal_search_f64 *search, const equilibri
     }
     if (!better) { return; }
     MODAL_COUNT(from_the_end);
-    search->moved += displacement_f64(modal, &modal->row[1], search->z[1], &search->m, search->low.t - search->from,
+    search->moved += displacement_f64(modal, &modal->row[1], search->z[1], &search->m, search->low->t - search->from,
                                        &search->total);
-    search->from = search->low.t;
+    search->from = search->low->t;
     search->m = *m;
     search->amplitude = amplitude;
     search->total = no_gain_f64(m);
@@ -425,8 +446,8 @@ SELDOM_f64 void count_from_the_end_f64(modal_search_f64 *search, const equilibri
     for (int n = 0; n < MODAL_FUNCTIONS_f64; n++) {
         search->z[n] = z[n];
         search->rounded[n] = search->from_the_end ? fabs_f64(ends[n]) : rounded[n];
-        search->low.rest[n] = search->sign[n] * rest[n];
-        search->low.value[n] = greater_f64(search->sign[n] * z[n], 0.0);
+        search->low->rest[n] = search->sign[n] * rest[n];
+        search->low->value[n] = greater_f64(search->sign[n] * z[n], 0.0);
     }
 }
 #endif

@@ -424,13 +424,15 @@ static inline void begin_modal_search_real(const stance_chain_real *chain, modal
     const int *side = chain->side;
     const real rate[MODAL_FUNCTIONS_real] = {core[HOPFORM_STRETCH_AXIS - 1].H3, core[HOPFORM_VELOCITY_AXIS(0) - 1].H3,
                                              core[HOPFORM_VELOCITY_AXIS(1) - 1].H3};
-    modal_node_real *low = &search->low;
+    modal_node_real *low = &search->node[0];
     real m[3];
     for (int n = 0; n < 3; n++) {
         const hopform_modal_share_real *share = &modal->share[n];
         m[n] = share->of_y * rate[0] + share->of_1 * rate[1] + share->of_2 * rate[2];
     }
     search->modal = modal;
+    search->low = low;
+    search->high = &search->node[1];
     search->limit = end_of_step_real(chain) - chain->t;
     search->first = 1;
     search->from_the_end = false;
@@ -502,7 +504,7 @@ static inline void arrive_in_modes_real(const modal_search_real *search, const m
                                         modal_arrival_real *arrival) {
     const modal_gain_real sum = gain_and_real(&search->total, gain);
     const modal_gain_real *total = &sum;
-    const bool first = !(search->low.t > 0.0);
+    const bool first = !(search->low->t > 0.0);
     const hopform_modal_real *modal = search->modal;
     const hopform_modal_row_real *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
     const modal_real m = modal_after_real(modal, &search->m, total);
@@ -511,7 +513,7 @@ static inline void arrive_in_modes_real(const modal_search_real *search, const m
         const real known = first ? search->sign[n] * search->known[n] * t : 0.0;
         real rest;
         arrival->z[axis_of_function_real[n]] =
-            search->from_the_end ? search->sign[n] * value_from_the_end_real(search, n, &search->low, gain, &rest)
+            search->from_the_end ? search->sign[n] * value_from_the_end_real(search, n, search->low, gain, &rest)
                                  : search->z[n] + (gain_by_row_real(&modal->row[n], total) + known);
     }
     arrival->moved =
@@ -575,13 +577,13 @@ SELDOM_real void pass_quiet_time_real(const stance_chain_real *chain, modal_sear
         count_from_the_end_real(search, &settled);
     }
     const real quiet = modal_quiet_time_real(search);
-    const real left = search->limit - search->low.t;
+    const real left = search->limit - search->low->t;
     if (quiet > 8.0 * modal->h) {
         const real t = lesser_real(quiet, left);
-        const modal_gain_real gain = gain_over_real(modal, &search->low.m, t);
+        const modal_gain_real gain = gain_over_real(modal, &search->low->m, t);
         use_evaluation_real(search->evaluations);
         MODAL_COUNT(quiet);
-        end_modal_interval_real(search, t < left ? search->low.t + t : search->limit, &gain);
+        end_modal_interval_real(search, t < left ? search->low->t + t : search->limit, &gain);
         begin_modal_interval_real(search);
     }
 }
@@ -591,7 +593,7 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
     const hopform_modal_real *modal = &chain->plan->modal;
     modal_search_real search;
     begin_modal_search_real(chain, &search);
-    modal_root_real root = {0.0, no_gain_real(&search.low.m)};
+    modal_root_real root = {0.0, no_gain_real(&search.low->m)};
     int found = -1;
     bool certified = true;
 #if HOPFORM_HAS_CONTACT
@@ -601,14 +603,14 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
 #endif
     int32_t nodes = fades_in_a_node_real(modal) ? 7 : 0;
     for (bool open = found < 0 && search.limit > 0.0; open; nodes++) {
-        const real left = search.limit - search.low.t;
-        const bool fades = fades_in_a_node_real(modal) && !(search.low.t > 0.0); /* for as long as that does not */
+        const real left = search.limit - search.low->t;
+        const bool fades = fades_in_a_node_real(modal) && !(search.low->t > 0.0); /* for as long as that does not */
         const real length = fades ? 1.0 / modal->a : modal->h;
         const bool last = !(length < left);
-        const modal_gain_real gain = last || fades ? gain_over_a_node_real(modal, &search.low.m, last ? left : length)
-                                                   : gain_of_node_real(modal, &search.low.m);
+        const modal_gain_real gain = last || fades ? gain_over_a_node_real(modal, &search.low->m, last ? left : length)
+                                                   : gain_of_node_real(modal, &search.low->m);
         MODAL_COUNT(node);
-        end_modal_interval_real(&search, last ? search.limit : search.low.t + length, &gain);
+        end_modal_interval_real(&search, last ? search.limit : search.low->t + length, &gain);
         search.count++;
         const uint32_t crossed = certify_modal_interval_real(&search);
         certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
@@ -618,21 +620,21 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
             break;
         }
         begin_modal_interval_real(&search);
-        if (search.low.t < search.limit && (nodes & 7) == 7) { pass_quiet_time_real(chain, &search); }
-        open = search.low.t < search.limit;
+        if (search.low->t < search.limit && (nodes & 7) == 7) { pass_quiet_time_real(chain, &search); }
+        open = search.low->t < search.limit;
     }
 #if HOPFORM_HAS_CONTACT
     if (found < 0 && certified && search.first == 0 && search.limit > 0.0) { /* over a step of the input */
-        const modal_gain_real none = no_gain_real(&search.low.m);
-        const real rounding = modal_rounding_real(&search, 0, &none, search.limit, search.low.rate[0]);
-        if (search.high.value[0] < -8.0 * HOPFORM_EPS_real * search.limit * search.low.rate[0]
-            && search.low.rate[0] * search.limit < -16.0 * rounding) {
+        const modal_gain_real none = no_gain_real(&search.low->m);
+        const real rounding = modal_rounding_real(&search, 0, &none, search.limit, search.low->rate[0]);
+        if (search.high->value[0] < -8.0 * HOPFORM_EPS_real * search.limit * search.low->rate[0]
+            && search.low->rate[0] * search.limit < -16.0 * rounding) {
             found = CONTACT_real;
         }
     }
 #endif
-    if (found < 0) { root.gain = no_gain_real(&search.low.m); }
-    const real t = search.low.t + root.t;
+    if (found < 0) { root.gain = no_gain_real(&search.low->m); }
+    const real t = search.low->t + root.t;
     end->in.high.t = t;
     end->owner = found;
     end->side = 0;

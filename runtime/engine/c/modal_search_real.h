@@ -36,7 +36,8 @@ typedef struct {
     int first;                       /* 1 where the compression only grows, else 0 */
     real limit;
     bool from_the_end; /* a value is z where both elements end, what rings, and what has not yet faded */
-    modal_node_real low, high;
+    modal_node_real node[2];    /* the ends of the interval */
+    modal_node_real *low, *high;
     modal_gain_real gained; /* in the interval */
     /* What values are counted from: a time, the coordinates and values there, what of those is rounded, and what has
      * been gained until the interval begins. */
@@ -67,23 +68,41 @@ SELDOM_real real value_from_the_end_real(const modal_search_real *search, int n,
     return *rest - search->sign[n] * row->rate_fade * gain->left / search->modal->a;
 }
 
-ALWAYS_real void put_function_real(const modal_search_real *search, int n, const modal_node_real *from,
-                                   const modal_gain_real *gain, modal_node_real *to) {
+/* Rate and deflated derivative of a function. */
+ALWAYS_real void put_rates_real(const modal_search_real *search, int n, modal_node_real *to) {
     const hopform_modal_row_real *row = &search->modal->row[n];
-    to->value[n] = search->from_the_end ? value_from_the_end_real(search, n, from, gain, &to->rest[n])
-                                        : value_after_real(search, n, from, gain);
     to->rate[n] = search->sign[n] * rate_by_row_real(row, &to->m);
     to->deflated[n] = search->sign[n] * deflated_by_row_real(row, &to->m);
 }
 
-/* The end of the interval, once the coordinates have gained that. */
+SELDOM_real void put_functions_from_the_end_real(const modal_search_real *search, const modal_gain_real *gain) {
+    for (int n = 0; n < MODAL_FUNCTIONS_real; n++) {
+        search->high->value[n] = value_from_the_end_real(search, n, search->low, gain, &search->high->rest[n]);
+        put_rates_real(search, n, search->high);
+    }
+}
+
+/* The end of the interval, once the coordinates have gained that. Of the compression the row is (rate_fade, 1, 0). */
 ALWAYS_real void end_modal_interval_real(modal_search_real *search, real t, const modal_gain_real *gain) {
+    const modal_node_real *low = search->low;
+    modal_node_real *high = search->high;
     search->gained = *gain;
-    search->high.t = t;
-    search->high.m = modal_after_real(search->modal, &search->low.m, gain);
-    if (search->first == 0 || search->from_the_end) { put_function_real(search, 0, &search->low, gain, &search->high); }
-    put_function_real(search, 1, &search->low, gain, &search->high);
-    put_function_real(search, 2, &search->low, gain, &search->high);
+    high->t = t;
+    high->m = modal_after_real(search->modal, &low->m, gain);
+    if (search->from_the_end) {
+        put_functions_from_the_end_real(search, gain);
+        return;
+    }
+    if (search->first == 0) {
+        const hopform_modal_row_real *row = &search->modal->row[0];
+        high->value[0] = low->value[0] + (row->rate_fade * gain->f + gain->c);
+        high->rate[0] = row->rate_fade * high->m.f + high->m.c;
+        high->deflated[0] = deflated_by_row_real(row, &high->m);
+    }
+    high->value[1] = value_after_real(search, 1, low, gain);
+    put_rates_real(search, 1, high);
+    high->value[2] = value_after_real(search, 2, low, gain);
+    put_rates_real(search, 2, high);
 }
 
 /* The bound of what rounding has done to a function, after a gain since the interval began. */
@@ -110,8 +129,8 @@ ALWAYS_real bool turns_down_only_real(real rate, real d, real rate_then, real d_
 /* Rule 2, whatever the sign of d: its amplitude does not grow, so e^(at) g' falls by no more than h times that. */
 static inline bool has_modal_amplitude_real(const modal_search_real *search, int n, real h, real amplitude) {
     const real d = search->modal->row[n].amplitude * search->modal->root_chi * amplitude;
-    const real falls = 1.001 * h * d - lesser_real(search->low.rate[n], 0.0);
-    return search->low.value[n] > h * falls;
+    const real falls = 1.001 * h * d - lesser_real(search->low->rate[n], 0.0);
+    return search->low->value[n] > h * falls;
 }
 
 /* Rule 1: see stays_positive_by_bernstein. The sixth derivative is the fifth of the rate. */
@@ -119,7 +138,7 @@ static inline bool has_modal_bernstein_real(const modal_search_real *search, int
                                             real rounding) {
     const hopform_modal_real *modal = search->modal;
     const hopform_modal_row_real *row = &modal->row[n];
-    const modal_node_real *from = &search->low, *to = &search->high;
+    const modal_node_real *from = search->low, *to = search->high;
     const real qq = modal->root_q * modal->root_q * modal->root_q * modal->root_q;
     const real aa = modal->a * modal->a;
     const real M6 =
@@ -141,29 +160,29 @@ static inline bool has_modal_bernstein_real(const modal_search_real *search, int
 
 /* Ends the interval so much later than it begins. */
 static inline void cut_modal_interval_real(modal_search_real *search, real later) {
-    const modal_gain_real gain = gain_over_a_node_real(search->modal, &search->low.m, later);
+    const modal_gain_real gain = gain_over_a_node_real(search->modal, &search->low->m, later);
     use_evaluation_real(search->evaluations);
     MODAL_COUNT(evaluation);
-    end_modal_interval_real(search, search->low.t + later, &gain);
+    end_modal_interval_real(search, search->low->t + later, &gain);
 }
 
 /* Rule 4: of a function whose rate is negative at the start and not at the end, and has one root; the interval ends
  * there. */
 SELDOM_real void cut_at_minimum_real(modal_search_real *search, int n) {
     const hopform_modal_row_real *row = &search->modal->row[n];
-    real low = 0.0, high = search->high.t - search->low.t;
-    real t = high * (search->low.rate[n] / (search->low.rate[n] - search->high.rate[n]));
+    real low = 0.0, high = search->high->t - search->low->t;
+    real t = high * (search->low->rate[n] / (search->low->rate[n] - search->high->rate[n]));
     for (int step = 0; step < 100; step++) {
         if (!(t > low && t < high) || (step > 8 && step % 2 == 1)) { t = low + 0.5 * (high - low); }
         if (!(t > low && t < high)) { break; }
-        const modal_gain_real gain = gain_over_a_node_real(search->modal, &search->low.m, t);
-        const modal_real m = modal_after_real(search->modal, &search->low.m, &gain);
+        const modal_gain_real gain = gain_over_a_node_real(search->modal, &search->low->m, t);
+        const modal_real m = modal_after_real(search->modal, &search->low->m, &gain);
         const real rate = search->sign[n] * rate_by_row_real(row, &m);
         const real bend = search->sign[n] * deflated_by_row_real(row, &m) - search->modal->a * rate;
         const real less = bend > 0.0 ? rate / bend : HOPFORM_NEVER_real;
         use_evaluation_real(search->evaluations);
         MODAL_COUNT(evaluation);
-        const real rounding = modal_rounding_real(search, n, &gain, search->low.t + t, 0.0);
+        const real rounding = modal_rounding_real(search, n, &gain, search->low->t + t, 0.0);
         if (bend > 0.0 && fabs_real(less * rate) <= 0.0625 * rounding) { break; }
         if ((high - low) * fabs_real(rate) <= 0.0625 * rounding) { break; }
         low = rate < 0.0 ? t : low;
@@ -171,12 +190,12 @@ SELDOM_real void cut_at_minimum_real(modal_search_real *search, int n) {
         t = t - less;
     }
     cut_modal_interval_real(search, t);
-    search->high.rate[n] = 0.0;
+    search->high->rate[n] = 0.0;
 }
 
 /* Whether function n, which rule 2 does not settle by signs, has no root in the interval; else the interval is cut. */
 SELDOM_real bool is_settled_inside_real(modal_search_real *search, int n) {
-    const modal_node_real *from = &search->low, *to = &search->high;
+    const modal_node_real *from = search->low, *to = search->high;
     const real h = to->t - from->t;
     const real amplitude = amplitude_of_real(&from->m);
     const real rounding = modal_rounding_real(search, n, &search->gained, to->t, to->rate[n]);
@@ -206,10 +225,10 @@ SELDOM_real bool is_settled_inside_real(modal_search_real *search, int n) {
 /* Whether a function has crossed zero by the end of the interval: by more than rounding, or so steeply that the root is
  * near. */
 static inline bool modal_has_crossed_real(const modal_search_real *search, int n) {
-    const modal_node_real *to = &search->high;
+    const modal_node_real *to = search->high;
     if (!(to->value[n] < 0.0)) { return false; }
     const real rounding = modal_rounding_real(search, n, &search->gained, to->t, to->rate[n]);
-    return (to->value[n] < -rounding) | (to->rate[n] * (to->t - search->low.t) < -rounding);
+    return (to->value[n] < -rounding) | (to->rate[n] * (to->t - search->low->t) < -rounding);
 }
 
 /* Certifies the interval, cut until that is so: no function has a root in it but those, a bit each, that have one and
@@ -219,8 +238,8 @@ static inline uint32_t certify_modal_interval_real(modal_search_real *search) {
     int n = search->first;
     while (n < MODAL_FUNCTIONS_real) {
         const bool falls = modal_has_crossed_real(search, n);
-        if (turns_down_only_real(search->low.rate[n], search->low.deflated[n], search->high.rate[n],
-                                 search->high.deflated[n])
+        if (turns_down_only_real(search->low->rate[n], search->low->deflated[n], search->high->rate[n],
+                                 search->high->deflated[n])
             || is_settled_inside_real(search, n)) {
             crossed |= falls ? 1u << (uint32_t)n : 0u;
             n++;
@@ -253,11 +272,11 @@ SELDOM_real modal_root_real modal_root_of_real(const modal_search_real *search, 
     const hopform_modal_real *modal = search->modal;
     const hopform_modal_row_real *row = &modal->row[n];
     const real sign = search->sign[n];
-    const real h = search->high.t - search->low.t;
-    const real known = search->low.t > 0.0 || search->low.value[n] > 0.0 ? 0.0 : search->known[n];
-    jet_real from = modal_jet_real(search, &search->low, n);
-    const jet_real to = modal_jet_real(search, &search->high, n);
-    const modal_real *m_low = &search->low.m;
+    const real h = search->high->t - search->low->t;
+    const real known = search->low->t > 0.0 || search->low->value[n] > 0.0 ? 0.0 : search->known[n];
+    jet_real from = modal_jet_real(search, search->low, n);
+    const jet_real to = modal_jet_real(search, search->high, n);
+    const modal_real *m_low = &search->low->m;
     from.third = sign
                      * (row->deflated_sine * (modal->omega * m_low->c - modal->mean * m_low->s)
                         - row->deflated_cosine * (modal->mean * m_low->c + modal->omega * m_low->s))
@@ -265,7 +284,7 @@ SELDOM_real modal_root_real modal_root_of_real(const modal_search_real *search, 
     const interpolant_real p = interpolant_of_real(&from, &to, h);
     real t = h * refined_root_real(&p, rough_root_real(&from, &to, h));
     const bool back = t > 0.5 * h && !fades_in_a_node_real(modal) && !(fabs_real(known) > 0.0);
-    const modal_node_real *base = back ? &search->high : &search->low;
+    const modal_node_real *base = back ? search->high : search->low;
     const real t_base = back ? h : 0.0;
     const real rates = modal->root_q * modal->root_q + modal->a * modal->a;
     real low = 0.0, high = h;
@@ -290,7 +309,7 @@ SELDOM_real modal_root_real modal_root_of_real(const modal_search_real *search, 
         const real first = -2.0 * value * rate / (below > 0.0 ? below : 1.0);
         use_evaluation_real(search->evaluations);
         MODAL_COUNT(evaluation);
-        if (ends || fabs_real(value) <= HOPFORM_EPS_real * (search->low.t + t) * fabs_real(rate)) { break; }
+        if (ends || fabs_real(value) <= HOPFORM_EPS_real * (search->low->t + t) * fabs_real(rate)) { break; }
         const bool falls = (rate < 0.0) & (below > 0.0);
         if (falls && fades_in_a_node_real(modal)) { /* no series carries what fades: once more, and no further */
             ends = fabs_real(first) < HOPFORM_ROOT_EPS_real * t;
@@ -321,17 +340,17 @@ SELDOM_real modal_root_real modal_root_of_real(const modal_search_real *search, 
  */
 static inline int modal_tie_real(const modal_search_real *search, int found, modal_root_real *root) {
     const hopform_modal_real *modal = search->modal;
-    const real t = search->low.t + root->t;
-    const modal_real m = modal_after_real(modal, &search->low.m, &root->gain);
+    const real t = search->low->t + root->t;
+    const modal_real m = modal_after_real(modal, &search->low->m, &root->gain);
     const real other = search->sign[found] * rate_by_row_real(&modal->row[found], &m);
     const real bound = 0.125 * modal_rounding_real(search, found, &root->gain, t, other); /* as of the modal form */
     for (int n = search->first; n < found; n++) {
         const real rate = search->sign[n] * rate_by_row_real(&modal->row[n], &m);
         const real rounding = 0.125 * modal_rounding_real(search, n, &root->gain, t, rate);
-        if (!(rate * (search->high.t - search->low.t) < -16.0 * rounding)) { continue; }
+        if (!(rate * (search->high->t - search->low->t) < -16.0 * rounding)) { continue; }
         real rest;
-        const real value = search->from_the_end ? value_from_the_end_real(search, n, &search->low, &root->gain, &rest)
-                                                : value_after_real(search, n, &search->low, &root->gain);
+        const real value = search->from_the_end ? value_from_the_end_real(search, n, search->low, &root->gain, &rest)
+                                                : value_after_real(search, n, search->low, &root->gain);
         if ((value - 4.0 * rounding) * fabs_real(other) < fabs_real(rate) * bound) {
             if (value > 0.0) { /* so little later that no series is needed */
                 const real later = -value / rate;
@@ -365,7 +384,7 @@ static inline int first_modal_root_real(const modal_search_real *search, uint32_
  * does not grow, what does not falls by no more than its rate times the time, or over a. */
 SELDOM_real real modal_quiet_time_real(const modal_search_real *search) {
     const hopform_modal_real *modal = search->modal;
-    const modal_node_real *at = &search->low;
+    const modal_node_real *at = search->low;
     const real amplitude = 1.001 * amplitude_of_real(&at->m) / modal->root_q;
     const modal_gain_real none = no_gain_real(&at->m);
     real quiet = HOPFORM_NEVER_real;
@@ -385,9 +404,11 @@ SELDOM_real real modal_quiet_time_real(const modal_search_real *search) {
 /* The next interval begins where this one has ended; a value that is rounding below zero counts as 0. */
 ALWAYS_real void begin_modal_interval_real(modal_search_real *search) {
     search->total = gain_and_real(&search->total, &search->gained);
-    search->low = search->high;
-    for (int n = 0; n < MODAL_FUNCTIONS_real; n++) {
-        search->low.value[n] = greater_real(search->low.value[n], 0.0);
+    modal_node_real *low = search->high;
+    search->high = search->low;
+    search->low = low;
+    for (int n = search->first; n < MODAL_FUNCTIONS_real; n++) {
+        if (low->value[n] < 0.0) { low->value[n] = 0.0; }
     }
 }
 
@@ -395,7 +416,7 @@ ALWAYS_real void begin_modal_interval_real(modal_search_real *search) {
 SELDOM_real void count_from_the_end_real(modal_search_real *search, const equilibrium_real *settled) {
     const hopform_modal_real *modal = search->modal;
     const real ends[MODAL_FUNCTIONS_real] = {settled->y_end, settled->v_end, settled->v_end};
-    const modal_real *m = &search->low.m;
+    const modal_real *m = &search->low->m;
     const real fades = m->f / (modal->a > 0.0 ? modal->a : 1.0);
     const real amplitude = amplitude_of_real(m);
     real z[MODAL_FUNCTIONS_real], rounded[MODAL_FUNCTIONS_real], rest[MODAL_FUNCTIONS_real];
@@ -415,9 +436,9 @@ SELDOM_real void count_from_the_end_real(modal_search_real *search, const equili
     }
     if (!better) { return; }
     MODAL_COUNT(from_the_end);
-    search->moved += displacement_real(modal, &modal->row[1], search->z[1], &search->m, search->low.t - search->from,
+    search->moved += displacement_real(modal, &modal->row[1], search->z[1], &search->m, search->low->t - search->from,
                                        &search->total);
-    search->from = search->low.t;
+    search->from = search->low->t;
     search->m = *m;
     search->amplitude = amplitude;
     search->total = no_gain_real(m);
@@ -425,8 +446,8 @@ SELDOM_real void count_from_the_end_real(modal_search_real *search, const equili
     for (int n = 0; n < MODAL_FUNCTIONS_real; n++) {
         search->z[n] = z[n];
         search->rounded[n] = search->from_the_end ? fabs_real(ends[n]) : rounded[n];
-        search->low.rest[n] = search->sign[n] * rest[n];
-        search->low.value[n] = greater_real(search->sign[n] * z[n], 0.0);
+        search->low->rest[n] = search->sign[n] * rest[n];
+        search->low->value[n] = greater_real(search->sign[n] * z[n], 0.0);
     }
 }
 #endif
