@@ -10,7 +10,7 @@ import argparse
 import ctypes
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -67,6 +67,14 @@ class Tally:
     wrong_as_ships: int = 0
     unsettled: int = 0
     latest: float = 0.0
+    cases: list[tuple[int, int]] = field(default_factory=list)
+    """Seed and lane of the first lists that differ."""
+
+    def add(self, other: "Tally") -> None:
+        for name in ("stances", "differ", "wrong", "wrong_as_ships", "unsettled"):
+            setattr(self, name, getattr(self, name) + getattr(other, name))
+        self.latest = max(self.latest, other.latest)
+        self.cases = [*self.cases, *other.cases][:5]
 
     def __str__(self) -> str:
         return (
@@ -99,7 +107,12 @@ def compare(draw: Callable[[int, int], Any], seed: int, count: int, forms: tuple
     differ = np.array([i for i in np.flatnonzero(solved) if lists[0][i] != lists[1][i]], int)
     same = np.flatnonzero(solved & (found[0][0]["duration"] > 0.0) & (found[0][0]["count"] == found[1][0]["count"]))
     off = np.abs(found[0][0]["duration"][same] - found[1][0]["duration"][same]) / found[1][0]["duration"][same]
-    tally = Tally(int(solved.sum()), len(differ), latest=float(np.quantile(off, 0.999)) if len(off) else 0.0)
+    tally = Tally(
+        int(solved.sum()),
+        len(differ),
+        cases=[(seed, int(i)) for i in differ[:5]],
+        latest=float(np.quantile(off, 0.999)) if len(off) else 0.0,
+    )
     if not len(differ):
         return tally
     some = problems[differ]
@@ -141,11 +154,8 @@ def main() -> int:
                 total = Tally()
                 for n, first in enumerate(range(0, chosen.count, BATCH)):
                     count = min(BATCH, chosen.count - first)
-                    found = compare(DRAWS[name], chosen.seed + n, count, forms, judge)
-                    for field in ("stances", "differ", "wrong", "wrong_as_ships", "unsettled"):
-                        setattr(total, field, getattr(total, field) + getattr(found, field))
-                    total.latest = max(total.latest, found.latest)
-                print(f"  {name}: {total}", flush=True)
+                    total.add(compare(DRAWS[name], chosen.seed + n, count, forms, judge))
+                print(f"  {name}: {total}; seed and lane {total.cases}", flush=True)
                 worse = worse or total.wrong > total.wrong_as_ships
             print(f"  {forms[0].counts()}")
     return int(worse)

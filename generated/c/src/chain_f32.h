@@ -499,15 +499,15 @@ SELDOM_f32 modal_root_f32 modal_stop_f32(const stance_chain_f32 *chain, const mo
     return root;
 }
 
-/* Where the phase ends at a time, after a gain since the interval began, which may be the first of the phase. */
+/* Where the phase ends at a time, after a gain since the interval began, which may be the first of the phase, at some
+ * coordinates. */
 static inline void arrive_in_modes_f32(const modal_search_f32 *search, const modal_gain_f32 *gain, float t,
-                                        modal_arrival_f32 *arrival) {
+                                        const modal_f32 *m, modal_arrival_f32 *arrival) {
     const modal_gain_f32 sum = gain_and_f32(&search->total, gain);
     const modal_gain_f32 *total = &sum;
     const bool first = !(search->low->t > 0.0f);
     const hopform_modal_f32 *modal = search->modal;
     const hopform_modal_row_f32 *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
-    const modal_f32 m = modal_after_f32(modal, &search->m, total);
     arrival->is_modal = true;
     for (int n = 0; n < MODAL_FUNCTIONS_f32; n++) {
         const float known = first ? search->sign[n] * search->known[n] * t : 0.0f;
@@ -519,9 +519,9 @@ static inline void arrive_in_modes_f32(const modal_search_f32 *search, const mod
     arrival->moved =
         search->moved
         + displacement_f32(modal, row, search->z[1 + HOPFORM_STOPPED_ELEMENT], &search->m, t - search->from, total);
-    arrival->rate[0] = row->rate_fade * m.f;
-    arrival->rate[1] = row->rate_cosine * m.c;
-    arrival->rate[2] = row->rate_sine * m.s;
+    arrival->rate[0] = row->rate_fade * m->f;
+    arrival->rate[1] = row->rate_cosine * m->c;
+    arrival->rate[2] = row->rate_sine * m->s;
     arrival->stretched = search->rounded[0] + fabs_f32(modal->row[0].rate_fade * total->f)
                          + 2.0f * modal->row[0].amplitude * search->amplitude / modal->root_q;
 }
@@ -551,7 +551,8 @@ static inline void meet_stop_f32(const stance_chain_f32 *chain, const modal_sear
     modal_search_f32 start; /* values are counted from the start of the phase again */
     begin_modal_search_f32(chain, &start);
     const modal_root_f32 root = modal_stop_f32(chain, &start.m, t);
-    arrive_in_modes_f32(&start, &root.gain, root.t, arrival);
+    const modal_f32 m = modal_at_f32(search->modal, &start.m, root.t);
+    arrive_in_modes_f32(&start, &root.gain, root.t, &m, arrival);
     end->in.high.t = root.t;
     end->owner = ELEMENT_f32 + element;
     end->stops = true;
@@ -583,7 +584,12 @@ SELDOM_f32 void pass_quiet_time_f32(const stance_chain_f32 *chain, modal_search_
         const modal_gain_f32 gain = gain_over_f32(modal, &search->low->m, t);
         use_evaluation_f32(search->evaluations);
         MODAL_COUNT(quiet);
+        const modal_f32 m = modal_at_f32(modal, &search->low->m, t);
         end_modal_interval_f32(search, t < left ? search->low->t + t : search->limit, &gain);
+        search->high->m = m;
+        for (int n = search->first; n < MODAL_FUNCTIONS_f32; n++) {
+            put_rates_f32(search, n, search->high);
+        }
         begin_modal_interval_f32(search);
     }
 }
@@ -627,7 +633,7 @@ static inline void find_end_in_modes_f32(const stance_chain_f32 *chain, stance_s
     if (found < 0 && certified && search.first == 0 && search.limit > 0.0f) { /* over a step of the input */
         const modal_gain_f32 none = no_gain_f32(&search.low->m);
         const float rounding = modal_rounding_f32(&search, 0, &none, search.limit, search.low->rate[0]);
-        if (search.high->value[0] < -8.0f * HOPFORM_EPS_f32 * search.limit * search.low->rate[0]
+        if (search.low->value[0] < -8.0f * HOPFORM_EPS_f32 * search.limit * search.low->rate[0]
             && search.low->rate[0] * search.limit < -16.0f * rounding) {
             found = CONTACT_f32;
         }
@@ -641,7 +647,8 @@ static inline void find_end_in_modes_f32(const stance_chain_f32 *chain, stance_s
     end->stops = false;
     end->touches = false;
     end->certified = certified;
-    arrive_in_modes_f32(&search, &root.gain, t, &end->arrival);
+    const modal_f32 m = modal_after_f32(modal, &search.low->m, &root.gain);
+    arrive_in_modes_f32(&search, &root.gain, t, &m, &end->arrival);
     if (gap_ahead_f32(chain) < HOPFORM_NEVER_f32) { meet_stop_f32(chain, &search, t, end); }
 }
 #endif

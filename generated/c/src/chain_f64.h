@@ -499,15 +499,15 @@ SELDOM_f64 modal_root_f64 modal_stop_f64(const stance_chain_f64 *chain, const mo
     return root;
 }
 
-/* Where the phase ends at a time, after a gain since the interval began, which may be the first of the phase. */
+/* Where the phase ends at a time, after a gain since the interval began, which may be the first of the phase, at some
+ * coordinates. */
 static inline void arrive_in_modes_f64(const modal_search_f64 *search, const modal_gain_f64 *gain, double t,
-                                        modal_arrival_f64 *arrival) {
+                                        const modal_f64 *m, modal_arrival_f64 *arrival) {
     const modal_gain_f64 sum = gain_and_f64(&search->total, gain);
     const modal_gain_f64 *total = &sum;
     const bool first = !(search->low->t > 0.0);
     const hopform_modal_f64 *modal = search->modal;
     const hopform_modal_row_f64 *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
-    const modal_f64 m = modal_after_f64(modal, &search->m, total);
     arrival->is_modal = true;
     for (int n = 0; n < MODAL_FUNCTIONS_f64; n++) {
         const double known = first ? search->sign[n] * search->known[n] * t : 0.0;
@@ -519,9 +519,9 @@ static inline void arrive_in_modes_f64(const modal_search_f64 *search, const mod
     arrival->moved =
         search->moved
         + displacement_f64(modal, row, search->z[1 + HOPFORM_STOPPED_ELEMENT], &search->m, t - search->from, total);
-    arrival->rate[0] = row->rate_fade * m.f;
-    arrival->rate[1] = row->rate_cosine * m.c;
-    arrival->rate[2] = row->rate_sine * m.s;
+    arrival->rate[0] = row->rate_fade * m->f;
+    arrival->rate[1] = row->rate_cosine * m->c;
+    arrival->rate[2] = row->rate_sine * m->s;
     arrival->stretched = search->rounded[0] + fabs_f64(modal->row[0].rate_fade * total->f)
                          + 2.0 * modal->row[0].amplitude * search->amplitude / modal->root_q;
 }
@@ -551,7 +551,8 @@ static inline void meet_stop_f64(const stance_chain_f64 *chain, const modal_sear
     modal_search_f64 start; /* values are counted from the start of the phase again */
     begin_modal_search_f64(chain, &start);
     const modal_root_f64 root = modal_stop_f64(chain, &start.m, t);
-    arrive_in_modes_f64(&start, &root.gain, root.t, arrival);
+    const modal_f64 m = modal_at_f64(search->modal, &start.m, root.t);
+    arrive_in_modes_f64(&start, &root.gain, root.t, &m, arrival);
     end->in.high.t = root.t;
     end->owner = ELEMENT_f64 + element;
     end->stops = true;
@@ -583,7 +584,12 @@ SELDOM_f64 void pass_quiet_time_f64(const stance_chain_f64 *chain, modal_search_
         const modal_gain_f64 gain = gain_over_f64(modal, &search->low->m, t);
         use_evaluation_f64(search->evaluations);
         MODAL_COUNT(quiet);
+        const modal_f64 m = modal_at_f64(modal, &search->low->m, t);
         end_modal_interval_f64(search, t < left ? search->low->t + t : search->limit, &gain);
+        search->high->m = m;
+        for (int n = search->first; n < MODAL_FUNCTIONS_f64; n++) {
+            put_rates_f64(search, n, search->high);
+        }
         begin_modal_interval_f64(search);
     }
 }
@@ -627,7 +633,7 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
     if (found < 0 && certified && search.first == 0 && search.limit > 0.0) { /* over a step of the input */
         const modal_gain_f64 none = no_gain_f64(&search.low->m);
         const double rounding = modal_rounding_f64(&search, 0, &none, search.limit, search.low->rate[0]);
-        if (search.high->value[0] < -8.0 * HOPFORM_EPS_f64 * search.limit * search.low->rate[0]
+        if (search.low->value[0] < -8.0 * HOPFORM_EPS_f64 * search.limit * search.low->rate[0]
             && search.low->rate[0] * search.limit < -16.0 * rounding) {
             found = CONTACT_f64;
         }
@@ -641,7 +647,8 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
     end->stops = false;
     end->touches = false;
     end->certified = certified;
-    arrive_in_modes_f64(&search, &root.gain, t, &end->arrival);
+    const modal_f64 m = modal_after_f64(modal, &search.low->m, &root.gain);
+    arrive_in_modes_f64(&search, &root.gain, t, &m, &end->arrival);
     if (gap_ahead_f64(chain) < HOPFORM_NEVER_f64) { meet_stop_f64(chain, &search, t, end); }
 }
 #endif

@@ -114,6 +114,16 @@ SELDOM_f32 modal_gain_f32 gain_over_f32(const hopform_modal_f32 *modal, const mo
                              (modal->omega * cosine - modal->mean * sine) / q);
 }
 
+/* The coordinates after any time: what has faded is no difference of what has not. */
+SELDOM_f32 modal_f32 modal_at_f32(const hopform_modal_f32 *modal, const modal_f32 *m, float t) {
+    const float envelope = exponential_f32(-modal->mean * t);
+    const turn_f32 turn = turn_by_f32(modal->omega * t);
+    const modal_f32 later = {m->f * exponential_f32(-modal->a * t),
+                              envelope * (m->c * turn.cosine - m->s * turn.sine),
+                              envelope * (m->c * turn.sine + m->s * turn.cosine)};
+    return later;
+}
+
 /* ---- rows ---- */
 
 ALWAYS_f32 float rate_by_row_f32(const hopform_modal_row_f32 *row, const modal_f32 *m) {

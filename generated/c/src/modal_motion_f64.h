@@ -114,6 +114,16 @@ SELDOM_f64 modal_gain_f64 gain_over_f64(const hopform_modal_f64 *modal, const mo
                              (modal->omega * cosine - modal->mean * sine) / q);
 }
 
+/* The coordinates after any time: what has faded is no difference of what has not. */
+SELDOM_f64 modal_f64 modal_at_f64(const hopform_modal_f64 *modal, const modal_f64 *m, double t) {
+    const double envelope = exponential_f64(-modal->mean * t);
+    const turn_f64 turn = turn_by_f64(modal->omega * t);
+    const modal_f64 later = {m->f * exponential_f64(-modal->a * t),
+                              envelope * (m->c * turn.cosine - m->s * turn.sine),
+                              envelope * (m->c * turn.sine + m->s * turn.cosine)};
+    return later;
+}
+
 /* ---- rows ---- */
 
 ALWAYS_f64 double rate_by_row_f64(const hopform_modal_row_f64 *row, const modal_f64 *m) {

@@ -35,8 +35,8 @@ typedef struct {
     float sign[MODAL_FUNCTIONS_f32]; /* of each function */
     int first;                       /* 1 where the compression only grows, else 0 */
     float limit;
-    bool from_the_end; /* a value is z where both elements end, what rings, and what has not yet faded */
-    modal_node_f32 node[2];    /* the ends of the interval */
+    bool from_the_end;       /* a value is z where both elements end, what rings, and what has not yet faded */
+    modal_node_f32 node[2]; /* the ends of the interval */
     modal_node_f32 *low, *high;
     modal_gain_f32 gained; /* in the interval */
     /* What values are counted from: a time, the coordinates and values there, what of those is rounded, and what has
@@ -126,11 +126,15 @@ ALWAYS_f32 bool turns_down_only_f32(float rate, float d, float rate_then, float 
     return d >= 0.0f ? rises_at_first : falls_at_first;
 }
 
-/* Rule 2, whatever the sign of d: its amplitude does not grow, so e^(at) g' falls by no more than h times that. */
-static inline bool has_modal_amplitude_f32(const modal_search_f32 *search, int n, float h, float amplitude) {
-    const float d = search->modal->row[n].amplitude * search->modal->root_chi * amplitude;
-    const float falls = 1.001f * h * d - lesser_f32(search->low->rate[n], 0.0f);
-    return search->low->value[n] > h * falls;
+/* Rule 2, whatever the sign of d: its amplitude does not grow, so g' falls by no more than that times the time, and g
+ * by half of it times the square. Where d begins positive and g' does not end negative, e^(at) g' is never below what
+ * it starts from. */
+static inline bool falls_too_little_f32(const modal_search_f32 *search, int n, float h, float amplitude) {
+    const modal_node_f32 *from = search->low;
+    const bool rises = (from->deflated[n] >= 0.0f) & (search->high->rate[n] >= 0.0f);
+    const float d = rises ? 0.0f : search->modal->row[n].amplitude * search->modal->root_chi * amplitude;
+    const float falls = 0.501f * h * d - lesser_f32(from->rate[n], 0.0f);
+    return from->value[n] > h * falls;
 }
 
 /* Rule 1: see stays_positive_by_bernstein. The sixth derivative is the fifth of the rate. */
@@ -201,7 +205,7 @@ SELDOM_f32 bool is_settled_inside_f32(modal_search_f32 *search, int n) {
     const float rounding = modal_rounding_f32(search, n, &search->gained, to->t, to->rate[n]);
     MODAL_COUNT(inside);
     if (!(to->value[n] < 0.0f)) {
-        if (has_modal_amplitude_f32(search, n, h, amplitude)) {
+        if (falls_too_little_f32(search, n, h, amplitude)) {
             MODAL_COUNT(amplitude);
             return true;
         }

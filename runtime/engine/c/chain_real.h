@@ -499,15 +499,15 @@ SELDOM_real modal_root_real modal_stop_real(const stance_chain_real *chain, cons
     return root;
 }
 
-/* Where the phase ends at a time, after a gain since the interval began, which may be the first of the phase. */
+/* Where the phase ends at a time, after a gain since the interval began, which may be the first of the phase, at some
+ * coordinates. */
 static inline void arrive_in_modes_real(const modal_search_real *search, const modal_gain_real *gain, real t,
-                                        modal_arrival_real *arrival) {
+                                        const modal_real *m, modal_arrival_real *arrival) {
     const modal_gain_real sum = gain_and_real(&search->total, gain);
     const modal_gain_real *total = &sum;
     const bool first = !(search->low->t > 0.0);
     const hopform_modal_real *modal = search->modal;
     const hopform_modal_row_real *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
-    const modal_real m = modal_after_real(modal, &search->m, total);
     arrival->is_modal = true;
     for (int n = 0; n < MODAL_FUNCTIONS_real; n++) {
         const real known = first ? search->sign[n] * search->known[n] * t : 0.0;
@@ -519,9 +519,9 @@ static inline void arrive_in_modes_real(const modal_search_real *search, const m
     arrival->moved =
         search->moved
         + displacement_real(modal, row, search->z[1 + HOPFORM_STOPPED_ELEMENT], &search->m, t - search->from, total);
-    arrival->rate[0] = row->rate_fade * m.f;
-    arrival->rate[1] = row->rate_cosine * m.c;
-    arrival->rate[2] = row->rate_sine * m.s;
+    arrival->rate[0] = row->rate_fade * m->f;
+    arrival->rate[1] = row->rate_cosine * m->c;
+    arrival->rate[2] = row->rate_sine * m->s;
     arrival->stretched = search->rounded[0] + fabs_real(modal->row[0].rate_fade * total->f)
                          + 2.0 * modal->row[0].amplitude * search->amplitude / modal->root_q;
 }
@@ -551,7 +551,8 @@ static inline void meet_stop_real(const stance_chain_real *chain, const modal_se
     modal_search_real start; /* values are counted from the start of the phase again */
     begin_modal_search_real(chain, &start);
     const modal_root_real root = modal_stop_real(chain, &start.m, t);
-    arrive_in_modes_real(&start, &root.gain, root.t, arrival);
+    const modal_real m = modal_at_real(search->modal, &start.m, root.t);
+    arrive_in_modes_real(&start, &root.gain, root.t, &m, arrival);
     end->in.high.t = root.t;
     end->owner = ELEMENT_real + element;
     end->stops = true;
@@ -583,7 +584,12 @@ SELDOM_real void pass_quiet_time_real(const stance_chain_real *chain, modal_sear
         const modal_gain_real gain = gain_over_real(modal, &search->low->m, t);
         use_evaluation_real(search->evaluations);
         MODAL_COUNT(quiet);
+        const modal_real m = modal_at_real(modal, &search->low->m, t);
         end_modal_interval_real(search, t < left ? search->low->t + t : search->limit, &gain);
+        search->high->m = m;
+        for (int n = search->first; n < MODAL_FUNCTIONS_real; n++) {
+            put_rates_real(search, n, search->high);
+        }
         begin_modal_interval_real(search);
     }
 }
@@ -627,7 +633,7 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
     if (found < 0 && certified && search.first == 0 && search.limit > 0.0) { /* over a step of the input */
         const modal_gain_real none = no_gain_real(&search.low->m);
         const real rounding = modal_rounding_real(&search, 0, &none, search.limit, search.low->rate[0]);
-        if (search.high->value[0] < -8.0 * HOPFORM_EPS_real * search.limit * search.low->rate[0]
+        if (search.low->value[0] < -8.0 * HOPFORM_EPS_real * search.limit * search.low->rate[0]
             && search.low->rate[0] * search.limit < -16.0 * rounding) {
             found = CONTACT_real;
         }
@@ -641,7 +647,8 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
     end->stops = false;
     end->touches = false;
     end->certified = certified;
-    arrive_in_modes_real(&search, &root.gain, t, &end->arrival);
+    const modal_real m = modal_after_real(modal, &search.low->m, &root.gain);
+    arrive_in_modes_real(&search, &root.gain, t, &m, &end->arrival);
     if (gap_ahead_real(chain) < HOPFORM_NEVER_real) { meet_stop_real(chain, &search, t, end); }
 }
 #endif

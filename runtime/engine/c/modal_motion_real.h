@@ -114,6 +114,16 @@ SELDOM_real modal_gain_real gain_over_real(const hopform_modal_real *modal, cons
                              (modal->omega * cosine - modal->mean * sine) / q);
 }
 
+/* The coordinates after any time: what has faded is no difference of what has not. */
+SELDOM_real modal_real modal_at_real(const hopform_modal_real *modal, const modal_real *m, real t) {
+    const real envelope = exponential_real(-modal->mean * t);
+    const turn_real turn = turn_by_real(modal->omega * t);
+    const modal_real later = {m->f * exponential_real(-modal->a * t),
+                              envelope * (m->c * turn.cosine - m->s * turn.sine),
+                              envelope * (m->c * turn.sine + m->s * turn.cosine)};
+    return later;
+}
+
 /* ---- rows ---- */
 
 ALWAYS_real real rate_by_row_real(const hopform_modal_row_real *row, const modal_real *m) {

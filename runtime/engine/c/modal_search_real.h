@@ -35,8 +35,8 @@ typedef struct {
     real sign[MODAL_FUNCTIONS_real]; /* of each function */
     int first;                       /* 1 where the compression only grows, else 0 */
     real limit;
-    bool from_the_end; /* a value is z where both elements end, what rings, and what has not yet faded */
-    modal_node_real node[2];    /* the ends of the interval */
+    bool from_the_end;       /* a value is z where both elements end, what rings, and what has not yet faded */
+    modal_node_real node[2]; /* the ends of the interval */
     modal_node_real *low, *high;
     modal_gain_real gained; /* in the interval */
     /* What values are counted from: a time, the coordinates and values there, what of those is rounded, and what has
@@ -126,11 +126,15 @@ ALWAYS_real bool turns_down_only_real(real rate, real d, real rate_then, real d_
     return d >= 0.0 ? rises_at_first : falls_at_first;
 }
 
-/* Rule 2, whatever the sign of d: its amplitude does not grow, so e^(at) g' falls by no more than h times that. */
-static inline bool has_modal_amplitude_real(const modal_search_real *search, int n, real h, real amplitude) {
-    const real d = search->modal->row[n].amplitude * search->modal->root_chi * amplitude;
-    const real falls = 1.001 * h * d - lesser_real(search->low->rate[n], 0.0);
-    return search->low->value[n] > h * falls;
+/* Rule 2, whatever the sign of d: its amplitude does not grow, so g' falls by no more than that times the time, and g
+ * by half of it times the square. Where d begins positive and g' does not end negative, e^(at) g' is never below what
+ * it starts from. */
+static inline bool falls_too_little_real(const modal_search_real *search, int n, real h, real amplitude) {
+    const modal_node_real *from = search->low;
+    const bool rises = (from->deflated[n] >= 0.0) & (search->high->rate[n] >= 0.0);
+    const real d = rises ? 0.0 : search->modal->row[n].amplitude * search->modal->root_chi * amplitude;
+    const real falls = 0.501 * h * d - lesser_real(from->rate[n], 0.0);
+    return from->value[n] > h * falls;
 }
 
 /* Rule 1: see stays_positive_by_bernstein. The sixth derivative is the fifth of the rate. */
@@ -201,7 +205,7 @@ SELDOM_real bool is_settled_inside_real(modal_search_real *search, int n) {
     const real rounding = modal_rounding_real(search, n, &search->gained, to->t, to->rate[n]);
     MODAL_COUNT(inside);
     if (!(to->value[n] < 0.0)) {
-        if (has_modal_amplitude_real(search, n, h, amplitude)) {
+        if (falls_too_little_real(search, n, h, amplitude)) {
             MODAL_COUNT(amplitude);
             return true;
         }
