@@ -455,7 +455,6 @@ static inline void begin_modal_search_f32(const stance_chain_f32 *chain, modal_s
         low->value[n] = greater_f32(search->sign[n] * z, 0.0f);
         low->rate[n] = search->sign[n] * h->H3;
         low->deflated[n] = search->sign[n] * (h->H2 - 2.0f * modal->mean * h->H3);
-        search->known[n] = low->rate[n] - search->sign[n] * rate_by_row_f32(&modal->row[n], &low->m);
     }
     search->from = 0.0f;
     search->m = low->m;
@@ -510,7 +509,7 @@ static inline void arrive_in_modes_f32(const modal_search_f32 *search, const mod
     const hopform_modal_row_f32 *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
     arrival->is_modal = true;
     for (int n = 0; n < MODAL_FUNCTIONS_f32; n++) {
-        const float known = first ? search->sign[n] * search->known[n] * t : 0.0f;
+        const float known = first ? search->sign[n] * known_beside_f32(search, n) * t : 0.0f;
         float rest;
         arrival->z[axis_of_function_f32[n]] =
             search->from_the_end ? search->sign[n] * value_from_the_end_f32(search, n, search->low, gain, &rest)
@@ -618,7 +617,7 @@ static inline void find_end_in_modes_f32(const stance_chain_f32 *chain, stance_s
         MODAL_COUNT(node);
         end_modal_interval_f32(&search, last ? search.limit : search.low->t + length, &gain);
         search.count++;
-        const uint32_t crossed = certify_modal_interval_f32(&search);
+        const uint32_t crossed = all_stay_above_f32(&search) ? 0 : certify_modal_interval_f32(&search);
         certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
         if (!certified) { break; }
         if (crossed != 0) {

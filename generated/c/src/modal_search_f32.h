@@ -46,8 +46,7 @@ typedef struct {
     float z[MODAL_FUNCTIONS_f32], rounded[MODAL_FUNCTIONS_f32];
     float amplitude;
     modal_gain_f32 total;
-    float moved;                       /* of the position until then */
-    float known[MODAL_FUNCTIONS_f32]; /* what the rates at the start of the phase are more than the coordinates say */
+    float moved; /* of the position until then */
     int32_t count;
     evaluations_f32 *evaluations;
 } modal_search_f32;
@@ -121,9 +120,8 @@ static inline float modal_rounding_f32(const modal_search_f32 *search, int n, co
  * the lesser of its ends, and if it ends below zero it has one root. A rate that rounding has made 0 or given the other
  * sign lets g fall by no more than rounding. */
 ALWAYS_f32 bool turns_down_only_f32(float rate, float d, float rate_then, float d_then) {
-    const bool rises_at_first = (rate >= 0.0f) | ((d_then >= 0.0f) & (rate_then <= 0.0f));
-    const bool falls_at_first = (rate_then <= 0.0f) | (d_then < 0.0f);
-    return d >= 0.0f ? rises_at_first : falls_at_first;
+    if (d >= 0.0f) { return rate >= 0.0f || (d_then >= 0.0f && rate_then <= 0.0f); }
+    return rate_then <= 0.0f || d_then < 0.0f;
 }
 
 /* Rule 2, whatever the sign of d: its amplitude does not grow, so g' falls by no more than that times the time, and g
@@ -226,6 +224,25 @@ SELDOM_f32 bool is_settled_inside_f32(modal_search_f32 *search, int n) {
     return false;
 }
 
+/* What the rate of a function at the start of the phase, where the interval begins, is more than the coordinates say:
+ * where an acceleration is known it has all its digits. */
+static inline float known_beside_f32(const modal_search_f32 *search, int n) {
+    if (search->low->t > 0.0f) { return 0.0f; }
+    return search->low->rate[n] - search->sign[n] * rate_by_row_f32(&search->modal->row[n], &search->low->m);
+}
+
+/* Whether a function ends above zero and has no root in the interval by its signs: nearly all intervals are so. */
+ALWAYS_f32 bool stays_above_f32(const modal_search_f32 *search, int n) {
+    const modal_node_f32 *low = search->low, *high = search->high;
+    return high->value[n] >= 0.0f
+           && turns_down_only_f32(low->rate[n], low->deflated[n], high->rate[n], high->deflated[n]);
+}
+
+ALWAYS_f32 bool all_stay_above_f32(const modal_search_f32 *search) {
+    return (search->first != 0 || stays_above_f32(search, 0)) && stays_above_f32(search, 1)
+           && stays_above_f32(search, 2);
+}
+
 /* Whether a function has crossed zero by the end of the interval: by more than rounding, or so steeply that the root is
  * near. */
 static inline bool modal_has_crossed_f32(const modal_search_f32 *search, int n) {
@@ -237,7 +254,7 @@ static inline bool modal_has_crossed_f32(const modal_search_f32 *search, int n) 
 
 /* Certifies the interval, cut until that is so: no function has a root in it but those, a bit each, that have one and
  * end below zero. */
-static inline uint32_t certify_modal_interval_f32(modal_search_f32 *search) {
+SELDOM_f32 uint32_t certify_modal_interval_f32(modal_search_f32 *search) {
     uint32_t crossed = 0;
     int n = search->first;
     while (n < MODAL_FUNCTIONS_f32) {
@@ -277,7 +294,7 @@ SELDOM_f32 modal_root_f32 modal_root_of_f32(const modal_search_f32 *search, int 
     const hopform_modal_row_f32 *row = &modal->row[n];
     const float sign = search->sign[n];
     const float h = search->high->t - search->low->t;
-    const float known = search->low->t > 0.0f || search->low->value[n] > 0.0f ? 0.0f : search->known[n];
+    const float known = search->low->value[n] > 0.0f ? 0.0f : known_beside_f32(search, n);
     jet_f32 from = modal_jet_f32(search, search->low, n);
     const jet_f32 to = modal_jet_f32(search, search->high, n);
     const modal_f32 *m_low = &search->low->m;

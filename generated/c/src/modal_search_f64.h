@@ -46,8 +46,7 @@ typedef struct {
     double z[MODAL_FUNCTIONS_f64], rounded[MODAL_FUNCTIONS_f64];
     double amplitude;
     modal_gain_f64 total;
-    double moved;                       /* of the position until then */
-    double known[MODAL_FUNCTIONS_f64]; /* what the rates at the start of the phase are more than the coordinates say */
+    double moved; /* of the position until then */
     int32_t count;
     evaluations_f64 *evaluations;
 } modal_search_f64;
@@ -121,9 +120,8 @@ static inline double modal_rounding_f64(const modal_search_f64 *search, int n, c
  * the lesser of its ends, and if it ends below zero it has one root. A rate that rounding has made 0 or given the other
  * sign lets g fall by no more than rounding. */
 ALWAYS_f64 bool turns_down_only_f64(double rate, double d, double rate_then, double d_then) {
-    const bool rises_at_first = (rate >= 0.0) | ((d_then >= 0.0) & (rate_then <= 0.0));
-    const bool falls_at_first = (rate_then <= 0.0) | (d_then < 0.0);
-    return d >= 0.0 ? rises_at_first : falls_at_first;
+    if (d >= 0.0) { return rate >= 0.0 || (d_then >= 0.0 && rate_then <= 0.0); }
+    return rate_then <= 0.0 || d_then < 0.0;
 }
 
 /* Rule 2, whatever the sign of d: its amplitude does not grow, so g' falls by no more than that times the time, and g
@@ -226,6 +224,25 @@ SELDOM_f64 bool is_settled_inside_f64(modal_search_f64 *search, int n) {
     return false;
 }
 
+/* What the rate of a function at the start of the phase, where the interval begins, is more than the coordinates say:
+ * where an acceleration is known it has all its digits. */
+static inline double known_beside_f64(const modal_search_f64 *search, int n) {
+    if (search->low->t > 0.0) { return 0.0; }
+    return search->low->rate[n] - search->sign[n] * rate_by_row_f64(&search->modal->row[n], &search->low->m);
+}
+
+/* Whether a function ends above zero and has no root in the interval by its signs: nearly all intervals are so. */
+ALWAYS_f64 bool stays_above_f64(const modal_search_f64 *search, int n) {
+    const modal_node_f64 *low = search->low, *high = search->high;
+    return high->value[n] >= 0.0
+           && turns_down_only_f64(low->rate[n], low->deflated[n], high->rate[n], high->deflated[n]);
+}
+
+ALWAYS_f64 bool all_stay_above_f64(const modal_search_f64 *search) {
+    return (search->first != 0 || stays_above_f64(search, 0)) && stays_above_f64(search, 1)
+           && stays_above_f64(search, 2);
+}
+
 /* Whether a function has crossed zero by the end of the interval: by more than rounding, or so steeply that the root is
  * near. */
 static inline bool modal_has_crossed_f64(const modal_search_f64 *search, int n) {
@@ -237,7 +254,7 @@ static inline bool modal_has_crossed_f64(const modal_search_f64 *search, int n) 
 
 /* Certifies the interval, cut until that is so: no function has a root in it but those, a bit each, that have one and
  * end below zero. */
-static inline uint32_t certify_modal_interval_f64(modal_search_f64 *search) {
+SELDOM_f64 uint32_t certify_modal_interval_f64(modal_search_f64 *search) {
     uint32_t crossed = 0;
     int n = search->first;
     while (n < MODAL_FUNCTIONS_f64) {
@@ -277,7 +294,7 @@ SELDOM_f64 modal_root_f64 modal_root_of_f64(const modal_search_f64 *search, int 
     const hopform_modal_row_f64 *row = &modal->row[n];
     const double sign = search->sign[n];
     const double h = search->high->t - search->low->t;
-    const double known = search->low->t > 0.0 || search->low->value[n] > 0.0 ? 0.0 : search->known[n];
+    const double known = search->low->value[n] > 0.0 ? 0.0 : known_beside_f64(search, n);
     jet_f64 from = modal_jet_f64(search, search->low, n);
     const jet_f64 to = modal_jet_f64(search, search->high, n);
     const modal_f64 *m_low = &search->low->m;

@@ -455,7 +455,6 @@ static inline void begin_modal_search_real(const stance_chain_real *chain, modal
         low->value[n] = greater_real(search->sign[n] * z, 0.0);
         low->rate[n] = search->sign[n] * h->H3;
         low->deflated[n] = search->sign[n] * (h->H2 - 2.0 * modal->mean * h->H3);
-        search->known[n] = low->rate[n] - search->sign[n] * rate_by_row_real(&modal->row[n], &low->m);
     }
     search->from = 0.0;
     search->m = low->m;
@@ -510,7 +509,7 @@ static inline void arrive_in_modes_real(const modal_search_real *search, const m
     const hopform_modal_row_real *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
     arrival->is_modal = true;
     for (int n = 0; n < MODAL_FUNCTIONS_real; n++) {
-        const real known = first ? search->sign[n] * search->known[n] * t : 0.0;
+        const real known = first ? search->sign[n] * known_beside_real(search, n) * t : 0.0;
         real rest;
         arrival->z[axis_of_function_real[n]] =
             search->from_the_end ? search->sign[n] * value_from_the_end_real(search, n, search->low, gain, &rest)
@@ -618,7 +617,7 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
         MODAL_COUNT(node);
         end_modal_interval_real(&search, last ? search.limit : search.low->t + length, &gain);
         search.count++;
-        const uint32_t crossed = certify_modal_interval_real(&search);
+        const uint32_t crossed = all_stay_above_real(&search) ? 0 : certify_modal_interval_real(&search);
         certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
         if (!certified) { break; }
         if (crossed != 0) {

@@ -46,8 +46,7 @@ typedef struct {
     real z[MODAL_FUNCTIONS_real], rounded[MODAL_FUNCTIONS_real];
     real amplitude;
     modal_gain_real total;
-    real moved;                       /* of the position until then */
-    real known[MODAL_FUNCTIONS_real]; /* what the rates at the start of the phase are more than the coordinates say */
+    real moved; /* of the position until then */
     int32_t count;
     evaluations_real *evaluations;
 } modal_search_real;
@@ -121,9 +120,8 @@ static inline real modal_rounding_real(const modal_search_real *search, int n, c
  * the lesser of its ends, and if it ends below zero it has one root. A rate that rounding has made 0 or given the other
  * sign lets g fall by no more than rounding. */
 ALWAYS_real bool turns_down_only_real(real rate, real d, real rate_then, real d_then) {
-    const bool rises_at_first = (rate >= 0.0) | ((d_then >= 0.0) & (rate_then <= 0.0));
-    const bool falls_at_first = (rate_then <= 0.0) | (d_then < 0.0);
-    return d >= 0.0 ? rises_at_first : falls_at_first;
+    if (d >= 0.0) { return rate >= 0.0 || (d_then >= 0.0 && rate_then <= 0.0); }
+    return rate_then <= 0.0 || d_then < 0.0;
 }
 
 /* Rule 2, whatever the sign of d: its amplitude does not grow, so g' falls by no more than that times the time, and g
@@ -226,6 +224,25 @@ SELDOM_real bool is_settled_inside_real(modal_search_real *search, int n) {
     return false;
 }
 
+/* What the rate of a function at the start of the phase, where the interval begins, is more than the coordinates say:
+ * where an acceleration is known it has all its digits. */
+static inline real known_beside_real(const modal_search_real *search, int n) {
+    if (search->low->t > 0.0) { return 0.0; }
+    return search->low->rate[n] - search->sign[n] * rate_by_row_real(&search->modal->row[n], &search->low->m);
+}
+
+/* Whether a function ends above zero and has no root in the interval by its signs: nearly all intervals are so. */
+ALWAYS_real bool stays_above_real(const modal_search_real *search, int n) {
+    const modal_node_real *low = search->low, *high = search->high;
+    return high->value[n] >= 0.0
+           && turns_down_only_real(low->rate[n], low->deflated[n], high->rate[n], high->deflated[n]);
+}
+
+ALWAYS_real bool all_stay_above_real(const modal_search_real *search) {
+    return (search->first != 0 || stays_above_real(search, 0)) && stays_above_real(search, 1)
+           && stays_above_real(search, 2);
+}
+
 /* Whether a function has crossed zero by the end of the interval: by more than rounding, or so steeply that the root is
  * near. */
 static inline bool modal_has_crossed_real(const modal_search_real *search, int n) {
@@ -237,7 +254,7 @@ static inline bool modal_has_crossed_real(const modal_search_real *search, int n
 
 /* Certifies the interval, cut until that is so: no function has a root in it but those, a bit each, that have one and
  * end below zero. */
-static inline uint32_t certify_modal_interval_real(modal_search_real *search) {
+SELDOM_real uint32_t certify_modal_interval_real(modal_search_real *search) {
     uint32_t crossed = 0;
     int n = search->first;
     while (n < MODAL_FUNCTIONS_real) {
@@ -277,7 +294,7 @@ SELDOM_real modal_root_real modal_root_of_real(const modal_search_real *search, 
     const hopform_modal_row_real *row = &modal->row[n];
     const real sign = search->sign[n];
     const real h = search->high->t - search->low->t;
-    const real known = search->low->t > 0.0 || search->low->value[n] > 0.0 ? 0.0 : search->known[n];
+    const real known = search->low->value[n] > 0.0 ? 0.0 : known_beside_real(search, n);
     jet_real from = modal_jet_real(search, search->low, n);
     const jet_real to = modal_jet_real(search, search->high, n);
     const modal_real *m_low = &search->low->m;
