@@ -534,8 +534,9 @@ static inline void meet_stop_f32(const stance_chain_f32 *chain, const modal_sear
     modal_arrival_f32 *arrival = &end->arrival;
     const float speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
     const float left = gap - side * arrival->moved;
-    const float swing =
-        search->modal->row[1 + element].amplitude * search->amplitude / (search->modal->root_q * search->modal->root_q);
+    const hopform_modal_row_f32 *row = &search->modal->row[1 + element];
+    const float swings = lesser_f32(1.0f / search->modal->root_q, t); /* for so long at most */
+    const float swing = (row->amplitude * search->amplitude + fabs_f32(row->rate_fade * search->m.f)) * swings * swings;
     const float rounding = 16.0f * HOPFORM_EPS_f32 * (gap + fabs_f32(arrival->moved) + swing + t * fabs_f32(speed));
     bool meets = left < -rounding;
     if (!meets && end->owner == ELEMENT_f32 + 1 - element && speed * t > 16.0f * rounding) {

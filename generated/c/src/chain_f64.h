@@ -534,8 +534,9 @@ static inline void meet_stop_f64(const stance_chain_f64 *chain, const modal_sear
     modal_arrival_f64 *arrival = &end->arrival;
     const double speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
     const double left = gap - side * arrival->moved;
-    const double swing =
-        search->modal->row[1 + element].amplitude * search->amplitude / (search->modal->root_q * search->modal->root_q);
+    const hopform_modal_row_f64 *row = &search->modal->row[1 + element];
+    const double swings = lesser_f64(1.0 / search->modal->root_q, t); /* for so long at most */
+    const double swing = (row->amplitude * search->amplitude + fabs_f64(row->rate_fade * search->m.f)) * swings * swings;
     const double rounding = 16.0 * HOPFORM_EPS_f64 * (gap + fabs_f64(arrival->moved) + swing + t * fabs_f64(speed));
     bool meets = left < -rounding;
     if (!meets && end->owner == ELEMENT_f64 + 1 - element && speed * t > 16.0 * rounding) {

@@ -110,8 +110,9 @@ static inline float modal_rounding_f32(const modal_search_f32 *search, int n, co
     const hopform_modal_row_f32 *row = &search->modal->row[n];
     const float fades = search->from_the_end ? gain->left / search->modal->a : search->total.f + gain->f;
     const float fade = fabs_f32(row->rate_fade * fades);
-    const float pair = row->amplitude * search->amplitude / search->modal->root_q;
-    return 16.0f * HOPFORM_EPS_f32 * (search->rounded[n] + fade + 2.0f * pair + t * fabs_f32(rate));
+    const float swings = lesser_f32(2.0f / search->modal->root_q, t - search->from); /* for so long at most */
+    const float pair = row->amplitude * search->amplitude * swings;
+    return 16.0f * HOPFORM_EPS_f32 * (search->rounded[n] + fade + pair + t * fabs_f32(rate));
 }
 
 /* ---- the rules ---- */

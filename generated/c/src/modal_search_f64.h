@@ -110,8 +110,9 @@ static inline double modal_rounding_f64(const modal_search_f64 *search, int n, c
     const hopform_modal_row_f64 *row = &search->modal->row[n];
     const double fades = search->from_the_end ? gain->left / search->modal->a : search->total.f + gain->f;
     const double fade = fabs_f64(row->rate_fade * fades);
-    const double pair = row->amplitude * search->amplitude / search->modal->root_q;
-    return 16.0 * HOPFORM_EPS_f64 * (search->rounded[n] + fade + 2.0 * pair + t * fabs_f64(rate));
+    const double swings = lesser_f64(2.0 / search->modal->root_q, t - search->from); /* for so long at most */
+    const double pair = row->amplitude * search->amplitude * swings;
+    return 16.0 * HOPFORM_EPS_f64 * (search->rounded[n] + fade + pair + t * fabs_f64(rate));
 }
 
 /* ---- the rules ---- */

@@ -534,8 +534,9 @@ static inline void meet_stop_real(const stance_chain_real *chain, const modal_se
     modal_arrival_real *arrival = &end->arrival;
     const real speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
     const real left = gap - side * arrival->moved;
-    const real swing =
-        search->modal->row[1 + element].amplitude * search->amplitude / (search->modal->root_q * search->modal->root_q);
+    const hopform_modal_row_real *row = &search->modal->row[1 + element];
+    const real swings = lesser_real(1.0 / search->modal->root_q, t); /* for so long at most */
+    const real swing = (row->amplitude * search->amplitude + fabs_real(row->rate_fade * search->m.f)) * swings * swings;
     const real rounding = 16.0 * HOPFORM_EPS_real * (gap + fabs_real(arrival->moved) + swing + t * fabs_real(speed));
     bool meets = left < -rounding;
     if (!meets && end->owner == ELEMENT_real + 1 - element && speed * t > 16.0 * rounding) {

@@ -110,8 +110,9 @@ static inline real modal_rounding_real(const modal_search_real *search, int n, c
     const hopform_modal_row_real *row = &search->modal->row[n];
     const real fades = search->from_the_end ? gain->left / search->modal->a : search->total.f + gain->f;
     const real fade = fabs_real(row->rate_fade * fades);
-    const real pair = row->amplitude * search->amplitude / search->modal->root_q;
-    return 16.0 * HOPFORM_EPS_real * (search->rounded[n] + fade + 2.0 * pair + t * fabs_real(rate));
+    const real swings = lesser_real(2.0 / search->modal->root_q, t - search->from); /* for so long at most */
+    const real pair = row->amplitude * search->amplitude * swings;
+    return 16.0 * HOPFORM_EPS_real * (search->rounded[n] + fade + pair + t * fabs_real(rate));
 }
 
 /* ---- the rules ---- */
