@@ -35,7 +35,7 @@ from .modes import is_coupled
 COORDINATES = ("fade", "cosine", "sine")
 """What fades with the real pole, and what turns with the pair."""
 ROWS = ("y", "1", "2")
-"""Of the compression and of the velocities, in the order in which their events win a tie."""
+"""Of the compression and of the velocities, in order of tie-break priority."""
 
 MODAL_ROWS = Record("ModalRows", "Rows of y, v_1, v_2, then shares in f, c, s.").of(
     *(replace(each, name=f"{each.name}_{row}") for row in ROWS for each in MODAL_ROW_MEMBERS),
@@ -62,54 +62,54 @@ def _pair_rows(row: str) -> Steps:
 
 
 def _polished(
-    name: sp.Symbol, rounded: sp.Expr, own: sp.Symbol, other: sp.Symbol, k: sp.Symbol, k_other: sp.Symbol
+    name: sp.Symbol, rounded: sp.Expr, rate: sp.Symbol, other: sp.Symbol, k: sp.Symbol, k_other: sp.Symbol
 ) -> Steps:
     """How far the real pole is above p_i, with digits of its own: by one step of Newton's on the cubic."""
     near, beside = sp.symbols(f"near_{name} beside_{name}", real=True)
     yield Step(near, rounded, "(11) at s = -a")
-    yield Step(beside, other - own - near, "(11) at s = -a")
-    residual = k_other * near - k * beside - (own + near) * beside * near
+    yield Step(beside, other - rate - near, "(11) at s = -a")
+    residual = k_other * near - k * beside - (rate + near) * beside * near
     yield Step(name, near - residual / chi, "(11) at s = -a, polished")
 
 
 @function(takes=(RATES, POLES, CHI, OMEGA), returns=MODAL_ROWS)
 def modal_rows_of() -> Steps:
     """Both masses slipping, neither velocity in the other's equation, a pair that rings: their modal coordinates."""
-    of = SYMBOLS
+    symbols = SYMBOLS
     yield Step(mu, p / 2, "(11) decay of the pair")
     yield Step(above, a - mu, "(11) the real pole beyond that")
     yield from _polished(less_1, a - p_1, p_1, p_2, q_1, q_2)
     yield from _polished(less_2, a - p_2, p_2, p_1, q_2, q_1)
     yield Step(n_1, (sp.Abs(less_1) + less_1) / 2, "where mass 1 alone fades slower")
     yield Step(n_2, (sp.Abs(less_2) + less_2) / 2, "where mass 2 alone fades slower")
-    yield Step(of["rate_fade_1"], 1 + a * n_2 / q_2, "(21) residue at s = -a")
-    yield Step(of["rate_fade_2"], 1 + a * n_1 / q_1, "(19) residue at s = -a")
-    yield Step(of["rate_fade_y"], n_1 / q_1 - n_2 / q_2, "(18) of y, residue at s = -a")
-    yield Step(alpha_1, n_2 * q_1 / (q_2 * of["rate_fade_1"]) - n_1, "p_1 - a")
-    yield Step(alpha_2, n_1 * q_2 / (q_1 * of["rate_fade_2"]) - n_2, "p_2 - a")
+    yield Step(symbols["rate_fade_1"], 1 + a * n_2 / q_2, "(21) residue at s = -a")
+    yield Step(symbols["rate_fade_2"], 1 + a * n_1 / q_1, "(19) residue at s = -a")
+    yield Step(symbols["rate_fade_y"], n_1 / q_1 - n_2 / q_2, "(18) of y, residue at s = -a")
+    yield Step(alpha_1, n_2 * q_1 / (q_2 * symbols["rate_fade_1"]) - n_1, "p_1 - a")
+    yield Step(alpha_2, n_1 * q_2 / (q_1 * symbols["rate_fade_2"]) - n_2, "p_2 - a")
     yield Step(from_1, p_1 - mu, "(11) of mass 1, at the pair")
     yield Step(from_2, p_2 - mu, "(11) of mass 2, at the pair")
     yield Step(square_1, from_1**2 + omega_p**2, "(11) of mass 1, at the pair")
     yield Step(square_2, from_2**2 + omega_p**2, "(11) of mass 2, at the pair")
-    yield Step(of["rate_cosine_y"], sp.S.One, "(18) of y, pair")
-    yield Step(of["rate_sine_y"], sp.S.Zero, "(18) of y, pair")
-    yield Step(of["rate_cosine_1"], -q_1 * from_1 / square_1, "(21) pair")
-    yield Step(of["rate_sine_1"], -q_1 * omega_p / square_1, "(21) pair")
-    yield Step(of["rate_cosine_2"], q_2 * from_2 / square_2, "(19) pair")
-    yield Step(of["rate_sine_2"], q_2 * omega_p / square_2, "(19) pair")
+    yield Step(symbols["rate_cosine_y"], sp.S.One, "(18) of y, pair")
+    yield Step(symbols["rate_sine_y"], sp.S.Zero, "(18) of y, pair")
+    yield Step(symbols["rate_cosine_1"], -q_1 * from_1 / square_1, "(21) pair")
+    yield Step(symbols["rate_sine_1"], -q_1 * omega_p / square_1, "(21) pair")
+    yield Step(symbols["rate_cosine_2"], q_2 * from_2 / square_2, "(19) pair")
+    yield Step(symbols["rate_sine_2"], q_2 * omega_p / square_2, "(19) pair")
     for row in ROWS:
         yield from _pair_rows(row)
-    slow_1, slow_2, slow_y = (of[f"rate_fade_{row}"] for row in ("1", "2", "y"))
-    yield Step(of["fade_of_y"], -q_1 * q_2 * slow_y / (chi * slow_1 * slow_2), "(18) residue at s = -a")
-    yield Step(of["fade_of_1"], q_2 / (chi * slow_2), "(18) residue at s = -a")
-    yield Step(of["fade_of_2"], q_1 / (chi * slow_1), "(18) residue at s = -a")
+    slow_1, slow_2, slow_y = (symbols[f"rate_fade_{row}"] for row in ("1", "2", "y"))
+    yield Step(symbols["fade_of_y"], -q_1 * q_2 * slow_y / (chi * slow_1 * slow_2), "(18) residue at s = -a")
+    yield Step(symbols["fade_of_1"], q_2 / (chi * slow_2), "(18) residue at s = -a")
+    yield Step(symbols["fade_of_2"], q_1 / (chi * slow_1), "(18) residue at s = -a")
     sum_, product = from_1 + from_2, from_1 * from_2 - omega_p**2
-    yield Step(of["cosine_of_y"], (above * sum_ - product) / chi, "(18) pair")
-    yield Step(of["cosine_of_1"], -alpha_2 / chi, "(18) pair")
-    yield Step(of["cosine_of_2"], alpha_1 / chi, "(18) pair")
-    yield Step(of["sine_of_y"], -(above * product / omega_p + omega_p * sum_) / chi, "(18) pair")
-    yield Step(of["sine_of_1"], -(above * from_2 / omega_p + omega_p) / chi, "(18) pair")
-    yield Step(of["sine_of_2"], (above * from_1 / omega_p + omega_p) / chi, "(18) pair")
+    yield Step(symbols["cosine_of_y"], (above * sum_ - product) / chi, "(18) pair")
+    yield Step(symbols["cosine_of_1"], -alpha_2 / chi, "(18) pair")
+    yield Step(symbols["cosine_of_2"], alpha_1 / chi, "(18) pair")
+    yield Step(symbols["sine_of_y"], -(above * product / omega_p + omega_p * sum_) / chi, "(18) pair")
+    yield Step(symbols["sine_of_1"], -(above * from_2 / omega_p + omega_p) / chi, "(18) pair")
+    yield Step(symbols["sine_of_2"], (above * from_1 / omega_p + omega_p) / chi, "(18) pair")
 
 
 SETTLED = Record("Equilibrium", "Where both masses end while they slip: at one velocity.").of(

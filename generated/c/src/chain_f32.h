@@ -473,27 +473,36 @@ static inline float gap_ahead_f32(const stance_chain_f32 *chain) {
     return HOPFORM_HAS_STOPS && is_finite_f32(gap) ? gap : HOPFORM_NEVER_f32;
 }
 
-/* When the position, which only goes to its side until a time, has met the stop ahead, and what is gained by then. */
-SELDOM_f32 modal_root_f32 modal_stop_f32(const stance_chain_f32 *chain, const modal_f32 *m, float until) {
+/* When the position, which only goes to its side until a time, has met the stop ahead, and what is gained by then; how
+ * far it is from there then, and its rate and curvature. */
+SELDOM_f32 modal_root_f32 modal_stop_f32(const stance_chain_f32 *chain, const modal_f32 *m, float until,
+                                            const jet_f32 *then) {
     const hopform_modal_f32 *modal = &chain->plan->modal;
-    const hopform_modal_row_f32 *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
-    const float side = (float)chain->side[HOPFORM_STOPPED_ELEMENT];
-    const float velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+    const int element = HOPFORM_STOPPED_ELEMENT;
+    const hopform_modal_row_f32 *row = &modal->row[1 + element];
+    const float side = (float)chain->side[element];
+    const float velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
     const float gap = gap_ahead_f32(chain);
-    modal_root_f32 root = {0.5f * until, no_gain_f32(m)};
+    const numerator_f32 *h = &chain->numerators.of.velocity[element];
+    const jet_f32 from = {gap, -side * velocity, -side * h->H3, -side * (h->H2 - chain->plan->rates.s_1 * h->H3)};
+    const interpolant_f32 p = interpolant_of_f32(&from, then, until);
+    modal_root_f32 root = {until * refined_root_f32(&p, rough_root_f32(&from, then, until)), no_gain_f32(m)};
     float low = 0.0f, high = until;
     for (int step = 0; step < 100; step++) {
         if (!(root.t > low && root.t < high) || (step > 8 && step % 2 == 1)) { root.t = low + 0.5f * (high - low); }
         const bool ends = !(root.t > low && root.t < high);
         root.t = ends ? high : root.t;
         root.gain = gain_over_f32(modal, m, root.t);
+        const modal_f32 at = modal_after_f32(modal, m, &root.gain);
         const float left = gap - side * displacement_f32(modal, row, velocity, m, root.t, &root.gain);
         const float speed = side * (velocity + gain_by_row_f32(row, &root.gain));
         use_evaluation_f32(chain->evaluations);
+        MODAL_COUNT(evaluation);
         if (ends || fabs_f32(left) <= HOPFORM_EPS_f32 * root.t * speed) { break; }
         low = left > 0.0f ? root.t : low;
         high = left > 0.0f ? high : root.t;
-        root.t = speed > 0.0f ? root.t + left / speed : low;
+        const float below = 2.0f * speed * speed + left * (side * rate_by_row_f32(row, &at));
+        root.t = speed > 0.0f && below > 0.0f ? root.t + 2.0f * left * speed / below : low; /* Halley's */
     }
     return root;
 }
@@ -535,8 +544,8 @@ static inline void meet_stop_f32(const stance_chain_f32 *chain, const modal_sear
     const float speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
     const float left = gap - side * arrival->moved;
     const hopform_modal_row_f32 *row = &search->modal->row[1 + element];
-    const float swings = lesser_f32(1.0f / search->modal->root_q, t); /* for so long at most */
-    const float swing = (row->amplitude * search->amplitude + fabs_f32(row->rate_fade * search->m.f)) * swings * swings;
+    const float reach = lesser_f32(1.0f / search->modal->root_q, t); /* for so long at most */
+    const float swing = (row->amplitude * search->amplitude + fabs_f32(row->rate_fade * search->m.f)) * reach * reach;
     const float rounding = 16.0f * HOPFORM_EPS_f32 * (gap + fabs_f32(arrival->moved) + swing + t * fabs_f32(speed));
     bool meets = left < -rounding;
     if (!meets && end->owner == ELEMENT_f32 + 1 - element && speed * t > 16.0f * rounding) {
@@ -550,7 +559,8 @@ static inline void meet_stop_f32(const stance_chain_f32 *chain, const modal_sear
     }
     modal_search_f32 start; /* values are counted from the start of the phase again */
     begin_modal_search_f32(chain, &start);
-    const modal_root_f32 root = modal_stop_f32(chain, &start.m, t);
+    const jet_f32 then = {left, -speed, -side * (arrival->rate[0] + arrival->rate[1] + arrival->rate[2]), 0.0f};
+    const modal_root_f32 root = modal_stop_f32(chain, &start.m, t, &then);
     const modal_f32 m = modal_at_f32(search->modal, &start.m, root.t);
     arrive_in_modes_f32(&start, &root.gain, root.t, &m, arrival);
     end->in.high.t = root.t;

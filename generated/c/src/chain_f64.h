@@ -473,27 +473,36 @@ static inline double gap_ahead_f64(const stance_chain_f64 *chain) {
     return HOPFORM_HAS_STOPS && is_finite_f64(gap) ? gap : HOPFORM_NEVER_f64;
 }
 
-/* When the position, which only goes to its side until a time, has met the stop ahead, and what is gained by then. */
-SELDOM_f64 modal_root_f64 modal_stop_f64(const stance_chain_f64 *chain, const modal_f64 *m, double until) {
+/* When the position, which only goes to its side until a time, has met the stop ahead, and what is gained by then; how
+ * far it is from there then, and its rate and curvature. */
+SELDOM_f64 modal_root_f64 modal_stop_f64(const stance_chain_f64 *chain, const modal_f64 *m, double until,
+                                            const jet_f64 *then) {
     const hopform_modal_f64 *modal = &chain->plan->modal;
-    const hopform_modal_row_f64 *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
-    const double side = (double)chain->side[HOPFORM_STOPPED_ELEMENT];
-    const double velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+    const int element = HOPFORM_STOPPED_ELEMENT;
+    const hopform_modal_row_f64 *row = &modal->row[1 + element];
+    const double side = (double)chain->side[element];
+    const double velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
     const double gap = gap_ahead_f64(chain);
-    modal_root_f64 root = {0.5 * until, no_gain_f64(m)};
+    const numerator_f64 *h = &chain->numerators.of.velocity[element];
+    const jet_f64 from = {gap, -side * velocity, -side * h->H3, -side * (h->H2 - chain->plan->rates.s_1 * h->H3)};
+    const interpolant_f64 p = interpolant_of_f64(&from, then, until);
+    modal_root_f64 root = {until * refined_root_f64(&p, rough_root_f64(&from, then, until)), no_gain_f64(m)};
     double low = 0.0, high = until;
     for (int step = 0; step < 100; step++) {
         if (!(root.t > low && root.t < high) || (step > 8 && step % 2 == 1)) { root.t = low + 0.5 * (high - low); }
         const bool ends = !(root.t > low && root.t < high);
         root.t = ends ? high : root.t;
         root.gain = gain_over_f64(modal, m, root.t);
+        const modal_f64 at = modal_after_f64(modal, m, &root.gain);
         const double left = gap - side * displacement_f64(modal, row, velocity, m, root.t, &root.gain);
         const double speed = side * (velocity + gain_by_row_f64(row, &root.gain));
         use_evaluation_f64(chain->evaluations);
+        MODAL_COUNT(evaluation);
         if (ends || fabs_f64(left) <= HOPFORM_EPS_f64 * root.t * speed) { break; }
         low = left > 0.0 ? root.t : low;
         high = left > 0.0 ? high : root.t;
-        root.t = speed > 0.0 ? root.t + left / speed : low;
+        const double below = 2.0 * speed * speed + left * (side * rate_by_row_f64(row, &at));
+        root.t = speed > 0.0 && below > 0.0 ? root.t + 2.0 * left * speed / below : low; /* Halley's */
     }
     return root;
 }
@@ -535,8 +544,8 @@ static inline void meet_stop_f64(const stance_chain_f64 *chain, const modal_sear
     const double speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
     const double left = gap - side * arrival->moved;
     const hopform_modal_row_f64 *row = &search->modal->row[1 + element];
-    const double swings = lesser_f64(1.0 / search->modal->root_q, t); /* for so long at most */
-    const double swing = (row->amplitude * search->amplitude + fabs_f64(row->rate_fade * search->m.f)) * swings * swings;
+    const double reach = lesser_f64(1.0 / search->modal->root_q, t); /* for so long at most */
+    const double swing = (row->amplitude * search->amplitude + fabs_f64(row->rate_fade * search->m.f)) * reach * reach;
     const double rounding = 16.0 * HOPFORM_EPS_f64 * (gap + fabs_f64(arrival->moved) + swing + t * fabs_f64(speed));
     bool meets = left < -rounding;
     if (!meets && end->owner == ELEMENT_f64 + 1 - element && speed * t > 16.0 * rounding) {
@@ -550,7 +559,8 @@ static inline void meet_stop_f64(const stance_chain_f64 *chain, const modal_sear
     }
     modal_search_f64 start; /* values are counted from the start of the phase again */
     begin_modal_search_f64(chain, &start);
-    const modal_root_f64 root = modal_stop_f64(chain, &start.m, t);
+    const jet_f64 then = {left, -speed, -side * (arrival->rate[0] + arrival->rate[1] + arrival->rate[2]), 0.0};
+    const modal_root_f64 root = modal_stop_f64(chain, &start.m, t, &then);
     const modal_f64 m = modal_at_f64(search->modal, &start.m, root.t);
     arrive_in_modes_f64(&start, &root.gain, root.t, &m, arrival);
     end->in.high.t = root.t;

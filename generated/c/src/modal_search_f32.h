@@ -19,7 +19,7 @@
 #define MODAL_COUNT(what) (void)0
 #endif
 
-/* The event functions in the order in which they win a tie; each is the owner of its event. */
+/* The event functions in order of tie-break priority; each is the owner of its event. */
 enum { MODAL_FUNCTIONS_f32 = 3 };
 
 /* A time, and what is known there. */
@@ -110,8 +110,8 @@ static inline float modal_rounding_f32(const modal_search_f32 *search, int n, co
     const hopform_modal_row_f32 *row = &search->modal->row[n];
     const float fades = search->from_the_end ? gain->left / search->modal->a : search->total.f + gain->f;
     const float fade = fabs_f32(row->rate_fade * fades);
-    const float swings = lesser_f32(2.0f / search->modal->root_q, t - search->from); /* for so long at most */
-    const float pair = row->amplitude * search->amplitude * swings;
+    const float reach = lesser_f32(2.0f / search->modal->root_q, t - search->from); /* for so long at most */
+    const float pair = row->amplitude * search->amplitude * reach;
     return 16.0f * HOPFORM_EPS_f32 * (search->rounded[n] + fade + pair + t * fabs_f32(rate));
 }
 
@@ -442,7 +442,8 @@ SELDOM_f32 void count_from_the_end_f32(modal_search_f32 *search, const equilibri
     const float fades = m->f / (modal->a > 0.0f ? modal->a : 1.0f);
     const float amplitude = amplitude_of_f32(m);
     float z[MODAL_FUNCTIONS_f32], rounded[MODAL_FUNCTIONS_f32], rest[MODAL_FUNCTIONS_f32];
-    bool better = modal->a > 0.0f;
+    bool worse = !(modal->a > 0.0f);
+    bool better = false; /* one that ends near zero has no sign else */
     for (int n = 0; n < MODAL_FUNCTIONS_f32; n++) {
         const hopform_modal_row_f32 *row = &modal->row[n];
         const float faded = row->rate_fade * fades;
@@ -452,11 +453,11 @@ SELDOM_f32 void count_from_the_end_f32(modal_search_f32 *search, const equilibri
         rest[n] = ends[n] + swing_by_row_f32(modal, row, m->c, m->s);
         z[n] = rest[n] - faded;
         rounded[n] = terms;
-        better = better
-                 && (search->from_the_end || fades_in_a_node_f32(modal)
-                     || terms + row->amplitude * amplitude / modal->root_q < 0.25f * before);
+        const float then = terms + row->amplitude * amplitude / modal->root_q;
+        worse = worse || then > before;
+        better = better || then < 0.25f * before;
     }
-    if (!better) { return; }
+    if (!(modal->a > 0.0f) || !(fades_in_a_node_f32(modal) || (better && !worse))) { return; }
     MODAL_COUNT(from_the_end);
     search->moved += displacement_f32(modal, &modal->row[1], search->z[1], &search->m, search->low->t - search->from,
                                        &search->total);

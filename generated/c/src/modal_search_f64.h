@@ -19,7 +19,7 @@
 #define MODAL_COUNT(what) (void)0
 #endif
 
-/* The event functions in the order in which they win a tie; each is the owner of its event. */
+/* The event functions in order of tie-break priority; each is the owner of its event. */
 enum { MODAL_FUNCTIONS_f64 = 3 };
 
 /* A time, and what is known there. */
@@ -110,8 +110,8 @@ static inline double modal_rounding_f64(const modal_search_f64 *search, int n, c
     const hopform_modal_row_f64 *row = &search->modal->row[n];
     const double fades = search->from_the_end ? gain->left / search->modal->a : search->total.f + gain->f;
     const double fade = fabs_f64(row->rate_fade * fades);
-    const double swings = lesser_f64(2.0 / search->modal->root_q, t - search->from); /* for so long at most */
-    const double pair = row->amplitude * search->amplitude * swings;
+    const double reach = lesser_f64(2.0 / search->modal->root_q, t - search->from); /* for so long at most */
+    const double pair = row->amplitude * search->amplitude * reach;
     return 16.0 * HOPFORM_EPS_f64 * (search->rounded[n] + fade + pair + t * fabs_f64(rate));
 }
 
@@ -442,7 +442,8 @@ SELDOM_f64 void count_from_the_end_f64(modal_search_f64 *search, const equilibri
     const double fades = m->f / (modal->a > 0.0 ? modal->a : 1.0);
     const double amplitude = amplitude_of_f64(m);
     double z[MODAL_FUNCTIONS_f64], rounded[MODAL_FUNCTIONS_f64], rest[MODAL_FUNCTIONS_f64];
-    bool better = modal->a > 0.0;
+    bool worse = !(modal->a > 0.0);
+    bool better = false; /* one that ends near zero has no sign else */
     for (int n = 0; n < MODAL_FUNCTIONS_f64; n++) {
         const hopform_modal_row_f64 *row = &modal->row[n];
         const double faded = row->rate_fade * fades;
@@ -452,11 +453,11 @@ SELDOM_f64 void count_from_the_end_f64(modal_search_f64 *search, const equilibri
         rest[n] = ends[n] + swing_by_row_f64(modal, row, m->c, m->s);
         z[n] = rest[n] - faded;
         rounded[n] = terms;
-        better = better
-                 && (search->from_the_end || fades_in_a_node_f64(modal)
-                     || terms + row->amplitude * amplitude / modal->root_q < 0.25 * before);
+        const double then = terms + row->amplitude * amplitude / modal->root_q;
+        worse = worse || then > before;
+        better = better || then < 0.25 * before;
     }
-    if (!better) { return; }
+    if (!(modal->a > 0.0) || !(fades_in_a_node_f64(modal) || (better && !worse))) { return; }
     MODAL_COUNT(from_the_end);
     search->moved += displacement_f64(modal, &modal->row[1], search->z[1], &search->m, search->low->t - search->from,
                                        &search->total);

@@ -473,27 +473,36 @@ static inline real gap_ahead_real(const stance_chain_real *chain) {
     return HOPFORM_HAS_STOPS && is_finite_real(gap) ? gap : HOPFORM_NEVER_real;
 }
 
-/* When the position, which only goes to its side until a time, has met the stop ahead, and what is gained by then. */
-SELDOM_real modal_root_real modal_stop_real(const stance_chain_real *chain, const modal_real *m, real until) {
+/* When the position, which only goes to its side until a time, has met the stop ahead, and what is gained by then; how
+ * far it is from there then, and its rate and curvature. */
+SELDOM_real modal_root_real modal_stop_real(const stance_chain_real *chain, const modal_real *m, real until,
+                                            const jet_real *then) {
     const hopform_modal_real *modal = &chain->plan->modal;
-    const hopform_modal_row_real *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
-    const real side = (real)chain->side[HOPFORM_STOPPED_ELEMENT];
-    const real velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+    const int element = HOPFORM_STOPPED_ELEMENT;
+    const hopform_modal_row_real *row = &modal->row[1 + element];
+    const real side = (real)chain->side[element];
+    const real velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
     const real gap = gap_ahead_real(chain);
-    modal_root_real root = {0.5 * until, no_gain_real(m)};
+    const numerator_real *h = &chain->numerators.of.velocity[element];
+    const jet_real from = {gap, -side * velocity, -side * h->H3, -side * (h->H2 - chain->plan->rates.s_1 * h->H3)};
+    const interpolant_real p = interpolant_of_real(&from, then, until);
+    modal_root_real root = {until * refined_root_real(&p, rough_root_real(&from, then, until)), no_gain_real(m)};
     real low = 0.0, high = until;
     for (int step = 0; step < 100; step++) {
         if (!(root.t > low && root.t < high) || (step > 8 && step % 2 == 1)) { root.t = low + 0.5 * (high - low); }
         const bool ends = !(root.t > low && root.t < high);
         root.t = ends ? high : root.t;
         root.gain = gain_over_real(modal, m, root.t);
+        const modal_real at = modal_after_real(modal, m, &root.gain);
         const real left = gap - side * displacement_real(modal, row, velocity, m, root.t, &root.gain);
         const real speed = side * (velocity + gain_by_row_real(row, &root.gain));
         use_evaluation_real(chain->evaluations);
+        MODAL_COUNT(evaluation);
         if (ends || fabs_real(left) <= HOPFORM_EPS_real * root.t * speed) { break; }
         low = left > 0.0 ? root.t : low;
         high = left > 0.0 ? high : root.t;
-        root.t = speed > 0.0 ? root.t + left / speed : low;
+        const real below = 2.0 * speed * speed + left * (side * rate_by_row_real(row, &at));
+        root.t = speed > 0.0 && below > 0.0 ? root.t + 2.0 * left * speed / below : low; /* Halley's */
     }
     return root;
 }
@@ -535,8 +544,8 @@ static inline void meet_stop_real(const stance_chain_real *chain, const modal_se
     const real speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
     const real left = gap - side * arrival->moved;
     const hopform_modal_row_real *row = &search->modal->row[1 + element];
-    const real swings = lesser_real(1.0 / search->modal->root_q, t); /* for so long at most */
-    const real swing = (row->amplitude * search->amplitude + fabs_real(row->rate_fade * search->m.f)) * swings * swings;
+    const real reach = lesser_real(1.0 / search->modal->root_q, t); /* for so long at most */
+    const real swing = (row->amplitude * search->amplitude + fabs_real(row->rate_fade * search->m.f)) * reach * reach;
     const real rounding = 16.0 * HOPFORM_EPS_real * (gap + fabs_real(arrival->moved) + swing + t * fabs_real(speed));
     bool meets = left < -rounding;
     if (!meets && end->owner == ELEMENT_real + 1 - element && speed * t > 16.0 * rounding) {
@@ -550,7 +559,8 @@ static inline void meet_stop_real(const stance_chain_real *chain, const modal_se
     }
     modal_search_real start; /* values are counted from the start of the phase again */
     begin_modal_search_real(chain, &start);
-    const modal_root_real root = modal_stop_real(chain, &start.m, t);
+    const jet_real then = {left, -speed, -side * (arrival->rate[0] + arrival->rate[1] + arrival->rate[2]), 0.0};
+    const modal_root_real root = modal_stop_real(chain, &start.m, t, &then);
     const modal_real m = modal_at_real(search->modal, &start.m, root.t);
     arrive_in_modes_real(&start, &root.gain, root.t, &m, arrival);
     end->in.high.t = root.t;

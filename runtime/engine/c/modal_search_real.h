@@ -19,7 +19,7 @@
 #define MODAL_COUNT(what) (void)0
 #endif
 
-/* The event functions in the order in which they win a tie; each is the owner of its event. */
+/* The event functions in order of tie-break priority; each is the owner of its event. */
 enum { MODAL_FUNCTIONS_real = 3 };
 
 /* A time, and what is known there. */
@@ -110,8 +110,8 @@ static inline real modal_rounding_real(const modal_search_real *search, int n, c
     const hopform_modal_row_real *row = &search->modal->row[n];
     const real fades = search->from_the_end ? gain->left / search->modal->a : search->total.f + gain->f;
     const real fade = fabs_real(row->rate_fade * fades);
-    const real swings = lesser_real(2.0 / search->modal->root_q, t - search->from); /* for so long at most */
-    const real pair = row->amplitude * search->amplitude * swings;
+    const real reach = lesser_real(2.0 / search->modal->root_q, t - search->from); /* for so long at most */
+    const real pair = row->amplitude * search->amplitude * reach;
     return 16.0 * HOPFORM_EPS_real * (search->rounded[n] + fade + pair + t * fabs_real(rate));
 }
 
@@ -442,7 +442,8 @@ SELDOM_real void count_from_the_end_real(modal_search_real *search, const equili
     const real fades = m->f / (modal->a > 0.0 ? modal->a : 1.0);
     const real amplitude = amplitude_of_real(m);
     real z[MODAL_FUNCTIONS_real], rounded[MODAL_FUNCTIONS_real], rest[MODAL_FUNCTIONS_real];
-    bool better = modal->a > 0.0;
+    bool worse = !(modal->a > 0.0);
+    bool better = false; /* one that ends near zero has no sign else */
     for (int n = 0; n < MODAL_FUNCTIONS_real; n++) {
         const hopform_modal_row_real *row = &modal->row[n];
         const real faded = row->rate_fade * fades;
@@ -452,11 +453,11 @@ SELDOM_real void count_from_the_end_real(modal_search_real *search, const equili
         rest[n] = ends[n] + swing_by_row_real(modal, row, m->c, m->s);
         z[n] = rest[n] - faded;
         rounded[n] = terms;
-        better = better
-                 && (search->from_the_end || fades_in_a_node_real(modal)
-                     || terms + row->amplitude * amplitude / modal->root_q < 0.25 * before);
+        const real then = terms + row->amplitude * amplitude / modal->root_q;
+        worse = worse || then > before;
+        better = better || then < 0.25 * before;
     }
-    if (!better) { return; }
+    if (!(modal->a > 0.0) || !(fades_in_a_node_real(modal) || (better && !worse))) { return; }
     MODAL_COUNT(from_the_end);
     search->moved += displacement_real(modal, &modal->row[1], search->z[1], &search->m, search->low->t - search->from,
                                        &search->total);

@@ -39,12 +39,6 @@
 #error "hopform needs each result rounded to its type: FLT_EVAL_METHOD must be 0 (on x86, -msse2 -mfpmath=sse)"
 #endif
 
-/** 1 of a library that solves stances of a pair of poles that rings in modal coordinates, from node to node: in all of
- * its files and in those that include this one. Not finished: it is compared with the other form, which ships. */
-#ifndef HOPFORM_MODAL
-#define HOPFORM_MODAL 0
-#endif
-
 #ifdef __cplusplus
 extern "C" {
 #endif
