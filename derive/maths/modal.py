@@ -37,9 +37,19 @@ COORDINATES = ("fade", "cosine", "sine")
 ROWS = ("y", "1", "2")
 """Of the compression and of the velocities, in order of tie-break priority."""
 
+PER_SECOND = {"s": "1", "1": "1/s", "1/s": "1/s^2"}
+"""A unit over s: c and s are velocities as y' is, f is an acceleration."""
 MODAL_ROWS = Record("ModalRows", "Rows of y, v_1, v_2, then shares in f, c, s.").of(
-    *(replace(each, name=f"{each.name}_{row}") for row in ROWS for each in MODAL_ROW_MEMBERS),
-    *(replace(each, name=f"{name}_{each.name}") for name in COORDINATES for each in MODAL_SHARE_MEMBERS),
+    *(
+        replace(each, name=f"{each.name}_{row}", unit=each.unit if row == "y" else PER_SECOND[each.unit])
+        for row in ROWS
+        for each in MODAL_ROW_MEMBERS
+    ),
+    *(
+        replace(each, name=f"{name}_{each.name}", unit=PER_SECOND[each.unit] if name == "fade" else each.unit)
+        for name in COORDINATES
+        for each in MODAL_SHARE_MEMBERS
+    ),
 )
 SYMBOLS = dict(zip((each.name for each in MODAL_ROWS.quantities), MODAL_ROWS.symbols, strict=True))
 

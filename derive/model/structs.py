@@ -49,7 +49,7 @@ NODE = Struct("Node", "A mode's propagator where a phase is looked at first, and
 ONLY_IF_MODAL = "HOPFORM_MODAL"
 """The macro with which a library is compiled that solves motions of a pair that rings in modal coordinates."""
 MODAL_ROW_MEMBERS = (
-    scalar("rate_fade", "1", "of what fades in its rate"),
+    scalar("rate_fade", "s", "of what fades in its rate"),
     scalar("rate_cosine", "1", "of the cosine in its rate"),
     scalar("rate_sine", "1", "of the sine in its rate"),
     scalar("deflated_cosine", "1/s", "of the cosine in its deflated derivative"),
@@ -61,11 +61,13 @@ MODAL_SHARE_MEMBERS = (
     scalar("of_2", "s", "per acceleration of mass 2"),
 )  # fmt: skip
 MODAL_ROW = Struct(
-    "ModalRow", "A coordinate, or a velocity, by the modal coordinates of its rate.", only_if=ONLY_IF_MODAL
+    "ModalRow",
+    "A stretch, or with units over s a velocity, by the modal coordinates of its rate.",
+    only_if=ONLY_IF_MODAL,
 ).of(*of_quantities(MODAL_ROW_MEMBERS))
-MODAL_SHARE = Struct("ModalShare", "A modal coordinate at the start of a phase.", only_if=ONLY_IF_MODAL).of(
-    *of_quantities(MODAL_SHARE_MEMBERS)
-)
+MODAL_SHARE = Struct(
+    "ModalShare", "A modal coordinate at the start of a phase; what fades with units over s.", only_if=ONLY_IF_MODAL
+).of(*of_quantities(MODAL_SHARE_MEMBERS))
 MODAL = Struct(
     "Modal", "Both masses slipping in modal coordinates, and how far these go from node to node.", only_if=ONLY_IF_MODAL
 ).of(

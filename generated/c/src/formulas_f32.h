@@ -250,27 +250,27 @@ typedef struct {
 
 /* Rows of y, v_1, v_2, then shares in f, c, s. */
 typedef struct {
-    float rate_fade_y;        /* [1] of what fades in its rate */
+    float rate_fade_y;        /* [s] of what fades in its rate */
     float rate_cosine_y;      /* [1] of the cosine in its rate */
     float rate_sine_y;        /* [1] of the sine in its rate */
     float deflated_cosine_y;  /* [1/s] of the cosine in its deflated derivative */
     float deflated_sine_y;    /* [1/s] of the sine in its deflated derivative */
     float amplitude_y;        /* [1] of the pair's part of its rate, in that of cosine and sine */
     float rate_fade_1;        /* [1] of what fades in its rate */
-    float rate_cosine_1;      /* [1] of the cosine in its rate */
-    float rate_sine_1;        /* [1] of the sine in its rate */
-    float deflated_cosine_1;  /* [1/s] of the cosine in its deflated derivative */
-    float deflated_sine_1;    /* [1/s] of the sine in its deflated derivative */
-    float amplitude_1;        /* [1] of the pair's part of its rate, in that of cosine and sine */
+    float rate_cosine_1;      /* [1/s] of the cosine in its rate */
+    float rate_sine_1;        /* [1/s] of the sine in its rate */
+    float deflated_cosine_1;  /* [1/s^2] of the cosine in its deflated derivative */
+    float deflated_sine_1;    /* [1/s^2] of the sine in its deflated derivative */
+    float amplitude_1;        /* [1/s] of the pair's part of its rate, in that of cosine and sine */
     float rate_fade_2;        /* [1] of what fades in its rate */
-    float rate_cosine_2;      /* [1] of the cosine in its rate */
-    float rate_sine_2;        /* [1] of the sine in its rate */
-    float deflated_cosine_2;  /* [1/s] of the cosine in its deflated derivative */
-    float deflated_sine_2;    /* [1/s] of the sine in its deflated derivative */
-    float amplitude_2;        /* [1] of the pair's part of its rate, in that of cosine and sine */
-    float fade_of_y;          /* [1] per rate of y */
-    float fade_of_1;          /* [s] per acceleration of mass 1 */
-    float fade_of_2;          /* [s] per acceleration of mass 2 */
+    float rate_cosine_2;      /* [1/s] of the cosine in its rate */
+    float rate_sine_2;        /* [1/s] of the sine in its rate */
+    float deflated_cosine_2;  /* [1/s^2] of the cosine in its deflated derivative */
+    float deflated_sine_2;    /* [1/s^2] of the sine in its deflated derivative */
+    float amplitude_2;        /* [1/s] of the pair's part of its rate, in that of cosine and sine */
+    float fade_of_y;          /* [1/s] per rate of y */
+    float fade_of_1;          /* [1] per acceleration of mass 1 */
+    float fade_of_2;          /* [1] per acceleration of mass 2 */
     float cosine_of_y;        /* [1] per rate of y */
     float cosine_of_1;        /* [s] per acceleration of mass 1 */
     float cosine_of_2;        /* [s] per acceleration of mass 2 */

@@ -250,27 +250,27 @@ typedef struct {
 
 /* Rows of y, v_1, v_2, then shares in f, c, s. */
 typedef struct {
-    double rate_fade_y;        /* [1] of what fades in its rate */
+    double rate_fade_y;        /* [s] of what fades in its rate */
     double rate_cosine_y;      /* [1] of the cosine in its rate */
     double rate_sine_y;        /* [1] of the sine in its rate */
     double deflated_cosine_y;  /* [1/s] of the cosine in its deflated derivative */
     double deflated_sine_y;    /* [1/s] of the sine in its deflated derivative */
     double amplitude_y;        /* [1] of the pair's part of its rate, in that of cosine and sine */
     double rate_fade_1;        /* [1] of what fades in its rate */
-    double rate_cosine_1;      /* [1] of the cosine in its rate */
-    double rate_sine_1;        /* [1] of the sine in its rate */
-    double deflated_cosine_1;  /* [1/s] of the cosine in its deflated derivative */
-    double deflated_sine_1;    /* [1/s] of the sine in its deflated derivative */
-    double amplitude_1;        /* [1] of the pair's part of its rate, in that of cosine and sine */
+    double rate_cosine_1;      /* [1/s] of the cosine in its rate */
+    double rate_sine_1;        /* [1/s] of the sine in its rate */
+    double deflated_cosine_1;  /* [1/s^2] of the cosine in its deflated derivative */
+    double deflated_sine_1;    /* [1/s^2] of the sine in its deflated derivative */
+    double amplitude_1;        /* [1/s] of the pair's part of its rate, in that of cosine and sine */
     double rate_fade_2;        /* [1] of what fades in its rate */
-    double rate_cosine_2;      /* [1] of the cosine in its rate */
-    double rate_sine_2;        /* [1] of the sine in its rate */
-    double deflated_cosine_2;  /* [1/s] of the cosine in its deflated derivative */
-    double deflated_sine_2;    /* [1/s] of the sine in its deflated derivative */
-    double amplitude_2;        /* [1] of the pair's part of its rate, in that of cosine and sine */
-    double fade_of_y;          /* [1] per rate of y */
-    double fade_of_1;          /* [s] per acceleration of mass 1 */
-    double fade_of_2;          /* [s] per acceleration of mass 2 */
+    double rate_cosine_2;      /* [1/s] of the cosine in its rate */
+    double rate_sine_2;        /* [1/s] of the sine in its rate */
+    double deflated_cosine_2;  /* [1/s^2] of the cosine in its deflated derivative */
+    double deflated_sine_2;    /* [1/s^2] of the sine in its deflated derivative */
+    double amplitude_2;        /* [1/s] of the pair's part of its rate, in that of cosine and sine */
+    double fade_of_y;          /* [1/s] per rate of y */
+    double fade_of_1;          /* [1] per acceleration of mass 1 */
+    double fade_of_2;          /* [1] per acceleration of mass 2 */
     double cosine_of_y;        /* [1] per rate of y */
     double cosine_of_1;        /* [s] per acceleration of mass 1 */
     double cosine_of_2;        /* [s] per acceleration of mass 2 */

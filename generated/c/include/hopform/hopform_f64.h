@@ -149,9 +149,9 @@ typedef struct {
 } hopform_node_f64;
 
 #if HOPFORM_MODAL
-/** A coordinate, or a velocity, by the modal coordinates of its rate. */
+/** A stretch, or with units over s a velocity, by the modal coordinates of its rate. */
 typedef struct {
-    double rate_fade;        /**< [1] of what fades in its rate */
+    double rate_fade;        /**< [s] of what fades in its rate */
     double rate_cosine;      /**< [1] of the cosine in its rate */
     double rate_sine;        /**< [1] of the sine in its rate */
     double deflated_cosine;  /**< [1/s] of the cosine in its deflated derivative */
@@ -161,7 +161,7 @@ typedef struct {
 #endif
 
 #if HOPFORM_MODAL
-/** A modal coordinate at the start of a phase. */
+/** A modal coordinate at the start of a phase; what fades with units over s. */
 typedef struct {
     double of_y;  /**< [1] per rate of y */
     double of_1;  /**< [s] per acceleration of mass 1 */
