@@ -17,6 +17,7 @@ Read in this order, which is also the order of the imports:
                       pasted
     derivation        the door: the formulas of a model as objects of sympy
     page, solver      EQUATIONS.md of a model; all files of its solver's folder
+    prove/            identities by algebra, and each formula at 40 digits against the elements of the file
 """
 
 VERSION = "0.1.0"

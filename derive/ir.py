@@ -28,6 +28,13 @@ class Domain:
         above = self.low <= value if self.with_low else self.low < value
         return above and (value <= self.high if self.with_high else value < self.high)
 
+    @property
+    def assumptions(self) -> dict[str, bool]:
+        """What sympy may assume of such a number."""
+        extended = (self.with_low and self.low == -math.inf) or (self.with_high and self.high == math.inf)
+        sign = "real" if self.low < 0 else "nonnegative" if self.with_low else "positive"
+        return {f"extended_{sign}" if extended else sign: True}
+
 
 DOMAINS = {
     domain.name: domain
@@ -46,7 +53,13 @@ DOMAINS = {
 
 @dataclass(frozen=True)
 class Quantity:
-    """A real number with a name, the paper's glyph, a unit, a meaning and a domain, one of DOMAINS by its name."""
+    """A real number with a name, the paper's glyph, a unit, a meaning and a domain, one of DOMAINS by its name.
+
+    >>> from hopform.model import derive
+    >>> friction = derive("joint").inputs["b"]
+    >>> friction.name, friction.unit, friction.meaning, friction.interval.allowed, friction.default
+    ('b', 'N m s/rad', 'viscous friction', '>= 0 and finite', 0.0085)
+    """
 
     name: str
     glyph: str
@@ -78,6 +91,24 @@ class Own(sp.Symbol):
 
 class OwnChange(Own):
     """The change of a parameter: never the parameter that has the same name."""
+
+
+@dataclass(frozen=True)
+class Shown(Quantity):
+    """A quantity at the door of the derivation: its symbol has its name alone, as a user's `symbols` and `sympify` make
+    it, or where it `assumes` so what its domain says.
+    """
+
+    assumes: bool = False
+
+    @classmethod
+    def of(cls, quantity: Quantity, assumes: bool = False) -> "Shown":
+        """A quantity as it is shown."""
+        return cls(**{each.name: getattr(quantity, each.name) for each in fields(Quantity)}, assumes=assumes)
+
+    @property
+    def symbol(self) -> sp.Symbol:
+        return sp.Symbol(self.name, **(self.interval.assumptions if self.assumes else {}))
 
 
 @dataclass(frozen=True)

@@ -33,6 +33,13 @@ def read_model(path: Path) -> Model:
         raise ModelError(f"{path}: {line}{error}", error.line) from None
 
 
+def draft_of(path: Path) -> Draft:
+    """What a file declares, its elements as they stand in it; the file has been read as a model before."""
+    with drafted(path) as draft:
+        _run(path)
+    return draft
+
+
 def _run(path: Path) -> object:
     """Run a file, which fills the draft, and return its docstring; an exception becomes one line with the place."""
     try:
@@ -84,4 +91,4 @@ def _title_of(path: Path, docstring: object) -> str:
     return title if title and title.isprintable() else f"The model {_name_of(path)}."
 
 
-__all__ = ["Draft", "read_model"]
+__all__ = ["Draft", "draft_of", "read_model"]

@@ -13,7 +13,10 @@ from .ir import Quantity
 from .maths.formulas import GROUPS, Formula
 from .model.equations import Model
 
-INTRODUCTION = "Derived from `{file}` by hopform {version}. Units are SI. {coordinates}"
+INTRODUCTION = (
+    "Derived from `{file}` by hopform {version}; `hopform model prove {file}` compares the formulas with the elements of "
+    "that file. Units are SI. {coordinates}"
+)
 STATE = (
     " A (0) behind a coordinate or velocity means the start of a phase, in which the sign of each friction and {constant} "
     "constant."

@@ -39,7 +39,7 @@ def public_structs(model: Model, program: Program) -> list[Struct]:
     """The structs of the public header; members that are a state's have the words of the model."""
     declared = [struct_of(record) for record in program.records if record.name in PUBLIC]
     declared += (
-        replace(struct, members=tuple(replace(each, unit=model.unit(each.unit)) for each in struct.members))
+        replace(struct, members=tuple(replace(each, unit=model.unit(each.unit, each.name)) for each in struct.members))
         for struct in structs(
             model.robot,
             model.moving,
@@ -190,9 +190,9 @@ def calls(rows: Iterable[Iterable[Any]]) -> str:
     return " ".join(f"X({', '.join(map(str, row))})" for row in rows)
 
 
-def braced(numbers: int | Iterable[Any]) -> str:
-    """The initialiser of an array of whole numbers, or of arrays of such."""
-    return str(numbers) if isinstance(numbers, int) else f"{{{', '.join(map(braced, numbers))}}}"
+def braced(numbers: int | str | Iterable[Any]) -> str:
+    """The initialiser of an array of whole numbers or names, or of arrays of such."""
+    return str(numbers) if isinstance(numbers, int | str) else f"{{{', '.join(map(braced, numbers))}}}"
 
 
 def by_element(numbers: Iterable[int]) -> str:
@@ -204,25 +204,13 @@ def by_element(numbers: Iterable[int]) -> str:
     return f"((element) + {first})" if step == 1 else f"({first} + {step} * (element))"
 
 
-def some_against(signs: Iterable[int]) -> str:
-    """The condition that one of the elements goes to the side against its sign."""
-    ways = ((n, "<" if sign > 0 else ">") for n, sign in enumerate(signs) if sign)
-    return f"({' || '.join(f'(side)[{n}] {against} 0' for n, against in ways)})"
-
-
-def some_along(signs: Iterable[int]) -> str:
-    """The condition that one of the elements goes to the side of its sign."""
-    return some_against(-sign for sign in signs)
-
-
-def of_mode(modes: Iterable[Mapping[str, Any]]) -> str:
-    """X(mode) by the sides of the elements, of which those that a mode holds are 0; the first is that of all others."""
-    first, *others = modes
-    spelled = f"X({first['name']})"
-    for mode in others:
-        held = " && ".join(f"({side}) == 0" for side in mode["held"])
-        spelled = f"{held} ? X({mode['name']}) : {spelled}"
-    return f"({spelled})"
+def by_element_in(values: Iterable[sp.Expr], name: str) -> str:
+    """The values of elements by their index `element`: whole numbers, or those that a record of that name has."""
+    first, second = values
+    if first.is_Integer and second.is_Integer:
+        return by_element((int(first), int(second)))
+    each = (str(value) if value.is_Integer else f"({name})->{value}" for value in (first, second))
+    return "((element) == 0 ? {} : {})".format(*each)
 
 
 def values(record: Record, numbers: Mapping[str, float]) -> str:

@@ -141,7 +141,7 @@ def _quantity(quantity: Quantity) -> dict[str, Any]:
 
 def _unit_of(model: Model, name: str) -> str:
     units = {each.name: each.unit for each in (*Q.STATE.quantities, Q.BODY_HEIGHT)}
-    return model.unit(units[name])
+    return model.unit(units[name], name)
 
 
 def _coordinates(model: Model) -> Iterator[dict[str, Any]]:
@@ -164,7 +164,8 @@ def state_of(model: Model) -> tuple[Quantity, ...]:
     its coordinates and parameters.
     """
     return tuple(
-        replace(each, unit=model.unit(each.unit), meaning=_in_the_file(model, each)) for each in Q.STATE.quantities
+        replace(each, unit=model.unit(each.unit, each.name), meaning=_in_the_file(model, each))
+        for each in Q.STATE.quantities
     )
 
 
@@ -177,7 +178,7 @@ def compression_of(model: Model) -> sp.Expr:
     """The member y of the state in the coordinates and parameters of the file."""
     still = {x: sp.S.Zero for x, element in zip((Q.x1, Q.x2), model.names, strict=True) if element is None}
     named = {x: sp.Symbol(elements.name_of(model, x), real=True) for x in (Q.x1, Q.x2) if x not in still}
-    return sp.expand(model.value(Q.x1 - Q.x2 + model.length).xreplace(still | named))
+    return sp.expand(model.value(model.ratio * Q.x1 - Q.x2 + model.length).xreplace(still | named))
 
 
 def _in_the_file(model: Model, member: Quantity) -> str:

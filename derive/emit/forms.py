@@ -7,20 +7,24 @@ a function of parameters and inputs whose lines are the formulas in the order in
 import json
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import groupby
 from operator import attrgetter
 from typing import Any
 
 import sympy as sp
 from sympy.codegen.ast import float32, float64, real
+from sympy.core.function import AppliedUndef
 from sympy.printing.c import C99CodePrinter
 from sympy.printing.numpy import NumPyPrinter
 from sympy.printing.str import StrPrinter
 
 from ..ir import Quantity
 from ..maths.formulas import GROUPS, Formula
+from ..maths.kernels import RESULTS, called
 from ..model.names import in_c as name_in_c
-from . import texts
+from ..model.precisions import F32, F64
+from . import pasting, texts
 
 Formulas = Sequence[Formula]
 VALUE: Callable[[Formula], sp.Expr] = attrgetter("value")
@@ -52,6 +56,22 @@ class Library:
             visit(formula)
         return list(order.values())
 
+    def whole(self, formulas: Formulas) -> list[Formula]:
+        """The formulas in parameters, inputs, start and time, each behind the definitions that it reads: of what is too
+        long to be put in, or reads another definition.
+        """
+        wanted, put_in, whole = {each.name for each in formulas}, dict[str, sp.Expr](), dict[str, Formula]()
+        for each in self.needed(formulas):
+            symbols = {symbol: put_in[symbol.name] for symbol in each.value.free_symbols if symbol.name in put_in}
+            unfolded = replace(each, value=each.value.xreplace(symbols))
+            reads = {symbol.name for symbol in unfolded.value.free_symbols}
+            is_long = not unfolded.value.is_Symbol and (reads & whole.keys() or unfolded.value.count_ops() > SHORT)
+            if each.name in wanted or is_long:
+                whole[each.name] = unfolded
+            else:
+                put_in[each.name] = unfolded.value
+        return list(whole.values())
+
     def taken(self, needed: Formulas, value_of: Callable[[Formula], sp.Expr] = VALUE) -> list[Quantity]:
         """The parameters and inputs that formulas take, in the order of `inputs`."""
         names = {symbol.name for formula in needed for symbol in value_of(formula).free_symbols}
@@ -62,6 +82,10 @@ class Library:
         quantities = (*self.inputs.values(), *(formula.quantity for formula in self.formulas.values()))
         glyphs = {quantity.symbol: quantity.glyph for quantity in quantities}
         return glyphs | {sp.Symbol(symbol.name): glyph for symbol, glyph in glyphs.items()}
+
+
+SHORT = 12
+"""Operations of what is put in where it is read, at most."""
 
 
 def numbered(formula: Formula) -> str:
@@ -76,7 +100,7 @@ def described(quantity: Quantity) -> str:
 
 
 def text(_: Library, formulas: Formulas) -> str:
-    """A line each, under the names of their groups where there are several."""
+    """A line each, under the names of their groups where there are several, each in one piece."""
     return _by_group(
         formulas, lambda each: f"{each.name} = {sp.sstr(each.value)}  # {texts.line(numbered(each))}", "# {}"
     )
@@ -100,7 +124,8 @@ def in_latex(library: Library, formula: Formula) -> str:
 
 
 def _by_group(formulas: Formulas, spelled: Callable[[Formula], str], heading: str) -> str:
-    several, group, lines = len({formula.group for formula in formulas}) > 1, "", list[str]()
+    groups = [group for group, _ in groupby(formula.group for formula in formulas)]
+    several, group, lines = 1 < len(groups) == len(set(groups)), "", list[str]()
     for formula in formulas:
         if several and formula.group != group:
             group = formula.group
@@ -109,9 +134,9 @@ def _by_group(formulas: Formulas, spelled: Callable[[Formula], str], heading: st
     return "\n".join(lines) + "\n"
 
 
-def in_sympy(library: Library, formulas: Formulas) -> str:
+def in_sympy(library: Library, formulas: Formulas, *, whole: bool = False) -> str:
     """Symbols, and a list of equations, each behind those that it reads."""
-    needed = library.needed(formulas)
+    needed = formulas if whole else library.needed(formulas)
     return "\n".join((*_declared(library, needed), "", *_equations("equations", needed))) + "\n"
 
 
@@ -134,12 +159,9 @@ def _declared(library: Library, needed: Formulas) -> Iterator[str]:
     yield ""
     quantities = [*library.taken(needed), *(each.quantity for each in needed)]
     names = list(dict.fromkeys(quantity.name for quantity in quantities))
-    symbols = {symbol.name: symbol for each in needed for symbol in each.value.free_symbols}
-    of_any = [name for name in names if name in symbols and not symbols[name].is_real]
-    for kind, group in ((", real=True", [name for name in names if name not in of_any]), ("", of_any)):
-        for n in range(0, len(group), 10):
-            part = group[n : n + 10]
-            yield f'{", ".join(part)} = symbols("{" ".join(part)}"{kind})'
+    for n in range(0, len(names), 10):
+        part = names[n : n + 10]
+        yield f'{", ".join(part)} = symbols("{" ".join(part)}")'
 
 
 def _equations(name: str, formulas: Formulas) -> Iterator[str]:
@@ -162,14 +184,52 @@ def in_json(library: Library, formulas: Formulas) -> str:
     return json.dumps(objects, indent=2, ensure_ascii=False) + "\n"
 
 
+# ---- the kernels that formulas call ----
+
+
+def _calls(value: sp.Expr) -> list[sp.Expr]:
+    """The calls of kernels in what code computes, in one order."""
+    return sorted(value.atoms(AppliedUndef), key=str)
+
+
+def _kernels(library: Library, formulas: Formulas) -> set[str]:
+    return {called(call)[0] for each in library.needed(formulas, IN_CODE) for call in _calls(each.in_code)}
+
+
+class _Results(dict[tuple[str, tuple[sp.Expr, ...]], str]):
+    """The variables that have the results of a kernel, by its name and arguments."""
+
+    def __init__(self, taken: Iterable[str]) -> None:
+        self.taken = set(taken)
+
+    def declared(self, value: sp.Expr) -> Iterator[tuple[str, sp.Expr]]:
+        """The variables that come with an expression, each with the call that it is the results of."""
+        for call in _calls(value):
+            kernel, _ = called(call)
+            if RESULTS[kernel] and (kernel, call.args) not in self:
+                variable = kernel.removesuffix("_at").removesuffix("_cubic")
+                while variable in self.taken:
+                    variable += "_"
+                self.taken.add(variable)
+                self[kernel, call.args] = variable
+                yield variable, call
+
+
 def in_numpy(library: Library, formulas: Formulas) -> str:
-    """A function each, of numbers or of arrays that are broadcast."""
+    """A function each, of numbers or of arrays that are broadcast, behind the kernels that they call."""
     functions = ("\n".join(_numpy_function(library, each)) for each in formulas)
-    return "\n\n\n".join(("import numpy as np", *functions)) + "\n"
+    return "\n\n\n".join(("import numpy as np", *pasting.in_numpy(_kernels(library, formulas)), *functions)) + "\n"
 
 
 class _Numpy(NumPyPrinter):
     _module = "np"
+    results: _Results
+
+    def _print_AppliedUndef(self, expr: sp.Expr) -> str:
+        kernel, result = called(expr)
+        if not result:
+            return f"_{kernel}({', '.join(map(self._print, expr.args))})"
+        return f"{self.results[kernel, expr.args]}[{RESULTS[kernel].index(result)}]"
 
     def _print_Piecewise(self, expr: Any) -> str:
         *others, (value, _) = expr.args
@@ -192,11 +252,17 @@ def _numpy_function(library: Library, formula: Formula) -> Iterator[str]:
         tuple_of = names if len(taken) > 1 else f"{names},"
         yield f"    {tuple_of} = (1.0 * np.asarray(value) for value in ({tuple_of}))"
     printer = _Numpy()
+    printer.results = _Results((*(quantity.name for quantity in taken), *(each.name for each in (*before, last))))
     yield '    with np.errstate(all="ignore"):  # of the cases of a formula, all are computed'
-    yield from (
-        f"        {each.name} = {_in_numpy(printer, each.in_code)}  # {texts.line(numbered(each))}" for each in before
-    )
-    yield f"        return {_in_numpy(printer, last.in_code)}"
+    for each in (*before, last):
+        for variable, call in printer.results.declared(each.in_code):
+            yield f"        {variable} = _{called(call)[0]}({', '.join(_in_numpy(printer, value) for value in call.args)})"
+        code = _in_numpy(printer, each.in_code)
+        yield (
+            f"        return {code}"
+            if each is last
+            else f"        {each.name} = {code}  # {texts.line(numbered(each))}"
+        )
 
 
 def _in_numpy(printer: NumPyPrinter, value: sp.Expr) -> str:
@@ -204,18 +270,36 @@ def _in_numpy(printer: NumPyPrinter, value: sp.Expr) -> str:
 
 
 def in_c(library: Library, formulas: Formulas, *, single: bool = False) -> str:
-    """A function of C99 each, in double or in single precision."""
+    """A header of C99 and C++ with a function each, behind the kernels that they call, in double or single precision."""
+    kernels = pasting.in_c(_kernels(library, formulas), name_in_c(library.prefix), F32 if single else F64)
     functions = ("\n".join(_c_function(library, each, single)) for each in formulas)
-    return "\n\n".join(("#include <math.h>", *functions)).replace(texts.BROKEN, "") + "\n"
+    guard = _guard(library, formulas)
+    lines = (f"#ifndef {guard}\n#define {guard}", "#include <math.h>", *kernels, *functions, f"#endif /* {guard} */")
+    return "\n\n".join(lines).replace(texts.BROKEN, "") + "\n"
+
+
+def _guard(library: Library, formulas: Formulas) -> str:
+    """The macro that says that a compiler has had these formulas."""
+    groups = {each.group for each in formulas}
+    what = formulas[0].name if len(formulas) == 1 else min(groups) if len(groups) == 1 else "formulas"
+    return f"{name_in_c(f'{library.prefix}_{what}').upper()}_H"
 
 
 class _C(C99CodePrinter):
     """What a formula takes as C spells it, whole powers of a symbol as products, and conditions on one line."""
 
     taken: Mapping[str, str]
+    results: _Results
+    prefix: str
 
     def _print_Symbol(self, expr: Any) -> str:
         return self.taken.get(expr.name) or str(super()._print_Symbol(expr))
+
+    def _print_AppliedUndef(self, expr: sp.Expr) -> str:
+        kernel, result = called(expr)
+        if result:
+            return f"{self.results[kernel, expr.args]}.{result}"
+        return f"{self.prefix}_{kernel}({', '.join(map(self._print, expr.args))})"
 
     def _print_Pow(self, expr: Any) -> str:
         if expr.exp in (2, 3) and expr.base.is_Symbol:
@@ -226,20 +310,29 @@ class _C(C99CodePrinter):
 def _c_function(library: Library, formula: Formula, single: bool) -> Iterator[str]:
     *before, last = library.needed([formula], IN_CODE)
     taken = library.taken([*before, last], IN_CODE)
-    kind = "float" if single else "double"
-    names = {quantity.name: name_in_c(quantity.name) for quantity in taken}
+    kind, prefix = "float" if single else "double", name_in_c(library.prefix)
+    names = {name: name_in_c(name) for name in (*(each.name for each in taken), *(each.name for each in before))}
     printer = _C({"type_aliases": {real: float32 if single else float64}, "math_macros": {}})
-    printer.taken = names
+    printer.taken, printer.results, printer.prefix = names, _Results(names.values()), prefix
     yield f"/* {texts.comment_of_c(numbered(formula))}"
     yield from (f" * {texts.comment_of_c(described(quantity))}" for quantity in taken)
     yield " */"
-    arguments = ", ".join(f"{kind} {name}" for name in names.values())
-    yield f"static {kind} {library.prefix}_{formula.name}({arguments or 'void'})"
+    arguments = ", ".join(f"{kind} {names[quantity.name]}" for quantity in taken)
+    yield f"static inline {kind} {name_in_c(f'{library.prefix}_{formula.name}')}({arguments or 'void'})"
     yield "{"
-    for step in before:
-        yield f"    const {kind} {step.name} = {_one_line(printer.doprint(step.in_code))}; /* {texts.comment_of_c(numbered(step))} */"
-    yield f"    return {_one_line(printer.doprint(last.in_code))};"
+    for step in (*before, last):
+        for variable, call in printer.results.declared(step.in_code):
+            kernel, values = called(call)[0], ", ".join(map(printer.doprint, call.args))
+            yield f"    const {prefix}_{_TYPES[kernel]} {variable} = {prefix}_{kernel}({_one_line(values)});"
+        code, comment = _one_line(printer.doprint(step.in_code)), texts.comment_of_c(numbered(step))
+        yield (
+            f"    return {code};" if step is last else f"    const {kind} {names[step.name]} = {code}; /* {comment} */"
+        )
     yield "}"
+
+
+_TYPES = {"factor_cubic": "factors", "decay_at": "decay", "pair_at": "pair", "response_at": "response"}
+"""Of the results of kernels in C."""
 
 
 def _one_line(code: str) -> str:
@@ -275,3 +368,15 @@ FORMS: dict[str, Callable[[Library, Formulas], str]] = {
     "notebook": notebook,
 }  # fmt: skip
 """How formulas are spelled, by the name of the form."""
+CODE = ("numpy", "c", "notebook")
+"""Forms that have all that a formula reads, and take nothing else."""
+
+
+def spelled(library: Library, formulas: Formulas, form: str, *, single: bool = False, whole: bool = False) -> str:
+    """Formulas in a form. whole: in parameters, inputs, start and time alone, behind definitions of what is long."""
+    if form == "c":
+        return in_c(library, formulas, single=single)
+    if whole and form not in CODE:
+        unfolded = library.whole(formulas)
+        return in_sympy(library, unfolded, whole=True) if form == "sympy" else FORMS[form](library, unfolded)
+    return FORMS[form](library, formulas)

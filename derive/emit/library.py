@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..ir import DOMAINS, Member
-from ..maths import contact, elements, energy, kernels, modal, modes, stability
+from ..maths import contact, elements, energy, kernels, modal, mode_table, modes, stability
 from ..model import kinds, quantities, selftest, structs
 from ..model.precisions import CONSTANTS
 from . import c, numpy
@@ -46,7 +46,8 @@ def _public_functions(solver: Solver) -> list[str]:
 def _formulas(solver: Solver) -> dict[str, Any]:
     """The formulas that the engine calls, by name or for each mode, and the structs that these or the engine need."""
     words = {word for _, text in solver.engine() for word in re.findall(r"\w+(?=_real\b)", text)}
-    words |= {"second_position"} | {f"motion_of_{mode['name']}" for mode in elements.modes_of(solver.model)}
+    words |= {"second_position"} | {f"motion_of_{form.name}" for form in mode_table.forms(solver.model)}
+    words |= {*mode_table.rates(solver.model)}
     words |= {snake(record) for record in BY_INDEX} | {snake(member.type) for member in BY_AXIS} | {"numerators"}
     functions = [function for function in solver.program.functions if function.name in words]
     return {
@@ -73,11 +74,10 @@ HEADERS: Part = {
         "search_candidates": structs.SEARCH_CANDIDATES,
     },
     "c/src/facts.h": lambda solver: {
-        "both_move": int(len(solver.model.moving) == 2), "c": c, "contact": contact, "elements": elements, "energy": energy,
+        "c": c, "contact": contact, "elements": elements, "energy": energy,
         "kinds": kinds, "modal": modal,
-        "if_law": "(void)(argument)" if solver.model.law is None else "X(argument)",
         "layout": solver.layout, "model": solver.model, "modes": modes, "numpy": numpy, "quantities": quantities,
-        "stability": stability,
+        "stability": stability, "table": mode_table,
         "walked_records": [record for record in solver.program.records if record.name in WALKED],
     },
 }  # fmt: skip
@@ -86,6 +86,7 @@ HEADERS: Part = {
 PART: Part = HEADERS | {
     "c/src/formulas_real.h": _formulas,
     "c/src/model_real.h": lambda solver: {"by_index": _arrays(solver), "c": c, "quantities": quantities},
+    "c/src/mode_table_real.h": lambda solver: {"c": c, "model": solver.model, "table": mode_table},
     "c/src/precision_real.h": lambda solver: {"c": c, "constants": CONSTANTS, "domains": DOMAINS.values()},
     "c/src/selftest_cases_real.h": lambda solver: {
         "c": c, "robot": solver.model.robot, "selftest": selftest

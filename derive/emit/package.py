@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from .. import VERSION
 from ..ir import DOMAINS, Record
-from ..maths import elements, energy, stability
+from ..maths import elements, energy, mode_table, stability
 from ..model import kinds, quantities, words
 from ..model.equations import Model
 from . import c, numpy
@@ -58,7 +58,7 @@ PART: Part = {
         "program": solver.program, "version": VERSION,
     },
     "python/hopform_solver/elements.py": lambda solver: {
-        "elements": elements, "model": solver.model, "numpy": numpy, "shown": shown(solver.model),
+        "elements": elements, "model": solver.model, "numpy": numpy, "shown": shown(solver.model), "table": mode_table,
         "axes": [coordinate["axis"] for coordinate in shown(solver.model)],
         "further_rows": ", hop height of the apex, AED" if solver.model.has_contact else "",
     },

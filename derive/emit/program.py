@@ -48,7 +48,7 @@ def program(model: Model = HOPPER) -> Program:
     of_model = {
         record.name: record
         for record in (
-            model.robot, elements.letters_record(model), energy.ledger_record(model), energy.moments_record(model),
+            model.robot, laplace.rates_record(model), elements.letters_record(model), sensitivity.slopes_record(model), energy.ledger_record(model), energy.moments_record(model),
             energy.energy_record(model), sensitivity.changes(model.robot), _start_record(model),
             modes.forces_record(model), *((flight.flight_ledger_record(model),) if model.has_contact else ()),
         )
@@ -56,7 +56,7 @@ def program(model: Model = HOPPER) -> Program:
     modules = (module for module in MODULES if model.has_contact or module not in OF_CONTACT)
     defined = [value for module in modules for value in vars(module).values()]
     zeros = [step.symbol for step in model.in_parameters(laplace.rates_of(model)) if step.value == 0]
-    if model.law is not None:
+    if model.has_law:
         under_law = {step.symbol for step in model.in_parameters(laplace.rates_under_law(model)) if step.value == 0}
         zeros = [symbol for symbol in zeros if symbol in under_law]
     named = {value.name: value for value in (*vars(quantities).values(), *defined) if isinstance(value, Record)}

@@ -9,22 +9,22 @@ Hop heights count from L_0 + c above the ground under the foot. At take-off y = 
 
 import sympy as sp
 
-from ..ir import Step, Steps, function, scalar
+from ..ir import Quantity, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 
-AED = scalar("aed", "J", "analytical energy delta of the stance")
-APEX = scalar("apex", "m", "hop height of the apex")
-H_DES = scalar("h_des", "m", "desired apex")
+AED = Quantity("aed", "E_{delta}", "J", "analytical energy delta of the stance")
+APEX = Quantity("apex", "h_{apex}", "m", "hop height of the apex")
+H_DES = Quantity("h_des", "h_{des}", "m", "desired apex")
 LIFT = scalar("lift", "m", "what (26) counts of the step, printed half its size")
 OBJECTIVE = scalar("J", "J", "what the controller minimises")
 PRINTED = scalar("J", "J", "what the printed controller minimises")
 SPRING = scalar("spring", "1", "0: without the spring coordinate as printed, 1: with it")
-STEP = scalar("step", "m", "reference level less the ground under the foot")
-THRESHOLD = scalar("u_threshold", "A", "threshold of the current")
-V_AFTER = scalar("v_after", "m/s", "velocity after the impact")
+STEP = Quantity("step", "h_{datum}", "m", "reference level less the ground under the foot")
+THRESHOLD = Quantity("u_threshold", "u^{*}", "A", "threshold of the current")
+V_AFTER = Quantity("v_after", "v_{td}", "m/s", "velocity after the impact")
 V_UP = scalar("v_up", "m/s", "max(v_2, 0) at take-off")
-X1_T = scalar("x1_T", "m", "displacement of the actuator at take-off")
+X1_T = Quantity("x1_T", "x_1(T)", "m", "displacement of the actuator at take-off")
 aed, apex, h_des, lift, J, spring, step, u_threshold, v_after, v_up, x1_T = (
     quantity.symbol for quantity in (AED, APEX, H_DES, LIFT, OBJECTIVE, SPRING, STEP, THRESHOLD, V_AFTER, V_UP, X1_T)
 )

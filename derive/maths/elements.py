@@ -18,7 +18,8 @@ from ..model import kinds, words
 from ..model.equations import MASSES, Model
 from ..model.kinds import BEGINNINGS, EVENTS, Kind, Word
 from ..model.quantities import *
-from .laplace import MATRIX, MODES, NAMES, START, WHOLE
+from . import laplace
+from .laplace import NAMES, START, WHOLE
 
 AXES = STATE.symbols
 AXES_AND_ONE = (*AXES, 1)
@@ -107,6 +108,7 @@ def letters_record(model: Model) -> Record:
     none, and the inertias of the masses that it has.
     """
     absent = {mass for own, mass in zip(model.names, (m_eff, m_s), strict=True) if own is None}
+    absent |= set() if model.is_geared else {*OF_GEAR}
     return replace(
         BY_LETTER, quantities=tuple(each for each in BY_LETTER.quantities if each.name not in map(str, absent))
     )
@@ -213,11 +215,6 @@ def columns(model: Model) -> tuple[str, ...]:
     return (*columns_of_start(model), *(each.name for each in model.parameters))
 
 
-def rates_of_mode(model: Model) -> str:
-    """The rates in a plan of a mode: its second side is the limit of a law."""
-    return "&(plan)->rates" if model.law is None else "(side_2) == 0 ? &(plan)->rates_law : &(plan)->rates"
-
-
 def outputs(model: Model) -> tuple[str, ...]:
     """What is differentiated, in the order of the rows."""
     return (*OUTPUTS, *(OUTPUTS_OF_CONTACT if model.has_contact else ()))
@@ -228,11 +225,14 @@ def rows(model: Model) -> tuple[str, ...]:
     return tuple(name_of(model, sp.Symbol(each, real=True)) for each in outputs(model))
 
 
-def follows_of(axis: sp.Symbol) -> tuple[int, ...]:
-    """How an axis changes with the motion of each element: 1, -1, or 0 if it does not."""
-    if axis == y:
-        return tuple(map(int, MATRIX[0, 1:]))
-    return tuple(int(axis in (element.velocity, element.position)) for element in ELEMENTS)
+def stretch_follows(model: Model) -> tuple[sp.Expr, ...]:
+    """How the stretch changes with the motion of each element, in the rates of a robot."""
+    first, second = laplace.matrix_of(model)[0, 1:]
+    return first, second
+
+
+STRETCH_OF_LEG = (1, -1)
+"""To which side each element of a leg changes its compression."""
 
 
 def axis_of_event() -> tuple[int, ...]:
@@ -250,40 +250,3 @@ def axis_of_event() -> tuple[int, ...]:
 def column_of_axis() -> tuple[int, ...]:
     """The column of derivatives that belongs to each axis."""
     return tuple(map(INPUTS.index, AXES))
-
-
-def modes() -> Iterator[dict[str, object]]:
-    """Of each mode in which something slips: its name, the sides of the elements that are held; and by numbers which
-    slip, and the coefficients of its denominator in Rates.
-    """
-    for moving in MODES:
-        slips = tuple(element.number in moving for element in ELEMENTS)
-        held = [number for number, each in enumerate(slips) if not each]
-        name = "both" if all(slips) else f"mass_{moving[0]}"
-        polynomial = tuple(map(RATES.symbols.index, POLYNOMIALS[moving]))
-        yield {"name": name, "held": [SIDES[each] for each in held], "numbers": (slips, polynomial)}
-
-
-def modes_of(model: Model) -> list[dict[str, object]]:
-    """The modes that a model is ever in; with a law the second side is its limit, 0 under it."""
-    table = list(modes())
-    if len(model.moving) == 1:
-        table = [mode for mode in table if mode["name"] == f"mass_{model.moving[0]}"]
-    if model.law is None:
-        return table
-    (alone,) = table
-    return [alone | {"held": []}, alone | {"name": "law", "held": [SIDES[1]]}]
-
-
-def any_mode(model: Model) -> object:
-    """The name of a mode that a model has."""
-    return modes_of(model)[0]["name"]
-
-
-def modes_of_one(model: Model) -> list[tuple[object, ...]]:
-    """Of each mode in which one element slips: its name, its rates in the plan, p and q."""
-    moving = (each for each, never in zip(ELEMENTS, never_moves(model), strict=True) if not never)
-    table: list[tuple[object, ...]] = [
-        (f"mass_{element.number}", "rates", *POLYNOMIALS[element.number,]) for element in moving
-    ]
-    return table if model.law is None else [*table, ("law", "rates_law", *POLYNOMIALS[1,])]

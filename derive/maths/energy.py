@@ -162,7 +162,7 @@ def body_entries(model: Model) -> tuple[sp.Symbol, ...]:
     return tuple(entry for entry in entries if entry in has)
 
 
-@function(takes=(ROBOT, MOMENTS, CURRENT, SIDE_1, SIDE_2, X1_0), returns=LEDGER)
+@function(takes=(ROBOT, MOMENTS, CURRENT, SIDE_1, SIDE_2, LIMIT_SIGN, X1_0), returns=LEDGER)
 def ledger_of(model: Model) -> Steps:
     """Each entry of the ledger over a part of a phase that starts at x_1 = x1_0."""
     by_law = {} if model.law is None else {motor_work: _work_of_motor_with_law()}
@@ -173,8 +173,8 @@ def ledger_of(model: Model) -> Steps:
 
 
 def _work_of_motor_with_law() -> sp.Expr:
-    """The work of a motor whose current a law sets, or its limit: that is the second sign of a mode."""
-    follows = 1 - side_2**2
+    """The work of a motor whose current a law sets, or its limit."""
+    follows = 1 - limit_sign**2
     of_law = K_p * int_v1 * (u - x1_0 - int_v1 / 2) - K_d * int_v1v1
     return follows * of_law - (1 - follows) * gamma2 * u * int_v1
 
@@ -199,9 +199,11 @@ def second_position(model: Model) -> Steps:
     """
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y, "hop height of the body")
+    yield Step(length, model.ratio * x1 - y, "hop height of the body")
     yield Step(unloaded, L0 + c - rest, "length without load")
-    yield Step(x2, length + unloaded, "y = x_1 - x_2 + unloaded")
+    yield Step(
+        x2, length + unloaded, "y = x_1 - x_2 + unloaded" if model.ratio == 1 else "y = ratio x_1 - x_2 + unloaded"
+    )
 
 
 @function(takes=(ROBOT,), returns=REST, of_contact=True)
@@ -218,7 +220,7 @@ def stored_energy(model: Model) -> Steps:
     """
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y - rest, "its height less the length without load, at the start")
+    yield Step(length, model.ratio * x1 - y - rest, "its height less the length without load, at the start")
     yield Step(stored, k * length**2 / 2, "(22), (23)")
 
 
@@ -236,7 +238,7 @@ def energies(model: Model) -> Steps:
     """
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y - rest, "its height less the length without load")
+    yield Step(length, model.ratio * x1 - y - rest, "its height less the length without load")
     yield Step(body, m_s * v2**2 / 2 + m_s * g * (length + (L0 + c)) + k * length**2 / 2, "(22), (23)")
     first, second = model.weights
     yield Step(
@@ -255,7 +257,7 @@ def body_energy_gain(model: Model) -> Steps:
     length_t = sp.Symbol("length_t", real=True)
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - y - rest, "its height less the length without load, at the start")
+    yield Step(length, model.ratio * x1 - y - rest, "its height less the length without load, at the start")
     yield Step(length_t, x1_t - y_t - rest, "the same at the end")
     yield Step(
         gain,
@@ -295,7 +297,7 @@ def _entry(name: str, meaning: str) -> Quantity:
 
 def work_of(model: Model, power: sp.Expr) -> sp.Expr:
     """The power with every product replaced by its integral."""
-    in_phase = sp.expand(power.subs(x2, x1 - y + model.length).subs(x1, x1_0 + displacement))
+    in_phase = sp.expand(power.subs(x2, model.ratio * x1 - y + model.length).subs(x1, x1_0 + displacement))
     polynomial = sp.Poly(in_phase, displacement, y, v1, v2)
     products = PRODUCTS | {int_v1**2 / 2: displacement * v1}
     integrals = {sp.Poly(product, displacement, y, v1, v2).monoms()[0]: value for value, product in products.items()}

@@ -16,21 +16,23 @@ over P = (s + a)(s^2 + p s + q), which x_1 and x_2 share. R and W are the invers
 are an integrator or two of them. What is 0 for every robot of the model is taken out of the denominator before it is
 split.
 
-A quotient by a rate has its limit beside it as a case, exactly at 0. Rounded numbers need more: digits are lost near 0,
-so code has the power series in time up to a tenth of a time constant.
+A quotient by a rate has its limit beside it as a case, exactly at 0. Rounded numbers need more: digits are lost near 0
+and near equal poles, so code calls the kernels, which choose what loses none, and are printed with it.
 """
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import sympy as sp
+from sympy.codegen.cfunctions import log1p
 
-from ..ir import Authored, Own, Quantity, Step
+from ..ir import Authored, Own, Quantity, Shown, Step
 from ..model import words
 from ..model.equations import Model, kinetic
 from ..model.quantities import *
 from . import control, elements, energy, laplace, modes, partial_fractions, work
 from .elements import ELEMENTS
+from .kernels import call
 from .work import int_W1W1, int_WdWd, int_WW
 
 GROUPS = {
@@ -53,7 +55,13 @@ GROUPS = {
 class Formula:
     """A named formula: its quantity, its value, its group, and the equations of the paper that it is.
 
-    code: the same for numbers that are rounded, in cases that lose no digits; None where that is the value.
+    >>> from hopform.model import derive
+    >>> formula = derive("joint").formula("q_1")
+    >>> formula.equation, formula.quantity.unit, formula.group
+    (Eq(q_1, k/J), '1/s^2', 'poles')
+
+    code: the same for numbers that are rounded, by kernels that lose no digits; None where that is the value. key: its
+    name in the derivation, whatever the model calls it.
     """
 
     quantity: Quantity
@@ -61,6 +69,7 @@ class Formula:
     group: str
     numbers: tuple[int, ...] = ()
     code: sp.Expr | None = None
+    key: str = ""
 
     @property
     def name(self) -> str:
@@ -111,20 +120,28 @@ _OWN = _STARTS | _named(
     ("gamma", r"\gamma", "m/s^2", "constant acceleration of the body where all coordinates are 0, against its coordinate"),
     ("X1", "X_1(s)", "m s", "transform of the actuator's displacement"),
     ("X2", "X_2(s)", "m s", "transform of the body's height"),
-    ("X1_by_X2", "X_1(s)", "m s", "transform of the actuator's displacement, by that of the body's height"),
-    ("X2_by_X1", "X_2(s)", "m s", "transform of the body's height, by that of the actuator's displacement"),
+    ("X1_by_X2", r"X_1(s)\vert_{X_2}", "m s", "transform of the actuator's displacement, by that of the body's height"),
+    ("X2_by_X1", r"X_2(s)\vert_{X_1}", "m s", "transform of the body's height, by that of the actuator's displacement"),
     ("Z", "Z(s)", "m s", "what the body adds to the transform of the actuator's displacement"),
+    ("X1_by_u", "G_1(s)", "m/A", "transfer function from the input to the actuator's displacement"),
+    ("X2_by_u", "G_2(s)", "m/A", "transfer function from the input to the body's height"),
     ("apart", "z", "1/s", "how far the real pole is from the mean of the three"),
     ("disc", r"\Delta", "1/s^2", "discriminant of the pair of poles, which ring where it is below 0"),
     ("w", r"\omega", "1/s", "root of the size of the discriminant"),
-    ("slow", "r", "1/s", "rate of the slower one of a pair of real poles"),
+    ("slow", "r", "1/s", "rate of the slower one of a pair of real poles; read where the pair does not ring"),
     ("slow1", r"\int e^{-rt}", "s", "integral of exp(-r t)"),
     ("slow2", r"\iint e^{-rt}", "s^2", "integral of that"),
     ("y_0", "y(0)", "m", "compression of the leg, from where it carries nothing, at the start of the phase"),
+    ("x1_split", "x_1(t)", "m", "displacement of the actuator at time t, by its partial fractions"),
+    ("x2_split", "x_2(t)", "m", "height of the body at time t, by its partial fractions"),
     ("x1_t", "x_1(t)", "m", "displacement of the actuator at time t"),
     ("v1_t", r"\dot{x}_1(t)", "m/s", "velocity of the actuator at time t"),
     ("x2_t", "x_2(t)", "m", "height of the body at time t"),
     ("v2_t", r"\dot{x}_2(t)", "m/s", "velocity of the body at time t"),
+    ("x1_braking", r"a_{1,\text{rest}}", "m/s^2", "what brings the actuator to rest: it comes to rest if this is > 0, or the poles ring"),
+    ("x2_braking", r"a_{2,\text{rest}}", "m/s^2", "what brings the body to rest: it comes to rest if this is > 0, or the poles ring"),
+    ("x1_time_to_rest", r"t_{1,\text{rest}}", "s", "time after which the actuator's velocity is 0 for the first time, if it comes to rest"),
+    ("x2_time_to_rest", r"t_{2,\text{rest}}", "s", "time after which the body's velocity is 0 for the first time, if it comes to rest"),
     ("aed_power", r"\dot{U}_{delta}", "W", "rate of the body's energy, the integrand of the analytical energy delta"),
     ("aed_work", "U_{delta}", "J", "analytical energy delta: what the body's energy gains over a phase, to time t in it"),
     ("E_td", "E_{td}", "J", "energy of the body at touchdown, after the impact"),
@@ -147,7 +164,8 @@ for _letter, _unit, _meaning in (
     ("D", "m", "coefficient of R'"), ("E", "m/s", "coefficient of R"),
 ):  # fmt: skip
     for _hat, _of in (("", "the body"), ("_hat", "the actuator")):
-        _glyph = rf"\hat{{{_letter}}}" if _hat else _letter
+        _index = "_R" if _letter == "E" else ""  # the energy is E
+        _glyph = (rf"\hat{{{_letter}}}" if _hat else _letter) + _index
         _OWN |= _named((f"{_letter}{_hat}", _glyph, _unit, f"{_meaning} in the motion of {_of}"))
 
 
@@ -192,20 +210,22 @@ def _of_steps(group: str, steps: Iterable[Step], symbols: Sequence[sp.Symbol] = 
     return (_made(group, step.symbol, step.value) for step in steps if not symbols or step.symbol in symbols)
 
 
+_ARGUMENTS = (
+    *STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, control.AED, control.H_DES, control.STEP,
+    control.X1_T, HEIGHT,
+)  # fmt: skip
+"""What formulas take beside parameters and the start of a phase."""
+
+
 # ---- the derivation ----
 
 
 def inputs(model: Model) -> dict[str, Quantity]:
     """What formulas take beside each other, by name: parameters, inputs, a state and that at the start of a phase."""
-    asked = (control.AED, control.H_DES, control.STEP, control.X1_T, HEIGHT)
-    quantities = (*STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, *asked)
     parameter_names = {parameter.name for parameter in model.parameters}
-    quantities += () if model.law is None else (_OWN["target"],)
+    quantities = _ARGUMENTS if model.law is None else (*_ARGUMENTS, _OWN["target"])
     others = (_final(quantity, parameter_names, model) for quantity in (*_STARTS.values(), *quantities))
-    parameters = (
-        Quantity(each.name, each.glyph, each.unit, each.meaning, each.domain, each.default) for each in model.parameters
-    )
-    return {quantity.name: quantity for quantity in (*parameters, *others)}
+    return {quantity.name: quantity for quantity in (*map(Shown.of, model.parameters), *others)}
 
 
 def formulas(model: Model, moving: tuple[int, ...] = ()) -> tuple[Formula, ...]:
@@ -243,13 +263,37 @@ def _shown(model: Model, value: sp.Expr) -> sp.Expr:
     """A formula in letters by the parameters of the model."""
     still = model.still
     still |= {_AT_START[symbol]: zero for symbol, zero in still.items()}
-    return model.value(value).xreplace(still)
+    return model.value(value.subs(y_v1, model.ratio)).xreplace(still)
+
+
+def names(model: Model) -> dict[str, str]:
+    """What quantities of the derivation are called in the formulas of a model, by their names here: "x1" may be "q"."""
+    parameter_names = {parameter.name for parameter in model.parameters}
+    return {
+        quantity.name.removesuffix(_MARK): _final(quantity, parameter_names, model).name
+        for quantity in (*_OWN.values(), *_KNOWN.values(), *_ARGUMENTS)
+    }
 
 
 def _each(formula: Formula, changed: Callable[[sp.Expr], sp.Expr]) -> Formula:
     """A formula with its value, and what code computes, changed."""
     code = None if formula.code is None else changed(formula.code)
     return replace(formula, value=changed(formula.value), code=code)
+
+
+def assumed(formulas: Sequence[Formula], taken: Mapping[str, Quantity], variable: str) -> Iterator[Formula]:
+    """Formulas in symbols with the assumptions of their domains. The variable of the Laplace transform has none, and
+    neither have transforms.
+    """
+    of_variable = {each.name for each in formulas if variable in map(str, each.value.free_symbols)} | {variable}
+    quantities = {
+        quantity.symbol: Shown.of(quantity, quantity.name not in of_variable)
+        for quantity in (*taken.values(), *(each.quantity for each in formulas))
+    }
+    symbols = {plain: quantity.symbol for plain, quantity in quantities.items()}
+    for formula in formulas:
+        changed = _each(formula, lambda value: value.xreplace(symbols))
+        yield replace(changed, quantity=quantities[formula.quantity.symbol])
 
 
 def _integrates(model: Model, moving: tuple[int, ...]) -> bool:
@@ -283,7 +327,7 @@ def _without_zeros(derived: Iterable[Formula]) -> Iterator[Formula]:
             yield simplified
 
 
-def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Quantity:
+def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Shown:
     """A quantity under its name, a coordinate's in the model, and in its words, glyphs and units; where a parameter of the
     model has that name, with an underscore behind it. Beside a parameter t time is tau.
     """
@@ -299,7 +343,8 @@ def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Quant
             name = f"{called}_{index}" if index else called
             taken = parameter_names
         else:
-            taken = parameter_names | {_called(model, symbol) for symbol in (x1, v1, x2, v2, u)}
+            theirs = (_called(model, symbol) for symbol in (x1, v1, x2, v2, u))
+            taken = parameter_names | {f"{each}{behind}" for each in theirs for behind in ("", "_0", "_t")}
         quantity = quantity if isinstance(quantity, Authored) else words.of_quantity(model, quantity)
     glyph = quantity.glyph
     if TIME.name in parameter_names:
@@ -307,7 +352,7 @@ def _final(quantity: Quantity, parameter_names: set[str], model: Model) -> Quant
         glyph = r"\tau" if glyph == TIME.glyph else glyph.replace("(t)", r"(\tau)").replace("{-at}", r"{-a\tau}")
     while name in taken:
         name += "_"
-    return replace(quantity, name=name, glyph=glyph)
+    return Shown.of(replace(quantity, name=name, glyph=glyph))
 
 
 def _called(model: Model, symbol: sp.Symbol) -> str:
@@ -316,15 +361,15 @@ def _called(model: Model, symbol: sp.Symbol) -> str:
 
 
 def _finished(shown: Sequence[Formula], parameter_names: set[str], model: Model) -> Iterator[Formula]:
-    arguments = (*_KNOWN.values(), *STATE.quantities, BODY_HEIGHT, CURRENT, SIDE_1, SIDE_2, TIME, HEIGHT)
-    quantities = (*_OWN.values(), *arguments, *(each.quantity for each in shown))
+    quantities = (*_OWN.values(), *_KNOWN.values(), *_ARGUMENTS, *(each.quantity for each in shown))
     finals = {quantity.symbol: _final(quantity, parameter_names, model).symbol for quantity in quantities}
-    finals |= {Own(name, real=True): sp.Symbol(name, real=True) for name in parameter_names}
-    finals[s] = sp.Symbol(finals[_symbol("s")].name)
+    finals |= {Own(name, real=True): sp.Symbol(name) for name in parameter_names}
+    finals[s] = finals[_symbol("s")]
     for formula in shown:
         yield replace(
             _each(formula, lambda value: value.xreplace(finals)),
             quantity=_final(formula.quantity, parameter_names, model),
+            key=formula.key or formula.name.removesuffix(_MARK),
         )
 
 
@@ -369,9 +414,11 @@ def _transfer(model: Model, free: tuple[int, ...], moving: tuple[int, ...]) -> I
     polynomials = [each for masses, each in elements.POLYNOMIALS.items() if {*masses} <= {*free}]
     yield from _of_steps("poles", laplace.rates_of(model), [symbol for each in polynomials for symbol in each])
     if len(moving) == 2:
-        yield from _transfer_of_both()
+        yield from _transfer_of_both(model)
     else:
-        yield from _transfer_of_one(moving[0])
+        yield from _transfer_of_one(model, moving[0])
+    if model.driven_by is not None and 1 in moving:
+        yield from _transfer_of_input(model, len(moving))
 
 
 def _denominator(masses: tuple[int, ...]) -> sp.Expr:
@@ -379,9 +426,9 @@ def _denominator(masses: tuple[int, ...]) -> sp.Expr:
     return s ** len(symbols) + sum(symbol * s**power for power, symbol in enumerate(reversed(symbols)))
 
 
-def _transfer_of_both() -> Iterator[Formula]:
+def _transfer_of_both(model: Model) -> Iterator[Formula]:
     q_1s, q_2s, cubic = _denominator((1,)), _denominator((2,)), _denominator((1, 2))
-    k_1s, k_2s = q_1 + a1_v2 * s, q_2 + a2_v1 * s
+    k_1s, k_2s = q_1 / model.ratio + a1_v2 * s, q_2 * model.ratio + a2_v1 * s
     yield _made("transfer", beta_1, v1_0 - a1_v1 * x1_0 - a1_v2 * x2_0)
     yield _made("transfer", beta, v2_0 - a2_v2 * x2_0 - a2_v1 * x1_0, 9)
     first, second = s**2 * x1_0 + s * beta_1 + lambda_2, s**2 * x2_0 + s * beta - gamma
@@ -398,9 +445,19 @@ def _transfer_of_both() -> Iterator[Formula]:
     yield _made("transfer", "Z", k_1s * X2 / q_1s, 17)
 
 
-def _transfer_of_one(n: int) -> Iterator[Formula]:
+def _transfer_of_input(model: Model, masses: int) -> Iterator[Formula]:
+    """The transfer functions from the input to each coordinate, by (6), (7) from rest at 0 without the constant forces."""
+    if masses == 1:
+        yield _made("transfer", "X1_by_u", a1_u / _denominator((1,)))
+        return
+    denominator = s * _denominator((1, 2))
+    yield _made("transfer", "X1_by_u", a1_u * _denominator((2,)) / denominator)
+    yield _made("transfer", "X2_by_u", a1_u * (q_2 * model.ratio + a2_v1 * s) / denominator)
+
+
+def _transfer_of_one(model: Model, n: int) -> Iterator[Formula]:
     """(6) or (7) where the other mass is held: its transform is its position over s, and H_2 = H_1 = 0."""
-    velocity, held, constant = {1: (p_1, x2_0, lambda_2), 2: (p_2, x1_0, -gamma)}[n]
+    velocity, held, constant = {1: (p_1, x2_0 / model.ratio, lambda_2), 2: (p_2, x1_0 * model.ratio, -gamma)}[n]
     start, start_velocity = _STARTS_OF[n]
     names = [f"H{power}{_HATS[n]}" for power in (4, 3)]
     denominator = _denominator((n,))
@@ -417,17 +474,16 @@ def _poles(moving: tuple[int, ...], integrates: bool) -> Iterator[Formula]:
         yield _made(group, a, elements.POLYNOMIALS[moving][0])
         return
     if len(moving) == 2 and integrates:
-        yield _made(group, a, sp.S.Zero)
+        yield from (_made(group, symbol, value) for symbol, value in ((a, sp.S.Zero), (p, s_1), (q, s_2)))
     elif len(moving) == 2:
         yield _made(group, sigma, s_1 / 3)
         yield _made(group, Q_s, s_2 - s_1**2 / 3)
         yield _made(group, T_s, s_3 - s_1 * s_2 / 3 + 2 * s_1**3 / 27)
         yield _made(group, "apart", _farthest_root(Q_s, T_s))
         isolated = sigma + sp.Piecewise((_symbol("apart"), T_s >= 0), (-_symbol("apart"), True))
-        yield _made(group, a, sp.Piecewise((0, sp.Eq(s_3, 0)), (isolated, True)))
-    if len(moving) == 2:
-        yield _made(group, p, s_1 - a)
-        yield _made(group, q, s_2 - a * p)
+        value = sp.Piecewise((0, sp.Eq(s_3, 0)), (isolated, True))
+        for symbol, of_root in ((a, value), (p, s_1 - a), (q, s_2 - a * p)):
+            yield _made(group, symbol, of_root, code=call("factor_cubic", symbol.name, s_1, s_2, s_3))
     else:
         yield from (_made(group, name, own) for name, own in zip((p, q), elements.POLYNOMIALS[moving], strict=True))
     yield _made(group, disc, p**2 / 4 - q)
@@ -452,9 +508,10 @@ def _farthest_root(linear: sp.Symbol, constant: sp.Symbol) -> sp.Expr:
 
 
 def _partial_fractions(moving: tuple[int, ...], integrates: bool) -> Iterator[Formula]:
-    """The coefficients of x_i(t) = A + B t + C exp(-a t) + D R' + E R, where no two poles are equal and none is 0.
+    """x_i(t) = A + B t + C exp(-a t) + D R' + E R and its coefficients, where no two poles are equal and none is 0.
 
-    One mass has no pair where its denominator has a root at 0, and no real pole else.
+    One mass has no pair where its denominator has a root at 0, and no real pole else. Code has the sum by W, which holds
+    for all poles.
     """
     group = "partial_fractions"
     if len(moving) == 2:
@@ -467,11 +524,13 @@ def _partial_fractions(moving: tuple[int, ...], integrates: bool) -> Iterator[Fo
             yield _made(group, f"B{hat}", h3 / a)
             yield _made(group, f"A{hat}", (h4 - B) / a)
             yield _made(group, f"C{hat}", start - A)
+            yield _split(n, A + B * t + C * e)
             continue
         if len(moving) == 1:
             yield _made(group, f"A{hat}", h3 / q)
             yield _made(group, f"D{hat}", start - A)
             yield _made(group, f"E{hat}", h4 - p * A)
+            yield _split(n, A + D * Rd + E * R)
             continue
         number = 18 if n == 2 else 20
         yield _made(group, f"B{hat}", h1 / s_3, number)
@@ -479,6 +538,12 @@ def _partial_fractions(moving: tuple[int, ...], integrates: bool) -> Iterator[Fo
         yield _made(group, f"C{hat}", (((start * a - h4) * a + h3) * a**2 - h2 * a + h1) / (a**2 * chi), number)
         yield _made(group, f"D{hat}", start - A - C, number)
         yield _made(group, f"E{hat}", h4 - s_1 * A - B - p * C - a * D, number)
+        yield _split(n, A + B * t + C * e + D * Rd + E * R, number)
+
+
+def _split(n: int, value: sp.Expr, *numbers: int) -> Formula:
+    """A coordinate over time as the sum of its partial fractions."""
+    return _made("partial_fractions", f"x{n}_split", value, *numbers, code=_symbol(f"x{n}_t"))
 
 
 def _terms(moving: tuple[int, ...], integrates: bool) -> int:
@@ -490,11 +555,11 @@ def _states(model: Model, moving: tuple[int, ...], integrates: bool) -> Iterator
     group = "states"
     held = {velocity: sp.S.Zero for n, velocity in ((1, v1), (2, v2)) if n not in moving}
     terms = _terms(moving, integrates)
-    yield _made(group, "y_0", x1_0 - x2_0 + model.length)
+    yield _made(group, "y_0", model.ratio * x1_0 - x2_0 + model.length)
     coefficients = [symbol for n in moving for symbol in laplace.NAMES[n][:terms]]
     coefficients += [H3_y] if len(moving) == 2 else []
     coefficients += _of_stretch(model, moving, terms)
-    for step in laplace.numerators(moving):
+    for step in laplace.numerators(moving, model.rate_of_gear):
         if step.symbol in coefficients:
             value = sp.sympify(step.value).subs(held).subs(_AT_START, simultaneous=True)
             yield _made(group, step.symbol, value)
@@ -505,6 +570,34 @@ def _states(model: Model, moving: tuple[int, ...], integrates: bool) -> Iterator
         of_position, of_velocity = {1: (20, 21), 2: (18, 19)}[n]
         yield _made(group, f"x{n}_t", start + start_velocity * t + h3 * W + h2 * W1 + h1 * W2, of_position)
         yield _made(group, f"v{n}_t", start_velocity + h3 * Wd + h2 * W + h1 * W1, of_velocity)
+    if len(moving) == 1:
+        yield from _rest_of(moving[0], integrates)
+
+
+def _rest_of(n: int, integrates: bool) -> Iterator[Formula]:
+    """When what slips alone comes to rest, in closed form, and the condition that it does.
+
+    With the net force F against the velocity v_0 over the inertia v(t) = 0 is exp(a t) = 1 + a v_0/F behind an
+    integrator, tan(w t) = w v_0/(F + p v_0/2) of a pair that rings, and exp(2 w t) = 1 + 2 w v_0/(F + r v_0) of two real
+    poles, of which r is the slower one.
+    """
+    group, braking = "states", _symbol(f"x{n}_braking")
+    side, constant, per_y = {1: (side_1, C_1, a1_y), 2: (side_2, C_2, a2_y)}[n]
+    speed, force = sp.Abs(_STARTS_OF[n][1]), -side * (constant + per_y * y_0)
+    if integrates:
+        yield _made(group, f"x{n}_braking", force)
+        cases = [(speed / braking, sp.Eq(a, 0)), (a, True)]
+    else:
+        slower = sp.Piecewise((slow, disc > 0), (p / 2, sp.Eq(disc, 0)), (0, True))
+        yield _made(group, f"x{n}_braking", force + speed * slower)
+        rings = sp.atan2(w * speed, braking + p * speed / 2) / w
+        cases = [(rings, disc < 0), (speed / braking, sp.Eq(disc, 0)), (2 * w, True)]
+    *others, (rate, _) = cases
+    value, code = (
+        sp.Piecewise(*others, (logarithm(rate * speed / braking) / rate, True))
+        for logarithm in (lambda more: sp.log(1 + more), log1p)
+    )
+    yield _made(group, f"x{n}_time_to_rest", value, code=code)
 
 
 def _responses(order: int, integrates: bool) -> Iterator[Formula]:
@@ -525,21 +618,23 @@ def _responses(order: int, integrates: bool) -> Iterator[Formula]:
         return
     split = {step.symbol: step.value for step in partial_fractions.split()}
     if integrates:
-        yield from (_made(group, symbol, split[symbol]) for symbol in (W, W1, W2, Wd))
+        for symbol, of_pair in ((W, R1), (W1, R2), (W2, "R3"), (Wd, R)):
+            yield _made(group, symbol, split[symbol], code=call("pair_at", str(of_pair), p, q, t))
         return
-    of_close = [_power_series((sp.S.Zero, Q_s, T_s), -n) for n in range(3)]
-    triple, close = _at_triple_pole([t**2 / 2, t, sp.S.One]), _at_triple_pole(of_close)
-    for n, symbol in ((0, W), (1, W1), (2, W2), (-1, Wd)):
+    triple = _at_triple_pole([t**2 / 2, t, sp.S.One])
+    for symbol in (W, W1, W2, Wd):
         value = sp.Piecewise((triple[symbol].subs(sigma, a), sp.Eq(chi, 0)), (split[symbol], True))
-        series = _power_series((s_1, s_2, s_3), n), _soon(s_1, s_2, s_3)
-        code = sp.Piecewise(series, (close[symbol], _soon(sp.S.Zero, Q_s, T_s)), (split[symbol], True))
-        yield _made(group, symbol, value, code=code)
+        yield _made(group, symbol, value, code=call("response_at", symbol.name, *_CUBIC, t))
+
+
+_CUBIC = (a, p, q, s_1, s_2, s_3)
+"""The denominator of a phase in which both masses move, its factors first."""
 
 
 def _at_triple_pole(shifted: list[sp.Expr]) -> dict[sp.Symbol, sp.Expr]:
-    """W, its derivative and its integrals about a triple pole at the mean of the poles, which is not 0.
+    """W, its derivative and its integrals at a triple pole, which is not 0.
 
-    shifted: the inverse transform V of 1/(s^3 + Q_s s + T_s), whose roots are the poles less their mean, V' and V''.
+    shifted: the inverse transform V of 1/s^3, V' and V''.
     """
     jet = dict(zip((partial_fractions.V, partial_fractions.Vd, partial_fractions.Vdd), shifted, strict=True))
     jet[partial_fractions.decay] = sp.exp(-sigma * t)
@@ -555,8 +650,7 @@ def _integrals_of_decay(rate: sp.Expr, decay: sp.Expr, once: sp.Symbol, twice: s
     integrals = (once, t, (1 - decay) / rate), (twice, t**2 / 2, (t - once) / rate)
     for n, (name, limit, quotient) in enumerate(integrals, 1):
         value = sp.Piecewise((limit, sp.Eq(rate, 0)), (quotient, True))
-        code = sp.Piecewise((_power_series((rate,), n), _soon(rate)), (quotient, True))
-        yield Formula(_quantity(name), value, "states", code=code)
+        yield Formula(_quantity(name), value, "states", code=call("decay_at", f"e{n}", rate, t))
 
 
 def _responses_of_pair() -> Iterator[Formula]:
@@ -565,63 +659,23 @@ def _responses_of_pair() -> Iterator[Formula]:
     Of two real poles, r the slower one and f the faster, 1/(s (s + r)(s + f)) = (1/(s (s + r)) - 1/((s + r)(s + f)))/f,
     which holds for r = 0. Else q is not 0 beside p^2, and R' + p R + q int R = 1; p = q = 0 is a double integrator.
     """
-    group, fastest, d = "states", p / 2 + w, disc * t**2
+    group, fastest = "states", p / 2 + w
     rings, fast, late = sp.exp(-p * t / 2), sp.exp(-(p / 2 + w) * t), sp.exp(-(p / 2 - w) * t)
     cases = (disc < 0, disc > 0, True)
-    near = (sp.Abs(d) < sp.Rational(1, 1000), disc < 0, True)
-    sine, cosine = (sum(d**n / sp.factorial(2 * n + odd) for n in range(4)) for odd in (1, 0))
     values = rings * sp.sin(w * t) / w, (late - fast) / (2 * w), t * rings
     of_pair = rings * (sp.cos(w * t) - p * sp.sin(w * t) / (2 * w))
     rates = of_pair, ((p / 2 + w) * fast - (p / 2 - w) * late) / (2 * w), (1 - p * t / 2) * rings
-    for name, (swinging, fading, double), equal in (
-        (R, values, t * rings * sine), (Rd, rates, rings * (cosine - p * t / 2 * sine)),
-    ):  # fmt: skip
-        value = sp.Piecewise(*zip((swinging, fading, double), cases, strict=True))
-        yield _made(group, name, value, code=sp.Piecewise(*zip((equal, swinging, fading), near, strict=True)))
-    yield _made(group, turned, 1 - Rd - p * R)
-    yield _made(group, "slow", sp.Piecewise((q / fastest, disc > 0), (0, True)))
+    for name, of_name in ((R, values), (Rd, rates)):
+        value = sp.Piecewise(*zip(of_name, cases, strict=True))
+        yield _made(group, name, value, code=call("pair_at", name.name, p, q, t))
+    yield _made(group, turned, 1 - Rd - p * R, code=q * R1)
+    yield _made(group, "slow", sp.Piecewise((q / fastest, fastest > 0), (0, True)))
     yield from _integrals_of_decay(slow, sp.exp(-slow * t), slow1, slow2)
     quotients = (R1, (slow1 - R) / fastest, turned / q), (R2, (slow2 - R1) / fastest, (t - R - p * R1) / q)
     for n, (name, split, quotient) in enumerate(quotients, 1):
         limit = t ** (n + 1) / sp.factorial(n + 1)
         value = sp.Piecewise((split, disc > 0), (quotient, q > 0), (limit, True))
-        series = _power_series((p, q), n), _soon(p, q)
-        code = sp.Piecewise(series, (split, d > sp.Rational(1, 5000)), (quotient, True))
-        yield _made(group, name, value, code=code)
-
-
-def _soon(rate: sp.Expr, square: sp.Expr = sp.S.Zero, cube: sp.Expr = sp.S.Zero) -> sp.Expr:
-    """Whether a time is at most a tenth of the shortest time constant of s + rate, s^2 + rate s + square, or
-    s^3 + rate s^2 + square s + cube.
-    """
-    higher = 100 * sp.Abs(cube) * t**2
-    return (sp.Abs(rate) + 10 * sp.Abs(square) * t + higher) * t < sp.Rational(1, 10)
-
-
-def _power_series(coefficients: tuple[sp.Expr, ...], integrals: int, terms: int = 8) -> sp.Expr:
-    """The inverse transform of 1/(s^integrals P(s)) about t = 0, P = s^n + c_1 s^(n-1) + ...: 1/P in powers of 1/s.
-
-    While t is short as in _soon the roots of P are at most 0.17/t: the terms that are left out are below 1e-12 of it.
-    """
-    powers = _powers_of_inverse(coefficients, terms)
-    first = len(coefficients) + integrals - 1
-    return _nested([each / sp.factorial(first + n) for n, each in enumerate(powers)], first)
-
-
-def _nested(coefficients: Sequence[sp.Expr], first: int) -> sp.Expr:
-    """A polynomial in t by Horner's rule, of its coefficients from that of t^first on."""
-    total = sp.S.Zero
-    for coefficient in reversed(coefficients):
-        total = coefficient + t * total
-    return t**first * total
-
-
-def _powers_of_inverse(coefficients: tuple[sp.Expr, ...], terms: int) -> list[sp.Expr]:
-    """The coefficients of 1/P, P = s^n + c_1 s^(n-1) + ..., in powers of 1/s."""
-    powers: list[sp.Expr] = [sp.S.One]
-    while len(powers) < terms:
-        powers.append(sp.expand(-sum(c * power for c, power in zip(coefficients, reversed(powers), strict=False))))
-    return powers
+        yield _made(group, name, value, code=call("pair_at", name.name, p, q, t))
 
 
 def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
@@ -635,9 +689,14 @@ def _energies(model: Model, free: tuple[int, ...]) -> Iterator[Formula]:
         glyph = rf"P_{{\text{{{word.replace('_', ' ')}}}}}"
         of_entry = Authored(f"{word}_power{_MARK}", glyph, "W", f"power: {quantity.meaning}")
         powers[entry] = of_entry.symbol
-        yield Formula(of_entry, power, group)
+        yield Formula(of_entry, power, group, key=key_of(entry, "power"))
     if has_body_energy and (entries_of_body := energy.body_entries(model)):
         yield _made(group, "aed_power", sum((powers[entry] for entry in entries_of_body), sp.S.Zero), 24)
+
+
+def key_of(entry: sp.Symbol, what: str) -> str:
+    """The name in the derivation of the power or the work of an entry of the ledger."""
+    return f"{entry.name.removesuffix('_work')}_{what}"
 
 
 def _powers_of(model: Model) -> Iterator[tuple[sp.Symbol, str, Quantity, sp.Expr]]:
@@ -666,24 +725,30 @@ def _works(model: Model, moving: tuple[int, ...], integrates: bool) -> Iterator[
     read = {symbol for *_, value in done for symbol in value.free_symbols if symbol in named}
     terms = _terms(moving, integrates)
     held |= {symbol: sp.S.Zero for numerators in laplace.NAMES.values() for symbol in numerators[terms:]}
+    poles = _factors(len(moving), integrates)
     integrals = {
-        symbol: value.subs(held).subs(_AT_START, simultaneous=True)
+        symbol: [
+            each.subs(held).subs(_AT_START, simultaneous=True)
+            for each in (value, _overlap(*work.PRODUCTS[symbol], poles) + work.BESIDE.get(symbol, 0))
+        ]
         for symbol, value in work.INTEGRALS.items()
         if symbol in read or (symbol == int_v2 and int_xv2 in read)
     }
-    squares = {symbol for value in integrals.values() for symbol in value.free_symbols} & {*work.SQUARES.symbols}
+    squares = {symbol for value, _ in integrals.values() for symbol in value.free_symbols} & {*work.SQUARES.symbols}
     if squares:
         yield from _squares(len(moving), integrates, squares)
     symbols = {symbol: quantity.symbol for symbol, quantity in named.items()}
     numbered = {symbol for entry, *_, value in done if entry in of_body for symbol in value.free_symbols}
-    for symbol, value in integrals.items():
-        yield Formula(named[symbol], value.xreplace(symbols), group, (24,) if symbol in numbered else ())
+    for symbol, (value, code) in integrals.items():
+        numbers = (24,) if symbol in numbered else ()
+        yield Formula(named[symbol], value.xreplace(symbols), group, numbers, code.xreplace(symbols), str(symbol))
     gained = sp.S.Zero
     for entry, word, quantity, value in done:
         if value != 0:
             glyph = rf"U_{{\text{{{word.replace('_', ' ')}}}}}"
             of_entry = Authored(f"{word}_work{_MARK}", glyph, "J", f"over a phase, to time t in it: {quantity.meaning}")
-            yield Formula(of_entry, value.xreplace(symbols), group, (24,) if entry in of_body else ())
+            numbers = (24,) if entry in of_body else ()
+            yield Formula(of_entry, value.xreplace(symbols), group, numbers, key=key_of(entry, "work"))
             gained += of_entry.symbol if entry in of_body else 0
     if gained != 0:
         yield _made(group, "aed_work", gained, 24)
@@ -708,12 +773,31 @@ def _integral_of(model: Model, symbol: sp.Symbol) -> Quantity:
         int_xv2: ((_called(model, x1), second), r"\left(x_1 - x_1(0)\right) \dot{x}_2"),
     }[symbol]  # fmt: skip
     meaning = f"{moment.meaning} over a phase, to time t in it"
-    return Quantity(f"int_{'_'.join(factors)}{_MARK}", rf"\int {glyph}", moment.unit, meaning)
+    worded = words.of_quantity(model, replace(moment, glyph=rf"\int {glyph}", meaning=meaning))
+    return Authored(f"int_{'_'.join(factors)}{_MARK}", worded.glyph, worded.unit, worded.meaning)
+
+
+def _factors(order: int, integrates: bool) -> tuple[sp.Expr, ...]:
+    """The denominator of a phase as that of W, its factors first: with a root at 0 it is that of int R."""
+    if order == 2 and not integrates:
+        return _CUBIC
+    rate, square = (a, sp.S.Zero) if order == 1 and integrates else (p, q)
+    return (sp.S.Zero, rate, square, rate, square, sp.S.Zero)
+
+
+def _overlap(
+    first: Sequence[sp.Expr], second: Sequence[sp.Expr], poles: tuple[sp.Expr, ...], rate: sp.Expr = sp.S.Zero
+) -> sp.Expr:
+    """The integral of exp(-rate t) times a product as code has it; a factor is f + F_3 W' + F_2 W + F_1 W1."""
+    return call("overlap", "", rate, *first, *second, *poles, t)
+
+
+_OF_W = {Wd: (0, 1, 0, 0), W: (0, 0, 1, 0), W1: (0, 0, 0, 1)}
 
 
 def _squares(order: int, integrates: bool, read: set[sp.Symbol]) -> Iterator[Formula]:
     """The integrals of the squares of W', W and W1, and what they read."""
-    group = "works"
+    group, poles = "works", _factors(order, integrates)
     if order == 1 and integrates:
         yield _squared_integral(int_WdWd, a, e1, e2)
         return
@@ -728,8 +812,10 @@ def _squares(order: int, integrates: bool, read: set[sp.Symbol]) -> Iterator[For
     else:
         known = {}
         yield _made(group, r, sp.Piecewise((a, disc <= 0), (a, slow >= a), (slow, True)))
-        yield _made(group, pair_sum, s_1 - r)
-        yield _made(group, pair_product, s_2 - r * pair_sum)
+        others = (pair_sum, s_1 - r, p, a + p / 2 + w), (pair_product, s_2 - r * pair_sum, q, a * (p / 2 + w))
+        for symbol, value, beside_a, beside_slow in others:
+            code = sp.Piecewise((beside_a, disc <= 0), (beside_a, slow >= a), (beside_slow, True))
+            yield _made(group, symbol, value, code=code)
         yield _made(group, work.least, sp.exp(-r * t))
         yield _integral_of_decay(work.least1, r, work.least)
         yield _squared_integral(work.least_squared, r, work.least1)
@@ -738,21 +824,17 @@ def _squares(order: int, integrates: bool, read: set[sp.Symbol]) -> Iterator[For
     needed = set(read)
     for step in reversed(steps):
         needed |= step.value.free_symbols if step.symbol in needed else set()
-    shortly = _soon(s_1, s_2, s_3)
+    rate, *fading = (known.get(each, each) for each in (r, pair_sum, pair_product))  # int e = W' + p W + q W1
+    products = {
+        int_WdWd: (_OF_W[Wd], _OF_W[Wd]), int_WW: (_OF_W[W], _OF_W[W]), int_W1W1: (_OF_W[W1], _OF_W[W1]),
+        work.int_eW: (work.ONE, _OF_W[W]), work.int_eW1: (work.ONE, _OF_W[W1]),
+        work.int_e1W1: ((0, 1, *fading), _OF_W[W1]),
+    }  # fmt: skip
+    fades = (work.int_eW, work.int_eW1)
     for step in steps:
         if step.symbol in needed:
-            value = step.value.xreplace(known)
-            depth = _DEPTH.get(step.symbol)
-            code = (
-                None
-                if depth is None
-                else sp.Piecewise((_squared_series((s_1, s_2, s_3), depth), shortly), (value, True))
-            )
-            yield _made(group, step.symbol, value, code=code)
-
-
-_DEPTH = {int_WdWd: -1, int_WW: 0, int_W1W1: 1}
-"""How often W is integrated in each square."""
+            code = _overlap(*products[step.symbol], poles, rate if step.symbol in fades else sp.S.Zero)
+            yield _made(group, step.symbol, step.value.xreplace(known), code=code)
 
 
 def _squares_of_pair() -> Iterator[Formula]:
@@ -761,47 +843,37 @@ def _squares_of_pair() -> Iterator[Formula]:
     Of two real poles, r the slower one and f the faster, R' + f R = exp(-r t), R1' + f R1 = int exp(-r t): times R, R1
     and the right sides, integrated. Else by s^2 + p s + q, which is not 0 beside p^2.
     """
-    group, fastest = "works", p / 2 + w
+    group, fastest, poles = "works", p / 2 + w, _factors(1, integrates=False)
     fades = sp.exp(-slow * t)
     yield _integral_of_decay(work.pair1, p)
     yield _squared_integral(work.slow_squared, slow, slow1)
     of_slow = (slow1 * (1 + fades) / 2 - fades * R) / (slow + fastest)
-    yield _made(group, work.int_eR, sp.Piecewise((of_slow, disc > 0), (0, True)))
+    of_code = _overlap(work.ONE, _OF_W[Wd], poles, slow)
+    value, code = (sp.Piecewise((each, disc > 0), (0, True)) for each in (of_slow, of_code))
+    yield _made(group, work.int_eR, value, code=code)
     of_second = (slow1**2 / 2 - work.int_eR) / fastest
     of_both = (work.slow_squared - slow1 * R1 + of_second) / fastest
     split = (work.int_eR - R**2 / 2) / fastest, (of_both - R1**2 / 2) / fastest
     quotients = work.squares_of_pair(p, q, work.pair1)
-    for n, symbol in enumerate((int_WdWd, int_WW)):
-        limit = _squared_series((sp.S.Zero, sp.S.Zero), n)
+    for n, (symbol, of_w) in enumerate(((int_WdWd, Wd), (int_WW, W))):
+        limit = t ** (2 * n + 3) / (2 * n + 3) / sp.factorial(n + 1) ** 2
         value = sp.Piecewise((split[n], disc > 0), (quotients[n], q > 0), (limit, True))
-        series = _squared_series((p, q), n), _soon(p, q)
-        code = sp.Piecewise(series, (split[n], disc * t**2 > sp.Rational(1, 5000)), (quotients[n], True))
-        yield _made(group, symbol, value, code=code)
+        yield _made(group, symbol, value, code=_overlap(_OF_W[of_w], _OF_W[of_w], poles))
 
 
 def _integral_of_decay(symbol: sp.Symbol, rate: sp.Expr, decay: sp.Expr | None = None) -> Formula:
     """The integral of exp(-rate t), and its limit t."""
     quotient = (1 - (sp.exp(-rate * t) if decay is None else decay)) / rate
     value = sp.Piecewise((t, sp.Eq(rate, 0)), (quotient, True))
-    code = sp.Piecewise((_power_series((rate,), 1), _soon(rate)), (quotient, True))
-    return Formula(_quantity(symbol), value, "works", code=code)
+    return Formula(_quantity(symbol), value, "works", code=call("decay_at", "e1", rate, t))
 
 
 def _squared_integral(symbol: sp.Symbol, rate: sp.Expr, once: sp.Expr, twice: sp.Expr | None = None) -> Formula:
     """The integral of the square of the integral of exp(-rate t), and its limit t^3/3."""
     quotient = ((t - once) / rate if twice is None else twice) - once**2 / 2
     value = sp.Piecewise((t**3 / 3, sp.Eq(rate, 0)), (quotient / rate, True))
-    code = sp.Piecewise((_squared_series((rate,), 1), _soon(rate)), (quotient / rate, True))
-    return Formula(_quantity(symbol), value, "works", code=code)
-
-
-def _squared_series(coefficients: tuple[sp.Expr, ...], integrals: int, terms: int = 8) -> sp.Expr:
-    """The integral of the square of what `_power_series` is of, about t = 0."""
-    powers = _powers_of_inverse(coefficients, terms)
-    first = len(coefficients) + integrals - 1
-    scaled = [power / sp.factorial(first + n) for n, power in enumerate(powers)]
-    squared = [sp.expand(sum(scaled[n] * scaled[m - n] for n in range(m + 1))) for m in range(terms)]
-    return _nested([each / (2 * first + m + 1) for m, each in enumerate(squared)], 2 * first + 1)
+    poles = (sp.S.Zero, rate, sp.S.Zero, rate, sp.S.Zero, sp.S.Zero)
+    return Formula(_quantity(symbol), value, "works", code=_overlap(_OF_W[Wd], _OF_W[Wd], poles))
 
 
 def _control(model: Model) -> Iterator[Formula]:
@@ -890,4 +962,4 @@ def _law(model: Model) -> Iterator[Formula]:
 
 def _event(model: Model, n: int, name: str, value: sp.Expr, meaning: str, unit: str) -> Formula:
     glyph = rf"g_{{{n},\text{{{name.replace('_', ' ')}}}}}"
-    return Formula(Authored(f"x{n}_{name}{_MARK}", glyph, model.unit(unit), meaning), value, "event_functions")
+    return Formula(Authored(f"x{n}_{name}{_MARK}", glyph, model.unit(unit, f"x{n}"), meaning), value, "event_functions")

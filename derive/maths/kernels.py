@@ -1,10 +1,15 @@
-"""Coefficients of the kernels' power series, and the tables that the engine looks up, in each precision."""
+"""Kernels: what loops or branches so that no digits are lost near equal poles and near those at 0.
+
+Coefficients of the power series of the engine's kernels, and the tables that it looks up, in each precision; and calls of
+the kernels that a formula is printed with, which compute the same.
+"""
 
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cache
 
+import sympy as sp
 from sympy.integrals.quadrature import gauss_legendre
 
 from ..model.precisions import CARRY_ORDER, F32, TERMS, Precision
@@ -64,3 +69,21 @@ def _inverse_factorials(degrees: Iterable[int]) -> tuple[float, ...]:
 def _alternating(coefficients: tuple[float, ...]) -> tuple[float, ...]:
     """The same with signs that alternate from the lowest, which is positive."""
     return tuple(coefficient * (-1) ** (len(coefficients) - 1 - n) for n, coefficient in enumerate(coefficients))
+
+
+RESULTS = {
+    "factor_cubic": ("a", "p", "q"), "decay_at": ("e", "e1", "e2", "e3"), "pair_at": ("Rd", "R", "R1", "R2", "R3"),
+    "response_at": ("Wdd", "Wd", "W", "W1", "W2"), "overlap": (),
+}  # fmt: skip
+"""The kernels that printed formulas call, and the names of their results; one without has a number."""
+
+
+def call(kernel: str, result: str, *arguments: sp.Expr) -> sp.Expr:
+    """A result of a kernel that is printed with the formula that reads it."""
+    return sp.Function(f"{kernel}.{result}")(*arguments)
+
+
+def called(expression: sp.Expr) -> tuple[str, str]:
+    """The kernel and the result of a call."""
+    kernel, _, result = expression.func.__name__.partition(".")
+    return kernel, result

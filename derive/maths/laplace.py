@@ -9,9 +9,12 @@ x_i has one factor 1/s more, which is the s^2 of (11). H_3, H_2, H_1 are those o
 counted from x_2(0) and v_2(0): no large numbers are subtracted, and b_1 = b_2 = 0 is no exception.
 """
 
+from collections.abc import Iterable, Mapping
+from dataclasses import replace
+
 import sympy as sp
 
-from ..ir import Step, Steps, function, scalar
+from ..ir import Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 
@@ -19,8 +22,8 @@ s = sp.Symbol("s")
 X1, X2 = sp.symbols("X1 X2")
 x1_0, v1_0, x2_0, v2_0 = sp.symbols("x1_0 v1_0 x2_0 v2_0", real=True)
 
-# The system with named coefficients; `rates` gives the coefficients of a model.
-MATRIX = sp.Matrix([[0, 1, -1], [a1_y, a1_v1, a1_v2], [a2_y, a2_v1, a2_v2]])
+# The system with named coefficients; `rates` gives the coefficients of a model, y_v1 but with a gear being 1.
+MATRIX = sp.Matrix([[0, y_v1, -1], [a1_y, a1_v1, a1_v2], [a2_y, a2_v1, a2_v2]])
 START = sp.Matrix([y, v1, v2])
 CONSTANT = sp.Matrix([0, C_1, C_2])
 REST = scalar("rest", "m", "compression of the spring where y is 0")
@@ -34,7 +37,7 @@ def rest_of_spring(model: Model) -> tuple[Steps, sp.Expr]:
 @function(takes=(ROBOT,), returns=RATES)
 def rates_of(model: Model) -> Steps:
     """Coefficients of the equations of motion and of their characteristic polynomials."""
-    return _rates(model.in_compression)
+    return _rates(model, model.in_compression)
 
 
 @function(takes=(ROBOT,), returns=RATES)
@@ -43,18 +46,23 @@ def rates_under_law(model: Model) -> Steps:
 
     The mass is one on a spring K_p further, with a damper K_d, that K_p u drives.
     """
-    if model.law is None:
-        return tuple(Step(symbol, sp.S.Zero, "no law") for symbol in RATES.symbols)
-    return _rates(model.following(sp.S.One))
+    if not model.has_law:
+        return tuple(Step(symbol, sp.S.Zero, "no law") for symbol in rates_record(model).symbols)
+    return _rates(model, model.following(sp.S.One))
 
 
 def rates_by_limit(model: Model) -> Steps:
-    """Those of both by the second sign of a mode, which of one mass under a law is that of the limit."""
-    return rates_of(model) if model.law is None else _rates(model.following(1 - side_2**2), sides=(side_1,))
+    """Those of both by the limit that the input of a law is at."""
+    return rates_of(model) if not model.has_law else _rates(model, model.following(1 - limit_sign**2))
 
 
-def _rates(accelerations: tuple[sp.Expr, sp.Expr], sides: tuple[sp.Symbol, ...] = (side_1, side_2)) -> Steps:
-    smooth = [acc.subs(dict.fromkeys(sides, 0)) for acc in accelerations]
+def matrix_of(model: Model) -> sp.Matrix:
+    """The system of a model."""
+    return MATRIX.subs(y_v1, model.rate_of_gear)
+
+
+def _rates(model: Model, accelerations: tuple[sp.Expr, sp.Expr]) -> Steps:
+    smooth = [acc.subs({side_1: 0, side_2: 0}) for acc in accelerations]
     constant = [acc.subs({y: 0, v1: 0, v2: 0, u: 0}) for acc in smooth]
     steps = [
         Step(MATRIX[row, column], smooth[row - 1].diff(v), f"({row + 2}) per {v}")
@@ -63,13 +71,34 @@ def _rates(accelerations: tuple[sp.Expr, sp.Expr], sides: tuple[sp.Symbol, ...] 
     ]
     steps += [Step(a1_u, smooth[0].diff(u), "(3) per u")]
     steps += [Step(a1_0, constant[0], "(3) constant"), Step(a2_0, constant[1], "(4) constant")]
-    entries = {step.symbol: step.value for step in steps}
+    entries = {step.symbol: step.value for step in steps} | {y_v1: model.ratio}
     modes = (((s_1, s_2, s_3), (0, 1, 2), "(11)"), ((p_1, q_1), (0, 1), "(6)"), ((p_2, q_2), (0, 2), "(7)"))
     for symbols, rows, source in modes:
         polynomial = characteristic(MATRIX.extract(rows, rows).subs(entries))
         steps += [Step(name, value, f"{source} denominator") for name, value in zip(symbols, polynomial, strict=True)]
     without_spring = characteristic(MATRIX.extract((1, 2), (1, 2)).subs(entries))
-    return (*steps, Step(damping, without_spring[1], "(11) denominator without the spring"))
+    steps += [Step(damping, without_spring[1], "(11) denominator without the spring")]
+    return (*steps, *(_rates_of_gear(model, entries) if model.is_geared else ()))
+
+
+def _rates_of_gear(model: Model, rates: Mapping[sp.Symbol, sp.Expr]) -> Steps:
+    yield Step(y_v1, model.ratio, "the gear")
+    for per_v1, per_v2, drift in DRIFTS:
+        yield Step(drift, sp.expand(rates[per_v1] + model.ratio * rates[per_v2]), "the gear")
+
+
+DRIFTS = (a1_v1, a1_v2, drift_1), (a2_v1, a2_v2, drift_2)
+
+
+def without_cancelling(value: sp.Expr, drifts: Iterable[tuple[sp.Symbol, ...]] = DRIFTS) -> sp.Expr:
+    """A formula with what is left of per_v1 + y_v1 per_v2 of a mass in the place of that sum, in which dampers cancel."""
+    products = {per_v2 * y_v1: drift - per_v1 for per_v1, per_v2, drift in drifts}
+    return sp.expand(value.subs(products)) if y_v1 in value.free_symbols else value
+
+
+def rates_record(model: Model) -> Record:
+    """The rates of a model."""
+    return RATES.of(*RATES.quantities, *RATES_OF_GEAR) if model.is_geared else RATES
 
 
 def characteristic(matrix: sp.Matrix) -> list[sp.Expr]:
@@ -98,7 +127,7 @@ NAMES = {0: (H3_y, H2_y, H1_y), 1: (H3_1, H2_1, H1_1), 2: (H3_2, H2_2, H1_2)}
 WHOLE = (N2_1, N1_1, N0_1)
 
 
-def numerators(moving: tuple[int, ...]) -> Steps:
+def numerators(moving: tuple[int, ...], rate_of_gear: sp.Expr = sp.S.One) -> Steps:
     """H_3, H_2, H_1 of y, v_1, v_2 in the mode where the masses `moving` slip and the others are held.
 
     H_3 is the initial rate M z(0) + d. With both masses moving H_2 = (M + s_1) H_3 and
@@ -110,7 +139,8 @@ def numerators(moving: tuple[int, ...]) -> Steps:
     """
     rows = [0, *moving]
     lowest_coefficient, *sources = MODES[moving]
-    matrix, constant, start = MATRIX.extract(rows, rows), CONSTANT.extract(rows, [0]), START.extract(rows, [0])
+    system = MATRIX.subs(y_v1, rate_of_gear)
+    matrix, constant, start = system.extract(rows, rows), CONSTANT.extract(rows, [0]), START.extract(rows, [0])
     adjugate = (s * sp.eye(len(rows)) - matrix).adjugate()
     columns = [matrix * start + constant, adjugate.subs(s, 0) * constant - lowest_coefficient * start]
     if len(moving) == 2:
@@ -127,16 +157,22 @@ def numerators(moving: tuple[int, ...]) -> Steps:
     return (*steps, *(Step(name, sp.S.Zero, "held") for name in MOTION.symbols if name not in moved))
 
 
+def _motion(model: Model, moving: tuple[int, ...]) -> Steps:
+    """The numerators of a model."""
+    steps = numerators(moving, model.rate_of_gear)
+    return tuple(replace(step, value=without_cancelling(step.value)) for step in steps)
+
+
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
-def motion_of_both() -> Steps:
+def motion_of_both(model: Model) -> Steps:
     """Numerators of the motion with both slipping."""
-    return numerators((1, 2))
+    return _motion(model, (1, 2))
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
-def motion_of_mass_1() -> Steps:
+def motion_of_mass_1(model: Model) -> Steps:
     """Numerators of the motion with mass 1 slipping."""
-    return numerators((1,))
+    return _motion(model, (1,))
 
 
 @function(takes=(RATES, DRIVE, STATE), returns=MOTION)
@@ -168,5 +204,6 @@ def paper_frame(model: Model) -> tuple[sp.Poly, ...]:
     """
     solution = sp.solve(transforms(model), (X1, X2), dict=True)[0]
     entries = {step.symbol: step.value for step in rates_of(model) if step.symbol in MATRIX.free_symbols}
+    entries[y_v1] = model.ratio
     denominator = s**2 * (s * sp.eye(3) - MATRIX.subs(entries)).det()
     return tuple(sp.Poly(sp.cancel(sp.together(solution[X] * denominator)), s) for X in (X1, X2))

@@ -1,13 +1,15 @@
 """A mode as a linear system: the members z of a state, in their order, obey z' = M (z_1, z_2, z_3, 1) within a phase.
 
 The first of them is the integral of the second, and nothing depends on it; the others are the core (v_1, v_2, y), for
-which (s - M)^-1 is adj(s - M)/P. A mass that is held has a row of zeros.
+which (s - M)^-1 is adj(s - M)/P. y' = v_1 - v_2, or over a gear ratio v_1 - v_2. A mass that is held has a row of zeros.
 """
 
 import sympy as sp
 
 from ..ir import Quantity, Record, Step, Steps, function
+from ..model.equations import Model
 from ..model.quantities import *
+from . import laplace
 
 CORE = STATE.quantities[1:]
 COLUMNS_OF_CORE = (*(quantity.name for quantity in CORE), "1")
@@ -32,7 +34,7 @@ SPEEDS = Record("Speeds", "z': the rates of the members of a state.").of(
 )
 entries = sp.symbols("A11 A12 A1y A21 A22 A2y D1 D2", real=True)
 A11, A12, A1y, A21, A22, A2y, D1, D2 = entries
-minor = sp.Symbol("minor", real=True)
+DR1, DR2, minor = sp.symbols("DR1 DR2 minor", real=True)
 
 
 def _rows() -> Steps:
@@ -43,21 +45,25 @@ def _rows() -> Steps:
 
 
 @function(takes=(RATES, DRIVE, SIDE_1, SIDE_2), returns=TRANSFER)
-def transfer_of() -> Steps:
+def transfer_of(model: Model) -> Steps:
     """The transfer functions of a mode over P(s): of the core's initial values, and of the constant accelerations."""
     s = sp.Symbol("s")
-    core = sp.Matrix([[A11, A12, A1y], [A21, A22, A2y], [1, -1, 0]])
+    core = sp.Matrix([[A11, A12, A1y], [A21, A22, A2y], [model.rate_of_gear, -1, 0]])
     adjugate = (s * sp.eye(3) - core).adjugate()
     table = adjugate.row_join(adjugate * sp.Matrix([D1, D2, 0])).applyfunc(sp.expand)
     yield from _rows()
+    if model.is_geared:
+        yield Step(DR1, drift_1 * side_1**2, "A11 + y_v1 A12, in which nothing cancels")
+        yield Step(DR2, drift_2 * side_2**2, "A21 + y_v1 A22, in which nothing cancels")
     yield Step(minor, damping * side_1**2 * side_2**2, "A11 A22 - A12 A21, in which nothing cancels")
     values = (entry.coeff(s, power).subs(A11 * A22, minor + A12 * A21) for entry in table for power in POWERS)
+    values = (laplace.without_cancelling(value, ((A11, A12, DR1), (A21, A22, DR2))) for value in values)
     yield from (Step(symbol, sp.expand(value), "(11)") for symbol, value in zip(TRANSFER.symbols, values, strict=True))
 
 
 @function(takes=(RATES, DRIVE, SIDE_1, SIDE_2, STATE), returns=SPEEDS)
-def speeds_of() -> Steps:
+def speeds_of(model: Model) -> Steps:
     """z' of a state in a mode."""
     yield from _rows()
-    values = (v1, A11 * v1 + A12 * v2 + A1y * y + D1, A21 * v1 + A22 * v2 + A2y * y + D2, v1 - v2)
+    values = (v1, A11 * v1 + A12 * v2 + A1y * y + D1, A21 * v1 + A22 * v2 + A2y * y + D2, model.rate_of_gear * v1 - v2)
     yield from (Step(symbol, value, "(3), (4)") for symbol, value in zip(SPEEDS.symbols, values, strict=True))

@@ -63,10 +63,10 @@ def excess_of(model: Model) -> Steps:
     return tuple(Step(name, excess, "(5) at rest") for name, excess in zip(EXCESS.symbols, values, strict=True))
 
 
-@function(takes=(STATE,), returns=scalar("rate_y", "m/s", "rate of the compression"))
-def stretch_rate() -> Steps:
+@function(takes=(ROBOT, STATE), returns=scalar("rate_y", "m/s", "rate of the compression"))
+def stretch_rate(model: Model) -> Steps:
     """Rate of the compression."""
-    yield Step(sp.Symbol("rate_y", real=True), v1 - v2, "(3), (4)")
+    yield Step(sp.Symbol("rate_y", real=True), model.ratio * v1 - v2, "(3), (4)")
 
 
 _FREE = (

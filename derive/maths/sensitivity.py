@@ -2,7 +2,7 @@
 d_y.
 
 Within a phase z obeys z' = M z, `linear.py`, so its change obeys d_z' = M d_z + d_M z. Only the rows of (3), (4) in M
-depend on anything; their changes are `Slopes`. The change of a formula of several steps is formed step by step.
+depend on anything, and over a gear that of y on its ratio; their changes are `Slopes`. The change of a formula of several steps is formed step by step.
 """
 
 from collections.abc import Iterable, Sequence
@@ -13,7 +13,7 @@ import sympy as sp
 from ..ir import Own, OwnChange, Parameter, ParameterChange, Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
-from . import control, elements, energy, laplace, modes
+from . import control, elements, energy, laplace, law, modes
 
 
 def _changed(quantity: Quantity) -> Quantity:
@@ -60,12 +60,27 @@ def changed_steps(steps: Sequence[Step], inputs: Sequence[sp.Symbol], asked: Seq
     return tuple(reversed(kept))
 
 
-@function(takes=(ROBOT, CURRENT, SIDE_1, SIDE_2, ROBOT_CHANGE, CURRENT_CHANGE), returns=SLOPES)
+@function(takes=(ROBOT, CURRENT, SIDE_1, SIDE_2, LIMIT_SIGN, ROBOT_CHANGE, CURRENT_CHANGE), returns=SLOPES)
 def slopes_of(model: Model) -> Steps:
     """Change of the right sides of (3), (4) with the robot and the current."""
     rates = [step for step in laplace.rates_by_limit(model) if step.symbol in RATES.symbols[:9]]
     steps = model.in_parameters((*rates, *laplace.drive_of(model)))
-    return changed_steps(steps, (*model.robot.symbols, u), SLOPES.symbols)
+    if not model.is_geared:
+        return changed_steps(steps, (*model.robot.symbols, u), SLOPES.symbols)
+    steps = model.in_parameters(
+        (*rates, *(step for step in laplace.rates_of(model) if step.symbol == y_v1), *laplace.drive_of(model))
+    )
+    asked = slopes_record(model).symbols
+    of_stretch = (Step(symbol, sp.S.Zero, "no force") for symbol in asked[len(SLOPES.quantities) + 1 :])
+    return (*changed_steps(steps, (*model.robot.symbols, u), asked[: len(SLOPES.quantities) + 1]), *of_stretch)
+
+
+def slopes_record(model: Model) -> Record:
+    """Those of a model: with a gear the rate of the compression changes, too."""
+    if not model.is_geared:
+        return SLOPES
+    rest = (scalar(f"d_y_{of}", "1/s", "0: change of the rate of the compression") for of in ("v2", "y", "0"))
+    return SLOPES.of(*SLOPES.quantities, _changed(RATES_OF_GEAR[0]), *rest)
 
 
 LOWEST_CHANGE, HIGHEST_CHANGE = _changed(elements.LOWEST), _changed(elements.HIGHEST)
@@ -85,14 +100,14 @@ def upper_stop_change(model: Model) -> Steps:
     return changed_steps(steps, model.robot.symbols, HIGHEST_CHANGE.symbols)
 
 
-LIMIT_CHANGE = _changed(elements.LIMIT)
+REACHED_CHANGE = _changed(law.REACHED)
 
 
-@function(takes=(ROBOT, ROBOT_CHANGE), returns=LIMIT_CHANGE)
-def current_limit_change(model: Model) -> Steps:
-    """Change of the limit of the current with the robot."""
-    steps = model.in_parameters(elements.current_limit())
-    return changed_steps(steps, model.robot.symbols, LIMIT_CHANGE.symbols)
+@function(takes=(ROBOT, LIMIT_SIGN, ROBOT_CHANGE, CURRENT_CHANGE), returns=REACHED_CHANGE)
+def input_at_limit_change(model: Model) -> Steps:
+    """Change of the input at a limit with the robot and the input."""
+    steps = model.in_parameters(law.input_at_limit(model))
+    return changed_steps(steps, (*model.robot.symbols, u), REACHED_CHANGE.symbols)
 
 
 @function(takes=(RATES, STATE_CHANGE), returns=FREE)
@@ -151,7 +166,7 @@ def apex_slope(model: Model) -> Steps:
     yield from (replace(step, value=step.value.subs(unchanged)) for step in apex_change(model))
 
 
-@function(takes=(ROBOT, ROBOT_CHANGE, STATE_CHANGE), returns=HEIGHT_CHANGE)
+@function(takes=(ROBOT, STATE, ROBOT_CHANGE, STATE_CHANGE), returns=HEIGHT_CHANGE)
 def height_change(model: Model) -> Steps:
     """Change of the body's height with the robot and the state."""
     steps = model.in_parameters(energy.second_position(model))

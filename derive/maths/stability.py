@@ -45,6 +45,25 @@ CONDITIONS = (
 )
 
 
+def denominator_under_law(model: Model) -> sp.Poly:
+    """That of the one mass that moves under a law, within its limit."""
+    rates = laplace.rates_under_law(model)
+    return sp.Poly([1, *(model.value(unfold(symbol, rates)) for symbol in (p_1, q_1))], laplace.s)
+
+
+def poles_of(denominator: sp.Poly, values: Mapping[str, float]) -> tuple[complex, ...]:
+    """The roots [1/s] of the denominator of a mode with the numbers of a robot by name, each as often as it is one: real
+    ones from the slowest on, then pairs. Factors without multiple roots are solved, which exact numbers have.
+    """
+    known = {symbol: sp.Rational(repr(values[symbol.name])) for symbol in denominator.free_symbols_in_domain}
+    exact = sp.Poly([coefficient.xreplace(known) for coefficient in denominator.all_coeffs()], *denominator.gens)
+    _, factors = exact.sqf_list()
+    roots = [
+        complex(root) for factor, times in factors for root in factor.nroots(n=15, maxsteps=200) for _ in range(times)
+    ]
+    return tuple(sorted(roots, key=lambda root: (root.imag != 0.0, -root.real, -root.imag)))
+
+
 def open_conditions(model: Model) -> tuple[Condition, ...]:
     """The conditions that some robot of the model may violate though it obeys the others."""
     masses = (m_eff, m_s)
@@ -62,8 +81,8 @@ def _left_open(
 ) -> tuple[Condition, ...]:
     """Those that are not sums of products of what is known to be positive or 0, with some letters by their values."""
     rates = tuple(replace(step, value=step.value.xreplace(values)) for step in laplace.rates_of(model))
-    of_both = dict(zip((s_1, s_2, s_3), laplace.characteristic(laplace.MATRIX), strict=True))
-    of_one = ALONE | {rate: unfold(rate, rates) for rate in (a1_v2, a2_v1)}
+    of_both = dict(zip((s_1, s_2, s_3), laplace.characteristic(laplace.matrix_of(model)), strict=True))
+    of_one = ALONE | {a1_y: -q_1 / model.rate_of_gear} | {rate: unfold(rate, rates) for rate in (a1_v2, a2_v1)}
     return tuple(
         condition
         for condition in conditions

@@ -25,7 +25,7 @@ def state_of_start(model: Model) -> Steps:
     yield from (Step(symbol, sp.S.Zero, "never moves") for symbol in (x1, v1, v2) if symbol in model.still)
     steps, rest = rest_of_spring(model)
     yield from steps
-    yield Step(length, x1 - x2, "hop height of the body, downwards")
+    yield Step(length, model.ratio * x1 - x2, "hop height of the body, downwards")
     yield Step(unloaded, L0 + c - rest, "length without load")
     yield Step(y, length + unloaded, "y = x_1 - x_2 + unloaded")
 

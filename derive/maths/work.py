@@ -113,17 +113,15 @@ OF_2: Numbers = (v2, H3_2, H2_2, H1_2)
 OF_Y: Numbers = (y, H3_y, H2_y, H1_y)
 GAINED: Numbers = (sp.S.Zero, *OF_Y[1:])
 """y less its start."""
-INTEGRALS = {
-    int_v1: integral(ONE, OF_1),
-    int_v2: integral(ONE, OF_2),
-    int_v1v1: integral(OF_1, OF_1),
-    int_v1v2: integral(OF_1, OF_2),
-    int_v2v2: integral(OF_2, OF_2),
-    int_yv1: integral(OF_Y, OF_1),
-    int_yv2: integral(OF_Y, OF_2),
-    int_xv2: integral(GAINED, OF_2) + int_v2**2 / 2,
-}
-"""The integrals that the ledger reads, by the state at the start; x_1 - x_1(0) is y - y(0) + x_2 - x_2(0)."""
+PRODUCTS = {
+    int_v1: (ONE, OF_1), int_v2: (ONE, OF_2), int_v1v1: (OF_1, OF_1), int_v1v2: (OF_1, OF_2), int_v2v2: (OF_2, OF_2),
+    int_yv1: (OF_Y, OF_1), int_yv2: (OF_Y, OF_2), int_xv2: (GAINED, OF_2),
+}  # fmt: skip
+"""What is multiplied in each integral that the ledger reads."""
+BESIDE = {int_xv2: int_v2**2 / 2}
+"""What an integral has beside that: x_1 - x_1(0) is y - y(0) + x_2 - x_2(0)."""
+INTEGRALS = {symbol: integral(*product) + BESIDE.get(symbol, 0) for symbol, product in PRODUCTS.items()}
+"""The integrals that the ledger reads, by the state at the start."""
 
 
 @function(takes=(STATE, MOTION, BASIS, SQUARES, TIME), returns=MOMENTS)

@@ -6,6 +6,7 @@ as generalised forces:
     m_eff a_1 = -k (x_1 - x_2 + L_0 + c) + k c - b_1 v_1 - gamma_2 u - m_eff f_1 sign(v_1)      (3)
     m_s   a_2 =  k (x_1 - x_2 + L_0 + c) - m_s g - b_2 v_2 - m_s f_2 sign(v_2)                  (4)
 
+Over a gear the spring is compressed by ratio x_1 - x_2 + L_0 + c, and pulls at x_1 with ratio times its force.
 (1), (2) are their case f_1 = f_2 = 0. The letters are those of the derivation; what each is in the parameters of a
 model, and which forces it has beside these, mechanism.py finds out from the elements of the model's file.
 """
@@ -162,12 +163,13 @@ class Model:
         """
         return (
             not self.further
+            and not self.is_geared
             and not any(self.by_sign)
             and self.has_contact
             and all(
                 isinstance(value := self.constants[letter], Own) and value.name == letter.name
                 for letter in LETTERS
-                if letter not in (*BY_SIGN, *OF_LAW)
+                if letter not in (*BY_SIGN, *OF_LAW, *OF_GEAR)
             )
         )
 
@@ -211,6 +213,26 @@ class Model:
         }
 
     @property
+    def is_geared(self) -> bool:
+        """Whether the spring stretches by another length than that by which the first mass moves."""
+        return self.declares(ratio)
+
+    @property
+    def ratio(self) -> sp.Expr:
+        """By how much the compression changes per x_1: 1, or the ratio of a gear or a rope."""
+        return ratio if self.is_geared else sp.S.One
+
+    @property
+    def rate_of_gear(self) -> sp.Expr:
+        """The same among the rates of a robot."""
+        return y_v1 if self.is_geared else sp.S.One
+
+    @property
+    def compression(self) -> sp.Expr:
+        """That of the spring, by the positions."""
+        return self.ratio * x1 - x2 + L0 + c
+
+    @property
     def has_law(self) -> bool:
         """Whether a law sets the input."""
         return self.law is not None
@@ -220,12 +242,20 @@ class Model:
         """The parameters as a record."""
         return replace(ROBOT, quantities=self.parameters)
 
-    def unit(self, unit: str) -> str:
+    def unit(self, unit: str, name: str = "") -> str:
         """A unit of what moves along a line under a current in A as that of what the coordinates and the input of the model
-        are.
+        are. name: of the quantity, by which it belongs to one of two masses, if one turns and the other does not.
         """
         units = {"A": "1" if self.driven_by is None else self.driven_by.unit}
-        if any(own is not None and own.unit == "rad" for own in self.names):
+        lengths = [own.unit for own in self.names if own is not None]
+        length = lengths[_mass_of(name) - 1] if len({*lengths}) == 2 else lengths[0]
+        if len({*lengths}) == 2 and name in _PER:
+            above, below = (lengths[n - 1] for n in _PER[name])
+            return f"{above}/{below}{unit.removeprefix('1')}"
+        if len({*lengths}) == 2 and name in _OF_BOTH:
+            unit = unit.replace("m^2", f"{lengths[0]} {lengths[1]}")
+            return unit
+        if length == "rad":
             units |= {"kg": "kg m^2", "m": "rad", "N": "N m"}
 
         def own(match: re.Match[str]) -> str:
@@ -345,7 +375,7 @@ class Model:
     @cached_property
     def potential(self) -> sp.Expr:
         """The potential energy of weights and of the spring, [J]."""
-        return self.weights[0] * x1 + self.weights[1] * x2 + k * compression**2 / 2
+        return self.weights[0] * x1 + self.weights[1] * x2 + k * self.compression**2 / 2
 
     @cached_property
     def lagrangian(self) -> sp.Expr:
@@ -384,7 +414,7 @@ class Model:
 
     def _by_y(self) -> sp.Expr:
         """The position of the first mass that the file has, by the compression and that of the other one."""
-        return self.length - y if x1 in self.still else y + self.still.get(x2, x2) - self.length
+        return self.length - y if x1 in self.still else (y + self.still.get(x2, x2) - self.length) / self.ratio
 
     def _by_compression(self, value: sp.Expr) -> sp.Expr:
         """What is linear in x1 - x2, v1, v2 by y in its place: lengths cancel where y counts from rest."""
@@ -396,5 +426,17 @@ class Model:
         return sp.expand(sum(slopes, sp.expand(sp.cancel(by_y.subs({y: 0, v1: 0, v2: 0})))))
 
 
-compression = x1 - x2 + L0 + c
+_PER = {"a1_y": (1, 2), "a1_v2": (1, 2), "a2_v1": (2, 1), "y_v1": (2, 1), "drift_2": (2, 1)}
+"""Of rates the mass that accelerates, and that by whose motion."""
+_OF_BOTH = ("int_v1v2", "int_yv1")
+"""What has a factor of either mass."""
+
+
+def _mass_of(name: str) -> int:
+    """The mass that a quantity belongs to, by its name; the compression counts as the second one."""
+    name = name.rstrip("@").removeprefix("d_").removeprefix("int_")
+    first = name.startswith(("x1", "v1", "X1", "a1_")) or name.endswith(("_1", "_hat")) or name in ("lambda_2", "Z")
+    return 1 if first else 2
+
+
 kinetic = (m_eff * v1**2 + m_s * v2**2) / 2

@@ -2,7 +2,8 @@
 spring to the ground. Anything else is refused by name.
 
 Each mode must have at most one real pole, one pair and integrators. So a coordinate has an inertia, forces are
-linear, and of two coordinates that move, nothing but their difference is tied by a spring.
+linear, and of two coordinates that move, springs and dampers tie one combination alone, ratio x_1 - x_2, the ratio
+being 1 or that of a gear, a rope or levers.
 """
 
 from collections.abc import Iterable, Iterator
@@ -44,7 +45,7 @@ def _refused(declared: _Declared, message: str) -> ModelError:
 
 @dataclass(frozen=True)
 class _Stretch:
-    """What a spring or damper acts on: y of x_1 - x_2 (or of x_1) times a factor, and an offset of that."""
+    """What a spring or damper acts on: y of ratio x_1 - x_2 (or of x_1) times a factor, and an offset of that."""
 
     factor: sp.Expr
     offset: sp.Expr
@@ -61,7 +62,14 @@ class _Mechanism:
         self.parameters = {each.symbol: each for each in draft.parameters}
         self.input = draft.currents[0] if draft.currents else None
         self.constants: dict[sp.Symbol, sp.Expr] = dict.fromkeys(Q.LETTERS, sp.S.Zero)
-        self.constants |= {Q.m_eff: sp.S.One, Q.m_s: sp.S.One, Q.x1_min: -sp.oo, Q.x1_max: sp.oo, Q.u_max: sp.oo}
+        self.constants |= {
+            Q.m_eff: sp.S.One,
+            Q.m_s: sp.S.One,
+            Q.ratio: sp.S.One,
+            Q.x1_min: -sp.oo,
+            Q.x1_max: sp.oo,
+            Q.u_max: sp.oo,
+        }
         self.sources: dict[sp.Symbol, str] = {}
         self.elements: dict[sp.Symbol, tuple[str, ...]] = {}
         self.weights = [sp.S.Zero, sp.S.Zero]
@@ -84,6 +92,7 @@ class _Mechanism:
         self.first, self.second = self._masses()
         self.alone = self.second is None
         self._put_inertias()
+        self._put_ratio()
         self._put_springs()
         self._put_forces()
         self._put_friction()
@@ -372,15 +381,14 @@ class _Mechanism:
             )
         if len(slopes) == 2:
             assert self.first is not None and self.second is not None
-            one, other = slopes[self.first.symbol], slopes[self.second.symbol]
-            if sp.expand(one + other) != 0:
+            if _cancelled(self._ratio_of(slopes) - self.constants[Q.ratio]) != 0:
                 raise _refused(
                     element,
                     f"{element} acts on {_short(element.on)}, which changes where {self.first.symbol} and "
-                    f"{self.second.symbol} move together, and what is carried moves freely as a whole: with nothing held "
-                    f"the motion is of {self._order()}{self._behind_the_gear(element) or self._by_holding()}",
+                    f"{self.second.symbol} move as the other springs and dampers between them let them, and what is carried "
+                    f"moves freely as a whole: with nothing held the motion is of {self._order()}{self._by_holding()}",
                 )
-            return _Stretch(one, offset)
+            return _Stretch(-slopes[self.second.symbol], offset)
         (symbol,) = slopes
         if not self.alone and self.first is not None:
             if element.kind == "viscous":
@@ -394,6 +402,33 @@ class _Mechanism:
             )
         factor = slopes[symbol] if self.alone else -slopes[symbol]  # mass 2 is at the other end
         return _Stretch(factor, offset)
+
+    def _ratio_of(self, slopes: dict[sp.Symbol, sp.Expr]) -> sp.Expr:
+        """By how much a stretch between two coordinates changes per x_1, where it changes by -1 per x_2."""
+        assert self.first is not None and self.second is not None
+        return _cancelled(-slopes[self.first.symbol] / slopes[self.second.symbol])
+
+    @property
+    def _ratio(self) -> sp.Expr:
+        """The letter of the gear, or 1 without one."""
+        return Q.ratio if Q.ratio in self.sources else sp.S.One
+
+    def _put_ratio(self) -> None:
+        """The ratio of the gear or rope that the first spring between two coordinates stretches through."""
+        between = (each for each in self._of("spring") if len(self._slopes(each)) == 2)
+        spring = next(between, None)
+        if spring is None or (ratio := self._ratio_of(self._slopes(spring))) == 1:
+            return
+        if self.contact is not None:
+            assert self.first is not None
+            raise _refused(
+                spring,
+                f"{spring} acts on {_short(spring.on)}: in a leg with a contact the actuator has the factor 1 against the "
+                f"body{self._behind_the_gear(spring)}",
+            )
+        if not self._is_positive(-ratio):
+            self._refuse_sign(spring, ratio, f"{spring}: the ratio of its coordinates", positive=True)
+        self._put(spring, Q.ratio, ratio, f"gear of spring {spring.name}")
 
     # ---- the order of a motion that is not carried ----
 
@@ -505,9 +540,9 @@ class _Mechanism:
                 continue
             stretched, k = self._stretch(spring), spring.values["stiffness"]
             assert k is not None
-            positions = Q.x1 if self.alone else Q.x1 - Q.x2
+            positions = Q.x1 if self.alone else self._ratio * Q.x1 - Q.x2
             push = -k * stretched.factor * (stretched.factor * positions + stretched.offset)
-            self._further(spring, push, sp.S.Zero if self.alone else -push)
+            self._further(spring, self._ratio * push, sp.S.Zero if self.alone else -push)
 
     def _refuse_what_nothing_ties(self, first: DeclaredCoordinate, second: DeclaredCoordinate) -> None:
         between = {each.kind for each in self._of("spring", "viscous") if len(self._slopes(each)) == 2}
@@ -524,7 +559,7 @@ class _Mechanism:
         for element in self._of("force", "torque"):
             share = _cancelled((element.values["value"] or sp.S.Zero) / stiffness)
             if (
-                not self.alone and share.is_Symbol and self._number(element.on) == 1 and element.where == "both"
+                not self.alone and self.constants[Q.ratio] == 1 and share.is_Symbol and self._number(element.on) == 1 and element.where == "both"
                 and share in sp.Add.make_args(offset)
             ):  # fmt: skip
                 self.undone = element
@@ -595,8 +630,8 @@ class _Mechanism:
             if len(symbols) == 2 or self._is_in_leg(damper):
                 self._refuse_where(damper, "both", "in the leg" if self.contact else "between two coordinates")
                 self._refuse_sign(damper, damping, f"{damper}: damping", positive=False)
-                push = -damping * (Q.v1 - Q.v2)
-                self._further(damper, push, -push)
+                push = -damping * (self._ratio * Q.v1 - Q.v2)
+                self._further(damper, self._ratio * push, -push)
                 continue
             number = self._number(symbols[0])
             letter, where = ((Q.b1, "both"), (Q.b2, "stance"))[number - 1]

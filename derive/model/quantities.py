@@ -12,12 +12,12 @@ ROBOT = Record("Robot", "What the mechanism is made of.")
 
 LETTERS = sp.symbols(
     "m_eff m_s k L0 c b1 b2 f1 f2 gamma2 g x1_min x1_max u_max impact_loss f1_excess f2_excess "
-    "f1_minus f2_minus f1_excess_minus f2_excess_minus K_p K_d",
+    "f1_minus f2_minus f1_excess_minus f2_excess_minus K_p K_d ratio",
     real=True,
 )
 (
     m_eff, m_s, k, L0, c, b1, b2, f1, f2, gamma2, g, x1_min, x1_max, u_max, impact_loss, f1_excess, f2_excess,
-    f1_minus, f2_minus, f1_excess_minus, f2_excess_minus, K_p, K_d,
+    f1_minus, f2_minus, f1_excess_minus, f2_excess_minus, K_p, K_d, ratio,
 ) = LETTERS  # fmt: skip
 """The letters of the derivation, the paper's parameters and those of friction by sign: a model says what each is.
 
@@ -25,12 +25,15 @@ m_eff, m_s: inertias of the two masses. k, L0, c: the spring, of compression x_1
 k c. b1, b2: viscous friction. f_i, f_i_minus: Coulomb friction over the inertia where v_i > 0 and where v_i < 0;
 f_i_excess, f_i_excess_minus: what friction at rest has more, to either side. gamma2: force per current, against x_1.
 g: gravity. x1_min, x1_max: stops. u_max: limit of the current. impact_loss: fraction of the body's kinetic energy lost
-at touchdown. K_p, K_d: gains of a law that sets the current, force per displacement and per velocity.
+at touchdown. K_p, K_d: gains of a law that sets the current, force per displacement and per velocity. ratio: of a gear
+or a rope, by which the spring's compression is ratio x_1 - x_2 + L0 + c.
 """
 BY_SIGN = (f1_minus, f2_minus, f1_excess_minus, f2_excess_minus)
 """The letters that no parameter of the paper's hopper has: friction backward, where it is another."""
 OF_LAW = (K_p, K_d)
 """Further ones: the gains of a law."""
+OF_GEAR = (ratio,)
+"""That of a gear."""
 TRAVEL = Quantity("travel", r"y_{max}", "m", "travel of the spring: compression at coil bind", "length", float("inf"))
 """A limit of the robot that no equation knows: compressions are compared with it."""
 
@@ -54,6 +57,15 @@ RATES = Record("Rates", "Coefficients of y, v_1, v_2 and 1 in (3), (4), and thei
     Quantity("damping", r"a_{11} a_{22} - a_{12} a_{21}", "1/s^2", "product of the rates of both without the spring"),
 )
 a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping = RATES.symbols
+RATES_OF_GEAR = (
+    Quantity("y_v1", r"\rho", "1", "rate of the compression per v_1"),
+    Quantity(
+        "drift_1", r"a_{11} + \rho a_{12}", "1/s", "acceleration of the actuator per v_1 at a constant compression"
+    ),
+    Quantity("drift_2", r"a_{21} + \rho a_{22}", "1/s", "acceleration of the body per v_1 at a constant compression"),
+)
+"""Further rates, where a gear or a rope makes y_v1 another number than 1: in the sums nothing cancels."""
+y_v1, drift_1, drift_2 = (quantity.symbol for quantity in RATES_OF_GEAR)
 
 POLES = Record("Poles", "The denominator of a mode, (s + a)(s^2 + p s + q); a = 0 where one mass is held.").of(
     Quantity("a", r"a", "1/s", "rate of the real pole"),
@@ -189,12 +201,14 @@ TIME = Quantity("t", r"t", "s", "time since the phase began")
 CURRENT = Quantity("u", r"u", "A", "current")
 SIDE_1 = Quantity("side_1", r"\mathrm{sign}\,\dot{x}_1", "1", "sign of v_1 in the phase, 0 if held")
 SIDE_2 = Quantity("side_2", r"\mathrm{sign}\,\dot{x}_2", "1", "sign of v_2 in the phase, 0 if held")
+LIMIT_SIGN = Quantity("limit", r"\ell", "1", "sign of the limit that the input of a law is at in the phase, 0 under it")
 RESIDUAL_0 = Quantity("residual_0", r"r(0)", "1", "final value of a function of time, less its initial value")
 CHI = Quantity("chi", r"\chi", "1/s^2", "s^2 + p s + q at s = -a: what (18) divides by")
 OMEGA = Quantity("omega_p", r"\omega", "1/s", "frequency of a pair that rings")
 SHIFT = Quantity("sigma", r"\sigma", "1/s", "mean of the three rates, for nearly triple poles")
 HEIGHT = Quantity("height", r"h", "m", "hop height")
 BODY_HEIGHT = Quantity("x2", r"x_2", "m", "height of the body over the ground under the foot")
-t, u, side_1, side_2, residual_0, chi, omega_p, sigma, height, x2 = (
-    quantity.symbol for quantity in (TIME, CURRENT, SIDE_1, SIDE_2, RESIDUAL_0, CHI, OMEGA, SHIFT, HEIGHT, BODY_HEIGHT)
+t, u, side_1, side_2, limit_sign, residual_0, chi, omega_p, sigma, height, x2 = (
+    quantity.symbol
+    for quantity in (TIME, CURRENT, SIDE_1, SIDE_2, LIMIT_SIGN, RESIDUAL_0, CHI, OMEGA, SHIFT, HEIGHT, BODY_HEIGHT)
 )

@@ -87,14 +87,6 @@ MODAL = Struct(
 PLAN = Struct(
     "Plan", "What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode."
 )
-MODES = {"both": "both masses slip", "mass_1": "mass 1 slips alone", "mass_2": "mass 2 slips alone"}
-"""The modes in which something slips, by their names."""
-OF_LAW = (
-    Member("rates_law", "Rates", "under the law; `rates` are those at a limit of its input"),
-    Member("law", "Poles", "under the law"),
-    Member("node_law", "Node"),
-)
-"""What the plan of a model with a law has before its mark."""
 STEP = Struct("Step", "A step of the input: u from time t on.").of(
     Member("t", "real", "", "s"), Member("u", "real", "", CURRENT.unit)
 )
@@ -274,14 +266,22 @@ ENDING_OF_CONTACT = ("apex", "aed")
 
 
 def plan_of(moving: tuple[int, ...] = (1, 2), *, has_law: bool = False, may_be_modal: bool = True) -> Struct:
-    """The plan of a model: its modes are those of the masses that it has."""
-    names = list(MODES) if len(moving) == 2 else [f"mass_{moving[0]}"]
-    poles = (Member(name, "Poles", MODES[name]) for name in names)
-    nodes = (Member(f"node_{name}", "Node") for name in names)
-    mark = Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content")
-    law = OF_LAW if has_law else ()
-    modal = (Member("modal", "Modal", only_if=ONLY_IF_MODAL),) if may_be_modal else ()
-    return PLAN.of(Member("robot", "Robot"), Member("rates", "Rates"), *poles, *nodes, *law, *modal, mark)
+    """The plan of a model: rates, and poles with their nodes for each form of its modes."""
+    alone = [f"mass {n} slips alone" for n in moving]
+    forms = [
+        *(["both masses slip"] if len(moving) == 2 else []),
+        *alone,
+        *(["the same under the law"] if has_law else []),
+    ]
+    rates = ["of the equations of motion", *(["under the law"] if has_law else [])]
+    return PLAN.of(
+        Member("robot", "Robot"),
+        Member("rates", "Rates", "; ".join(rates), count=len(rates), is_array=True),
+        Member("poles", "Poles", "; ".join(forms), count=len(forms), is_array=True),
+        Member("node", "Node", "of each", count=len(forms), is_array=True),
+        *((Member("modal", "Modal", only_if=ONLY_IF_MODAL),) if may_be_modal else ()),
+        Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
+    )
 
 
 def structs(

@@ -168,4 +168,6 @@ def of_quantity(model: Model, quantity: Quantity) -> Quantity:
     for number, (named, thing) in enumerate(zip(model.names, MASSES, strict=True), 1):
         if named is None and re.search(rf"\b{thing}\b", quantity.meaning):
             meaning = f"0: the model has no mass {number}"
-    return replace(quantity, glyph=glyph(model, quantity.glyph), unit=model.unit(quantity.unit), meaning=meaning)
+    return replace(
+        quantity, glyph=glyph(model, quantity.glyph), unit=model.unit(quantity.unit, quantity.name), meaning=meaning
+    )

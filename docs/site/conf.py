@@ -79,7 +79,7 @@ NAVIGATION = {
     "Tutorials": ["docs/tutorials/*"],
     "How-to": ["docs/how-to/*"],
     "Reference": [
-        *(f"docs/site/python/{page}" for page in ("solve", "many", "control", "identify", "model")), "docs/site/c", "generated/c/README", "docs/site/help",
+        *(f"docs/site/python/{page}" for page in ("solve", "many", "control", "identify", "formulas", "model")), "docs/site/c", "generated/c/README", "docs/site/help",
         "docs/reference/*", "generated/EQUATIONS",
     ],
     "Explanation": [

@@ -422,7 +422,7 @@ def _solved(
     if matrices is not None:
         x2_is_given = "x2" in inputs or (how.what == "motion" and "y" not in inputs)
         derived = {"stance": of_stance, "motion": of_motion}[how.what]
-        derivatives = derived(ManySensitivities, matrices, x2_is_given, robot.solver, robots)
+        derivatives = derived(ManySensitivities, matrices, given["x1"], x2_is_given, robot.solver, robots)
     return _Found(labels, of, times, kinds, derivatives, compressions)
 
 

@@ -35,6 +35,7 @@ COMMANDS = {
     "hop": "hopping._commands", "identify": "identify._commands", "fit": "identify._fit_command", "record": "identify._commands",
     "control": "_cli.solve", "reach": "_cli.solve", "export": "_cli.folders", "selftest": "_cli.folders",
     "model check": "_cli.model", "model build": "_cli.model", "model list": "_cli.model", "model show": "_cli.model",
+    "model prove": "_cli.prove",
 }  # fmt: skip
 """The module of each command, of whichever room; one in a group has two words."""
 

@@ -466,7 +466,11 @@ class Motion(OverTime):
 
     def _derived(self, of: Callable[..., Sensitivities]) -> Sensitivities:
         solved = self._solved.sensitivities()
-        return of(Sensitivities, solved, self._x2_is_given, self.robot.solver, self.robot.parameters)
+        return of(Sensitivities, solved, self._x1_at_start, self._x2_is_given, self.robot.solver, self.robot.parameters)
+
+    @property
+    def _x1_at_start(self) -> float:
+        return float(self._solved.phase_rows()[0][1].x1)
 
     def derivatives(self, t: ArrayLike) -> ManySensitivities:
         """Derivatives of the state at times t [s], in t's shape, with two further axes, by the same.
@@ -479,8 +483,14 @@ class Motion(OverTime):
         >>> round(float(stance.derivatives(0.05)["x2", "v2"]), 5)
         0.04041
         """
-        rows = in_order(t, self._times(t), lambda times: [self._solved.tangents(times)[1]], shape=False)[0]
-        return at_times(rows, np.shape(t), self._x2_is_given, self.robot.solver, self.robot.parameters)
+
+        def of(times: NDArray[Any]) -> Sequence[NDArray[Any]]:
+            states, tangents = self._solved.tangents(times)
+            return [*states, tangents]
+
+        *states, rows = in_order(t, self._times(t), of, shape=False)
+        about = self._x1_at_start, self._x2_is_given, self.robot.solver, self.robot.parameters
+        return at_times(records.LegState(*states), rows, np.shape(t), *about)
 
     def explain(self) -> str:
         """How it was solved, phase by phase: poles, event functions at the start and the end, and which rule of the

@@ -25,8 +25,8 @@ COLUMNS = (*STARTS, *records.Robot._fields)
 """The same with those of the hopper."""
 NO_NAMES: Mapping[str, str] = MappingProxyType({})
 Lengths = Mapping[int, Any]
-LENGTHS: Lengths = MappingProxyType({COLUMNS.index("L0"): 1.0, COLUMNS.index("c"): 1.0})
-"""How the length of the paper's leg without load, L0 + c, changes, by columns."""
+LENGTHS: Lengths = MappingProxyType(dict.fromkeys(map(COLUMNS.index, ("x1", "L0", "c")), 1.0))
+"""How the compression of the paper's leg, x1 - x2 + L0 + c, changes at the same x2, by columns."""
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -118,16 +118,15 @@ def _place(
 
 
 def in_height(solved: NDArray[Any], x2_is_given: bool, lengthens: Lengths = LENGTHS) -> NDArray[Any]:
-    """Derivatives (..., rows, columns) with the column x2 in place of the compression's, y = x1 - x2 + length.
+    """Derivatives (..., rows, columns) with the column x2 in place of the compression's, y = ratio x1 - x2 + length.
 
-    lengthens: change of that length, which the leg has without load, with the parameters that it depends on. Where x2
-    is left out y stays as it is, and the column x2 is 0.
+    lengthens: change of y at the same x2 with x1 and with the parameters that the ratio and the length depend on. Where
+    x2 is left out y stays as it is, and the column x2 is 0.
     """
     at = {name: number for number, name in enumerate(SOLVED_COLUMNS)}
     by_y = solved[..., at["y"]].copy() if x2_is_given else np.zeros_like(solved[..., 0])
     matrix = solved.copy()
     matrix[..., at["y"]] = np.where(np.isnan(solved[..., at["y"]]), np.nan, -by_y)
-    matrix[..., at["x1"]] += by_y
     for column, change in lengthens.items():
         matrix[..., column] += by_y * change
     return matrix
@@ -140,7 +139,7 @@ def aliases_of(solver: Solver) -> dict[str, str]:
 
 
 def of_stance(
-    kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any
+    kind: Callable[..., Kind], solved: NDArray[Any], x1: Any, x2_is_given: bool, solver: Solver, parameters: Any
 ) -> Kind:
     """The sensitivities of one stance, or of many, from what the library of a solver computes for its robots: by the
     engine's names, which a leg's file may have others for.
@@ -148,7 +147,7 @@ def of_stance(
     names = {name: name for name in names_of(solver)}
     rows = {n: name for n, name in enumerate(ROWS) if name in names or name not in AXES}
     about = aliases_of(solver), _units(solver)
-    return _by_names(kind, rows, names, solved, x2_is_given, solver, parameters, *about)
+    return _by_names(kind, rows, names, solved, x1, x2_is_given, solver, parameters, *about)
 
 
 @lru_cache(maxsize=64)
@@ -161,25 +160,48 @@ def _units(solver: Solver) -> Mapping[str, str]:
 
 
 def of_motion(
-    kind: Callable[..., Kind], solved: NDArray[Any], x2_is_given: bool, solver: Solver, parameters: Any
+    kind: Callable[..., Kind], solved: NDArray[Any], x1: Any, x2_is_given: bool, solver: Solver, parameters: Any
 ) -> Kind:
     """Those of the duration and of the coordinates and velocities that the model has, under its names."""
     names = names_of(solver)
     rows = {0: "T"} | {n: names[name] for n, name in enumerate(ROWS) if name in names}
-    return _by_names(kind, rows, names, solved, x2_is_given, solver, parameters)
+    return _by_names(kind, rows, names, solved, x1, x2_is_given, solver, parameters)
 
 
 def at_times(
-    tangents: NDArray[Any], shape: tuple[int, ...], x2_is_given: bool, solver: Solver, parameters: Any
+    states: Any,
+    tangents: NDArray[Any],
+    shape: tuple[int, ...],
+    start: float,
+    x2_is_given: bool,
+    solver: Solver,
+    parameters: Any,
 ) -> ManySensitivities:
-    """Those of states at times in a shape, from the derivatives of x1, v1, v2 and y at each."""
+    """Those of states at times in a shape, from the derivatives of x1, v1, v2 and y at each; start: x1 there."""
     x1, v1, v2, y = np.moveaxis(tangents, -2, 0)
-    x2 = x1 - y
-    for column, change in lengths_of(solver.package, parameters).items():
-        x2[..., column] += change[0]
+    x2 = height_by(x1, y, lengths_of(solver.package, parameters, states.x1))
     by, names = np.stack((x1, v1, x2, v2), -2).reshape(*shape, len(AXES), tangents.shape[-1]), names_of(solver)
     rows = {n: names[axis] for n, axis in enumerate(AXES) if axis in names}
-    return _by_names(ManySensitivities, rows, names, by, x2_is_given, solver, parameters)
+    return _by_names(ManySensitivities, rows, names, by, start, x2_is_given, solver, parameters)
+
+
+def in_coordinates(
+    states: Any, tangents: NDArray[Any], start: float, package: Package, parameters: Any
+) -> NDArray[Any]:
+    """Derivatives (times, rows, columns) of x1, v1, x2, v2, by these at the start, from those of x1, v1, v2 and y; start:
+    x1 there.
+    """
+    x1, v1, v2, y = np.moveaxis(in_height(tangents, True, lengths_of(package, parameters, start)), -2, 0)
+    return np.stack((x1, v1, height_by(x1, y, lengths_of(package, parameters, states.x1)), v2), -2)
+
+
+def height_by(x1: NDArray[Any], y: NDArray[Any], lengthens: Lengths) -> NDArray[Any]:
+    """Derivatives (..., columns) of x2 from those of x1 and y."""
+    (_, ratio), *others = lengthens.items()
+    x2: NDArray[Any] = np.asarray(ratio) * x1 - y
+    for column, change in others:
+        x2[..., column] += change[..., 0]
+    return x2
 
 
 @lru_cache(maxsize=64)
@@ -193,14 +215,14 @@ def names_of(solver: Solver) -> dict[str, str]:
 
 
 def _by_names(
-    kind: Callable[..., Kind], rows: Mapping[int, str], names: Mapping[str, str], solved: NDArray[Any],
+    kind: Callable[..., Kind], rows: Mapping[int, str], names: Mapping[str, str], solved: NDArray[Any], x1: Any,
     x2_is_given: bool, solver: Solver, parameters: Any, aliases: Mapping[str, str] = NO_NAMES,
     units: Mapping[str, str] = NO_NAMES,
 ) -> Kind:  # fmt: skip
     """Some rows of a matrix by the columns that a model has, under names, whose units are given where they are none of
     the file's.
     """
-    facts, lengthens = solver.facts, lengths_of(solver.package, parameters) if x2_is_given else {}
+    facts, lengthens = solver.facts, lengths_of(solver.package, parameters, x1) if x2_is_given else {}
     by = in_height(solved, x2_is_given, lengthens)
     columns = [*names.values(), *parameters._fields]
     taken = [*map(STARTS.index, names), *range(len(STARTS), by.shape[-1])]
@@ -212,14 +234,20 @@ def _by_names(
     return kind(tuple(rows.values()), tuple(columns), matrix, {**facts.units, "T": "s", **units}, aliases)
 
 
-def lengths_of(of: Package, parameters: Any) -> dict[int, NDArray[Any]]:
-    """How the length of the leg without load changes with the parameters that it depends on, by their columns."""
+def lengths_of(of: Package, parameters: Any, x1: Any) -> dict[int, NDArray[Any]]:
+    """How y changes at the same x2 with x1, at an x1, and behind that with the parameters that it depends on, by their
+    columns: the ratio of a gear, and the change of ratio x1 + length.
+    """
     robots = type(parameters)(*(np.asarray(value, float)[..., np.newaxis] for value in parameters))
-    still, each = of.records.StateChange(*np.zeros(len(of.records.StateChange._fields))), np.eye(len(robots))
-    changes = np.asarray(of.formulas.height_change(robots, of.records.RobotChange(*each), still))
+    records, at = of.records, np.asarray(x1, float)[..., np.newaxis]
+    state, still, moved = records.LegState(at, 0.0, 0.0, 0.0), records.StateChange(*np.zeros(4)), np.zeros(len(robots))
+    each, none = records.RobotChange(*np.eye(len(robots))), records.RobotChange(*moved)
+    ratio = of.formulas.height_change(robots, state, none, still._replace(d_x1=1.0))
+    found = {STARTS.index("x1"): np.asarray(ratio, float) if np.ndim(ratio) else np.full(1, ratio)}
+    changes = np.asarray(of.formulas.height_change(robots, state, each, still))
     if changes.ndim == 0:  # a length that no parameter changes
-        return {}
-    return {
+        return found
+    return found | {
         len(STARTS) + n: change[..., np.newaxis]
         for n, change in enumerate(np.moveaxis(changes, -1, 0))
         if np.any(change)

@@ -23,7 +23,9 @@ from hopform._errors import HopformError, MissingExtra
 
 _NAMES = ("derive", "hopform._derive")
 _CHECKOUT = Path(__file__).resolve().parents[2] / "derive" / "__init__.py"
-_OF = {"Derivation": "derivation", "Mode": "derivation", "derive": "derivation", "Formula": "maths.formulas"}
+_OF = {
+    "Derivation": "derivation", "Mode": "derivation", "derive": "derivation", "Formula": "maths.formulas", "Quantity": "ir",
+}  # fmt: skip
 """Modules of names that the derivation's package `model` does not have."""
 
 
@@ -57,7 +59,7 @@ def part(name: str) -> ModuleType:
     try:
         return import_module(f"{package}.{name}")
     except ModuleNotFoundError as error:
-        if error.name in ("sympy", "jinja2", "pcpp", "pycparser"):
+        if error.name in ("sympy", "mpmath", "jinja2", "pcpp", "pycparser"):
             raise MissingExtra("hopform.model", "derive") from None
         raise
 

@@ -173,7 +173,7 @@ def modal_from(dtype: Any) -> float:
         known = rounded(like(robot, b1=float(b1)), dtype)
         made = types.Robot(*(known[name] for name, *_ in types.Robot._fields_))
         native.library().call("plan_init", types, ctypes.byref(plan), ctypes.byref(made))
-        return bool(plan.node_both.modal < plan.node_both.half_period)
+        return bool(plan.node[0].modal < plan.node[0].half_period)
 
     low, high = dtype(1e3), dtype(1e6)
     assert is_modal(high) and not is_modal(low)

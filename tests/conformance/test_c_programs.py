@@ -110,7 +110,8 @@ def test_answers_notice_a_constant_that_is_off(tmp_path):
     assert subprocess.run([image], check=False, timeout=60).returncode == 1
 
 
-@pytest.mark.parametrize("precision", needs.the_first([*DEFINE]))
+@pytest.mark.sliced
+@pytest.mark.parametrize("precision", [*DEFINE])
 @pytest.mark.parametrize("entry", ["3", "4", "flight", "control", "reading", "plant"])
 def test_arbitrary_inputs_get_answers_within_bounds(built, entry, precision):
     """What `make fuzz` looks for, on what it found before and on a fixed draw: nothing undefined, no endless search."""

@@ -288,10 +288,10 @@ def test_the_answer_is_held_at_the_fourth_candidate():
     assert np.median(held) == 4.0
 
 
-def ended(robot: hopform.Robot, touchdown: Touchdown, near: float = 0.0) -> Resumable:
+def ended(robot: hopform.Robot, touchdown: Touchdown, near: float = 0.0, dtype: Any = np.float64) -> Resumable:
     """A search that has come to its end, begun near a current."""
     start = LegState(touchdown.x1, touchdown.v1, touchdown.v2, touchdown.y)
-    search = Resumable(robot, start, (touchdown.h_des, touchdown.datum, touchdown.stop_margin, 2.0))
+    search = Resumable(robot, start, (touchdown.h_des, touchdown.datum, touchdown.stop_margin, 2.0), dtype)
     assert search.near(near) == 3
     while search.step() == 3:
         pass
@@ -319,19 +319,22 @@ def test_a_command_does_not_depend_on_the_current_that_its_search_begins_near(ro
                 assert max(abs(scan.gap(touchdown, each)) for each in between) < NEARER
 
 
-def test_a_command_near_the_last_one_takes_fewer_stances():
-    """Drops of 5 to 25 cm that are to come back within 1 cm, each command asked again 1 % faster: 6.5 for 7.6."""
-    draw, stances = np.random.default_rng(3), list[tuple[int, int]]()
+@pytest.mark.parametrize(("dtype", "share"), [(np.float64, 0.9), (np.float32, 1.0)])
+def test_a_command_near_the_last_one_takes_fewer_stances(dtype, share):
+    """Drops of 5 to 25 cm that are to come back within 1 cm, each command asked again 1 % faster: 6.5 for 7.6; in single
+    precision, which ends earlier, 6.4 for 6.6.
+    """
+    draw, stances = np.random.default_rng(3), list[tuple[int, ...]]()
     for _ in range(100):
         height = draw.uniform(0.05, 0.25)
         wish = height + draw.uniform(-0.01, 0.01)
         last = Touchdown(0.0, 0.0, hopform.touchdown_velocity(HOPPER, height), 0.0, wish, 0.0, 0.0)
-        before = ended(HOPPER, last)
+        before = ended(HOPPER, last, dtype=dtype)
         if COMMANDS[before.command.status] == "reached":
-            now = replace(last, v2=1.01 * last.v2)
-            stances.append((ended(HOPPER, now).search.trials, ended(HOPPER, now, before.command.u).search.trials))
+            now, u = replace(last, v2=1.01 * last.v2), before.command.u
+            stances.append(tuple(ended(HOPPER, now, near, dtype).search.trials for near in (0.0, u)))
     cold, warm = np.mean(stances, axis=0)
-    assert warm < 0.9 * cold
+    assert warm < share * cold
 
 
 def test_a_current_that_no_search_may_begin_near_changes_nothing():

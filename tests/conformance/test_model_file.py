@@ -645,18 +645,24 @@ BAD_FILES = {
     "two coordinates, of which one has a spring": (
         'p = coordinate("p", "rad", J)\nviscous(q, r)\nspring(p, 1)', "nothing ties q to p: two coordinates that move need",
     ),
-    "a gear between two coordinates": (
-        'N = parameter("N", "1", "ratio", "positive", 50)\np = coordinate("p", "rad", J)\nspring(q/N - p, 1)\n'
-        'viscous(q, r)\ni = current("i")\ntorque(q, 2*i)',
-        "with nothing held the motion is of order 3 and an integrator; take q/N as the coordinate in place of q, with the "
-        "inertia J*N**2: forces along it are those along q times N, dampings times N**2, lengths times 1/N",
+    "a gear that may be none": (
+        'N = parameter("N", "1", "ratio", "real", 50)\np = coordinate("p", "rad", J)\nspring(q/N - p, 1)\nviscous(q, r)',
+        "the ratio of its coordinates is 1/N, which may be 0 or negative for some robot: declare N as 'positive'",
     ),
-    "a gear without friction": (
-        'p = coordinate("p", "rad", J)\nspring(2*q - p, 3)', "of order 2 and 2 integrators; take 2*q as the coordinate",
+    "a gear between turn and stroke without its radius": (
+        'p = coordinate("p", "m", 2.0)\nN = parameter("N", "1", "ratio", "positive", 50)\nspring(q/N - p, 1)',
+        "units do not fit: -p is in m and q/N in 1",
+    ),
+    "a gear in a leg": (
+        'n = parameter("n", "m/rad", "radius", "positive", 0.02)\nz = coordinate("z", "m", 3.0, "body")\ngravity(z, 9.81)\n'
+        "viscous(q, r)\ncontact(spring(n*q - z + 0.4, 1000))",
+        "in a leg with a contact the actuator has the factor 1 against the body; take q*n [m] as the coordinate in place of "
+        "q, with the inertia J/n**2: forces along it are those along q times 1/n, dampings times n**(-2), lengths times n",
     ),
     "two gears": (
         'p = coordinate("p", "rad", J)\nspring(2*q - p, 1)\nspring(q - 2*p, 1, "other")',
-        "with nothing held the motion is of order 4\n",
+        "which changes where q and p move as the other springs and dampers between them let them, and what is carried moves "
+        "freely as a whole: with nothing held the motion is of order 4\n",
     ),
     "a spring to the ground of one of two": (
         'p = coordinate("p", "rad", J)\nspring(q - p, 1)\nviscous(q, r)\nspring(p, 1, "return spring")',
@@ -840,6 +846,9 @@ def test_a_file_that_is_no_model_is_refused_by_what_is_wrong_with_it(tmp_path, c
     assert (re.search(r"robot\.py: line \d+: ", said) is None) == (name in WITHOUT_A_LINE)
 
 
+GEAR = 'HEAD N = parameter("N", "1", "ratio", "positive", 50)\nq = coordinate("q", "rad", J)\np = coordinate("p", "rad", J)\n'
+"""A wheel, a load, and the ratio of the gear between them."""
+
 FOLLOWED = {
     "a parameter that no element has": 's = parameter("s", "N m", "a", "nonnegative")\nviscous(q, r)\nfriction(q, s)',
     "a function of a parameter, the way out": damping('r*parameter("cos_J", "1", "cos(J)", "nonnegative")'),
@@ -869,9 +878,10 @@ FOLLOWED = {
     ),
     "two coordinates that nothing ties": 'p = coordinate("p", "rad", J, held=True)\nviscous(q - p, r)',
     "two coordinates, of which one has a spring": "viscous(q, r)",
-    "a gear between two coordinates": (
-        'HEAD N = parameter("N", "1", "ratio", "positive", 50)\nq = coordinate("q", "rad", J*N**2)\n'
-        'p = coordinate("p", "rad", J)\nspring(q - p, 1)\nviscous(q, r*N**2)\ni = current("i")\ntorque(q, 2*N*i)'
+    "a gear that may be none": GEAR + "spring(q/N - p, 1)\nviscous(q, r)",
+    "a gear in a leg": (
+        'HEAD n = parameter("n", "m/rad", "radius", "positive", 0.02)\nz = coordinate("z", "m", 3.0, "body")\n'
+        'gravity(z, 9.81)\nq = coordinate("q", "m", J/n**2)\nviscous(q, r/n**2)\ncontact(spring(q - z + 0.4, 1000))'
     ),
     "a spring to the ground of one of two": (
         'HEAD q = coordinate("q", "rad", J, held=True)\np = coordinate("p", "rad", J)\nspring(q - p, 1)\n'
@@ -901,10 +911,19 @@ def test_who_does_what_a_refusal_advises_has_a_model(tmp_path, name):
     assert derive(file).equations_of_motion
 
 
-def test_a_gear_is_taken_behind_with_the_motion_that_it_had(tmp_path):
-    """The characteristic polynomial of what is advised is det(M s^2 + D s + K) of what was refused, less an integrator."""
-    text = FOLLOWED["a gear between two coordinates"].removeprefix("HEAD ")
-    (tmp_path / "robot.py").write_text(HEAD.replace('q = coordinate("q", "rad", J, "wheel")\n', "") + text, "utf-8")
+@pytest.mark.parametrize(
+    "text",
+    [
+        GEAR + "spring(q/N - p, 1)\nviscous(q, r)",
+        GEAR + "spring(p - q/N + 0.1, 1)\nviscous(q, r)\nspring(2*q/N - 2*p, 0, 'another')",
+        GEAR.replace('"q", "rad", J', '"q", "rad", J*N**2') + "spring(q - p, 1)\nviscous(q, r*N**2)",
+    ],
+    ids=["a factor", "of either sign, in all springs", "as one's own coordinate"],
+)
+def test_a_gear_has_the_motion_of_its_coordinates(tmp_path, text):
+    """The characteristic polynomial is det(M s^2 + D s + K) in them, less an integrator."""
+    head = HEAD.replace('q = coordinate("q", "rad", J, "wheel")\n', "")
+    (tmp_path / "robot.py").write_text(head + text.removeprefix("HEAD "), "utf-8")
     (whole_set,) = (each for each in derive(tmp_path / "robot.py").modes if not each.held)
     found = whole_set.denominator.as_expr()
     found = found.xreplace({each: sp.Symbol(each.name) for each in found.free_symbols})

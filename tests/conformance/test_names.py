@@ -222,4 +222,4 @@ def test_time_is_tau_beside_a_parameter_t():
     for each in beside.formulas:
         assert "(t)" not in each.quantity.glyph
         assert not {"t_"} & {symbol.name for symbol in each.value.free_symbols}
-    assert sp.Symbol("tau", real=True) in set().union(*(each.value.free_symbols for each in beside.formulas))
+    assert sp.Symbol("tau") in set().union(*(each.value.free_symbols for each in beside.formulas))

@@ -1,6 +1,7 @@
 """The plant of the C library: ticks of any length are the motion of the whole, and its time does not drift."""
 
 import ctypes
+import math
 import random
 from fractions import Fraction
 from typing import Any
@@ -143,6 +144,49 @@ def test_a_plant_goes_on_from_a_touchdown_at_its_time(hopper_c):
         assert plant.step(2.0, 1e-3) == "takeoff" and plant.report.duration == 0.0  # there is nothing to stand on
         start, now = stance.fly().touchdown._asdict(), plant.time
         assert plant.call("plant_place", ctypes.byref(plant.start_of(start))) == 0 and plant.time == now
+
+
+NO_STATE = ("x1", "v1", "v2", "y")
+NO_PLANTS = [
+    *((f"state.{member}", bad) for member in NO_STATE for bad in (math.nan, math.inf, -math.inf)),
+    *((member, bad) for member in ("from_upper", "largest_y", "rounding", "carry") for bad in (math.nan, math.inf)),
+    *(("from_lower", bad) for bad in (math.nan, -math.inf)), *(("fraction", bad) for bad in (math.nan, 1.5, -1.5)),
+    ("mode", -1), ("mode", 9),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("dtype", DTYPES, ids=str)
+@pytest.mark.parametrize("begins", [False, True], ids=["goes on", "begins"])
+def test_memory_that_is_no_plant_is_refused_and_stays_as_it_is(hopper_c, begins, dtype):
+    """Each member that a tick continues from: no number, none that is finite, no mode."""
+    for member, bad in NO_PLANTS:
+        plant = Plant(hopper_c, {"x1": 0.01, "v1": 0.0, "x2": 0.4, "v2": -1.93}, dtype)
+        if not begins:
+            plant.step(1.0, 1e-3)
+        holder, name = (plant.memory.state, member[6:]) if member.startswith("state.") else (plant.memory, member)
+        setattr(holder, name, bad)
+        before = bytes(plant.memory)
+        with pytest.raises(hopform.HopformError):
+            plant.step(1.0, 1e-3)
+        assert bytes(plant.memory) == before and plant.report.count == 0, member
+
+
+@pytest.mark.parametrize("dtype", DTYPES, ids=str)
+def test_a_tick_that_cannot_be_made_is_refused_and_the_next_one_is_as_ever(hopper_c, dtype):
+    """No input, no length, a length that has no end of it; memory for phases that is none."""
+    start = {"x1": 0.01, "v1": 0.0, "x2": 0.4, "v2": -1.93}
+    plant, other = Plant(hopper_c, start, dtype), Plant(hopper_c, start, dtype)
+    for u, dt in ((math.nan, 1e-3), (math.inf, 1e-3), (1.0, 0.0), (1.0, -1.0), (1.0, math.nan), (1.0, 1e10)):
+        with pytest.raises(hopform.HopformError):
+            plant.step(u, dt)
+    plant.report.capacity = -1
+    with pytest.raises(hopform.HopformError):
+        plant.step(1.0, 1e-3)
+    plant.report.capacity, plant.report.phases = ROOM, None
+    with pytest.raises(hopform.HopformError):
+        plant.step(1.0, 1e-3)
+    plant.report.phases = ctypes.addressof(plant.phases)
+    assert plant.step(1.0, 1e-3) == other.step(1.0, 1e-3) and list(plant.at) == list(other.at)
 
 
 @pytest.mark.sliced

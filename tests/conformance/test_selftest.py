@@ -143,8 +143,8 @@ def test_the_cases_visit_every_regime_of_the_poles_and_of_friction(precision):
     found, threshold = set(), MODAL.of(precision)
     for case in EVERY_CASE:
         plan = planned(ROBOTS[case.robot], precision.type)
-        a, p, q = plan.both.a, plan.both.p, plan.both.q
-        stiffness, modal = a * a / q, plan.node_both.modal < plan.node_both.half_period
+        a, p, q = plan.poles[0].a, plan.poles[0].p, plan.poles[0].q
+        stiffness, modal = a * a / q, plan.node[0].modal < plan.node[0].half_period
         assert modal == (stiffness > threshold and p * p < 4.0 * q and q - p * p / 4.0 > q / 16.0)
         of = {
             "softer than the pair": 0.0 < stiffness < 1.0,

@@ -117,8 +117,8 @@ class Model:
     def over_limit(self, robot: Any, side: int, at: dict[str, float]) -> float:
         """Pull of a law to a side, less the largest, [N]."""
         state = self.state(at["x1"], at["v1"], at["v2"], 0.0)
-        pull = self.formulas.pull_of_law(robot.parameters, state, at["u"])
-        return float(side * pull - self.formulas.largest_pull(robot.parameters))
+        pull = self.formulas.switching_of(robot.parameters, state, at["u"])
+        return float(side * pull - self.formulas.switching_levels(robot.parameters).upper)
 
     def contact(self, robot: Any, at: dict[str, float]) -> float:
         """Contact force over the stiffness of the leg, [m]."""

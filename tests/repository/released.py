@@ -23,7 +23,7 @@ ROOT = Path(__file__).resolve().parents[2]
 RECORD = Path(__file__).with_suffix(".json")
 HEADERS = ROOT / "generated" / "c" / "include" / "hopform"
 MODULES = ("extend", "hopping", "hopping.controllers", "hopping.terrain", "identify", "model")
-OF_MODEL = ("Derivation", "Formula", "Mode", "ModelError", "derive", *elements.__all__)
+OF_MODEL = ("Derivation", "Formula", "Mode", "ModelError", "Quantity", "derive", *elements.__all__)
 """What `hopform.model` has of the derivation for a model file and its reader."""
 OURS = ("hopform", "hopform_solver", "derive")
 """Packages whose classes have public members; others are Python's or NumPy's."""

@@ -406,6 +406,7 @@ def test_the_library_keeps_no_data(objects, compiler):
         assert not [name for kind, name in symbols(path) if kind in "dDbBC"], path.name
 
 
+@pytest.mark.sliced
 @each_compiler
 def test_the_library_defines_no_name_that_is_not_its_own(objects, compiler):
     for path in (*objects(compiler), *objects(compiler, "notes")):
@@ -417,6 +418,7 @@ ASKS_THE_PROCESSOR = {"__cpu_model", "__cpu_indicator_init", "_GLOBAL_OFFSET_TAB
 KEEPS_FLAGS = {"fegetenv", "fesetenv"}
 
 
+@pytest.mark.sliced
 @each_compiler
 def test_single_precision_calls_single_precision_alone(objects, compiler):
     """It needs its own, memory functions, and of libm what ends in f: no warning of a compiler sees calls."""
@@ -441,6 +443,7 @@ def test_a_public_header_stands_alone_in_c_and_in_cpp(tmp_path, name):
         run_compiler(*with_every_warning(compiler, language), *include, "-c", source, "-o", target)
 
 
+@pytest.mark.sliced
 def test_cpp_finds_the_names_of_the_library(tmp_path, objects):
     source = tmp_path / "user.cpp"
     source.write_text(

@@ -80,6 +80,7 @@ def test_the_imports_of_a_page_s_first_program_are_a_program(page):
 @pytest.mark.parametrize(
     "page",
     [
+        "how-to/formulas-of-a-mechanism.md",
         "how-to/hop-over-terrain.md",
         "how-to/use-another-robot.md",
         "reference/commands.md",

@@ -87,7 +87,7 @@ STRANGERS = {
 FORMS = ("text", "latex", "sympy", "json", "numpy", "c", "notebook")
 HELP = ("", "motion", "fit", "record", "robots", "export", "selftest")
 """The commands that a model without a contact can use, of which "" is the whole."""
-OF_FILES = ("model check", "model build", "model show", "model list")
+OF_FILES = ("model check", "model build", "model prove", "model show", "model list")
 """The commands about files of models."""
 
 REFUSED = (

@@ -169,9 +169,9 @@ def test_event_functions_are_those_of_friction_stops_and_limits_that_a_file_has(
     wanted = {f"{q}_{end}_stop": (q, end, at) for q, ends in one.stops.items() for end, at in ends.items()}
     assert {each for each in functions if each.endswith("_stop")} == wanted.keys()
     for function, (q, end, at) in wanted.items():
-        away = sp.Symbol(q, real=True) - sp.Symbol("at", real=True)
-        distance = (away if end == "lower" else -away).subs("at", 0).subs(sp.Symbol("at", real=True), at)
-        names = {symbol: sp.Symbol(symbol.name, real=True) for symbol in at.free_symbols}
+        away = sp.Symbol(q) - sp.Symbol("at")
+        distance = (away if end == "lower" else -away).subs(sp.Symbol("at"), at)
+        names = {symbol: sp.Symbol(symbol.name) for symbol in at.free_symbols}
         assert sp.nsimplify(functions[function] - distance.xreplace(names)) == 0
     has_law = bool(one.draft.laws)
     limited = has_law and one.draft.currents[0].limit is not None

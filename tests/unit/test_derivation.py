@@ -12,9 +12,9 @@ import sympy as sp
 
 from derive.ir import Step, unfold
 from derive.maths import control, energy, flight, laplace, modes, partial_fractions, time_domain
-from derive.maths.laplace import MATRIX, s
+from derive.maths.laplace import matrix_of, s
 from derive.model import quantities as Q
-from derive.model.equations import Model, compression
+from derive.model.equations import Model
 from derive.paper.register import cubic
 from derive.shipped import HOPPER
 from tests.derived import hopper_with
@@ -188,7 +188,7 @@ def test_the_numerators_are_those_of_11_to_17_counted_from_the_start(model):
 def test_the_denominators_are_the_characteristic_polynomials():
     known = parameters(HOPPER)
     assert is_zero(sum((known[n] * s**i for i, n in enumerate((Q.s_3, Q.s_2, Q.s_1))), s**3) - cubic)
-    matrix = MATRIX.subs(known)
+    matrix = matrix_of(HOPPER).subs(known)
     for p, q, kept in ((Q.p_1, Q.q_1, [0, 1]), (Q.p_2, Q.q_2, [0, 2])):
         own = (s * sp.eye(2) - matrix.extract(kept, kept)).det()
         assert is_zero(s**2 + known[p] * s + known[q] - own)
@@ -198,7 +198,7 @@ def test_rates_and_drive_give_back_the_accelerations():
     known = parameters(HOPPER)
     z = sp.Matrix([Q.y, Q.v1, Q.v2])
     for row, constant, acceleration in ((1, Q.C_1, 0), (2, Q.C_2, 1)):
-        linear = (MATRIX[row, :] * z)[0] + constant
+        linear = (matrix_of(HOPPER)[row, :] * z)[0] + constant
         assert is_zero(linear.subs(known) - HOPPER.in_compression[acceleration])
 
 
@@ -265,7 +265,7 @@ def test_the_ledger_integrates_the_powers_and_nothing_else(model):
 
 def test_the_energies_of_a_state_are_those_of_the_lagrangian():
     known = values(energy.energies(HOPPER))
-    where = {Q.y: compression}
+    where = {Q.y: HOPPER.compression}
     assert is_zero(known[Q.body].subs(where) - energy.body_energy)
     assert is_zero(known[Q.total].subs(where) - energy.total_energy(HOPPER))
 

@@ -15,10 +15,10 @@ from tests.derived import model_of
 
 TIME = sp.Symbol("time")
 POSITIVE, OTHERS = ["J", "J_2", "m", "d", "k", "k_2", "n", "F", "F_b"], ["b", "b_2", "q_0", "load", "g"]
-J, J_2, m, d, k, k_2, n, F, F_b, b, b_2, q_0, load, g = sp.symbols([*POSITIVE, *OTHERS], real=True)
-i = sp.Symbol("i", real=True)
+J, J_2, m, d, k, k_2, n, F, F_b, b, b_2, q_0, load, g = sp.symbols([*POSITIVE, *OTHERS])
+i = sp.Symbol("i")
 q, p = (sp.Function(name)(TIME) for name in "qp")
-SIDES = sp.symbols("side_1 side_2", real=True)
+SIDES = sp.symbols("side_1 side_2")
 
 # Elements; inertias by coordinate; potential energy; Rayleigh's function of damping; other forces by coordinate.
 ONE = {
@@ -56,7 +56,7 @@ def in_names(value: sp.Expr) -> sp.Expr:
     """Functions of time as the symbols of a file."""
     for each in (q, p):
         name = each.func.__name__
-        value = value.subs(each.diff(TIME), sp.Symbol(f"{name}_dot", real=True)).subs(each, sp.Symbol(name, real=True))
+        value = value.subs(each.diff(TIME), sp.Symbol(f"{name}_dot")).subs(each, sp.Symbol(name))
     return value
 
 
@@ -123,7 +123,8 @@ def test_the_hopper_is_that_of_the_paper():
     a_2 = (Q.k * (Q.x1 - Q.x2 + Q.L0 + Q.c) - Q.b2 * Q.v2 - Q.m_s * Q.g) / Q.m_s - Q.f2 * Q.side_2
     for found, wanted in zip(HOPPER.accelerations, (a_1, a_2), strict=True):
         assert sp.expand(found - wanted) == 0
-    own = {letter.name: value for letter, value in HOPPER.constants.items() if letter not in (*Q.BY_SIGN, *Q.OF_LAW)}
+    absent = (*Q.BY_SIGN, *Q.OF_LAW, *Q.OF_GEAR)
+    own = {letter.name: value for letter, value in HOPPER.constants.items() if letter not in absent}
     assert all(value == Own(name, real=True) for name, value in own.items())
     assert (HOPPER.further, HOPPER.by_sign, HOPPER.has_contact) == ((), (False, False), True)
 

@@ -45,6 +45,7 @@ COMMANDS = {
     "export": Files((), ("--robot",), {"folder": ""}),
     "model check": Files((), ("model",), {}),
     "model build": Files((), ("model", "--out"), {}),
+    "model prove": Files((), ("model",), {}),
     "model show": Files((), ("model",), {}),
 }
 """Every command that reads or writes files. The folder of `export` is empty."""

@@ -11,6 +11,7 @@ import sys
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import hopform
@@ -58,7 +59,7 @@ def test_a_check_says_what_follows_and_what_the_model_can(run):
     assert re.search(r"^acc_2 +\(b12\*\(v1 - v2\).*m/s\^2 *$", said, re.MULTILINE)
     assert re.search(r"^contact_force +b12\*\(v1 - v2\) \+ k\*\(L0 \+ c \+ x1 - x2\) +N *$", said, re.MULTILINE)
     assert re.search(r"^damper_2_power +b12\*v2\*\(v1 - v2\) +W *$", said, re.MULTILINE)
-    assert re.search(r"^actuator +body +2 *$", said, re.MULTILINE)
+    assert re.search(r"^actuator +body +2 +s\*\*2 \+ s\*\(b12 \+ b2\)/m_s \+ k/m_s *$", said, re.MULTILINE)
 
 
 def test_a_check_says_what_a_model_cannot_and_which_robots_are_refused(run):
@@ -66,7 +67,32 @@ def test_a_check_says_what_a_model_cannot_and_which_robots_are_refused(run):
     assert "No stance, flight or hop: the model lacks a contact()." in joint and joint.count("lacks") == 1
     assert "acc_2" not in joint and "contact_force" not in joint
     fed = run("model", "check", MODELS / "feedforward.py")
-    assert re.search(r"^body +actuator +2 +p_1 = b1/m_eff - k_fed/m_eff *$", fed, re.MULTILINE)
+    assert re.search(r"^body +actuator +2 +s\*\*2 \+ .* \+ k/m_eff +p_1 = b1/m_eff - k_fed/m_eff *$", fed, re.MULTILINE)
+
+
+def test_a_check_says_the_poles_of_the_defaults(run):
+    """The eigenvalues of the file's own equations, in its coordinates; that of a motion as a whole is none of them."""
+    J, link, N, k, d, b = 2e-5, 0.05, 50.0, 120.0, 0.05, 1e-5
+    M, D, K = (
+        np.diag([J, link]),
+        d * np.outer([1 / N, -1], [1 / N, -1]) + np.diag([b, 0.0]),
+        k * np.outer([1 / N, -1], [1 / N, -1]),
+    )
+
+    def poles(free: list[int]) -> str:
+        at = np.ix_(free, free)
+        size, inverse = len(free), np.linalg.inv(M[at])
+        whole = np.block([[np.zeros((size, size)), np.eye(size)], [-inverse @ K[at], -inverse @ D[at]]])
+        found = np.linalg.eigvals(whole)
+        real = [f"{each.real:.4g}" for each in found if not each.imag and abs(each) > 1e-6]
+        return ", ".join([*real, *(f"{each.real:.4g} +- {each.imag:.4g}i" for each in found if each.imag > 0)])
+
+    said = run("model", "check", MODELS / "geared_sea.py")
+    for held, slips, free in (("nothing", "rotor, link", [0, 1]), ("rotor", "link", [1]), ("link", "rotor", [0])):
+        line = f"^{held} +{slips} +{len(free) + 1} +{re.escape(poles(free))} *$"
+        assert re.search(line, said, re.MULTILINE), (line, said)
+    servo = run("model", "check", SHIPPED / "servo.py")
+    assert re.search(r"^nothing +joint, under the law +2 +-\d", servo, re.MULTILINE)
 
 
 @pytest.mark.parametrize("command", ["check", "build"])
@@ -168,8 +194,8 @@ FILE_OF = {
 
 
 @pytest.mark.parametrize(("name", "start", "numbers"), [
-    pytest.param("joint", {"phi": 0.3}, {"phi_0": 0.5, "phi_max": 0.6, "k": 40.0}, marks=pytest.mark.sliced),
-    ("relief_valve", {"x": 0.001}, {"x_0": 0.007}),
+    ("joint", {"phi": 0.3}, {"phi_0": 0.5, "phi_max": 0.6, "k": 40.0}),
+    pytest.param("relief_valve", {"x": 0.001}, {"x_0": 0.007}, marks=pytest.mark.sliced),
     pytest.param("sea", {"theta": 0.2, "q": 0.05}, {"k": 90.0}, marks=pytest.mark.sliced),
 ])  # fmt: skip
 def test_the_example_in_c_solves_the_motion_of_its_start(store, tmp_path, name, start, numbers):

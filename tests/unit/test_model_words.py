@@ -202,6 +202,7 @@ def test_a_recording_without_the_coordinate_is_refused_by_its_name(stranger, tmp
     assert str(error.value).endswith("there are angle_rad") and "x1" not in str(error.value)
 
 
+@pytest.mark.sliced
 def test_a_fit_names_its_coordinates_and_takes_friction_at_rest_where_it_is_asked_for(store, tmp_path):
     pytest.importorskip("scipy")
     tendon, door = (hopform.load_solver(built(store, name)) for name in ("tendon", "door"))

@@ -126,7 +126,7 @@ def test_what_friction_takes_at_rest_is_where_a_start_begins(side, least):
 DRIVEN = [
     "joint",
     "relay",
-    *needs.sliced(("door",), ("tendon",), ("cart",), ("pendulum",), ("relief_valve",), ("sea",)),
+    *needs.sliced(("door",), ("geared_sea",), ("cart",), ("pendulum",), ("relief_valve",), ("sea",)),
 ]
 
 
@@ -141,7 +141,7 @@ def test_what_an_input_drives_follows_its_reference_better_with_its_compensation
     assert ran_to_its_end(found)
     (alone,) = (error for text, error in found.items() if "under feedback alone" in text)
     (compensated,) = (error for text, error in found.items() if "with compensation" in text)
-    least = 40 if name in ("tendon", "sea") else 300
+    least = 40 if name in ("geared_sea", "sea") else 300
     assert 0 <= least * compensated[0] < alone[0]
     assert found["Ticks at the limit of the input"] == [0, 0]
 
@@ -305,7 +305,7 @@ def test_a_robot_adds_its_program_and_changes_nothing_else(solver, system):
 
 @needs.library
 @pytest.mark.sliced
-@pytest.mark.parametrize("name", ["joint", "relief_valve", "tendon", "slider"])
+@pytest.mark.parametrize("name", ["joint", "relief_valve", "rope_drum", "slider"])
 def test_the_first_example_runs(tmp_path, solver, name):
     root = exported(tmp_path / "package", solver(name), "platformio")
     (example,) = (root / "examples" / "motion").glob("main.c")

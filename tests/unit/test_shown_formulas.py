@@ -114,11 +114,9 @@ def starts(found: Derivation) -> dict[str, float]:
 
 
 def compiled(found: Derivation, folder: Path) -> ctypes.CDLL:
-    code = "#include <math.h>\n" + "\n".join(
-        found.show(name, "c").removeprefix("#include <math.h>\n") for name in states_of(found)
-    )
-    (folder / "all.c").write_text(re.sub("^static ", "", code, flags=re.MULTILINE))
-    flags = ["-std=c99", "-O0", "-Wall", "-Wextra", "-Wno-unused-variable", "-Werror", "-shared", "-fPIC"]
+    code = "\n".join(found.show(name, "c") for name in states_of(found))
+    (folder / "all.c").write_text(re.sub("^static inline ", "", code, flags=re.MULTILINE))
+    flags = ["-std=c99", "-O0", "-Wall", "-Wextra", "-Werror", "-shared", "-fPIC"]
     subprocess.run(["cc", *flags, "all.c", "-o", "all.so", "-lm"], cwd=folder, check=True)
     return ctypes.CDLL(str(folder / "all.so"))
 

@@ -90,7 +90,9 @@ def test_the_open_conditions_hold_where_no_eigenvalue_has_a_positive_real_part(m
     robots = drawn(20_000, 5)
     rates = laplace.rates_of(model)
     held = [[0, 1, 2], [0, 1], [0, 2]]
-    modes = [laplace.MATRIX.extract(rows, rows).applyfunc(lambda entry: unfold(entry, rates)) for rows in held]
+    modes = [
+        laplace.matrix_of(model).extract(rows, rows).applyfunc(lambda entry: unfold(entry, rates)) for rows in held
+    ]
     largest = np.max([growth(matrix, robots) for matrix in modes], axis=0)
     least = np.min([numbers(unfold(each.value, rates), robots) for each in open_conditions(model)], axis=0)
     clear = np.abs(largest) > 1e-6

@@ -41,13 +41,13 @@ static float sure_value_f32(const event_function_f32 *g, const propagator_f32 *a
 }
 
 static bool is_threshold_f32(const stance_chain_f32 *chain, const event_function_f32 *g) {
-    const bool of_element = g->owner != CONTACT_f32 && !(HOPFORM_HAS_LAW && g->owner == LIMIT_f32);
-    return of_element && !g->touch_is_no_event && chain->side[g->owner - ELEMENT_f32] == 0;
+    const bool of_element = g->owner != CONTACT_f32 && !(HOPFORM_HAS_LIMITS && g->owner == LIMIT_f32);
+    return of_element && !g->touch_is_no_event && side_of_mode_f32(chain->mode, g->owner - ELEMENT_f32) == 0;
 }
 
 static const char *kind_of_function_f32(const stance_chain_f32 *chain, const event_function_f32 *g) {
     if (g->owner == CONTACT_f32) { return "contact"; }
-    if (HOPFORM_HAS_LAW && g->owner == LIMIT_f32) { return "limit"; }
+    if (HOPFORM_HAS_LIMITS && g->owner == LIMIT_f32) { return "limit"; }
     if (g->touch_is_no_event) { return "stop"; }
     return is_threshold_f32(chain, g) ? "threshold" : "velocity";
 }
@@ -79,7 +79,7 @@ static void note_closed_form_f32(const stance_chain_f32 *chain, const stance_sea
     const bool contact = events->rests == CONTACT_f32;
     const int element = contact ? 0 : events->rests - ELEMENT_f32;
     const int axis = contact ? HOPFORM_STRETCH_AXIS : HOPFORM_VELOCITY_AXIS(element);
-    const float sign = contact ? 1.0f : (float)chain->side[element];
+    const float sign = contact ? 1.0f : (float)side_of_mode_f32(chain->mode, element);
     const numerator_f32 *h = contact ? &chain->numerators.of.stretch : &chain->numerators.of.velocity[element];
     const numerator_f32 towards = {sign * h->H3, sign * h->H2, sign * h->H1};
     const event_function_f32 g = event_function_of_f32(&towards, sign * chain->at.of[axis]);
@@ -96,11 +96,12 @@ static void note_closed_form_f32(const stance_chain_f32 *chain, const stance_sea
 static void note_phase_f32(stance_chain_f32 *chain, stance_search_f32 *search) {
     evaluations_f32 *notes = chain->evaluations;
     stance_find_end_f32(chain, search);
-    if (!all_rest_f32(chain->side)) {
+    if (!rests_of_mode_f32(chain->mode)) {
         const hopform_poles_f32 *poles = search->events.set.poles;
-        if (both_slip_f32(chain->side)) { (void)note_f32(notes, "pole", -1, poles->a, 0.0f); }
+        if (several_of_mode_f32(chain->mode)) { (void)note_f32(notes, "pole", -1, poles->a, 0.0f); }
         (void)note_f32(notes, "pair", -1, poles->p, poles->q);
-        (void)note_f32(notes, "sides", -1, (float)chain->side[0], (float)chain->side[1]);
+        (void)note_f32(notes, "sides", -1, (float)side_of_mode_f32(chain->mode, 0),
+                        (float)side_of_mode_f32(chain->mode, 1));
         for (int32_t n = 0; n < search->events.set.count; n++) {
             note_function_f32(chain, search, n);
         }

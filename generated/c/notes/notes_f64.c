@@ -41,13 +41,13 @@ static double sure_value_f64(const event_function_f64 *g, const propagator_f64 *
 }
 
 static bool is_threshold_f64(const stance_chain_f64 *chain, const event_function_f64 *g) {
-    const bool of_element = g->owner != CONTACT_f64 && !(HOPFORM_HAS_LAW && g->owner == LIMIT_f64);
-    return of_element && !g->touch_is_no_event && chain->side[g->owner - ELEMENT_f64] == 0;
+    const bool of_element = g->owner != CONTACT_f64 && !(HOPFORM_HAS_LIMITS && g->owner == LIMIT_f64);
+    return of_element && !g->touch_is_no_event && side_of_mode_f64(chain->mode, g->owner - ELEMENT_f64) == 0;
 }
 
 static const char *kind_of_function_f64(const stance_chain_f64 *chain, const event_function_f64 *g) {
     if (g->owner == CONTACT_f64) { return "contact"; }
-    if (HOPFORM_HAS_LAW && g->owner == LIMIT_f64) { return "limit"; }
+    if (HOPFORM_HAS_LIMITS && g->owner == LIMIT_f64) { return "limit"; }
     if (g->touch_is_no_event) { return "stop"; }
     return is_threshold_f64(chain, g) ? "threshold" : "velocity";
 }
@@ -79,7 +79,7 @@ static void note_closed_form_f64(const stance_chain_f64 *chain, const stance_sea
     const bool contact = events->rests == CONTACT_f64;
     const int element = contact ? 0 : events->rests - ELEMENT_f64;
     const int axis = contact ? HOPFORM_STRETCH_AXIS : HOPFORM_VELOCITY_AXIS(element);
-    const double sign = contact ? 1.0 : (double)chain->side[element];
+    const double sign = contact ? 1.0 : (double)side_of_mode_f64(chain->mode, element);
     const numerator_f64 *h = contact ? &chain->numerators.of.stretch : &chain->numerators.of.velocity[element];
     const numerator_f64 towards = {sign * h->H3, sign * h->H2, sign * h->H1};
     const event_function_f64 g = event_function_of_f64(&towards, sign * chain->at.of[axis]);
@@ -96,11 +96,12 @@ static void note_closed_form_f64(const stance_chain_f64 *chain, const stance_sea
 static void note_phase_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
     evaluations_f64 *notes = chain->evaluations;
     stance_find_end_f64(chain, search);
-    if (!all_rest_f64(chain->side)) {
+    if (!rests_of_mode_f64(chain->mode)) {
         const hopform_poles_f64 *poles = search->events.set.poles;
-        if (both_slip_f64(chain->side)) { (void)note_f64(notes, "pole", -1, poles->a, 0.0); }
+        if (several_of_mode_f64(chain->mode)) { (void)note_f64(notes, "pole", -1, poles->a, 0.0); }
         (void)note_f64(notes, "pair", -1, poles->p, poles->q);
-        (void)note_f64(notes, "sides", -1, (double)chain->side[0], (double)chain->side[1]);
+        (void)note_f64(notes, "sides", -1, (double)side_of_mode_f64(chain->mode, 0),
+                        (double)side_of_mode_f64(chain->mode, 1));
         for (int32_t n = 0; n < search->events.set.count; n++) {
             note_function_f64(chain, search, n);
         }

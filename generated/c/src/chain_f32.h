@@ -22,7 +22,7 @@ typedef struct {
     state_by_axis_f32 at;
     float from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     float from_upper;
-    int side[HOPFORM_ELEMENTS]; /* with a law the second one is its limit */
+    row_f32 mode;
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     float carried_acceleration; /* this acceleration, from before the state lost its digits */
@@ -49,17 +49,12 @@ typedef struct {
     current_variation_f32 *variation;
 } stance_chain_f32;
 
-/* The limit that the input of a law is at, 0 under it: the second side. */
-static inline int limit_of_chain_f32(const stance_chain_f32 *chain) {
-    return HOPFORM_HAS_LAW ? chain->side[HOPFORM_ELEMENTS - 1] : 0;
-}
-
 static inline float current_of_chain_f32(const stance_chain_f32 *chain) {
-    return input_of_mode_f32(chain->plan, limit_of_chain_f32(chain), chain->steps[chain->step].u);
+    return input_of_mode_f32(chain->plan, chain->mode, chain->steps[chain->step].u);
 }
 
 static inline const hopform_rates_f32 *rates_of_chain_f32(const stance_chain_f32 *chain) {
-    return rates_of_mode_f32(chain->plan, limit_of_chain_f32(chain));
+    return rates_in_mode_f32(chain->plan, chain->mode);
 }
 
 /* ---- the hold rule ---- */
@@ -70,47 +65,30 @@ static inline numerator_f32 free_numerator_f32(const hopform_rates_f32 *rates, i
     return element == 0 ? free_numerator_1_f32(rates, numerators) : free_numerator_2_f32(rates, numerators);
 }
 
-/* What the elements do, by their sides; one that never moves rests. */
-static inline bool both_slip_f32(const int *side) {
-    return !HOPFORM_MOVES_ALONE && side[0] != 0 && side[1] != 0;
+/* Enter the mode in which an element has another side. */
+static inline void take_side_f32(stance_chain_f32 *chain, int element, int side) {
+    chain->mode = mode_with_side_f32(chain->mode, element, side);
 }
 
-static inline bool all_rest_f32(const int *side) {
-    return side[0] == 0 && (HOPFORM_MOVES_ALONE || side[1] == 0);
-}
-
-static inline bool other_rests_f32(const int *side, int element) {
-    return HOPFORM_MOVES_ALONE || side[1 - element] == 0;
-}
-
-/* Whether a stop, or that it never moves, keeps an element at rest from going to a side. */
+/* Whether a stop keeps an element at rest from going to a side. */
 static inline bool stance_blocked_f32(const stance_chain_f32 *chain, int element, int side) {
     const hopform_robot_f32 *robot = &chain->plan->robot;
-    if (HOPFORM_NEVER_MOVES(element)) { return true; }
     if (!HOPFORM_HAS_STOPS || element != HOPFORM_STOPPED_ELEMENT) { return false; }
     const bool locked = !(lower_stop_f32(robot) < upper_stop_f32(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0f) || (side > 0 && chain->from_upper >= 0.0f);
 }
 
-/* The constant accelerations, and the numerators from the chain's state, with given sides. */
-static inline drive_by_element_f32 drive_of_chain_f32(const stance_chain_f32 *chain, const int *side) {
-    drive_by_element_f32 drive;
-    drive.named = drive_of_f32(&chain->plan->robot, rates_of_chain_f32(chain), current_of_chain_f32(chain),
-                                (float)side[0], (float)side[1]);
-    return drive;
-}
-
-static inline numerators_by_axis_f32 numerators_of_chain_f32(const stance_chain_f32 *chain, const int *side) {
-    const drive_by_element_f32 drive = drive_of_chain_f32(chain, side);
+/* The numerators from the chain's state in a mode. */
+static inline numerators_by_axis_f32 numerators_of_chain_f32(const stance_chain_f32 *chain, row_f32 mode) {
     numerators_by_axis_f32 made;
-    made.named = motion_under_f32(rates_of_chain_f32(chain), &drive.named, &chain->at.named, side[0], side[1]);
+    made.named = motion_of_f32(chain->plan, &chain->at.named, current_of_chain_f32(chain), mode);
     return made;
 }
 
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline float drift_of_free_f32(const stance_chain_f32 *chain, int element) {
-    const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
-    const numerators_by_axis_f32 numerators = numerators_of_chain_f32(chain, side);
+    const numerators_by_axis_f32 numerators =
+        numerators_of_chain_f32(chain, mode_with_side_f32(chain->mode, element, 0));
     const numerator_f32 free = free_numerator_f32(rates_of_chain_f32(chain), element, &numerators.named);
     return first_derivative_f32(&free);
 }
@@ -156,78 +134,80 @@ static inline direction_f32 direction_from_rest_f32(const stance_chain_f32 *chai
     return direction;
 }
 
-/* ---- the limit of a law ---- */
+/* ---- the limits of a law: the levels of its switching function ---- */
 
-/* The magnitudes that the room of the pull is a difference of: they are large where the law is stiff. */
-static inline float terms_of_room_f32(const stance_chain_f32 *chain, float largest) {
-    return terms_of_pull_f32(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u) + largest;
-}
+/* The switching function at the chain's state, the magnitudes that it is a sum of, and its levels. */
+typedef struct {
+    float value, terms;
+    levels_f32 levels;
+} switching_at_f32;
 
-static inline float pull_of_chain_f32(const stance_chain_f32 *chain) {
-    return pull_of_law_f32(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
-}
-
-/* How far the pull is beyond the limits, decided. */
-static inline float beyond_limit_f32(const stance_chain_f32 *chain, float pull) {
-    const float largest = largest_pull_f32(&chain->plan->robot);
-    return is_finite_f32(largest) ? decided_f32(fabs_f32(pull) - largest, terms_of_room_f32(chain, largest)) : -1.0f;
-}
-
-/* The limit that the current is at; on the limit 0. */
-static inline void stance_choose_limit_f32(stance_chain_f32 *chain) {
-    if (!HOPFORM_HAS_LAW) { return; }
-    const float pull = pull_of_chain_f32(chain);
-    chain->side[HOPFORM_ELEMENTS - 1] = beyond_limit_f32(chain, pull) > 0.0f ? (int)goes_f32(pull, 0.0f) : 0;
-}
-
-/* Where the pull is on the limit its first non-zero derivative decides; the sides of the elements are known. */
-static inline void stance_settle_limit_f32(stance_chain_f32 *chain) {
-    if (!HOPFORM_HAS_LAW || limit_of_chain_f32(chain) != 0 || all_rest_f32(chain->side)) { return; }
-    const float pull = pull_of_chain_f32(chain);
-    if (beyond_limit_f32(chain, pull) < 0.0f) { return; }
-    const numerators_by_axis_f32 numerators = numerators_of_chain_f32(chain, chain->side);
-    const numerator_f32 h = law_numerator_f32(&chain->plan->robot, &chain->at.named, &numerators.named);
-    const float leaves = goes_f32(pull, 0.0f) * first_derivative_f32(&h);
-    chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0f ? (int)goes_f32(pull, 0.0f) : 0;
-}
-
-/* The room of the pull to its limits, or at a limit what it is beyond that. */
-static inline void add_limits_f32(const stance_chain_f32 *chain, event_set_f32 *set) {
-    const float largest = largest_pull_f32(&chain->plan->robot);
-    if (!is_finite_f32(largest)) { return; }
-    const int limit = limit_of_chain_f32(chain);
+static inline switching_at_f32 switching_of_chain_f32(const stance_chain_f32 *chain) {
     const hopform_robot_f32 *robot = &chain->plan->robot;
-    const float terms = terms_of_room_f32(chain, largest);
-    const float pull = pull_of_chain_f32(chain);
-    const numerator_f32 h = law_numerator_f32(robot, &chain->at.named, &chain->numerators.named);
-    for (int side = -1; side <= 1; side += 2) {
-        if (limit != 0 && side != limit) { continue; }
-        event_function_f32 *room = add_event_function_f32(set, &h, pull - (float)side * largest,
-                                                            (float)(limit == 0 ? -side : side), LIMIT_f32, true);
-        put_on_threshold_f32(room, terms);
-        room->side = limit == 0 ? side : 0;
-    }
+    const float u = chain->steps[chain->step].u;
+    const switching_at_f32 at = {switching_of_f32(robot, &chain->at.named, u),
+                                  switching_terms_f32(robot, &chain->at.named, u), switching_levels_f32(robot)};
+    return at;
 }
 
-/* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
- * the others do. One that starts on its threshold has the acceleration of the excess there. */
-static inline void stance_settle_f32(stance_chain_f32 *chain, uint32_t resting) {
+static inline float level_of_limit_f32(const switching_at_f32 *at, int limit) {
+    return limit < 0 ? at->levels.lower : at->levels.upper;
+}
+
+/* The magnitudes that the function less a level is a sum of: they are large where the law is stiff. */
+static inline float terms_of_room_f32(const switching_at_f32 *at, float level) {
+    return at->terms + fabs_f32(level);
+}
+
+/* How far the function is beyond the level of a limit, decided; below 0 where there is none. */
+static inline float beyond_limit_f32(const switching_at_f32 *at, int limit) {
+    const float level = level_of_limit_f32(at, limit);
+    const float beyond = (float)limit * (at->value - level);
+    return is_finite_f32(level) ? decided_f32(beyond, terms_of_room_f32(at, level)) : -1.0f;
+}
+
+/* The limit that the input is at; on a level 0. */
+static inline void stance_choose_limit_f32(stance_chain_f32 *chain) {
+    if (!HOPFORM_HAS_LIMITS) { return; }
+    const switching_at_f32 at = switching_of_chain_f32(chain);
+    const int below = beyond_limit_f32(&at, -1) > 0.0f ? -1 : 0;
+    chain->mode = mode_at_limit_f32(chain->mode, beyond_limit_f32(&at, 1) > 0.0f ? 1 : below);
+}
+
+/* On a level the first non-zero derivative of the function decides; the sides of the elements are known. */
+static inline void stance_settle_limit_f32(stance_chain_f32 *chain) {
+    if (!HOPFORM_HAS_LIMITS || limit_of_mode_f32(chain->mode) != 0 || rests_of_mode_f32(chain->mode)) { return; }
+    const switching_at_f32 at = switching_of_chain_f32(chain);
+    const int below = !(beyond_limit_f32(&at, -1) < 0.0f) ? -1 : 0;
+    const int limit = !(beyond_limit_f32(&at, 1) < 0.0f) ? 1 : below;
+    if (limit == 0) { return; }
+    const numerators_by_axis_f32 numerators = numerators_of_chain_f32(chain, chain->mode);
+    const numerator_f32 h = switching_numerator_f32(&chain->plan->robot, &chain->at.named, &numerators.named);
+    chain->mode = mode_at_limit_f32(chain->mode, (float)limit * first_derivative_f32(&h) > 0.0f ? limit : 0);
+}
+
+/* The side of an element that is at rest. One that starts on its threshold has the acceleration of the excess there. */
+static inline void settle_element_f32(stance_chain_f32 *chain, int element) {
+    const direction_f32 direction = direction_from_rest_f32(chain, element);
+    take_side_f32(chain, element, direction.side);
+    if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
+}
+
+/* Those of the elements that are at rest, a bit each; where both are twice, because each may depend on what the other
+ * does. */
+SHARED_f32 void stance_settle_f32(stance_chain_f32 *chain, uint32_t resting) {
     const bool several = !HOPFORM_MOVES_ALONE && (resting & (resting - 1u)) != 0;
-    for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
-        for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-            if ((resting & 1u << (uint32_t)element) != 0) {
-                const direction_f32 direction = direction_from_rest_f32(chain, element);
-                chain->side[element] = direction.side;
-                if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
-            }
-        }
+    if (!several && resting == 0) { return; }
+    const int first = several || HOPFORM_MOVES_ALONE ? 0 : (int)(resting >> 1u);
+    for (int n = 0; n < (several ? 2 * HOPFORM_ELEMENTS : 1); n++) {
+        settle_element_f32(chain, several ? n % HOPFORM_ELEMENTS : first);
     }
 }
 
 static inline uint32_t held_elements_f32(const stance_chain_f32 *chain) {
     uint32_t held = 0;
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        held |= chain->side[element] == 0 ? 1u << (uint32_t)element : 0u;
+        held |= side_of_mode_f32(chain->mode, element) == 0 ? 1u << (uint32_t)element : 0u;
     }
     return held;
 }
@@ -270,66 +250,100 @@ static inline float terms_of_contact_f32(const stance_chain_f32 *chain) {
 }
 #endif
 
+/* ---- the event functions of a phase, by the kinds of guards: each puts those that are active in the mode ---- */
+
+/* Whether all but a velocity is monotone until the end of the phase. */
+static inline bool is_monotone_f32(row_f32 mode) {
+    return alone_of_mode_f32(mode) >= 0 && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
+}
+
+#if HOPFORM_HAS_CONTACT
+/* Where one element slips alone and the forces on it cancel at no stretch, the stretch of a contact rings about 0 as a
+ * velocity does: its first zero is known however far it has faded by then. Else it is one of those that are searched,
+ * unless it is the contact force and only rises, from 0 on. */
+static inline void put_contact_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
+    const row_f32 mode = chain->mode;
+    const float stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const int alone = alone_of_mode_f32(mode);
+    const bool may_ring = HOPFORM_CONTACT_IS_STRETCH && alone >= 0 && !(stretch < 0.0f);
+    if (may_ring && !(fabs_f32(chain->drive.of[alone]) > 0.0f)) {
+        events->rest_time = time_to_rest_f32(events->set.poles, stretch, chain->numerators.of.stretch.H3);
+        events->rests = CONTACT_f32;
+    } else if (falls_of_mode_f32(mode) || stretch < 0.0f || !HOPFORM_CONTACT_IS_STRETCH) {
+        const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &chain->numerators.named);
+        const float start = contact_of_f32(&chain->plan->robot, &chain->at.named);
+        event_function_f32 *contact =
+            add_event_function_f32(&events->set, &h, start, 1.0f, CONTACT_f32, !is_monotone_f32(mode));
+        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_f32(contact, terms_of_contact_f32(chain)); }
+    }
+}
+#endif
+
 /* How far the position is from the stop ahead, if there is one. */
-static inline void add_stop_f32(const stance_chain_f32 *chain, event_set_f32 *set) {
-    const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
+static inline void put_stop_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
+    const int side = side_of_mode_f32(chain->mode, HOPFORM_STOPPED_ELEMENT);
     const float gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_f32(gap)) { return; }
+    if (side == 0 || !is_finite_f32(gap)) { return; }
     const float away = -(float)side;
     const numerator_f32 *h = &chain->numerators.of.position;
     const numerator_f32 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f32 *stop =
-        add_event_function_f32(set, &first, away * gap, away, ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT, false);
+        add_event_function_f32(&events->set, &first, away * gap, away, ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT, false);
     stop->touch_is_no_event = true;
     stop->H0 = away * h->H1;
 }
 
-/* The event functions of a phase. Where one element slips alone and the forces on it cancel at no stretch, the stretch
- * of a contact rings about 0 as a velocity does: its first zero is known however far it has faded by then. */
+/* The room of the switching function to its levels, or at a limit what it is beyond that. */
+static inline void put_limit_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
+    const int from = limit_of_mode_f32(chain->mode);
+    const switching_at_f32 at = switching_of_chain_f32(chain);
+    const numerator_f32 h = switching_numerator_f32(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
+    for (int limit = -1; limit <= 1; limit += 2) {
+        const float level = level_of_limit_f32(&at, limit);
+        if (is_finite_f32(level) && (from == 0 || limit == from)) {
+            event_function_f32 *room = add_event_function_f32(&events->set, &h, at.value - level,
+                                                                (float)(from == 0 ? -limit : limit), LIMIT_f32, true);
+            put_on_threshold_f32(room, terms_of_room_f32(&at, level));
+            room->side = from == 0 ? limit : 0;
+        }
+    }
+}
+
+/* The velocity of each that slips beside others; of what slips alone its time to rest, in closed form. */
+static inline void put_velocity_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
+    const row_f32 mode = chain->mode;
+    const int alone = alone_of_mode_f32(mode);
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && alone < 0; element++) {
+        (void)add_event_function_f32(&events->set, &chain->numerators.of.velocity[element],
+                                      chain->at.of[HOPFORM_VELOCITY_AXIS(element)],
+                                      (float)side_of_mode_f32(mode, element), ELEMENT_f32 + element, true);
+    }
+    if (alone < 0) { return; }
+    const float sign = (float)side_of_mode_f32(mode, alone);
+    const float rest = time_to_rest_f32(events->set.poles, sign * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)],
+                                        sign * chain->numerators.of.velocity[alone].H3);
+    if (events->rests == NO_OWNER_f32 || !(events->rest_time <= rest)) {
+        events->rest_time = rest;
+        events->rests = ELEMENT_f32 + alone;
+    }
+}
+
+/* What is held while another element slips alone. */
+static inline void put_threshold_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
+    const int alone = alone_of_mode_f32(chain->mode);
+    if (alone >= 0) { add_thresholds_f32(chain, 1 - alone, !is_monotone_f32(chain->mode), &events->set); }
+}
+
+/* The event functions of a phase: of each guard that the model has. */
 static inline void put_events_f32(stance_events_f32 *events, const stance_chain_f32 *chain) {
-    const float *at = chain->at.of;
-    const int *side = chain->side;
-    event_set_f32 *set = &events->set;
-    const hopform_poles_f32 *poles = poles_of_f32(chain->plan, side[0], side[1]);
-    const bool several = both_slip_f32(side);
-    const int slips = HOPFORM_MOVES_ALONE || side[0] != 0 ? 0 : 1;
-    const bool is_monotone = !several && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
-    set->poles = poles;
-    set->node = node_of_f32(chain->plan, side[0], side[1]);
-    set->count = 0;
+    events->set.poles = poles_of_f32(chain->plan, chain->mode);
+    events->set.node = node_of_f32(chain->plan, chain->mode);
+    events->set.count = 0;
     events->rest_time = HOPFORM_NEVER_f32;
     events->rests = NO_OWNER_f32;
-#if HOPFORM_HAS_CONTACT
-    const float stretch = at[HOPFORM_STRETCH_AXIS];
-    const bool rings =
-        HOPFORM_CONTACT_IS_STRETCH && !several && !(stretch < 0.0f) && !(fabs_f32(chain->drive.of[slips]) > 0.0f);
-    const bool may_fall = HOPFORM_STRETCH_MAY_FALL(side) || stretch < 0.0f; /* else it rises, from 0 on */
-    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_STRETCH)) {
-        const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &chain->numerators.named);
-        event_function_f32 *contact = add_event_function_f32(
-            set, &h, contact_of_f32(&chain->plan->robot, &chain->at.named), 1.0f, CONTACT_f32, !is_monotone);
-        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_f32(contact, terms_of_contact_f32(chain)); }
-    }
-#endif
-    add_stop_f32(chain, set);
-    if (HOPFORM_HAS_LAW) { add_limits_f32(chain, set); }
-    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
-        (void)add_event_function_f32(set, &chain->numerators.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
-                                      (float)side[element], ELEMENT_f32 + element, true);
-    }
-    if (several) { return; }
-    const float sign = (float)side[slips];
-    if (!HOPFORM_MOVES_ALONE) { add_thresholds_f32(chain, 1 - slips, !is_monotone, set); }
-    events->rest_time = time_to_rest_f32(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
-                                          sign * chain->numerators.of.velocity[slips].H3);
-    events->rests = ELEMENT_f32 + slips;
-#if HOPFORM_HAS_CONTACT
-    const float lift = rings ? time_to_rest_f32(poles, stretch, chain->numerators.of.stretch.H3) : HOPFORM_NEVER_f32;
-    if (rings && lift <= events->rest_time) {
-        events->rest_time = lift;
-        events->rests = CONTACT_f32;
-    }
-#endif
+#define PUT_GUARD(kind) put_##kind##_f32(events, chain);
+    HOPFORM_GUARDS(PUT_GUARD)
+#undef PUT_GUARD
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -345,8 +359,7 @@ SELDOM_f32 float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_
     if (!is_late_f32(basis)) { return 0.0f; }
     state_by_axis_f32 steady = {{0.0f, 0.0f, 0.0f, 0.0f}};
     numerators_by_axis_f32 from_slack;
-    from_slack.named =
-        motion_of_f32(chain->plan, &steady.named, current_of_chain_f32(chain), chain->side[0], chain->side[1]);
+    from_slack.named = motion_of_f32(chain->plan, &steady.named, current_of_chain_f32(chain), chain->mode);
     steady.of[HOPFORM_STRETCH_AXIS] = settled_f32(poles, &from_slack.of.stretch);
     const float settled = contact_of_f32(&chain->plan->robot, &steady.named);
     return steady_state_correction_f32(poles, contact, settled, basis, t);
@@ -394,12 +407,12 @@ SELDOM_f32 void enter_modes_f32(stance_chain_f32 *chain, stance_search_f32 *sear
         }
 #endif
         if (g->touch_is_no_event) {
-            const float gap = chain->side[element] > 0 ? chain->from_upper : chain->from_lower;
+            const float gap = side_of_mode_f32(chain->mode, element) > 0 ? chain->from_upper : chain->from_lower;
             take_modes_f32(g, &modes->by.of.position, gap + modes->final.of[HOPFORM_POSITION_AXIS], modes->drift,
-                            -(float)chain->side[element]);
+                            -(float)side_of_mode_f32(chain->mode, element));
         } else {
             take_modes_f32(g, &modes->by.of.velocity[element], modes->final.of[HOPFORM_VELOCITY_AXIS(element)], 0.0f,
-                            (float)chain->side[element]);
+                            (float)side_of_mode_f32(chain->mode, element));
         }
     }
 }
@@ -409,7 +422,8 @@ SELDOM_f32 void enter_modes_f32(stance_chain_f32 *chain, stance_search_f32 *sear
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_in_modes_f32(const stance_chain_f32 *chain) {
-    return both_slip_f32(chain->side) && chain->plan->modal.h > 0.0f && chain->observer == NULL;
+    return alone_of_mode_f32(chain->mode) < 0 && !rests_of_mode_f32(chain->mode) && chain->plan->modal.h > 0.0f
+           && chain->observer == NULL;
 }
 
 /* The axis of each event function of the search. */
@@ -421,7 +435,6 @@ static const int axis_of_function_f32[MODAL_FUNCTIONS_f32] = {HOPFORM_STRETCH_AX
 static inline void begin_modal_search_f32(const stance_chain_f32 *chain, modal_search_f32 *search) {
     const hopform_modal_f32 *modal = &chain->plan->modal;
     const numerator_f32 *core = chain->numerators.core;
-    const int *side = chain->side;
     const float rate[MODAL_FUNCTIONS_f32] = {core[HOPFORM_STRETCH_AXIS - 1].H3, core[HOPFORM_VELOCITY_AXIS(0) - 1].H3,
                                              core[HOPFORM_VELOCITY_AXIS(1) - 1].H3};
     modal_node_f32 *low = &search->node[0];
@@ -437,11 +450,11 @@ static inline void begin_modal_search_f32(const stance_chain_f32 *chain, modal_s
     search->first = 1;
     search->from_the_end = false;
 #if HOPFORM_HAS_CONTACT
-    if (HOPFORM_STRETCH_MAY_FALL(side) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f) { search->first = 0; }
+    if (falls_of_mode_f32(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f) { search->first = 0; }
 #endif
     search->sign[0] = 1.0f;
-    search->sign[1] = (float)side[0];
-    search->sign[2] = (float)side[1];
+    search->sign[1] = (float)side_of_mode_f32(chain->mode, 0);
+    search->sign[2] = (float)side_of_mode_f32(chain->mode, 1);
     low->t = 0.0f;
     low->m.f = m[0];
     low->m.c = m[1];
@@ -469,7 +482,8 @@ static inline void begin_modal_search_f32(const stance_chain_f32 *chain, modal_s
 
 /* How far it is to the stop ahead; NEVER without one. */
 static inline float gap_ahead_f32(const stance_chain_f32 *chain) {
-    const float gap = chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
+    const float gap =
+        side_of_mode_f32(chain->mode, HOPFORM_STOPPED_ELEMENT) > 0 ? -chain->from_upper : chain->from_lower;
     return HOPFORM_HAS_STOPS && is_finite_f32(gap) ? gap : HOPFORM_NEVER_f32;
 }
 
@@ -480,11 +494,12 @@ SELDOM_f32 modal_root_f32 modal_stop_f32(const stance_chain_f32 *chain, const mo
     const hopform_modal_f32 *modal = &chain->plan->modal;
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_modal_row_f32 *row = &modal->row[1 + element];
-    const float side = (float)chain->side[element];
+    const float side = (float)side_of_mode_f32(chain->mode, element);
     const float velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
     const float gap = gap_ahead_f32(chain);
     const numerator_f32 *h = &chain->numerators.of.velocity[element];
-    const jet_f32 from = {gap, -side * velocity, -side * h->H3, -side * (h->H2 - chain->plan->rates.s_1 * h->H3)};
+    const jet_f32 from = {gap, -side * velocity, -side * h->H3,
+                           -side * (h->H2 - rates_of_chain_f32(chain)->s_1 * h->H3)};
     const interpolant_f32 p = interpolant_of_f32(&from, then, until);
     modal_root_f32 root = {until * refined_root_f32(&p, rough_root_f32(&from, then, until)), no_gain_f32(m)};
     float low = 0.0f, high = until;
@@ -538,7 +553,7 @@ static inline void arrive_in_modes_f32(const modal_search_f32 *search, const mod
 static inline void meet_stop_f32(const stance_chain_f32 *chain, const modal_search_f32 *search, float t,
                                   stance_search_f32 *end) {
     const int element = HOPFORM_STOPPED_ELEMENT;
-    const float side = (float)chain->side[element];
+    const float side = (float)side_of_mode_f32(chain->mode, element);
     const float gap = gap_ahead_f32(chain);
     modal_arrival_f32 *arrival = &end->arrival;
     const float speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
@@ -583,8 +598,8 @@ static inline void meet_stop_f32(const stance_chain_f32 *chain, const modal_sear
  * or what is quiet is passed at once. */
 SELDOM_f32 void pass_quiet_time_f32(const stance_chain_f32 *chain, modal_search_f32 *search) {
     const hopform_modal_f32 *modal = search->modal;
-    if (chain->plan->rates.s_3 > 0.0f && chain->came_to_rest < 0) {
-        const equilibrium_f32 settled = settled_of_both_f32(&chain->plan->rates, &chain->drive.named);
+    if (rates_of_chain_f32(chain)->s_3 > 0.0f && chain->came_to_rest < 0) {
+        const equilibrium_f32 settled = settled_of_both_f32(rates_of_chain_f32(chain), &chain->drive.named);
         count_from_the_end_f32(search, &settled);
     }
     const float quiet = modal_quiet_time_f32(search);
@@ -673,8 +688,8 @@ static inline void stance_find_end_f32(stance_chain_f32 *chain, stance_search_f3
         return;
     }
 #endif
-    if (all_rest_f32(chain->side)) {
-        search_rest_f32(search, any_poles_f32(chain->plan), until);
+    if (rests_of_mode_f32(chain->mode)) {
+        search_rest_f32(search, &chain->plan->poles[0], until);
         return;
     }
     put_events_f32(&search->events, chain);
@@ -700,13 +715,12 @@ static inline void stance_find_end_f32(stance_chain_f32 *chain, stance_search_f3
 
 /* The phase that begins at the chain's time, state and mode. */
 static inline hopform_phase_f32 phase_of_chain_f32(const stance_chain_f32 *chain, int event) {
-    const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
     hopform_phase_f32 phase;
 #define PUT_MEMBER(name, domain) phase.name = chain->at.named.name;
     HOPFORM_STATE_MEMBERS(PUT_MEMBER)
 #undef PUT_MEMBER
     phase.t = chain->t;
-    phase.mode = (int8_t)mode;
+    phase.mode = (int8_t)number_of_mode_f32(chain->mode);
     phase.event = (int8_t)event;
     phase.step = (uint16_t)chain->step;
     return phase;
@@ -719,7 +733,7 @@ static inline void stance_record_f32(stance_chain_f32 *chain, int event) {
     }
     chain->event = event;
     chain->count++;
-    if (!all_rest_f32(chain->side)) {
+    if (!rests_of_mode_f32(chain->mode)) {
         chain->held_count = 0;
     } else if (chain->held_count == 0) {
         chain->held_from = chain->t;
@@ -727,10 +741,10 @@ static inline void stance_record_f32(stance_chain_f32 *chain, int event) {
     }
 }
 
-/* An element has come to rest, or has met a stop. One that it touches where it turns is no event, but that is where
- * it is. */
-static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, bool stops, bool touches) {
-    const int before = chain->side[element];
+/* An element has come to rest, or has met a stop: the event. A stop that it touches where it turns is none, but that is
+ * where it is. */
+static inline int end_of_velocity_f32(stance_chain_f32 *chain, int element, bool stops, bool touches) {
+    const int before = side_of_mode_f32(chain->mode, element);
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0f; /* inelastic */
     if (stops || touches) {
         const float lower = lower_stop_f32(&chain->plan->robot);
@@ -743,13 +757,10 @@ static inline void end_of_velocity_f32(stance_chain_f32 *chain, int element, boo
     stance_choose_limit_f32(chain);
     stance_settle_f32(chain, 1u << (uint32_t)element);
     stance_settle_limit_f32(chain);
-    const int after = chain->side[element];
-    const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
-    if ((stops && after != before) || (touches && after == 0)) {
-        stance_record_f32(chain, HOPFORM_EVENT_HITS_STOP);
-    } else {
-        stance_record_f32(chain, after == before ? HOPFORM_EVENT_NONE : event); /* none: a touch, it goes on */
-    }
+    const int after = side_of_mode_f32(chain->mode, element);
+    if ((stops && after != before) || (touches && after == 0)) { return HOPFORM_EVENT_HITS_STOP; }
+    if (after == before) { return HOPFORM_EVENT_NONE; /* a touch, it goes on */ }
+    return after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
 }
 
 /* The input has taken its value of a step: what is held may begin to slip. */
@@ -760,7 +771,7 @@ static inline void take_step_f32(stance_chain_f32 *chain) {
     stance_settle_f32(chain, held);
     stance_settle_limit_f32(chain);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {
+        if ((held & 1u << (uint32_t)element) != 0 && side_of_mode_f32(chain->mode, element) != 0) {
             stance_record_f32(chain, HOPFORM_EVENT_SLIPS(element));
         }
     }
@@ -797,8 +808,11 @@ SELDOM_f32 void keep_small_acceleration_f32(stance_chain_f32 *chain, const float
 static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const stance_search_f32 *end) {
     const int element = end->owner - ELEMENT_f32;
     chain->came_to_rest = NO_ELEMENT_f32;
-    if (!all_rest_f32(chain->side)) { chain->rounded_at_stop = 0.0f; }
-    if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_f32) || chain->side[element] == 0) { return; }
+    if (!rests_of_mode_f32(chain->mode)) { chain->rounded_at_stop = 0.0f; }
+    if (element < 0 || (HOPFORM_HAS_LIMITS && end->owner == LIMIT_f32)
+        || side_of_mode_f32(chain->mode, element) == 0) {
+        return;
+    }
 #if HOPFORM_HAS_MODAL
     if (end->arrival.is_modal) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
@@ -808,7 +822,7 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
     }
 #endif
     const basis_f32 basis = basis_of_propagator_f32(end->events.set.poles, &end->in.high);
-    const bool alone = other_rests_f32(chain->side, element);
+    const bool alone = alone_of_mode_f32(chain->mode) == element;
     const bool at_stop = end->stops || end->touches;
     if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
         const float stretched = chain->most_stretched + terms_of_stretch_f32(chain, &basis);
@@ -816,9 +830,9 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
     }
     if (alone && !at_stop) {
         chain->came_to_rest = element;
-        chain->carried_acceleration =
-            free_after_motion_f32((float)chain->side[element], level_of_f32(&chain->plan->robot, element),
-                                   &chain->numerators.of.velocity[element], &basis);
+        chain->carried_acceleration = free_after_motion_f32((float)side_of_mode_f32(chain->mode, element),
+                                                             level_of_f32(&chain->plan->robot, element),
+                                                             &chain->numerators.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
         const numerator_f32 *h = &chain->numerators.of.velocity[element];
         const float terms[] = {h->H3 * basis.Wdd, h->H2 * basis.Wd, h->H1 * basis.W};
@@ -842,8 +856,8 @@ static inline void stance_arrive_f32(stance_chain_f32 *chain, const stance_searc
     } else
 #endif
     {
-        chain->at.named = arrive_at_f32(&chain->at.named, &chain->numerators.named, &chain->modes, &end->in.high,
-                                         chain->side[0], chain->side[1]);
+        chain->at.named =
+            arrive_at_f32(&chain->at.named, &chain->numerators.named, &chain->modes, &end->in.high, chain->mode);
     }
     const float moved = *position;
     *position = before + moved;
@@ -853,7 +867,7 @@ static inline void stance_arrive_f32(stance_chain_f32 *chain, const stance_searc
 
 /* The acceleration with which an element starts on its threshold. */
 static inline float acceleration_on_threshold_f32(const stance_chain_f32 *chain, int element) {
-    const int side = chain->side[element];
+    const int side = side_of_mode_f32(chain->mode, element);
     return (float)side * excess_to_side_f32(&chain->plan->robot, element, side);
 }
 
@@ -861,33 +875,33 @@ static inline float acceleration_on_threshold_f32(const stance_chain_f32 *chain,
  * that of the excess, and what follows from it, too: rounding would let it go back at once. */
 static inline void start_on_threshold_f32(stance_chain_f32 *chain) {
     const int element = chain->just_switched;
-    const int *side = chain->side;
-    if (element < 0 || !both_slip_f32(side)) { return; }
+    if (element < 0 || !several_of_mode_f32(chain->mode)) { return; }
     float *drive = &chain->drive.of[element];
     *drive = 0.0f;
     numerators_by_axis_f32 others;
-    others.named =
-        motion_under_f32(rates_of_chain_f32(chain), &chain->drive.named, &chain->at.named, side[0], side[1]);
+    others.named = motion_under_f32(rates_of_chain_f32(chain), &chain->drive.named, &chain->at.named, chain->mode);
     *drive = acceleration_on_threshold_f32(chain, element) - others.of.velocity[element].H3;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_f32(stance_chain_f32 *chain) {
     const int element = chain->came_to_rest;
-    chain->drive = drive_of_chain_f32(chain, chain->side);
+    chain->drive.named = drive_in_mode_f32(chain->plan, chain->mode, current_of_chain_f32(chain));
     start_on_threshold_f32(chain);
-    chain->numerators.named = motion_under_f32(rates_of_chain_f32(chain), &chain->drive.named, &chain->at.named,
-                                                chain->side[0], chain->side[1]);
+    chain->numerators.named =
+        motion_under_f32(rates_of_chain_f32(chain), &chain->drive.named, &chain->at.named, chain->mode);
     const int starts = chain->just_switched;
-    if (starts >= 0 && both_slip_f32(chain->side)) {
+    if (starts >= 0 && several_of_mode_f32(chain->mode)) {
         const float acceleration = acceleration_on_threshold_f32(chain, starts);
         if (fabs_f32(acceleration) > 0.0f) {
-            set_acceleration_from_rest_f32(&chain->numerators, starts, false, acceleration);
+            set_acceleration_from_rest_f32(&chain->numerators, rates_of_chain_f32(chain), starts, false,
+                                            acceleration);
         }
     }
-    if (element >= 0 && chain->side[element] != 0) {
-        const float level = (float)chain->side[element] * level_of_f32(&chain->plan->robot, element);
-        set_acceleration_from_rest_f32(&chain->numerators, element, other_rests_f32(chain->side, element),
+    if (element >= 0 && side_of_mode_f32(chain->mode, element) != 0) {
+        const float level = (float)side_of_mode_f32(chain->mode, element) * level_of_f32(&chain->plan->robot, element);
+        set_acceleration_from_rest_f32(&chain->numerators, rates_of_chain_f32(chain), element,
+                                        alone_of_mode_f32(chain->mode) == element,
                                         chain->carried_acceleration - level);
     }
 }
@@ -906,19 +920,22 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
     const int element = end->owner - ELEMENT_f32;
     keep_free_acceleration_f32(chain, end);
     chain->just_switched = NO_ELEMENT_f32;
+    int event = HOPFORM_EVENT_SLIPS(element);
     if (end->owner == NO_OWNER_f32) {
         chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
         take_step_f32(chain);
-    } else if (HOPFORM_HAS_LAW && end->owner == LIMIT_f32) {
-        chain->side[HOPFORM_ELEMENTS - 1] = end->side;
-        stance_record_f32(chain, HOPFORM_EVENT_OF_LIMIT(end->side));
-    } else if (chain->side[element] != 0) {
-        end_of_velocity_f32(chain, element, end->stops, end->touches);
-    } else {
-        chain->side[element] = end->side;
-        chain->just_switched = element;
-        stance_record_f32(chain, HOPFORM_EVENT_SLIPS(element));
+        return;
     }
+    if (HOPFORM_HAS_LIMITS && end->owner == LIMIT_f32) {
+        chain->mode = mode_at_limit_f32(chain->mode, end->side);
+        event = HOPFORM_EVENT_OF_LIMIT(end->side);
+    } else if (side_of_mode_f32(chain->mode, element) != 0) {
+        event = end_of_velocity_f32(chain, element, end->stops, end->touches);
+    } else {
+        take_side_f32(chain, element, end->side);
+        chain->just_switched = element;
+    }
+    stance_record_f32(chain, event);
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -927,9 +944,9 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
 static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
     const float contact =
         decided_f32(contact_of_f32(&chain->plan->robot, &chain->at.named), terms_of_contact_f32(chain));
-    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f32(&chain->at.named) > 0.0f;
+    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f32(&chain->plan->robot, &chain->at.named) > 0.0f;
     if (fabs_f32(contact) > 0.0f || rises) { return contact < 0.0f; }
-    const numerators_by_axis_f32 numerators = numerators_of_chain_f32(chain, chain->side);
+    const numerators_by_axis_f32 numerators = numerators_of_chain_f32(chain, chain->mode);
     const numerator_f32 h = contact_numerator_f32(&chain->plan->robot, &numerators.named);
     return first_derivative_f32(&h) < 0.0f;
 }
@@ -940,7 +957,7 @@ static inline void notify_f32(const stance_chain_f32 *chain, const state_by_axis
                                const propagator_f32 *end, bool leaves) {
     if (chain->observer != NULL) {
         const solved_phase_f32 phase = {&chain->numerators, end,         &chain->modes, start,
-                                         &chain->at,         chain->side, chain->event,  leaves};
+                                         &chain->at,         chain->mode, chain->event,  leaves};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -948,7 +965,7 @@ static inline void notify_f32(const stance_chain_f32 *chain, const state_by_axis
 /* The same of a last phase of no duration. */
 static inline void notify_ending_f32(stance_chain_f32 *chain) {
     if (chain->observer != NULL) {
-        const propagator_f32 now = propagator_at_start_f32(any_poles_f32(chain->plan));
+        const propagator_f32 now = propagator_at_start_f32(&chain->plan->poles[0]);
         stance_begin_phase_f32(chain);
         notify_f32(chain, &chain->at, &now, false);
     }
@@ -960,7 +977,7 @@ static inline int32_t ending_before_phase_f32(stance_chain_f32 *chain) {
         chain->count = chain->max_phases; /* a step of the input may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
-    if (all_rest_f32(chain->side) && chain->step + 1 >= chain->step_count) {
+    if (rests_of_mode_f32(chain->mode) && chain->step + 1 >= chain->step_count) {
         chain->t = chain->held_from; /* steps of the input since then have moved nothing */
         chain->count = chain->held_count;
         notify_ending_f32(chain);
@@ -971,16 +988,17 @@ static inline int32_t ending_before_phase_f32(stance_chain_f32 *chain) {
 
 /* What each element does at the start, no event; the ending if that is there already, 0 if not. */
 static inline int32_t stance_begin_f32(stance_chain_f32 *chain) {
-    chain->side[HOPFORM_ELEMENTS - 1] = 0; /* of one that never moves */
+    chain->mode = mode_of_number_f32(HOPFORM_MODE_AT_REST);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
         float *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
-        chain->side[element] = (int)goes_f32(*velocity, 0.0f);
-        if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
-            && stance_blocked_f32(chain, element, chain->side[element])) {
+        const int side = (int)goes_f32(*velocity, 0.0f);
+        const bool blocked =
+            element == HOPFORM_STOPPED_ELEMENT && side != 0 && stance_blocked_f32(chain, element, side);
+        if (blocked) {
             chain->start_loss = loss_at_stop_f32(&chain->plan->robot, &chain->at.named);
             *velocity = 0.0f;
-            chain->side[element] = 0;
         }
+        take_side_f32(chain, element, blocked ? 0 : side);
     }
     stance_choose_limit_f32(chain);
     stance_settle_f32(chain, held_elements_f32(chain));

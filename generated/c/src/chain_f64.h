@@ -22,7 +22,7 @@ typedef struct {
     state_by_axis_f64 at;
     double from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     double from_upper;
-    int side[HOPFORM_ELEMENTS]; /* with a law the second one is its limit */
+    row_f64 mode;
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     double carried_acceleration; /* this acceleration, from before the state lost its digits */
@@ -49,17 +49,12 @@ typedef struct {
     current_variation_f64 *variation;
 } stance_chain_f64;
 
-/* The limit that the input of a law is at, 0 under it: the second side. */
-static inline int limit_of_chain_f64(const stance_chain_f64 *chain) {
-    return HOPFORM_HAS_LAW ? chain->side[HOPFORM_ELEMENTS - 1] : 0;
-}
-
 static inline double current_of_chain_f64(const stance_chain_f64 *chain) {
-    return input_of_mode_f64(chain->plan, limit_of_chain_f64(chain), chain->steps[chain->step].u);
+    return input_of_mode_f64(chain->plan, chain->mode, chain->steps[chain->step].u);
 }
 
 static inline const hopform_rates_f64 *rates_of_chain_f64(const stance_chain_f64 *chain) {
-    return rates_of_mode_f64(chain->plan, limit_of_chain_f64(chain));
+    return rates_in_mode_f64(chain->plan, chain->mode);
 }
 
 /* ---- the hold rule ---- */
@@ -70,47 +65,30 @@ static inline numerator_f64 free_numerator_f64(const hopform_rates_f64 *rates, i
     return element == 0 ? free_numerator_1_f64(rates, numerators) : free_numerator_2_f64(rates, numerators);
 }
 
-/* What the elements do, by their sides; one that never moves rests. */
-static inline bool both_slip_f64(const int *side) {
-    return !HOPFORM_MOVES_ALONE && side[0] != 0 && side[1] != 0;
+/* Enter the mode in which an element has another side. */
+static inline void take_side_f64(stance_chain_f64 *chain, int element, int side) {
+    chain->mode = mode_with_side_f64(chain->mode, element, side);
 }
 
-static inline bool all_rest_f64(const int *side) {
-    return side[0] == 0 && (HOPFORM_MOVES_ALONE || side[1] == 0);
-}
-
-static inline bool other_rests_f64(const int *side, int element) {
-    return HOPFORM_MOVES_ALONE || side[1 - element] == 0;
-}
-
-/* Whether a stop, or that it never moves, keeps an element at rest from going to a side. */
+/* Whether a stop keeps an element at rest from going to a side. */
 static inline bool stance_blocked_f64(const stance_chain_f64 *chain, int element, int side) {
     const hopform_robot_f64 *robot = &chain->plan->robot;
-    if (HOPFORM_NEVER_MOVES(element)) { return true; }
     if (!HOPFORM_HAS_STOPS || element != HOPFORM_STOPPED_ELEMENT) { return false; }
     const bool locked = !(lower_stop_f64(robot) < upper_stop_f64(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
 
-/* The constant accelerations, and the numerators from the chain's state, with given sides. */
-static inline drive_by_element_f64 drive_of_chain_f64(const stance_chain_f64 *chain, const int *side) {
-    drive_by_element_f64 drive;
-    drive.named = drive_of_f64(&chain->plan->robot, rates_of_chain_f64(chain), current_of_chain_f64(chain),
-                                (double)side[0], (double)side[1]);
-    return drive;
-}
-
-static inline numerators_by_axis_f64 numerators_of_chain_f64(const stance_chain_f64 *chain, const int *side) {
-    const drive_by_element_f64 drive = drive_of_chain_f64(chain, side);
+/* The numerators from the chain's state in a mode. */
+static inline numerators_by_axis_f64 numerators_of_chain_f64(const stance_chain_f64 *chain, row_f64 mode) {
     numerators_by_axis_f64 made;
-    made.named = motion_under_f64(rates_of_chain_f64(chain), &drive.named, &chain->at.named, side[0], side[1]);
+    made.named = motion_of_f64(chain->plan, &chain->at.named, current_of_chain_f64(chain), mode);
     return made;
 }
 
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline double drift_of_free_f64(const stance_chain_f64 *chain, int element) {
-    const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
-    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, side);
+    const numerators_by_axis_f64 numerators =
+        numerators_of_chain_f64(chain, mode_with_side_f64(chain->mode, element, 0));
     const numerator_f64 free = free_numerator_f64(rates_of_chain_f64(chain), element, &numerators.named);
     return first_derivative_f64(&free);
 }
@@ -156,78 +134,80 @@ static inline direction_f64 direction_from_rest_f64(const stance_chain_f64 *chai
     return direction;
 }
 
-/* ---- the limit of a law ---- */
+/* ---- the limits of a law: the levels of its switching function ---- */
 
-/* The magnitudes that the room of the pull is a difference of: they are large where the law is stiff. */
-static inline double terms_of_room_f64(const stance_chain_f64 *chain, double largest) {
-    return terms_of_pull_f64(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u) + largest;
-}
+/* The switching function at the chain's state, the magnitudes that it is a sum of, and its levels. */
+typedef struct {
+    double value, terms;
+    levels_f64 levels;
+} switching_at_f64;
 
-static inline double pull_of_chain_f64(const stance_chain_f64 *chain) {
-    return pull_of_law_f64(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
-}
-
-/* How far the pull is beyond the limits, decided. */
-static inline double beyond_limit_f64(const stance_chain_f64 *chain, double pull) {
-    const double largest = largest_pull_f64(&chain->plan->robot);
-    return is_finite_f64(largest) ? decided_f64(fabs_f64(pull) - largest, terms_of_room_f64(chain, largest)) : -1.0;
-}
-
-/* The limit that the current is at; on the limit 0. */
-static inline void stance_choose_limit_f64(stance_chain_f64 *chain) {
-    if (!HOPFORM_HAS_LAW) { return; }
-    const double pull = pull_of_chain_f64(chain);
-    chain->side[HOPFORM_ELEMENTS - 1] = beyond_limit_f64(chain, pull) > 0.0 ? (int)goes_f64(pull, 0.0) : 0;
-}
-
-/* Where the pull is on the limit its first non-zero derivative decides; the sides of the elements are known. */
-static inline void stance_settle_limit_f64(stance_chain_f64 *chain) {
-    if (!HOPFORM_HAS_LAW || limit_of_chain_f64(chain) != 0 || all_rest_f64(chain->side)) { return; }
-    const double pull = pull_of_chain_f64(chain);
-    if (beyond_limit_f64(chain, pull) < 0.0) { return; }
-    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->side);
-    const numerator_f64 h = law_numerator_f64(&chain->plan->robot, &chain->at.named, &numerators.named);
-    const double leaves = goes_f64(pull, 0.0) * first_derivative_f64(&h);
-    chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0 ? (int)goes_f64(pull, 0.0) : 0;
-}
-
-/* The room of the pull to its limits, or at a limit what it is beyond that. */
-static inline void add_limits_f64(const stance_chain_f64 *chain, event_set_f64 *set) {
-    const double largest = largest_pull_f64(&chain->plan->robot);
-    if (!is_finite_f64(largest)) { return; }
-    const int limit = limit_of_chain_f64(chain);
+static inline switching_at_f64 switching_of_chain_f64(const stance_chain_f64 *chain) {
     const hopform_robot_f64 *robot = &chain->plan->robot;
-    const double terms = terms_of_room_f64(chain, largest);
-    const double pull = pull_of_chain_f64(chain);
-    const numerator_f64 h = law_numerator_f64(robot, &chain->at.named, &chain->numerators.named);
-    for (int side = -1; side <= 1; side += 2) {
-        if (limit != 0 && side != limit) { continue; }
-        event_function_f64 *room = add_event_function_f64(set, &h, pull - (double)side * largest,
-                                                            (double)(limit == 0 ? -side : side), LIMIT_f64, true);
-        put_on_threshold_f64(room, terms);
-        room->side = limit == 0 ? side : 0;
-    }
+    const double u = chain->steps[chain->step].u;
+    const switching_at_f64 at = {switching_of_f64(robot, &chain->at.named, u),
+                                  switching_terms_f64(robot, &chain->at.named, u), switching_levels_f64(robot)};
+    return at;
 }
 
-/* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
- * the others do. One that starts on its threshold has the acceleration of the excess there. */
-static inline void stance_settle_f64(stance_chain_f64 *chain, uint32_t resting) {
+static inline double level_of_limit_f64(const switching_at_f64 *at, int limit) {
+    return limit < 0 ? at->levels.lower : at->levels.upper;
+}
+
+/* The magnitudes that the function less a level is a sum of: they are large where the law is stiff. */
+static inline double terms_of_room_f64(const switching_at_f64 *at, double level) {
+    return at->terms + fabs_f64(level);
+}
+
+/* How far the function is beyond the level of a limit, decided; below 0 where there is none. */
+static inline double beyond_limit_f64(const switching_at_f64 *at, int limit) {
+    const double level = level_of_limit_f64(at, limit);
+    const double beyond = (double)limit * (at->value - level);
+    return is_finite_f64(level) ? decided_f64(beyond, terms_of_room_f64(at, level)) : -1.0;
+}
+
+/* The limit that the input is at; on a level 0. */
+static inline void stance_choose_limit_f64(stance_chain_f64 *chain) {
+    if (!HOPFORM_HAS_LIMITS) { return; }
+    const switching_at_f64 at = switching_of_chain_f64(chain);
+    const int below = beyond_limit_f64(&at, -1) > 0.0 ? -1 : 0;
+    chain->mode = mode_at_limit_f64(chain->mode, beyond_limit_f64(&at, 1) > 0.0 ? 1 : below);
+}
+
+/* On a level the first non-zero derivative of the function decides; the sides of the elements are known. */
+static inline void stance_settle_limit_f64(stance_chain_f64 *chain) {
+    if (!HOPFORM_HAS_LIMITS || limit_of_mode_f64(chain->mode) != 0 || rests_of_mode_f64(chain->mode)) { return; }
+    const switching_at_f64 at = switching_of_chain_f64(chain);
+    const int below = !(beyond_limit_f64(&at, -1) < 0.0) ? -1 : 0;
+    const int limit = !(beyond_limit_f64(&at, 1) < 0.0) ? 1 : below;
+    if (limit == 0) { return; }
+    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->mode);
+    const numerator_f64 h = switching_numerator_f64(&chain->plan->robot, &chain->at.named, &numerators.named);
+    chain->mode = mode_at_limit_f64(chain->mode, (double)limit * first_derivative_f64(&h) > 0.0 ? limit : 0);
+}
+
+/* The side of an element that is at rest. One that starts on its threshold has the acceleration of the excess there. */
+static inline void settle_element_f64(stance_chain_f64 *chain, int element) {
+    const direction_f64 direction = direction_from_rest_f64(chain, element);
+    take_side_f64(chain, element, direction.side);
+    if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
+}
+
+/* Those of the elements that are at rest, a bit each; where both are twice, because each may depend on what the other
+ * does. */
+SHARED_f64 void stance_settle_f64(stance_chain_f64 *chain, uint32_t resting) {
     const bool several = !HOPFORM_MOVES_ALONE && (resting & (resting - 1u)) != 0;
-    for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
-        for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-            if ((resting & 1u << (uint32_t)element) != 0) {
-                const direction_f64 direction = direction_from_rest_f64(chain, element);
-                chain->side[element] = direction.side;
-                if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
-            }
-        }
+    if (!several && resting == 0) { return; }
+    const int first = several || HOPFORM_MOVES_ALONE ? 0 : (int)(resting >> 1u);
+    for (int n = 0; n < (several ? 2 * HOPFORM_ELEMENTS : 1); n++) {
+        settle_element_f64(chain, several ? n % HOPFORM_ELEMENTS : first);
     }
 }
 
 static inline uint32_t held_elements_f64(const stance_chain_f64 *chain) {
     uint32_t held = 0;
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        held |= chain->side[element] == 0 ? 1u << (uint32_t)element : 0u;
+        held |= side_of_mode_f64(chain->mode, element) == 0 ? 1u << (uint32_t)element : 0u;
     }
     return held;
 }
@@ -270,66 +250,100 @@ static inline double terms_of_contact_f64(const stance_chain_f64 *chain) {
 }
 #endif
 
+/* ---- the event functions of a phase, by the kinds of guards: each puts those that are active in the mode ---- */
+
+/* Whether all but a velocity is monotone until the end of the phase. */
+static inline bool is_monotone_f64(row_f64 mode) {
+    return alone_of_mode_f64(mode) >= 0 && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
+}
+
+#if HOPFORM_HAS_CONTACT
+/* Where one element slips alone and the forces on it cancel at no stretch, the stretch of a contact rings about 0 as a
+ * velocity does: its first zero is known however far it has faded by then. Else it is one of those that are searched,
+ * unless it is the contact force and only rises, from 0 on. */
+static inline void put_contact_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const row_f64 mode = chain->mode;
+    const double stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const int alone = alone_of_mode_f64(mode);
+    const bool may_ring = HOPFORM_CONTACT_IS_STRETCH && alone >= 0 && !(stretch < 0.0);
+    if (may_ring && !(fabs_f64(chain->drive.of[alone]) > 0.0)) {
+        events->rest_time = time_to_rest_f64(events->set.poles, stretch, chain->numerators.of.stretch.H3);
+        events->rests = CONTACT_f64;
+    } else if (falls_of_mode_f64(mode) || stretch < 0.0 || !HOPFORM_CONTACT_IS_STRETCH) {
+        const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &chain->numerators.named);
+        const double start = contact_of_f64(&chain->plan->robot, &chain->at.named);
+        event_function_f64 *contact =
+            add_event_function_f64(&events->set, &h, start, 1.0, CONTACT_f64, !is_monotone_f64(mode));
+        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_f64(contact, terms_of_contact_f64(chain)); }
+    }
+}
+#endif
+
 /* How far the position is from the stop ahead, if there is one. */
-static inline void add_stop_f64(const stance_chain_f64 *chain, event_set_f64 *set) {
-    const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
+static inline void put_stop_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const int side = side_of_mode_f64(chain->mode, HOPFORM_STOPPED_ELEMENT);
     const double gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_f64(gap)) { return; }
+    if (side == 0 || !is_finite_f64(gap)) { return; }
     const double away = -(double)side;
     const numerator_f64 *h = &chain->numerators.of.position;
     const numerator_f64 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_f64 *stop =
-        add_event_function_f64(set, &first, away * gap, away, ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, false);
+        add_event_function_f64(&events->set, &first, away * gap, away, ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, false);
     stop->touch_is_no_event = true;
     stop->H0 = away * h->H1;
 }
 
-/* The event functions of a phase. Where one element slips alone and the forces on it cancel at no stretch, the stretch
- * of a contact rings about 0 as a velocity does: its first zero is known however far it has faded by then. */
+/* The room of the switching function to its levels, or at a limit what it is beyond that. */
+static inline void put_limit_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const int from = limit_of_mode_f64(chain->mode);
+    const switching_at_f64 at = switching_of_chain_f64(chain);
+    const numerator_f64 h = switching_numerator_f64(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
+    for (int limit = -1; limit <= 1; limit += 2) {
+        const double level = level_of_limit_f64(&at, limit);
+        if (is_finite_f64(level) && (from == 0 || limit == from)) {
+            event_function_f64 *room = add_event_function_f64(&events->set, &h, at.value - level,
+                                                                (double)(from == 0 ? -limit : limit), LIMIT_f64, true);
+            put_on_threshold_f64(room, terms_of_room_f64(&at, level));
+            room->side = from == 0 ? limit : 0;
+        }
+    }
+}
+
+/* The velocity of each that slips beside others; of what slips alone its time to rest, in closed form. */
+static inline void put_velocity_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const row_f64 mode = chain->mode;
+    const int alone = alone_of_mode_f64(mode);
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && alone < 0; element++) {
+        (void)add_event_function_f64(&events->set, &chain->numerators.of.velocity[element],
+                                      chain->at.of[HOPFORM_VELOCITY_AXIS(element)],
+                                      (double)side_of_mode_f64(mode, element), ELEMENT_f64 + element, true);
+    }
+    if (alone < 0) { return; }
+    const double sign = (double)side_of_mode_f64(mode, alone);
+    const double rest = time_to_rest_f64(events->set.poles, sign * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)],
+                                        sign * chain->numerators.of.velocity[alone].H3);
+    if (events->rests == NO_OWNER_f64 || !(events->rest_time <= rest)) {
+        events->rest_time = rest;
+        events->rests = ELEMENT_f64 + alone;
+    }
+}
+
+/* What is held while another element slips alone. */
+static inline void put_threshold_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
+    const int alone = alone_of_mode_f64(chain->mode);
+    if (alone >= 0) { add_thresholds_f64(chain, 1 - alone, !is_monotone_f64(chain->mode), &events->set); }
+}
+
+/* The event functions of a phase: of each guard that the model has. */
 static inline void put_events_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
-    const double *at = chain->at.of;
-    const int *side = chain->side;
-    event_set_f64 *set = &events->set;
-    const hopform_poles_f64 *poles = poles_of_f64(chain->plan, side[0], side[1]);
-    const bool several = both_slip_f64(side);
-    const int slips = HOPFORM_MOVES_ALONE || side[0] != 0 ? 0 : 1;
-    const bool is_monotone = !several && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
-    set->poles = poles;
-    set->node = node_of_f64(chain->plan, side[0], side[1]);
-    set->count = 0;
+    events->set.poles = poles_of_f64(chain->plan, chain->mode);
+    events->set.node = node_of_f64(chain->plan, chain->mode);
+    events->set.count = 0;
     events->rest_time = HOPFORM_NEVER_f64;
     events->rests = NO_OWNER_f64;
-#if HOPFORM_HAS_CONTACT
-    const double stretch = at[HOPFORM_STRETCH_AXIS];
-    const bool rings =
-        HOPFORM_CONTACT_IS_STRETCH && !several && !(stretch < 0.0) && !(fabs_f64(chain->drive.of[slips]) > 0.0);
-    const bool may_fall = HOPFORM_STRETCH_MAY_FALL(side) || stretch < 0.0; /* else it rises, from 0 on */
-    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_STRETCH)) {
-        const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &chain->numerators.named);
-        event_function_f64 *contact = add_event_function_f64(
-            set, &h, contact_of_f64(&chain->plan->robot, &chain->at.named), 1.0, CONTACT_f64, !is_monotone);
-        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_f64(contact, terms_of_contact_f64(chain)); }
-    }
-#endif
-    add_stop_f64(chain, set);
-    if (HOPFORM_HAS_LAW) { add_limits_f64(chain, set); }
-    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
-        (void)add_event_function_f64(set, &chain->numerators.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
-                                      (double)side[element], ELEMENT_f64 + element, true);
-    }
-    if (several) { return; }
-    const double sign = (double)side[slips];
-    if (!HOPFORM_MOVES_ALONE) { add_thresholds_f64(chain, 1 - slips, !is_monotone, set); }
-    events->rest_time = time_to_rest_f64(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
-                                          sign * chain->numerators.of.velocity[slips].H3);
-    events->rests = ELEMENT_f64 + slips;
-#if HOPFORM_HAS_CONTACT
-    const double lift = rings ? time_to_rest_f64(poles, stretch, chain->numerators.of.stretch.H3) : HOPFORM_NEVER_f64;
-    if (rings && lift <= events->rest_time) {
-        events->rest_time = lift;
-        events->rests = CONTACT_f64;
-    }
-#endif
+#define PUT_GUARD(kind) put_##kind##_f64(events, chain);
+    HOPFORM_GUARDS(PUT_GUARD)
+#undef PUT_GUARD
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -345,8 +359,7 @@ SELDOM_f64 double later_takeoff_f64(const stance_chain_f64 *chain, const hopform
     if (!is_late_f64(basis)) { return 0.0; }
     state_by_axis_f64 steady = {{0.0, 0.0, 0.0, 0.0}};
     numerators_by_axis_f64 from_slack;
-    from_slack.named =
-        motion_of_f64(chain->plan, &steady.named, current_of_chain_f64(chain), chain->side[0], chain->side[1]);
+    from_slack.named = motion_of_f64(chain->plan, &steady.named, current_of_chain_f64(chain), chain->mode);
     steady.of[HOPFORM_STRETCH_AXIS] = settled_f64(poles, &from_slack.of.stretch);
     const double settled = contact_of_f64(&chain->plan->robot, &steady.named);
     return steady_state_correction_f64(poles, contact, settled, basis, t);
@@ -394,12 +407,12 @@ SELDOM_f64 void enter_modes_f64(stance_chain_f64 *chain, stance_search_f64 *sear
         }
 #endif
         if (g->touch_is_no_event) {
-            const double gap = chain->side[element] > 0 ? chain->from_upper : chain->from_lower;
+            const double gap = side_of_mode_f64(chain->mode, element) > 0 ? chain->from_upper : chain->from_lower;
             take_modes_f64(g, &modes->by.of.position, gap + modes->final.of[HOPFORM_POSITION_AXIS], modes->drift,
-                            -(double)chain->side[element]);
+                            -(double)side_of_mode_f64(chain->mode, element));
         } else {
             take_modes_f64(g, &modes->by.of.velocity[element], modes->final.of[HOPFORM_VELOCITY_AXIS(element)], 0.0,
-                            (double)chain->side[element]);
+                            (double)side_of_mode_f64(chain->mode, element));
         }
     }
 }
@@ -409,7 +422,8 @@ SELDOM_f64 void enter_modes_f64(stance_chain_f64 *chain, stance_search_f64 *sear
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_in_modes_f64(const stance_chain_f64 *chain) {
-    return both_slip_f64(chain->side) && chain->plan->modal.h > 0.0 && chain->observer == NULL;
+    return alone_of_mode_f64(chain->mode) < 0 && !rests_of_mode_f64(chain->mode) && chain->plan->modal.h > 0.0
+           && chain->observer == NULL;
 }
 
 /* The axis of each event function of the search. */
@@ -421,7 +435,6 @@ static const int axis_of_function_f64[MODAL_FUNCTIONS_f64] = {HOPFORM_STRETCH_AX
 static inline void begin_modal_search_f64(const stance_chain_f64 *chain, modal_search_f64 *search) {
     const hopform_modal_f64 *modal = &chain->plan->modal;
     const numerator_f64 *core = chain->numerators.core;
-    const int *side = chain->side;
     const double rate[MODAL_FUNCTIONS_f64] = {core[HOPFORM_STRETCH_AXIS - 1].H3, core[HOPFORM_VELOCITY_AXIS(0) - 1].H3,
                                              core[HOPFORM_VELOCITY_AXIS(1) - 1].H3};
     modal_node_f64 *low = &search->node[0];
@@ -437,11 +450,11 @@ static inline void begin_modal_search_f64(const stance_chain_f64 *chain, modal_s
     search->first = 1;
     search->from_the_end = false;
 #if HOPFORM_HAS_CONTACT
-    if (HOPFORM_STRETCH_MAY_FALL(side) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
+    if (falls_of_mode_f64(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
 #endif
     search->sign[0] = 1.0;
-    search->sign[1] = (double)side[0];
-    search->sign[2] = (double)side[1];
+    search->sign[1] = (double)side_of_mode_f64(chain->mode, 0);
+    search->sign[2] = (double)side_of_mode_f64(chain->mode, 1);
     low->t = 0.0;
     low->m.f = m[0];
     low->m.c = m[1];
@@ -469,7 +482,8 @@ static inline void begin_modal_search_f64(const stance_chain_f64 *chain, modal_s
 
 /* How far it is to the stop ahead; NEVER without one. */
 static inline double gap_ahead_f64(const stance_chain_f64 *chain) {
-    const double gap = chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
+    const double gap =
+        side_of_mode_f64(chain->mode, HOPFORM_STOPPED_ELEMENT) > 0 ? -chain->from_upper : chain->from_lower;
     return HOPFORM_HAS_STOPS && is_finite_f64(gap) ? gap : HOPFORM_NEVER_f64;
 }
 
@@ -480,11 +494,12 @@ SELDOM_f64 modal_root_f64 modal_stop_f64(const stance_chain_f64 *chain, const mo
     const hopform_modal_f64 *modal = &chain->plan->modal;
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_modal_row_f64 *row = &modal->row[1 + element];
-    const double side = (double)chain->side[element];
+    const double side = (double)side_of_mode_f64(chain->mode, element);
     const double velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
     const double gap = gap_ahead_f64(chain);
     const numerator_f64 *h = &chain->numerators.of.velocity[element];
-    const jet_f64 from = {gap, -side * velocity, -side * h->H3, -side * (h->H2 - chain->plan->rates.s_1 * h->H3)};
+    const jet_f64 from = {gap, -side * velocity, -side * h->H3,
+                           -side * (h->H2 - rates_of_chain_f64(chain)->s_1 * h->H3)};
     const interpolant_f64 p = interpolant_of_f64(&from, then, until);
     modal_root_f64 root = {until * refined_root_f64(&p, rough_root_f64(&from, then, until)), no_gain_f64(m)};
     double low = 0.0, high = until;
@@ -538,7 +553,7 @@ static inline void arrive_in_modes_f64(const modal_search_f64 *search, const mod
 static inline void meet_stop_f64(const stance_chain_f64 *chain, const modal_search_f64 *search, double t,
                                   stance_search_f64 *end) {
     const int element = HOPFORM_STOPPED_ELEMENT;
-    const double side = (double)chain->side[element];
+    const double side = (double)side_of_mode_f64(chain->mode, element);
     const double gap = gap_ahead_f64(chain);
     modal_arrival_f64 *arrival = &end->arrival;
     const double speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
@@ -583,8 +598,8 @@ static inline void meet_stop_f64(const stance_chain_f64 *chain, const modal_sear
  * or what is quiet is passed at once. */
 SELDOM_f64 void pass_quiet_time_f64(const stance_chain_f64 *chain, modal_search_f64 *search) {
     const hopform_modal_f64 *modal = search->modal;
-    if (chain->plan->rates.s_3 > 0.0 && chain->came_to_rest < 0) {
-        const equilibrium_f64 settled = settled_of_both_f64(&chain->plan->rates, &chain->drive.named);
+    if (rates_of_chain_f64(chain)->s_3 > 0.0 && chain->came_to_rest < 0) {
+        const equilibrium_f64 settled = settled_of_both_f64(rates_of_chain_f64(chain), &chain->drive.named);
         count_from_the_end_f64(search, &settled);
     }
     const double quiet = modal_quiet_time_f64(search);
@@ -673,8 +688,8 @@ static inline void stance_find_end_f64(stance_chain_f64 *chain, stance_search_f6
         return;
     }
 #endif
-    if (all_rest_f64(chain->side)) {
-        search_rest_f64(search, any_poles_f64(chain->plan), until);
+    if (rests_of_mode_f64(chain->mode)) {
+        search_rest_f64(search, &chain->plan->poles[0], until);
         return;
     }
     put_events_f64(&search->events, chain);
@@ -700,13 +715,12 @@ static inline void stance_find_end_f64(stance_chain_f64 *chain, stance_search_f6
 
 /* The phase that begins at the chain's time, state and mode. */
 static inline hopform_phase_f64 phase_of_chain_f64(const stance_chain_f64 *chain, int event) {
-    const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
     hopform_phase_f64 phase;
 #define PUT_MEMBER(name, domain) phase.name = chain->at.named.name;
     HOPFORM_STATE_MEMBERS(PUT_MEMBER)
 #undef PUT_MEMBER
     phase.t = chain->t;
-    phase.mode = (int8_t)mode;
+    phase.mode = (int8_t)number_of_mode_f64(chain->mode);
     phase.event = (int8_t)event;
     phase.step = (uint16_t)chain->step;
     return phase;
@@ -719,7 +733,7 @@ static inline void stance_record_f64(stance_chain_f64 *chain, int event) {
     }
     chain->event = event;
     chain->count++;
-    if (!all_rest_f64(chain->side)) {
+    if (!rests_of_mode_f64(chain->mode)) {
         chain->held_count = 0;
     } else if (chain->held_count == 0) {
         chain->held_from = chain->t;
@@ -727,10 +741,10 @@ static inline void stance_record_f64(stance_chain_f64 *chain, int event) {
     }
 }
 
-/* An element has come to rest, or has met a stop. One that it touches where it turns is no event, but that is where
- * it is. */
-static inline void end_of_velocity_f64(stance_chain_f64 *chain, int element, bool stops, bool touches) {
-    const int before = chain->side[element];
+/* An element has come to rest, or has met a stop: the event. A stop that it touches where it turns is none, but that is
+ * where it is. */
+static inline int end_of_velocity_f64(stance_chain_f64 *chain, int element, bool stops, bool touches) {
+    const int before = side_of_mode_f64(chain->mode, element);
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
     if (stops || touches) {
         const double lower = lower_stop_f64(&chain->plan->robot);
@@ -743,13 +757,10 @@ static inline void end_of_velocity_f64(stance_chain_f64 *chain, int element, boo
     stance_choose_limit_f64(chain);
     stance_settle_f64(chain, 1u << (uint32_t)element);
     stance_settle_limit_f64(chain);
-    const int after = chain->side[element];
-    const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
-    if ((stops && after != before) || (touches && after == 0)) {
-        stance_record_f64(chain, HOPFORM_EVENT_HITS_STOP);
-    } else {
-        stance_record_f64(chain, after == before ? HOPFORM_EVENT_NONE : event); /* none: a touch, it goes on */
-    }
+    const int after = side_of_mode_f64(chain->mode, element);
+    if ((stops && after != before) || (touches && after == 0)) { return HOPFORM_EVENT_HITS_STOP; }
+    if (after == before) { return HOPFORM_EVENT_NONE; /* a touch, it goes on */ }
+    return after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
 }
 
 /* The input has taken its value of a step: what is held may begin to slip. */
@@ -760,7 +771,7 @@ static inline void take_step_f64(stance_chain_f64 *chain) {
     stance_settle_f64(chain, held);
     stance_settle_limit_f64(chain);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {
+        if ((held & 1u << (uint32_t)element) != 0 && side_of_mode_f64(chain->mode, element) != 0) {
             stance_record_f64(chain, HOPFORM_EVENT_SLIPS(element));
         }
     }
@@ -797,8 +808,11 @@ SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const doubl
 static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const stance_search_f64 *end) {
     const int element = end->owner - ELEMENT_f64;
     chain->came_to_rest = NO_ELEMENT_f64;
-    if (!all_rest_f64(chain->side)) { chain->rounded_at_stop = 0.0; }
-    if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_f64) || chain->side[element] == 0) { return; }
+    if (!rests_of_mode_f64(chain->mode)) { chain->rounded_at_stop = 0.0; }
+    if (element < 0 || (HOPFORM_HAS_LIMITS && end->owner == LIMIT_f64)
+        || side_of_mode_f64(chain->mode, element) == 0) {
+        return;
+    }
 #if HOPFORM_HAS_MODAL
     if (end->arrival.is_modal) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
@@ -808,7 +822,7 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
     }
 #endif
     const basis_f64 basis = basis_of_propagator_f64(end->events.set.poles, &end->in.high);
-    const bool alone = other_rests_f64(chain->side, element);
+    const bool alone = alone_of_mode_f64(chain->mode) == element;
     const bool at_stop = end->stops || end->touches;
     if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
         const double stretched = chain->most_stretched + terms_of_stretch_f64(chain, &basis);
@@ -816,9 +830,9 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
     }
     if (alone && !at_stop) {
         chain->came_to_rest = element;
-        chain->carried_acceleration =
-            free_after_motion_f64((double)chain->side[element], level_of_f64(&chain->plan->robot, element),
-                                   &chain->numerators.of.velocity[element], &basis);
+        chain->carried_acceleration = free_after_motion_f64((double)side_of_mode_f64(chain->mode, element),
+                                                             level_of_f64(&chain->plan->robot, element),
+                                                             &chain->numerators.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
         const numerator_f64 *h = &chain->numerators.of.velocity[element];
         const double terms[] = {h->H3 * basis.Wdd, h->H2 * basis.Wd, h->H1 * basis.W};
@@ -842,8 +856,8 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const stance_searc
     } else
 #endif
     {
-        chain->at.named = arrive_at_f64(&chain->at.named, &chain->numerators.named, &chain->modes, &end->in.high,
-                                         chain->side[0], chain->side[1]);
+        chain->at.named =
+            arrive_at_f64(&chain->at.named, &chain->numerators.named, &chain->modes, &end->in.high, chain->mode);
     }
     const double moved = *position;
     *position = before + moved;
@@ -853,7 +867,7 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const stance_searc
 
 /* The acceleration with which an element starts on its threshold. */
 static inline double acceleration_on_threshold_f64(const stance_chain_f64 *chain, int element) {
-    const int side = chain->side[element];
+    const int side = side_of_mode_f64(chain->mode, element);
     return (double)side * excess_to_side_f64(&chain->plan->robot, element, side);
 }
 
@@ -861,33 +875,33 @@ static inline double acceleration_on_threshold_f64(const stance_chain_f64 *chain
  * that of the excess, and what follows from it, too: rounding would let it go back at once. */
 static inline void start_on_threshold_f64(stance_chain_f64 *chain) {
     const int element = chain->just_switched;
-    const int *side = chain->side;
-    if (element < 0 || !both_slip_f64(side)) { return; }
+    if (element < 0 || !several_of_mode_f64(chain->mode)) { return; }
     double *drive = &chain->drive.of[element];
     *drive = 0.0;
     numerators_by_axis_f64 others;
-    others.named =
-        motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named, side[0], side[1]);
+    others.named = motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named, chain->mode);
     *drive = acceleration_on_threshold_f64(chain, element) - others.of.velocity[element].H3;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     const int element = chain->came_to_rest;
-    chain->drive = drive_of_chain_f64(chain, chain->side);
+    chain->drive.named = drive_in_mode_f64(chain->plan, chain->mode, current_of_chain_f64(chain));
     start_on_threshold_f64(chain);
-    chain->numerators.named = motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named,
-                                                chain->side[0], chain->side[1]);
+    chain->numerators.named =
+        motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named, chain->mode);
     const int starts = chain->just_switched;
-    if (starts >= 0 && both_slip_f64(chain->side)) {
+    if (starts >= 0 && several_of_mode_f64(chain->mode)) {
         const double acceleration = acceleration_on_threshold_f64(chain, starts);
         if (fabs_f64(acceleration) > 0.0) {
-            set_acceleration_from_rest_f64(&chain->numerators, starts, false, acceleration);
+            set_acceleration_from_rest_f64(&chain->numerators, rates_of_chain_f64(chain), starts, false,
+                                            acceleration);
         }
     }
-    if (element >= 0 && chain->side[element] != 0) {
-        const double level = (double)chain->side[element] * level_of_f64(&chain->plan->robot, element);
-        set_acceleration_from_rest_f64(&chain->numerators, element, other_rests_f64(chain->side, element),
+    if (element >= 0 && side_of_mode_f64(chain->mode, element) != 0) {
+        const double level = (double)side_of_mode_f64(chain->mode, element) * level_of_f64(&chain->plan->robot, element);
+        set_acceleration_from_rest_f64(&chain->numerators, rates_of_chain_f64(chain), element,
+                                        alone_of_mode_f64(chain->mode) == element,
                                         chain->carried_acceleration - level);
     }
 }
@@ -906,19 +920,22 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
     const int element = end->owner - ELEMENT_f64;
     keep_free_acceleration_f64(chain, end);
     chain->just_switched = NO_ELEMENT_f64;
+    int event = HOPFORM_EVENT_SLIPS(element);
     if (end->owner == NO_OWNER_f64) {
         chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
         take_step_f64(chain);
-    } else if (HOPFORM_HAS_LAW && end->owner == LIMIT_f64) {
-        chain->side[HOPFORM_ELEMENTS - 1] = end->side;
-        stance_record_f64(chain, HOPFORM_EVENT_OF_LIMIT(end->side));
-    } else if (chain->side[element] != 0) {
-        end_of_velocity_f64(chain, element, end->stops, end->touches);
-    } else {
-        chain->side[element] = end->side;
-        chain->just_switched = element;
-        stance_record_f64(chain, HOPFORM_EVENT_SLIPS(element));
+        return;
     }
+    if (HOPFORM_HAS_LIMITS && end->owner == LIMIT_f64) {
+        chain->mode = mode_at_limit_f64(chain->mode, end->side);
+        event = HOPFORM_EVENT_OF_LIMIT(end->side);
+    } else if (side_of_mode_f64(chain->mode, element) != 0) {
+        event = end_of_velocity_f64(chain, element, end->stops, end->touches);
+    } else {
+        take_side_f64(chain, element, end->side);
+        chain->just_switched = element;
+    }
+    stance_record_f64(chain, event);
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -927,9 +944,9 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
 static inline bool leaves_at_once_f64(const stance_chain_f64 *chain) {
     const double contact =
         decided_f64(contact_of_f64(&chain->plan->robot, &chain->at.named), terms_of_contact_f64(chain));
-    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f64(&chain->at.named) > 0.0;
+    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_f64(&chain->plan->robot, &chain->at.named) > 0.0;
     if (fabs_f64(contact) > 0.0 || rises) { return contact < 0.0; }
-    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->side);
+    const numerators_by_axis_f64 numerators = numerators_of_chain_f64(chain, chain->mode);
     const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &numerators.named);
     return first_derivative_f64(&h) < 0.0;
 }
@@ -940,7 +957,7 @@ static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis
                                const propagator_f64 *end, bool leaves) {
     if (chain->observer != NULL) {
         const solved_phase_f64 phase = {&chain->numerators, end,         &chain->modes, start,
-                                         &chain->at,         chain->side, chain->event,  leaves};
+                                         &chain->at,         chain->mode, chain->event,  leaves};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -948,7 +965,7 @@ static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis
 /* The same of a last phase of no duration. */
 static inline void notify_ending_f64(stance_chain_f64 *chain) {
     if (chain->observer != NULL) {
-        const propagator_f64 now = propagator_at_start_f64(any_poles_f64(chain->plan));
+        const propagator_f64 now = propagator_at_start_f64(&chain->plan->poles[0]);
         stance_begin_phase_f64(chain);
         notify_f64(chain, &chain->at, &now, false);
     }
@@ -960,7 +977,7 @@ static inline int32_t ending_before_phase_f64(stance_chain_f64 *chain) {
         chain->count = chain->max_phases; /* a step of the input may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
-    if (all_rest_f64(chain->side) && chain->step + 1 >= chain->step_count) {
+    if (rests_of_mode_f64(chain->mode) && chain->step + 1 >= chain->step_count) {
         chain->t = chain->held_from; /* steps of the input since then have moved nothing */
         chain->count = chain->held_count;
         notify_ending_f64(chain);
@@ -971,16 +988,17 @@ static inline int32_t ending_before_phase_f64(stance_chain_f64 *chain) {
 
 /* What each element does at the start, no event; the ending if that is there already, 0 if not. */
 static inline int32_t stance_begin_f64(stance_chain_f64 *chain) {
-    chain->side[HOPFORM_ELEMENTS - 1] = 0; /* of one that never moves */
+    chain->mode = mode_of_number_f64(HOPFORM_MODE_AT_REST);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
         double *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
-        chain->side[element] = (int)goes_f64(*velocity, 0.0);
-        if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
-            && stance_blocked_f64(chain, element, chain->side[element])) {
+        const int side = (int)goes_f64(*velocity, 0.0);
+        const bool blocked =
+            element == HOPFORM_STOPPED_ELEMENT && side != 0 && stance_blocked_f64(chain, element, side);
+        if (blocked) {
             chain->start_loss = loss_at_stop_f64(&chain->plan->robot, &chain->at.named);
             *velocity = 0.0;
-            chain->side[element] = 0;
         }
+        take_side_f64(chain, element, blocked ? 0 : side);
     }
     stance_choose_limit_f64(chain);
     stance_settle_f64(chain, held_elements_f64(chain));

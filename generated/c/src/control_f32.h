@@ -380,7 +380,7 @@ static bool open_side_f32(hopform_search_f32 *search) {
         const bool near = has_begun_near_f32(search);
         const bool up = near ? !(search->candidates[0].u < 0.0f) : search->sides > 0;
         const float sign = up ? 1.0f : -1.0f;
-        const float push = search->plan->rates.a1_u * sign;
+        const float push = search->plan->rates[0].a1_u * sign;
         const bool has_room =
             (push > 0.0f && position < upper_stop_f32(robot)) || (push < 0.0f && position > lower_stop_f32(robot));
         search->sides = search->sides != BOTH_SIDES_f32 ? 0 : (up ? LOWER_SIDE_f32 : UPPER_SIDE_f32);
@@ -509,7 +509,7 @@ static int32_t evaluate_candidate_f32(const hopform_plan_f32 *plan, const hopfor
     trial->least_contact = HOPFORM_NEVER_f32;
     trial->smooth = true;
     evaluations_f32 evaluations = {most};
-    current_variation_f32 variation = {plan, trial, &evaluations, none, none, none, {0, 0}, false, 0.0f};
+    current_variation_f32 variation = {plan, trial, &evaluations, none, none, none, NULL, false, 0.0f};
     hopform_stance_f32 stance;
     const int32_t status = solve_observed_f32(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
                                                &evaluations, carry_variation_f32, &variation);
@@ -697,15 +697,15 @@ int32_t hopform_try_currents_f32(const hopform_plan_f32 *plan, const hopform_sta
 
 /* The largest compression in a phase that lasts for t: at its start, or inside where its rate may change its sign. */
 static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u, float t) {
-    const int side[] = {side_1_f32(phase), side_2_f32(phase)};
+    const row_f32 mode = mode_of_phase_f32(phase);
     const float first = phase->y;
-    if (!HOPFORM_STRETCH_MAY_TURN(side) || !(t > 0.0f)) { return first; }
+    if (!stretch_may_turn_f32(mode) || !(t > 0.0f)) { return first; }
     numerators_by_axis_f32 numerators;
     numerators.named = motion_in_phase_f32(plan, phase, u);
     const numerator_f32 *h = &numerators.of.stretch;
     const numerator_f32 extension = {-h->H3, -h->H2, -h->H1};
-    const hopform_poles_f32 *poles = poles_of_f32(plan, side[0], side[1]);
-    const hopform_node_f32 *node = node_of_f32(plan, side[0], side[1]);
+    const hopform_poles_f32 *poles = poles_of_f32(plan, mode);
+    const hopform_node_f32 *node = node_of_f32(plan, mode);
     const propagator_f32 end = propagator_at_f32(poles, t);
     evaluations_f32 evaluations = {UNBOUNDED_f32};
     const minima_f32 least = least_minimum_f32(poles, node, &extension, -first, &end, 65536.0f, &evaluations);

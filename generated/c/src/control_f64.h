@@ -380,7 +380,7 @@ static bool open_side_f64(hopform_search_f64 *search) {
         const bool near = has_begun_near_f64(search);
         const bool up = near ? !(search->candidates[0].u < 0.0) : search->sides > 0;
         const double sign = up ? 1.0 : -1.0;
-        const double push = search->plan->rates.a1_u * sign;
+        const double push = search->plan->rates[0].a1_u * sign;
         const bool has_room =
             (push > 0.0 && position < upper_stop_f64(robot)) || (push < 0.0 && position > lower_stop_f64(robot));
         search->sides = search->sides != BOTH_SIDES_f64 ? 0 : (up ? LOWER_SIDE_f64 : UPPER_SIDE_f64);
@@ -509,7 +509,7 @@ static int32_t evaluate_candidate_f64(const hopform_plan_f64 *plan, const hopfor
     trial->least_contact = HOPFORM_NEVER_f64;
     trial->smooth = true;
     evaluations_f64 evaluations = {most};
-    current_variation_f64 variation = {plan, trial, &evaluations, none, none, none, {0, 0}, false, 0.0};
+    current_variation_f64 variation = {plan, trial, &evaluations, none, none, none, NULL, false, 0.0};
     hopform_stance_f64 stance;
     const int32_t status = solve_observed_f64(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
                                                &evaluations, carry_variation_f64, &variation);
@@ -697,15 +697,15 @@ int32_t hopform_try_currents_f64(const hopform_plan_f64 *plan, const hopform_sta
 
 /* The largest compression in a phase that lasts for t: at its start, or inside where its rate may change its sign. */
 static double most_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u, double t) {
-    const int side[] = {side_1_f64(phase), side_2_f64(phase)};
+    const row_f64 mode = mode_of_phase_f64(phase);
     const double first = phase->y;
-    if (!HOPFORM_STRETCH_MAY_TURN(side) || !(t > 0.0)) { return first; }
+    if (!stretch_may_turn_f64(mode) || !(t > 0.0)) { return first; }
     numerators_by_axis_f64 numerators;
     numerators.named = motion_in_phase_f64(plan, phase, u);
     const numerator_f64 *h = &numerators.of.stretch;
     const numerator_f64 extension = {-h->H3, -h->H2, -h->H1};
-    const hopform_poles_f64 *poles = poles_of_f64(plan, side[0], side[1]);
-    const hopform_node_f64 *node = node_of_f64(plan, side[0], side[1]);
+    const hopform_poles_f64 *poles = poles_of_f64(plan, mode);
+    const hopform_node_f64 *node = node_of_f64(plan, mode);
     const propagator_f64 end = propagator_at_f64(poles, t);
     evaluations_f64 evaluations = {UNBOUNDED_f64};
     const minima_f64 least = least_minimum_f64(poles, node, &extension, -first, &end, 65536.0, &evaluations);

@@ -26,12 +26,10 @@ static inline float first_derivative_f32(const numerator_f32 *h) {
     return fabs_f32(first) > 0.0f ? first : h->H1;
 }
 
-/* Functions that a phase has at most: what moves alone has its distance from a stop, and the room of a law to either
- * limit. */
-enum { MOST_EVENT_FUNCTIONS_f32 = 4 - 3 * HOPFORM_MOVES_ALONE + 2 * HOPFORM_HAS_LAW };
+enum { MOST_EVENT_FUNCTIONS_f32 = HOPFORM_MOST_EVENT_FUNCTIONS };
 
 /* Without these no function needs a certificate. */
-#define HOPFORM_CERTIFIES_f32 (!HOPFORM_MOVES_ALONE || HOPFORM_HAS_LAW)
+#define HOPFORM_CERTIFIES_f32 (!HOPFORM_MOVES_ALONE || HOPFORM_HAS_LIMITS)
 
 /* Owner of an event function: CONTACT, ELEMENT + index, or the LIMIT of a law, in order of tie-break priority. */
 enum {

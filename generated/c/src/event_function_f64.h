@@ -26,12 +26,10 @@ static inline double first_derivative_f64(const numerator_f64 *h) {
     return fabs_f64(first) > 0.0 ? first : h->H1;
 }
 
-/* Functions that a phase has at most: what moves alone has its distance from a stop, and the room of a law to either
- * limit. */
-enum { MOST_EVENT_FUNCTIONS_f64 = 4 - 3 * HOPFORM_MOVES_ALONE + 2 * HOPFORM_HAS_LAW };
+enum { MOST_EVENT_FUNCTIONS_f64 = HOPFORM_MOST_EVENT_FUNCTIONS };
 
 /* Without these no function needs a certificate. */
-#define HOPFORM_CERTIFIES_f64 (!HOPFORM_MOVES_ALONE || HOPFORM_HAS_LAW)
+#define HOPFORM_CERTIFIES_f64 (!HOPFORM_MOVES_ALONE || HOPFORM_HAS_LIMITS)
 
 /* Owner of an event function: CONTACT, ELEMENT + index, or the LIMIT of a law, in order of tie-break priority. */
 enum {

@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "3108bd3012562838"
+#define HOPFORM_LAYOUT "ca4d8fb5e5975223"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates. */
 #define HOPFORM_STABILITY(X)
@@ -17,21 +17,17 @@
 #define HOPFORM_HAS_CONTACT 1
 #define HOPFORM_CONTACT_IS_STRETCH 1
 #define HOPFORM_FLIGHT_HAS_DECAY 0
-/* Whether the first element alone ever moves; whether both do; whether the position of an element has a stop at either
- * end. */
+/* Whether the first element alone ever moves; whether the position of an element has a stop at either end. */
 #define HOPFORM_MOVES_ALONE 0
-#define HOPFORM_BOTH_MOVE 1
 #define HOPFORM_HAS_STOPS 1
 /* Whether a library of it may have the modal coordinates of both elements slipping. */
 #define HOPFORM_MAY_BE_MODAL 1
-/* Whether a law sets the input of the one mass: the second side of a mode is then the limit that the input is at, 0
- * under the law; the rates of a mode in a plan. */
-#define HOPFORM_HAS_LAW 0
-#define HOPFORM_RATES_OF_MODE(plan, side_2) (&(plan)->rates)
-/* The event in which the input of a law goes to a limit, or back under the law, 0. */
+/* X(kind) of each kind of guard in the order in which their event functions are listed; how many these are in a phase at
+ * most; whether a mode may be at a limit, and the event in which it goes to one, or back from it, 0. */
+#define HOPFORM_GUARDS(X) X(contact) X(stop) X(velocity) X(threshold)
+#define HOPFORM_MOST_EVENT_FUNCTIONS 4
+#define HOPFORM_HAS_LIMITS 0
 #define HOPFORM_EVENT_OF_LIMIT(limit) ((limit) == 0 ? 9 : 8)
-/* X(argument) in the plan of a model with a law. */
-#define HOPFORM_IF_LAW(X, argument) (void)(argument)
 /* Whether parameters may say that friction at rest is less than that in motion, which is refused. */
 #define HOPFORM_REST_MAY_LACK 0
 
@@ -42,13 +38,12 @@
 #define HOPFORM_CORE (HOPFORM_AXES - 1)
 #define HOPFORM_STRETCH_AXIS 3
 /* Elements, which slip or are held, in the order in which they win a tie: axes of the state, how the stretch
- * changes with the motion of one and whether it may fall while each keeps its side, whether the velocity of one acts on
- * another, whether one never moves, and what an event of one is. */
+ * changes with the motion of one, whether the velocity of one acts on another, whether one never moves, and what an
+ * event of one is. */
 #define HOPFORM_ELEMENTS 2
 #define HOPFORM_MOVING_ELEMENTS (HOPFORM_ELEMENTS - HOPFORM_MOVES_ALONE)
 #define HOPFORM_VELOCITY_AXIS(element) ((element) + 1)
-#define HOPFORM_STRETCH_FOLLOWS(element) (1 + -2 * (element))
-#define HOPFORM_STRETCH_MAY_FALL(side) ((side)[0] < 0 || (side)[1] > 0)
+#define HOPFORM_STRETCH_FOLLOWS(rates, element) (1 + -2 * (element))
 #define HOPFORM_IS_COUPLED 0
 #define HOPFORM_NEVER_MOVES(element) (0 + 0 * (element))
 #define HOPFORM_EVENT_REVERSES(element) (1 + 4 * (element))
@@ -58,13 +53,18 @@
 #define HOPFORM_STOPPED_ELEMENT 0
 #define HOPFORM_POSITION_AXIS 0
 #define HOPFORM_EVENT_HITS_STOP 4
-/* A mode that the model has; X(mode) of the mode in which the elements have these sides, 0 if held; of the last one where all are. */
-#define HOPFORM_ANY_MODE both
-#define HOPFORM_OF_MODE(X, side_1, side_2) ((side_1) == 0 ? X(mass_2) : (side_2) == 0 ? X(mass_1) : X(both))
-/* X(mode, rates, p, q) of each mode in which one element slips alone, its denominator being s^2 + p s + q. */
-#define HOPFORM_MODES_OF_ONE(X) X(mass_1, rates, p_1, q_1) X(mass_2, rates, p_2, q_2)
+/* How many rates and poles a plan has; X(index, formula) of the rates behind the first; of the forms of poles and
+ * numerators CUBIC(form) or PAIR(form, rates, p, q), and X(name) of one. The number of the mode in which all is held. */
+#define HOPFORM_RATES 1
+#define HOPFORM_POLES 3
+#define HOPFORM_FURTHER_RATES(X)
+#define HOPFORM_FORMS(CUBIC, PAIR) CUBIC(0) PAIR(1, 0, p_1, q_1) PAIR(2, 0, p_2, q_2)
+#define HOPFORM_OF_FORM(X, form) ((form) == 0 ? X(both) : (form) == 1 ? X(mass_1) : X(mass_2))
+#define HOPFORM_MODE_AT_REST 4
 /* By the number of an event, the axis that is at a value then; -1 where nothing jumps. */
 #define HOPFORM_AXIS_OF_EVENT {-1, 1, 1, -1, 0, 2, 2, -1, -1, -1, -1}
+/* Rows of a mode that a parameter changes: those of the elements, and where a gear has its ratio that of the stretch. */
+#define HOPFORM_CHANGED_ROWS (HOPFORM_ELEMENTS + 0)
 /* Columns of derivatives: those of the axes, of the input, of the robot's first parameter. */
 #define HOPFORM_COLUMN_OF_AXIS {0, 1, 3, 2}
 #define HOPFORM_COLUMN_OF_INPUT 4
@@ -72,13 +72,8 @@
 /* The axes whose product each of the ledger's moments integrates, X(axis, axis), axis 0 counted from where the phase
  * starts. */
 #define HOPFORM_AXES_OF_MOMENTS(X) X(1, 4) X(2, 4) X(1, 1) X(2, 2) X(0, 2)
-/* For the controller: the element that the current drives; whether the compression may rise and may turn while each
- * element keeps its side, and whether it falls where nothing moves yet. */
+/* For the controller: the element that the current drives. */
 #define HOPFORM_DRIVEN_ELEMENT 0
-#define HOPFORM_STRETCH_MAY_RISE(side) ((side)[0] > 0 || (side)[1] < 0)
-#define HOPFORM_STRETCH_MAY_TURN(side) (HOPFORM_STRETCH_MAY_FALL(side) && HOPFORM_STRETCH_MAY_RISE(side))
-#define HOPFORM_CONTACT_UNLOADS(side) \
-    (HOPFORM_STRETCH_MAY_FALL(side) && !HOPFORM_STRETCH_MAY_RISE(side))
 
 /* What the mechanism is made of. */
 #define HOPFORM_ROBOT_MEMBERS(EACH) EACH(m_eff, POSITIVE) EACH(m_s, POSITIVE) EACH(k, POSITIVE) EACH(L0, REAL) EACH(c, REAL) EACH(b1, NONNEGATIVE) EACH(b2, NONNEGATIVE) EACH(f1, NONNEGATIVE) EACH(f2, NONNEGATIVE) EACH(gamma2, REAL) EACH(g, NONNEGATIVE) EACH(x1_min, LOWER) EACH(x1_max, UPPER) EACH(u_max, BOUND) EACH(impact_loss, FRACTION) EACH(f1_excess, NONNEGATIVE) EACH(f2_excess, NONNEGATIVE)

@@ -501,7 +501,9 @@ static void begin_flight_f64(flight_chain_f64 *chain) {
 }
 
 /* The poles and the height of the phase that begins; whether the foot is above the ground at the start of the flight,
- * or on it and rises faster than rounding. */
+ * or on it and rises faster than rounding. From a leg that relaxes a take-off gives the foot no velocity: what is left
+ * of it is rounding, of compressions that may have been larger by orders, so that the foot is followed to where it is
+ * highest. */
 static void begin_phase_f64(flight_chain_f64 *chain) {
     chain->poles = poles_in_flight_f64(&chain->rates, chain->now.limit);
     chain->height = height_in_flight_f64(chain);
@@ -509,9 +511,10 @@ static void begin_phase_f64(flight_chain_f64 *chain) {
     if (chain->flight->phase_count == 1) {
         const propagator_f64 first = propagator_at_start_f64(&chain->poles);
         const jet_f64 at = jet_at_f64(&chain->poles, &chain->height, &first);
-        const double rates =
-            fabs_f64(chain->start.v2) + fabs_f64(chain->now.v1) + fabs_f64(chain->relaxes * chain->leg);
-        chain->airborne = at.value > 0.0 || (!(at.value < 0.0) && at.rate > 16.0 * HOPFORM_EPS_f64 * rates);
+        const double rates = fabs_f64(chain->start.v2) + fabs_f64(chain->now.v1);
+        const bool relaxes = HOPFORM_FLIGHT_HAS_DECAY && fabs_f64(chain->leg) > 0.0;
+        const bool rises = !(at.value < 0.0) && at.rate > 16.0 * HOPFORM_EPS_f64 * rates;
+        chain->airborne = at.value > 0.0 || (rises && !relaxes);
         look_at_foot_f64(chain, &first);
     }
 }

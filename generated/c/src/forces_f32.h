@@ -28,17 +28,16 @@ static inline hopform_forces_f32 forces_in_phase_f32(const hopform_plan_f32 *pla
                                                        const hopform_phase_f32 *phase,
                                                        const hopform_state_f32 *state) {
     const hopform_robot_f32 *robot = &plan->robot;
-    const int side[] = {side_1_f32(phase), side_2_f32(phase)};
-    const int limit = side[HOPFORM_ELEMENTS - 1]; /* where there is a law */
+    const row_f32 mode = mode_of_phase_f32(phase);
     const float u = input_of_phase_f32(plan, steps, phase);
-    const float current = HOPFORM_HAS_LAW && limit == 0 ? current_of_law_f32(robot, state, u) : u;
+    const float current = limit_of_mode_f32(mode) == 0 ? current_of_law_f32(robot, state, u) : u;
     free_by_element_f32 free;
     resisted_by_element_f32 resisted = {{0.0f, 0.0f}};
-    free.named = free_accelerations_f32(rates_of_mode_f32(plan, limit), state, u);
+    free.named = free_accelerations_f32(rates_in_mode_f32(plan, mode), state, u);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        resisted.of[element] = resisted_of_f32(robot, element, side[element], free.of[element]);
+        resisted.of[element] = resisted_of_f32(robot, element, side_of_mode_f32(mode, element), free.of[element]);
     }
-    if (!rests_on_stop_f32(robot, state, side[HOPFORM_STOPPED_ELEMENT])) {
+    if (!rests_on_stop_f32(robot, state, side_of_mode_f32(mode, HOPFORM_STOPPED_ELEMENT))) {
         free.of[HOPFORM_STOPPED_ELEMENT] = resisted.of[HOPFORM_STOPPED_ELEMENT]; /* nothing is left for the stop */
     }
     return forces_of_f32(robot, state, &free.named, &resisted.named, current);

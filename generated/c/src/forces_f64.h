@@ -28,17 +28,16 @@ static inline hopform_forces_f64 forces_in_phase_f64(const hopform_plan_f64 *pla
                                                        const hopform_phase_f64 *phase,
                                                        const hopform_state_f64 *state) {
     const hopform_robot_f64 *robot = &plan->robot;
-    const int side[] = {side_1_f64(phase), side_2_f64(phase)};
-    const int limit = side[HOPFORM_ELEMENTS - 1]; /* where there is a law */
+    const row_f64 mode = mode_of_phase_f64(phase);
     const double u = input_of_phase_f64(plan, steps, phase);
-    const double current = HOPFORM_HAS_LAW && limit == 0 ? current_of_law_f64(robot, state, u) : u;
+    const double current = limit_of_mode_f64(mode) == 0 ? current_of_law_f64(robot, state, u) : u;
     free_by_element_f64 free;
     resisted_by_element_f64 resisted = {{0.0, 0.0}};
-    free.named = free_accelerations_f64(rates_of_mode_f64(plan, limit), state, u);
+    free.named = free_accelerations_f64(rates_in_mode_f64(plan, mode), state, u);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        resisted.of[element] = resisted_of_f64(robot, element, side[element], free.of[element]);
+        resisted.of[element] = resisted_of_f64(robot, element, side_of_mode_f64(mode, element), free.of[element]);
     }
-    if (!rests_on_stop_f64(robot, state, side[HOPFORM_STOPPED_ELEMENT])) {
+    if (!rests_on_stop_f64(robot, state, side_of_mode_f64(mode, HOPFORM_STOPPED_ELEMENT))) {
         free.of[HOPFORM_STOPPED_ELEMENT] = resisted.of[HOPFORM_STOPPED_ELEMENT]; /* nothing is left for the stop */
     }
     return forces_of_f64(robot, state, &free.named, &resisted.named, current);

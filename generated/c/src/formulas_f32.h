@@ -99,6 +99,12 @@ typedef struct {
     float int_xv2;   /* [m^2] integral of (x_1 - x_1(0)) v_2 */
 } moments_f32;
 
+/* Levels of the switching function: between them the law sets the input. */
+typedef struct {
+    float lower;  /* [N] below it the input is at the lower limit; infinite where there is none */
+    float upper;  /* [N] above it the input is at the upper limit */
+} levels_f32;
+
 /* adj(s - M) of the core and, in the last column, times the constant accelerations. */
 typedef struct {
     float v1_v1_2;  /* [1] of s^2 in the row of v1 for v1 */
@@ -376,31 +382,6 @@ static inline hopform_rates_f32 rates_of_f32(const hopform_robot_f32 *robot)
     return result;
 }
 
-/* The same where a law sets the current, and u is its target. */
-static inline hopform_rates_f32 rates_under_law_f32(const hopform_robot_f32 *robot)
-{
-    (void)robot;
-    const float a1_y = 0.0f;     /* no law */
-    const float a1_v1 = 0.0f;    /* no law */
-    const float a1_v2 = 0.0f;    /* no law */
-    const float a1_u = 0.0f;     /* no law */
-    const float a1_0 = 0.0f;     /* no law */
-    const float a2_y = 0.0f;     /* no law */
-    const float a2_v1 = 0.0f;    /* no law */
-    const float a2_v2 = 0.0f;    /* no law */
-    const float a2_0 = 0.0f;     /* no law */
-    const float s_1 = 0.0f;      /* no law */
-    const float s_2 = 0.0f;      /* no law */
-    const float s_3 = 0.0f;      /* no law */
-    const float p_1 = 0.0f;      /* no law */
-    const float q_1 = 0.0f;      /* no law */
-    const float p_2 = 0.0f;      /* no law */
-    const float q_2 = 0.0f;      /* no law */
-    const float damping = 0.0f;  /* no law */
-    const hopform_rates_f32 result = {a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping};
-    return result;
-}
-
 /* Constant accelerations of a phase. */
 static inline drive_f32 drive_of_f32(const hopform_robot_f32 *robot,
     const hopform_rates_f32 *rates,
@@ -489,36 +470,38 @@ static inline numerators_f32 motion_of_mass_2_f32(const hopform_rates_f32 *rates
     return result;
 }
 
-/* What the law asks of the motor at a state, to the side of a positive current. */
-static inline float pull_of_law_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
+/* The switching function at a state: what the law asks of the motor, to the side of a positive current. */
+static inline float switching_of_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
 {
     (void)robot;
     (void)state;
     (void)u;
-    const float pull = 0.0f;  /* the law */
-    return pull;
+    const float switching = 0.0f;  /* the law */
+    return switching;
 }
 
 /* Sum of the magnitudes of its terms: what it is rounded by is in proportion to them. */
-static inline float terms_of_pull_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
+static inline float switching_terms_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
 {
     (void)robot;
     (void)state;
     (void)u;
-    const float pull = 0.0f;  /* the law, by magnitude */
-    return pull;
+    const float switching = 0.0f;  /* the law, by magnitude */
+    return switching;
 }
 
-/* What the motor pulls with at the limit of the current. */
-static inline float largest_pull_f32(const hopform_robot_f32 *robot)
+/* Its levels: what the motor pulls with at the limits of the current. */
+static inline levels_f32 switching_levels_f32(const hopform_robot_f32 *robot)
 {
     (void)robot;
-    const float largest = 0.0f;  /* the limit */
-    return largest;
+    const float upper = (float)INFINITY;   /* the limit */
+    const float lower = -(float)INFINITY;  /* the limit */
+    const levels_f32 result = {lower, upper};
+    return result;
 }
 
-/* Numerator of the pull of the law. */
-static inline numerator_f32 law_numerator_f32(const hopform_robot_f32 *robot,
+/* Numerator of the switching function. */
+static inline numerator_f32 switching_numerator_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     const numerators_f32 *numerators)
 {
@@ -532,14 +515,22 @@ static inline numerator_f32 law_numerator_f32(const hopform_robot_f32 *robot,
     return result;
 }
 
-/* The current that the law asks for at a state, where it is within the limit. */
+/* The current that the law asks for at a state, where it is within the limit; without a law the input. */
 static inline float current_of_law_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
 {
     (void)robot;
     (void)state;
-    (void)u;
-    const float asked = 0.0f;  /* the law */
+    const float asked = u;  /* the law */
     return asked;
+}
+
+/* The input at a limit: the current there, in the place of a law's target. */
+static inline float input_at_limit_f32(const hopform_robot_f32 *robot, float u, float limit)
+{
+    (void)robot;
+    (void)limit;
+    const float reached = u;  /* at the limit */
+    return reached;
 }
 
 /* The transfer functions of a mode over P(s): of the core's initial values, and of the constant accelerations. */
@@ -677,8 +668,9 @@ static inline excess_f32 excess_of_f32(const hopform_robot_f32 *robot)
 }
 
 /* Rate of the compression. */
-static inline float stretch_rate_f32(const hopform_state_f32 *state)
+static inline float stretch_rate_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
+    (void)robot;
     const float v1 = state->v1, v2 = state->v2;
     const float rate_y = v1 - v2;  /* (3), (4) */
     return rate_y;
@@ -1027,8 +1019,10 @@ static inline hopform_ledger_f32 ledger_of_f32(const hopform_robot_f32 *robot,
     float u,
     float side_1,
     float side_2,
+    float limit,
     float x1_0)
 {
+    (void)limit;
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
     const float b1 = robot->b1, b2 = robot->b2, f1 = robot->f1, f2 = robot->f2;
     const float gamma2 = robot->gamma2;
@@ -1135,9 +1129,11 @@ static inline slopes_f32 slopes_of_f32(const hopform_robot_f32 *robot,
     float u,
     float side_1,
     float side_2,
+    float limit,
     const robot_change_f32 *robot_change,
     float d_u)
 {
+    (void)limit;
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
     const float b1 = robot->b1, b2 = robot->b2, gamma2 = robot->gamma2;
     const float d_m_eff = robot_change->d_m_eff, d_m_s = robot_change->d_m_s;
@@ -1179,14 +1175,17 @@ static inline float upper_stop_change_f32(const hopform_robot_f32 *robot, const 
     return d_highest;
 }
 
-/* Change of the limit of the current with the robot. */
-static inline float current_limit_change_f32(const hopform_robot_f32 *robot,
-    const robot_change_f32 *robot_change)
+/* Change of the input at a limit with the robot and the input. */
+static inline float input_at_limit_change_f32(const hopform_robot_f32 *robot,
+    float limit,
+    const robot_change_f32 *robot_change,
+    float d_u)
 {
     (void)robot;
-    const float d_u_max = robot_change->d_u_max;
-    const float d_u_most = d_u_max;  /* change of limit of the current */
-    return d_u_most;
+    (void)limit;
+    (void)robot_change;
+    const float d_reached = d_u;  /* change of at the limit */
+    return d_reached;
 }
 
 /* Change of the free accelerations with the state. */
@@ -1263,10 +1262,12 @@ static inline float apex_slope_f32(const hopform_robot_f32 *robot,
 
 /* Change of the body's height with the robot and the state. */
 static inline float height_change_f32(const hopform_robot_f32 *robot,
+    const hopform_state_f32 *state,
     const robot_change_f32 *robot_change,
     const state_change_f32 *state_change)
 {
     (void)robot;
+    (void)state;
     const float d_L0 = robot_change->d_L0, d_c = robot_change->d_c;
     const float d_x1 = state_change->d_x1, d_y = state_change->d_y;
     const float d_length = d_x1 - d_y;         /* change of hop height of the body */

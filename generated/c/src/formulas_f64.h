@@ -99,6 +99,12 @@ typedef struct {
     double int_xv2;   /* [m^2] integral of (x_1 - x_1(0)) v_2 */
 } moments_f64;
 
+/* Levels of the switching function: between them the law sets the input. */
+typedef struct {
+    double lower;  /* [N] below it the input is at the lower limit; infinite where there is none */
+    double upper;  /* [N] above it the input is at the upper limit */
+} levels_f64;
+
 /* adj(s - M) of the core and, in the last column, times the constant accelerations. */
 typedef struct {
     double v1_v1_2;  /* [1] of s^2 in the row of v1 for v1 */
@@ -376,31 +382,6 @@ static inline hopform_rates_f64 rates_of_f64(const hopform_robot_f64 *robot)
     return result;
 }
 
-/* The same where a law sets the current, and u is its target. */
-static inline hopform_rates_f64 rates_under_law_f64(const hopform_robot_f64 *robot)
-{
-    (void)robot;
-    const double a1_y = 0.0;     /* no law */
-    const double a1_v1 = 0.0;    /* no law */
-    const double a1_v2 = 0.0;    /* no law */
-    const double a1_u = 0.0;     /* no law */
-    const double a1_0 = 0.0;     /* no law */
-    const double a2_y = 0.0;     /* no law */
-    const double a2_v1 = 0.0;    /* no law */
-    const double a2_v2 = 0.0;    /* no law */
-    const double a2_0 = 0.0;     /* no law */
-    const double s_1 = 0.0;      /* no law */
-    const double s_2 = 0.0;      /* no law */
-    const double s_3 = 0.0;      /* no law */
-    const double p_1 = 0.0;      /* no law */
-    const double q_1 = 0.0;      /* no law */
-    const double p_2 = 0.0;      /* no law */
-    const double q_2 = 0.0;      /* no law */
-    const double damping = 0.0;  /* no law */
-    const hopform_rates_f64 result = {a1_y, a1_v1, a1_v2, a1_u, a1_0, a2_y, a2_v1, a2_v2, a2_0, s_1, s_2, s_3, p_1, q_1, p_2, q_2, damping};
-    return result;
-}
-
 /* Constant accelerations of a phase. */
 static inline drive_f64 drive_of_f64(const hopform_robot_f64 *robot,
     const hopform_rates_f64 *rates,
@@ -489,36 +470,38 @@ static inline numerators_f64 motion_of_mass_2_f64(const hopform_rates_f64 *rates
     return result;
 }
 
-/* What the law asks of the motor at a state, to the side of a positive current. */
-static inline double pull_of_law_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
+/* The switching function at a state: what the law asks of the motor, to the side of a positive current. */
+static inline double switching_of_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
 {
     (void)robot;
     (void)state;
     (void)u;
-    const double pull = 0.0;  /* the law */
-    return pull;
+    const double switching = 0.0;  /* the law */
+    return switching;
 }
 
 /* Sum of the magnitudes of its terms: what it is rounded by is in proportion to them. */
-static inline double terms_of_pull_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
+static inline double switching_terms_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
 {
     (void)robot;
     (void)state;
     (void)u;
-    const double pull = 0.0;  /* the law, by magnitude */
-    return pull;
+    const double switching = 0.0;  /* the law, by magnitude */
+    return switching;
 }
 
-/* What the motor pulls with at the limit of the current. */
-static inline double largest_pull_f64(const hopform_robot_f64 *robot)
+/* Its levels: what the motor pulls with at the limits of the current. */
+static inline levels_f64 switching_levels_f64(const hopform_robot_f64 *robot)
 {
     (void)robot;
-    const double largest = 0.0;  /* the limit */
-    return largest;
+    const double upper = (double)INFINITY;   /* the limit */
+    const double lower = -(double)INFINITY;  /* the limit */
+    const levels_f64 result = {lower, upper};
+    return result;
 }
 
-/* Numerator of the pull of the law. */
-static inline numerator_f64 law_numerator_f64(const hopform_robot_f64 *robot,
+/* Numerator of the switching function. */
+static inline numerator_f64 switching_numerator_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
     const numerators_f64 *numerators)
 {
@@ -532,14 +515,22 @@ static inline numerator_f64 law_numerator_f64(const hopform_robot_f64 *robot,
     return result;
 }
 
-/* The current that the law asks for at a state, where it is within the limit. */
+/* The current that the law asks for at a state, where it is within the limit; without a law the input. */
 static inline double current_of_law_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
 {
     (void)robot;
     (void)state;
-    (void)u;
-    const double asked = 0.0;  /* the law */
+    const double asked = u;  /* the law */
     return asked;
+}
+
+/* The input at a limit: the current there, in the place of a law's target. */
+static inline double input_at_limit_f64(const hopform_robot_f64 *robot, double u, double limit)
+{
+    (void)robot;
+    (void)limit;
+    const double reached = u;  /* at the limit */
+    return reached;
 }
 
 /* The transfer functions of a mode over P(s): of the core's initial values, and of the constant accelerations. */
@@ -677,8 +668,9 @@ static inline excess_f64 excess_of_f64(const hopform_robot_f64 *robot)
 }
 
 /* Rate of the compression. */
-static inline double stretch_rate_f64(const hopform_state_f64 *state)
+static inline double stretch_rate_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
+    (void)robot;
     const double v1 = state->v1, v2 = state->v2;
     const double rate_y = v1 - v2;  /* (3), (4) */
     return rate_y;
@@ -1027,8 +1019,10 @@ static inline hopform_ledger_f64 ledger_of_f64(const hopform_robot_f64 *robot,
     double u,
     double side_1,
     double side_2,
+    double limit,
     double x1_0)
 {
+    (void)limit;
     const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
     const double b1 = robot->b1, b2 = robot->b2, f1 = robot->f1, f2 = robot->f2;
     const double gamma2 = robot->gamma2;
@@ -1135,9 +1129,11 @@ static inline slopes_f64 slopes_of_f64(const hopform_robot_f64 *robot,
     double u,
     double side_1,
     double side_2,
+    double limit,
     const robot_change_f64 *robot_change,
     double d_u)
 {
+    (void)limit;
     const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, c = robot->c;
     const double b1 = robot->b1, b2 = robot->b2, gamma2 = robot->gamma2;
     const double d_m_eff = robot_change->d_m_eff, d_m_s = robot_change->d_m_s;
@@ -1179,14 +1175,17 @@ static inline double upper_stop_change_f64(const hopform_robot_f64 *robot, const
     return d_highest;
 }
 
-/* Change of the limit of the current with the robot. */
-static inline double current_limit_change_f64(const hopform_robot_f64 *robot,
-    const robot_change_f64 *robot_change)
+/* Change of the input at a limit with the robot and the input. */
+static inline double input_at_limit_change_f64(const hopform_robot_f64 *robot,
+    double limit,
+    const robot_change_f64 *robot_change,
+    double d_u)
 {
     (void)robot;
-    const double d_u_max = robot_change->d_u_max;
-    const double d_u_most = d_u_max;  /* change of limit of the current */
-    return d_u_most;
+    (void)limit;
+    (void)robot_change;
+    const double d_reached = d_u;  /* change of at the limit */
+    return d_reached;
 }
 
 /* Change of the free accelerations with the state. */
@@ -1263,10 +1262,12 @@ static inline double apex_slope_f64(const hopform_robot_f64 *robot,
 
 /* Change of the body's height with the robot and the state. */
 static inline double height_change_f64(const hopform_robot_f64 *robot,
+    const hopform_state_f64 *state,
     const robot_change_f64 *robot_change,
     const state_change_f64 *state_change)
 {
     (void)robot;
+    (void)state;
     const double d_L0 = robot_change->d_L0, d_c = robot_change->d_c;
     const double d_x1 = state_change->d_x1, d_y = state_change->d_y;
     const double d_length = d_x1 - d_y;         /* change of hop height of the body */

@@ -15,13 +15,17 @@
 #include "series_f32.h"
 
 /* Of a function that few phases enter: it stays out of those that all enter, and takes less flash and stack. Of one
- * whose result is better left in registers: it is inlined wherever it is called. */
+ * whose result is better left in registers: it is inlined wherever it is called. Of a large one that is called from
+ * several places: it stands once. */
 #if defined(__clang__) /* of what is marked unused it warns where that is used */
 #define SELDOM_f32 static inline __attribute__((noinline, cold))
+#define SHARED_f32 static inline __attribute__((noinline))
 #elif defined(__GNUC__)
 #define SELDOM_f32 static __attribute__((noinline, cold, unused))
+#define SHARED_f32 static __attribute__((noinline, unused))
 #else
 #define SELDOM_f32 static inline
+#define SHARED_f32 static inline
 #endif
 #if defined(__GNUC__)
 #define ALWAYS_f32 static inline __attribute__((always_inline))

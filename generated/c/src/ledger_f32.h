@@ -21,12 +21,12 @@ typedef union {
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
 static inline matrix_f32 short_moments_f32(const hopform_plan_f32 *plan, const mode_f32 *mode,
                                              const hopform_state_f32 *start, float u, float h) {
-    const numerators_f32 numerators = motion_of_f32(plan, start, u, mode->side[0], mode->side[1]);
+    const numerators_f32 numerators = motion_of_f32(plan, start, u, mode->row);
     matrix_f32 sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_f32; node++) {
         const basis_f32 basis = basis_at_f32(mode->poles, place_f32[node] * h);
         state_and_one_f32 at;
-        at.named = arrive_f32(start, &numerators, &basis, mode->side[0], mode->side[1]);
+        at.named = arrive_f32(start, &numerators, &basis, mode->row);
         at.of[ONE_f32] = 1.0f;
         const float weight = weight_f32[node] * h;
         for (int i = 0; i <= HOPFORM_AXES; i++) {
@@ -88,7 +88,8 @@ static inline hopform_ledger_f32 ledger_in_phase_f32(const hopform_plan_f32 *pla
 #define TAKE_MOMENT(i, j) sum.at[i][j],
     const moments_f32 moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
 #undef TAKE_MOMENT
-    return ledger_of_f32(&plan->robot, &moments, u, (float)mode.side[0], (float)mode.side[1], origin);
+    return ledger_of_f32(&plan->robot, &moments, u, (float)side_of_mode_f32(mode.row, 0),
+                          (float)side_of_mode_f32(mode.row, 1), (float)limit_of_mode_f32(mode.row), origin);
 }
 
 #endif

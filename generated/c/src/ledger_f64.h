@@ -21,12 +21,12 @@ typedef union {
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
 static inline matrix_f64 short_moments_f64(const hopform_plan_f64 *plan, const mode_f64 *mode,
                                              const hopform_state_f64 *start, double u, double h) {
-    const numerators_f64 numerators = motion_of_f64(plan, start, u, mode->side[0], mode->side[1]);
+    const numerators_f64 numerators = motion_of_f64(plan, start, u, mode->row);
     matrix_f64 sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_f64; node++) {
         const basis_f64 basis = basis_at_f64(mode->poles, place_f64[node] * h);
         state_and_one_f64 at;
-        at.named = arrive_f64(start, &numerators, &basis, mode->side[0], mode->side[1]);
+        at.named = arrive_f64(start, &numerators, &basis, mode->row);
         at.of[ONE_f64] = 1.0;
         const double weight = weight_f64[node] * h;
         for (int i = 0; i <= HOPFORM_AXES; i++) {
@@ -88,7 +88,8 @@ static inline hopform_ledger_f64 ledger_in_phase_f64(const hopform_plan_f64 *pla
 #define TAKE_MOMENT(i, j) sum.at[i][j],
     const moments_f64 moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
 #undef TAKE_MOMENT
-    return ledger_of_f64(&plan->robot, &moments, u, (double)mode.side[0], (double)mode.side[1], origin);
+    return ledger_of_f64(&plan->robot, &moments, u, (double)side_of_mode_f64(mode.row, 0),
+                          (double)side_of_mode_f64(mode.row, 1), (double)limit_of_mode_f64(mode.row), origin);
 }
 
 #endif

@@ -24,34 +24,31 @@ typedef struct {
         float at[CORE_f32][HOPFORM_AXES][POWERS_f32]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
     } transfer;
     drive_f32 drive;
-    int side[HOPFORM_ELEMENTS]; /* sign of each velocity, 0 if held */
+    row_f32 row;
     const hopform_poles_f32 *poles;
+    const hopform_rates_f32 *rates;
 } mode_f32;
 
 static inline mode_f32 mode_of_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u) {
     mode_f32 mode;
-    mode.side[0] = side_1_f32(phase);
-    mode.side[1] = side_2_f32(phase);
-    const float first = (float)mode.side[0];
-    const float second = (float)mode.side[1];
-    mode.poles = poles_of_f32(plan, mode.side[0], mode.side[1]);
-    const hopform_rates_f32 *rates = rates_of_mode_f32(plan, mode.side[1]);
-    mode.drive = drive_of_f32(&plan->robot, rates, u, first, second);
-    mode.transfer.of = transfer_of_f32(rates, &mode.drive, first, second);
+    mode.row = mode_of_phase_f32(phase);
+    mode.poles = poles_of_f32(plan, mode.row);
+    mode.rates = rates_in_mode_f32(plan, mode.row);
+    mode.drive = drive_in_mode_f32(plan, mode.row, u);
+    mode.transfer.of = transfer_of_f32(mode.rates, &mode.drive, (float)side_of_mode_f32(mode.row, 0),
+                                        (float)side_of_mode_f32(mode.row, 1));
     return mode;
 }
 
 static inline bool rests_f32(const mode_f32 *mode) {
-    return all_held_f32(mode->side[0], mode->side[1]);
+    return rests_of_mode_f32(mode->row);
 }
 
 /* z' of a state. */
-static inline state_by_axis_f32 speeds_in_mode_f32(const hopform_plan_f32 *plan, const mode_f32 *mode,
-                                                     const hopform_state_f32 *state) {
+static inline state_by_axis_f32 speeds_in_mode_f32(const mode_f32 *mode, const hopform_state_f32 *state) {
     state_by_axis_f32 speeds;
-    const float first = (float)mode->side[0];
-    const float second = (float)mode->side[1];
-    speeds.rates = speeds_of_f32(rates_of_mode_f32(plan, mode->side[1]), &mode->drive, first, second, state);
+    speeds.rates = speeds_of_f32(mode->rates, &mode->drive, (float)side_of_mode_f32(mode->row, 0),
+                                  (float)side_of_mode_f32(mode->row, 1), state);
     return speeds;
 }
 

@@ -24,34 +24,31 @@ typedef struct {
         double at[CORE_f64][HOPFORM_AXES][POWERS_f64]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
     } transfer;
     drive_f64 drive;
-    int side[HOPFORM_ELEMENTS]; /* sign of each velocity, 0 if held */
+    row_f64 row;
     const hopform_poles_f64 *poles;
+    const hopform_rates_f64 *rates;
 } mode_f64;
 
 static inline mode_f64 mode_of_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u) {
     mode_f64 mode;
-    mode.side[0] = side_1_f64(phase);
-    mode.side[1] = side_2_f64(phase);
-    const double first = (double)mode.side[0];
-    const double second = (double)mode.side[1];
-    mode.poles = poles_of_f64(plan, mode.side[0], mode.side[1]);
-    const hopform_rates_f64 *rates = rates_of_mode_f64(plan, mode.side[1]);
-    mode.drive = drive_of_f64(&plan->robot, rates, u, first, second);
-    mode.transfer.of = transfer_of_f64(rates, &mode.drive, first, second);
+    mode.row = mode_of_phase_f64(phase);
+    mode.poles = poles_of_f64(plan, mode.row);
+    mode.rates = rates_in_mode_f64(plan, mode.row);
+    mode.drive = drive_in_mode_f64(plan, mode.row, u);
+    mode.transfer.of = transfer_of_f64(mode.rates, &mode.drive, (double)side_of_mode_f64(mode.row, 0),
+                                        (double)side_of_mode_f64(mode.row, 1));
     return mode;
 }
 
 static inline bool rests_f64(const mode_f64 *mode) {
-    return all_held_f64(mode->side[0], mode->side[1]);
+    return rests_of_mode_f64(mode->row);
 }
 
 /* z' of a state. */
-static inline state_by_axis_f64 speeds_in_mode_f64(const hopform_plan_f64 *plan, const mode_f64 *mode,
-                                                     const hopform_state_f64 *state) {
+static inline state_by_axis_f64 speeds_in_mode_f64(const mode_f64 *mode, const hopform_state_f64 *state) {
     state_by_axis_f64 speeds;
-    const double first = (double)mode->side[0];
-    const double second = (double)mode->side[1];
-    speeds.rates = speeds_of_f64(rates_of_mode_f64(plan, mode->side[1]), &mode->drive, first, second, state);
+    speeds.rates = speeds_of_f64(mode->rates, &mode->drive, (double)side_of_mode_f64(mode->row, 0),
+                                  (double)side_of_mode_f64(mode->row, 1), state);
     return speeds;
 }
 

@@ -30,19 +30,19 @@ typedef union {
  * damped, so that series over it are short. */
 static inline void put_modal_f32(hopform_plan_f32 *plan) {
     hopform_modal_f32 *modal = &plan->modal;
-    const hopform_poles_f32 *poles = &plan->both;
+    const hopform_poles_f32 *poles = &plan->poles[0]; /* of both */
     const float mean = 0.5f * poles->p;
     const float square = poles->q - mean * mean;
     const float aa = poles->a * poles->a;
     modal->h = 0.0f;
     if (!(square > 0.0625f * poles->q && poles->q * poles->q > HOPFORM_UNDERFLOW_f32 && aa * aa <= HOPFORM_NEVER_f32
-          && plan->rates.q_1 > HOPFORM_UNDERFLOW_f32 && plan->rates.q_2 > HOPFORM_UNDERFLOW_f32)) {
+          && plan->rates[0].q_1 > HOPFORM_UNDERFLOW_f32 && plan->rates[0].q_2 > HOPFORM_UNDERFLOW_f32)) {
         return;
     }
     const float omega = sqrt_f32(square);
     const float chi = residue_f32(poles);
     modal_numbers_f32 numbers;
-    numbers.named = modal_rows_of_f32(&plan->rates, poles, chi, omega);
+    numbers.named = modal_rows_of_f32(&plan->rates[0], poles, chi, omega);
     modal->a = poles->a;
     modal->mean = mean;
     modal->omega = omega;

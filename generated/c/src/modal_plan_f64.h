@@ -30,19 +30,19 @@ typedef union {
  * damped, so that series over it are short. */
 static inline void put_modal_f64(hopform_plan_f64 *plan) {
     hopform_modal_f64 *modal = &plan->modal;
-    const hopform_poles_f64 *poles = &plan->both;
+    const hopform_poles_f64 *poles = &plan->poles[0]; /* of both */
     const double mean = 0.5 * poles->p;
     const double square = poles->q - mean * mean;
     const double aa = poles->a * poles->a;
     modal->h = 0.0;
     if (!(square > 0.0625 * poles->q && poles->q * poles->q > HOPFORM_UNDERFLOW_f64 && aa * aa <= HOPFORM_NEVER_f64
-          && plan->rates.q_1 > HOPFORM_UNDERFLOW_f64 && plan->rates.q_2 > HOPFORM_UNDERFLOW_f64)) {
+          && plan->rates[0].q_1 > HOPFORM_UNDERFLOW_f64 && plan->rates[0].q_2 > HOPFORM_UNDERFLOW_f64)) {
         return;
     }
     const double omega = sqrt_f64(square);
     const double chi = residue_f64(poles);
     modal_numbers_f64 numbers;
-    numbers.named = modal_rows_of_f64(&plan->rates, poles, chi, omega);
+    numbers.named = modal_rows_of_f64(&plan->rates[0], poles, chi, omega);
     modal->a = poles->a;
     modal->mean = mean;
     modal->omega = omega;

@@ -6,6 +6,7 @@
 #define HOPFORM_PHASE_H_f32
 
 #include "modal_f32.h"
+#include "mode_table_f32.h"
 
 #if HOPFORM_HAS_CONTACT
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
@@ -14,45 +15,30 @@ static inline bool stores_much_f32(const hopform_robot_f32 *robot, const hopform
 }
 #endif
 
-/* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. With a law, which
- * sets the input of the one mass, side_2 is the limit that the input is at, 0 under the law. */
-static inline const hopform_poles_f32 *poles_of_f32(const hopform_plan_f32 *plan, int side_1, int side_2) {
-    (void)side_1; /* a model may have one mode, or go by one side */
-    (void)side_2;
-#define POLES_OF(mode) &plan->mode
-    return HOPFORM_OF_MODE(POLES_OF, side_1, side_2);
-#undef POLES_OF
+/* The poles, their node and the rates of a mode in a plan. */
+static inline const hopform_poles_f32 *poles_of_f32(const hopform_plan_f32 *plan, row_f32 mode) {
+    return &plan->poles[form_of_mode_f32(mode)];
 }
 
-static inline const hopform_node_f32 *node_of_f32(const hopform_plan_f32 *plan, int side_1, int side_2) {
-    (void)side_1;
-    (void)side_2;
-#define NODE_OF(mode) &plan->node_##mode
-    return HOPFORM_OF_MODE(NODE_OF, side_1, side_2);
-#undef NODE_OF
+static inline const hopform_node_f32 *node_of_f32(const hopform_plan_f32 *plan, row_f32 mode) {
+    return &plan->node[form_of_mode_f32(mode)];
 }
 
-/* The poles of a mode that the model has, where it does not matter which. */
-static inline const hopform_poles_f32 *any_poles_f32(const hopform_plan_f32 *plan) {
-    return &plan->HOPFORM_ANY_MODE;
+static inline const hopform_rates_f32 *rates_in_mode_f32(const hopform_plan_f32 *plan, row_f32 mode) {
+    return &plan->rates[rates_of_mode_f32(mode)];
 }
 
-/* The rates of a mode. */
-static inline const hopform_rates_f32 *rates_of_mode_f32(const hopform_plan_f32 *plan, int side_2) {
-    (void)side_2;
-    return HOPFORM_RATES_OF_MODE(plan, side_2);
-}
-
-/* Whether all that may move is held. */
-static inline bool all_held_f32(int side_1, int side_2) {
-    return side_1 == 0 && (HOPFORM_MOVES_ALONE || side_2 == 0);
+/* The constant accelerations of a mode under an input. */
+static inline drive_f32 drive_in_mode_f32(const hopform_plan_f32 *plan, row_f32 mode, float u) {
+    return drive_of_f32(&plan->robot, rates_in_mode_f32(plan, mode), u, (float)side_of_mode_f32(mode, 0),
+                         (float)side_of_mode_f32(mode, 1));
 }
 
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
 static inline numerators_f32 motion_under_f32(const hopform_rates_f32 *rates, const drive_f32 *drive,
-                                                const hopform_state_f32 *state, int side_1, int side_2) {
-#define MOTION_OF(mode) motion_of_##mode##_f32(rates, drive, state)
-    if (!all_held_f32(side_1, side_2)) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
+                                                const hopform_state_f32 *state, row_f32 mode) {
+#define MOTION_OF(form) motion_of_##form##_f32(rates, drive, state)
+    if (!rests_of_mode_f32(mode)) { return HOPFORM_OF_FORM(MOTION_OF, form_of_mode_f32(mode)); }
 #undef MOTION_OF
     const numerators_f32 rest = {0};
     return rest;
@@ -60,10 +46,9 @@ static inline numerators_f32 motion_under_f32(const hopform_rates_f32 *rates, co
 
 /* The same under an input. */
 static inline numerators_f32 motion_of_f32(const hopform_plan_f32 *plan, const hopform_state_f32 *state, float u,
-                                             int side_1, int side_2) {
-    const hopform_rates_f32 *rates = rates_of_mode_f32(plan, side_2);
-    const drive_f32 drive = drive_of_f32(&plan->robot, rates, u, (float)side_1, (float)side_2);
-    return motion_under_f32(rates, &drive, state, side_1, side_2);
+                                             row_f32 mode) {
+    const drive_f32 drive = drive_in_mode_f32(plan, mode, u);
+    return motion_under_f32(rates_in_mode_f32(plan, mode), &drive, state, mode);
 }
 
 /* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
@@ -116,21 +101,26 @@ static inline float free_after_motion_f32(float side, float friction, const nume
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch
  * follows it. */
-static inline void set_acceleration_from_rest_f32(numerators_by_axis_f32 *numerators, int element, bool alone,
-                                                   float acceleration) {
+static inline void set_acceleration_from_rest_f32(numerators_by_axis_f32 *numerators, const hopform_rates_f32 *rates,
+                                                   int element, bool alone, float acceleration) {
+    (void)rates; /* without a gear */
     numerators->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { numerators->of.position.H3 = acceleration; /* its velocity is 0 */ }
-    if (alone) { numerators->of.stretch.H2 = (float)HOPFORM_STRETCH_FOLLOWS(element) * acceleration; }
+    if (alone) { numerators->of.stretch.H2 = (float)HOPFORM_STRETCH_FOLLOWS(rates, element) * acceleration; }
+}
+
+/* Whether the stretch may turn inside a phase. */
+static inline bool stretch_may_turn_f32(row_f32 mode) {
+    return falls_of_mode_f32(mode) && rises_of_mode_f32(mode);
 }
 
 /* A state of a phase that began at `start`: what is held stays exactly where it is. */
 static inline hopform_state_f32 held_in_place_f32(const hopform_state_f32 *start, const state_by_axis_f32 *later,
-                                                    int side_1, int side_2) {
-    const int side[] = {side_1, side_2};
-    const bool stays = side[HOPFORM_STOPPED_ELEMENT] == 0;
+                                                    row_f32 mode) {
+    const bool stays = side_of_mode_f32(mode, HOPFORM_STOPPED_ELEMENT) == 0;
     state_by_axis_f32 at = *later;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        if (side[element] == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0f; }
+        if (side_of_mode_f32(mode, element) == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0f; }
     }
     at.named.x1 = stays ? start->x1 : at.named.x1;
     return at.named;
@@ -138,23 +128,23 @@ static inline hopform_state_f32 held_in_place_f32(const hopform_state_f32 *start
 
 /* The state of a phase where the response of the poles is `basis`. */
 static inline hopform_state_f32 arrive_f32(const hopform_state_f32 *state, const numerators_f32 *numerators,
-                                             const basis_f32 *basis, int side_1, int side_2) {
+                                             const basis_f32 *basis, row_f32 mode) {
     state_by_axis_f32 at;
     at.later = state_at_f32(state, numerators, basis);
-    return held_in_place_f32(state, &at, side_1, side_2);
+    return held_in_place_f32(state, &at, mode);
 }
 
 /* The same where a propagator is known; `modes` are read where it is modal. */
 static inline hopform_state_f32 arrive_at_f32(const hopform_state_f32 *state, const numerators_f32 *numerators,
-                                                const motion_modes_f32 *modes, const propagator_f32 *at, int side_1,
-                                                int side_2) {
+                                                const motion_modes_f32 *modes, const propagator_f32 *at,
+                                                row_f32 mode) {
     if (!is_modal_f32(at)) {
         const basis_f32 basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-        return arrive_f32(state, numerators, &basis, side_1, side_2);
+        return arrive_f32(state, numerators, &basis, mode);
     }
     state_by_axis_f32 later;
     later.named = state_by_modes_f32(state, modes, at);
-    return held_in_place_f32(state, &later, side_1, side_2);
+    return held_in_place_f32(state, &later, mode);
 }
 
 /* A plan that hopform_plan_init made, not memory that holds anything. */
@@ -184,22 +174,19 @@ static inline int32_t phase_index_f32(const hopform_phase_f32 *phases, int32_t c
     return low;
 }
 
-static inline int side_1_f32(const hopform_phase_f32 *phase) {
-    return phase->mode / 3 - 1;
-}
-
-static inline int side_2_f32(const hopform_phase_f32 *phase) {
-    return phase->mode % 3 - 1;
+static inline row_f32 mode_of_phase_f32(const hopform_phase_f32 *phase) {
+    return mode_of_number_f32(phase->mode);
 }
 
 /* The input of a mode during a step: at a limit of a law the current there, in place of the target. */
-static inline float input_of_mode_f32(const hopform_plan_f32 *plan, int side_2, float u) {
-    return HOPFORM_HAS_LAW && side_2 != 0 ? (float)side_2 * current_limit_f32(&plan->robot) : u;
+static inline float input_of_mode_f32(const hopform_plan_f32 *plan, row_f32 mode, float u) {
+    const int limit = limit_of_mode_f32(mode);
+    return limit != 0 ? input_at_limit_f32(&plan->robot, u, (float)limit) : u;
 }
 
 static inline float input_of_phase_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                        const hopform_phase_f32 *phase) {
-    return input_of_mode_f32(plan, side_2_f32(phase), steps[phase->step].u);
+    return input_of_mode_f32(plan, mode_of_phase_f32(phase), steps[phase->step].u);
 }
 
 static inline hopform_state_f32 start_of_phase_f32(const hopform_phase_f32 *phase) {
@@ -213,25 +200,24 @@ static inline hopform_state_f32 start_of_phase_f32(const hopform_phase_f32 *phas
 static inline numerators_f32 motion_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
                                                    float u) {
     const hopform_state_f32 start = start_of_phase_f32(phase);
-    return motion_of_f32(plan, &start, u, side_1_f32(phase), side_2_f32(phase));
+    return motion_of_f32(plan, &start, u, mode_of_phase_f32(phase));
 }
 
 /* The state at time t since a phase with these numerators began. */
 static inline hopform_state_f32 state_by_motion_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
                                                       const numerators_f32 *numerators, float t) {
-    const int side_1 = side_1_f32(phase);
-    const int side_2 = side_2_f32(phase);
+    const row_f32 mode = mode_of_phase_f32(phase);
     const hopform_state_f32 start = start_of_phase_f32(phase);
-    if (all_held_f32(side_1, side_2)) { return start; }
-    const hopform_poles_f32 *poles = poles_of_f32(plan, side_1, side_2);
-    const hopform_node_f32 *node = node_of_f32(plan, side_1, side_2);
+    if (rests_of_mode_f32(mode)) { return start; }
+    const hopform_poles_f32 *poles = poles_of_f32(plan, mode);
+    const hopform_node_f32 *node = node_of_f32(plan, mode);
     if (t < node->modal) {
         const basis_f32 basis = basis_at_f32(poles, t);
-        return arrive_f32(&start, numerators, &basis, side_1, side_2);
+        return arrive_f32(&start, numerators, &basis, mode);
     }
     const propagator_f32 at = modes_at_f32(poles, node->omega, t);
     const motion_modes_f32 modes = modes_of_motion_f32(poles, node->omega, &start, numerators);
-    return arrive_at_f32(&start, numerators, &modes, &at, side_1, side_2);
+    return arrive_at_f32(&start, numerators, &modes, &at, mode);
 }
 
 static inline hopform_state_f32 state_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
@@ -347,9 +333,9 @@ typedef struct {
     const motion_modes_f32 *modes; /* of the motion, if that propagator is modal */
     const state_by_axis_f32 *start;
     const state_by_axis_f32 *arrived;
-    const int *side; /* of each element */
-    int event;       /* with which it began */
-    bool leaves;     /* it ends as the contact is lost */
+    row_f32 mode;
+    int event;   /* with which it began */
+    bool leaves; /* it ends as the contact is lost */
 } solved_phase_f32;
 
 typedef struct current_variation_f32 current_variation_f32;

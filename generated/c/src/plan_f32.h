@@ -56,10 +56,10 @@ static inline int32_t rates_of_plan_f32(hopform_plan_f32 *plan) {
     if ((value) < 0.0f) { return HOPFORM_ERROR_UNSTABLE; }
     HOPFORM_STABILITY(REFUSE_IF_NEGATIVE)
 #undef REFUSE_IF_NEGATIVE
-    plan->rates = rates;
-#define PUT_LAW(plan) (plan)->rates_law = rates_under_law_f32(robot)
-    HOPFORM_IF_LAW(PUT_LAW, plan);
-#undef PUT_LAW
+    plan->rates[0] = rates;
+#define PUT_RATES(index, formula) plan->rates[index] = formula##_f32(robot);
+    HOPFORM_FURTHER_RATES(PUT_RATES)
+#undef PUT_RATES
     return HOPFORM_OK;
 }
 
@@ -71,20 +71,22 @@ static inline bool are_finite_f32(const hopform_rates_f32 *rates) {
 
 /* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
 static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_poles_f32 *both, bool whole) {
-    if (!are_finite_f32(&plan->rates) || (HOPFORM_HAS_LAW && !are_finite_f32(rates_of_mode_f32(plan, 0)))
-        || !(both->q <= HOPFORM_NEVER_f32)           /* a and p are within s_1, and NaN only if q is */
+    bool finite = true;
+    for (int n = 0; n < HOPFORM_RATES; n++) {
+        finite = finite && are_finite_f32(&plan->rates[n]);
+    }
+    if (!finite || !(both->q <= HOPFORM_NEVER_f32)   /* a and p are within s_1, and NaN only if q is */
         || !(both->q > 0.0f || HOPFORM_MOVES_ALONE)) { /* both never move then */
         return HOPFORM_ERROR_NUMBERS;
     }
-#if HOPFORM_BOTH_MOVE
-    plan->both = *both;
-    plan->node_both = node_of_poles_f32(both, whole);
-#endif
-#define PUT_MODE(mode, rates, p, q)                                                                                    \
-    plan->mode = pair_alone_f32(plan->rates.p, plan->rates.q);                                                        \
-    plan->node_##mode = node_of_poles_f32(&plan->mode, whole);
-    HOPFORM_MODES_OF_ONE(PUT_MODE)
-#undef PUT_MODE
+#define PUT_BOTH(form) plan->poles[form] = *both;
+#define PUT_PAIR(form, index, p, q) plan->poles[form] = pair_alone_f32(plan->rates[index].p, plan->rates[index].q);
+    HOPFORM_FORMS(PUT_BOTH, PUT_PAIR)
+#undef PUT_BOTH
+#undef PUT_PAIR
+    for (int form = 0; form < HOPFORM_POLES; form++) {
+        plan->node[form] = node_of_poles_f32(&plan->poles[form], whole);
+    }
 #if HOPFORM_HAS_MODAL
     put_modal_f32(plan);
 #endif

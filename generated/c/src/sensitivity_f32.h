@@ -5,8 +5,9 @@
  *
  *     d_z(h) = Phi(h) d_z(0) + sum d_M_rc (Phi_r * z_c)(h),      (f * g)(h) = integral of f(h - s) g(s), 0 <= s <= h
  *
- * over the entries of M that an input changes: the rows r of the equations of motion. Phi_r is N(s)/P(s) and z_c is
- * K(s)/(s P(s)), so that their convolution is N(s) K(s)/s over P(s)^2, the powers of s being derivatives of W * W.
+ * over the entries of M that an input changes: the rows r of the equations of motion, and of a gear's ratio. Phi_r is
+ * N(s)/P(s) and z_c is K(s)/(s P(s)), so that their convolution is N(s) K(s)/s over P(s)^2, the powers of s being
+ * derivatives of W * W.
  *
  * An event at tau, which moves by d_tau, adds (z' before it - z' after it) d_tau, on top of what it does to the state.
  */
@@ -93,7 +94,7 @@ static void double_self_convolution_f32(const hopform_poles_f32 *poles, const fl
 
 /* How the axes at h answer to a change of each entry in the rows of the masses; those of one that is held to none. */
 static void responses_f32(const mode_f32 *mode, const float z[HOPFORM_AXES], float h, const float *W,
-                           float response[HOPFORM_ELEMENTS][SHARES_f32][HOPFORM_AXES]) {
+                           float response[HOPFORM_CHANGED_ROWS][SHARES_f32][HOPFORM_AXES]) {
     float short_time = h;
     float self_convolution[CONVOLUTIONS_f32];
     const int doublings = halve_f32(mode->poles, &short_time);
@@ -118,11 +119,11 @@ static void responses_f32(const mode_f32 *mode, const float z[HOPFORM_AXES], flo
                 applied[n] = applied_f32(K, self_convolution + n) + K[3] * self_convolution[n + 3];
             }
         }
-        for (int mass = 0; mass < HOPFORM_ELEMENTS; mass++) {
-            const bool moves = mode->side[mass] != 0;
+        for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
+            const bool moves = row >= HOPFORM_ELEMENTS || side_of_mode_f32(mode->row, row) != 0;
             for (int i = 0; i < HOPFORM_AXES; i++) {
-                const float *powers = mode->transfer.at[i > 0 ? i - 1 : 0][mass];
-                response[mass][c][i] = moves ? applied_f32(powers, i > 0 ? applied : applied + 1) : 0.0f;
+                const float *powers = mode->transfer.at[i > 0 ? i - 1 : 0][row];
+                response[row][c][i] = moves ? applied_f32(powers, i > 0 ? applied : applied + 1) : 0.0f;
             }
         }
     }
@@ -145,14 +146,13 @@ static float stop_change_f32(const hopform_plan_f32 *plan, int column, bool uppe
 static slopes_by_share_f32 slopes_of_column_f32(const variation_f32 *variation, const mode_f32 *mode, int column) {
     const hopform_phase_f32 *phase = &variation->phases[variation->index];
     const robot_change_f32 robot = robot_change_of_column_f32(column);
-    const int limit = side_2_f32(phase);
+    const int limit = limit_of_mode_f32(mode->row);
     float input = column == HOPFORM_COLUMN_OF_INPUT ? 1.0f : 0.0f;
-    if (HOPFORM_HAS_LAW && limit != 0) {
-        input = (float)limit * current_limit_change_f32(&variation->plan->robot, &robot);
-    }
+    if (limit != 0) { input = input_at_limit_change_f32(&variation->plan->robot, (float)limit, &robot, input); }
     slopes_by_share_f32 slopes;
-    slopes.named = slopes_of_f32(&variation->plan->robot, current_f32(variation, phase), (float)mode->side[0],
-                                  (float)mode->side[1], &robot, input);
+    slopes.named =
+        slopes_of_f32(&variation->plan->robot, current_f32(variation, phase), (float)side_of_mode_f32(mode->row, 0),
+                       (float)side_of_mode_f32(mode->row, 1), (float)limit, &robot, input);
     return slopes;
 }
 
@@ -165,7 +165,7 @@ static void travel_f32(variation_f32 *variation, float t) {
     const float h = t - variation->t;
     variation->t = t;
     if (!(h > 0.0f) || rests_f32(&mode)) { return; }
-    float answer[HOPFORM_ELEMENTS][SHARES_f32][HOPFORM_AXES];
+    float answer[HOPFORM_CHANGED_ROWS][SHARES_f32][HOPFORM_AXES];
     const basis_by_order_f32 response = response_in_mode_f32(&mode, h);
     responses_f32(&mode, variation->at.of, h, response.of, answer);
     const matrix_f32 phi = transition_f32(&mode, response.of);
@@ -177,7 +177,7 @@ static void travel_f32(variation_f32 *variation, float t) {
                 end.of[i] += phi.at[i][j] * variation->change[column].of[j];
             }
         }
-        for (int n = 0; n < HOPFORM_ELEMENTS * SHARES_f32; n++) {
+        for (int n = 0; n < HOPFORM_CHANGED_ROWS * SHARES_f32; n++) {
             for (int i = 0; i < HOPFORM_AXES && fabs_f32(slopes.of[n]) > 0.0f; i++) {
                 end.of[i] += answer[n / SHARES_f32][n % SHARES_f32][i] * slopes.of[n];
             }
@@ -213,11 +213,11 @@ static void cross_slip_f32(variation_f32 *variation, int element, const mode_f32
                             const state_by_axis_f32 *before) {
     const hopform_plan_f32 *plan = variation->plan;
     const hopform_phase_f32 *now = &variation->phases[variation->index];
-    const int side = entered->side[element];
+    const int side = side_of_mode_f32(entered->row, element);
     const float acceleration = (float)side * excess_to_side_f32(&plan->robot, element, side);
     const bool at_step = now->step > 0 && !(now->t > variation->steps[now->step].t);
     if (at_step || !(fabs_f32(acceleration) > 0.0f)) { return; }
-    const hopform_rates_f32 *rates = rates_of_mode_f32(plan, side_2_f32(now));
+    const hopform_rates_f32 *rates = entered->rates;
     const float rate = free_slope_f32(rates, element, before);
     variation->exists = variation->exists && fabs_f32(rate) > 0.0f;
     for (int column = 0; column < COLUMNS_f32 && variation->exists; column++) {
@@ -243,13 +243,13 @@ static void cross_f32(variation_f32 *variation) {
     const int axis = axis_of_event_f32(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const bool upper = left.side[HOPFORM_STOPPED_ELEMENT] > 0;
+    const bool upper = side_of_mode_f32(left.row, HOPFORM_STOPPED_ELEMENT) > 0;
     state_by_axis_f32 arrives;
     arrives.named = start_of_phase_f32(now);
-    const state_by_axis_f32 after = speeds_in_mode_f32(variation->plan, &entered, &arrives.named);
+    const state_by_axis_f32 after = speeds_in_mode_f32(&entered, &arrives.named);
     const state_by_axis_f32 start = arrives;
     arrives.of[velocity] = stops ? variation->at.of[velocity] : arrives.of[velocity];
-    const state_by_axis_f32 before = speeds_in_mode_f32(variation->plan, &left, &arrives.named);
+    const state_by_axis_f32 before = speeds_in_mode_f32(&left, &arrives.named);
     variation->index++;
     variation->t = now->t;
     variation->at = start;
@@ -285,7 +285,7 @@ static variation_f32 variation_of_f32(const hopform_plan_f32 *plan, const hopfor
     }
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         const int axis = HOPFORM_VELOCITY_AXIS(element);
-        if ((goes_on && mode.side[element] == 0) || HOPFORM_NEVER_MOVES(element)
+        if ((goes_on && side_of_mode_f32(mode.row, element) == 0) || HOPFORM_NEVER_MOVES(element)
             || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0f)) {
             variation.change[column_of_axis_f32[axis]].of[axis] = 0.0f;
         }
@@ -309,7 +309,7 @@ static bool stays_held_f32(const variation_f32 *variation, int element) {
     const hopform_phase_f32 *phase = &variation->phases[variation->index];
     const state_by_axis_f32 *at = &variation->at;
     free_by_element_f32 free;
-    const hopform_rates_f32 *rates = rates_of_mode_f32(variation->plan, side_2_f32(phase));
+    const hopform_rates_f32 *rates = rates_in_mode_f32(variation->plan, mode_of_phase_f32(phase));
     free.named = free_accelerations_f32(rates, &at->named, current_f32(variation, phase));
     const float downwards = -level_at_rest_f32(robot, element, -1);
     const float upwards = level_at_rest_f32(robot, element, 1);
@@ -377,7 +377,7 @@ static bool finish_f32(variation_f32 *variation, const hopform_stance_f32 *stanc
     const hopform_robot_f32 *robot = &variation->plan->robot;
     const hopform_phase_f32 *phase = &variation->phases[variation->index];
     const mode_f32 mode = mode_of_f32(variation->plan, phase, current_f32(variation, phase));
-    const state_by_axis_f32 speed = speeds_in_mode_f32(variation->plan, &mode, &stance->end);
+    const state_by_axis_f32 speed = speeds_in_mode_f32(&mode, &stance->end);
     bool exists = ends_later_f32(variation, stance, &speed.named);
     for (int column = 0; exists && column < COLUMNS_f32; column++) {
         state_by_axis_f32 *change = &variation->change[column];
@@ -390,8 +390,8 @@ static bool finish_f32(variation_f32 *variation, const hopform_stance_f32 *stanc
         if (is_left_f32(stance) && HOPFORM_CONTACT_IS_STRETCH) { change->of[HOPFORM_STRETCH_AXIS] = 0.0f; }
         exists = put_rows_of_contact_f32(variation, stance, column, change, matrix);
 #endif
-        const float rows[] = {late, change->of[0], change->of[1], height_change_f32(robot, &by, &change->change),
-                             change->of[2]};
+        const float rows[] = {late, change->of[0], change->of[1],
+                             height_change_f32(robot, &stance->end, &by, &change->change), change->of[2]};
         for (int row = 0; row < (int)(sizeof rows / sizeof rows[0]); row++) {
             matrix[row * COLUMNS_f32 + column] = rows[row];
         }

@@ -5,8 +5,9 @@
  *
  *     d_z(h) = Phi(h) d_z(0) + sum d_M_rc (Phi_r * z_c)(h),      (f * g)(h) = integral of f(h - s) g(s), 0 <= s <= h
  *
- * over the entries of M that an input changes: the rows r of the equations of motion. Phi_r is N(s)/P(s) and z_c is
- * K(s)/(s P(s)), so that their convolution is N(s) K(s)/s over P(s)^2, the powers of s being derivatives of W * W.
+ * over the entries of M that an input changes: the rows r of the equations of motion, and of a gear's ratio. Phi_r is
+ * N(s)/P(s) and z_c is K(s)/(s P(s)), so that their convolution is N(s) K(s)/s over P(s)^2, the powers of s being
+ * derivatives of W * W.
  *
  * An event at tau, which moves by d_tau, adds (z' before it - z' after it) d_tau, on top of what it does to the state.
  */
@@ -93,7 +94,7 @@ static void double_self_convolution_f64(const hopform_poles_f64 *poles, const do
 
 /* How the axes at h answer to a change of each entry in the rows of the masses; those of one that is held to none. */
 static void responses_f64(const mode_f64 *mode, const double z[HOPFORM_AXES], double h, const double *W,
-                           double response[HOPFORM_ELEMENTS][SHARES_f64][HOPFORM_AXES]) {
+                           double response[HOPFORM_CHANGED_ROWS][SHARES_f64][HOPFORM_AXES]) {
     double short_time = h;
     double self_convolution[CONVOLUTIONS_f64];
     const int doublings = halve_f64(mode->poles, &short_time);
@@ -118,11 +119,11 @@ static void responses_f64(const mode_f64 *mode, const double z[HOPFORM_AXES], do
                 applied[n] = applied_f64(K, self_convolution + n) + K[3] * self_convolution[n + 3];
             }
         }
-        for (int mass = 0; mass < HOPFORM_ELEMENTS; mass++) {
-            const bool moves = mode->side[mass] != 0;
+        for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
+            const bool moves = row >= HOPFORM_ELEMENTS || side_of_mode_f64(mode->row, row) != 0;
             for (int i = 0; i < HOPFORM_AXES; i++) {
-                const double *powers = mode->transfer.at[i > 0 ? i - 1 : 0][mass];
-                response[mass][c][i] = moves ? applied_f64(powers, i > 0 ? applied : applied + 1) : 0.0;
+                const double *powers = mode->transfer.at[i > 0 ? i - 1 : 0][row];
+                response[row][c][i] = moves ? applied_f64(powers, i > 0 ? applied : applied + 1) : 0.0;
             }
         }
     }
@@ -145,14 +146,13 @@ static double stop_change_f64(const hopform_plan_f64 *plan, int column, bool upp
 static slopes_by_share_f64 slopes_of_column_f64(const variation_f64 *variation, const mode_f64 *mode, int column) {
     const hopform_phase_f64 *phase = &variation->phases[variation->index];
     const robot_change_f64 robot = robot_change_of_column_f64(column);
-    const int limit = side_2_f64(phase);
+    const int limit = limit_of_mode_f64(mode->row);
     double input = column == HOPFORM_COLUMN_OF_INPUT ? 1.0 : 0.0;
-    if (HOPFORM_HAS_LAW && limit != 0) {
-        input = (double)limit * current_limit_change_f64(&variation->plan->robot, &robot);
-    }
+    if (limit != 0) { input = input_at_limit_change_f64(&variation->plan->robot, (double)limit, &robot, input); }
     slopes_by_share_f64 slopes;
-    slopes.named = slopes_of_f64(&variation->plan->robot, current_f64(variation, phase), (double)mode->side[0],
-                                  (double)mode->side[1], &robot, input);
+    slopes.named =
+        slopes_of_f64(&variation->plan->robot, current_f64(variation, phase), (double)side_of_mode_f64(mode->row, 0),
+                       (double)side_of_mode_f64(mode->row, 1), (double)limit, &robot, input);
     return slopes;
 }
 
@@ -165,7 +165,7 @@ static void travel_f64(variation_f64 *variation, double t) {
     const double h = t - variation->t;
     variation->t = t;
     if (!(h > 0.0) || rests_f64(&mode)) { return; }
-    double answer[HOPFORM_ELEMENTS][SHARES_f64][HOPFORM_AXES];
+    double answer[HOPFORM_CHANGED_ROWS][SHARES_f64][HOPFORM_AXES];
     const basis_by_order_f64 response = response_in_mode_f64(&mode, h);
     responses_f64(&mode, variation->at.of, h, response.of, answer);
     const matrix_f64 phi = transition_f64(&mode, response.of);
@@ -177,7 +177,7 @@ static void travel_f64(variation_f64 *variation, double t) {
                 end.of[i] += phi.at[i][j] * variation->change[column].of[j];
             }
         }
-        for (int n = 0; n < HOPFORM_ELEMENTS * SHARES_f64; n++) {
+        for (int n = 0; n < HOPFORM_CHANGED_ROWS * SHARES_f64; n++) {
             for (int i = 0; i < HOPFORM_AXES && fabs_f64(slopes.of[n]) > 0.0; i++) {
                 end.of[i] += answer[n / SHARES_f64][n % SHARES_f64][i] * slopes.of[n];
             }
@@ -213,11 +213,11 @@ static void cross_slip_f64(variation_f64 *variation, int element, const mode_f64
                             const state_by_axis_f64 *before) {
     const hopform_plan_f64 *plan = variation->plan;
     const hopform_phase_f64 *now = &variation->phases[variation->index];
-    const int side = entered->side[element];
+    const int side = side_of_mode_f64(entered->row, element);
     const double acceleration = (double)side * excess_to_side_f64(&plan->robot, element, side);
     const bool at_step = now->step > 0 && !(now->t > variation->steps[now->step].t);
     if (at_step || !(fabs_f64(acceleration) > 0.0)) { return; }
-    const hopform_rates_f64 *rates = rates_of_mode_f64(plan, side_2_f64(now));
+    const hopform_rates_f64 *rates = entered->rates;
     const double rate = free_slope_f64(rates, element, before);
     variation->exists = variation->exists && fabs_f64(rate) > 0.0;
     for (int column = 0; column < COLUMNS_f64 && variation->exists; column++) {
@@ -243,13 +243,13 @@ static void cross_f64(variation_f64 *variation) {
     const int axis = axis_of_event_f64(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const bool upper = left.side[HOPFORM_STOPPED_ELEMENT] > 0;
+    const bool upper = side_of_mode_f64(left.row, HOPFORM_STOPPED_ELEMENT) > 0;
     state_by_axis_f64 arrives;
     arrives.named = start_of_phase_f64(now);
-    const state_by_axis_f64 after = speeds_in_mode_f64(variation->plan, &entered, &arrives.named);
+    const state_by_axis_f64 after = speeds_in_mode_f64(&entered, &arrives.named);
     const state_by_axis_f64 start = arrives;
     arrives.of[velocity] = stops ? variation->at.of[velocity] : arrives.of[velocity];
-    const state_by_axis_f64 before = speeds_in_mode_f64(variation->plan, &left, &arrives.named);
+    const state_by_axis_f64 before = speeds_in_mode_f64(&left, &arrives.named);
     variation->index++;
     variation->t = now->t;
     variation->at = start;
@@ -285,7 +285,7 @@ static variation_f64 variation_of_f64(const hopform_plan_f64 *plan, const hopfor
     }
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         const int axis = HOPFORM_VELOCITY_AXIS(element);
-        if ((goes_on && mode.side[element] == 0) || HOPFORM_NEVER_MOVES(element)
+        if ((goes_on && side_of_mode_f64(mode.row, element) == 0) || HOPFORM_NEVER_MOVES(element)
             || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0)) {
             variation.change[column_of_axis_f64[axis]].of[axis] = 0.0;
         }
@@ -309,7 +309,7 @@ static bool stays_held_f64(const variation_f64 *variation, int element) {
     const hopform_phase_f64 *phase = &variation->phases[variation->index];
     const state_by_axis_f64 *at = &variation->at;
     free_by_element_f64 free;
-    const hopform_rates_f64 *rates = rates_of_mode_f64(variation->plan, side_2_f64(phase));
+    const hopform_rates_f64 *rates = rates_in_mode_f64(variation->plan, mode_of_phase_f64(phase));
     free.named = free_accelerations_f64(rates, &at->named, current_f64(variation, phase));
     const double downwards = -level_at_rest_f64(robot, element, -1);
     const double upwards = level_at_rest_f64(robot, element, 1);
@@ -377,7 +377,7 @@ static bool finish_f64(variation_f64 *variation, const hopform_stance_f64 *stanc
     const hopform_robot_f64 *robot = &variation->plan->robot;
     const hopform_phase_f64 *phase = &variation->phases[variation->index];
     const mode_f64 mode = mode_of_f64(variation->plan, phase, current_f64(variation, phase));
-    const state_by_axis_f64 speed = speeds_in_mode_f64(variation->plan, &mode, &stance->end);
+    const state_by_axis_f64 speed = speeds_in_mode_f64(&mode, &stance->end);
     bool exists = ends_later_f64(variation, stance, &speed.named);
     for (int column = 0; exists && column < COLUMNS_f64; column++) {
         state_by_axis_f64 *change = &variation->change[column];
@@ -390,8 +390,8 @@ static bool finish_f64(variation_f64 *variation, const hopform_stance_f64 *stanc
         if (is_left_f64(stance) && HOPFORM_CONTACT_IS_STRETCH) { change->of[HOPFORM_STRETCH_AXIS] = 0.0; }
         exists = put_rows_of_contact_f64(variation, stance, column, change, matrix);
 #endif
-        const double rows[] = {late, change->of[0], change->of[1], height_change_f64(robot, &by, &change->change),
-                             change->of[2]};
+        const double rows[] = {late, change->of[0], change->of[1],
+                             height_change_f64(robot, &stance->end, &by, &change->change), change->of[2]};
         for (int row = 0; row < (int)(sizeof rows / sizeof rows[0]); row++) {
             matrix[row * COLUMNS_f64 + column] = rows[row];
         }

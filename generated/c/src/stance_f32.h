@@ -22,20 +22,15 @@ static bool steps_are_sound_f32(const hopform_step_f32 *steps, int32_t count) {
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_f32(const hopform_plan_f32 *plan) {
-#if HOPFORM_BOTH_MOVE
-    const float a = plan->node_both.pole;
-    return a * a * a > HOPFORM_STIFFEST_f32 * HOPFORM_STIFFEST_f32 * plan->rates.s_3;
-#else
-    (void)plan;
-    return false;
-#endif
+    const float a = plan->node[0].pole;
+    return !HOPFORM_MOVES_ALONE && a * a * a > HOPFORM_STIFFEST_f32 * HOPFORM_STIFFEST_f32 * plan->rates[0].s_3;
 }
 
 /* Fill a plan from its robot. */
 static int32_t fill_plan_f32(hopform_plan_f32 *plan) {
     const int32_t status = rates_of_plan_f32(plan);
     if (status < 0) { return status; }
-    const hopform_rates_f32 *rates = &plan->rates;
+    const hopform_rates_f32 *rates = &plan->rates[0];
     hopform_poles_f32 both = {0};
     if (!HOPFORM_MOVES_ALONE) { both = factor_cubic_f32(rates->s_1, rates->s_2, rates->s_3); }
     const int32_t made = poles_of_plan_f32(plan, &both, true);
@@ -72,7 +67,7 @@ static int32_t call_status_f32(const hopform_plan_f32 *plan, const hopform_state
 /* Run a chain that has begun to its ending, which is not 0 if it is there already. */
 ALWAYS_f32 int32_t stance_run_f32(stance_chain_f32 *chain, int32_t begun) {
     stance_search_f32 search;
-    search_nothing_f32(any_poles_f32(chain->plan), &search);
+    search_nothing_f32(&chain->plan->poles[0], &search);
     int32_t ending = begun;
     while (ending == 0) {
         stance_begin_phase_f32(chain);

@@ -11,8 +11,6 @@
 #ifndef HOPFORM_TRIAL_H_f32
 #define HOPFORM_TRIAL_H_f32
 
-#include <string.h>
-
 #include "extrema_f32.h"
 
 /* What is gathered along the phases of a stance. */
@@ -23,7 +21,7 @@ struct current_variation_f32 {
     state_by_axis_f32 change;     /* of the state at a fixed time, per A */
     state_by_axis_f32 arrived;    /* at the end of the last phase, before its event */
     state_by_axis_f32 speed;      /* z' there */
-    int side[HOPFORM_ELEMENTS];    /* in the last phase */
+    row_f32 mode;                 /* of the last phase */
     bool moves;                    /* the element that the current drives has */
     float late;                     /* how much later the last event comes, per A; 0 before the first */
 };
@@ -71,6 +69,11 @@ static inline void note_hit_f32(const current_variation_f32 *variation, const st
     note_largest_f32(variation->trial, at[HOPFORM_POSITION_AXIS] + (slow ? height : contact), change);
 }
 
+/* Whether the compression falls where nothing moves yet. */
+static inline bool contact_unloads_f32(row_f32 mode) {
+    return falls_of_mode_f32(mode) && !rises_of_mode_f32(mode);
+}
+
 /* Whether the contact force, which fell before the event between two phases, falls no more after it. Where nothing
  * moves at the event, the sides before and after decide, and not what rounding leaves of the velocities. */
 static inline bool turns_up_f32(const current_variation_f32 *variation, const solved_phase_f32 *now,
@@ -82,7 +85,7 @@ static inline bool turns_up_f32(const current_variation_f32 *variation, const so
         moves = moves || fabs_f32(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0f;
     }
     if (moves) { return (rate < 0.0f || (jumps && !HOPFORM_CONTACT_IS_STRETCH)) && !(rate_after < 0.0f); }
-    return HOPFORM_CONTACT_UNLOADS(variation->side) && !HOPFORM_CONTACT_UNLOADS(now->side);
+    return contact_unloads_f32(variation->mode) && !contact_unloads_f32(now->mode);
 }
 
 /* The change per A right after the event with which a phase begins, and the extrema there. Its time does not move in
@@ -111,8 +114,8 @@ static inline void pass_event_f32(current_variation_f32 *variation, const solved
         pass_event_at_axis_f32(change->of, before->of, after.of, axis, 0.0f, late);
     }
     const int slips = slips_at_event_f32(now->event);
-    if (slips >= 0 && excess_to_side_f32(robot, slips, now->side[slips]) > 0.0f) {
-        const hopform_rates_f32 *rates = &variation->plan->rates;
+    if (slips >= 0 && excess_to_side_f32(robot, slips, side_of_mode_f32(now->mode, slips)) > 0.0f) {
+        const hopform_rates_f32 *rates = rates_in_mode_f32(variation->plan, now->mode);
         const float rate = free_slope_f32(rates, slips, before);
         const float by_u = slips == HOPFORM_DRIVEN_ELEMENT ? rates->a1_u : 0.0f;
         if (fabs_f32(rate) > 0.0f) {
@@ -137,17 +140,15 @@ static inline void pass_event_f32(current_variation_f32 *variation, const solved
 static inline void look_for_minimum_f32(current_variation_f32 *variation, const solved_phase_f32 *phase,
                                          const numerators_f32 *by_u, const basis_f32 *w, bool turns) {
     const hopform_robot_f32 *robot = &variation->plan->robot;
-    const int *side = phase->side;
-    const hopform_poles_f32 *poles = poles_of_f32(variation->plan, side[0], side[1]);
+    const hopform_poles_f32 *poles = poles_of_f32(variation->plan, phase->mode);
     const numerator_f32 h = contact_numerator_f32(robot, &phase->numerators->named);
     const propagator_f32 end = propagator_of_f32(poles, phase->end->t, w);
     if (turns) {
         const minima_f32 least =
-            least_minimum_f32(poles, node_of_f32(variation->plan, side[0], side[1]), &h,
+            least_minimum_f32(poles, node_of_f32(variation->plan, phase->mode), &h,
                                contact_of_f32(robot, &phase->start->named), &end, 64.0f, variation->evaluations);
         if (least.count > 0) {
-            const hopform_state_f32 there =
-                arrive_f32(&variation->change.named, by_u, &least.basis, side[0], side[1]);
+            const hopform_state_f32 there = arrive_f32(&variation->change.named, by_u, &least.basis, phase->mode);
             note_minimum_f32(variation->trial, least.value, contact_slope_f32(robot, &there), least.count);
         }
     }
@@ -173,19 +174,19 @@ static inline void look_for_minimum_f32(current_variation_f32 *variation, const 
  * nothing to follow. */
 static inline void carry_variation_f32(current_variation_f32 *variation, const solved_phase_f32 *phase) {
     const hopform_plan_f32 *plan = variation->plan;
-    const int *side = phase->side;
-    const hopform_poles_f32 *poles = poles_of_f32(plan, side[0], side[1]);
+    const row_f32 mode = phase->mode;
+    const hopform_poles_f32 *poles = poles_of_f32(plan, mode);
+    const hopform_rates_f32 *rates = rates_in_mode_f32(plan, mode);
     const basis_f32 w = basis_of_propagator_f32(poles, phase->end);
     if (HOPFORM_IS_EVENT(phase->event)) { pass_event_f32(variation, phase); }
-    variation->moves = variation->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
-    const bool turns = !HOPFORM_CONTACT_IS_STRETCH || HOPFORM_STRETCH_MAY_TURN(side);
+    variation->moves = variation->moves || side_of_mode_f32(mode, HOPFORM_DRIVEN_ELEMENT) != 0;
+    const bool turns = !HOPFORM_CONTACT_IS_STRETCH || stretch_may_turn_f32(mode);
     if (variation->moves || turns) {
         drive_by_element_f32 per_ampere = {{0.0f, 0.0f}};
-        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.a1_u;
-        const numerators_f32 by_u =
-            motion_under_f32(&plan->rates, &per_ampere.named, &variation->change.named, side[0], side[1]);
+        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = rates->a1_u;
+        const numerators_f32 by_u = motion_under_f32(rates, &per_ampere.named, &variation->change.named, mode);
         if (turns || phase->leaves) { look_for_minimum_f32(variation, phase, &by_u, &w, turns); }
-        variation->change.named = arrive_f32(&variation->change.named, &by_u, &w, side[0], side[1]);
+        variation->change.named = arrive_f32(&variation->change.named, &by_u, &w, mode);
     }
     variation->arrived = *phase->arrived;
     variation->speed.of[HOPFORM_POSITION_AXIS] = phase->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
@@ -194,7 +195,7 @@ static inline void carry_variation_f32(current_variation_f32 *variation, const s
             is_modal_f32(phase->end) ? &phase->modes->by.core[axis - 1] : &phase->numerators->core[axis - 1];
         variation->speed.of[axis] = sum_of_parts_f32(by, &phase->end->rate);
     }
-    (void)memcpy(variation->side, side, sizeof variation->side);
+    variation->mode = mode;
 }
 
 /* The apex' change per A from that at take-off, whose time moves as that of what ended the stance; not smooth where the
@@ -228,7 +229,7 @@ static inline void close_trial_f32(const current_variation_f32 *variation, const
     trial->held = true;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         trial->events = (trial->events ^ (uint32_t)(phases[n].mode + 16 * phases[n].event)) * 16777619u;
-        trial->held = trial->held && side_1_f32(&phases[n]) == 0;
+        trial->held = trial->held && side_of_mode_f32(mode_of_phase_f32(&phases[n]), HOPFORM_DRIVEN_ELEMENT) == 0;
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;

@@ -11,8 +11,6 @@
 #ifndef HOPFORM_TRIAL_H_f64
 #define HOPFORM_TRIAL_H_f64
 
-#include <string.h>
-
 #include "extrema_f64.h"
 
 /* What is gathered along the phases of a stance. */
@@ -23,7 +21,7 @@ struct current_variation_f64 {
     state_by_axis_f64 change;     /* of the state at a fixed time, per A */
     state_by_axis_f64 arrived;    /* at the end of the last phase, before its event */
     state_by_axis_f64 speed;      /* z' there */
-    int side[HOPFORM_ELEMENTS];    /* in the last phase */
+    row_f64 mode;                 /* of the last phase */
     bool moves;                    /* the element that the current drives has */
     double late;                     /* how much later the last event comes, per A; 0 before the first */
 };
@@ -71,6 +69,11 @@ static inline void note_hit_f64(const current_variation_f64 *variation, const st
     note_largest_f64(variation->trial, at[HOPFORM_POSITION_AXIS] + (slow ? height : contact), change);
 }
 
+/* Whether the compression falls where nothing moves yet. */
+static inline bool contact_unloads_f64(row_f64 mode) {
+    return falls_of_mode_f64(mode) && !rises_of_mode_f64(mode);
+}
+
 /* Whether the contact force, which fell before the event between two phases, falls no more after it. Where nothing
  * moves at the event, the sides before and after decide, and not what rounding leaves of the velocities. */
 static inline bool turns_up_f64(const current_variation_f64 *variation, const solved_phase_f64 *now,
@@ -82,7 +85,7 @@ static inline bool turns_up_f64(const current_variation_f64 *variation, const so
         moves = moves || fabs_f64(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0;
     }
     if (moves) { return (rate < 0.0 || (jumps && !HOPFORM_CONTACT_IS_STRETCH)) && !(rate_after < 0.0); }
-    return HOPFORM_CONTACT_UNLOADS(variation->side) && !HOPFORM_CONTACT_UNLOADS(now->side);
+    return contact_unloads_f64(variation->mode) && !contact_unloads_f64(now->mode);
 }
 
 /* The change per A right after the event with which a phase begins, and the extrema there. Its time does not move in
@@ -111,8 +114,8 @@ static inline void pass_event_f64(current_variation_f64 *variation, const solved
         pass_event_at_axis_f64(change->of, before->of, after.of, axis, 0.0, late);
     }
     const int slips = slips_at_event_f64(now->event);
-    if (slips >= 0 && excess_to_side_f64(robot, slips, now->side[slips]) > 0.0) {
-        const hopform_rates_f64 *rates = &variation->plan->rates;
+    if (slips >= 0 && excess_to_side_f64(robot, slips, side_of_mode_f64(now->mode, slips)) > 0.0) {
+        const hopform_rates_f64 *rates = rates_in_mode_f64(variation->plan, now->mode);
         const double rate = free_slope_f64(rates, slips, before);
         const double by_u = slips == HOPFORM_DRIVEN_ELEMENT ? rates->a1_u : 0.0;
         if (fabs_f64(rate) > 0.0) {
@@ -137,17 +140,15 @@ static inline void pass_event_f64(current_variation_f64 *variation, const solved
 static inline void look_for_minimum_f64(current_variation_f64 *variation, const solved_phase_f64 *phase,
                                          const numerators_f64 *by_u, const basis_f64 *w, bool turns) {
     const hopform_robot_f64 *robot = &variation->plan->robot;
-    const int *side = phase->side;
-    const hopform_poles_f64 *poles = poles_of_f64(variation->plan, side[0], side[1]);
+    const hopform_poles_f64 *poles = poles_of_f64(variation->plan, phase->mode);
     const numerator_f64 h = contact_numerator_f64(robot, &phase->numerators->named);
     const propagator_f64 end = propagator_of_f64(poles, phase->end->t, w);
     if (turns) {
         const minima_f64 least =
-            least_minimum_f64(poles, node_of_f64(variation->plan, side[0], side[1]), &h,
+            least_minimum_f64(poles, node_of_f64(variation->plan, phase->mode), &h,
                                contact_of_f64(robot, &phase->start->named), &end, 64.0, variation->evaluations);
         if (least.count > 0) {
-            const hopform_state_f64 there =
-                arrive_f64(&variation->change.named, by_u, &least.basis, side[0], side[1]);
+            const hopform_state_f64 there = arrive_f64(&variation->change.named, by_u, &least.basis, phase->mode);
             note_minimum_f64(variation->trial, least.value, contact_slope_f64(robot, &there), least.count);
         }
     }
@@ -173,19 +174,19 @@ static inline void look_for_minimum_f64(current_variation_f64 *variation, const 
  * nothing to follow. */
 static inline void carry_variation_f64(current_variation_f64 *variation, const solved_phase_f64 *phase) {
     const hopform_plan_f64 *plan = variation->plan;
-    const int *side = phase->side;
-    const hopform_poles_f64 *poles = poles_of_f64(plan, side[0], side[1]);
+    const row_f64 mode = phase->mode;
+    const hopform_poles_f64 *poles = poles_of_f64(plan, mode);
+    const hopform_rates_f64 *rates = rates_in_mode_f64(plan, mode);
     const basis_f64 w = basis_of_propagator_f64(poles, phase->end);
     if (HOPFORM_IS_EVENT(phase->event)) { pass_event_f64(variation, phase); }
-    variation->moves = variation->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
-    const bool turns = !HOPFORM_CONTACT_IS_STRETCH || HOPFORM_STRETCH_MAY_TURN(side);
+    variation->moves = variation->moves || side_of_mode_f64(mode, HOPFORM_DRIVEN_ELEMENT) != 0;
+    const bool turns = !HOPFORM_CONTACT_IS_STRETCH || stretch_may_turn_f64(mode);
     if (variation->moves || turns) {
         drive_by_element_f64 per_ampere = {{0.0, 0.0}};
-        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.a1_u;
-        const numerators_f64 by_u =
-            motion_under_f64(&plan->rates, &per_ampere.named, &variation->change.named, side[0], side[1]);
+        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = rates->a1_u;
+        const numerators_f64 by_u = motion_under_f64(rates, &per_ampere.named, &variation->change.named, mode);
         if (turns || phase->leaves) { look_for_minimum_f64(variation, phase, &by_u, &w, turns); }
-        variation->change.named = arrive_f64(&variation->change.named, &by_u, &w, side[0], side[1]);
+        variation->change.named = arrive_f64(&variation->change.named, &by_u, &w, mode);
     }
     variation->arrived = *phase->arrived;
     variation->speed.of[HOPFORM_POSITION_AXIS] = phase->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
@@ -194,7 +195,7 @@ static inline void carry_variation_f64(current_variation_f64 *variation, const s
             is_modal_f64(phase->end) ? &phase->modes->by.core[axis - 1] : &phase->numerators->core[axis - 1];
         variation->speed.of[axis] = sum_of_parts_f64(by, &phase->end->rate);
     }
-    (void)memcpy(variation->side, side, sizeof variation->side);
+    variation->mode = mode;
 }
 
 /* The apex' change per A from that at take-off, whose time moves as that of what ended the stance; not smooth where the
@@ -228,7 +229,7 @@ static inline void close_trial_f64(const current_variation_f64 *variation, const
     trial->held = true;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         trial->events = (trial->events ^ (uint32_t)(phases[n].mode + 16 * phases[n].event)) * 16777619u;
-        trial->held = trial->held && side_1_f64(&phases[n]) == 0;
+        trial->held = trial->held && side_of_mode_f64(mode_of_phase_f64(&phases[n]), HOPFORM_DRIVEN_ELEMENT) == 0;
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;

@@ -152,6 +152,24 @@ ANSWERS = {
         "equations": "list of equation",
         "claims": "list of claim",
     },
+    "hopform model prove": {
+        "hopform": "string",
+        "model": "string",
+        "robots": "list of drawn",
+        "checks": "list of check",
+    },
+    "drawn": {
+        "name": "string",
+        "parameters": "map of number or null",
+    },
+    "check": {
+        "what": "string",
+        "count": "integer",
+        "error": "number or null",
+        "bound": "number",
+        "where": "string",
+        "verdict": "string",
+    },
     "state": {
         "x1": "number",
         "v1": "number",

@@ -31,8 +31,10 @@ MODES = (
 HAS_CONTACT = True
 """Whether the model has a contact, which pushes and cannot pull."""
 
-HAS_LAW = False
-"""Whether a law sets the input of the one mass: the second side of a mode is then its limit, 0 under the law."""
+RATES = {
+    0: formulas.rates_of,
+}
+"""The rates of a mode by the limit that its input is at, by its sign: 0 is none, or under a law."""
 
 MOVING = (0, 1)
 """The elements that may move."""

@@ -29,6 +29,7 @@ from .records import (
     KnownPair,
     LegState,
     Letters,
+    Levels,
     ModalRows,
     Modes,
     Moments,
@@ -214,37 +215,37 @@ def motion_of_mass_2(rates: Rates, drive: Drive, state: LegState) -> Numerators:
     return Numerators(H3_1, H2_1, H1_1, H3_2, H2_2, H1_2, H3_y, H2_y, H1_y, N2_1, N1_1, N0_1)
 
 
-def pull_of_law(robot: Robot, state: LegState, u: Real) -> Real:
-    """What the law asks of the motor at a state, to the side of a positive current.
+def switching_of(robot: Robot, state: LegState, u: Real) -> Real:
+    """The switching function at a state: what the law asks of the motor, to the side of a positive current.
 
     u [A] current.
-    Returns pull [N], what the law asks of the motor, to the side of a positive current.
+    Returns switching [N], the switching function: what the law asks of the motor.
     """
-    pull = 0.0  # the law
-    return pull
+    switching = 0.0  # the law
+    return switching
 
 
-def terms_of_pull(robot: Robot, state: LegState, u: Real) -> Real:
+def switching_terms(robot: Robot, state: LegState, u: Real) -> Real:
     """Sum of the magnitudes of its terms: what it is rounded by is in proportion to them.
 
     u [A] current.
-    Returns pull [N], what the law asks of the motor, to the side of a positive current.
+    Returns switching [N], the switching function: what the law asks of the motor.
     """
-    pull = 0.0  # the law, by magnitude
-    return pull
+    switching = 0.0  # the law, by magnitude
+    return switching
 
 
-def largest_pull(robot: Robot) -> Real:
-    """What the motor pulls with at the limit of the current.
+def switching_levels(robot: Robot) -> Levels:
+    """Its levels: what the motor pulls with at the limits of the current.
 
-    Returns largest [N], what the motor pulls with at the limit of the current.
     """
-    largest = 0.0  # the limit
-    return largest
+    upper = float("inf")   # the limit
+    lower = -float("inf")  # the limit
+    return Levels(lower, upper)
 
 
-def law_numerator(robot: Robot, state: LegState, numerators: Numerators) -> Numerator:
-    """Numerator of the pull of the law.
+def switching_numerator(robot: Robot, state: LegState, numerators: Numerators) -> Numerator:
+    """Numerator of the switching function.
 
     """
     H3 = 0.0  # its rate is a motion of the pair
@@ -254,13 +255,24 @@ def law_numerator(robot: Robot, state: LegState, numerators: Numerators) -> Nume
 
 
 def current_of_law(robot: Robot, state: LegState, u: Real) -> Real:
-    """The current that the law asks for at a state, where it is within the limit.
+    """The current that the law asks for at a state, where it is within the limit; without a law the input.
 
     u [A] current.
-    Returns asked [A], the current that the law asks for.
+    Returns asked [A], the input of a mode without a limit: the current that a law asks for.
     """
-    asked = 0.0  # the law
+    asked = u  # the law
     return asked
+
+
+def input_at_limit(robot: Robot, u: Real, limit: Real) -> Real:
+    """The input at a limit: the current there, in the place of a law's target.
+
+    u [A] current.
+    limit [1] sign of the limit that the input of a law is at in the phase, 0 under it.
+    Returns reached [A], the input at a limit.
+    """
+    reached = u  # at the limit
+    return reached
 
 
 def transfer_of(rates: Rates, drive: Drive, side_1: Real, side_2: Real) -> Transfer:
@@ -421,7 +433,7 @@ def excess_of(robot: Robot) -> Excess:
     return Excess(up_1, down_1, up_2, down_2)
 
 
-def stretch_rate(state: LegState) -> Real:
+def stretch_rate(robot: Robot, state: LegState) -> Real:
     """Rate of the compression.
 
     Returns rate_y [m/s], rate of the compression.
@@ -792,12 +804,13 @@ def state_at(state: LegState, numerators: Numerators, basis: Basis) -> At:
     return At(x1_t, v1_t, v2_t, y_t)
 
 
-def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Real, x1_0: Real) -> Work:
+def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Real, limit: Real, x1_0: Real) -> Work:
     """Each entry of the ledger over a part of a phase that starts at x_1 = x1_0.
 
     u [A] current.
     side_1 [1] sign of v_1 in the phase, 0 if held.
     side_2 [1] sign of v_2 in the phase, 0 if held.
+    limit [1] sign of the limit that the input of a law is at in the phase, 0 under it.
     x1_0 [m] displacement of the actuator at the start of the phase.
     """
     m_eff, m_s, k, c = robot.m_eff, robot.m_s, robot.k, robot.c
@@ -1043,12 +1056,13 @@ def threshold_current(robot: Robot) -> Real:
     return u_threshold
 
 
-def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, robot_change: RobotChange, d_u: Real) -> Slopes:
+def slopes_of(robot: Robot, u: Real, side_1: Real, side_2: Real, limit: Real, robot_change: RobotChange, d_u: Real) -> Slopes:
     """Change of the right sides of (3), (4) with the robot and the current.
 
     u [A] current.
     side_1 [1] sign of v_1 in the phase, 0 if held.
     side_2 [1] sign of v_2 in the phase, 0 if held.
+    limit [1] sign of the limit that the input of a law is at in the phase, 0 under it.
     d_u [A] change of the current.
     """
     m_eff, m_s, k, c = robot.m_eff, robot.m_s, robot.k, robot.c
@@ -1092,14 +1106,15 @@ def upper_stop_change(robot: Robot, robot_change: RobotChange) -> Real:
     return d_highest
 
 
-def current_limit_change(robot: Robot, robot_change: RobotChange) -> Real:
-    """Change of the limit of the current with the robot.
+def input_at_limit_change(robot: Robot, limit: Real, robot_change: RobotChange, d_u: Real) -> Real:
+    """Change of the input at a limit with the robot and the input.
 
-    Returns d_u_most [A], change of the largest size of the current.
+    limit [1] sign of the limit that the input of a law is at in the phase, 0 under it.
+    d_u [A] change of the current.
+    Returns d_reached [A], change of the the input at a limit.
     """
-    d_u_max = robot_change.d_u_max
-    d_u_most = d_u_max  # change of limit of the current
-    return d_u_most
+    d_reached = d_u  # change of at the limit
+    return d_reached
 
 
 def free_slopes(rates: Rates, state_change: StateChange) -> Free:
@@ -1170,7 +1185,7 @@ def apex_slope(robot: Robot, state: LegState, state_change: StateChange) -> Real
     return d_apex
 
 
-def height_change(robot: Robot, robot_change: RobotChange, state_change: StateChange) -> Real:
+def height_change(robot: Robot, state: LegState, robot_change: RobotChange, state_change: StateChange) -> Real:
     """Change of the body's height with the robot and the state.
 
     Returns d_x2 [m], change of the height of the body over the ground under the foot.

@@ -552,6 +552,15 @@ class Work(NamedTuple):
     """[J] what the actuator's displacement does to the body through the spring"""
 
 
+class Levels(NamedTuple):
+    """Levels of the switching function: between them the law sets the input."""
+
+    lower: Real
+    """[N] below it the input is at the lower limit; infinite where there is none"""
+    upper: Real
+    """[N] above it the input is at the upper limit"""
+
+
 class Transfer(NamedTuple):
     """adj(s - M) of the core and, in the last column, times the constant accelerations."""
 

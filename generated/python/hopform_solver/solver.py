@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from . import formulas
 from .checked import attributes
-from .elements import AXES, EVENTS, HAS_CONTACT, HAS_LAW, MODES, MOVING, State
+from .elements import AXES, EVENTS, HAS_CONTACT, MODES, MOVING, RATES, State
 from .kernels import basis_at, factor_cubic
 from .records import ENDINGS, Ending, EventKind, LegState, Numerators, Poles, Rates, Robot, Start
 from .robot import Robot as CheckedRobot
@@ -31,7 +31,7 @@ Array: TypeAlias = NDArray[np.float64]
 Steps: TypeAlias = Sequence[tuple[float, float]]
 Sides: TypeAlias = tuple[int, int]
 Guard: TypeAlias = tuple[str, int, int]
-"""An event function: what happens at its zero, to which element, and to which side that then goes."""
+"""An event function: what happens at its zero, to which element, and to which side, or limit, that then goes."""
 
 EPS = 2.0**-52
 ROUNDING = 16.0 * EPS
@@ -132,9 +132,8 @@ def factors_of(coefficients: Sequence[float]) -> Poles:
 
 @dataclass
 class Chain:
-    """The motion while it grows: the time [s], the state, and of each element the side to which it slips, 0 if held.
-
-    Of a model with a law the second side is the limit that the current is at, 0 under the law.
+    """The motion while it grows: the time [s], the state, of each element the side to which it slips, 0 if held, and the
+    limit that the input of a law is at, 0 under it.
     """
 
     robot: Robot
@@ -143,6 +142,7 @@ class Chain:
     t: float = 0.0
     step: int = 0
     side: Sides = (0, 0)
+    limit: int = 0
     events: list[Event] = field(default_factory=list[Event])
     phases: list[Phase] = field(default_factory=list[Phase])
     forms: list[ClosedForm] = field(default_factory=list[ClosedForm])
@@ -152,14 +152,13 @@ class Chain:
     @property
     def rates(self) -> Rates:
         """Coefficients of the equations of motion and of the denominators."""
-        by_law = HAS_LAW and self.side[1] == 0
-        return formulas.rates_under_law(self.robot) if by_law else formulas.rates_of(self.robot)
+        return RATES[self.limit](self.robot)
 
     @property
     def u(self) -> float:
         """The input of a mode: that of the model; with a law the target, or the limit that the law is at."""
-        at_limit = HAS_LAW and self.side[1] != 0
-        return self.side[1] * float(formulas.current_limit(self.robot)) if at_limit else self.steps[self.step][1]
+        u = self.steps[self.step][1]
+        return float(formulas.input_at_limit(self.robot, u, self.limit)) if self.limit else u
 
     def closed_form(self, side: Sides) -> ClosedForm:
         """The motion from the present state in a mode; none where all is held."""
@@ -208,18 +207,24 @@ class Chain:
 
     def settle(self, resting: Sequence[int]) -> None:
         """The mode where some elements are at rest: where both are, each may depend on what the other does."""
-        largest, pull = (formulas.largest_pull(self.robot), self.pull(self.state)) if HAS_LAW else (0.0, 0.0)
-        if HAS_LAW:
-            self.side = (self.side[0], sign(pull) if abs(pull) > largest else 0)
+        beyond = {limit: limit * (switching - level) for limit, switching, level in self.levels(self.state)}
+        self.limit = next((limit for limit, far in beyond.items() if far > 0.0), 0)
         for element in [*resting] * len(resting):
             self.side = with_side(self.side, element, self.direction(element))
-        if HAS_LAW and abs(pull) == largest:  # it leaves the limit, or not, by its rate
-            rate = formulas.law_numerator(self.robot, self.state, self.closed_form(self.side).numerators)
-            self.side = (self.side[0], sign(pull) if sign(pull) * first_nonzero(rate) > 0.0 else 0)
+        for limit, far in beyond.items():
+            if far == 0.0:  # it leaves the level, or not, by its rate
+                rate = formulas.switching_numerator(self.robot, self.state, self.closed_form(self.side).numerators)
+                self.limit = limit if limit * first_nonzero(rate) > 0.0 else 0
 
-    def pull(self, state: LegState) -> Any:
-        """What the law asks of the motor, [N]."""
-        return formulas.pull_of_law(self.robot, state, self.steps[self.step][1])
+    def levels(self, state: LegState) -> Iterator[tuple[int, Any, float]]:
+        """Of each limit of the input: its sign, the switching function, which is what a law asks of the motor, [N], and the
+        level of that beyond which the input is at the limit.
+        """
+        lower, upper = formulas.switching_levels(self.robot)
+        switching = formulas.switching_of(self.robot, state, self.steps[self.step][1])
+        for limit, level in ((-1, float(lower)), (1, float(upper))):
+            if math.isfinite(level):
+                yield limit, switching, level
 
     # -- event functions --
 
@@ -240,17 +245,11 @@ class Chain:
             for goes in (-1, 1):
                 if side == 0 and not self.blocked(element, goes):
                     yield ("slips", element, goes), self.level(element, goes) - goes * free[element]
-        if HAS_LAW:
-            yield from self.limits(state)
-
-    def limits(self, state: LegState) -> Iterator[tuple[Guard, Any]]:
-        """How far the pull of a law is from its limits; at one of them how far it is beyond."""
-        pull, largest = self.pull(state), formulas.largest_pull(self.robot)
-        for side in (-1, 1):
-            if self.side[1] == 0 and math.isfinite(largest):
-                yield ("limit", 1, side), largest - side * pull
-            if self.side[1] == side:
-                yield ("limit", 1, 0), side * pull - largest
+        for limit, switching, level in self.levels(state):  # its room to a level; at a limit how far it is beyond
+            if self.limit == 0:
+                yield ("limit", -1, limit), limit * (level - switching)
+            if self.limit == limit:
+                yield ("limit", -1, 0), limit * (switching - level)
 
     def first_event(self, form: ClosedForm, limit: float, samples: int) -> tuple[float, Guard | None]:
         """The first zero of an event function within the limit: its time since the phase began, and of which.
@@ -306,15 +305,20 @@ class Chain:
         """The motion of the phase that begins, which is listed."""
         form = self.closed_form(self.side)
         shown = shown_of(self.robot, self.state)
-        self.phases.append(Phase(self.t, self.t, *self.side, self.steps[self.step][1], shown))
+        first, second = self.side
+        second += self.limit  # of one mass, whose second sign is 0
+        self.phases.append(Phase(self.t, self.t, first, second, self.steps[self.step][1], shown))
         self.forms.append(form)
         return form
 
     def passes(self, guard: Guard) -> None:
         """The state and the mode behind an event, which is listed; what the limits of a law do is none."""
         what, element, goes = guard
+        if what == "limit":
+            self.limit = goes
+            return
         before = self.side[element]
-        if what in ("limit", "slips"):
+        if what == "slips":
             self.side = with_side(self.side, element, goes)
         else:
             self.state = self.state._replace(**{("v1", "v2")[element]: 0.0})  # at a stop inelastic
@@ -324,7 +328,7 @@ class Chain:
             self.settle([element])
             if what == "stops":
                 what = "reverses" if self.side[element] else "sticks"
-        if what != "limit" and self.side[element] != before:
+        if self.side[element] != before:
             self.happens(element, what)
 
     def next_step(self) -> None:

@@ -112,12 +112,8 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
     "Plan": (
         ("robot", "Robot", 1),
         ("rates", "Rates", 1),
-        ("both", "Poles", 1),
-        ("mass_1", "Poles", 1),
-        ("mass_2", "Poles", 1),
-        ("node_both", "Node", 1),
-        ("node_mass_1", "Node", 1),
-        ("node_mass_2", "Node", 1),
+        ("poles", "Poles", 3),
+        ("node", "Node", 3),
         ("made", "uint32", 1),
     ),
     "Step": (

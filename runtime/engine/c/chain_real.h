@@ -22,7 +22,7 @@ typedef struct {
     state_by_axis_real at;
     real from_lower; /* the position less its stops: the position itself has no digits for what is this close */
     real from_upper;
-    int side[HOPFORM_ELEMENTS]; /* with a law the second one is its limit */
+    row_real mode;
     int just_switched; /* the element that has just crossed its friction threshold: its acceleration is exactly zero */
     int came_to_rest; /* the element that has just come to rest, and whose free acceleration is known from the motion */
     real carried_acceleration; /* this acceleration, from before the state lost its digits */
@@ -49,17 +49,12 @@ typedef struct {
     current_variation_real *variation;
 } stance_chain_real;
 
-/* The limit that the input of a law is at, 0 under it: the second side. */
-static inline int limit_of_chain_real(const stance_chain_real *chain) {
-    return HOPFORM_HAS_LAW ? chain->side[HOPFORM_ELEMENTS - 1] : 0;
-}
-
 static inline real current_of_chain_real(const stance_chain_real *chain) {
-    return input_of_mode_real(chain->plan, limit_of_chain_real(chain), chain->steps[chain->step].u);
+    return input_of_mode_real(chain->plan, chain->mode, chain->steps[chain->step].u);
 }
 
 static inline const hopform_rates_real *rates_of_chain_real(const stance_chain_real *chain) {
-    return rates_of_mode_real(chain->plan, limit_of_chain_real(chain));
+    return rates_in_mode_real(chain->plan, chain->mode);
 }
 
 /* ---- the hold rule ---- */
@@ -70,47 +65,30 @@ static inline numerator_real free_numerator_real(const hopform_rates_real *rates
     return element == 0 ? free_numerator_1_real(rates, numerators) : free_numerator_2_real(rates, numerators);
 }
 
-/* What the elements do, by their sides; one that never moves rests. */
-static inline bool both_slip_real(const int *side) {
-    return !HOPFORM_MOVES_ALONE && side[0] != 0 && side[1] != 0;
+/* Enter the mode in which an element has another side. */
+static inline void take_side_real(stance_chain_real *chain, int element, int side) {
+    chain->mode = mode_with_side_real(chain->mode, element, side);
 }
 
-static inline bool all_rest_real(const int *side) {
-    return side[0] == 0 && (HOPFORM_MOVES_ALONE || side[1] == 0);
-}
-
-static inline bool other_rests_real(const int *side, int element) {
-    return HOPFORM_MOVES_ALONE || side[1 - element] == 0;
-}
-
-/* Whether a stop, or that it never moves, keeps an element at rest from going to a side. */
+/* Whether a stop keeps an element at rest from going to a side. */
 static inline bool stance_blocked_real(const stance_chain_real *chain, int element, int side) {
     const hopform_robot_real *robot = &chain->plan->robot;
-    if (HOPFORM_NEVER_MOVES(element)) { return true; }
     if (!HOPFORM_HAS_STOPS || element != HOPFORM_STOPPED_ELEMENT) { return false; }
     const bool locked = !(lower_stop_real(robot) < upper_stop_real(robot));
     return locked || (side < 0 && chain->from_lower <= 0.0) || (side > 0 && chain->from_upper >= 0.0);
 }
 
-/* The constant accelerations, and the numerators from the chain's state, with given sides. */
-static inline drive_by_element_real drive_of_chain_real(const stance_chain_real *chain, const int *side) {
-    drive_by_element_real drive;
-    drive.named = drive_of_real(&chain->plan->robot, rates_of_chain_real(chain), current_of_chain_real(chain),
-                                (real)side[0], (real)side[1]);
-    return drive;
-}
-
-static inline numerators_by_axis_real numerators_of_chain_real(const stance_chain_real *chain, const int *side) {
-    const drive_by_element_real drive = drive_of_chain_real(chain, side);
+/* The numerators from the chain's state in a mode. */
+static inline numerators_by_axis_real numerators_of_chain_real(const stance_chain_real *chain, row_real mode) {
     numerators_by_axis_real made;
-    made.named = motion_under_real(rates_of_chain_real(chain), &drive.named, &chain->at.named, side[0], side[1]);
+    made.named = motion_of_real(chain->plan, &chain->at.named, current_of_chain_real(chain), mode);
     return made;
 }
 
 /* First non-zero derivative of the free acceleration of an element that is held. */
 static inline real drift_of_free_real(const stance_chain_real *chain, int element) {
-    const int side[] = {element == 0 ? 0 : chain->side[0], element == 1 ? 0 : chain->side[1]};
-    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, side);
+    const numerators_by_axis_real numerators =
+        numerators_of_chain_real(chain, mode_with_side_real(chain->mode, element, 0));
     const numerator_real free = free_numerator_real(rates_of_chain_real(chain), element, &numerators.named);
     return first_derivative_real(&free);
 }
@@ -156,78 +134,80 @@ static inline direction_real direction_from_rest_real(const stance_chain_real *c
     return direction;
 }
 
-/* ---- the limit of a law ---- */
+/* ---- the limits of a law: the levels of its switching function ---- */
 
-/* The magnitudes that the room of the pull is a difference of: they are large where the law is stiff. */
-static inline real terms_of_room_real(const stance_chain_real *chain, real largest) {
-    return terms_of_pull_real(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u) + largest;
-}
+/* The switching function at the chain's state, the magnitudes that it is a sum of, and its levels. */
+typedef struct {
+    real value, terms;
+    levels_real levels;
+} switching_at_real;
 
-static inline real pull_of_chain_real(const stance_chain_real *chain) {
-    return pull_of_law_real(&chain->plan->robot, &chain->at.named, chain->steps[chain->step].u);
-}
-
-/* How far the pull is beyond the limits, decided. */
-static inline real beyond_limit_real(const stance_chain_real *chain, real pull) {
-    const real largest = largest_pull_real(&chain->plan->robot);
-    return is_finite_real(largest) ? decided_real(fabs_real(pull) - largest, terms_of_room_real(chain, largest)) : -1.0;
-}
-
-/* The limit that the current is at; on the limit 0. */
-static inline void stance_choose_limit_real(stance_chain_real *chain) {
-    if (!HOPFORM_HAS_LAW) { return; }
-    const real pull = pull_of_chain_real(chain);
-    chain->side[HOPFORM_ELEMENTS - 1] = beyond_limit_real(chain, pull) > 0.0 ? (int)goes_real(pull, 0.0) : 0;
-}
-
-/* Where the pull is on the limit its first non-zero derivative decides; the sides of the elements are known. */
-static inline void stance_settle_limit_real(stance_chain_real *chain) {
-    if (!HOPFORM_HAS_LAW || limit_of_chain_real(chain) != 0 || all_rest_real(chain->side)) { return; }
-    const real pull = pull_of_chain_real(chain);
-    if (beyond_limit_real(chain, pull) < 0.0) { return; }
-    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->side);
-    const numerator_real h = law_numerator_real(&chain->plan->robot, &chain->at.named, &numerators.named);
-    const real leaves = goes_real(pull, 0.0) * first_derivative_real(&h);
-    chain->side[HOPFORM_ELEMENTS - 1] = leaves > 0.0 ? (int)goes_real(pull, 0.0) : 0;
-}
-
-/* The room of the pull to its limits, or at a limit what it is beyond that. */
-static inline void add_limits_real(const stance_chain_real *chain, event_set_real *set) {
-    const real largest = largest_pull_real(&chain->plan->robot);
-    if (!is_finite_real(largest)) { return; }
-    const int limit = limit_of_chain_real(chain);
+static inline switching_at_real switching_of_chain_real(const stance_chain_real *chain) {
     const hopform_robot_real *robot = &chain->plan->robot;
-    const real terms = terms_of_room_real(chain, largest);
-    const real pull = pull_of_chain_real(chain);
-    const numerator_real h = law_numerator_real(robot, &chain->at.named, &chain->numerators.named);
-    for (int side = -1; side <= 1; side += 2) {
-        if (limit != 0 && side != limit) { continue; }
-        event_function_real *room = add_event_function_real(set, &h, pull - (real)side * largest,
-                                                            (real)(limit == 0 ? -side : side), LIMIT_real, true);
-        put_on_threshold_real(room, terms);
-        room->side = limit == 0 ? side : 0;
-    }
+    const real u = chain->steps[chain->step].u;
+    const switching_at_real at = {switching_of_real(robot, &chain->at.named, u),
+                                  switching_terms_real(robot, &chain->at.named, u), switching_levels_real(robot)};
+    return at;
 }
 
-/* Sides of the elements that are at rest, a bit each; of several as often as there are, because each may depend on what
- * the others do. One that starts on its threshold has the acceleration of the excess there. */
-static inline void stance_settle_real(stance_chain_real *chain, uint32_t resting) {
+static inline real level_of_limit_real(const switching_at_real *at, int limit) {
+    return limit < 0 ? at->levels.lower : at->levels.upper;
+}
+
+/* The magnitudes that the function less a level is a sum of: they are large where the law is stiff. */
+static inline real terms_of_room_real(const switching_at_real *at, real level) {
+    return at->terms + fabs_real(level);
+}
+
+/* How far the function is beyond the level of a limit, decided; below 0 where there is none. */
+static inline real beyond_limit_real(const switching_at_real *at, int limit) {
+    const real level = level_of_limit_real(at, limit);
+    const real beyond = (real)limit * (at->value - level);
+    return is_finite_real(level) ? decided_real(beyond, terms_of_room_real(at, level)) : -1.0;
+}
+
+/* The limit that the input is at; on a level 0. */
+static inline void stance_choose_limit_real(stance_chain_real *chain) {
+    if (!HOPFORM_HAS_LIMITS) { return; }
+    const switching_at_real at = switching_of_chain_real(chain);
+    const int below = beyond_limit_real(&at, -1) > 0.0 ? -1 : 0;
+    chain->mode = mode_at_limit_real(chain->mode, beyond_limit_real(&at, 1) > 0.0 ? 1 : below);
+}
+
+/* On a level the first non-zero derivative of the function decides; the sides of the elements are known. */
+static inline void stance_settle_limit_real(stance_chain_real *chain) {
+    if (!HOPFORM_HAS_LIMITS || limit_of_mode_real(chain->mode) != 0 || rests_of_mode_real(chain->mode)) { return; }
+    const switching_at_real at = switching_of_chain_real(chain);
+    const int below = !(beyond_limit_real(&at, -1) < 0.0) ? -1 : 0;
+    const int limit = !(beyond_limit_real(&at, 1) < 0.0) ? 1 : below;
+    if (limit == 0) { return; }
+    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->mode);
+    const numerator_real h = switching_numerator_real(&chain->plan->robot, &chain->at.named, &numerators.named);
+    chain->mode = mode_at_limit_real(chain->mode, (real)limit * first_derivative_real(&h) > 0.0 ? limit : 0);
+}
+
+/* The side of an element that is at rest. One that starts on its threshold has the acceleration of the excess there. */
+static inline void settle_element_real(stance_chain_real *chain, int element) {
+    const direction_real direction = direction_from_rest_real(chain, element);
+    take_side_real(chain, element, direction.side);
+    if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
+}
+
+/* Those of the elements that are at rest, a bit each; where both are twice, because each may depend on what the other
+ * does. */
+SHARED_real void stance_settle_real(stance_chain_real *chain, uint32_t resting) {
     const bool several = !HOPFORM_MOVES_ALONE && (resting & (resting - 1u)) != 0;
-    for (int n = 0; n < (several ? HOPFORM_ELEMENTS : 1); n++) {
-        for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-            if ((resting & 1u << (uint32_t)element) != 0) {
-                const direction_real direction = direction_from_rest_real(chain, element);
-                chain->side[element] = direction.side;
-                if (direction.on_threshold && direction.side != 0) { chain->just_switched = element; }
-            }
-        }
+    if (!several && resting == 0) { return; }
+    const int first = several || HOPFORM_MOVES_ALONE ? 0 : (int)(resting >> 1u);
+    for (int n = 0; n < (several ? 2 * HOPFORM_ELEMENTS : 1); n++) {
+        settle_element_real(chain, several ? n % HOPFORM_ELEMENTS : first);
     }
 }
 
 static inline uint32_t held_elements_real(const stance_chain_real *chain) {
     uint32_t held = 0;
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        held |= chain->side[element] == 0 ? 1u << (uint32_t)element : 0u;
+        held |= side_of_mode_real(chain->mode, element) == 0 ? 1u << (uint32_t)element : 0u;
     }
     return held;
 }
@@ -270,66 +250,100 @@ static inline real terms_of_contact_real(const stance_chain_real *chain) {
 }
 #endif
 
+/* ---- the event functions of a phase, by the kinds of guards: each puts those that are active in the mode ---- */
+
+/* Whether all but a velocity is monotone until the end of the phase. */
+static inline bool is_monotone_real(row_real mode) {
+    return alone_of_mode_real(mode) >= 0 && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
+}
+
+#if HOPFORM_HAS_CONTACT
+/* Where one element slips alone and the forces on it cancel at no stretch, the stretch of a contact rings about 0 as a
+ * velocity does: its first zero is known however far it has faded by then. Else it is one of those that are searched,
+ * unless it is the contact force and only rises, from 0 on. */
+static inline void put_contact_real(stance_events_real *events, const stance_chain_real *chain) {
+    const row_real mode = chain->mode;
+    const real stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const int alone = alone_of_mode_real(mode);
+    const bool may_ring = HOPFORM_CONTACT_IS_STRETCH && alone >= 0 && !(stretch < 0.0);
+    if (may_ring && !(fabs_real(chain->drive.of[alone]) > 0.0)) {
+        events->rest_time = time_to_rest_real(events->set.poles, stretch, chain->numerators.of.stretch.H3);
+        events->rests = CONTACT_real;
+    } else if (falls_of_mode_real(mode) || stretch < 0.0 || !HOPFORM_CONTACT_IS_STRETCH) {
+        const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->numerators.named);
+        const real start = contact_of_real(&chain->plan->robot, &chain->at.named);
+        event_function_real *contact =
+            add_event_function_real(&events->set, &h, start, 1.0, CONTACT_real, !is_monotone_real(mode));
+        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_real(contact, terms_of_contact_real(chain)); }
+    }
+}
+#endif
+
 /* How far the position is from the stop ahead, if there is one. */
-static inline void add_stop_real(const stance_chain_real *chain, event_set_real *set) {
-    const int side = chain->side[HOPFORM_STOPPED_ELEMENT];
+static inline void put_stop_real(stance_events_real *events, const stance_chain_real *chain) {
+    const int side = side_of_mode_real(chain->mode, HOPFORM_STOPPED_ELEMENT);
     const real gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (!HOPFORM_HAS_STOPS || side == 0 || !is_finite_real(gap)) { return; }
+    if (side == 0 || !is_finite_real(gap)) { return; }
     const real away = -(real)side;
     const numerator_real *h = &chain->numerators.of.position;
     const numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
     event_function_real *stop =
-        add_event_function_real(set, &first, away * gap, away, ELEMENT_real + HOPFORM_STOPPED_ELEMENT, false);
+        add_event_function_real(&events->set, &first, away * gap, away, ELEMENT_real + HOPFORM_STOPPED_ELEMENT, false);
     stop->touch_is_no_event = true;
     stop->H0 = away * h->H1;
 }
 
-/* The event functions of a phase. Where one element slips alone and the forces on it cancel at no stretch, the stretch
- * of a contact rings about 0 as a velocity does: its first zero is known however far it has faded by then. */
+/* The room of the switching function to its levels, or at a limit what it is beyond that. */
+static inline void put_limit_real(stance_events_real *events, const stance_chain_real *chain) {
+    const int from = limit_of_mode_real(chain->mode);
+    const switching_at_real at = switching_of_chain_real(chain);
+    const numerator_real h = switching_numerator_real(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
+    for (int limit = -1; limit <= 1; limit += 2) {
+        const real level = level_of_limit_real(&at, limit);
+        if (is_finite_real(level) && (from == 0 || limit == from)) {
+            event_function_real *room = add_event_function_real(&events->set, &h, at.value - level,
+                                                                (real)(from == 0 ? -limit : limit), LIMIT_real, true);
+            put_on_threshold_real(room, terms_of_room_real(&at, level));
+            room->side = from == 0 ? limit : 0;
+        }
+    }
+}
+
+/* The velocity of each that slips beside others; of what slips alone its time to rest, in closed form. */
+static inline void put_velocity_real(stance_events_real *events, const stance_chain_real *chain) {
+    const row_real mode = chain->mode;
+    const int alone = alone_of_mode_real(mode);
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && alone < 0; element++) {
+        (void)add_event_function_real(&events->set, &chain->numerators.of.velocity[element],
+                                      chain->at.of[HOPFORM_VELOCITY_AXIS(element)],
+                                      (real)side_of_mode_real(mode, element), ELEMENT_real + element, true);
+    }
+    if (alone < 0) { return; }
+    const real sign = (real)side_of_mode_real(mode, alone);
+    const real rest = time_to_rest_real(events->set.poles, sign * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)],
+                                        sign * chain->numerators.of.velocity[alone].H3);
+    if (events->rests == NO_OWNER_real || !(events->rest_time <= rest)) {
+        events->rest_time = rest;
+        events->rests = ELEMENT_real + alone;
+    }
+}
+
+/* What is held while another element slips alone. */
+static inline void put_threshold_real(stance_events_real *events, const stance_chain_real *chain) {
+    const int alone = alone_of_mode_real(chain->mode);
+    if (alone >= 0) { add_thresholds_real(chain, 1 - alone, !is_monotone_real(chain->mode), &events->set); }
+}
+
+/* The event functions of a phase: of each guard that the model has. */
 static inline void put_events_real(stance_events_real *events, const stance_chain_real *chain) {
-    const real *at = chain->at.of;
-    const int *side = chain->side;
-    event_set_real *set = &events->set;
-    const hopform_poles_real *poles = poles_of_real(chain->plan, side[0], side[1]);
-    const bool several = both_slip_real(side);
-    const int slips = HOPFORM_MOVES_ALONE || side[0] != 0 ? 0 : 1;
-    const bool is_monotone = !several && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
-    set->poles = poles;
-    set->node = node_of_real(chain->plan, side[0], side[1]);
-    set->count = 0;
+    events->set.poles = poles_of_real(chain->plan, chain->mode);
+    events->set.node = node_of_real(chain->plan, chain->mode);
+    events->set.count = 0;
     events->rest_time = HOPFORM_NEVER_real;
     events->rests = NO_OWNER_real;
-#if HOPFORM_HAS_CONTACT
-    const real stretch = at[HOPFORM_STRETCH_AXIS];
-    const bool rings =
-        HOPFORM_CONTACT_IS_STRETCH && !several && !(stretch < 0.0) && !(fabs_real(chain->drive.of[slips]) > 0.0);
-    const bool may_fall = HOPFORM_STRETCH_MAY_FALL(side) || stretch < 0.0; /* else it rises, from 0 on */
-    if (!rings && (may_fall || !HOPFORM_CONTACT_IS_STRETCH)) {
-        const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->numerators.named);
-        event_function_real *contact = add_event_function_real(
-            set, &h, contact_of_real(&chain->plan->robot, &chain->at.named), 1.0, CONTACT_real, !is_monotone);
-        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_real(contact, terms_of_contact_real(chain)); }
-    }
-#endif
-    add_stop_real(chain, set);
-    if (HOPFORM_HAS_LAW) { add_limits_real(chain, set); }
-    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && several; element++) {
-        (void)add_event_function_real(set, &chain->numerators.of.velocity[element], at[HOPFORM_VELOCITY_AXIS(element)],
-                                      (real)side[element], ELEMENT_real + element, true);
-    }
-    if (several) { return; }
-    const real sign = (real)side[slips];
-    if (!HOPFORM_MOVES_ALONE) { add_thresholds_real(chain, 1 - slips, !is_monotone, set); }
-    events->rest_time = time_to_rest_real(poles, sign * at[HOPFORM_VELOCITY_AXIS(slips)],
-                                          sign * chain->numerators.of.velocity[slips].H3);
-    events->rests = ELEMENT_real + slips;
-#if HOPFORM_HAS_CONTACT
-    const real lift = rings ? time_to_rest_real(poles, stretch, chain->numerators.of.stretch.H3) : HOPFORM_NEVER_real;
-    if (rings && lift <= events->rest_time) {
-        events->rest_time = lift;
-        events->rests = CONTACT_real;
-    }
-#endif
+#define PUT_GUARD(kind) put_##kind##_real(events, chain);
+    HOPFORM_GUARDS(PUT_GUARD)
+#undef PUT_GUARD
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -345,8 +359,7 @@ SELDOM_real real later_takeoff_real(const stance_chain_real *chain, const hopfor
     if (!is_late_real(basis)) { return 0.0; }
     state_by_axis_real steady = {{0.0, 0.0, 0.0, 0.0}};
     numerators_by_axis_real from_slack;
-    from_slack.named =
-        motion_of_real(chain->plan, &steady.named, current_of_chain_real(chain), chain->side[0], chain->side[1]);
+    from_slack.named = motion_of_real(chain->plan, &steady.named, current_of_chain_real(chain), chain->mode);
     steady.of[HOPFORM_STRETCH_AXIS] = settled_real(poles, &from_slack.of.stretch);
     const real settled = contact_of_real(&chain->plan->robot, &steady.named);
     return steady_state_correction_real(poles, contact, settled, basis, t);
@@ -394,12 +407,12 @@ SELDOM_real void enter_modes_real(stance_chain_real *chain, stance_search_real *
         }
 #endif
         if (g->touch_is_no_event) {
-            const real gap = chain->side[element] > 0 ? chain->from_upper : chain->from_lower;
+            const real gap = side_of_mode_real(chain->mode, element) > 0 ? chain->from_upper : chain->from_lower;
             take_modes_real(g, &modes->by.of.position, gap + modes->final.of[HOPFORM_POSITION_AXIS], modes->drift,
-                            -(real)chain->side[element]);
+                            -(real)side_of_mode_real(chain->mode, element));
         } else {
             take_modes_real(g, &modes->by.of.velocity[element], modes->final.of[HOPFORM_VELOCITY_AXIS(element)], 0.0,
-                            (real)chain->side[element]);
+                            (real)side_of_mode_real(chain->mode, element));
         }
     }
 }
@@ -409,7 +422,8 @@ SELDOM_real void enter_modes_real(stance_chain_real *chain, stance_search_real *
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_in_modes_real(const stance_chain_real *chain) {
-    return both_slip_real(chain->side) && chain->plan->modal.h > 0.0 && chain->observer == NULL;
+    return alone_of_mode_real(chain->mode) < 0 && !rests_of_mode_real(chain->mode) && chain->plan->modal.h > 0.0
+           && chain->observer == NULL;
 }
 
 /* The axis of each event function of the search. */
@@ -421,7 +435,6 @@ static const int axis_of_function_real[MODAL_FUNCTIONS_real] = {HOPFORM_STRETCH_
 static inline void begin_modal_search_real(const stance_chain_real *chain, modal_search_real *search) {
     const hopform_modal_real *modal = &chain->plan->modal;
     const numerator_real *core = chain->numerators.core;
-    const int *side = chain->side;
     const real rate[MODAL_FUNCTIONS_real] = {core[HOPFORM_STRETCH_AXIS - 1].H3, core[HOPFORM_VELOCITY_AXIS(0) - 1].H3,
                                              core[HOPFORM_VELOCITY_AXIS(1) - 1].H3};
     modal_node_real *low = &search->node[0];
@@ -437,11 +450,11 @@ static inline void begin_modal_search_real(const stance_chain_real *chain, modal
     search->first = 1;
     search->from_the_end = false;
 #if HOPFORM_HAS_CONTACT
-    if (HOPFORM_STRETCH_MAY_FALL(side) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
+    if (falls_of_mode_real(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
 #endif
     search->sign[0] = 1.0;
-    search->sign[1] = (real)side[0];
-    search->sign[2] = (real)side[1];
+    search->sign[1] = (real)side_of_mode_real(chain->mode, 0);
+    search->sign[2] = (real)side_of_mode_real(chain->mode, 1);
     low->t = 0.0;
     low->m.f = m[0];
     low->m.c = m[1];
@@ -469,7 +482,8 @@ static inline void begin_modal_search_real(const stance_chain_real *chain, modal
 
 /* How far it is to the stop ahead; NEVER without one. */
 static inline real gap_ahead_real(const stance_chain_real *chain) {
-    const real gap = chain->side[HOPFORM_STOPPED_ELEMENT] > 0 ? -chain->from_upper : chain->from_lower;
+    const real gap =
+        side_of_mode_real(chain->mode, HOPFORM_STOPPED_ELEMENT) > 0 ? -chain->from_upper : chain->from_lower;
     return HOPFORM_HAS_STOPS && is_finite_real(gap) ? gap : HOPFORM_NEVER_real;
 }
 
@@ -480,11 +494,12 @@ SELDOM_real modal_root_real modal_stop_real(const stance_chain_real *chain, cons
     const hopform_modal_real *modal = &chain->plan->modal;
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_modal_row_real *row = &modal->row[1 + element];
-    const real side = (real)chain->side[element];
+    const real side = (real)side_of_mode_real(chain->mode, element);
     const real velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
     const real gap = gap_ahead_real(chain);
     const numerator_real *h = &chain->numerators.of.velocity[element];
-    const jet_real from = {gap, -side * velocity, -side * h->H3, -side * (h->H2 - chain->plan->rates.s_1 * h->H3)};
+    const jet_real from = {gap, -side * velocity, -side * h->H3,
+                           -side * (h->H2 - rates_of_chain_real(chain)->s_1 * h->H3)};
     const interpolant_real p = interpolant_of_real(&from, then, until);
     modal_root_real root = {until * refined_root_real(&p, rough_root_real(&from, then, until)), no_gain_real(m)};
     real low = 0.0, high = until;
@@ -538,7 +553,7 @@ static inline void arrive_in_modes_real(const modal_search_real *search, const m
 static inline void meet_stop_real(const stance_chain_real *chain, const modal_search_real *search, real t,
                                   stance_search_real *end) {
     const int element = HOPFORM_STOPPED_ELEMENT;
-    const real side = (real)chain->side[element];
+    const real side = (real)side_of_mode_real(chain->mode, element);
     const real gap = gap_ahead_real(chain);
     modal_arrival_real *arrival = &end->arrival;
     const real speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
@@ -583,8 +598,8 @@ static inline void meet_stop_real(const stance_chain_real *chain, const modal_se
  * or what is quiet is passed at once. */
 SELDOM_real void pass_quiet_time_real(const stance_chain_real *chain, modal_search_real *search) {
     const hopform_modal_real *modal = search->modal;
-    if (chain->plan->rates.s_3 > 0.0 && chain->came_to_rest < 0) {
-        const equilibrium_real settled = settled_of_both_real(&chain->plan->rates, &chain->drive.named);
+    if (rates_of_chain_real(chain)->s_3 > 0.0 && chain->came_to_rest < 0) {
+        const equilibrium_real settled = settled_of_both_real(rates_of_chain_real(chain), &chain->drive.named);
         count_from_the_end_real(search, &settled);
     }
     const real quiet = modal_quiet_time_real(search);
@@ -673,8 +688,8 @@ static inline void stance_find_end_real(stance_chain_real *chain, stance_search_
         return;
     }
 #endif
-    if (all_rest_real(chain->side)) {
-        search_rest_real(search, any_poles_real(chain->plan), until);
+    if (rests_of_mode_real(chain->mode)) {
+        search_rest_real(search, &chain->plan->poles[0], until);
         return;
     }
     put_events_real(&search->events, chain);
@@ -700,13 +715,12 @@ static inline void stance_find_end_real(stance_chain_real *chain, stance_search_
 
 /* The phase that begins at the chain's time, state and mode. */
 static inline hopform_phase_real phase_of_chain_real(const stance_chain_real *chain, int event) {
-    const int mode = 3 * (chain->side[0] + 1) + chain->side[1] + 1;
     hopform_phase_real phase;
 #define PUT_MEMBER(name, domain) phase.name = chain->at.named.name;
     HOPFORM_STATE_MEMBERS(PUT_MEMBER)
 #undef PUT_MEMBER
     phase.t = chain->t;
-    phase.mode = (int8_t)mode;
+    phase.mode = (int8_t)number_of_mode_real(chain->mode);
     phase.event = (int8_t)event;
     phase.step = (uint16_t)chain->step;
     return phase;
@@ -719,7 +733,7 @@ static inline void stance_record_real(stance_chain_real *chain, int event) {
     }
     chain->event = event;
     chain->count++;
-    if (!all_rest_real(chain->side)) {
+    if (!rests_of_mode_real(chain->mode)) {
         chain->held_count = 0;
     } else if (chain->held_count == 0) {
         chain->held_from = chain->t;
@@ -727,10 +741,10 @@ static inline void stance_record_real(stance_chain_real *chain, int event) {
     }
 }
 
-/* An element has come to rest, or has met a stop. One that it touches where it turns is no event, but that is where
- * it is. */
-static inline void end_of_velocity_real(stance_chain_real *chain, int element, bool stops, bool touches) {
-    const int before = chain->side[element];
+/* An element has come to rest, or has met a stop: the event. A stop that it touches where it turns is none, but that is
+ * where it is. */
+static inline int end_of_velocity_real(stance_chain_real *chain, int element, bool stops, bool touches) {
+    const int before = side_of_mode_real(chain->mode, element);
     chain->at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; /* inelastic */
     if (stops || touches) {
         const real lower = lower_stop_real(&chain->plan->robot);
@@ -743,13 +757,10 @@ static inline void end_of_velocity_real(stance_chain_real *chain, int element, b
     stance_choose_limit_real(chain);
     stance_settle_real(chain, 1u << (uint32_t)element);
     stance_settle_limit_real(chain);
-    const int after = chain->side[element];
-    const int event = after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
-    if ((stops && after != before) || (touches && after == 0)) {
-        stance_record_real(chain, HOPFORM_EVENT_HITS_STOP);
-    } else {
-        stance_record_real(chain, after == before ? HOPFORM_EVENT_NONE : event); /* none: a touch, it goes on */
-    }
+    const int after = side_of_mode_real(chain->mode, element);
+    if ((stops && after != before) || (touches && after == 0)) { return HOPFORM_EVENT_HITS_STOP; }
+    if (after == before) { return HOPFORM_EVENT_NONE; /* a touch, it goes on */ }
+    return after == 0 ? HOPFORM_EVENT_STICKS(element) : HOPFORM_EVENT_REVERSES(element);
 }
 
 /* The input has taken its value of a step: what is held may begin to slip. */
@@ -760,7 +771,7 @@ static inline void take_step_real(stance_chain_real *chain) {
     stance_settle_real(chain, held);
     stance_settle_limit_real(chain);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        if ((held & 1u << (uint32_t)element) != 0 && chain->side[element] != 0) {
+        if ((held & 1u << (uint32_t)element) != 0 && side_of_mode_real(chain->mode, element) != 0) {
             stance_record_real(chain, HOPFORM_EVENT_SLIPS(element));
         }
     }
@@ -797,8 +808,11 @@ SELDOM_real void keep_small_acceleration_real(stance_chain_real *chain, const re
 static inline void keep_free_acceleration_real(stance_chain_real *chain, const stance_search_real *end) {
     const int element = end->owner - ELEMENT_real;
     chain->came_to_rest = NO_ELEMENT_real;
-    if (!all_rest_real(chain->side)) { chain->rounded_at_stop = 0.0; }
-    if (element < 0 || (HOPFORM_HAS_LAW && end->owner == LIMIT_real) || chain->side[element] == 0) { return; }
+    if (!rests_of_mode_real(chain->mode)) { chain->rounded_at_stop = 0.0; }
+    if (element < 0 || (HOPFORM_HAS_LIMITS && end->owner == LIMIT_real)
+        || side_of_mode_real(chain->mode, element) == 0) {
+        return;
+    }
 #if HOPFORM_HAS_MODAL
     if (end->arrival.is_modal) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
@@ -808,7 +822,7 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
     }
 #endif
     const basis_real basis = basis_of_propagator_real(end->events.set.poles, &end->in.high);
-    const bool alone = other_rests_real(chain->side, element);
+    const bool alone = alone_of_mode_real(chain->mode) == element;
     const bool at_stop = end->stops || end->touches;
     if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
         const real stretched = chain->most_stretched + terms_of_stretch_real(chain, &basis);
@@ -816,9 +830,9 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
     }
     if (alone && !at_stop) {
         chain->came_to_rest = element;
-        chain->carried_acceleration =
-            free_after_motion_real((real)chain->side[element], level_of_real(&chain->plan->robot, element),
-                                   &chain->numerators.of.velocity[element], &basis);
+        chain->carried_acceleration = free_after_motion_real((real)side_of_mode_real(chain->mode, element),
+                                                             level_of_real(&chain->plan->robot, element),
+                                                             &chain->numerators.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
         const numerator_real *h = &chain->numerators.of.velocity[element];
         const real terms[] = {h->H3 * basis.Wdd, h->H2 * basis.Wd, h->H1 * basis.W};
@@ -842,8 +856,8 @@ static inline void stance_arrive_real(stance_chain_real *chain, const stance_sea
     } else
 #endif
     {
-        chain->at.named = arrive_at_real(&chain->at.named, &chain->numerators.named, &chain->modes, &end->in.high,
-                                         chain->side[0], chain->side[1]);
+        chain->at.named =
+            arrive_at_real(&chain->at.named, &chain->numerators.named, &chain->modes, &end->in.high, chain->mode);
     }
     const real moved = *position;
     *position = before + moved;
@@ -853,7 +867,7 @@ static inline void stance_arrive_real(stance_chain_real *chain, const stance_sea
 
 /* The acceleration with which an element starts on its threshold. */
 static inline real acceleration_on_threshold_real(const stance_chain_real *chain, int element) {
-    const int side = chain->side[element];
+    const int side = side_of_mode_real(chain->mode, element);
     return (real)side * excess_to_side_real(&chain->plan->robot, element, side);
 }
 
@@ -861,33 +875,33 @@ static inline real acceleration_on_threshold_real(const stance_chain_real *chain
  * that of the excess, and what follows from it, too: rounding would let it go back at once. */
 static inline void start_on_threshold_real(stance_chain_real *chain) {
     const int element = chain->just_switched;
-    const int *side = chain->side;
-    if (element < 0 || !both_slip_real(side)) { return; }
+    if (element < 0 || !several_of_mode_real(chain->mode)) { return; }
     real *drive = &chain->drive.of[element];
     *drive = 0.0;
     numerators_by_axis_real others;
-    others.named =
-        motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named, side[0], side[1]);
+    others.named = motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named, chain->mode);
     *drive = acceleration_on_threshold_real(chain, element) - others.of.velocity[element].H3;
 }
 
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_real(stance_chain_real *chain) {
     const int element = chain->came_to_rest;
-    chain->drive = drive_of_chain_real(chain, chain->side);
+    chain->drive.named = drive_in_mode_real(chain->plan, chain->mode, current_of_chain_real(chain));
     start_on_threshold_real(chain);
-    chain->numerators.named = motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named,
-                                                chain->side[0], chain->side[1]);
+    chain->numerators.named =
+        motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named, chain->mode);
     const int starts = chain->just_switched;
-    if (starts >= 0 && both_slip_real(chain->side)) {
+    if (starts >= 0 && several_of_mode_real(chain->mode)) {
         const real acceleration = acceleration_on_threshold_real(chain, starts);
         if (fabs_real(acceleration) > 0.0) {
-            set_acceleration_from_rest_real(&chain->numerators, starts, false, acceleration);
+            set_acceleration_from_rest_real(&chain->numerators, rates_of_chain_real(chain), starts, false,
+                                            acceleration);
         }
     }
-    if (element >= 0 && chain->side[element] != 0) {
-        const real level = (real)chain->side[element] * level_of_real(&chain->plan->robot, element);
-        set_acceleration_from_rest_real(&chain->numerators, element, other_rests_real(chain->side, element),
+    if (element >= 0 && side_of_mode_real(chain->mode, element) != 0) {
+        const real level = (real)side_of_mode_real(chain->mode, element) * level_of_real(&chain->plan->robot, element);
+        set_acceleration_from_rest_real(&chain->numerators, rates_of_chain_real(chain), element,
+                                        alone_of_mode_real(chain->mode) == element,
                                         chain->carried_acceleration - level);
     }
 }
@@ -906,19 +920,22 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
     const int element = end->owner - ELEMENT_real;
     keep_free_acceleration_real(chain, end);
     chain->just_switched = NO_ELEMENT_real;
+    int event = HOPFORM_EVENT_SLIPS(element);
     if (end->owner == NO_OWNER_real) {
         chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
         take_step_real(chain);
-    } else if (HOPFORM_HAS_LAW && end->owner == LIMIT_real) {
-        chain->side[HOPFORM_ELEMENTS - 1] = end->side;
-        stance_record_real(chain, HOPFORM_EVENT_OF_LIMIT(end->side));
-    } else if (chain->side[element] != 0) {
-        end_of_velocity_real(chain, element, end->stops, end->touches);
-    } else {
-        chain->side[element] = end->side;
-        chain->just_switched = element;
-        stance_record_real(chain, HOPFORM_EVENT_SLIPS(element));
+        return;
     }
+    if (HOPFORM_HAS_LIMITS && end->owner == LIMIT_real) {
+        chain->mode = mode_at_limit_real(chain->mode, end->side);
+        event = HOPFORM_EVENT_OF_LIMIT(end->side);
+    } else if (side_of_mode_real(chain->mode, element) != 0) {
+        event = end_of_velocity_real(chain, element, end->stops, end->touches);
+    } else {
+        take_side_real(chain, element, end->side);
+        chain->just_switched = element;
+    }
+    stance_record_real(chain, event);
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -927,9 +944,9 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
 static inline bool leaves_at_once_real(const stance_chain_real *chain) {
     const real contact =
         decided_real(contact_of_real(&chain->plan->robot, &chain->at.named), terms_of_contact_real(chain));
-    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_real(&chain->at.named) > 0.0;
+    const bool rises = HOPFORM_CONTACT_IS_STRETCH && stretch_rate_real(&chain->plan->robot, &chain->at.named) > 0.0;
     if (fabs_real(contact) > 0.0 || rises) { return contact < 0.0; }
-    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->side);
+    const numerators_by_axis_real numerators = numerators_of_chain_real(chain, chain->mode);
     const numerator_real h = contact_numerator_real(&chain->plan->robot, &numerators.named);
     return first_derivative_real(&h) < 0.0;
 }
@@ -940,7 +957,7 @@ static inline void notify_real(const stance_chain_real *chain, const state_by_ax
                                const propagator_real *end, bool leaves) {
     if (chain->observer != NULL) {
         const solved_phase_real phase = {&chain->numerators, end,         &chain->modes, start,
-                                         &chain->at,         chain->side, chain->event,  leaves};
+                                         &chain->at,         chain->mode, chain->event,  leaves};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -948,7 +965,7 @@ static inline void notify_real(const stance_chain_real *chain, const state_by_ax
 /* The same of a last phase of no duration. */
 static inline void notify_ending_real(stance_chain_real *chain) {
     if (chain->observer != NULL) {
-        const propagator_real now = propagator_at_start_real(any_poles_real(chain->plan));
+        const propagator_real now = propagator_at_start_real(&chain->plan->poles[0]);
         stance_begin_phase_real(chain);
         notify_real(chain, &chain->at, &now, false);
     }
@@ -960,7 +977,7 @@ static inline int32_t ending_before_phase_real(stance_chain_real *chain) {
         chain->count = chain->max_phases; /* a step of the input may have begun two */
         return HOPFORM_ENDING_TOO_MANY_PHASES;
     }
-    if (all_rest_real(chain->side) && chain->step + 1 >= chain->step_count) {
+    if (rests_of_mode_real(chain->mode) && chain->step + 1 >= chain->step_count) {
         chain->t = chain->held_from; /* steps of the input since then have moved nothing */
         chain->count = chain->held_count;
         notify_ending_real(chain);
@@ -971,16 +988,17 @@ static inline int32_t ending_before_phase_real(stance_chain_real *chain) {
 
 /* What each element does at the start, no event; the ending if that is there already, 0 if not. */
 static inline int32_t stance_begin_real(stance_chain_real *chain) {
-    chain->side[HOPFORM_ELEMENTS - 1] = 0; /* of one that never moves */
+    chain->mode = mode_of_number_real(HOPFORM_MODE_AT_REST);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
         real *velocity = &chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
-        chain->side[element] = (int)goes_real(*velocity, 0.0);
-        if (element == HOPFORM_STOPPED_ELEMENT && chain->side[element] != 0
-            && stance_blocked_real(chain, element, chain->side[element])) {
+        const int side = (int)goes_real(*velocity, 0.0);
+        const bool blocked =
+            element == HOPFORM_STOPPED_ELEMENT && side != 0 && stance_blocked_real(chain, element, side);
+        if (blocked) {
             chain->start_loss = loss_at_stop_real(&chain->plan->robot, &chain->at.named);
             *velocity = 0.0;
-            chain->side[element] = 0;
         }
+        take_side_real(chain, element, blocked ? 0 : side);
     }
     stance_choose_limit_real(chain);
     stance_settle_real(chain, held_elements_real(chain));

@@ -380,7 +380,7 @@ static bool open_side_real(hopform_search_real *search) {
         const bool near = has_begun_near_real(search);
         const bool up = near ? !(search->candidates[0].u < 0.0) : search->sides > 0;
         const real sign = up ? 1.0 : -1.0;
-        const real push = search->plan->rates.a1_u * sign;
+        const real push = search->plan->rates[0].a1_u * sign;
         const bool has_room =
             (push > 0.0 && position < upper_stop_real(robot)) || (push < 0.0 && position > lower_stop_real(robot));
         search->sides = search->sides != BOTH_SIDES_real ? 0 : (up ? LOWER_SIDE_real : UPPER_SIDE_real);
@@ -509,7 +509,7 @@ static int32_t evaluate_candidate_real(const hopform_plan_real *plan, const hopf
     trial->least_contact = HOPFORM_NEVER_real;
     trial->smooth = true;
     evaluations_real evaluations = {most};
-    current_variation_real variation = {plan, trial, &evaluations, none, none, none, {0, 0}, false, 0.0};
+    current_variation_real variation = {plan, trial, &evaluations, none, none, none, NULL, false, 0.0};
     hopform_stance_real stance;
     const int32_t status = solve_observed_real(plan, start, &step, 1, horizon, capacity, phases, capacity, &stance,
                                                &evaluations, carry_variation_real, &variation);
@@ -697,15 +697,15 @@ int32_t hopform_try_currents_real(const hopform_plan_real *plan, const hopform_s
 
 /* The largest compression in a phase that lasts for t: at its start, or inside where its rate may change its sign. */
 static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u, real t) {
-    const int side[] = {side_1_real(phase), side_2_real(phase)};
+    const row_real mode = mode_of_phase_real(phase);
     const real first = phase->y;
-    if (!HOPFORM_STRETCH_MAY_TURN(side) || !(t > 0.0)) { return first; }
+    if (!stretch_may_turn_real(mode) || !(t > 0.0)) { return first; }
     numerators_by_axis_real numerators;
     numerators.named = motion_in_phase_real(plan, phase, u);
     const numerator_real *h = &numerators.of.stretch;
     const numerator_real extension = {-h->H3, -h->H2, -h->H1};
-    const hopform_poles_real *poles = poles_of_real(plan, side[0], side[1]);
-    const hopform_node_real *node = node_of_real(plan, side[0], side[1]);
+    const hopform_poles_real *poles = poles_of_real(plan, mode);
+    const hopform_node_real *node = node_of_real(plan, mode);
     const propagator_real end = propagator_at_real(poles, t);
     evaluations_real evaluations = {UNBOUNDED_real};
     const minima_real least = least_minimum_real(poles, node, &extension, -first, &end, 65536.0, &evaluations);

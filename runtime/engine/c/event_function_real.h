@@ -26,12 +26,10 @@ static inline real first_derivative_real(const numerator_real *h) {
     return fabs_real(first) > 0.0 ? first : h->H1;
 }
 
-/* Functions that a phase has at most: what moves alone has its distance from a stop, and the room of a law to either
- * limit. */
-enum { MOST_EVENT_FUNCTIONS_real = 4 - 3 * HOPFORM_MOVES_ALONE + 2 * HOPFORM_HAS_LAW };
+enum { MOST_EVENT_FUNCTIONS_real = HOPFORM_MOST_EVENT_FUNCTIONS };
 
 /* Without these no function needs a certificate. */
-#define HOPFORM_CERTIFIES_real (!HOPFORM_MOVES_ALONE || HOPFORM_HAS_LAW)
+#define HOPFORM_CERTIFIES_real (!HOPFORM_MOVES_ALONE || HOPFORM_HAS_LIMITS)
 
 /* Owner of an event function: CONTACT, ELEMENT + index, or the LIMIT of a law, in order of tie-break priority. */
 enum {

@@ -28,17 +28,16 @@ static inline hopform_forces_real forces_in_phase_real(const hopform_plan_real *
                                                        const hopform_phase_real *phase,
                                                        const hopform_state_real *state) {
     const hopform_robot_real *robot = &plan->robot;
-    const int side[] = {side_1_real(phase), side_2_real(phase)};
-    const int limit = side[HOPFORM_ELEMENTS - 1]; /* where there is a law */
+    const row_real mode = mode_of_phase_real(phase);
     const real u = input_of_phase_real(plan, steps, phase);
-    const real current = HOPFORM_HAS_LAW && limit == 0 ? current_of_law_real(robot, state, u) : u;
+    const real current = limit_of_mode_real(mode) == 0 ? current_of_law_real(robot, state, u) : u;
     free_by_element_real free;
     resisted_by_element_real resisted = {{0.0, 0.0}};
-    free.named = free_accelerations_real(rates_of_mode_real(plan, limit), state, u);
+    free.named = free_accelerations_real(rates_in_mode_real(plan, mode), state, u);
     for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
-        resisted.of[element] = resisted_of_real(robot, element, side[element], free.of[element]);
+        resisted.of[element] = resisted_of_real(robot, element, side_of_mode_real(mode, element), free.of[element]);
     }
-    if (!rests_on_stop_real(robot, state, side[HOPFORM_STOPPED_ELEMENT])) {
+    if (!rests_on_stop_real(robot, state, side_of_mode_real(mode, HOPFORM_STOPPED_ELEMENT))) {
         free.of[HOPFORM_STOPPED_ELEMENT] = resisted.of[HOPFORM_STOPPED_ELEMENT]; /* nothing is left for the stop */
     }
     return forces_of_real(robot, state, &free.named, &resisted.named, current);

@@ -21,12 +21,12 @@ typedef union {
 /* Integral of z z^T over a time h from a state on, by Gauss's rule over its states: on and above the diagonal. */
 static inline matrix_real short_moments_real(const hopform_plan_real *plan, const mode_real *mode,
                                              const hopform_state_real *start, real u, real h) {
-    const numerators_real numerators = motion_of_real(plan, start, u, mode->side[0], mode->side[1]);
+    const numerators_real numerators = motion_of_real(plan, start, u, mode->row);
     matrix_real sum = {{{0}}};
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
         const basis_real basis = basis_at_real(mode->poles, place_real[node] * h);
         state_and_one_real at;
-        at.named = arrive_real(start, &numerators, &basis, mode->side[0], mode->side[1]);
+        at.named = arrive_real(start, &numerators, &basis, mode->row);
         at.of[ONE_real] = 1.0;
         const real weight = weight_real[node] * h;
         for (int i = 0; i <= HOPFORM_AXES; i++) {
@@ -88,7 +88,8 @@ static inline hopform_ledger_real ledger_in_phase_real(const hopform_plan_real *
 #define TAKE_MOMENT(i, j) sum.at[i][j],
     const moments_real moments = {HOPFORM_AXES_OF_MOMENTS(TAKE_MOMENT)};
 #undef TAKE_MOMENT
-    return ledger_of_real(&plan->robot, &moments, u, (real)mode.side[0], (real)mode.side[1], origin);
+    return ledger_of_real(&plan->robot, &moments, u, (real)side_of_mode_real(mode.row, 0),
+                          (real)side_of_mode_real(mode.row, 1), (real)limit_of_mode_real(mode.row), origin);
 }
 
 #endif

@@ -24,34 +24,31 @@ typedef struct {
         real at[CORE_real][HOPFORM_AXES][POWERS_real]; /* of s^2, s and 1 in adj(s - M), the core counted from 0 */
     } transfer;
     drive_real drive;
-    int side[HOPFORM_ELEMENTS]; /* sign of each velocity, 0 if held */
+    row_real row;
     const hopform_poles_real *poles;
+    const hopform_rates_real *rates;
 } mode_real;
 
 static inline mode_real mode_of_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u) {
     mode_real mode;
-    mode.side[0] = side_1_real(phase);
-    mode.side[1] = side_2_real(phase);
-    const real first = (real)mode.side[0];
-    const real second = (real)mode.side[1];
-    mode.poles = poles_of_real(plan, mode.side[0], mode.side[1]);
-    const hopform_rates_real *rates = rates_of_mode_real(plan, mode.side[1]);
-    mode.drive = drive_of_real(&plan->robot, rates, u, first, second);
-    mode.transfer.of = transfer_of_real(rates, &mode.drive, first, second);
+    mode.row = mode_of_phase_real(phase);
+    mode.poles = poles_of_real(plan, mode.row);
+    mode.rates = rates_in_mode_real(plan, mode.row);
+    mode.drive = drive_in_mode_real(plan, mode.row, u);
+    mode.transfer.of = transfer_of_real(mode.rates, &mode.drive, (real)side_of_mode_real(mode.row, 0),
+                                        (real)side_of_mode_real(mode.row, 1));
     return mode;
 }
 
 static inline bool rests_real(const mode_real *mode) {
-    return all_held_real(mode->side[0], mode->side[1]);
+    return rests_of_mode_real(mode->row);
 }
 
 /* z' of a state. */
-static inline state_by_axis_real speeds_in_mode_real(const hopform_plan_real *plan, const mode_real *mode,
-                                                     const hopform_state_real *state) {
+static inline state_by_axis_real speeds_in_mode_real(const mode_real *mode, const hopform_state_real *state) {
     state_by_axis_real speeds;
-    const real first = (real)mode->side[0];
-    const real second = (real)mode->side[1];
-    speeds.rates = speeds_of_real(rates_of_mode_real(plan, mode->side[1]), &mode->drive, first, second, state);
+    speeds.rates = speeds_of_real(mode->rates, &mode->drive, (real)side_of_mode_real(mode->row, 0),
+                                  (real)side_of_mode_real(mode->row, 1), state);
     return speeds;
 }
 

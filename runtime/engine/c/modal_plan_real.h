@@ -30,19 +30,19 @@ typedef union {
  * damped, so that series over it are short. */
 static inline void put_modal_real(hopform_plan_real *plan) {
     hopform_modal_real *modal = &plan->modal;
-    const hopform_poles_real *poles = &plan->both;
+    const hopform_poles_real *poles = &plan->poles[0]; /* of both */
     const real mean = 0.5 * poles->p;
     const real square = poles->q - mean * mean;
     const real aa = poles->a * poles->a;
     modal->h = 0.0;
     if (!(square > 0.0625 * poles->q && poles->q * poles->q > HOPFORM_UNDERFLOW_real && aa * aa <= HOPFORM_NEVER_real
-          && plan->rates.q_1 > HOPFORM_UNDERFLOW_real && plan->rates.q_2 > HOPFORM_UNDERFLOW_real)) {
+          && plan->rates[0].q_1 > HOPFORM_UNDERFLOW_real && plan->rates[0].q_2 > HOPFORM_UNDERFLOW_real)) {
         return;
     }
     const real omega = sqrt_real(square);
     const real chi = residue_real(poles);
     modal_numbers_real numbers;
-    numbers.named = modal_rows_of_real(&plan->rates, poles, chi, omega);
+    numbers.named = modal_rows_of_real(&plan->rates[0], poles, chi, omega);
     modal->a = poles->a;
     modal->mean = mean;
     modal->omega = omega;

@@ -6,6 +6,7 @@
 #define HOPFORM_PHASE_H_real
 
 #include "modal_real.h"
+#include "mode_table_real.h"
 
 #if HOPFORM_HAS_CONTACT
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
@@ -14,45 +15,30 @@ static inline bool stores_much_real(const hopform_robot_real *robot, const hopfo
 }
 #endif
 
-/* The poles of a mode, and their node; side_i is the sign of the velocity of mass i, 0 if it is held. With a law, which
- * sets the input of the one mass, side_2 is the limit that the input is at, 0 under the law. */
-static inline const hopform_poles_real *poles_of_real(const hopform_plan_real *plan, int side_1, int side_2) {
-    (void)side_1; /* a model may have one mode, or go by one side */
-    (void)side_2;
-#define POLES_OF(mode) &plan->mode
-    return HOPFORM_OF_MODE(POLES_OF, side_1, side_2);
-#undef POLES_OF
+/* The poles, their node and the rates of a mode in a plan. */
+static inline const hopform_poles_real *poles_of_real(const hopform_plan_real *plan, row_real mode) {
+    return &plan->poles[form_of_mode_real(mode)];
 }
 
-static inline const hopform_node_real *node_of_real(const hopform_plan_real *plan, int side_1, int side_2) {
-    (void)side_1;
-    (void)side_2;
-#define NODE_OF(mode) &plan->node_##mode
-    return HOPFORM_OF_MODE(NODE_OF, side_1, side_2);
-#undef NODE_OF
+static inline const hopform_node_real *node_of_real(const hopform_plan_real *plan, row_real mode) {
+    return &plan->node[form_of_mode_real(mode)];
 }
 
-/* The poles of a mode that the model has, where it does not matter which. */
-static inline const hopform_poles_real *any_poles_real(const hopform_plan_real *plan) {
-    return &plan->HOPFORM_ANY_MODE;
+static inline const hopform_rates_real *rates_in_mode_real(const hopform_plan_real *plan, row_real mode) {
+    return &plan->rates[rates_of_mode_real(mode)];
 }
 
-/* The rates of a mode. */
-static inline const hopform_rates_real *rates_of_mode_real(const hopform_plan_real *plan, int side_2) {
-    (void)side_2;
-    return HOPFORM_RATES_OF_MODE(plan, side_2);
-}
-
-/* Whether all that may move is held. */
-static inline bool all_held_real(int side_1, int side_2) {
-    return side_1 == 0 && (HOPFORM_MOVES_ALONE || side_2 == 0);
+/* The constant accelerations of a mode under an input. */
+static inline drive_real drive_in_mode_real(const hopform_plan_real *plan, row_real mode, real u) {
+    return drive_of_real(&plan->robot, rates_in_mode_real(plan, mode), u, (real)side_of_mode_real(mode, 0),
+                         (real)side_of_mode_real(mode, 1));
 }
 
 /* The numerators of a mode from the state in which the phase starts, under constant accelerations. */
 static inline numerators_real motion_under_real(const hopform_rates_real *rates, const drive_real *drive,
-                                                const hopform_state_real *state, int side_1, int side_2) {
-#define MOTION_OF(mode) motion_of_##mode##_real(rates, drive, state)
-    if (!all_held_real(side_1, side_2)) { return HOPFORM_OF_MODE(MOTION_OF, side_1, side_2); }
+                                                const hopform_state_real *state, row_real mode) {
+#define MOTION_OF(form) motion_of_##form##_real(rates, drive, state)
+    if (!rests_of_mode_real(mode)) { return HOPFORM_OF_FORM(MOTION_OF, form_of_mode_real(mode)); }
 #undef MOTION_OF
     const numerators_real rest = {0};
     return rest;
@@ -60,10 +46,9 @@ static inline numerators_real motion_under_real(const hopform_rates_real *rates,
 
 /* The same under an input. */
 static inline numerators_real motion_of_real(const hopform_plan_real *plan, const hopform_state_real *state, real u,
-                                             int side_1, int side_2) {
-    const hopform_rates_real *rates = rates_of_mode_real(plan, side_2);
-    const drive_real drive = drive_of_real(&plan->robot, rates, u, (real)side_1, (real)side_2);
-    return motion_under_real(rates, &drive, state, side_1, side_2);
+                                             row_real mode) {
+    const drive_real drive = drive_in_mode_real(plan, mode, u);
+    return motion_under_real(rates_in_mode_real(plan, mode), &drive, state, mode);
 }
 
 /* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
@@ -116,21 +101,26 @@ static inline real free_after_motion_real(real side, real friction, const numera
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch
  * follows it. */
-static inline void set_acceleration_from_rest_real(numerators_by_axis_real *numerators, int element, bool alone,
-                                                   real acceleration) {
+static inline void set_acceleration_from_rest_real(numerators_by_axis_real *numerators, const hopform_rates_real *rates,
+                                                   int element, bool alone, real acceleration) {
+    (void)rates; /* without a gear */
     numerators->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { numerators->of.position.H3 = acceleration; /* its velocity is 0 */ }
-    if (alone) { numerators->of.stretch.H2 = (real)HOPFORM_STRETCH_FOLLOWS(element) * acceleration; }
+    if (alone) { numerators->of.stretch.H2 = (real)HOPFORM_STRETCH_FOLLOWS(rates, element) * acceleration; }
+}
+
+/* Whether the stretch may turn inside a phase. */
+static inline bool stretch_may_turn_real(row_real mode) {
+    return falls_of_mode_real(mode) && rises_of_mode_real(mode);
 }
 
 /* A state of a phase that began at `start`: what is held stays exactly where it is. */
 static inline hopform_state_real held_in_place_real(const hopform_state_real *start, const state_by_axis_real *later,
-                                                    int side_1, int side_2) {
-    const int side[] = {side_1, side_2};
-    const bool stays = side[HOPFORM_STOPPED_ELEMENT] == 0;
+                                                    row_real mode) {
+    const bool stays = side_of_mode_real(mode, HOPFORM_STOPPED_ELEMENT) == 0;
     state_by_axis_real at = *later;
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        if (side[element] == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; }
+        if (side_of_mode_real(mode, element) == 0) { at.of[HOPFORM_VELOCITY_AXIS(element)] = 0.0; }
     }
     at.named.x1 = stays ? start->x1 : at.named.x1;
     return at.named;
@@ -138,23 +128,23 @@ static inline hopform_state_real held_in_place_real(const hopform_state_real *st
 
 /* The state of a phase where the response of the poles is `basis`. */
 static inline hopform_state_real arrive_real(const hopform_state_real *state, const numerators_real *numerators,
-                                             const basis_real *basis, int side_1, int side_2) {
+                                             const basis_real *basis, row_real mode) {
     state_by_axis_real at;
     at.later = state_at_real(state, numerators, basis);
-    return held_in_place_real(state, &at, side_1, side_2);
+    return held_in_place_real(state, &at, mode);
 }
 
 /* The same where a propagator is known; `modes` are read where it is modal. */
 static inline hopform_state_real arrive_at_real(const hopform_state_real *state, const numerators_real *numerators,
-                                                const motion_modes_real *modes, const propagator_real *at, int side_1,
-                                                int side_2) {
+                                                const motion_modes_real *modes, const propagator_real *at,
+                                                row_real mode) {
     if (!is_modal_real(at)) {
         const basis_real basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-        return arrive_real(state, numerators, &basis, side_1, side_2);
+        return arrive_real(state, numerators, &basis, mode);
     }
     state_by_axis_real later;
     later.named = state_by_modes_real(state, modes, at);
-    return held_in_place_real(state, &later, side_1, side_2);
+    return held_in_place_real(state, &later, mode);
 }
 
 /* A plan that hopform_plan_init made, not memory that holds anything. */
@@ -184,22 +174,19 @@ static inline int32_t phase_index_real(const hopform_phase_real *phases, int32_t
     return low;
 }
 
-static inline int side_1_real(const hopform_phase_real *phase) {
-    return phase->mode / 3 - 1;
-}
-
-static inline int side_2_real(const hopform_phase_real *phase) {
-    return phase->mode % 3 - 1;
+static inline row_real mode_of_phase_real(const hopform_phase_real *phase) {
+    return mode_of_number_real(phase->mode);
 }
 
 /* The input of a mode during a step: at a limit of a law the current there, in place of the target. */
-static inline real input_of_mode_real(const hopform_plan_real *plan, int side_2, real u) {
-    return HOPFORM_HAS_LAW && side_2 != 0 ? (real)side_2 * current_limit_real(&plan->robot) : u;
+static inline real input_of_mode_real(const hopform_plan_real *plan, row_real mode, real u) {
+    const int limit = limit_of_mode_real(mode);
+    return limit != 0 ? input_at_limit_real(&plan->robot, u, (real)limit) : u;
 }
 
 static inline real input_of_phase_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                        const hopform_phase_real *phase) {
-    return input_of_mode_real(plan, side_2_real(phase), steps[phase->step].u);
+    return input_of_mode_real(plan, mode_of_phase_real(phase), steps[phase->step].u);
 }
 
 static inline hopform_state_real start_of_phase_real(const hopform_phase_real *phase) {
@@ -213,25 +200,24 @@ static inline hopform_state_real start_of_phase_real(const hopform_phase_real *p
 static inline numerators_real motion_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
                                                    real u) {
     const hopform_state_real start = start_of_phase_real(phase);
-    return motion_of_real(plan, &start, u, side_1_real(phase), side_2_real(phase));
+    return motion_of_real(plan, &start, u, mode_of_phase_real(phase));
 }
 
 /* The state at time t since a phase with these numerators began. */
 static inline hopform_state_real state_by_motion_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
                                                       const numerators_real *numerators, real t) {
-    const int side_1 = side_1_real(phase);
-    const int side_2 = side_2_real(phase);
+    const row_real mode = mode_of_phase_real(phase);
     const hopform_state_real start = start_of_phase_real(phase);
-    if (all_held_real(side_1, side_2)) { return start; }
-    const hopform_poles_real *poles = poles_of_real(plan, side_1, side_2);
-    const hopform_node_real *node = node_of_real(plan, side_1, side_2);
+    if (rests_of_mode_real(mode)) { return start; }
+    const hopform_poles_real *poles = poles_of_real(plan, mode);
+    const hopform_node_real *node = node_of_real(plan, mode);
     if (t < node->modal) {
         const basis_real basis = basis_at_real(poles, t);
-        return arrive_real(&start, numerators, &basis, side_1, side_2);
+        return arrive_real(&start, numerators, &basis, mode);
     }
     const propagator_real at = modes_at_real(poles, node->omega, t);
     const motion_modes_real modes = modes_of_motion_real(poles, node->omega, &start, numerators);
-    return arrive_at_real(&start, numerators, &modes, &at, side_1, side_2);
+    return arrive_at_real(&start, numerators, &modes, &at, mode);
 }
 
 static inline hopform_state_real state_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
@@ -347,9 +333,9 @@ typedef struct {
     const motion_modes_real *modes; /* of the motion, if that propagator is modal */
     const state_by_axis_real *start;
     const state_by_axis_real *arrived;
-    const int *side; /* of each element */
-    int event;       /* with which it began */
-    bool leaves;     /* it ends as the contact is lost */
+    row_real mode;
+    int event;   /* with which it began */
+    bool leaves; /* it ends as the contact is lost */
 } solved_phase_real;
 
 typedef struct current_variation_real current_variation_real;

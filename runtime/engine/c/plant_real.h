@@ -30,15 +30,10 @@ static void pass_time_real(hopform_plant_real *plant, real t) {
 /* Whether what a plant has kept can be continued, whatever the memory held. */
 static bool is_sound_plant_real(const hopform_plant_real *plant) {
     if (plant->mode < 0 || plant->mode > 8 || !is_sound_state_real(&plant->state)) { return false; }
-    const int side[] = {plant->mode / 3 - 1, plant->mode % 3 - 1};
     bool sound = plant->from_lower >= -HOPFORM_NEVER_real && plant->from_upper <= HOPFORM_NEVER_real;
     sound = sound && is_finite_real(plant->largest_y) && is_finite_real(plant->rounding);
     sound = sound && plant->fraction >= -1.0 && plant->fraction <= 1.0 && is_finite_real(plant->carry);
-    for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        const bool is_limit = HOPFORM_HAS_LAW && element == HOPFORM_ELEMENTS - 1;
-        sound = sound && (is_limit || !HOPFORM_NEVER_MOVES(element) || side[element] == 0);
-    }
-    return sound;
+    return sound && number_of_mode_real(mode_of_number_real(plant->mode)) == plant->mode;
 }
 
 /* Status of a tick: whether it can be made, else why not. */
@@ -56,8 +51,7 @@ static int32_t tick_status_real(const hopform_plant_real *plant, real u, real dt
 
 /* Continue a chain in the mode of the plant; the ending if it is there at once, 0 if not. */
 static int32_t resume_real(stance_chain_real *chain, const hopform_plant_real *plant) {
-    chain->side[0] = plant->mode / 3 - 1;
-    chain->side[1] = plant->mode % 3 - 1;
+    chain->mode = mode_of_number_real(plant->mode);
     chain->from_lower = plant->from_lower;
     chain->from_upper = plant->from_upper;
     chain->most_stretched = plant->largest_y;
@@ -73,7 +67,7 @@ static void keep_chain_real(hopform_plant_real *plant, const stance_chain_real *
     plant->from_upper = chain->from_upper;
     plant->largest_y = chain->most_stretched;
     plant->rounding = chain->rounded_at_stop;
-    plant->mode = (int8_t)(3 * (chain->side[0] + 1) + chain->side[1] + 1);
+    plant->mode = (int8_t)number_of_mode_real(chain->mode);
     plant->begins = begins ? 1 : 0;
 }
 

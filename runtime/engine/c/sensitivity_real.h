@@ -5,8 +5,9 @@
  *
  *     d_z(h) = Phi(h) d_z(0) + sum d_M_rc (Phi_r * z_c)(h),      (f * g)(h) = integral of f(h - s) g(s), 0 <= s <= h
  *
- * over the entries of M that an input changes: the rows r of the equations of motion. Phi_r is N(s)/P(s) and z_c is
- * K(s)/(s P(s)), so that their convolution is N(s) K(s)/s over P(s)^2, the powers of s being derivatives of W * W.
+ * over the entries of M that an input changes: the rows r of the equations of motion, and of a gear's ratio. Phi_r is
+ * N(s)/P(s) and z_c is K(s)/(s P(s)), so that their convolution is N(s) K(s)/s over P(s)^2, the powers of s being
+ * derivatives of W * W.
  *
  * An event at tau, which moves by d_tau, adds (z' before it - z' after it) d_tau, on top of what it does to the state.
  */
@@ -93,7 +94,7 @@ static void double_self_convolution_real(const hopform_poles_real *poles, const 
 
 /* How the axes at h answer to a change of each entry in the rows of the masses; those of one that is held to none. */
 static void responses_real(const mode_real *mode, const real z[HOPFORM_AXES], real h, const real *W,
-                           real response[HOPFORM_ELEMENTS][SHARES_real][HOPFORM_AXES]) {
+                           real response[HOPFORM_CHANGED_ROWS][SHARES_real][HOPFORM_AXES]) {
     real short_time = h;
     real self_convolution[CONVOLUTIONS_real];
     const int doublings = halve_real(mode->poles, &short_time);
@@ -118,11 +119,11 @@ static void responses_real(const mode_real *mode, const real z[HOPFORM_AXES], re
                 applied[n] = applied_real(K, self_convolution + n) + K[3] * self_convolution[n + 3];
             }
         }
-        for (int mass = 0; mass < HOPFORM_ELEMENTS; mass++) {
-            const bool moves = mode->side[mass] != 0;
+        for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
+            const bool moves = row >= HOPFORM_ELEMENTS || side_of_mode_real(mode->row, row) != 0;
             for (int i = 0; i < HOPFORM_AXES; i++) {
-                const real *powers = mode->transfer.at[i > 0 ? i - 1 : 0][mass];
-                response[mass][c][i] = moves ? applied_real(powers, i > 0 ? applied : applied + 1) : 0.0;
+                const real *powers = mode->transfer.at[i > 0 ? i - 1 : 0][row];
+                response[row][c][i] = moves ? applied_real(powers, i > 0 ? applied : applied + 1) : 0.0;
             }
         }
     }
@@ -145,14 +146,13 @@ static real stop_change_real(const hopform_plan_real *plan, int column, bool upp
 static slopes_by_share_real slopes_of_column_real(const variation_real *variation, const mode_real *mode, int column) {
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const robot_change_real robot = robot_change_of_column_real(column);
-    const int limit = side_2_real(phase);
+    const int limit = limit_of_mode_real(mode->row);
     real input = column == HOPFORM_COLUMN_OF_INPUT ? 1.0 : 0.0;
-    if (HOPFORM_HAS_LAW && limit != 0) {
-        input = (real)limit * current_limit_change_real(&variation->plan->robot, &robot);
-    }
+    if (limit != 0) { input = input_at_limit_change_real(&variation->plan->robot, (real)limit, &robot, input); }
     slopes_by_share_real slopes;
-    slopes.named = slopes_of_real(&variation->plan->robot, current_real(variation, phase), (real)mode->side[0],
-                                  (real)mode->side[1], &robot, input);
+    slopes.named =
+        slopes_of_real(&variation->plan->robot, current_real(variation, phase), (real)side_of_mode_real(mode->row, 0),
+                       (real)side_of_mode_real(mode->row, 1), (real)limit, &robot, input);
     return slopes;
 }
 
@@ -165,7 +165,7 @@ static void travel_real(variation_real *variation, real t) {
     const real h = t - variation->t;
     variation->t = t;
     if (!(h > 0.0) || rests_real(&mode)) { return; }
-    real answer[HOPFORM_ELEMENTS][SHARES_real][HOPFORM_AXES];
+    real answer[HOPFORM_CHANGED_ROWS][SHARES_real][HOPFORM_AXES];
     const basis_by_order_real response = response_in_mode_real(&mode, h);
     responses_real(&mode, variation->at.of, h, response.of, answer);
     const matrix_real phi = transition_real(&mode, response.of);
@@ -177,7 +177,7 @@ static void travel_real(variation_real *variation, real t) {
                 end.of[i] += phi.at[i][j] * variation->change[column].of[j];
             }
         }
-        for (int n = 0; n < HOPFORM_ELEMENTS * SHARES_real; n++) {
+        for (int n = 0; n < HOPFORM_CHANGED_ROWS * SHARES_real; n++) {
             for (int i = 0; i < HOPFORM_AXES && fabs_real(slopes.of[n]) > 0.0; i++) {
                 end.of[i] += answer[n / SHARES_real][n % SHARES_real][i] * slopes.of[n];
             }
@@ -213,11 +213,11 @@ static void cross_slip_real(variation_real *variation, int element, const mode_r
                             const state_by_axis_real *before) {
     const hopform_plan_real *plan = variation->plan;
     const hopform_phase_real *now = &variation->phases[variation->index];
-    const int side = entered->side[element];
+    const int side = side_of_mode_real(entered->row, element);
     const real acceleration = (real)side * excess_to_side_real(&plan->robot, element, side);
     const bool at_step = now->step > 0 && !(now->t > variation->steps[now->step].t);
     if (at_step || !(fabs_real(acceleration) > 0.0)) { return; }
-    const hopform_rates_real *rates = rates_of_mode_real(plan, side_2_real(now));
+    const hopform_rates_real *rates = entered->rates;
     const real rate = free_slope_real(rates, element, before);
     variation->exists = variation->exists && fabs_real(rate) > 0.0;
     for (int column = 0; column < COLUMNS_real && variation->exists; column++) {
@@ -243,13 +243,13 @@ static void cross_real(variation_real *variation) {
     const int axis = axis_of_event_real(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const bool upper = left.side[HOPFORM_STOPPED_ELEMENT] > 0;
+    const bool upper = side_of_mode_real(left.row, HOPFORM_STOPPED_ELEMENT) > 0;
     state_by_axis_real arrives;
     arrives.named = start_of_phase_real(now);
-    const state_by_axis_real after = speeds_in_mode_real(variation->plan, &entered, &arrives.named);
+    const state_by_axis_real after = speeds_in_mode_real(&entered, &arrives.named);
     const state_by_axis_real start = arrives;
     arrives.of[velocity] = stops ? variation->at.of[velocity] : arrives.of[velocity];
-    const state_by_axis_real before = speeds_in_mode_real(variation->plan, &left, &arrives.named);
+    const state_by_axis_real before = speeds_in_mode_real(&left, &arrives.named);
     variation->index++;
     variation->t = now->t;
     variation->at = start;
@@ -285,7 +285,7 @@ static variation_real variation_of_real(const hopform_plan_real *plan, const hop
     }
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         const int axis = HOPFORM_VELOCITY_AXIS(element);
-        if ((goes_on && mode.side[element] == 0) || HOPFORM_NEVER_MOVES(element)
+        if ((goes_on && side_of_mode_real(mode.row, element) == 0) || HOPFORM_NEVER_MOVES(element)
             || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0)) {
             variation.change[column_of_axis_real[axis]].of[axis] = 0.0;
         }
@@ -309,7 +309,7 @@ static bool stays_held_real(const variation_real *variation, int element) {
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const state_by_axis_real *at = &variation->at;
     free_by_element_real free;
-    const hopform_rates_real *rates = rates_of_mode_real(variation->plan, side_2_real(phase));
+    const hopform_rates_real *rates = rates_in_mode_real(variation->plan, mode_of_phase_real(phase));
     free.named = free_accelerations_real(rates, &at->named, current_real(variation, phase));
     const real downwards = -level_at_rest_real(robot, element, -1);
     const real upwards = level_at_rest_real(robot, element, 1);
@@ -377,7 +377,7 @@ static bool finish_real(variation_real *variation, const hopform_stance_real *st
     const hopform_robot_real *robot = &variation->plan->robot;
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const mode_real mode = mode_of_real(variation->plan, phase, current_real(variation, phase));
-    const state_by_axis_real speed = speeds_in_mode_real(variation->plan, &mode, &stance->end);
+    const state_by_axis_real speed = speeds_in_mode_real(&mode, &stance->end);
     bool exists = ends_later_real(variation, stance, &speed.named);
     for (int column = 0; exists && column < COLUMNS_real; column++) {
         state_by_axis_real *change = &variation->change[column];
@@ -390,8 +390,8 @@ static bool finish_real(variation_real *variation, const hopform_stance_real *st
         if (is_left_real(stance) && HOPFORM_CONTACT_IS_STRETCH) { change->of[HOPFORM_STRETCH_AXIS] = 0.0; }
         exists = put_rows_of_contact_real(variation, stance, column, change, matrix);
 #endif
-        const real rows[] = {late, change->of[0], change->of[1], height_change_real(robot, &by, &change->change),
-                             change->of[2]};
+        const real rows[] = {late, change->of[0], change->of[1],
+                             height_change_real(robot, &stance->end, &by, &change->change), change->of[2]};
         for (int row = 0; row < (int)(sizeof rows / sizeof rows[0]); row++) {
             matrix[row * COLUMNS_real + column] = rows[row];
         }

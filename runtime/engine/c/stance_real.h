@@ -22,20 +22,15 @@ static bool steps_are_sound_real(const hopform_step_real *steps, int32_t count) 
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_real(const hopform_plan_real *plan) {
-#if HOPFORM_BOTH_MOVE
-    const real a = plan->node_both.pole;
-    return a * a * a > HOPFORM_STIFFEST_real * HOPFORM_STIFFEST_real * plan->rates.s_3;
-#else
-    (void)plan;
-    return false;
-#endif
+    const real a = plan->node[0].pole;
+    return !HOPFORM_MOVES_ALONE && a * a * a > HOPFORM_STIFFEST_real * HOPFORM_STIFFEST_real * plan->rates[0].s_3;
 }
 
 /* Fill a plan from its robot. */
 static int32_t fill_plan_real(hopform_plan_real *plan) {
     const int32_t status = rates_of_plan_real(plan);
     if (status < 0) { return status; }
-    const hopform_rates_real *rates = &plan->rates;
+    const hopform_rates_real *rates = &plan->rates[0];
     hopform_poles_real both = {0};
     if (!HOPFORM_MOVES_ALONE) { both = factor_cubic_real(rates->s_1, rates->s_2, rates->s_3); }
     const int32_t made = poles_of_plan_real(plan, &both, true);
@@ -72,7 +67,7 @@ static int32_t call_status_real(const hopform_plan_real *plan, const hopform_sta
 /* Run a chain that has begun to its ending, which is not 0 if it is there already. */
 ALWAYS_real int32_t stance_run_real(stance_chain_real *chain, int32_t begun) {
     stance_search_real search;
-    search_nothing_real(any_poles_real(chain->plan), &search);
+    search_nothing_real(&chain->plan->poles[0], &search);
     int32_t ending = begun;
     while (ending == 0) {
         stance_begin_phase_real(chain);

@@ -11,8 +11,6 @@
 #ifndef HOPFORM_TRIAL_H_real
 #define HOPFORM_TRIAL_H_real
 
-#include <string.h>
-
 #include "extrema_real.h"
 
 /* What is gathered along the phases of a stance. */
@@ -23,7 +21,7 @@ struct current_variation_real {
     state_by_axis_real change;     /* of the state at a fixed time, per A */
     state_by_axis_real arrived;    /* at the end of the last phase, before its event */
     state_by_axis_real speed;      /* z' there */
-    int side[HOPFORM_ELEMENTS];    /* in the last phase */
+    row_real mode;                 /* of the last phase */
     bool moves;                    /* the element that the current drives has */
     real late;                     /* how much later the last event comes, per A; 0 before the first */
 };
@@ -71,6 +69,11 @@ static inline void note_hit_real(const current_variation_real *variation, const 
     note_largest_real(variation->trial, at[HOPFORM_POSITION_AXIS] + (slow ? height : contact), change);
 }
 
+/* Whether the compression falls where nothing moves yet. */
+static inline bool contact_unloads_real(row_real mode) {
+    return falls_of_mode_real(mode) && !rises_of_mode_real(mode);
+}
+
 /* Whether the contact force, which fell before the event between two phases, falls no more after it. Where nothing
  * moves at the event, the sides before and after decide, and not what rounding leaves of the velocities. */
 static inline bool turns_up_real(const current_variation_real *variation, const solved_phase_real *now,
@@ -82,7 +85,7 @@ static inline bool turns_up_real(const current_variation_real *variation, const 
         moves = moves || fabs_real(now->start->of[HOPFORM_VELOCITY_AXIS(element)]) > 0.0;
     }
     if (moves) { return (rate < 0.0 || (jumps && !HOPFORM_CONTACT_IS_STRETCH)) && !(rate_after < 0.0); }
-    return HOPFORM_CONTACT_UNLOADS(variation->side) && !HOPFORM_CONTACT_UNLOADS(now->side);
+    return contact_unloads_real(variation->mode) && !contact_unloads_real(now->mode);
 }
 
 /* The change per A right after the event with which a phase begins, and the extrema there. Its time does not move in
@@ -111,8 +114,8 @@ static inline void pass_event_real(current_variation_real *variation, const solv
         pass_event_at_axis_real(change->of, before->of, after.of, axis, 0.0, late);
     }
     const int slips = slips_at_event_real(now->event);
-    if (slips >= 0 && excess_to_side_real(robot, slips, now->side[slips]) > 0.0) {
-        const hopform_rates_real *rates = &variation->plan->rates;
+    if (slips >= 0 && excess_to_side_real(robot, slips, side_of_mode_real(now->mode, slips)) > 0.0) {
+        const hopform_rates_real *rates = rates_in_mode_real(variation->plan, now->mode);
         const real rate = free_slope_real(rates, slips, before);
         const real by_u = slips == HOPFORM_DRIVEN_ELEMENT ? rates->a1_u : 0.0;
         if (fabs_real(rate) > 0.0) {
@@ -137,17 +140,15 @@ static inline void pass_event_real(current_variation_real *variation, const solv
 static inline void look_for_minimum_real(current_variation_real *variation, const solved_phase_real *phase,
                                          const numerators_real *by_u, const basis_real *w, bool turns) {
     const hopform_robot_real *robot = &variation->plan->robot;
-    const int *side = phase->side;
-    const hopform_poles_real *poles = poles_of_real(variation->plan, side[0], side[1]);
+    const hopform_poles_real *poles = poles_of_real(variation->plan, phase->mode);
     const numerator_real h = contact_numerator_real(robot, &phase->numerators->named);
     const propagator_real end = propagator_of_real(poles, phase->end->t, w);
     if (turns) {
         const minima_real least =
-            least_minimum_real(poles, node_of_real(variation->plan, side[0], side[1]), &h,
+            least_minimum_real(poles, node_of_real(variation->plan, phase->mode), &h,
                                contact_of_real(robot, &phase->start->named), &end, 64.0, variation->evaluations);
         if (least.count > 0) {
-            const hopform_state_real there =
-                arrive_real(&variation->change.named, by_u, &least.basis, side[0], side[1]);
+            const hopform_state_real there = arrive_real(&variation->change.named, by_u, &least.basis, phase->mode);
             note_minimum_real(variation->trial, least.value, contact_slope_real(robot, &there), least.count);
         }
     }
@@ -173,19 +174,19 @@ static inline void look_for_minimum_real(current_variation_real *variation, cons
  * nothing to follow. */
 static inline void carry_variation_real(current_variation_real *variation, const solved_phase_real *phase) {
     const hopform_plan_real *plan = variation->plan;
-    const int *side = phase->side;
-    const hopform_poles_real *poles = poles_of_real(plan, side[0], side[1]);
+    const row_real mode = phase->mode;
+    const hopform_poles_real *poles = poles_of_real(plan, mode);
+    const hopform_rates_real *rates = rates_in_mode_real(plan, mode);
     const basis_real w = basis_of_propagator_real(poles, phase->end);
     if (HOPFORM_IS_EVENT(phase->event)) { pass_event_real(variation, phase); }
-    variation->moves = variation->moves || side[HOPFORM_DRIVEN_ELEMENT] != 0;
-    const bool turns = !HOPFORM_CONTACT_IS_STRETCH || HOPFORM_STRETCH_MAY_TURN(side);
+    variation->moves = variation->moves || side_of_mode_real(mode, HOPFORM_DRIVEN_ELEMENT) != 0;
+    const bool turns = !HOPFORM_CONTACT_IS_STRETCH || stretch_may_turn_real(mode);
     if (variation->moves || turns) {
         drive_by_element_real per_ampere = {{0.0, 0.0}};
-        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = plan->rates.a1_u;
-        const numerators_real by_u =
-            motion_under_real(&plan->rates, &per_ampere.named, &variation->change.named, side[0], side[1]);
+        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = rates->a1_u;
+        const numerators_real by_u = motion_under_real(rates, &per_ampere.named, &variation->change.named, mode);
         if (turns || phase->leaves) { look_for_minimum_real(variation, phase, &by_u, &w, turns); }
-        variation->change.named = arrive_real(&variation->change.named, &by_u, &w, side[0], side[1]);
+        variation->change.named = arrive_real(&variation->change.named, &by_u, &w, mode);
     }
     variation->arrived = *phase->arrived;
     variation->speed.of[HOPFORM_POSITION_AXIS] = phase->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
@@ -194,7 +195,7 @@ static inline void carry_variation_real(current_variation_real *variation, const
             is_modal_real(phase->end) ? &phase->modes->by.core[axis - 1] : &phase->numerators->core[axis - 1];
         variation->speed.of[axis] = sum_of_parts_real(by, &phase->end->rate);
     }
-    (void)memcpy(variation->side, side, sizeof variation->side);
+    variation->mode = mode;
 }
 
 /* The apex' change per A from that at take-off, whose time moves as that of what ended the stance; not smooth where the
@@ -228,7 +229,7 @@ static inline void close_trial_real(const current_variation_real *variation, con
     trial->held = true;
     for (int32_t n = 0; n < stance->phases_kept; n++) {
         trial->events = (trial->events ^ (uint32_t)(phases[n].mode + 16 * phases[n].event)) * 16777619u;
-        trial->held = trial->held && side_1_real(&phases[n]) == 0;
+        trial->held = trial->held && side_of_mode_real(mode_of_phase_real(&phases[n]), HOPFORM_DRIVEN_ELEMENT) == 0;
     }
     if (trial->takes_off) {
         trial->apex = stance->apex;

@@ -5,7 +5,7 @@ A model file is a program, and reading it runs it. The derivation, and what comp
 
 import ast
 import json as json_module
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from hopform._building import Made, in_one_line, no_compiler, readable, solver_o
 from hopform._cli.options import Form
 from hopform._cli.output import deliver, show, spaced, table
 from hopform._errors import printable
+from hopform._explain import poles_in_words
 from hopform._files import name_of
 from hopform._progress import progress_bar
 from hopform._solver.choice import DEFAULT
@@ -29,24 +30,36 @@ def derived(model: str) -> Any:
         return door.derive(readable(model))
 
 
-def spelled(derivation: Any, formula: str | None, form: Form, f32: bool = False) -> str:
+def spelled(derivation: Any, formula: str | None, form: Form, f32: bool = False, whole: bool = False) -> str:
     """Formulas of a derivation as they are pasted."""
     if f32 and form != Form.c:
         raise HopformError(f"--f32 is for --as c, got --as {form}")
     with in_one_line():
-        return str(derivation.show(formula, str(form), single=f32))
+        return str(derivation.show(formula, str(form), single=f32, whole=whole))
 
 
 # ---- hopform model show, hopform model check ----
 
 
-def model_show(model: str, formula: str | None = None, form: Form = Form.text, f32: bool = False) -> None:
+def model_show(
+    model: str,
+    formula: str | None = None,
+    form: Form = Form.text,
+    f32: bool = False,
+    whole: bool = False,
+    mode: str = "nothing",
+) -> None:
     """Print the formulas that follow from a model, to paste.
 
     They go into a paper, a notebook or firmware. FORMULA is a name, a group (lagrangian, equations_of_motion, transfer,
-    numerators, poles, partial_fractions, states, energies, control, event_functions) or a number of the paper.
+    numerators, poles, partial_fractions, states, energies, works, control, event_functions) or a number of the paper.
+    A formula is in the names of others, which code has before it. --whole has it in parameters, inputs, start and time
+    alone: what is short is put in, what is long is defined before it, in the same. C is a header that compiles as it is.
     """
-    print(spelled(derived(model), formula, form, f32), end="")
+    derivation = derived(model)
+    with in_one_line():
+        of_mode = derivation.mode(mode)
+    print(spelled(of_mode, formula, form, f32, whole), end="")
 
 
 def model_check(model: str) -> None:
@@ -59,13 +72,15 @@ def model_check(model: str) -> None:
     groups = ("equations_of_motion", "energies", "event_functions")
     formulas = {group: [each for each in derivation.formulas if each.group == group] for group in groups}
     headings = door.part("maths.formulas").GROUPS
+    defaults = {each.name: each.default for each in derivation.model.parameters}
+    poles = "denominator" if None in defaults.values() else "poles [1/s] of the defaults"
     deliver((), (), "", lambda: spaced(
         printable(f"{facts['name']}: {facts['title']}"),
         "\n".join(map(printable, door.part("emit.facts").abilities(facts))),
         *(table(headings[group], ("name", "formula", "unit"), rows_of(formulas[group]), ("name", "formula", "unit"))
           for group in groups),
-        table("Modes", ("held", "slips", "order", "must be >= 0"), list(modes(derivation)),
-              ("held", "slips", "must be >= 0")),
+        table("Modes", ("held", "slips", "order", poles, "must be >= 0"), list(modes(derivation, defaults)),
+              ("held", "slips", poles, "must be >= 0")),
         next_step(model),
     ))  # fmt: skip
 
@@ -74,11 +89,31 @@ def rows_of(formulas: list[Any]) -> list[tuple[str, str, str]]:
     return [(each.name, str(each.value), each.quantity.unit) for each in formulas]
 
 
-def modes(derivation: Any) -> Iterator[tuple[str, str, str, str]]:
-    """The modes of a model: what is held, what slips, the order, and the conditions that a robot may violate."""
+def modes(derivation: Any, defaults: Mapping[str, float | None]) -> Iterator[tuple[str, ...]]:
+    """The modes of a model: what is held, what slips, the order, the poles of the defaults, or the denominator where a
+    parameter has none, and the conditions that a robot may violate.
+    """
+    stability = door.part("maths.stability")
+
+    def found(denominator: Any) -> str:
+        if None in defaults.values():
+            s, count = denominator.gen, denominator.degree()
+            powers = ((s ** (count - n), each) for n, each in enumerate(denominator.all_coeffs()))
+            return " + ".join(str(power * each) for power, each in powers if each != 0) if count else ""
+        return ", ".join(poles_in_words(stability.poles_of(denominator, defaults)))
+
     for each in derivation.modes:
         conditions = "; ".join(f"{name} = {value}" for name, value in each.conditions.items())
-        yield ", ".join(each.held) or "nothing", ", ".join(each.slipping) or "nothing", str(each.order), conditions
+        held, slips = (", ".join(names) or "nothing" for names in (each.held, each.slipping))
+        yield held, slips, str(each.order), found(each.denominator), conditions
+        if derivation.model.law is not None and each.slipping:
+            yield (
+                held,
+                f"{slips}, under the law",
+                str(each.order),
+                found(stability.denominator_under_law(derivation.model)),
+                "",
+            )
 
 
 def next_step(model: str) -> str:

@@ -117,7 +117,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "number": typer.Argument(metavar="[N|CLAIM]", help="an equation's number, or with --claims a claim; all if left out"),
         **{
             f"model {name}.model": typer.Argument(metavar="FILE.py|NAME", help="a model file, which is run; or one that ships")
-            for name in ("check", "build", "show")
+            for name in ("check", "build", "prove", "show")
         },
         "formula": typer.Argument(metavar="[FORMULA]", help="a name, a group, a number of the paper; all if left out"),
         "export.folder": typer.Argument(metavar="DIR", help="new or empty; it becomes the package's root"),
@@ -181,6 +181,8 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "claims": option("the paper's claims in place of its equations"),
         "model build.out": option("where the solver goes: an empty folder, or one that this made", metavar="DIR"),
         "model show.f32": option("C in single precision"),
+        "model show.mode": option("what friction or a stop holds, as `model check` lists it", metavar="HELD"),
+        "whole": option("in parameters, inputs, start and time alone, long parts defined before they are read"),
     },
     "Options": {
         "system": option(", ".join(SYSTEMS), metavar="SYSTEM"),
@@ -236,8 +238,9 @@ EXAMPLES = {
     "selftest": ("selftest", "selftest --json"),
     "model check": ("model check joint", "model check mine.py"),
     "model build": ("model build mine.py --out mine", "model build mine.py"),
+    "model prove": ("model prove hopper", "model prove mine.py --json"),
     "model list": ("model list", "model list --json"),
-    "model show": ("model show hopper 14 --as latex", "model show hopper x2_t --as c --f32"),
+    "model show": ("model show hopper 14 --as latex", "model show hopper x2_t --mode actuator --as c --f32"),
 }  # fmt: skip
 """Two command lines each; a test runs them, those of `record` before those of `identify`."""
 

@@ -37,7 +37,7 @@ UNBROKEN = 240
 MOST_ROWS = 40
 """A table that would be longer shows its first and its last rows."""
 
-PROSE = ("title", "meaning", "can", "where", "formula", "must be >= 0", "by", "cause", "option")
+PROSE = ("title", "meaning", "can", "where", "formula", "denominator", "must be >= 0", "by", "cause", "option")
 """Columns of a table that may be broken into lines where a terminal is narrow."""
 LEAST_PROSE = 24
 """Characters that a line of them has, if the text is as long and no word is longer."""

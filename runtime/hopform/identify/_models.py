@@ -24,7 +24,7 @@ from hopform import HopformError, Solver, load_solver
 from hopform._checks import flag, mapping, real
 from hopform._motion import DOUBLE
 from hopform._robots import attribute_of, checked_value, robot_class
-from hopform._sensitivities import STARTS, in_height, lengths_of
+from hopform._sensitivities import STARTS, in_coordinates
 from hopform._solver.choice import Solver as Core
 from hopform._solver.package import Steps, records
 from hopform.extend import items, shown
@@ -93,12 +93,18 @@ class Model:
         places, speeds = dict(zip(self._numbers, x, strict=True)), dict(zip(self._numbers, v, strict=True))
         zero, sides = np.zeros_like(np.asarray(u, dtype=float)), dict(zip(self._numbers, side, strict=True))
         x1, v1, v2 = places.get(1, zero), speeds.get(1, zero), speeds.get(2, zero)
-        y = x1 - places.get(2, zero) + self.formulas.second_position(robot, 0.0, 0.0)
+        y = self.compression(robot, x1, places.get(2, zero))
         state, rates = self.records.LegState(x1, v1, v2, y), self.formulas.rates_of(robot)
         forces = sides.get(1, zero), sides.get(2, zero)
         drive = self.formulas.drive_of(robot, rates, u, *forces)
         speeds_of = self.formulas.speeds_of(rates, drive, *forces, state)
         return speeds_of.v1_rate if number == 1 else speeds_of.v2_rate
+
+    def compression(self, robot: Any, x1: Any, x2: Any) -> Any:
+        """That of the spring at places of the masses, 0 of one that there is not."""
+        places = {"x1": x1, "v1": 0.0, "x2": x2, "v2": 0.0}
+        start = self.records.Start(*(places[axis] for axis in STARTS if axis in self.core.facts.axes))
+        return self.formulas.state_of_start(robot, start).y
 
     @property
     def _numbers(self) -> list[int]:
@@ -180,19 +186,14 @@ class Modelled(Experiment):
     def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
         model, robot = self.model, self.model.robot(at)
         under, fed = self._with_sine(at, robot, steps) if self.grid is not None else (steps, None)
-        length = float(model.formulas.second_position(robot, 0.0, 0.0))
-        motion = self._solved(at, robot, under, float(time[-1]), length)
+        motion = self._solved(at, robot, under, float(time[-1]))
         state, rows = motion.tangents(np.ascontiguousarray(time))
-        lengths = lengths_of(model.core.package, robot)
-        by = in_height(rows, True, lengths)
+        by = in_coordinates(state, rows, at.get("x", 0.0), model.core.package, robot)
         if self.mass == 1:
             states, rows = np.stack([state.x1, state.v1], axis=1), by[:, 0:2]
         else:
-            states = np.stack([state.x1 - state.y + length, state.v2], axis=1)
-            x2 = by[:, 0] - by[:, 3]
-            for column, change in lengths.items():
-                x2[:, column] += float(change[0])
-            rows = np.stack([x2, by[:, 2]], axis=1)
+            x2 = model.formulas.second_position(robot, state.x1, state.y)
+            states, rows = np.stack([x2, state.v2], axis=1), by[:, 2:4]
         columns = {letter: rows[:, :, column] for letter, column in self._columns(at).items()}
         if fed is not None:
             more = fed.at(time)
@@ -217,10 +218,10 @@ class Modelled(Experiment):
         before = self.grid[self.grid < thinned.time[-1]][::every]
         return replace(thinned, grid=np.append(before, thinned.time[-1]), seen=[self.seen[-1], self.seen[-1]])
 
-    def _solved(self, at: Values, robot: Any, steps: Steps, horizon: float, length: float) -> Any:
+    def _solved(self, at: Values, robot: Any, steps: Steps, horizon: float) -> Any:
         """The motion as its library has it; HopformError if it ends before the last sample."""
         x1, v1, x2, v2 = (at.get(letter, 0.0) for letter in _STARTS)
-        state = self.model.records.LegState(x1, v1, v2, x1 - x2 + length)
+        state = self.model.records.LegState(x1, v1, v2, self.model.compression(robot, x1, x2))
         longest = horizon * (1.0 + 1e-12)
         motion = self.model.core.compiled().solve_stance(robot, state, steps, longest, MAX_PHASES, DOUBLE)
         ending, duration, *_ = motion.outcome()
@@ -309,7 +310,6 @@ class Modelled(Experiment):
         begins, levels = np.array(steps, dtype=float).T
         times = np.unique(np.concatenate([grid, begins[(begins >= 0.0) & (begins < grid[-1])]]))
         base = levels[np.searchsorted(begins, times, side="right") - 1]
-        length = float(self.model.formulas.second_position(robot, 0.0, 0.0))
         reach = max(float(np.ptp(self.seen[-1].x)), 1e-12)
         by_column = self._columns(at)
         columns, starts = [*by_column.values()], [[*by_column].index(letter) for letter in ("x", "v")]
@@ -320,12 +320,14 @@ class Modelled(Experiment):
             last = math.inf
             for _ in range(_MOST_SINES):
                 sines = _under_sine(linear, times, base, z, v)
-                state, rows = self._solved(at, robot, sines, float(times[-1]), length).tangents(times)
+                state, rows = self._solved(at, robot, sines, float(times[-1])).tangents(times)
                 off = np.stack([np.asarray(state.x1) - linear.rest - z, np.asarray(state.v1) - v], axis=1)
                 moved = float(np.abs(off[:, 0]).max())
                 if not math.isfinite(moved) or moved > 100.0 * reach:
                     break
-                by = in_height(rows, True, lengths_of(self.model.core.package, robot))[:, 0:2][:, :, columns]
+                by = in_coordinates(state, rows, at.get("x", 0.0), self.model.core.package, robot)[:, 0:2][
+                    :, :, columns
+                ]
                 softer, change = linear.stiffness * (1.0 - np.cos(z)), off
                 if newton and moved <= 0.3 * last:  # else beside a kink, where a joint comes to stick
                     change, last = _fed_back(times, by[:, :, starts], softer, off[:, :, np.newaxis])[:, :, 0], moved
@@ -359,10 +361,9 @@ class Modelled(Experiment):
         places = np.arange(finer * (self.time.size - 1) + 1) / finer
         fine = np.interp(places, np.arange(self.time.size), self.time)
         drive = levels[np.searchsorted(begins, fine, side="right") - 1]
-        length = float(self.model.formulas.second_position(robot, 0.0, 0.0))
 
         def moved(u: Array) -> tuple[Array, Array]:
-            motion = self._solved(at, robot, current_steps(fine, u), float(fine[-1]), length)
+            motion = self._solved(at, robot, current_steps(fine, u), float(fine[-1]))
             state = motion.state_at(np.minimum(fine, motion.outcome()[1]))
             return np.asarray(state.x1), np.asarray(state.v1)
 

@@ -1220,7 +1220,7 @@ static void tried(const problem *p, const T(stance) * stance)
         stance->duration * sqrt(p->plan.robot.k / p->plan.robot.m_eff + p->plan.robot.k / p->plan.robot.m_s);
     const int many = turns < 40.0 ? 2500 : 0;
     seen.patience =
-        1.0 / (1.3 * sqrt(p->plan.both.q)) + 2.0 * stance->duration / 2500.0; /* of a look to the next one */
+        1.0 / (1.3 * sqrt(p->plan.poles[0].q)) + 2.0 * stance->duration / 2500.0; /* of a look to the next one */
     for (int n = 0; n <= many; n++) {
         T(state) at;
         const double t = stance->duration * ((double)n / larger(many, 1.0));

@@ -194,7 +194,7 @@ static void measure_regime(const cost_regime *of)
     board_text("modal ");
     board_text(of->name);
     board_text(" ");
-    board_number(plan.node_both.modal < plan.node_both.half_period);
+    board_number(plan.node[0].modal < plan.node[0].half_period);
     board_text("\n");
 }
 

@@ -28,9 +28,9 @@ INPUTS = 20_000
 MANY = ("-DDIGEST_ROBOTS=2500", "-DDIGEST_COMMANDS=500", "-DDIGEST_SAMPLES=4500")
 """Random robots, commands and contact samples of the digest."""
 
-TESTS = ("bad_input", "batch", "batch_sensitivities", "control", "cube_root", "false_root", "flight", "grid", "hopping",
-         "properties", "reachability", "selftest", "sensitivities", "single_precision_control", "stance",
-         "stance_object", "tangents", "ties", "touchdown")  # fmt: skip
+TESTS = ("bad_input", "batch", "batch_sensitivities", "control", "cube_root", "false_root", "flight", "forces", "grid",
+         "hopping", "plant", "properties", "reachability", "selftest", "sensitivities", "single_precision_control", "stance",
+         "stance_object", "start", "tangents", "ties", "touchdown")  # fmt: skip
 WORKSTATION = ("batch", "columns", "readings_of_many")
 """Batches over arrays, which firmware does not get."""
 
@@ -64,7 +64,7 @@ def programs() -> list[Program]:
     for suffix, double, single in (("f32", (), ("-DSINGLE",)), ("f64", ("-DDOUBLE",), ())):
         for name in ("garbage", "refusals", "contract"):
             found.append(Program(f"{name}_{suffix}", (HERE / f"{name}.c", board), double))
-        for entry in ("entry", "flight", "control", "reading"):
+        for entry in ("entry", "flight", "control", "reading", "plant"):
             sources = (fuzz / f"fuzz_{entry}.c", fuzz / "replay.c")
             found.append(Program(f"fuzz_{entry}_{suffix}", sources, (*single, "-DENTRY=4"), inputs))
     return found

@@ -190,13 +190,9 @@ typedef struct {
 /** What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode. */
 typedef struct {
     hopform_robot_f32 robot;
-    hopform_rates_f32 rates;
-    hopform_poles_f32 both; /**< both masses slip */
-    hopform_poles_f32 mass_1; /**< mass 1 slips alone */
-    hopform_poles_f32 mass_2; /**< mass 2 slips alone */
-    hopform_node_f32 node_both;
-    hopform_node_f32 node_mass_1;
-    hopform_node_f32 node_mass_2;
+    hopform_rates_f32 rates[1]; /**< of the equations of motion */
+    hopform_poles_f32 poles[3]; /**< both masses slip; mass 1 slips alone; mass 2 slips alone */
+    hopform_node_f32 node[3]; /**< of each */
     #if HOPFORM_MODAL
     hopform_modal_f32 modal;
     #endif

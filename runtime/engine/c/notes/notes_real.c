@@ -41,13 +41,13 @@ static real sure_value_real(const event_function_real *g, const propagator_real 
 }
 
 static bool is_threshold_real(const stance_chain_real *chain, const event_function_real *g) {
-    const bool of_element = g->owner != CONTACT_real && !(HOPFORM_HAS_LAW && g->owner == LIMIT_real);
-    return of_element && !g->touch_is_no_event && chain->side[g->owner - ELEMENT_real] == 0;
+    const bool of_element = g->owner != CONTACT_real && !(HOPFORM_HAS_LIMITS && g->owner == LIMIT_real);
+    return of_element && !g->touch_is_no_event && side_of_mode_real(chain->mode, g->owner - ELEMENT_real) == 0;
 }
 
 static const char *kind_of_function_real(const stance_chain_real *chain, const event_function_real *g) {
     if (g->owner == CONTACT_real) { return "contact"; }
-    if (HOPFORM_HAS_LAW && g->owner == LIMIT_real) { return "limit"; }
+    if (HOPFORM_HAS_LIMITS && g->owner == LIMIT_real) { return "limit"; }
     if (g->touch_is_no_event) { return "stop"; }
     return is_threshold_real(chain, g) ? "threshold" : "velocity";
 }
@@ -79,7 +79,7 @@ static void note_closed_form_real(const stance_chain_real *chain, const stance_s
     const bool contact = events->rests == CONTACT_real;
     const int element = contact ? 0 : events->rests - ELEMENT_real;
     const int axis = contact ? HOPFORM_STRETCH_AXIS : HOPFORM_VELOCITY_AXIS(element);
-    const real sign = contact ? 1.0 : (real)chain->side[element];
+    const real sign = contact ? 1.0 : (real)side_of_mode_real(chain->mode, element);
     const numerator_real *h = contact ? &chain->numerators.of.stretch : &chain->numerators.of.velocity[element];
     const numerator_real towards = {sign * h->H3, sign * h->H2, sign * h->H1};
     const event_function_real g = event_function_of_real(&towards, sign * chain->at.of[axis]);
@@ -96,11 +96,12 @@ static void note_closed_form_real(const stance_chain_real *chain, const stance_s
 static void note_phase_real(stance_chain_real *chain, stance_search_real *search) {
     evaluations_real *notes = chain->evaluations;
     stance_find_end_real(chain, search);
-    if (!all_rest_real(chain->side)) {
+    if (!rests_of_mode_real(chain->mode)) {
         const hopform_poles_real *poles = search->events.set.poles;
-        if (both_slip_real(chain->side)) { (void)note_real(notes, "pole", -1, poles->a, 0.0); }
+        if (several_of_mode_real(chain->mode)) { (void)note_real(notes, "pole", -1, poles->a, 0.0); }
         (void)note_real(notes, "pair", -1, poles->p, poles->q);
-        (void)note_real(notes, "sides", -1, (real)chain->side[0], (real)chain->side[1]);
+        (void)note_real(notes, "sides", -1, (real)side_of_mode_real(chain->mode, 0),
+                        (real)side_of_mode_real(chain->mode, 1));
         for (int32_t n = 0; n < search->events.set.count; n++) {
             note_function_real(chain, search, n);
         }
