@@ -59,8 +59,11 @@ mu, n_1, n_2, less_1, less_2, alpha_1, alpha_2, from_1, from_2, square_1, square
 
 
 def may_be_modal(model: Model) -> bool:
-    """Whether both masses move, neither velocity in the other's equation, and the contact force is that of the spring."""
-    return len(model.moving) == 2 and not is_coupled(model) and (is_compression(model) or not model.has_contact)
+    """Whether both masses move, neither velocity in the other's equation, without a gear between them, and the contact
+    force is that of the spring.
+    """
+    alone = len(model.moving) == 2 and not is_coupled(model) and not model.is_geared
+    return alone and (is_compression(model) or not model.has_contact)
 
 
 def _pair_rows(row: str) -> Steps:
