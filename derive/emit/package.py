@@ -1,5 +1,7 @@
 """The part python/ of a solver: formulas, records and tables of the package that needs NumPy alone."""
 
+from dataclasses import replace
+
 from .. import VERSION
 from ..ir import DOMAINS, Record
 from ..maths import elements, energy, mode_table, stability
@@ -76,6 +78,10 @@ PART: Part = {
         "model": solver.model, "numpy": numpy, "stability": stability
     },
     "python/hopform_solver/structs.py": lambda solver: {
-        "public_structs": c.public_structs(solver.model, solver.program)
+        "public_structs": [
+            replace(struct, members=tuple(member for member in struct.members if not member.only_if))
+            for struct in c.public_structs(solver.model, solver.program)
+            if not struct.only_if
+        ]
     },
 }  # fmt: skip

@@ -85,6 +85,7 @@ def _carried(precision: Precision) -> float:
 
 
 TERMS = Constant("TERMS", 24, 40, "terms of the power series of W")
+SHORT = Constant("SHORT", 1e-3, 1e-5, "the square of a step, in rates, that a short series carries")
 MODAL = Constant("MODAL", 1e3, 1e4, "a^2/q above which a phase is evaluated in modal form from 1/a on")
 """W leaves a velocity that has faded an error of a^2/q eps, and the modal form costs 1.4 times as much. Measured, with a
 table of others, in docs/explanation/decisions.md, Regimes of W."""
@@ -124,6 +125,7 @@ CONSTANTS = (
     Constant("TINY_UP", 2.0**24, 2.0**54, "scales a subnormal number up to a normal one"),
     Constant("TINY_DOWN", 2.0**-8, 2.0**-18, "scales its cube root back"),
     _each("EXPONENT_BIAS", lambda p: p.exponent_bias, "of the exponent's bits"),
+    SHORT,
     _each("CARRIED_SQUARE", _carried, "the square of a step, in rates, that a Taylor series carries exactly"),
 )
 """Those of the C library, the limits among them."""

@@ -7,7 +7,7 @@ hold other structs.
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from ..ir import Authored, Member, Quantity, Record, Struct
+from ..ir import Authored, Member, Quantity, Record, Struct, scalar
 from .names import in_c
 from .quantities import BASIS, BODY_HEIGHT, CURRENT, ROBOT, STATE, TIME
 
@@ -45,6 +45,44 @@ NODE = Struct("Node", "A mode's propagator where a phase is looked at first, and
     Member("modal", "real", "from then on the modal form is evaluated; HOPFORM_NEVER where W does as well", "s"),
     Member("omega", "real", "frequency of the pair, where the modal form is evaluated", "1/s"),
     *of_quantities((TIME, *BASIS.quantities)),
+)
+ONLY_IF_MODAL = "HOPFORM_MODAL"
+"""The macro with which a library is compiled that solves motions of a pair that rings in modal coordinates."""
+MODAL_ROW_MEMBERS = (
+    scalar("rate_fade", "s", "of what fades in its rate"),
+    scalar("rate_cosine", "1", "of the cosine in its rate"),
+    scalar("rate_sine", "1", "of the sine in its rate"),
+    scalar("deflated_cosine", "1/s", "of the cosine in its deflated derivative"),
+    scalar("deflated_sine", "1/s", "of the sine in its deflated derivative"),
+    scalar("amplitude", "1", "of the pair's part of its rate, in that of cosine and sine"),
+)
+MODAL_SHARE_MEMBERS = (
+    scalar("of_y", "1", "per rate of y"), scalar("of_1", "s", "per acceleration of mass 1"),
+    scalar("of_2", "s", "per acceleration of mass 2"),
+)  # fmt: skip
+MODAL_ROW = Struct(
+    "ModalRow",
+    "A stretch, or with units over s a velocity, by the modal coordinates of its rate.",
+    only_if=ONLY_IF_MODAL,
+).of(*of_quantities(MODAL_ROW_MEMBERS))
+MODAL_SHARE = Struct(
+    "ModalShare", "A modal coordinate at the start of a phase; what fades with units over s.", only_if=ONLY_IF_MODAL
+).of(*of_quantities(MODAL_SHARE_MEMBERS))
+MODAL = Struct(
+    "Modal", "Both masses slipping in modal coordinates, and how far these go from node to node.", only_if=ONLY_IF_MODAL
+).of(
+    Member("h", "real", "from node to node; 0 where the form of W is used", "s"),
+    Member("a", "real", "what fades", "1/s"),
+    Member("mean", "real", "decay of the pair", "1/s"),
+    Member("omega", "real", "frequency of the pair", "1/s"),
+    Member("root_q", "real", "of mean and omega, the sum of the squares", "1/s"),
+    Member("root_chi", "real", "of a - mean and omega", "1/s"),
+    Member("fades", "real", "integral of what fades over a node, of 1 at its start", "s"),
+    Member("left", "real", "what is left of it"),
+    Member("rings", "real", "integral over a node of the cosine, of 1 at its start", "s"),
+    Member("turns", "real", "integral over a node of the sine, of a cosine of 1 at its start", "s"),
+    Member("row", "ModalRow", "of the stretch and of the velocities", count=3),
+    Member("share", "ModalShare", "of what fades, of cosine and of sine", count=3),
 )
 PLAN = Struct(
     "Plan", "What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode."
@@ -227,7 +265,7 @@ ENDING_OF_CONTACT = ("apex", "aed")
 """Members of what is solved that a contact brings."""
 
 
-def plan_of(moving: tuple[int, ...] = (1, 2), *, has_law: bool = False) -> Struct:
+def plan_of(moving: tuple[int, ...] = (1, 2), *, has_law: bool = False, may_be_modal: bool = True) -> Struct:
     """The plan of a model: rates, and poles with their nodes for each form of its modes."""
     alone = [f"mass {n} slips alone" for n in moving]
     forms = [
@@ -241,16 +279,24 @@ def plan_of(moving: tuple[int, ...] = (1, 2), *, has_law: bool = False) -> Struc
         Member("rates", "Rates", "; ".join(rates), count=len(rates), is_array=True),
         Member("poles", "Poles", "; ".join(forms), count=len(forms), is_array=True),
         Member("node", "Node", "of each", count=len(forms), is_array=True),
+        *((Member("modal", "Modal", only_if=ONLY_IF_MODAL),) if may_be_modal else ()),
         Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
     )
 
 
 def structs(
-    robot: Record = ROBOT, moving: tuple[int, ...] = (1, 2), *, has_law: bool = False, has_contact: bool = True
+    robot: Record = ROBOT,
+    moving: tuple[int, ...] = (1, 2),
+    *,
+    has_law: bool = False,
+    has_contact: bool = True,
+    may_be_modal: bool = True,
 ) -> tuple[Struct, ...]:
     """The structs of the interface that are no records, each behind those that it holds: what a model has."""
     declared = [value for value in globals().values() if isinstance(value, Struct)]
-    of_model = {PLAN.name: plan_of(moving, has_law=has_law)}
+    of_model = {PLAN.name: plan_of(moving, has_law=has_law, may_be_modal=may_be_modal)}
+    if not may_be_modal:
+        declared = [each for each in declared if each.only_if != ONLY_IF_MODAL]
     if not has_contact:
         declared = [each for each in declared if each.name not in OF_CONTACT]
         of_model |= {

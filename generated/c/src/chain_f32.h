@@ -8,6 +8,7 @@
 
 #include "first_event_f32.h"
 #include "ledger_f32.h"
+#include "modal_search_f32.h"
 #include "overlap_f32.h"
 
 /* The chain while it grows. */
@@ -416,9 +417,277 @@ SELDOM_f32 void enter_modes_f32(stance_chain_f32 *chain, stance_search_f32 *sear
     }
 }
 
+#if HOPFORM_HAS_MODAL
+/* ---- both slip, in modal coordinates ---- */
+
+/* Whether the phase is solved so: not where someone follows it by its propagator. */
+static inline bool is_solved_in_modes_f32(const stance_chain_f32 *chain) {
+    return alone_of_mode_f32(chain->mode) < 0 && !rests_of_mode_f32(chain->mode) && chain->plan->modal.h > 0.0f
+           && chain->observer == NULL;
+}
+
+/* The axis of each event function of the search. */
+static const int axis_of_function_f32[MODAL_FUNCTIONS_f32] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0),
+                                                                HOPFORM_VELOCITY_AXIS(1)};
+
+/* The search at the start of the phase. Rates and deflated derivatives are those of the numerators, which know what an
+ * element that has just switched, or come to rest, begins with. */
+static inline void begin_modal_search_f32(const stance_chain_f32 *chain, modal_search_f32 *search) {
+    const hopform_modal_f32 *modal = &chain->plan->modal;
+    const numerator_f32 *core = chain->numerators.core;
+    const float rate[MODAL_FUNCTIONS_f32] = {core[HOPFORM_STRETCH_AXIS - 1].H3, core[HOPFORM_VELOCITY_AXIS(0) - 1].H3,
+                                             core[HOPFORM_VELOCITY_AXIS(1) - 1].H3};
+    modal_node_f32 *low = &search->node[0];
+    float m[3];
+    for (int n = 0; n < 3; n++) {
+        const hopform_modal_share_f32 *share = &modal->share[n];
+        m[n] = share->of_y * rate[0] + share->of_1 * rate[1] + share->of_2 * rate[2];
+    }
+    search->modal = modal;
+    search->low = low;
+    search->high = &search->node[1];
+    search->limit = end_of_step_f32(chain) - chain->t;
+    search->first = 1;
+    search->from_the_end = false;
+#if HOPFORM_HAS_CONTACT
+    if (falls_of_mode_f32(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f) { search->first = 0; }
+#endif
+    search->sign[0] = 1.0f;
+    search->sign[1] = (float)side_of_mode_f32(chain->mode, 0);
+    search->sign[2] = (float)side_of_mode_f32(chain->mode, 1);
+    low->t = 0.0f;
+    low->m.f = m[0];
+    low->m.c = m[1];
+    low->m.s = m[2];
+    for (int n = 0; n < MODAL_FUNCTIONS_f32; n++) {
+        const int axis = axis_of_function_f32[n];
+        const numerator_f32 *h = &core[axis - 1];
+        const float z = chain->at.of[axis];
+        search->z[n] = z;
+        search->rounded[n] = fabs_f32(z);
+        low->value[n] = greater_f32(search->sign[n] * z, 0.0f);
+        low->rate[n] = search->sign[n] * h->H3;
+        low->deflated[n] = search->sign[n] * (h->H2 - 2.0f * modal->mean * h->H3);
+    }
+    search->from = 0.0f;
+    search->m = low->m;
+    search->amplitude = amplitude_of_f32(&low->m);
+    search->total = no_gain_f32(&low->m);
+    search->gained = search->total;
+    search->moved = 0.0f;
+    search->count = 0;
+    search->evaluations = chain->evaluations;
+    use_evaluation_f32(search->evaluations); /* a phase costs as much */
+}
+
+/* How far it is to the stop ahead; NEVER without one. */
+static inline float gap_ahead_f32(const stance_chain_f32 *chain) {
+    const float gap =
+        side_of_mode_f32(chain->mode, HOPFORM_STOPPED_ELEMENT) > 0 ? -chain->from_upper : chain->from_lower;
+    return HOPFORM_HAS_STOPS && is_finite_f32(gap) ? gap : HOPFORM_NEVER_f32;
+}
+
+/* When the position, which only goes to its side until a time, has met the stop ahead, and what is gained by then; how
+ * far it is from there then, and its rate and curvature. */
+SELDOM_f32 modal_root_f32 modal_stop_f32(const stance_chain_f32 *chain, const modal_f32 *m, float until,
+                                            const jet_f32 *then) {
+    const hopform_modal_f32 *modal = &chain->plan->modal;
+    const int element = HOPFORM_STOPPED_ELEMENT;
+    const hopform_modal_row_f32 *row = &modal->row[1 + element];
+    const float side = (float)side_of_mode_f32(chain->mode, element);
+    const float velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
+    const float gap = gap_ahead_f32(chain);
+    const numerator_f32 *h = &chain->numerators.of.velocity[element];
+    const jet_f32 from = {gap, -side * velocity, -side * h->H3,
+                           -side * (h->H2 - rates_of_chain_f32(chain)->s_1 * h->H3)};
+    const interpolant_f32 p = interpolant_of_f32(&from, then, until);
+    modal_root_f32 root = {until * refined_root_f32(&p, rough_root_f32(&from, then, until)), no_gain_f32(m)};
+    float low = 0.0f, high = until;
+    for (int step = 0; step < 100; step++) {
+        if (!(root.t > low && root.t < high) || (step > 8 && step % 2 == 1)) { root.t = low + 0.5f * (high - low); }
+        const bool ends = !(root.t > low && root.t < high);
+        root.t = ends ? high : root.t;
+        root.gain = gain_over_f32(modal, m, root.t);
+        const modal_f32 at = modal_after_f32(modal, m, &root.gain);
+        const float left = gap - side * displacement_f32(modal, row, velocity, m, root.t, &root.gain);
+        const float speed = side * (velocity + gain_by_row_f32(row, &root.gain));
+        use_evaluation_f32(chain->evaluations);
+        MODAL_COUNT(evaluation);
+        if (ends || fabs_f32(left) <= HOPFORM_EPS_f32 * root.t * speed) { break; }
+        low = left > 0.0f ? root.t : low;
+        high = left > 0.0f ? high : root.t;
+        const float below = 2.0f * speed * speed + left * (side * rate_by_row_f32(row, &at));
+        root.t = speed > 0.0f && below > 0.0f ? root.t + 2.0f * left * speed / below : low; /* Halley's */
+    }
+    return root;
+}
+
+/* Where the phase ends at a time, after a gain since the interval began, which may be the first of the phase, at some
+ * coordinates. */
+static inline void arrive_in_modes_f32(const modal_search_f32 *search, const modal_gain_f32 *gain, float t,
+                                        const modal_f32 *m, modal_arrival_f32 *arrival) {
+    const modal_gain_f32 sum = gain_and_f32(&search->total, gain);
+    const modal_gain_f32 *total = &sum;
+    const bool first = !(search->low->t > 0.0f);
+    const hopform_modal_f32 *modal = search->modal;
+    const hopform_modal_row_f32 *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
+    arrival->is_modal = true;
+    for (int n = 0; n < MODAL_FUNCTIONS_f32; n++) {
+        const float known = first ? search->sign[n] * known_beside_f32(search, n) * t : 0.0f;
+        float rest;
+        arrival->z[axis_of_function_f32[n]] =
+            search->from_the_end ? search->sign[n] * value_from_the_end_f32(search, n, search->low, gain, &rest)
+                                 : search->z[n] + (gain_by_row_f32(&modal->row[n], total) + known);
+    }
+    arrival->moved =
+        search->moved
+        + displacement_f32(modal, row, search->z[1 + HOPFORM_STOPPED_ELEMENT], &search->m, t - search->from, total);
+    arrival->rate[0] = row->rate_fade * m->f;
+    arrival->rate[1] = row->rate_cosine * m->c;
+    arrival->rate[2] = row->rate_sine * m->s;
+    arrival->stretched = search->rounded[0] + fabs_f32(modal->row[0].rate_fade * total->f)
+                         + 2.0f * modal->row[0].amplitude * search->amplitude / modal->root_q;
+}
+
+/* The stop ahead in place of what was found at a time, or nothing, if it is met before. */
+static inline void meet_stop_f32(const stance_chain_f32 *chain, const modal_search_f32 *search, float t,
+                                  stance_search_f32 *end) {
+    const int element = HOPFORM_STOPPED_ELEMENT;
+    const float side = (float)side_of_mode_f32(chain->mode, element);
+    const float gap = gap_ahead_f32(chain);
+    modal_arrival_f32 *arrival = &end->arrival;
+    const float speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
+    const float left = gap - side * arrival->moved;
+    const hopform_modal_row_f32 *row = &search->modal->row[1 + element];
+    const float reach = lesser_f32(1.0f / search->modal->root_q, t); /* for so long at most */
+    const float swing = (row->amplitude * search->amplitude + fabs_f32(row->rate_fade * search->m.f)) * reach * reach;
+    const float rounding = 16.0f * HOPFORM_EPS_f32 * (gap + fabs_f32(arrival->moved) + swing + t * fabs_f32(speed));
+    bool meets = left < -rounding;
+    if (!meets && end->owner == ELEMENT_f32 + 1 - element && speed * t > 16.0f * rounding) {
+        const float rate = fabs_f32(chain->numerators.of.velocity[1 - element].H3); /* of the one that comes to rest */
+        const float other = 16.0f * HOPFORM_EPS_f32 * (search->rounded[2 - element] + t * rate);
+        meets = (left - 4.0f * rounding) * rate < speed * other && !(left > 0.0f);
+    }
+    if (!meets) {
+        end->touches = end->owner == ELEMENT_f32 + element && fabs_f32(left) <= rounding;
+        return;
+    }
+    modal_search_f32 start; /* values are counted from the start of the phase again */
+    begin_modal_search_f32(chain, &start);
+    const jet_f32 then = {left, -speed, -side * (arrival->rate[0] + arrival->rate[1] + arrival->rate[2]), 0.0f};
+    const modal_root_f32 root = modal_stop_f32(chain, &start.m, t, &then);
+    const modal_f32 m = modal_at_f32(search->modal, &start.m, root.t);
+    arrive_in_modes_f32(&start, &root.gain, root.t, &m, arrival);
+    end->in.high.t = root.t;
+    end->owner = ELEMENT_f32 + element;
+    end->stops = true;
+    end->certified = true;
+#if HOPFORM_HAS_CONTACT
+    const float value = arrival->z[HOPFORM_STRETCH_AXIS];
+    const float rate = arrival->z[HOPFORM_VELOCITY_AXIS(0)] - arrival->z[HOPFORM_VELOCITY_AXIS(1)];
+    const float bound = modal_rounding_f32(&start, 0, &root.gain, root.t, rate);
+    if (start.first == 0 && rate * root.t < -16.0f * bound
+        && value < 8.0f * HOPFORM_EPS_f32 * root.t * fabs_f32(rate)) {
+        end->owner = CONTACT_f32;
+        end->stops = false;
+    }
+#endif
+}
+
+/* What goes on from an interval in which nothing has happened, once in a while: values are counted from where they end,
+ * or what is quiet is passed at once. */
+SELDOM_f32 void pass_quiet_time_f32(const stance_chain_f32 *chain, modal_search_f32 *search) {
+    const hopform_modal_f32 *modal = search->modal;
+    if (rates_of_chain_f32(chain)->s_3 > 0.0f && chain->came_to_rest < 0) {
+        const equilibrium_f32 settled = settled_of_both_f32(rates_of_chain_f32(chain), &chain->drive.named);
+        count_from_the_end_f32(search, &settled);
+    }
+    const float quiet = modal_quiet_time_f32(search);
+    const float left = search->limit - search->low->t;
+    if (quiet > 8.0f * modal->h) {
+        const float t = lesser_f32(quiet, left);
+        const modal_gain_f32 gain = gain_over_f32(modal, &search->low->m, t);
+        use_evaluation_f32(search->evaluations);
+        MODAL_COUNT(quiet);
+        const modal_f32 m = modal_at_f32(modal, &search->low->m, t);
+        end_modal_interval_f32(search, t < left ? search->low->t + t : search->limit, &gain);
+        search->high->m = m;
+        for (int n = search->first; n < MODAL_FUNCTIONS_f32; n++) {
+            put_rates_f32(search, n, search->high);
+        }
+        begin_modal_interval_f32(search);
+    }
+}
+
+/* The first event of the phase. */
+static inline void find_end_in_modes_f32(const stance_chain_f32 *chain, stance_search_f32 *end) {
+    const hopform_modal_f32 *modal = &chain->plan->modal;
+    modal_search_f32 search;
+    begin_modal_search_f32(chain, &search);
+    modal_root_f32 root = {0.0f, no_gain_f32(&search.low->m)};
+    int found = -1;
+    bool certified = true;
+#if HOPFORM_HAS_CONTACT
+    if (search.first == 0 && search.z[0] < 0.0f && !(first_derivative_f32(&chain->numerators.of.stretch) > 0.0f)) {
+        found = CONTACT_f32;
+    }
+#endif
+    int32_t nodes = fades_in_a_node_f32(modal) ? 7 : 0;
+    for (bool open = found < 0 && search.limit > 0.0f; open; nodes++) {
+        const float left = search.limit - search.low->t;
+        const bool fades = fades_in_a_node_f32(modal) && !(search.low->t > 0.0f); /* for as long as that does not */
+        const float length = fades ? 1.0f / modal->a : modal->h;
+        const bool last = !(length < left);
+        const modal_gain_f32 gain = last || fades ? gain_over_a_node_f32(modal, &search.low->m, last ? left : length)
+                                                   : gain_of_node_f32(modal, &search.low->m);
+        MODAL_COUNT(node);
+        end_modal_interval_f32(&search, last ? search.limit : search.low->t + length, &gain);
+        search.count++;
+        const uint32_t crossed = all_stay_above_f32(&search) ? 0 : certify_modal_interval_f32(&search);
+        certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
+        if (!certified) { break; }
+        if (crossed != 0) {
+            found = first_modal_root_f32(&search, crossed, &root);
+            break;
+        }
+        begin_modal_interval_f32(&search);
+        if (search.low->t < search.limit && (nodes & 7) == 7) { pass_quiet_time_f32(chain, &search); }
+        open = search.low->t < search.limit;
+    }
+#if HOPFORM_HAS_CONTACT
+    if (found < 0 && certified && search.first == 0 && search.limit > 0.0f) { /* over a step of the input */
+        const modal_gain_f32 none = no_gain_f32(&search.low->m);
+        const float rounding = modal_rounding_f32(&search, 0, &none, search.limit, search.low->rate[0]);
+        if (search.low->value[0] < -8.0f * HOPFORM_EPS_f32 * search.limit * search.low->rate[0]
+            && search.low->rate[0] * search.limit < -16.0f * rounding) {
+            found = CONTACT_f32;
+        }
+    }
+#endif
+    if (found < 0) { root.gain = no_gain_f32(&search.low->m); }
+    const float t = search.low->t + root.t;
+    end->in.high.t = t;
+    end->owner = found;
+    end->side = 0;
+    end->stops = false;
+    end->touches = false;
+    end->certified = certified;
+    const modal_f32 m = modal_after_f32(modal, &search.low->m, &root.gain);
+    arrive_in_modes_f32(&search, &root.gain, t, &m, &end->arrival);
+    if (gap_ahead_f32(chain) < HOPFORM_NEVER_f32) { meet_stop_f32(chain, &search, t, end); }
+}
+#endif
+
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_f32(stance_chain_f32 *chain, stance_search_f32 *search) {
     const float until = end_of_step_f32(chain) - chain->t;
+#if HOPFORM_HAS_MODAL
+    search->arrival.is_modal = is_solved_in_modes_f32(chain);
+    if (search->arrival.is_modal) {
+        find_end_in_modes_f32(chain, search);
+        return;
+    }
+#endif
     if (rests_of_mode_f32(chain->mode)) {
         search_rest_f32(search, &chain->plan->poles[0], until);
         return;
@@ -517,18 +786,17 @@ static inline float terms_of_stretch_f32(const stance_chain_f32 *chain, const ba
 }
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
- * left of them is its acceleration before, known from the motion where that has faded. */
-SELDOM_f32 void keep_small_acceleration_f32(stance_chain_f32 *chain, const basis_f32 *basis) {
+ * left of them is its acceleration before, known from the motion where that has faded. `terms` are those of that
+ * acceleration, `stretched` the magnitudes that the stretch is a sum of. */
+SELDOM_f32 void keep_small_acceleration_f32(stance_chain_f32 *chain, const float terms[3], float stretched) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f32 *rates = rates_of_chain_f32(chain);
     const hopform_robot_f32 *robot = &chain->plan->robot;
     const float friction = level_at_rest_f32(robot, element, 1) + level_at_rest_f32(robot, element, -1);
     if (friction > 0.0f || fabs_f32(rates->a1_v1) > 0.0f) { return; }
     const free_by_element_f32 at_rest = free_of_f32(chain, &chain->at.named);
-    const float by_spring = fabs_f32(rates->a1_y * terms_of_stretch_f32(chain, basis));
+    const float by_spring = fabs_f32(rates->a1_y * stretched);
     if (!(fabs_f32(at_rest.of[element]) < 64.0f * HOPFORM_EPS_f32 * by_spring)) { return; }
-    const numerator_f32 *h = &chain->numerators.of.velocity[element];
-    const float terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const float rate = terms[0] + terms[1] + terms[2];
     if (fabs_f32(decided_f32(rate, fabs_f32(terms[0]) + fabs_f32(terms[1]) + fabs_f32(terms[2]))) > 0.0f) {
         chain->came_to_rest = element;
@@ -545,6 +813,14 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
         || side_of_mode_f32(chain->mode, element) == 0) {
         return;
     }
+#if HOPFORM_HAS_MODAL
+    if (end->arrival.is_modal) {
+        if (element == HOPFORM_STOPPED_ELEMENT) {
+            keep_small_acceleration_f32(chain, end->arrival.rate, end->arrival.stretched);
+        }
+        return;
+    }
+#endif
     const basis_f32 basis = basis_of_propagator_f32(end->events.set.poles, &end->in.high);
     const bool alone = alone_of_mode_f32(chain->mode) == element;
     const bool at_stop = end->stops || end->touches;
@@ -558,18 +834,31 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
                                                              level_of_f32(&chain->plan->robot, element),
                                                              &chain->numerators.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
-        keep_small_acceleration_f32(chain, &basis);
+        const numerator_f32 *h = &chain->numerators.of.velocity[element];
+        const float terms[] = {h->H3 * basis.Wdd, h->H2 * basis.Wd, h->H1 * basis.W};
+        keep_small_acceleration_f32(chain, terms, terms_of_stretch_f32(chain, &basis));
     }
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_f32(stance_chain_f32 *chain, const propagator_f32 *end) {
+static inline void stance_arrive_f32(stance_chain_f32 *chain, const stance_search_f32 *end) {
     float *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const float before = *position;
     chain->most_stretched = greater_f32(chain->most_stretched, fabs_f32(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0f;
-    chain->at.named = arrive_at_f32(&chain->at.named, &chain->numerators.named, &chain->modes, end, chain->mode);
+#if HOPFORM_HAS_MODAL
+    if (end->arrival.is_modal) {
+        for (int axis = 1; axis < HOPFORM_AXES; axis++) {
+            chain->at.of[axis] = end->arrival.z[axis];
+        }
+        *position = end->arrival.moved;
+    } else
+#endif
+    {
+        chain->at.named =
+            arrive_at_f32(&chain->at.named, &chain->numerators.named, &chain->modes, &end->in.high, chain->mode);
+    }
     const float moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -730,7 +1019,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
 #if HOPFORM_HAS_CONTACT
     chain->aed += chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
 #endif
-    stance_arrive_f32(chain, &end->in.high);
+    stance_arrive_f32(chain, end);
     notify_f32(chain, &start, &end->in.high, end->owner == CONTACT_f32);
     chain->t = passes ? until : lesser_f32(chain->t + length, until); /* not behind it by rounding */
 #if HOPFORM_HAS_CONTACT

@@ -8,6 +8,7 @@
 
 #include "first_event_f64.h"
 #include "ledger_f64.h"
+#include "modal_search_f64.h"
 #include "overlap_f64.h"
 
 /* The chain while it grows. */
@@ -416,9 +417,277 @@ SELDOM_f64 void enter_modes_f64(stance_chain_f64 *chain, stance_search_f64 *sear
     }
 }
 
+#if HOPFORM_HAS_MODAL
+/* ---- both slip, in modal coordinates ---- */
+
+/* Whether the phase is solved so: not where someone follows it by its propagator. */
+static inline bool is_solved_in_modes_f64(const stance_chain_f64 *chain) {
+    return alone_of_mode_f64(chain->mode) < 0 && !rests_of_mode_f64(chain->mode) && chain->plan->modal.h > 0.0
+           && chain->observer == NULL;
+}
+
+/* The axis of each event function of the search. */
+static const int axis_of_function_f64[MODAL_FUNCTIONS_f64] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0),
+                                                                HOPFORM_VELOCITY_AXIS(1)};
+
+/* The search at the start of the phase. Rates and deflated derivatives are those of the numerators, which know what an
+ * element that has just switched, or come to rest, begins with. */
+static inline void begin_modal_search_f64(const stance_chain_f64 *chain, modal_search_f64 *search) {
+    const hopform_modal_f64 *modal = &chain->plan->modal;
+    const numerator_f64 *core = chain->numerators.core;
+    const double rate[MODAL_FUNCTIONS_f64] = {core[HOPFORM_STRETCH_AXIS - 1].H3, core[HOPFORM_VELOCITY_AXIS(0) - 1].H3,
+                                             core[HOPFORM_VELOCITY_AXIS(1) - 1].H3};
+    modal_node_f64 *low = &search->node[0];
+    double m[3];
+    for (int n = 0; n < 3; n++) {
+        const hopform_modal_share_f64 *share = &modal->share[n];
+        m[n] = share->of_y * rate[0] + share->of_1 * rate[1] + share->of_2 * rate[2];
+    }
+    search->modal = modal;
+    search->low = low;
+    search->high = &search->node[1];
+    search->limit = end_of_step_f64(chain) - chain->t;
+    search->first = 1;
+    search->from_the_end = false;
+#if HOPFORM_HAS_CONTACT
+    if (falls_of_mode_f64(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
+#endif
+    search->sign[0] = 1.0;
+    search->sign[1] = (double)side_of_mode_f64(chain->mode, 0);
+    search->sign[2] = (double)side_of_mode_f64(chain->mode, 1);
+    low->t = 0.0;
+    low->m.f = m[0];
+    low->m.c = m[1];
+    low->m.s = m[2];
+    for (int n = 0; n < MODAL_FUNCTIONS_f64; n++) {
+        const int axis = axis_of_function_f64[n];
+        const numerator_f64 *h = &core[axis - 1];
+        const double z = chain->at.of[axis];
+        search->z[n] = z;
+        search->rounded[n] = fabs_f64(z);
+        low->value[n] = greater_f64(search->sign[n] * z, 0.0);
+        low->rate[n] = search->sign[n] * h->H3;
+        low->deflated[n] = search->sign[n] * (h->H2 - 2.0 * modal->mean * h->H3);
+    }
+    search->from = 0.0;
+    search->m = low->m;
+    search->amplitude = amplitude_of_f64(&low->m);
+    search->total = no_gain_f64(&low->m);
+    search->gained = search->total;
+    search->moved = 0.0;
+    search->count = 0;
+    search->evaluations = chain->evaluations;
+    use_evaluation_f64(search->evaluations); /* a phase costs as much */
+}
+
+/* How far it is to the stop ahead; NEVER without one. */
+static inline double gap_ahead_f64(const stance_chain_f64 *chain) {
+    const double gap =
+        side_of_mode_f64(chain->mode, HOPFORM_STOPPED_ELEMENT) > 0 ? -chain->from_upper : chain->from_lower;
+    return HOPFORM_HAS_STOPS && is_finite_f64(gap) ? gap : HOPFORM_NEVER_f64;
+}
+
+/* When the position, which only goes to its side until a time, has met the stop ahead, and what is gained by then; how
+ * far it is from there then, and its rate and curvature. */
+SELDOM_f64 modal_root_f64 modal_stop_f64(const stance_chain_f64 *chain, const modal_f64 *m, double until,
+                                            const jet_f64 *then) {
+    const hopform_modal_f64 *modal = &chain->plan->modal;
+    const int element = HOPFORM_STOPPED_ELEMENT;
+    const hopform_modal_row_f64 *row = &modal->row[1 + element];
+    const double side = (double)side_of_mode_f64(chain->mode, element);
+    const double velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
+    const double gap = gap_ahead_f64(chain);
+    const numerator_f64 *h = &chain->numerators.of.velocity[element];
+    const jet_f64 from = {gap, -side * velocity, -side * h->H3,
+                           -side * (h->H2 - rates_of_chain_f64(chain)->s_1 * h->H3)};
+    const interpolant_f64 p = interpolant_of_f64(&from, then, until);
+    modal_root_f64 root = {until * refined_root_f64(&p, rough_root_f64(&from, then, until)), no_gain_f64(m)};
+    double low = 0.0, high = until;
+    for (int step = 0; step < 100; step++) {
+        if (!(root.t > low && root.t < high) || (step > 8 && step % 2 == 1)) { root.t = low + 0.5 * (high - low); }
+        const bool ends = !(root.t > low && root.t < high);
+        root.t = ends ? high : root.t;
+        root.gain = gain_over_f64(modal, m, root.t);
+        const modal_f64 at = modal_after_f64(modal, m, &root.gain);
+        const double left = gap - side * displacement_f64(modal, row, velocity, m, root.t, &root.gain);
+        const double speed = side * (velocity + gain_by_row_f64(row, &root.gain));
+        use_evaluation_f64(chain->evaluations);
+        MODAL_COUNT(evaluation);
+        if (ends || fabs_f64(left) <= HOPFORM_EPS_f64 * root.t * speed) { break; }
+        low = left > 0.0 ? root.t : low;
+        high = left > 0.0 ? high : root.t;
+        const double below = 2.0 * speed * speed + left * (side * rate_by_row_f64(row, &at));
+        root.t = speed > 0.0 && below > 0.0 ? root.t + 2.0 * left * speed / below : low; /* Halley's */
+    }
+    return root;
+}
+
+/* Where the phase ends at a time, after a gain since the interval began, which may be the first of the phase, at some
+ * coordinates. */
+static inline void arrive_in_modes_f64(const modal_search_f64 *search, const modal_gain_f64 *gain, double t,
+                                        const modal_f64 *m, modal_arrival_f64 *arrival) {
+    const modal_gain_f64 sum = gain_and_f64(&search->total, gain);
+    const modal_gain_f64 *total = &sum;
+    const bool first = !(search->low->t > 0.0);
+    const hopform_modal_f64 *modal = search->modal;
+    const hopform_modal_row_f64 *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
+    arrival->is_modal = true;
+    for (int n = 0; n < MODAL_FUNCTIONS_f64; n++) {
+        const double known = first ? search->sign[n] * known_beside_f64(search, n) * t : 0.0;
+        double rest;
+        arrival->z[axis_of_function_f64[n]] =
+            search->from_the_end ? search->sign[n] * value_from_the_end_f64(search, n, search->low, gain, &rest)
+                                 : search->z[n] + (gain_by_row_f64(&modal->row[n], total) + known);
+    }
+    arrival->moved =
+        search->moved
+        + displacement_f64(modal, row, search->z[1 + HOPFORM_STOPPED_ELEMENT], &search->m, t - search->from, total);
+    arrival->rate[0] = row->rate_fade * m->f;
+    arrival->rate[1] = row->rate_cosine * m->c;
+    arrival->rate[2] = row->rate_sine * m->s;
+    arrival->stretched = search->rounded[0] + fabs_f64(modal->row[0].rate_fade * total->f)
+                         + 2.0 * modal->row[0].amplitude * search->amplitude / modal->root_q;
+}
+
+/* The stop ahead in place of what was found at a time, or nothing, if it is met before. */
+static inline void meet_stop_f64(const stance_chain_f64 *chain, const modal_search_f64 *search, double t,
+                                  stance_search_f64 *end) {
+    const int element = HOPFORM_STOPPED_ELEMENT;
+    const double side = (double)side_of_mode_f64(chain->mode, element);
+    const double gap = gap_ahead_f64(chain);
+    modal_arrival_f64 *arrival = &end->arrival;
+    const double speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
+    const double left = gap - side * arrival->moved;
+    const hopform_modal_row_f64 *row = &search->modal->row[1 + element];
+    const double reach = lesser_f64(1.0 / search->modal->root_q, t); /* for so long at most */
+    const double swing = (row->amplitude * search->amplitude + fabs_f64(row->rate_fade * search->m.f)) * reach * reach;
+    const double rounding = 16.0 * HOPFORM_EPS_f64 * (gap + fabs_f64(arrival->moved) + swing + t * fabs_f64(speed));
+    bool meets = left < -rounding;
+    if (!meets && end->owner == ELEMENT_f64 + 1 - element && speed * t > 16.0 * rounding) {
+        const double rate = fabs_f64(chain->numerators.of.velocity[1 - element].H3); /* of the one that comes to rest */
+        const double other = 16.0 * HOPFORM_EPS_f64 * (search->rounded[2 - element] + t * rate);
+        meets = (left - 4.0 * rounding) * rate < speed * other && !(left > 0.0);
+    }
+    if (!meets) {
+        end->touches = end->owner == ELEMENT_f64 + element && fabs_f64(left) <= rounding;
+        return;
+    }
+    modal_search_f64 start; /* values are counted from the start of the phase again */
+    begin_modal_search_f64(chain, &start);
+    const jet_f64 then = {left, -speed, -side * (arrival->rate[0] + arrival->rate[1] + arrival->rate[2]), 0.0};
+    const modal_root_f64 root = modal_stop_f64(chain, &start.m, t, &then);
+    const modal_f64 m = modal_at_f64(search->modal, &start.m, root.t);
+    arrive_in_modes_f64(&start, &root.gain, root.t, &m, arrival);
+    end->in.high.t = root.t;
+    end->owner = ELEMENT_f64 + element;
+    end->stops = true;
+    end->certified = true;
+#if HOPFORM_HAS_CONTACT
+    const double value = arrival->z[HOPFORM_STRETCH_AXIS];
+    const double rate = arrival->z[HOPFORM_VELOCITY_AXIS(0)] - arrival->z[HOPFORM_VELOCITY_AXIS(1)];
+    const double bound = modal_rounding_f64(&start, 0, &root.gain, root.t, rate);
+    if (start.first == 0 && rate * root.t < -16.0 * bound
+        && value < 8.0 * HOPFORM_EPS_f64 * root.t * fabs_f64(rate)) {
+        end->owner = CONTACT_f64;
+        end->stops = false;
+    }
+#endif
+}
+
+/* What goes on from an interval in which nothing has happened, once in a while: values are counted from where they end,
+ * or what is quiet is passed at once. */
+SELDOM_f64 void pass_quiet_time_f64(const stance_chain_f64 *chain, modal_search_f64 *search) {
+    const hopform_modal_f64 *modal = search->modal;
+    if (rates_of_chain_f64(chain)->s_3 > 0.0 && chain->came_to_rest < 0) {
+        const equilibrium_f64 settled = settled_of_both_f64(rates_of_chain_f64(chain), &chain->drive.named);
+        count_from_the_end_f64(search, &settled);
+    }
+    const double quiet = modal_quiet_time_f64(search);
+    const double left = search->limit - search->low->t;
+    if (quiet > 8.0 * modal->h) {
+        const double t = lesser_f64(quiet, left);
+        const modal_gain_f64 gain = gain_over_f64(modal, &search->low->m, t);
+        use_evaluation_f64(search->evaluations);
+        MODAL_COUNT(quiet);
+        const modal_f64 m = modal_at_f64(modal, &search->low->m, t);
+        end_modal_interval_f64(search, t < left ? search->low->t + t : search->limit, &gain);
+        search->high->m = m;
+        for (int n = search->first; n < MODAL_FUNCTIONS_f64; n++) {
+            put_rates_f64(search, n, search->high);
+        }
+        begin_modal_interval_f64(search);
+    }
+}
+
+/* The first event of the phase. */
+static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *end) {
+    const hopform_modal_f64 *modal = &chain->plan->modal;
+    modal_search_f64 search;
+    begin_modal_search_f64(chain, &search);
+    modal_root_f64 root = {0.0, no_gain_f64(&search.low->m)};
+    int found = -1;
+    bool certified = true;
+#if HOPFORM_HAS_CONTACT
+    if (search.first == 0 && search.z[0] < 0.0 && !(first_derivative_f64(&chain->numerators.of.stretch) > 0.0)) {
+        found = CONTACT_f64;
+    }
+#endif
+    int32_t nodes = fades_in_a_node_f64(modal) ? 7 : 0;
+    for (bool open = found < 0 && search.limit > 0.0; open; nodes++) {
+        const double left = search.limit - search.low->t;
+        const bool fades = fades_in_a_node_f64(modal) && !(search.low->t > 0.0); /* for as long as that does not */
+        const double length = fades ? 1.0 / modal->a : modal->h;
+        const bool last = !(length < left);
+        const modal_gain_f64 gain = last || fades ? gain_over_a_node_f64(modal, &search.low->m, last ? left : length)
+                                                   : gain_of_node_f64(modal, &search.low->m);
+        MODAL_COUNT(node);
+        end_modal_interval_f64(&search, last ? search.limit : search.low->t + length, &gain);
+        search.count++;
+        const uint32_t crossed = all_stay_above_f64(&search) ? 0 : certify_modal_interval_f64(&search);
+        certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
+        if (!certified) { break; }
+        if (crossed != 0) {
+            found = first_modal_root_f64(&search, crossed, &root);
+            break;
+        }
+        begin_modal_interval_f64(&search);
+        if (search.low->t < search.limit && (nodes & 7) == 7) { pass_quiet_time_f64(chain, &search); }
+        open = search.low->t < search.limit;
+    }
+#if HOPFORM_HAS_CONTACT
+    if (found < 0 && certified && search.first == 0 && search.limit > 0.0) { /* over a step of the input */
+        const modal_gain_f64 none = no_gain_f64(&search.low->m);
+        const double rounding = modal_rounding_f64(&search, 0, &none, search.limit, search.low->rate[0]);
+        if (search.low->value[0] < -8.0 * HOPFORM_EPS_f64 * search.limit * search.low->rate[0]
+            && search.low->rate[0] * search.limit < -16.0 * rounding) {
+            found = CONTACT_f64;
+        }
+    }
+#endif
+    if (found < 0) { root.gain = no_gain_f64(&search.low->m); }
+    const double t = search.low->t + root.t;
+    end->in.high.t = t;
+    end->owner = found;
+    end->side = 0;
+    end->stops = false;
+    end->touches = false;
+    end->certified = certified;
+    const modal_f64 m = modal_after_f64(modal, &search.low->m, &root.gain);
+    arrive_in_modes_f64(&search, &root.gain, t, &m, &end->arrival);
+    if (gap_ahead_f64(chain) < HOPFORM_NEVER_f64) { meet_stop_f64(chain, &search, t, end); }
+}
+#endif
+
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
     const double until = end_of_step_f64(chain) - chain->t;
+#if HOPFORM_HAS_MODAL
+    search->arrival.is_modal = is_solved_in_modes_f64(chain);
+    if (search->arrival.is_modal) {
+        find_end_in_modes_f64(chain, search);
+        return;
+    }
+#endif
     if (rests_of_mode_f64(chain->mode)) {
         search_rest_f64(search, &chain->plan->poles[0], until);
         return;
@@ -517,18 +786,17 @@ static inline double terms_of_stretch_f64(const stance_chain_f64 *chain, const b
 }
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
- * left of them is its acceleration before, known from the motion where that has faded. */
-SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const basis_f64 *basis) {
+ * left of them is its acceleration before, known from the motion where that has faded. `terms` are those of that
+ * acceleration, `stretched` the magnitudes that the stretch is a sum of. */
+SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const double terms[3], double stretched) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f64 *rates = rates_of_chain_f64(chain);
     const hopform_robot_f64 *robot = &chain->plan->robot;
     const double friction = level_at_rest_f64(robot, element, 1) + level_at_rest_f64(robot, element, -1);
     if (friction > 0.0 || fabs_f64(rates->a1_v1) > 0.0) { return; }
     const free_by_element_f64 at_rest = free_of_f64(chain, &chain->at.named);
-    const double by_spring = fabs_f64(rates->a1_y * terms_of_stretch_f64(chain, basis));
+    const double by_spring = fabs_f64(rates->a1_y * stretched);
     if (!(fabs_f64(at_rest.of[element]) < 64.0 * HOPFORM_EPS_f64 * by_spring)) { return; }
-    const numerator_f64 *h = &chain->numerators.of.velocity[element];
-    const double terms[] = {h->H3 * basis->Wdd, h->H2 * basis->Wd, h->H1 * basis->W};
     const double rate = terms[0] + terms[1] + terms[2];
     if (fabs_f64(decided_f64(rate, fabs_f64(terms[0]) + fabs_f64(terms[1]) + fabs_f64(terms[2]))) > 0.0) {
         chain->came_to_rest = element;
@@ -545,6 +813,14 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
         || side_of_mode_f64(chain->mode, element) == 0) {
         return;
     }
+#if HOPFORM_HAS_MODAL
+    if (end->arrival.is_modal) {
+        if (element == HOPFORM_STOPPED_ELEMENT) {
+            keep_small_acceleration_f64(chain, end->arrival.rate, end->arrival.stretched);
+        }
+        return;
+    }
+#endif
     const basis_f64 basis = basis_of_propagator_f64(end->events.set.poles, &end->in.high);
     const bool alone = alone_of_mode_f64(chain->mode) == element;
     const bool at_stop = end->stops || end->touches;
@@ -558,18 +834,31 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
                                                              level_of_f64(&chain->plan->robot, element),
                                                              &chain->numerators.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
-        keep_small_acceleration_f64(chain, &basis);
+        const numerator_f64 *h = &chain->numerators.of.velocity[element];
+        const double terms[] = {h->H3 * basis.Wdd, h->H2 * basis.Wd, h->H1 * basis.W};
+        keep_small_acceleration_f64(chain, terms, terms_of_stretch_f64(chain, &basis));
     }
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
-static inline void stance_arrive_f64(stance_chain_f64 *chain, const propagator_f64 *end) {
+static inline void stance_arrive_f64(stance_chain_f64 *chain, const stance_search_f64 *end) {
     double *position = &chain->at.of[HOPFORM_POSITION_AXIS];
     const double before = *position;
     chain->most_stretched = greater_f64(chain->most_stretched, fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0;
-    chain->at.named = arrive_at_f64(&chain->at.named, &chain->numerators.named, &chain->modes, end, chain->mode);
+#if HOPFORM_HAS_MODAL
+    if (end->arrival.is_modal) {
+        for (int axis = 1; axis < HOPFORM_AXES; axis++) {
+            chain->at.of[axis] = end->arrival.z[axis];
+        }
+        *position = end->arrival.moved;
+    } else
+#endif
+    {
+        chain->at.named =
+            arrive_at_f64(&chain->at.named, &chain->numerators.named, &chain->modes, &end->in.high, chain->mode);
+    }
     const double moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -730,7 +1019,7 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
 #if HOPFORM_HAS_CONTACT
     chain->aed += chain->adds_up ? aed_in_phase_f64(chain, length) : 0.0;
 #endif
-    stance_arrive_f64(chain, &end->in.high);
+    stance_arrive_f64(chain, end);
     notify_f64(chain, &start, &end->in.high, end->owner == CONTACT_f64);
     chain->t = passes ? until : lesser_f64(chain->t + length, until); /* not behind it by rounding */
 #if HOPFORM_HAS_CONTACT

@@ -254,6 +254,43 @@ typedef struct {
     float N0;  /* [1/s^3] constant terms */
 } whole_f32;
 
+/* Rows of y, v_1, v_2, then shares in f, c, s. */
+typedef struct {
+    float rate_fade_y;        /* [s] of what fades in its rate */
+    float rate_cosine_y;      /* [1] of the cosine in its rate */
+    float rate_sine_y;        /* [1] of the sine in its rate */
+    float deflated_cosine_y;  /* [1/s] of the cosine in its deflated derivative */
+    float deflated_sine_y;    /* [1/s] of the sine in its deflated derivative */
+    float amplitude_y;        /* [1] of the pair's part of its rate, in that of cosine and sine */
+    float rate_fade_1;        /* [1] of what fades in its rate */
+    float rate_cosine_1;      /* [1/s] of the cosine in its rate */
+    float rate_sine_1;        /* [1/s] of the sine in its rate */
+    float deflated_cosine_1;  /* [1/s^2] of the cosine in its deflated derivative */
+    float deflated_sine_1;    /* [1/s^2] of the sine in its deflated derivative */
+    float amplitude_1;        /* [1/s] of the pair's part of its rate, in that of cosine and sine */
+    float rate_fade_2;        /* [1] of what fades in its rate */
+    float rate_cosine_2;      /* [1/s] of the cosine in its rate */
+    float rate_sine_2;        /* [1/s] of the sine in its rate */
+    float deflated_cosine_2;  /* [1/s^2] of the cosine in its deflated derivative */
+    float deflated_sine_2;    /* [1/s^2] of the sine in its deflated derivative */
+    float amplitude_2;        /* [1/s] of the pair's part of its rate, in that of cosine and sine */
+    float fade_of_y;          /* [1/s] per rate of y */
+    float fade_of_1;          /* [1] per acceleration of mass 1 */
+    float fade_of_2;          /* [1] per acceleration of mass 2 */
+    float cosine_of_y;        /* [1] per rate of y */
+    float cosine_of_1;        /* [s] per acceleration of mass 1 */
+    float cosine_of_2;        /* [s] per acceleration of mass 2 */
+    float sine_of_y;          /* [1] per rate of y */
+    float sine_of_1;          /* [s] per acceleration of mass 1 */
+    float sine_of_2;          /* [s] per acceleration of mass 2 */
+} modal_rows_f32;
+
+/* Where both masses end while they slip: at one velocity. */
+typedef struct {
+    float y_end;  /* [m] compression */
+    float v_end;  /* [m/s] velocity of both */
+} equilibrium_f32;
+
 /* The state at time t of a phase. */
 typedef struct {
     float x1_t;  /* [m] displacement of the actuator */
@@ -876,6 +913,72 @@ static inline pair_numerator_f32 deflated_modes_f32(const hopform_poles_f32 *pol
     const float A = d_sin*omega_p + d_cos*(a - 0.5f*p);                      /* (18) terms in s, pole a removed */
     const float B = 0.5f*A*p + omega_p*(d_sin*(a - 0.5f*p) - d_cos*omega_p);  /* (18) constant terms, pole a removed */
     const pair_numerator_f32 result = {A, B};
+    return result;
+}
+
+/* Both masses slipping, neither velocity in the other's equation, a pair that rings: their modal coordinates. */
+static inline modal_rows_f32 modal_rows_of_f32(const hopform_rates_f32 *rates,
+    const hopform_poles_f32 *poles,
+    float chi,
+    float omega_p)
+{
+    const float p_1 = rates->p_1, q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
+    const float a = poles->a, p = poles->p;
+    const float mean = 0.5f*p;                                                                                                      /* (11) decay of the pair */
+    const float above = a - mean;                                                                                                  /* (11) the real pole beyond that */
+    const float near_less_1 = a - p_1;                                                                                             /* (11) at s = -a */
+    const float beside_less_1 = p_2 - near_less_1 - p_1;                                                                           /* (11) at s = -a */
+    const float less_1 = near_less_1 - (near_less_1*q_2 - beside_less_1*q_1 - beside_less_1*near_less_1*(near_less_1 + p_1))/chi;  /* (11) at s = -a, polished */
+    const float near_less_2 = a - p_2;                                                                                             /* (11) at s = -a */
+    const float beside_less_2 = p_1 - near_less_2 - p_2;                                                                           /* (11) at s = -a */
+    const float less_2 = near_less_2 - (near_less_2*q_1 - beside_less_2*q_2 - beside_less_2*near_less_2*(near_less_2 + p_2))/chi;  /* (11) at s = -a, polished */
+    const float n_1 = 0.5f*fabs_f32(less_1) + 0.5f*less_1;                                                                          /* where mass 1 alone fades slower */
+    const float n_2 = 0.5f*fabs_f32(less_2) + 0.5f*less_2;                                                                          /* where mass 2 alone fades slower */
+    const float rate_fade_1 = 1.0f + a*n_2/q_2;                                                                                     /* (21) residue at s = -a */
+    const float rate_fade_2 = 1.0f + a*n_1/q_1;                                                                                     /* (19) residue at s = -a */
+    const float rate_fade_y = n_1/q_1 - n_2/q_2;                                                                                   /* (18) of y, residue at s = -a */
+    const float alpha_1 = (n_2/q_2)*(q_1/rate_fade_1) - n_1;                                                                       /* p_1 - a */
+    const float alpha_2 = (n_1/q_1)*(q_2/rate_fade_2) - n_2;                                                                       /* p_2 - a */
+    const float from_1 = p_1 - mean;                                                                                               /* (11) of mass 1, at the pair */
+    const float from_2 = p_2 - mean;                                                                                               /* (11) of mass 2, at the pair */
+    const float square_1 = from_1*from_1 + omega_p*omega_p;                                                                        /* (11) of mass 1, at the pair */
+    const float square_2 = from_2*from_2 + omega_p*omega_p;                                                                        /* (11) of mass 2, at the pair */
+    const float rate_cosine_y = 1.0f;                                                                                               /* (18) of y, pair */
+    const float rate_sine_y = 0.0f;                                                                                                 /* (18) of y, pair */
+    const float rate_cosine_1 = -from_1*q_1/square_1;                                                                              /* (21) pair */
+    const float rate_sine_1 = -omega_p*q_1/square_1;                                                                               /* (21) pair */
+    const float rate_cosine_2 = from_2*q_2/square_2;                                                                               /* (19) pair */
+    const float rate_sine_2 = omega_p*q_2/square_2;                                                                                /* (19) pair */
+    const float deflated_cosine_y = above*rate_cosine_y;                                                                           /* (19) pole a removed */
+    const float deflated_sine_y = -omega_p*rate_cosine_y;                                                                          /* (19) pole a removed */
+    const float amplitude_y = fabs_f32(rate_cosine_y);                                                                            /* (19) pair, at most */
+    const float deflated_cosine_1 = above*rate_cosine_1 + omega_p*rate_sine_1;                                                     /* (19) pole a removed */
+    const float deflated_sine_1 = above*rate_sine_1 - omega_p*rate_cosine_1;                                                       /* (19) pole a removed */
+    const float amplitude_1 = sqrt_f32(rate_cosine_1*rate_cosine_1 + rate_sine_1*rate_sine_1);                                    /* (19) pair, at most */
+    const float deflated_cosine_2 = above*rate_cosine_2 + omega_p*rate_sine_2;                                                     /* (19) pole a removed */
+    const float deflated_sine_2 = above*rate_sine_2 - omega_p*rate_cosine_2;                                                       /* (19) pole a removed */
+    const float amplitude_2 = sqrt_f32(rate_cosine_2*rate_cosine_2 + rate_sine_2*rate_sine_2);                                    /* (19) pair, at most */
+    const float fade_of_y = -(q_1/chi)*(q_2/rate_fade_1)*(rate_fade_y/rate_fade_2);                                                /* (18) residue at s = -a */
+    const float fade_of_1 = q_2/(chi*rate_fade_2);                                                                                 /* (18) residue at s = -a */
+    const float fade_of_2 = q_1/(chi*rate_fade_1);                                                                                 /* (18) residue at s = -a */
+    const float cosine_of_y = (omega_p*omega_p + above*(from_1 + from_2) - from_1*from_2)/chi;                                     /* (18) pair */
+    const float cosine_of_1 = -alpha_2/chi;                                                                                        /* (18) pair */
+    const float cosine_of_2 = alpha_1/chi;                                                                                         /* (18) pair */
+    const float sine_of_y = (-omega_p*(from_1 + from_2) - above*(from_1*from_2 - omega_p*omega_p)/omega_p)/chi;                    /* (18) pair */
+    const float sine_of_1 = (-omega_p - above*from_2/omega_p)/chi;                                                                 /* (18) pair */
+    const float sine_of_2 = (omega_p + above*from_1/omega_p)/chi;                                                                  /* (18) pair */
+    const modal_rows_f32 result = {rate_fade_y, rate_cosine_y, rate_sine_y, deflated_cosine_y, deflated_sine_y, amplitude_y, rate_fade_1, rate_cosine_1, rate_sine_1, deflated_cosine_1, deflated_sine_1, amplitude_1, rate_fade_2, rate_cosine_2, rate_sine_2, deflated_cosine_2, deflated_sine_2, amplitude_2, fade_of_y, fade_of_1, fade_of_2, cosine_of_y, cosine_of_1, cosine_of_2, sine_of_y, sine_of_1, sine_of_2};
+    return result;
+}
+
+/* The equilibrium of both masses slipping, neither velocity in the other's equation; s_3 > 0. */
+static inline equilibrium_f32 settled_of_both_f32(const hopform_rates_f32 *rates, const drive_f32 *drive)
+{
+    const float s_3 = rates->s_3, p_1 = rates->p_1, q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
+    const float C_1 = drive->C_1, C_2 = drive->C_2;
+    const float y_end = (C_1*p_2 - C_2*p_1)/s_3;  /* (18) of y, terms in 1/s */
+    const float v_end = (C_1*q_2 + C_2*q_1)/s_3;  /* (19), (21) terms in 1/s */
+    const equilibrium_f32 result = {y_end, v_end};
     return result;
 }
 

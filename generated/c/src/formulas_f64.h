@@ -254,6 +254,43 @@ typedef struct {
     double N0;  /* [1/s^3] constant terms */
 } whole_f64;
 
+/* Rows of y, v_1, v_2, then shares in f, c, s. */
+typedef struct {
+    double rate_fade_y;        /* [s] of what fades in its rate */
+    double rate_cosine_y;      /* [1] of the cosine in its rate */
+    double rate_sine_y;        /* [1] of the sine in its rate */
+    double deflated_cosine_y;  /* [1/s] of the cosine in its deflated derivative */
+    double deflated_sine_y;    /* [1/s] of the sine in its deflated derivative */
+    double amplitude_y;        /* [1] of the pair's part of its rate, in that of cosine and sine */
+    double rate_fade_1;        /* [1] of what fades in its rate */
+    double rate_cosine_1;      /* [1/s] of the cosine in its rate */
+    double rate_sine_1;        /* [1/s] of the sine in its rate */
+    double deflated_cosine_1;  /* [1/s^2] of the cosine in its deflated derivative */
+    double deflated_sine_1;    /* [1/s^2] of the sine in its deflated derivative */
+    double amplitude_1;        /* [1/s] of the pair's part of its rate, in that of cosine and sine */
+    double rate_fade_2;        /* [1] of what fades in its rate */
+    double rate_cosine_2;      /* [1/s] of the cosine in its rate */
+    double rate_sine_2;        /* [1/s] of the sine in its rate */
+    double deflated_cosine_2;  /* [1/s^2] of the cosine in its deflated derivative */
+    double deflated_sine_2;    /* [1/s^2] of the sine in its deflated derivative */
+    double amplitude_2;        /* [1/s] of the pair's part of its rate, in that of cosine and sine */
+    double fade_of_y;          /* [1/s] per rate of y */
+    double fade_of_1;          /* [1] per acceleration of mass 1 */
+    double fade_of_2;          /* [1] per acceleration of mass 2 */
+    double cosine_of_y;        /* [1] per rate of y */
+    double cosine_of_1;        /* [s] per acceleration of mass 1 */
+    double cosine_of_2;        /* [s] per acceleration of mass 2 */
+    double sine_of_y;          /* [1] per rate of y */
+    double sine_of_1;          /* [s] per acceleration of mass 1 */
+    double sine_of_2;          /* [s] per acceleration of mass 2 */
+} modal_rows_f64;
+
+/* Where both masses end while they slip: at one velocity. */
+typedef struct {
+    double y_end;  /* [m] compression */
+    double v_end;  /* [m/s] velocity of both */
+} equilibrium_f64;
+
 /* The state at time t of a phase. */
 typedef struct {
     double x1_t;  /* [m] displacement of the actuator */
@@ -876,6 +913,72 @@ static inline pair_numerator_f64 deflated_modes_f64(const hopform_poles_f64 *pol
     const double A = d_sin*omega_p + d_cos*(a - 0.5*p);                      /* (18) terms in s, pole a removed */
     const double B = 0.5*A*p + omega_p*(d_sin*(a - 0.5*p) - d_cos*omega_p);  /* (18) constant terms, pole a removed */
     const pair_numerator_f64 result = {A, B};
+    return result;
+}
+
+/* Both masses slipping, neither velocity in the other's equation, a pair that rings: their modal coordinates. */
+static inline modal_rows_f64 modal_rows_of_f64(const hopform_rates_f64 *rates,
+    const hopform_poles_f64 *poles,
+    double chi,
+    double omega_p)
+{
+    const double p_1 = rates->p_1, q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
+    const double a = poles->a, p = poles->p;
+    const double mean = 0.5*p;                                                                                                      /* (11) decay of the pair */
+    const double above = a - mean;                                                                                                  /* (11) the real pole beyond that */
+    const double near_less_1 = a - p_1;                                                                                             /* (11) at s = -a */
+    const double beside_less_1 = p_2 - near_less_1 - p_1;                                                                           /* (11) at s = -a */
+    const double less_1 = near_less_1 - (near_less_1*q_2 - beside_less_1*q_1 - beside_less_1*near_less_1*(near_less_1 + p_1))/chi;  /* (11) at s = -a, polished */
+    const double near_less_2 = a - p_2;                                                                                             /* (11) at s = -a */
+    const double beside_less_2 = p_1 - near_less_2 - p_2;                                                                           /* (11) at s = -a */
+    const double less_2 = near_less_2 - (near_less_2*q_1 - beside_less_2*q_2 - beside_less_2*near_less_2*(near_less_2 + p_2))/chi;  /* (11) at s = -a, polished */
+    const double n_1 = 0.5*fabs_f64(less_1) + 0.5*less_1;                                                                          /* where mass 1 alone fades slower */
+    const double n_2 = 0.5*fabs_f64(less_2) + 0.5*less_2;                                                                          /* where mass 2 alone fades slower */
+    const double rate_fade_1 = 1.0 + a*n_2/q_2;                                                                                     /* (21) residue at s = -a */
+    const double rate_fade_2 = 1.0 + a*n_1/q_1;                                                                                     /* (19) residue at s = -a */
+    const double rate_fade_y = n_1/q_1 - n_2/q_2;                                                                                   /* (18) of y, residue at s = -a */
+    const double alpha_1 = (n_2/q_2)*(q_1/rate_fade_1) - n_1;                                                                       /* p_1 - a */
+    const double alpha_2 = (n_1/q_1)*(q_2/rate_fade_2) - n_2;                                                                       /* p_2 - a */
+    const double from_1 = p_1 - mean;                                                                                               /* (11) of mass 1, at the pair */
+    const double from_2 = p_2 - mean;                                                                                               /* (11) of mass 2, at the pair */
+    const double square_1 = from_1*from_1 + omega_p*omega_p;                                                                        /* (11) of mass 1, at the pair */
+    const double square_2 = from_2*from_2 + omega_p*omega_p;                                                                        /* (11) of mass 2, at the pair */
+    const double rate_cosine_y = 1.0;                                                                                               /* (18) of y, pair */
+    const double rate_sine_y = 0.0;                                                                                                 /* (18) of y, pair */
+    const double rate_cosine_1 = -from_1*q_1/square_1;                                                                              /* (21) pair */
+    const double rate_sine_1 = -omega_p*q_1/square_1;                                                                               /* (21) pair */
+    const double rate_cosine_2 = from_2*q_2/square_2;                                                                               /* (19) pair */
+    const double rate_sine_2 = omega_p*q_2/square_2;                                                                                /* (19) pair */
+    const double deflated_cosine_y = above*rate_cosine_y;                                                                           /* (19) pole a removed */
+    const double deflated_sine_y = -omega_p*rate_cosine_y;                                                                          /* (19) pole a removed */
+    const double amplitude_y = fabs_f64(rate_cosine_y);                                                                            /* (19) pair, at most */
+    const double deflated_cosine_1 = above*rate_cosine_1 + omega_p*rate_sine_1;                                                     /* (19) pole a removed */
+    const double deflated_sine_1 = above*rate_sine_1 - omega_p*rate_cosine_1;                                                       /* (19) pole a removed */
+    const double amplitude_1 = sqrt_f64(rate_cosine_1*rate_cosine_1 + rate_sine_1*rate_sine_1);                                    /* (19) pair, at most */
+    const double deflated_cosine_2 = above*rate_cosine_2 + omega_p*rate_sine_2;                                                     /* (19) pole a removed */
+    const double deflated_sine_2 = above*rate_sine_2 - omega_p*rate_cosine_2;                                                       /* (19) pole a removed */
+    const double amplitude_2 = sqrt_f64(rate_cosine_2*rate_cosine_2 + rate_sine_2*rate_sine_2);                                    /* (19) pair, at most */
+    const double fade_of_y = -(q_1/chi)*(q_2/rate_fade_1)*(rate_fade_y/rate_fade_2);                                                /* (18) residue at s = -a */
+    const double fade_of_1 = q_2/(chi*rate_fade_2);                                                                                 /* (18) residue at s = -a */
+    const double fade_of_2 = q_1/(chi*rate_fade_1);                                                                                 /* (18) residue at s = -a */
+    const double cosine_of_y = (omega_p*omega_p + above*(from_1 + from_2) - from_1*from_2)/chi;                                     /* (18) pair */
+    const double cosine_of_1 = -alpha_2/chi;                                                                                        /* (18) pair */
+    const double cosine_of_2 = alpha_1/chi;                                                                                         /* (18) pair */
+    const double sine_of_y = (-omega_p*(from_1 + from_2) - above*(from_1*from_2 - omega_p*omega_p)/omega_p)/chi;                    /* (18) pair */
+    const double sine_of_1 = (-omega_p - above*from_2/omega_p)/chi;                                                                 /* (18) pair */
+    const double sine_of_2 = (omega_p + above*from_1/omega_p)/chi;                                                                  /* (18) pair */
+    const modal_rows_f64 result = {rate_fade_y, rate_cosine_y, rate_sine_y, deflated_cosine_y, deflated_sine_y, amplitude_y, rate_fade_1, rate_cosine_1, rate_sine_1, deflated_cosine_1, deflated_sine_1, amplitude_1, rate_fade_2, rate_cosine_2, rate_sine_2, deflated_cosine_2, deflated_sine_2, amplitude_2, fade_of_y, fade_of_1, fade_of_2, cosine_of_y, cosine_of_1, cosine_of_2, sine_of_y, sine_of_1, sine_of_2};
+    return result;
+}
+
+/* The equilibrium of both masses slipping, neither velocity in the other's equation; s_3 > 0. */
+static inline equilibrium_f64 settled_of_both_f64(const hopform_rates_f64 *rates, const drive_f64 *drive)
+{
+    const double s_3 = rates->s_3, p_1 = rates->p_1, q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
+    const double C_1 = drive->C_1, C_2 = drive->C_2;
+    const double y_end = (C_1*p_2 - C_2*p_1)/s_3;  /* (18) of y, terms in 1/s */
+    const double v_end = (C_1*q_2 + C_2*q_1)/s_3;  /* (19), (21) terms in 1/s */
+    const equilibrium_f64 result = {y_end, v_end};
     return result;
 }
 

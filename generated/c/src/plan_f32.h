@@ -5,6 +5,7 @@
 #ifndef HOPFORM_PLAN_H_f32
 #define HOPFORM_PLAN_H_f32
 
+#include "modal_plan_f32.h"
 #include "phase_f32.h"
 
 /* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
@@ -86,6 +87,9 @@ static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_po
     for (int form = 0; form < HOPFORM_POLES; form++) {
         plan->node[form] = node_of_poles_f32(&plan->poles[form], whole);
     }
+#if HOPFORM_HAS_MODAL
+    put_modal_f32(plan);
+#endif
     plan->made = whole ? HOPFORM_PLAN_MADE : 0;
     return HOPFORM_OK;
 }

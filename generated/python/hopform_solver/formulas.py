@@ -13,6 +13,7 @@ from .records import (
     Decay,
     Drive,
     Energy,
+    Equilibrium,
     Excess,
     Fades,
     FlightIntegrals,
@@ -29,6 +30,7 @@ from .records import (
     LegState,
     Letters,
     Levels,
+    ModalRows,
     Modes,
     Moments,
     Numerator,
@@ -679,6 +681,71 @@ def deflated_modes(poles: Poles, omega_p: Real, modes: Modes) -> PairNumerator:
     A = d_sin*omega_p + d_cos*(a - 0.5*p)                      # (18) terms in s, pole a removed
     B = 0.5*A*p + omega_p*(d_sin*(a - 0.5*p) - d_cos*omega_p)  # (18) constant terms, pole a removed
     return PairNumerator(A, B)
+
+
+def modal_rows_of(rates: Rates, poles: Poles, chi: Real, omega_p: Real) -> ModalRows:
+    """Both masses slipping, neither velocity in the other's equation, a pair that rings: their modal coordinates.
+
+    chi [1/s^2] s^2 + p s + q at s = -a: what (18) divides by.
+    omega_p [1/s] frequency of a pair that rings.
+    """
+    p_1, q_1, p_2, q_2 = rates.p_1, rates.q_1, rates.p_2, rates.q_2
+    a, p = poles.a, poles.p
+    mean = 0.5*p                                                                                                      # (11) decay of the pair
+    above = a - mean                                                                                                  # (11) the real pole beyond that
+    near_less_1 = a - p_1                                                                                             # (11) at s = -a
+    beside_less_1 = p_2 - near_less_1 - p_1                                                                           # (11) at s = -a
+    less_1 = near_less_1 - (near_less_1*q_2 - beside_less_1*q_1 - beside_less_1*near_less_1*(near_less_1 + p_1))/chi  # (11) at s = -a, polished
+    near_less_2 = a - p_2                                                                                             # (11) at s = -a
+    beside_less_2 = p_1 - near_less_2 - p_2                                                                           # (11) at s = -a
+    less_2 = near_less_2 - (near_less_2*q_1 - beside_less_2*q_2 - beside_less_2*near_less_2*(near_less_2 + p_2))/chi  # (11) at s = -a, polished
+    n_1 = 0.5*fabs(less_1) + 0.5*less_1                                                                               # where mass 1 alone fades slower
+    n_2 = 0.5*fabs(less_2) + 0.5*less_2                                                                               # where mass 2 alone fades slower
+    rate_fade_1 = 1.0 + a*n_2/q_2                                                                                     # (21) residue at s = -a
+    rate_fade_2 = 1.0 + a*n_1/q_1                                                                                     # (19) residue at s = -a
+    rate_fade_y = n_1/q_1 - n_2/q_2                                                                                   # (18) of y, residue at s = -a
+    alpha_1 = (n_2/q_2)*(q_1/rate_fade_1) - n_1                                                                       # p_1 - a
+    alpha_2 = (n_1/q_1)*(q_2/rate_fade_2) - n_2                                                                       # p_2 - a
+    from_1 = p_1 - mean                                                                                               # (11) of mass 1, at the pair
+    from_2 = p_2 - mean                                                                                               # (11) of mass 2, at the pair
+    square_1 = from_1*from_1 + omega_p*omega_p                                                                        # (11) of mass 1, at the pair
+    square_2 = from_2*from_2 + omega_p*omega_p                                                                        # (11) of mass 2, at the pair
+    rate_cosine_y = 1.0                                                                                               # (18) of y, pair
+    rate_sine_y = 0.0                                                                                                 # (18) of y, pair
+    rate_cosine_1 = -from_1*q_1/square_1                                                                              # (21) pair
+    rate_sine_1 = -omega_p*q_1/square_1                                                                               # (21) pair
+    rate_cosine_2 = from_2*q_2/square_2                                                                               # (19) pair
+    rate_sine_2 = omega_p*q_2/square_2                                                                                # (19) pair
+    deflated_cosine_y = above*rate_cosine_y                                                                           # (19) pole a removed
+    deflated_sine_y = -omega_p*rate_cosine_y                                                                          # (19) pole a removed
+    amplitude_y = fabs(rate_cosine_y)                                                                                 # (19) pair, at most
+    deflated_cosine_1 = above*rate_cosine_1 + omega_p*rate_sine_1                                                     # (19) pole a removed
+    deflated_sine_1 = above*rate_sine_1 - omega_p*rate_cosine_1                                                       # (19) pole a removed
+    amplitude_1 = sqrt(rate_cosine_1*rate_cosine_1 + rate_sine_1*rate_sine_1)                                         # (19) pair, at most
+    deflated_cosine_2 = above*rate_cosine_2 + omega_p*rate_sine_2                                                     # (19) pole a removed
+    deflated_sine_2 = above*rate_sine_2 - omega_p*rate_cosine_2                                                       # (19) pole a removed
+    amplitude_2 = sqrt(rate_cosine_2*rate_cosine_2 + rate_sine_2*rate_sine_2)                                         # (19) pair, at most
+    fade_of_y = -(q_1/chi)*(q_2/rate_fade_1)*(rate_fade_y/rate_fade_2)                                                # (18) residue at s = -a
+    fade_of_1 = q_2/(chi*rate_fade_2)                                                                                 # (18) residue at s = -a
+    fade_of_2 = q_1/(chi*rate_fade_1)                                                                                 # (18) residue at s = -a
+    cosine_of_y = (omega_p*omega_p + above*(from_1 + from_2) - from_1*from_2)/chi                                     # (18) pair
+    cosine_of_1 = -alpha_2/chi                                                                                        # (18) pair
+    cosine_of_2 = alpha_1/chi                                                                                         # (18) pair
+    sine_of_y = (-omega_p*(from_1 + from_2) - above*(from_1*from_2 - omega_p*omega_p)/omega_p)/chi                    # (18) pair
+    sine_of_1 = (-omega_p - above*from_2/omega_p)/chi                                                                 # (18) pair
+    sine_of_2 = (omega_p + above*from_1/omega_p)/chi                                                                  # (18) pair
+    return ModalRows(rate_fade_y, rate_cosine_y, rate_sine_y, deflated_cosine_y, deflated_sine_y, amplitude_y, rate_fade_1, rate_cosine_1, rate_sine_1, deflated_cosine_1, deflated_sine_1, amplitude_1, rate_fade_2, rate_cosine_2, rate_sine_2, deflated_cosine_2, deflated_sine_2, amplitude_2, fade_of_y, fade_of_1, fade_of_2, cosine_of_y, cosine_of_1, cosine_of_2, sine_of_y, sine_of_1, sine_of_2)
+
+
+def settled_of_both(rates: Rates, drive: Drive) -> Equilibrium:
+    """The equilibrium of both masses slipping, neither velocity in the other's equation; s_3 > 0.
+
+    """
+    s_3, p_1, q_1, p_2, q_2 = rates.s_3, rates.p_1, rates.q_1, rates.p_2, rates.q_2
+    C_1, C_2 = drive.C_1, drive.C_2
+    y_end = (C_1*p_2 - C_2*p_1)/s_3  # (18) of y, terms in 1/s
+    v_end = (C_1*q_2 + C_2*q_1)/s_3  # (19), (21) terms in 1/s
+    return Equilibrium(y_end, v_end)
 
 
 def residual_to_steady_state(poles: Poles, numerator: Numerator, basis: Basis, residual_0: Real) -> Real:

@@ -877,6 +877,74 @@ class Whole(NamedTuple):
     """[1/s^3] constant terms"""
 
 
+class ModalRows(NamedTuple):
+    """Rows of y, v_1, v_2, then shares in f, c, s."""
+
+    rate_fade_y: Real
+    """[s] of what fades in its rate"""
+    rate_cosine_y: Real
+    """[1] of the cosine in its rate"""
+    rate_sine_y: Real
+    """[1] of the sine in its rate"""
+    deflated_cosine_y: Real
+    """[1/s] of the cosine in its deflated derivative"""
+    deflated_sine_y: Real
+    """[1/s] of the sine in its deflated derivative"""
+    amplitude_y: Real
+    """[1] of the pair's part of its rate, in that of cosine and sine"""
+    rate_fade_1: Real
+    """[1] of what fades in its rate"""
+    rate_cosine_1: Real
+    """[1/s] of the cosine in its rate"""
+    rate_sine_1: Real
+    """[1/s] of the sine in its rate"""
+    deflated_cosine_1: Real
+    """[1/s^2] of the cosine in its deflated derivative"""
+    deflated_sine_1: Real
+    """[1/s^2] of the sine in its deflated derivative"""
+    amplitude_1: Real
+    """[1/s] of the pair's part of its rate, in that of cosine and sine"""
+    rate_fade_2: Real
+    """[1] of what fades in its rate"""
+    rate_cosine_2: Real
+    """[1/s] of the cosine in its rate"""
+    rate_sine_2: Real
+    """[1/s] of the sine in its rate"""
+    deflated_cosine_2: Real
+    """[1/s^2] of the cosine in its deflated derivative"""
+    deflated_sine_2: Real
+    """[1/s^2] of the sine in its deflated derivative"""
+    amplitude_2: Real
+    """[1/s] of the pair's part of its rate, in that of cosine and sine"""
+    fade_of_y: Real
+    """[1/s] per rate of y"""
+    fade_of_1: Real
+    """[1] per acceleration of mass 1"""
+    fade_of_2: Real
+    """[1] per acceleration of mass 2"""
+    cosine_of_y: Real
+    """[1] per rate of y"""
+    cosine_of_1: Real
+    """[s] per acceleration of mass 1"""
+    cosine_of_2: Real
+    """[s] per acceleration of mass 2"""
+    sine_of_y: Real
+    """[1] per rate of y"""
+    sine_of_1: Real
+    """[s] per acceleration of mass 1"""
+    sine_of_2: Real
+    """[s] per acceleration of mass 2"""
+
+
+class Equilibrium(NamedTuple):
+    """Where both masses end while they slip: at one velocity."""
+
+    y_end: Real
+    """[m] compression"""
+    v_end: Real
+    """[m/s] velocity of both"""
+
+
 class Propagated(NamedTuple):
     """W, its derivatives and integrals a short time later, by a Taylor step."""
 

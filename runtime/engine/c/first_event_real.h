@@ -12,6 +12,7 @@
 #define HOPFORM_FIRST_EVENT_H_real
 
 #include "certificate_real.h"
+#include "modal_motion_real.h"
 
 /* Notes what is decided: which rule says of which function, by its number, that it has no root from when to when. True,
  * so that it can stand behind the decision, and nothing else but in a library for explanation (notes_real.c): there the
@@ -344,6 +345,9 @@ typedef struct {
     int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
     int side;       /* of an element that slips: where it goes */
     bool touches;   /* the element that comes to rest is at a stop within rounding */
+#if HOPFORM_HAS_MODAL
+    modal_arrival_real arrival; /* of a phase in modal coordinates */
+#endif
 } stance_search_real;
 
 /* A search of nothing, before its first phase: a number wherever one is read, so that the proof of it need not follow

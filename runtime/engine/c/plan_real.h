@@ -5,6 +5,7 @@
 #ifndef HOPFORM_PLAN_H_real
 #define HOPFORM_PLAN_H_real
 
+#include "modal_plan_real.h"
 #include "phase_real.h"
 
 /* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
@@ -86,6 +87,9 @@ static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_
     for (int form = 0; form < HOPFORM_POLES; form++) {
         plan->node[form] = node_of_poles_real(&plan->poles[form], whole);
     }
+#if HOPFORM_HAS_MODAL
+    put_modal_real(plan);
+#endif
     plan->made = whole ? HOPFORM_PLAN_MADE : 0;
     return HOPFORM_OK;
 }
