@@ -854,15 +854,8 @@ class _Mechanism:
         return tuple(each for symbol, each in self.parameters.items() if symbol in read)
 
     def _refuse_hidden(self, parameters: tuple[Parameter, ...]) -> None:
-        """Names that the state of a model has: no parameter may have one, and what moves not that of the compression."""
-        compression = {"y"} if self.second is not None and self.first is not None else set[str]()
-        for axis in filter(None, (self.first, self.second)):
-            if called := compression & {axis.symbol.name, axis.velocity}:
-                raise _refused(
-                    axis,
-                    f"the name {called.pop()} is that of the spring's compression in a state of two masses: give it another",
-                )
-        names = {"u"} | compression
+        """Names that the state of a model has, and no parameter may have."""
+        names = {"y", "u"} if self.second is not None and self.first is not None else {"u"}
         for parameter in parameters:
             if parameter.name in names:
                 raise ModelError(

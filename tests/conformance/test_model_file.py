@@ -807,12 +807,6 @@ BAD_FILES = {
         LEG + "viscous(x, b + parameter('y', 'N s/m', 'a', 'nonnegative'))\ncontact(leg)",
         "line 11: the name of the parameter y is that of the compression or of the current in a state",
     ),
-    "a coordinate called as the compression": (
-        LEG.replace('"z"', '"y"') + "viscous(x, b)", "line 6: the name y is that of the spring's compression in a state of two masses",
-    ),
-    "a velocity called as the compression": (
-        LEG.replace('"z", "m", M', '"z", "m", M, velocity="y"') + "viscous(x, b)", "line 6: the name y is that of the spring's compression",
-    ),
     "a leg of one mass with stops": (
         ONE + "contact(leg)\nstop(z, 0)", "that is the body, which may have neither stops nor a current",
     ),
