@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT-0
  *
  * What a formula that is pasted as C calls where its own letters would lose digits: near poles that are equal, and near
- * those at 0. Written in `real`; each function is shown behind those that it calls.
+ * those at 0. Written in `real`; each function is shown behind those that it calls. The engine has kernels of its own,
+ * kernels_real.h: without libm, of a plan's poles, with bounds for its certificate.
  */
 
 /* s^3 + s_1 s^2 + s_2 s + s_3 = (s + a)(s^2 + p s + q), -a the most isolated of the real roots. */

@@ -1,5 +1,8 @@
 """What a formula that is pasted as NumPy calls where its own letters would lose digits: near poles that are equal, and
 near those at 0. `pasted.c` has the same in C. Each function takes arrays that are broadcast, and computes all cases.
+
+The solver in NumPy has kernels of its own, runtime/engine/python/kernels.py: they choose lanes, and read records and
+formulas of the package, which a text that stands by itself does not have.
 """
 
 import numpy as np
