@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 import sympy as sp
 from sympy.codegen.cfunctions import log1p
 
-from ..ir import Authored, Own, Quantity, Shown, Step
+from ..ir import Authored, Own, Quantity, Shown, Step, unfold
 from ..model import words
 from ..model.equations import Model, kinetic
 from ..model.quantities import *
@@ -438,11 +438,18 @@ def _transfer_of_both(model: Model) -> Iterator[Formula]:
     for n, numerator in ((2, q_1s * second + k_2s * first), (1, q_2s * first + k_1s * second)):
         start, *terms = sp.Poly(sp.expand(numerator), s).all_coeffs()
         names = [f"H{power}{_HATS[n]}" for power in (4, 3, 2, 1)]
+        codes = dict.fromkeys(names) | {names[-1]: _without_pull(model, n)}
         for name, value in zip(names, terms, strict=True):
-            yield _made("numerators", name, value, *numbers.get(name, ()))
+            yield _made("numerators", name, value, *numbers.get(name, ()), code=codes[name])
         top = start * s**4 + sum(_symbol(name) * s**power for name, power in zip(names, (3, 2, 1, 0), strict=True))
         yield _made("transfer", f"X{n}", top / (s**2 * cubic), 11 if n == 2 else 16)
     yield _made("transfer", "Z", k_1s * X2 / q_1s, 17)
+
+
+def _without_pull(model: Model, n: int) -> sp.Expr:
+    """H_1 in parameters: what springs pull both masses by where all coordinates are 0 cancels in it, and so is not there."""
+    value = q_1 * C_2 + q_2 * model.ratio * C_1 if n == 2 else q_2 * C_1 + q_1 / model.ratio * C_2
+    return sp.expand(unfold(value, (*laplace.rates_of(model), *laplace.drive_of(model))))
 
 
 def _transfer_of_input(model: Model, masses: int) -> Iterator[Formula]:

@@ -166,6 +166,9 @@ def size_of_terms(value: sp.Expr, known: dict[str, Any], sizes: dict[str, mpmath
         return sum(size_of_terms(each, known, sizes) for each in value.args)
     if isinstance(value, sp.Mul):
         return mpmath.fprod(size_of_terms(each, known, sizes) for each in value.args)
+    if isinstance(value, sp.Pow) and value.exp == sp.S.Half and isinstance(value.base, sp.Abs):
+        root = abs(_number(value)(known))
+        return size_of_terms(value.base.args[0], known, sizes) / root if root else root
     if isinstance(value, sp.Pow) and value.exp.is_Integer and value.exp > 0:
         return size_of_terms(value.base, known, sizes) ** int(value.exp)
     return mp.mpf(0) if value.has(sp.Piecewise) else abs(_number(value)(known))
@@ -173,10 +176,10 @@ def size_of_terms(value: sp.Expr, known: dict[str, Any], sizes: dict[str, mpmath
 
 def has_terms_of_its_own(formula: Formula) -> bool:
     """Whether the terms of a formula count where it is read: of the integral of velocities, which is as large where they
-    fade as where they do not, and of a partial fraction, which needs poles apart.
+    fade as where they do not, and of a partial fraction or the discriminant of a pair, which need poles apart.
     """
     of_velocities = formula.name.startswith("int_") and not re.search("W|eR", formula.name)
-    return of_velocities or formula.group == "partial_fractions"
+    return of_velocities or formula.group == "partial_fractions" or formula.key == "disc"
 
 
 @cache
