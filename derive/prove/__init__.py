@@ -140,11 +140,20 @@ def exact(value: float) -> Any:
     return mpmath.mpf(value)
 
 
+LINEAR_SYSTEM = "Linear system: M, drive, B and the propagator"
+
+
+def _linear_system(mode: Mode) -> dict[str, list[sp.Expr]]:
+    """The entries of the matrices of a mode, row by row; Phi and Gamma of the propagator beside each other."""
+    matrices = {"M": mode.M, "drive": mode.drive, "B": mode.B, "propagator": sp.Matrix.hstack(*mode.propagator())}
+    return {name: list(matrix) for name, matrix in matrices.items()}
+
+
 def numbers(derivation: Derivation, draft: Draft, drawn: Sequence[Robot]) -> Iterator[Check]:
     """Each formula of each mode at robots, against own values: a row for each group and mode."""
     mechanics = Mechanics(derivation.model, draft)
     for mode, moving, formulas in modes_of(derivation):
-        found = dict[str, list[tuple[float, str]]]()
+        found, linear = dict[str, list[tuple[float, str]]](), _linear_system(mode)
         generator = random.Random(2)
         for robot in drawn:
             with mpmath.workdps(WORKING):
@@ -158,14 +167,18 @@ def numbers(derivation: Derivation, draft: Draft, drawn: Sequence[Robot]) -> Ite
                         error = _error(values[each.name], own, each)
                         if error is not None:
                             found.setdefault(each.group, []).append((error, f"{each.name} of {robot.name}"))
+                for name, entries in mode_of_robot.linear_system().items():
+                    for value, wanted in zip(linear[name], entries, strict=True):
+                        error = float(abs(number(value, values) - wanted) / max(abs(wanted), FLOOR))
+                        found.setdefault(LINEAR_SYSTEM, []).append((error, f"{name} of {robot.name}"))
         slips = "" if len(derivation.modes) <= 2 else f", {_slips(mode)} slipping"
-        for group in GROUPS:
+        for group in (*GROUPS, LINEAR_SYSTEM):
             if group in found:
                 worst = max(found[group], key=lambda each: each[0])
                 beyond = (each for each in found[group] if each[0] > BOUND)
                 _, where = next(beyond, worst)  # the first that fails is what others read
-                said = slips if group in OF_MODE else ""
-                yield Check(f"{GROUPS[group]}{said}", len(found[group]), worst[0], BOUND, where)
+                said = slips if group in (*OF_MODE, LINEAR_SYSTEM) else ""
+                yield Check(f"{GROUPS.get(group, group)}{said}", len(found[group]), worst[0], BOUND, where)
 
 
 def _values(formulas: Sequence[Formula], known: Known) -> dict[str, Any]:

@@ -145,6 +145,41 @@ class Own:
         rest.remove(first)
         return [mpmath.re(first), *rest]
 
+    # ---- the linear system ----
+
+    def linear_system(self) -> dict[str, list[Any]]:
+        """Of the masses that slip, row by row: M, the drive at the positions of what is held, the input matrix, by the
+        input if there is one and by a force on each, and exp(M t) beside its integral times that.
+        """
+        places = [place for n in self.moving for place in (2 * n - 2, 2 * n - 1)]
+        held = [2 * n - 2 for n in self.m.masses if n not in self.moving]
+        at = {place: self.of(key) for place, key in ((0, "x1"), (2, "x2")) if place in held}
+        drives = [
+            self.matrix[place][4] + sum(self.matrix[place][j] * value for j, value in at.items()) for place in places
+        ]
+        block, columns = [[self.matrix[i][j] for j in places] for i in places], list[list[Any]]()
+        if self.m.model.driven_by is not None:
+            columns.append([self._per_input(place) for place in places])
+        for n in self.moving:
+            columns.append([mpmath.mpf(place == 2 * n - 1) / self.number(self.m.inertia[n]) for place in places])
+        inputs = [list(row) for row in zip(*columns, strict=True)]
+        whole = [[*row, *more] for row, more in zip(block, inputs, strict=True)]
+        whole += [[mpmath.mpf(0)] * len(whole[0]) for _ in columns]
+        ends = [along(whole, [int(i == j) for i in range(len(whole))], self.t) for j in range(len(whole))]
+        found = {
+            "M": block,
+            "drive": [drives],
+            "B": inputs,
+            "propagator": [list(row) for row in zip(*ends, strict=True)],
+        }
+        found["propagator"] = found["propagator"][: len(places)]
+        return {name: [each for row in rows for each in row] for name, rows in found.items()}
+
+    def _per_input(self, place: int) -> Any:
+        """What the input adds to the rate of a member of z, per unit."""
+        one, none = (self.acceleration(place // 2 + 1, u=mpmath.mpf(u)) for u in (1, 0))
+        return one - none if place % 2 else mpmath.mpf(0)
+
     # ---- transforms ----
 
     @cached_property

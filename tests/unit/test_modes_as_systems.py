@@ -11,11 +11,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from derive import prove
 from derive.model.equations import ModelError
 from hopform import _front as cli
 from hopform.model import derive
-from tests.derived import model_file
 from tests.needs import sliced
 from tests.unit.test_derivation_door import AT, DIGITS, ROBOT, derivation_of, exact, matrix_of, mp, texts_of
 
@@ -186,32 +184,6 @@ def test_the_propagator_is_the_exponential_of_the_force_balance(name, held, case
             assert phi[row, column] == pytest.approx(float(wanted[row, column]), rel=1e-14, abs=1e-300)
         for n in range(len(masses)):
             assert gamma[row, 1 + n] == pytest.approx(float(wanted[row, size + n]), rel=1e-14, abs=1e-300)
-
-
-@pytest.mark.sliced
-@pytest.mark.parametrize("name", ["geared_sea", "lever", "rope_drum"])
-def test_over_a_gear_the_propagator_is_the_exponential_of_the_elements_forces(name):
-    """Of each mode, with M and B of the forces of the file's elements by `prove`."""
-    derivation, draft = prove.source(model_file(name))
-    mechanics, values = prove.Mechanics(derivation.model, draft), derivation.defaults | {"t": 0.02}
-    known = {key: mp.mpf(value) for key, value in values.items()}
-    for mode in derivation.modes[:-1]:
-        slips = [n for n, own in enumerate(derivation.model.names, 1) if own.thing in mode.slipping]
-        z = [symbol for n in slips for symbol in (mechanics.x[n], mechanics.v[n])]
-        whole = mp.zeros(len(z) + len(mode.channels), len(z) + len(mode.channels))
-        for row, n in enumerate(slips):
-            whole[2 * row, 2 * row + 1] = 1
-            rates = [mechanics.acceleration[n].diff(symbol) for symbol in (*z, mechanics.u)]
-            rates += [int(other == n) / mechanics.inertia[n] for other in slips]
-            columns = [*range(len(z)), *range(whole.cols - len(mode.channels), whole.cols)]
-            for column, rate in zip(columns, rates, strict=True):
-                whole[2 * row + 1, column] = prove.number(rate, known)
-        wanted = mp.expm(whole * known["t"], method="taylor")[: len(z), :].tolist()
-        found = np.hstack(mode.propagator(values))
-        assert found == pytest.approx(np.array(wanted, dtype=float), rel=1e-14, abs=1e-300)
-        s, polynomial = mode.symbols[mode._names["s"]], mode.denominator.as_expr()
-        determinant = (s * sp.eye(len(z)) - mode.M).det()
-        assert sp.cancel(polynomial * s ** (len(z) - mode.order) - determinant) == 0
 
 
 @pytest.mark.parametrize(("name", "held"), [MODES[1], *sliced(MODES[0], *MODES[2:])])

@@ -181,6 +181,16 @@ def test_a_fault_turns_rows_red_that_name_the_formula(fault, monkeypatch):
     assert any(called in where for where in red.values()), red
 
 
+@pytest.mark.parametrize("matrix", ["M", "drive", "B", "propagator"])
+def test_a_wrong_matrix_of_a_mode_turns_its_row_red(matrix, monkeypatch):
+    true = prove._linear_system
+    monkeypatch.setattr(
+        prove, "_linear_system", lambda mode: (found := true(mode)) | {matrix: [2 * e for e in found[matrix]]}
+    )
+    red = failing(list(prove.numbers(*derived("cart"), prove.robots(derived("cart")[0], 1)[:1])))
+    assert red == {prove.LINEAR_SYSTEM: f"{matrix} of robot 1"}
+
+
 @pytest.mark.sliced
 def test_a_wrong_entry_of_the_ledger_turns_its_rows_red(monkeypatch):
     """In the derivation itself, from which the C has it."""
