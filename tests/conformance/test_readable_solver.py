@@ -220,8 +220,10 @@ def test_a_wrong_sign_in_a_formula_is_seen(store, name):
     def found(member: str) -> bool:
         wrong = negated(function, member, seen)
         modes = [mode._replace(motion=wrong) if mode.motion is function else mode for mode in readable.MODES]
+        rates = {limit: wrong if each is function else each for limit, each in readable.RATES.items()}
         with (
             patch.object(formulas, name, wrong), patch.object(readable, "MODES", modes),
+            patch.object(readable, "RATES", rates),
             patch.object(readable, "MOST_PHASES", 60), np.errstate(all="ignore"),
         ):  # fmt: skip
             return any(differs(pair, case) for case in tried)
