@@ -376,7 +376,7 @@ def objects(store) -> Callable[..., list[Path]]:
     """Every source of the library, or of its notes, compiled with every warning an error, once for all tests."""
 
     def by(compiler: str, part: str = "src") -> list[Path]:
-        command = with_every_warning(compiler, "-std=c99", "-O2", "-ffp-contract=off", "-I", str(C / "src"))
+        command = with_every_warning(compiler, "-std=c99", "-O2", "-fno-pie", "-ffp-contract=off", "-I", str(C / "src"))
         found = [compiled(store, command, source) for source in sorted((C / part).glob("*.c"))]
         assert found
         return found

@@ -366,9 +366,9 @@ SELDOM_f32 float later_takeoff_f32(const stance_chain_f32 *chain, const hopform_
 }
 #endif
 
-/* A take-off late in a phase, which was found: the interval ends at its time with all its digits. True if that is
+/* A root late in a phase, which was found: the interval ends at its time with all its digits. True if that is
  * later, so that something else may come first. */
-static inline bool sharpen_takeoff_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
+static inline bool sharpen_root_f32(const stance_chain_f32 *chain, stance_search_f32 *search) {
 #if HOPFORM_HAS_CONTACT
     const event_set_f32 *set = &search->events.set;
     interval_f32 *in = &search->in;
@@ -695,7 +695,7 @@ static inline void stance_find_end_f32(stance_chain_f32 *chain, stance_search_f3
     put_events_f32(&search->events, chain);
     bool open = begin_search_f32(search, until, chain->evaluations);
     bool quiet = false;
-    bool is_sharp = false; /* the take-off in the interval: once */
+    bool is_sharp = false; /* the root in the interval: once */
     while (open) {
         open = search_interval_f32(search, quiet);
         if (open) {
@@ -704,7 +704,7 @@ static inline void stance_find_end_f32(stance_chain_f32 *chain, stance_search_f3
             quiet = next_interval_f32(search);
             is_sharp = false;
         } else {
-            is_sharp = !is_sharp && search->certified && sharpen_takeoff_f32(chain, search);
+            is_sharp = !is_sharp && search->certified && sharpen_root_f32(chain, search);
             open = is_sharp;
         }
     }

@@ -4,7 +4,7 @@
  * shorter than half a period of the pair, in which the event functions are certified to have no root but the one that
  * is located.
  *
- * An event function g is the compression, or a velocity times its side. d = g'' + a g' is a motion of the pair alone,
+ * An event function g is the stretch, or a velocity times its side. d = g'' + a g' is a motion of the pair alone,
  * so on a node it is the motion of the pair through its values at both ends: where both have one sign, d has it in
  * between. e^(at) g' grows where d is positive and falls where it is negative. All rules follow from that.
  */
@@ -33,7 +33,7 @@ typedef struct {
 typedef struct {
     const hopform_modal_f64 *modal;
     double sign[MODAL_FUNCTIONS_f64]; /* of each function */
-    int first;                       /* 1 where the compression only grows, else 0 */
+    int first;                       /* 1 where the stretch only grows, else 0 */
     double limit;
     bool from_the_end;       /* a value is z where both elements end, what rings, and what has not yet faded */
     modal_node_f64 node[2]; /* the ends of the interval */
@@ -81,7 +81,7 @@ SELDOM_f64 void put_functions_from_the_end_f64(const modal_search_f64 *search, c
     }
 }
 
-/* The end of the interval, once the coordinates have gained that. Of the compression the row is (rate_fade, 1, 0). */
+/* The end of the interval, once the coordinates have gained that. Of the stretch the row is (rate_fade, 1, 0). */
 ALWAYS_f64 void end_modal_interval_f64(modal_search_f64 *search, double t, const modal_gain_f64 *gain) {
     const modal_node_f64 *low = search->low;
     modal_node_f64 *high = search->high;

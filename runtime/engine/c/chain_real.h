@@ -366,9 +366,9 @@ SELDOM_real real later_takeoff_real(const stance_chain_real *chain, const hopfor
 }
 #endif
 
-/* A take-off late in a phase, which was found: the interval ends at its time with all its digits. True if that is
+/* A root late in a phase, which was found: the interval ends at its time with all its digits. True if that is
  * later, so that something else may come first. */
-static inline bool sharpen_takeoff_real(const stance_chain_real *chain, stance_search_real *search) {
+static inline bool sharpen_root_real(const stance_chain_real *chain, stance_search_real *search) {
 #if HOPFORM_HAS_CONTACT
     const event_set_real *set = &search->events.set;
     interval_real *in = &search->in;
@@ -695,7 +695,7 @@ static inline void stance_find_end_real(stance_chain_real *chain, stance_search_
     put_events_real(&search->events, chain);
     bool open = begin_search_real(search, until, chain->evaluations);
     bool quiet = false;
-    bool is_sharp = false; /* the take-off in the interval: once */
+    bool is_sharp = false; /* the root in the interval: once */
     while (open) {
         open = search_interval_real(search, quiet);
         if (open) {
@@ -704,7 +704,7 @@ static inline void stance_find_end_real(stance_chain_real *chain, stance_search_
             quiet = next_interval_real(search);
             is_sharp = false;
         } else {
-            is_sharp = !is_sharp && search->certified && sharpen_takeoff_real(chain, search);
+            is_sharp = !is_sharp && search->certified && sharpen_root_real(chain, search);
             open = is_sharp;
         }
     }

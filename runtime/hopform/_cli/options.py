@@ -238,7 +238,7 @@ EXAMPLES = {
     "selftest": ("selftest", "selftest --json"),
     "model check": ("model check joint", "model check mine.py"),
     "model build": ("model build mine.py --out mine", "model build mine.py"),
-    "model prove": ("model prove hopper", "model prove mine.py --json"),
+    "model prove": ("model prove joint", "model prove mine.py --json"),
     "model list": ("model list", "model list --json"),
     "model show": ("model show hopper 14 --as latex", "model show hopper x2_t --mode actuator --as c --f32"),
 }  # fmt: skip
