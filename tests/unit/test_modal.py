@@ -58,7 +58,7 @@ def rows_by_poles(fades_faster: int) -> dict[sp.Symbol, sp.Expr]:
     return known | stiff
 
 
-@pytest.mark.parametrize("fades_faster", needs.the_first([1, 2]))
+@pytest.mark.parametrize("fades_faster", needs.sliced((1,), (2,)))
 def test_rows_and_shares_diagonalise_the_equations_of_motion(fades_faster):
     known = rows_by_poles(fades_faster)
     rows, shares = matrices({step: known[step] for step in modal.MODAL_ROWS.symbols if step in known})
