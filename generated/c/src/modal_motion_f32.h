@@ -98,7 +98,6 @@ static inline bool fades_in_a_node_f32(const hopform_modal_f32 *modal) {
 DEFINE_GAIN(half_a_node, HOPFORM_HALF_NODE_f32)
 DEFINE_GAIN(a_node, HOPFORM_NODE_f32)
 DEFINE_GAIN(a_step, HOPFORM_STEP_f32)
-#undef ADD_TERM
 #undef DEFINE_GAIN
 
 /* Over any time. */
@@ -163,13 +162,6 @@ SELDOM_f32 float displacement_f32(const hopform_modal_f32 *modal, const hopform_
         const float twice = re + re;
         const float square = re * re + im * im;
         float fade = 0.0f, first = 0.0f, second = 0.0f;
-#define ADD_TERM(coefficient)                                                                                          \
-    {                                                                                                                  \
-        const float next = (coefficient) + (twice * first - square * second);                                           \
-        second = first;                                                                                                \
-        first = next;                                                                                                  \
-        fade = fade * x + (coefficient);                                                                               \
-    }
         HOPFORM_NODE_TWICE_f32(ADD_TERM)
 #undef ADD_TERM
             const float tt = t * t;

@@ -98,7 +98,6 @@ static inline bool fades_in_a_node_f64(const hopform_modal_f64 *modal) {
 DEFINE_GAIN(half_a_node, HOPFORM_HALF_NODE_f64)
 DEFINE_GAIN(a_node, HOPFORM_NODE_f64)
 DEFINE_GAIN(a_step, HOPFORM_STEP_f64)
-#undef ADD_TERM
 #undef DEFINE_GAIN
 
 /* Over any time. */
@@ -163,13 +162,6 @@ SELDOM_f64 double displacement_f64(const hopform_modal_f64 *modal, const hopform
         const double twice = re + re;
         const double square = re * re + im * im;
         double fade = 0.0, first = 0.0, second = 0.0;
-#define ADD_TERM(coefficient)                                                                                          \
-    {                                                                                                                  \
-        const double next = (coefficient) + (twice * first - square * second);                                           \
-        second = first;                                                                                                \
-        first = next;                                                                                                  \
-        fade = fade * x + (coefficient);                                                                               \
-    }
         HOPFORM_NODE_TWICE_f64(ADD_TERM)
 #undef ADD_TERM
             const double tt = t * t;

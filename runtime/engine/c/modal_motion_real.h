@@ -98,7 +98,6 @@ static inline bool fades_in_a_node_real(const hopform_modal_real *modal) {
 DEFINE_GAIN(half_a_node, HOPFORM_HALF_NODE_real)
 DEFINE_GAIN(a_node, HOPFORM_NODE_real)
 DEFINE_GAIN(a_step, HOPFORM_STEP_real)
-#undef ADD_TERM
 #undef DEFINE_GAIN
 
 /* Over any time. */
@@ -163,13 +162,6 @@ SELDOM_real real displacement_real(const hopform_modal_real *modal, const hopfor
         const real twice = re + re;
         const real square = re * re + im * im;
         real fade = 0.0, first = 0.0, second = 0.0;
-#define ADD_TERM(coefficient)                                                                                          \
-    {                                                                                                                  \
-        const real next = (coefficient) + (twice * first - square * second);                                           \
-        second = first;                                                                                                \
-        first = next;                                                                                                  \
-        fade = fade * x + (coefficient);                                                                               \
-    }
         HOPFORM_NODE_TWICE_real(ADD_TERM)
 #undef ADD_TERM
             const real tt = t * t;
