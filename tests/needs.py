@@ -2,7 +2,6 @@
 
 import shutil
 from collections.abc import Sequence
-from pathlib import Path
 
 import pytest
 
@@ -32,18 +31,3 @@ def sliced(*parameters: tuple[object, ...]) -> list:
 def the_first(values: Sequence[object], count: int = 1) -> list:
     """Parameters of a slow test: the first always, the others with `make test-slices`."""
     return [*values[:count], *sliced(*((value,) for value in values[count:]))]
-
-
-ALIKE = ("feedforward", "further_forces", "monoped", "relay", "rig", "stranger", "tendon")
-"""Models of tests/models with the elements of one that ships, in other words: every formula of them is tried at night."""
-
-
-def of_models(names: Sequence[str], count: int = 1) -> list:
-    """Names or paths of models for a test that takes seconds for each: the first always, those ALIKE at night."""
-    return [
-        *names[:count],
-        *(
-            pytest.param(name, marks=pytest.mark.nightly if Path(name).stem in ALIKE else pytest.mark.sliced)
-            for name in names[count:]
-        ),
-    ]

@@ -127,7 +127,7 @@ def cases(name: str, seed: int, count: int, stiffest: float = 3e2) -> Iterator[C
 
 
 @needs.library
-@pytest.mark.parametrize(("name", "count"), needs.sliced(*((name, 20) for name in FORCES)))
+@pytest.mark.parametrize(("name", "count"), needs.sliced(*((name, 50) for name in FORCES)))
 def test_a_motion_is_that_of_the_integrator(store, name, count):
     """Events, ending, times and states; energy and ledger add up."""
     solver, seen = solver_of(store, name), set()

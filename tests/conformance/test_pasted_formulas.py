@@ -280,7 +280,7 @@ def may_have_no_value(formula: Formula) -> bool:
     return formula.group in MAY_HAVE_NO_VALUE or formula.name.endswith("_time_to_rest")
 
 
-@pytest.mark.parametrize("name", needs.of_models([*NAMES[1:], NAMES[0]]))
+@pytest.mark.parametrize("name", needs.the_first([*NAMES[1:], NAMES[0]]))
 def test_every_formula_that_is_pasted_is_right_to_rounding(name, tmp_path):
     found = derivation_of(name)
     drawn_robots = list(robots(found, len(CASES)))
@@ -306,7 +306,7 @@ def test_every_formula_that_is_pasted_is_right_to_rounding(name, tmp_path):
                 assert off < ULPS, (case, form, formula, numbers[formula], float(each.value), float(off), values)
 
 
-@pytest.mark.parametrize("name", needs.of_models(NAMES, 2))
+@pytest.mark.parametrize("name", needs.the_first(NAMES, 2))
 def test_text_and_sympy_read_back_as_the_formulas(name):
     """They have the exact formulas, which are evaluated with as many digits as one likes."""
     found = derivation_of(name)

@@ -36,7 +36,7 @@ def all_formulas(found: Derivation) -> Iterator[Formula]:
         yield from mode.formulas
 
 
-@pytest.mark.parametrize("name", needs.of_models(NAMES, 2))
+@pytest.mark.parametrize("name", needs.the_first(NAMES, 2))
 def test_each_quantity_has_a_glyph_of_its_own(name):
     """A coordinate over time is one quantity: NAME_t by W and NAME_split by partial fractions."""
     found, names = derivation_of(name), defaultdict[str, set[str]](set)
@@ -49,7 +49,7 @@ def test_each_quantity_has_a_glyph_of_its_own(name):
     assert {taken: of_name for taken, of_name in glyphs.items() if len(of_name) > 1} == {}
 
 
-@pytest.mark.parametrize("name", needs.of_models(NAMES, 2))
+@pytest.mark.parametrize("name", needs.the_first(NAMES, 2))
 def test_no_glyph_is_a_name(name):
     """Letters that stand together would be read as a product."""
     found = derivation_of(name)
@@ -76,7 +76,7 @@ def is_set(piece: str) -> None:
     mathtext.MathTextParser("path").parse(f"${piece}$")
 
 
-@pytest.mark.parametrize("name", needs.of_models([*NAMES[1:], NAMES[0]]))
+@pytest.mark.parametrize("name", needs.the_first([*NAMES[1:], NAMES[0]]))
 def test_all_latex_is_set(name):
     found = derivation_of(name)
     whole = (line for line in found.show("states", "latex", whole=True).splitlines() if not line.startswith("%"))
@@ -108,7 +108,7 @@ def test_a_sum_of_partial_fractions_is_the_state_over_time(name):
 # ---- whole formulas ----
 
 
-@pytest.mark.parametrize("name", needs.of_models(NAMES, 2))
+@pytest.mark.parametrize("name", needs.the_first(NAMES, 2))
 def test_a_whole_formula_is_in_what_one_gives_and_in_what_stands_before_it(name):
     found = derivation_of(name)
     for each in found.formulas:
