@@ -124,9 +124,9 @@ fuzz-outside: compiler venv-dev ## any objects, command lines and files from out
 	$(PY) tools/build_library.py
 	HOPFORM_EXAMPLES=$(EXAMPLES) $(PY) -m pytest -q -n auto -m "not site" tests/unit/test_outside_*.py
 
-coverage-c: compiler venv-dev ## count the branches of the C that tests take, or ONLY=--programs in C; 95 % must be
+coverage-c: compiler venv-dev ## count the branches of the C that tests take; 95 % must be
 	$(PY) tools/build_library.py
-	$(PY) -m tests.repository.branch_coverage $(ONLY)
+	$(PY) -m tests.repository.branch_coverage
 
 MUTANTS = 400
 TO_KILL = $(if $(LEAST),--least $(LEAST))

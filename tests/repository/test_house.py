@@ -455,4 +455,4 @@ def test_cpp_finds_the_names_of_the_library(tmp_path, objects):
     )
     for cpp, compiler in zip(installed("g++"), installed("gcc"), strict=False):
         made = objects(compiler)
-        run_compiler(cpp, "-I", C / "include", source, *made, "-lm", "-o", tmp_path / "user")
+        run_compiler(cpp, "-no-pie", "-I", C / "include", source, *made, "-lm", "-o", tmp_path / "user")

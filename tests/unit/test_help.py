@@ -33,8 +33,9 @@ def test_the_examples_of_the_help_run(tmp_path, monkeypatch, capsys, store):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     shutil.copy(SHIPPED / "leg_damper.py", "mine.py")
-    solver = built(store, "leg_damper")
-    monkeypatch.setattr("hopform._building.make", lambda model, folder, bar, in_cache: shutil.copytree(solver, folder))
+    solvers = {name: built(store, SHIPPED / f"{name}.py") for name in ("leg_damper", "joint")}
+    monkeypatch.setattr("hopform._building.make", lambda model, folder, bar, in_cache: shutil.copytree(
+        solvers["joint" if model == "joint" else "leg_damper"], folder))  # fmt: skip
     capsys.readouterr()
     for command in sorted(EXAMPLES, key=lambda name: name != "record"):
         assert cli.main([*command.split(), "--help"]) == 0

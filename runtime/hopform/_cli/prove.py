@@ -95,7 +95,7 @@ def c_against_numpy(solver: Solver, derivation: Any, draft: Any, drawn: Sequence
         for group, name, error in pair.errors(robot, generator):
             found.setdefault(group, []).append((error, f"{name} of {robot.name}"))
     for group in ("plan", "motion"):
-        error, where = max(found.get(group, [(math.inf, "none of the robots moves")]))
+        error, where = max(found.get(group, [(math.inf, pair.refused or "none of the robots moves")]))
         yield prove.Check(IN_C_AND_NUMPY.format(group), len(found.get(group, ())), error, MOST_ULP, where)
 
 
@@ -108,6 +108,7 @@ class Pair:
         self.numpy, self.records = import_module(f"{package}.solver"), import_module(f"{package}.records")
         self.types = solver.compiled().library.types(np.dtype(np.float64))
         self.mechanics = self.prove.Mechanics(self.model, draft)
+        self.refused = ""
 
     def errors(self, robot: Any, generator: random.Random) -> Iterator[tuple[str, str, float]]:
         """Of plan and motion by the name of each number: the larger error of both, in units in the last place."""
@@ -117,7 +118,8 @@ class Pair:
         try:
             checked = self.solver.Robot(**attributes)
             motion = self.solver.solve_motion(checked, start=start, u=u, horizon=self.horizon(known))
-        except HopformError:  # say a coefficient beyond the range of floats
+        except HopformError as error:  # say a coefficient beyond the range of floats
+            self.refused = f"{robot.name}: {error}"
             return
         same = self.numpy.solve(self.records.Robot(*robot.values.values()), start, u, self.horizon(known))
         if not motion.phases or not same.phases or motion.phases[0][2:4] != same.phases[0][2:4]:

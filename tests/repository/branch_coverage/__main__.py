@@ -188,14 +188,12 @@ def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.repository.branch_coverage", description=__doc__)
     parser.add_argument("--untaken", action="store_true", help="list the lines with branches that are not taken")
     parser.add_argument("--again", action="store_true", help="the counts of the run before")
-    parser.add_argument("--programs", action="store_true", help="the programs in C alone")
     parser.add_argument("--jobs", default="auto")
     chosen = parser.parse_args()
     if not chosen.again:
         library = compile_library()
         run_programs()
-        if not chosen.programs:
-            run_pytest(library, chosen.jobs)
+        run_pytest(library, chosen.jobs)
     counts = count()
     if chosen.untaken:
         untaken({name: branches for name, branches in counts.items() if is_firmware(name)})
