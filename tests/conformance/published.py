@@ -45,7 +45,7 @@ def near(what: str, found: float, unit: str, published: float, share: float) -> 
     """A value that must be within a share of the published one."""
     off = found / published - 1.0
     said = f"{found:.5g} {unit} ({100.0 * off:+.2f} %)"
-    return Line(what, said, f"{published:.5g} {unit} within {share:.0%}", abs(off) <= share)
+    return Line(what, said, f"{published:.5g} {unit} within {100.0 * share:g} %", abs(off) <= share)
 
 
 def residuals(fit: Fit, unit: str = "mm", digits: int = 3) -> str:
@@ -79,7 +79,7 @@ def axis(folder: Path) -> Iterator[Line]:
     """The fit in force."""
     fit = fit_force(read_recording(folder / AXIS), known={"gamma2": AXIS_GAIN})
     for name, (value, unit) in PUBLISHED.items():
-        yield near(f"{AXIS}: {name}", fit[name].value, unit, value, 0.02)
+        yield near(f"{AXIS}: {name}", fit[name].value, unit, value, 0.005)
     for statement in fit.statements:
         yield Line(f"{AXIS}: note", statement, "", True)
 

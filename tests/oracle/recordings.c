@@ -4,43 +4,51 @@
  *     m x'' = gamma u(t) - k (x - rest) - b x' - m f (1 + s e^(-(x'/v_s)^2)) sign(x')        on a spring
  *     m x'' = k (length - x) - b x' - m g - the same friction, while x < length              a drop, else x'' = -g
  *
- * Two further forces act on a spring: drag |x'| x' of the air and a load that grows by `drift` per second. At the place
- * `stop` the mass loses its velocity. True time is `clock` times that of the recording. The current holds from sample
- * to sample, late by `delay`; the sensor follows x through lag y' + y = x and a play of the width `play`, and shows
- * gain y. */
+ * Further forces act on a spring: drag |x'| x' of the air, a load that grows by `drift` per second, a torque ripple
+ * `ripple` sin(2 pi x/pitch), and -k hard (x - rest)^3. Friction grows by `loaded` times the force that drive or spring
+ * put on the mass. A link of mass `link` hangs on the mass by a spring of `link_k` and a damper of `link_b`; where
+ * `at_link` is not 0 the sensor sees the link. At the place `stop` the mass loses its velocity. True time is `clock`
+ * times that of the recording. The current holds from sample to sample, late by `delay`; the sensor follows x through
+ * lag y' + y = x and a play of the width `play`, and shows gain y. */
 #include <math.h>
 
 #define STEP 1e-5
+#define TURN 6.283185307179586
 
 typedef struct {
     double mass, k, b, f, stribeck, speed, gamma, rest, drops, g, loss, start, held;
     double delay, gain, clock, lag;
     double drag, drift, play, stop;
+    double ripple, pitch, hard, loaded;
+    double link, link_k, link_b, at_link;
 } Rig;
 
 typedef struct {
     double x, v, y, t;
     int flies;
+    double p, w; /* place and velocity of the link */
 } State;
 
 static double pull(const Rig *rig, const State *s, double x, double v, double u) {
-    double further = rig->drift * s->t - rig->drag * fabs(v) * v;
-    return (rig->gamma * u - rig->k * (x - rig->rest) - rig->b * v + further) / rig->mass - rig->g;
+    double further = rig->drift * s->t - rig->drag * fabs(v) * v, off = x - rig->rest;
+    further += rig->ripple * sin(TURN * x / rig->pitch) - rig->k * rig->hard * off * off * off;
+    further += rig->link_k * (s->p - x) + rig->link_b * (s->w - v);
+    return (rig->gamma * u - rig->k * off - rig->b * v + further) / rig->mass - rig->g;
 }
 
-static double friction(const Rig *rig, double v) {
-    double share = v / rig->speed;
-    return rig->f * (1.0 + rig->stribeck * exp(-share * share));
+static double friction(const Rig *rig, double x, double v, double u) {
+    double share = v / rig->speed, load = fabs(rig->gamma * u) + fabs(rig->k * (x - rig->rest));
+    return rig->f * (1.0 + rig->stribeck * exp(-share * share)) + rig->loaded * load / rig->mass;
 }
 
 static void slide(const Rig *rig, State *s, double u, double h) {
-    double free = pull(rig, s, s->x, s->v, u), level = friction(rig, s->v);
+    double free = pull(rig, s, s->x, s->v, u), level = friction(rig, s->x, s->v, u);
     if (s->v == 0.0 && fabs(free) <= level) {
         return;
     }
     double drag = copysign(level, s->v != 0.0 ? s->v : free);
     double middle = s->v + 0.5 * h * (free - drag);
-    double level_there = copysign(friction(rig, middle), drag);
+    double level_there = copysign(friction(rig, s->x, middle, u), drag);
     double after = s->v + h * (pull(rig, s, s->x + 0.5 * h * s->v, middle, u) - level_there);
     if (after * drag < 0.0 && s->v * drag > 0.0) {
         double turn = h * s->v / (s->v - after);
@@ -71,7 +79,7 @@ static void fall(const Rig *rig, State *s, double h) {
     }
     slide(rig, s, 0.0, h);
     if (s->x > length && s->v > 0.0) { /* since the time at which the foot came off it has flown */
-        s->v -= (s->x - length) / s->v * (pull(rig, s, s->x, s->v, 0.0) - friction(rig, s->v) + rig->g);
+        s->v -= (s->x - length) / s->v * (pull(rig, s, s->x, s->v, 0.0) - friction(rig, s->x, s->v, 0.0) + rig->g);
         s->flies = 1;
     }
 }
@@ -86,18 +94,23 @@ static void advance(const Rig *rig, State *s, double u, double time) {
         } else {
             slide(rig, s, u, h);
         }
+        if (rig->link > 0.0) {
+            s->w -= h * (rig->link_k * (s->p - s->x) + rig->link_b * (s->w - s->v)) / rig->link;
+            s->p += h * s->w;
+        }
         s->t += h;
         if (s->x > rig->stop) {
             s->x = rig->stop;
             s->v = 0.0;
         }
-        s->y = decay * s->y + (rig->lag > 0.0 ? (1.0 - decay) * 0.5 * (before + s->x) : s->x);
+        double seen = rig->at_link != 0.0 ? s->p : s->x;
+        s->y = decay * s->y + (rig->lag > 0.0 ? (1.0 - decay) * 0.5 * (before + seen) : seen);
     }
 }
 
 /* measured: `count` samples `step` apart by the clock of the recording; u: the current at each. */
 void record(const Rig *rig, const double *u, int count, double step, double *measured) {
-    State s = {rig->start, 0.0, rig->start, 0.0, rig->drops != 0.0};
+    State s = {rig->start, 0.0, rig->start, 0.0, rig->drops != 0.0, rig->start, 0.0};
     double shown = rig->start; /* behind the play */
     for (int n = 0; n < count; n++) {
         shown = fmin(fmax(shown, s.y - 0.5 * rig->play), s.y + 0.5 * rig->play);

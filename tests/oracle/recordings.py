@@ -43,6 +43,14 @@ class Rig:
     drift: float = 0.0
     play: float = 0.0
     stop: float = math.inf
+    ripple: float = 0.0
+    pitch: float = 1.0
+    hard: float = 0.0
+    loaded: float = 0.0
+    link: float = 0.0
+    link_k: float = 0.0
+    link_b: float = 0.0
+    at_link: float = 0.0
 
 
 @cache

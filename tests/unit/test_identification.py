@@ -126,12 +126,13 @@ def test_uneven_time_stamps_and_a_gap_do_no_harm():
     assert any("gap" in each for each in fit.warnings)
 
 
-def closed_loop(rng) -> Recording:
-    """An axis that follows a reference, 1 kHz: the current is what its motion takes, with noise on both."""
+def closed_loop(rng, late: float = 0.0) -> Recording:
+    """An axis that follows a reference, 1 kHz: the current is what its motion takes `late` [s] later, noise on both."""
     time = np.arange(12000) / 1000.0
-    v = 0.2 * np.sin(1.3 * time) + 0.1 * np.sin(4.1 * time)
-    a = 0.26 * np.cos(1.3 * time) + 0.41 * np.cos(4.1 * time)
     x = -0.2 / 1.3 * np.cos(1.3 * time) - 0.1 / 4.1 * np.cos(4.1 * time)
+    then = time + late
+    v = 0.2 * np.sin(1.3 * then) + 0.1 * np.sin(4.1 * then)
+    a = 0.26 * np.cos(1.3 * then) + 0.41 * np.cos(4.1 * then)
     force = 95.0 * a + 204.0 * v + 20.4 * np.sign(v) - 3.2
     columns = {
         "x1": Column("x1_m", "length", 2, x + 1e-6 * rng.standard_normal(x.size)),
@@ -147,6 +148,16 @@ def test_a_closed_loop_is_fitted_in_force():
         assert fit[name].value == pytest.approx(value, rel=0.01), name
     other = fit_force(closed_loop(np.random.default_rng(1)), known={"m_eff": 95.0}, position=False)
     assert other["gamma2"].value == pytest.approx(-35.15, rel=0.01)
+
+
+@pytest.mark.parametrize("late", [0.0, 0.003])
+def test_a_fit_in_force_has_a_delay_where_the_recording_shows_one(late):
+    """Half a sample less than the current is late: the delay counts from a drive that holds from sample to sample."""
+    fit = fit_force(closed_loop(np.random.default_rng(1), late), known={"gamma2": -35.15}, position=False)
+    delays = [each.value for each in fit.estimates if each.name == "delay"]
+    assert delays == ([pytest.approx(late - 0.0005, abs=3e-4)] if late else [])
+    assert ["no delay of the drive is seen" in each for each in fit.statements] == ([] if late else [True])
+    assert fit["b1"].value == pytest.approx(204.0, rel=2e-3)
 
 
 @pytest.mark.sliced

@@ -175,8 +175,9 @@ def fit_force(
 
     Both sides go through the same filters (`filtered`), then a linear least squares. known: gamma2, which gives the
     scale, or m_eff. cutoff [Hz]: of the filters. position: fit the position too and set it beside this in the
-    statements. The estimates hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters, and
-    the delay of the drive, one of all recordings. It takes none of `NUISANCES`. Residuals of the traces are in N.
+    statements. The estimates hold f1 m_eff [N] and the constant force on the load's side [N] beside the parameters. The
+    delay of the drive, one of all recordings, is among them where the recordings show one; elsewhere drive and position
+    are taken as sampled together. It takes none of `NUISANCES`. Residuals of the traces are in N.
     """
     began = clock.perf_counter()
     several = [each.whole("x1", "u") for each in read_some(recordings)]
@@ -194,7 +195,7 @@ def fit_force(
     if refused:
         raise HopformError(f"nuisances: a fit in force takes none, got {', '.join(refused)}")
     asked.stage("fit in force")
-    equation = _late(several, values, cutoff, loss)
+    equation, unseen = _late(several, values, cutoff, loss)
     a, b, parts = equation.a, equation.b, equation.parts
     if np.linalg.matrix_rank(a / np.abs(a).max(axis=0, initial=1e-300)) < a.shape[1]:
         message = "does not distinguish friction, mass and load: move both ways, at several speeds"
@@ -215,16 +216,16 @@ def fit_force(
         fitted = force_of, force_of - rest, old, tests, estimation.rms(worse), error
         traces.append(Trace(recording.source, "force", part.time, *fitted))
     notes = (*coloured(traces, [trace.tests.white for trace in traces]), *said(diagnoses, units.shown("force")))
-    force = Fit("force", estimates, values, {}, tuple(traces), (), notes, 1, 0.0, None, diagnoses, spread, units=units)
+    force = Fit("force", estimates, values, {}, tuple(traces), unseen, notes, 1, 0.0, None, diagnoses, spread, units=units)
     if position:
         asked.stage("fit in position")
-        force = replace(force, statements=_beside(several, force, loss))
+        force = replace(force, statements=(*unseen, *_beside(several, force, loss)))
     return replace(force, seconds=clock.perf_counter() - began)
 
 
 class _Equation(NamedTuple):
     """The equation of filtered recordings, in N: names of the coefficients, their columns, and the known side; the
-    parameter that is known, and the delay [s] by which the currents come later.
+    parameter that is known, and the delay [s] by which the currents come later, None where none is fitted.
     """
 
     names: list[str]
@@ -232,7 +233,7 @@ class _Equation(NamedTuple):
     b: Array
     parts: list[Filtered]
     known: Values
-    delay: float
+    delay: float | None
 
     def split(self, values: NDArray[Any]) -> list[NDArray[Any]]:
         """Values by recording."""
@@ -248,14 +249,17 @@ class _Equation(NamedTuple):
 
 
 def _equation(
-    recordings: Sequence[Recording], known: Values, cutoff: float | None, delay: float, *, mend: bool
+    recordings: Sequence[Recording], known: Values, cutoff: float | None, delay: float | None, *, mend: bool
 ) -> _Equation:
-    """Both sides of the equation, filtered, the current later by a delay [s]; what is left of it is a coefficient."""
-    later = [each.with_late_current(delay) for each in recordings]
+    """Both sides of the equation, filtered, the current later by a delay [s]; what is left of it is a coefficient. None:
+    no delay is fitted, drive and position were sampled together.
+    """
+    later = [each.with_late_current(_together(each) if delay is None else delay) for each in recordings]
     parts = [filtered(each, cutoff, mend=mend) for each in later]
     rows = joined(parts)
     # gamma2 u(t - delay) is gamma2 u - (gamma2 delay) u'
-    columns = {"b1": rows.v, "coulomb": rows.side, "constant": rows.one, "late": rows.rate}
+    columns = {"b1": rows.v, "coulomb": rows.side, "constant": rows.one}
+    columns |= {} if delay is None else {"late": rows.rate}
     if "gamma2" in known:
         columns, b = {"m_eff": rows.acceleration, **columns}, -known["gamma2"] * rows.u
     else:
@@ -263,8 +267,19 @@ def _equation(
     return _Equation(list(columns), np.stack(list(columns.values()), axis=1), b, parts, known, delay)
 
 
-def _late(recordings: Sequence[Recording], known: Values, cutoff: float | None, loss: str) -> _Equation:
-    """The equation at the delay that Gauss and Newton lead to."""
+def _together(recording: Recording) -> float:
+    """The delay [s] of a drive that was sampled with the position: delays count from a drive that holds from sample to
+    sample, which comes half a sample later.
+    """
+    return -0.5 * float(np.median(np.diff(recording.time)))
+
+
+def _late(
+    recordings: Sequence[Recording], known: Values, cutoff: float | None, loss: str
+) -> tuple[_Equation, tuple[str, ...]]:
+    """The equation at the delay that Gauss and Newton lead to; without a delay where the recordings do not show that
+    drive and position were not sampled together, and a statement.
+    """
     delay, mend = 0.0, loss != "linear"
     for _ in range(_MOST_STEPS):
         equation = _equation(recordings, known, cutoff, delay, mend=mend)
@@ -272,11 +287,25 @@ def _late(recordings: Sequence[Recording], known: Values, cutoff: float | None, 
         if abs(more) <= _ALIKE:
             break
         delay = min(max(delay + more, -_LONGEST), _LONGEST)
-    return _equation(recordings, known, cutoff, delay, mend=mend)
+    equation = _equation(recordings, known, cutoff, delay, mend=mend)
+    coefficients, covariance, _ = _linear(equation.a, equation.b, loss)
+    late = equation.names.index("late")
+    error = math.sqrt(covariance[late, late]) / abs(equation.coefficient("gamma2", coefficients))
+    after = delay + equation.late(coefficients) - max(map(_together, recordings))
+    if abs(after) > _SHOWN * error:
+        return equation, ()
+    seen = f"{1e3 * after:.2g} ms with a standard error of {1e3 * error:.2g} ms"
+    said = f"no delay of the drive is seen (after the sample of the position {seen}), so none is fitted"
+    return _equation(recordings, known, cutoff, None, mend=mend), (said,)
 
 
 _MOST_STEPS, _ALIKE, _LONGEST = 12, 1e-6, 0.1
 """Steps to a delay, and the last one's size [s]; the longest delay [s]."""
+_SHOWN = 3.0
+"""Standard errors from a drive that was sampled with the position from which a delay is fitted. A drive that holds is
+half a sample from there, which noise hides in a slow motion; a delay that is fitted to it would follow the errors of
+the friction model.
+"""
 
 
 def _causes(equation: _Equation, loss: str) -> tuple[Diagnosis, ...]:
@@ -353,8 +382,9 @@ def _force_estimates(
         ("f1 m_eff", "N", coulomb, {"coulomb": 1.0}),
         ("offset force", "N", constant, {"constant": 1.0}),
     ]
-    left = equation.late(coefficients)
-    quotients.append(("delay", "s", equation.delay + left, {"late": -1.0 / gamma, "gamma2": -left / gamma}))
+    if equation.delay is not None:
+        left = equation.late(coefficients)
+        quotients.append(("delay", "s", equation.delay + left, {"late": -1.0 / gamma, "gamma2": -left / gamma}))
     slopes = np.array([[slope.get(each, 0.0) for each in names] for *_, slope in quotients])
     whole = np.asarray(slopes @ covariance @ slopes.T)
 
