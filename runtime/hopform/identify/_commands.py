@@ -78,6 +78,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "fit.known": option("a known parameter, in SI units, or one that is as a fitted one; repeatable; of others the "
                             "default is taken", metavar="NAME=VALUE|NAME"),
         "near": option("near which value the search for a parameter begins; repeatable", metavar="NAME=VALUE"),
+        "fit.rate": option("of a model with a law: the rate of its controller", unit="Hz"),
         "sine": option("the spring of an angle is gravity's sine"),
         "force": option("fit in force: no spring, recorded in closed loop"),
         "gain": option("fit the gain of each position's sensor"),
