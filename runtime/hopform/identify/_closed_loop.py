@@ -24,13 +24,14 @@ current in a tick by d, which changes the state there by the difference of both 
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from hopform import HopformError
+from hopform import HopformError, Robot, solve_motion
 from hopform._motion import DOUBLE
+from hopform._robots import attribute_of
 from hopform._sensitivities import AXES, STARTS, in_coordinates
 from hopform._solver.choice import Solver
 from hopform.identify._motion import MAX_PHASES, Array, of_scipy
@@ -129,10 +130,22 @@ class Loop:
     def section(self, x: float, v: float, i: float, length: float) -> Any:
         """The motion from a state under a constant current: at the limit of the law, where that is the limit."""
         robot = self.robot._replace(**{self.law.limit: abs(i)})
-        size = 1.0 + abs(i) + abs(self.by_x * x) + abs(self.by_v * v) + abs(self.zero)
-        target = math.copysign(_FAR * size / self.by_target, i * self.by_target)
+        target = self._beyond(x, v, i)
         begin = self.state(x, v, 0.0, self._y0 + (self._y1 - self._y0) * x)
         return self.compiled.solve_stance(robot, begin, ((0.0, target),), length, MAX_PHASES, DOUBLE)
+
+    def end(self, robot: Robot, state: Mapping[str, float], i: float, length: float) -> dict[str, float]:
+        """The state after a section, by the names of the model: what `solve_motion` has."""
+        limit: dict[str, Any] = {attribute_of(type(robot), self.law.limit): abs(i)}
+        at_limit = replace(robot, **limit)
+        x, v = (state[str(self.core.facts.axes[axis]["name"])] for axis in ("x1", "v1"))
+        motion = solve_motion(at_limit, start=state, u=self._beyond(x, v, i), horizon=length)
+        return {name: float(each) for name, each in motion.end._asdict().items()}
+
+    def _beyond(self, x: float, v: float, i: float) -> float:
+        """A target so far off that the law stays at the limit to the side of a current."""
+        size = 1.0 + abs(i) + abs(self.by_x * x) + abs(self.by_v * v) + abs(self.zero)
+        return math.copysign(_FAR * size / self.by_target, i * self.by_target)
 
     def derived(self, x: float, v: float, i: float, length: float) -> tuple[Array, Array]:
         """The end of a section, and its derivatives (2, columns) by the start and the parameters; in the column of the

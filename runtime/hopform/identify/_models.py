@@ -394,12 +394,19 @@ class Controlled(Modelled):
         return (*super().own_letters, "dead_time")
 
     def _ticks(self, delay: float, last: float) -> tuple[Ticks, Array]:
-        """The ticks up to a time, with the target that the controller has then, and its slope; a line between samples."""
-        times, values = self.target
+        """The ticks up to a time, with the target that the controller reads then and its slope: between samples a cubic
+        that keeps their order (Fritsch and Carlson 1980), a line where the target goes by steps.
+        """
         at = self.period * np.arange(math.ceil(last / self.period - 1e-6)) - delay
-        n = np.clip(np.searchsorted(times, at + 1e-6 * self.period, side="right") - 1, 0, times.size - 2)
-        slope = np.where((at < times[0]) | (at > times[-1]), 0.0, (np.diff(values) / np.diff(times))[n])
-        return Ticks(self.period, np.interp(at, times, values)), slope
+        times, values = self.target
+        inside = np.clip(at, times[0], times[-1])
+        if float(np.mean(np.diff(values) == 0.0)) > _STANDS:
+            n = np.clip(np.searchsorted(times, at + 1e-6 * self.period, side="right") - 1, 0, times.size - 2)
+            read, slope = np.interp(inside, times, values), (np.diff(values) / np.diff(times))[n]
+        else:
+            cubic = of_scipy("interpolate").PchipInterpolator(times, values)
+            read, slope = cubic(inside), cubic(inside, 1)
+        return Ticks(self.period, read), np.where((at < times[0]) | (at > times[-1]), 0.0, slope)
 
     def _loop(self, at: Values) -> Loop:
         return Loop(self.model.core, cast(Law, self.model.law), self.model.robot(at))
@@ -433,6 +440,8 @@ class Controlled(Modelled):
         return np.asarray(letters["gain"] * changed / size)
 
 
+_STANDS = 0.3
+"""Share of samples at which a target stands still, from where it goes by steps."""
 _STARTS = {"x": "x1", "v": "v1", "x'": "x2", "v'": "v2"}
 """Letters of where the masses begin, with the columns of their derivatives."""
 _MOST_SINES, _SAME_ANGLE = 40, 1e-6
@@ -580,10 +589,10 @@ def fit_model(
     mass = model.masses[0]
     units = Units(mass.unit, model.input["unit"] if model.input else "A")
     warnings = tuple(f"{each.source}: {note}" for each in view for note in each.notes)
-    said = tuple(_ticks_of(each, ticks).said for each in view) if ticks else ()
+    said = tuple(_said_of_ticks(each, ticks) for each in view) if ticks else ()
     problem = Problem(
         "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
-        tuple(first | each for each in tries), {n: values[n] for n in known or {} if n in values}, tuple(filter(None, said)), warnings, parts=(0.35, 1.0),
+        tuple(first | each | late for late in _delays(motions, ticks) for each in tries), {n: values[n] for n in known or {} if n in values}, tuple(filter(None, said)), warnings, parts=(0.35, 1.0),
         units=units, loss=asked.loss, given=given, tied=tied,
         friction=model.friction, files=files_of(several),
     )  # fmt: skip
@@ -647,39 +656,52 @@ def _rate(model: Model, rate: float | None, several: Sequence[Recording]) -> flo
 
 
 def _logged(recording: Recording) -> float:
-    """The rate of a log [Hz]."""
-    return 1.0 / float(np.median(np.diff(recording.time)))
+    """The rate of a log [Hz], by the mean of its steps but for gaps, whatever digits its times have."""
+    steps = np.diff(recording.time)
+    return 1.0 / float(np.mean(steps[steps <= 2.5 * float(np.median(steps))]))
 
 
 _SAME_RATE = 0.02
 """Share by which rates differ that are the same."""
 
 
-class TicksOf(NamedTuple):
-    """A controller's ticks over a log: their period [s], how many there are from sample to sample, 0 where the log's clock
-    is another one, and what is said of it.
+class Grid(NamedTuple):
+    """A controller's ticks under the samples of a log: their period [s], the times of samples by the ticks, whether each
+    sample is one, and every how many ticks there is one.
     """
 
     period: float
-    each: int
-    said: str = ""
+    time: Array
+    exact: bool
+    every: int
 
 
-def _ticks_of(recording: Recording, rate: float) -> TicksOf:
-    """Of a log whose rate is that of the controller, or a part of it, samples are ticks."""
-    time, logged = recording.time, _logged(recording)
-    each = round(rate / logged)
-    if abs(rate / logged / each - 1.0) > _SAME_RATE:
-        apart = f"{recording.source}: {rate:.5g} Hz of the controller are no multiple of the log's {logged:.5g} Hz"
-        return TicksOf(1.0 / rate, 0, f"{apart}, so samples lie between ticks, of which the first is taken as one")
-    if each == 1:
-        return TicksOf(float(np.median(np.diff(time))), 1)
-    every = {2: "second", 3: "third"}.get(each, f"{each}th")
-    return TicksOf(
-        float(np.median(np.diff(time))) / each, each,
-        f"{recording.source}: the log has every {every} tick of the controller, {logged:.5g} of {rate:.5g} Hz; at those "
-        f"between the target is taken on a line from sample to sample",
-    )  # fmt: skip
+def _grid_of(time: Array, rate: float, logged: float) -> Grid:
+    """The ticks of a controller from the first sample on. Samples are ticks where a log is of the controller's clock:
+    whatever digits its times have, they are at most half a tick off.
+    """
+    every = max(round(rate / logged), 1)
+    if abs(rate / logged / every - 1.0) <= _SAME_RATE:
+        period = float(time[-1]) / (every * (time.size - 1))
+        regular: Array = every * period * np.arange(time.size, dtype=np.float64)
+        if float(np.abs(time - regular).max()) <= 0.5 * period:
+            return Grid(period, regular, True, every)
+    return Grid(1.0 / rate, time, False, every)
+
+
+def _said_of_ticks(recording: Recording, rate: float) -> str:
+    """What is to be said of a log that has not each tick."""
+    logged = _logged(recording)
+    grid, rates = _grid_of(recording.time, rate, logged), f"{logged:.5g} of {rate:.5g} Hz"
+    if not grid.exact:
+        return f"{recording.source}: samples are between ticks of the controller, {rates}; the first is taken as one"
+    if grid.every == 1:
+        return ""
+    ordinal = {2: "second", 3: "third"}.get(grid.every, f"{grid.every}th")
+    return (
+        f"{recording.source}: the log has every {ordinal} tick of the controller, {rates}; at the others the target is "
+        "interpolated"
+    )
 
 
 def _chosen(
@@ -853,14 +875,9 @@ def _controlled(
     """A motion under a law, with its delays among the parameters: of the target one in each recording, of the current one
     in all.
     """
-    ticks, target = _ticks_of(cut.recording, rate), cut.recording.columns["target"].values
+    grid, target = _grid_of(cut.time, rate, _logged(cut.recording)), cut.recording.columns["target"].values
     begin = int(np.searchsorted(cut.recording.time, cut.begin - 1e-12))
-    target = target[begin : begin + cut.time.size]
-    period, time = ticks.period, cut.time
-    if ticks.each:  # samples are ticks, whatever digits their times have
-        period = float(time[-1]) / (ticks.each * (time.size - 1))
-        regular: Array = ticks.each * period * np.arange(time.size, dtype=np.float64)
-        time = regular if float(np.abs(time - regular).max()) <= 0.5 * ticks.each * period else time
+    target, period, time = target[begin : begin + cut.time.size], grid.period, grid.time
     letters |= {"delay": f"delay{letters['x'][letters['x'].index('@') :]}", "dead_time": "dead_time"}
     latest = min(_LATEST, MOST_LATE * period)
     parameters += [
@@ -873,6 +890,19 @@ def _controlled(
     )  # fmt: skip
 
 
+def _delays(motions: Sequence[Cut], rate: float) -> list[dict[str, float]]:
+    """Where delay and dead time may begin: both short first; a dead time acts as a delay and takes from the damping."""
+    if not rate:
+        return [{}]
+    pairs = ((0.0, 0.5 / rate), (0.0, _LATE), (_LATE, 0.5 / rate))
+    return [
+        {**{f"delay@{n}": delay for n in range(len(motions))}, "dead_time": min(dead, MOST_LATE / rate)}
+        for delay, dead in pairs
+    ]  # fmt: skip
+
+
+_LATE = 5e-3
+"""[s] of a delay or a dead time that is usual."""
 _ANGLE = 0.06
 """[rad] of an oscillation in a step of gravity's sine at most: what is left of its hold, corrected to second order, is
 its fourth power.
