@@ -340,8 +340,6 @@ def test_a_recording_of_a_servo_has_the_current_under_its_name(servo):
     np.testing.assert_array_equal(drive.values, motion.current(recording.time))
 
 
-def test_a_model_without_a_law_has_no_target_and_a_servo_is_not_fitted(servo):
+def test_a_model_without_a_law_has_no_target():
     with pytest.raises(hopform.HopformError, match="the model hopper has no law, and so no target"):
         hopform.solve_motion(hopform.load_robot("hopper_c"), start={"y": 0.02}).target(0.0)
-    with pytest.raises(hopform.HopformError, match="the model servo has a law, .* under the measured i"):
-        hopform.identify.fit(servo, [])

@@ -20,6 +20,7 @@ from hopform._cli.output import deliver, picture, show
 from hopform._cli.use import robot_in_use, start_in_use
 from hopform._errors import printable
 from hopform._files import Named
+from hopform._solver.package import records
 from hopform.extend import Outputs, in_use, needs, option, progress_bar, shown
 from hopform.identify import _report as reports
 from hopform.identify import _synthetic as synthetic
@@ -54,6 +55,11 @@ OPTIONS: dict[str, dict[str, Any]] = {
     "Input": {
         "record.u": option("of a motion: the input, in its unit; constant", unit="the input's unit", need="input"),
         "record.u_steps": option("of a motion: the input, in its unit; in steps, times in s", unit="the input's unit", steps=True, need="input"),
+        "record.chirp": option("of a motion: the input, a sine from one frequency [Hz] to another", metavar="SIZE:FIRST:LAST",
+                               need="input"),
+        "record.control_rate": option("of a model with a law: the rate of the controller that sets the current", unit="Hz",
+                                      need="input"),
+        "record.dead_time": option("how much later each current of the controller acts", unit="s", need="input"),
     },
     "Experiment": {
         "duration": option("how long; 2 if left out", unit="s"),
@@ -78,6 +84,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "fit.known": option("a known parameter, in SI units, or one that is as a fitted one; repeatable; of others the "
                             "default is taken", metavar="NAME=VALUE|NAME"),
         "near": option("near which value the search for a parameter begins; repeatable", metavar="NAME=VALUE"),
+        "fit.rate": option("of a model with a law: the rate of its controller", unit="Hz"),
         "sine": option("the spring of an angle is gravity's sine"),
         "force": option("fit in force: no spring, recorded in closed loop"),
         "gain": option("fit the gain of each position's sensor"),
@@ -137,6 +144,22 @@ def ranges_of(pairs: Sequence[str]) -> dict[str, tuple[float, float]]:
             raise HopformError(f"--ranges takes name=low:high in SI units, as in k=800:1600, got {shown(pair)}")
         ranges[name] = low, high
     return ranges
+
+
+def swept(text: str, duration: float | None, rate: float) -> list[tuple[float, float]]:
+    """A sine whose frequency rises evenly, from "0.3:0.2:4", as steps at a rate [Hz] over a duration [s], 2 if None."""
+    numbers = [number_of(each) for each in text.split(":")]
+    if len(numbers) != 3 or any(each is None or not math.isfinite(each) for each in numbers):
+        raise HopformError(f"--chirp takes SIZE:FIRST:LAST, frequencies in Hz, as in 0.3:0.2:4, got {shown(text)}")
+    size, first, last = (float(each) for each in numbers if each is not None)
+    length = 2.0 if duration is None else duration
+    count = length * rate
+    if not (0.0 < count < records.MOST_STEPS and max(abs(first), abs(last)) <= 0.5 * rate):
+        raise HopformError(
+            f"--chirp: frequencies up to {0.5 * rate:g} Hz, half the rate, over up to {records.MOST_STEPS} ticks, got {shown(text)}"
+        )
+    times = [n / rate for n in range(math.floor(count) + 1)]
+    return [(t, size * math.sin(2.0 * math.pi * t * (first + 0.5 * (last - first) * t / length))) for t in times]
 
 
 def added_masses(text: str) -> tuple[float, ...]:
@@ -358,6 +381,7 @@ def record(
     noise: float = synthetic.NOISE, quantum: float = synthetic.QUANTUM, height: float | None = None,
     current: float | None = None, hold: float | None = None, added_mass: float = 0.0, repeats: int = 1,
     free_stroke: bool = False, start: list[str] | None = None, u: float = 0.0, u_steps: Any = None,
+    chirp: str = "", control_rate: float | None = None, dead_time: float = 0.0,
     seed: int | None = None, plan: bool = False,
     known: list[str] | None = None, ranges: list[str] | None = None, csv: str | None = "-",
 ) -> None:  # fmt: skip
@@ -370,8 +394,8 @@ def record(
     base = robot_in_use(robot, values, "motion" if any_model else "identify")
     if plan and any_model:
         raise HopformError("record motion has no --plan: `hopform fit` of the recording shows its intervals")
-    if u and u_steps:
-        raise HopformError("give either --u or --u-steps")
+    if (u != 0.0) + bool(u_steps) + bool(chirp) > 1:
+        raise HopformError("give one of --u, --u-steps and --chirp")
     if (ranges and not every) or (every and not plan):
         raise HopformError("record all, and ranges, are for a plan: `record all --plan --ranges NAME=LOW:HIGH`")
     if every:
@@ -380,7 +404,8 @@ def record(
     recording = synthetic.record(
         base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
         hold=hold, added_mass=added_mass, repeats=repeats, free_stroke=free_stroke, start=start_in_use(start),
-        u=u_steps or u, seed=seed,
+        u=swept(chirp, duration, control_rate or rate) if chirp else u_steps or u, control_rate=control_rate,
+        dead_time=dead_time, seed=seed,
     )  # fmt: skip
     if plan:
         weighed = "m_eff" if test in ("step", "air") else "m_s"  # what is taken as known if nothing is given

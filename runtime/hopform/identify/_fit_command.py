@@ -29,7 +29,7 @@ OPTIONS, EXAMPLES = _commands.OPTIONS, _commands.EXAMPLES
 
 def fit(
     files: list[str], fitted: str | None = None, known: list[str] | None = None, near: list[str] | None = None,
-    sine: bool = False, gain: bool = False, clock: bool = False, lag: bool = False, loss: str = "linear",
+    sine: bool = False, rate: float | None = None, gain: bool = False, clock: bool = False, lag: bool = False, loss: str = "linear",
     out: Path | None = None, export: SimulatorFormat | None = None, report: Path | None = None, json: bool = False,
     plot: Path | None = None,
 ) -> None:  # fmt: skip
@@ -44,7 +44,9 @@ def fit(
     with progress_bar("identification") as advance:
         how = options_of(loss, {"gain": gain, "clock": clock, "lag": lag}, advance)
         recordings = [read_recording(each) for each in files]
-        result = fit_model_of(in_use(), recordings, fitted=names, known=given, start=starts, sine=sine, **how)
+        result = fit_model_of(
+            in_use(), recordings, fitted=names, known=given, start=starts, sine=sine, rate=rate, **how
+        )
         stops = [each["name"] for each in core().facts.parameters if each["domain"] in ("lower", "upper")]
         refuse_no_fit(result, [seen_by(core(), each) for each in recordings], stops)
         model, more = model_of(result, export)

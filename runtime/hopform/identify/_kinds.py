@@ -101,7 +101,9 @@ def cuts_of(
     """Spans of a recording as its motions, under its current if it has one: such a motion may begin at rest."""
     cuts, driven = list[Cut](), recording.has_current()
     for part, (begin, end) in enumerate(spans, 1):
-        still = {"v": 0.0} if driven and _rests_at_first(mended(x[begin:end])) else {}
+        still = (
+            {"v": 0.0} if (driven or "target" in recording.columns) and _rests_at_first(mended(x[begin:end])) else {}
+        )
         label, at = recording.source + (f", part {part}" if len(spans) > 1 else ""), float(recording.time[begin])
         under = steps_of(recording, begin, end) if driven else ((0.0, 0.0),)
         beside = None if x1 is None else x1[begin:end]

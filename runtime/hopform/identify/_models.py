@@ -21,13 +21,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform import HopformError, Solver, load_solver
-from hopform._checks import flag, mapping, real
+from hopform._checks import flag, mapping, positive, real
 from hopform._motion import DOUBLE
 from hopform._robots import attribute_of, checked_value, robot_class
 from hopform._sensitivities import STARTS, in_coordinates
 from hopform._solver.choice import Solver as Core
 from hopform._solver.package import Steps, records
 from hopform.extend import items, shown
+from hopform.identify._closed_loop import MOST_LATE, Law, Loop, Run, Ticks, between, law_of
 from hopform.identify._estimation import Parameter, Solution
 from hopform.identify._fits import Fit, Options, checked, solved
 from hopform.identify._kinds import MOST_KNOWN, Cut, Recordings, cuts_of, files_of, read_some
@@ -45,6 +46,7 @@ from hopform.identify._recordings import (
     noise_of,
     quantum_of,
     used_after_all,
+    whole_spans,
 )
 from hopform.identify._rigs import SINGULAR, Along, Experiment, Force, Moved, Rates, in_recorded_time
 from hopform.identify._search import Problem
@@ -69,12 +71,7 @@ class Model:
 
     def __init__(self, core: Core) -> None:
         self.core, facts = core, core.facts
-        if facts.currents:
-            name = facts.currents[0]["name"]
-            raise HopformError(
-                f"the model {facts.name} has a law, whose target no recording has: fit the mechanism without the law, "
-                f"under the measured {name}"
-            )
+        self.law = law_of(core)
         numbers = [n for n in (1, 2) if f"x{n}" in facts.axes]
         self.masses = [Mass(facts.axes[f"x{n}"]["name"], facts.axes[f"v{n}"]["name"], n, facts.axes[f"x{n}"]["unit"])
                        for n in numbers]  # fmt: skip
@@ -99,6 +96,13 @@ class Model:
         drive = self.formulas.drive_of(robot, rates, u, *forces)
         speeds_of = self.formulas.speeds_of(rates, drive, *forces, state)
         return speeds_of.v1_rate if number == 1 else speeds_of.v2_rate
+
+    def driving(self, robot: Any, x: Array, v: Array, u: Array) -> Array:
+        """What drives a mass at places and velocities under the input: this, or the current that a law makes of it."""
+        if self.law is None:
+            return u
+        loop = Loop(self.core, self.law, robot)
+        return np.asarray(np.clip(loop.asked(robot, x, v, u), -loop.limit, loop.limit))
 
     def compression(self, robot: Any, x1: Any, x2: Any) -> Any:
         """That of the spring at places of the masses, 0 of one that there is not."""
@@ -371,14 +375,73 @@ class Modelled(Experiment):
         fastest = float(np.abs(v).max())
         if fastest == 0.0:
             return np.zeros(self.time.size)
-        pull = linear.middle + linear.gain * drive - linear.stiffness * x
-        largest = max(float(np.abs(linear.gain * drive).max()), linear.stiffness * float(np.abs(x - linear.rest).max()))
-        way, level = np.where(v != 0.0, v, pull), np.full(x.size, linear.friction)
-        along = Along(fine, x - linear.rest, v, way, fastest, level, largest, linear.stiffness, linear.damping)
+        along = linear.along(fine, x, v, drive)
         shifted, _ = moved(drive - size * force(along) / linear.gain)
         return np.asarray(letters["gain"] * (shifted - x) / size)[::finer]
 
 
+@dataclass(frozen=True)
+class Controlled(Modelled):
+    """A recording of a coordinate under a law that a controller computes at its ticks. period: of these [s]; target: what
+    was logged of it, over times from the first tick on; ticks: how many.
+    """
+
+    period: float = 0.0
+    target: tuple[Array, Array] = (np.empty(0), np.empty(0))
+
+    @property
+    def own_letters(self) -> tuple[str, ...]:
+        return (*super().own_letters, "dead_time")
+
+    def _ticks(self, delay: float, last: float) -> tuple[Ticks, Array]:
+        """The ticks up to a time, with the target that the controller reads then and its slope: between samples a cubic
+        that keeps their order (Fritsch and Carlson 1980), a line where the target goes by steps.
+        """
+        at = self.period * np.arange(math.ceil(last / self.period - 1e-6)) - delay
+        times, values = self.target
+        inside = np.clip(at, times[0], times[-1])
+        if float(np.mean(np.diff(values) == 0.0)) > _STANDS:
+            n = np.clip(np.searchsorted(times, at + 1e-6 * self.period, side="right") - 1, 0, times.size - 2)
+            read, slope = np.interp(inside, times, values), (np.diff(values) / np.diff(times))[n]
+        else:
+            cubic = of_scipy("interpolate").PchipInterpolator(times, values)
+            read, slope = cubic(inside), cubic(inside, 1)
+        return Ticks(self.period, read), np.where((at < times[0]) | (at > times[-1]), 0.0, slope)
+
+    def _loop(self, at: Values) -> Loop:
+        return Loop(self.model.core, cast(Law, self.model.law), self.model.robot(at))
+
+    def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
+        loop = self._loop(at)
+        ticks, slope = self._ticks(at["delay"], float(time[-1]))
+        run = loop.run(ticks, (at["x"], at["v"]), at["dead_time"])
+        by = loop.by(run, ticks, slope, self._columns(at))
+        columns = {letter: between(rows, self.period, time) for letter, rows in by.items()}
+        return (between(run.states, self.period, time), columns), self._rates(at, loop.robot, float(run.currents[0]))
+
+    def response_to(self, values: Values, force: Force, size: float) -> Array:
+        """As of every rig, in closed loop: the force is held from tick to tick."""
+        letters = self.letters(values)
+        at = in_recorded_time(letters, letters["clock"], self.powers)
+        loop, linear = self._loop(at), self._linear(self.model.robot(at))
+        ticks, _ = self._ticks(at["delay"], float(self.time[-1]))
+
+        def moved(further: Array | None = None) -> Run:
+            return loop.run(ticks, (at["x"], at["v"]), at["dead_time"], further)
+
+        run = moved()
+        (x, v), drive = run.states[:-1].T, run.currents
+        fastest = float(np.abs(v).max())
+        if fastest == 0.0 or linear.gain == 0.0:
+            return np.zeros(self.time.size)
+        along = linear.along(self.period * np.arange(x.size), x, v, drive)
+        shifted = moved(-size * force(along) / linear.gain)
+        changed = between(shifted.states - run.states, self.period, self.time)[:, 0]
+        return np.asarray(letters["gain"] * changed / size)
+
+
+_STANDS = 0.3
+"""Share of samples at which a target stands still, from where it goes by steps."""
 _STARTS = {"x": "x1", "v": "v1", "x'": "x2", "v'": "v2"}
 """Letters of where the masses begin, with the columns of their derivatives."""
 _MOST_SINES, _SAME_ANGLE = 40, 1e-6
@@ -478,6 +541,14 @@ class Linear(NamedTuple):
     friction: float
     middle: float
 
+    def along(self, t: Array, x: Array, v: Array, drive: Array) -> Along:
+        """A motion under a drive, for a force along it."""
+        pull = self.middle + self.gain * drive - self.stiffness * x
+        largest = max(float(np.abs(self.gain * drive).max()), self.stiffness * float(np.abs(x - self.rest).max()))
+        way, level = np.where(v != 0.0, v, pull), np.full(x.size, self.friction)
+        fastest = float(np.abs(v).max())
+        return Along(t, x - self.rest, v, way, fastest, level, largest, self.stiffness, self.damping)
+
 
 # ---- from recordings to a problem ----
 
@@ -489,12 +560,14 @@ def fit_model(
     known: Given,
     start: Values | None,
     sine: bool,
+    rate: float | None,
     options: Options,
 ) -> Fit:
     """What `hopform.identify.fit` says, of a solver."""
     model, asked = Model(core), checked(options)
     several = read_some(recordings)
     _refuse(model, sine)
+    ticks = _rate(model, rate, several)
     values, names, tied = _chosen(model, fitted, known)
     view = [_view(model, each) for each in several]
     motions = [cut for n, each in enumerate(view) for cut in _motions(model, each, n)]
@@ -508,7 +581,7 @@ def fit_model(
         tries.insert(0, _near(model, view, values | given | same, rest, loose, sine) | given)
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
     for n, cut in enumerate(motions):
-        posed, parameters_of_cut = _posed(model, cut, n, values, {name: name for name in names} | tied, sine)
+        posed, parameters_of_cut = _posed(model, cut, n, values, {name: name for name in names} | tied, sine, ticks)
         experiments += posed
         parameters |= {p.name: p for p in parameters_of_cut}
     shared = {name: _parameter(model, name, tries[0][name]) for name in names}
@@ -516,15 +589,16 @@ def fit_model(
     mass = model.masses[0]
     units = Units(mass.unit, model.input["unit"] if model.input else "A")
     warnings = tuple(f"{each.source}: {note}" for each in view for note in each.notes)
+    said = tuple(_said_of_ticks(each, ticks) for each in view) if ticks else ()
     problem = Problem(
         "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
-        tuple(first | each for each in tries), {n: values[n] for n in known or {} if n in values}, (), warnings, parts=(0.35, 1.0),
+        tuple(first | each | late for late in _delays(motions, ticks) for each in tries), {n: values[n] for n in known or {} if n in values}, tuple(filter(None, said)), warnings, parts=(0.35, 1.0),
         units=units, loss=asked.loss, given=given, tied=tied,
         friction=model.friction, files=files_of(several),
     )  # fmt: skip
     result = solved(problem, asked)
     driven = any(len(each.steps) > 1 for each in experiments)
-    if driven and left > _UNDRIVEN and not all(cast(Solution, result.solution).explained):
+    if model.law is None and driven and left > _UNDRIVEN and not all(cast(Solution, result.solution).explained):
         result = replace(result, statements=(*result.statements, _undriven(model, left)))
     ours = {name: result.values[name] for name in names}
     every = values | ours | {name: ours[other] for name, other in tied.items()}
@@ -548,12 +622,86 @@ def _undriven(model: Model, left: float) -> str:
 
 
 def _refuse(model: Model, sine: bool) -> None:
-    """HopformError for a sine of what is no angle, or is not alone."""
-    if flag("sine", sine) and (len(model.masses) > 1 or model.masses[0].unit != "rad" or model.input is None):
+    """HopformError for a sine of what is no angle, is not alone, or is under a law."""
+    if flag("sine", sine) and model.law is not None:
+        raise HopformError(f"sine: gravity's sine is no term of a fit under a law; the model {model.core.name} has one")
+    if sine and (len(model.masses) > 1 or model.masses[0].unit != "rad" or model.input is None):
         raise HopformError(
             f"sine: gravity's sine is a torque on one angle with a drive; the model {model.core.name} moves "
             f"{', '.join(f'{each.coordinate} [{each.unit}]' for each in model.masses)}"
         )
+
+
+def _rate(model: Model, rate: float | None, several: Sequence[Recording]) -> float:
+    """The rate [Hz] of a law's controller, 0 without a law; HopformError where it is missing, or lower than a log's."""
+    if model.law is None:
+        if rate is not None:
+            raise HopformError(f"rate: the model {model.core.name} has no law; its input is held as it was recorded")
+        return 0.0
+    first = several[0]
+    logged = _logged(first)
+    if rate is None:
+        raise HopformError(
+            f"rate: the rate of the controller is needed, at whose ticks the law of {model.core.name} sets "
+            f"{model.law.current}; {first.source} was logged at {logged:.5g} Hz"
+        )
+    ticks = positive("rate", rate, "Hz")
+    for each in several:
+        if ticks < (logged := _logged(each)) * (1.0 - _SAME_RATE):
+            raise HopformError(
+                f"rate must be at least that of the log, {logged:.5g} Hz in {each.source}, got {ticks:.6g} Hz: a "
+                "controller that is slower than its log holds each current over several samples; leave samples out"
+            )
+    return ticks
+
+
+def _logged(recording: Recording) -> float:
+    """The rate of a log [Hz], by the mean of its steps but for gaps, whatever digits its times have."""
+    steps = np.diff(recording.time)
+    return 1.0 / float(np.mean(steps[steps <= 2.5 * float(np.median(steps))]))
+
+
+_SAME_RATE = 0.02
+"""Share by which rates differ that are the same."""
+
+
+class Grid(NamedTuple):
+    """A controller's ticks under the samples of a log: their period [s], the times of samples by the ticks, whether each
+    sample is one, and every how many ticks there is one.
+    """
+
+    period: float
+    time: Array
+    exact: bool
+    every: int
+
+
+def _grid_of(time: Array, rate: float, logged: float) -> Grid:
+    """The ticks of a controller from the first sample on. Samples are ticks where a log is of the controller's clock:
+    whatever digits its times have, they are at most half a tick off.
+    """
+    every = max(round(rate / logged), 1)
+    if abs(rate / logged / every - 1.0) <= _SAME_RATE:
+        period = float(time[-1]) / (every * (time.size - 1))
+        regular: Array = every * period * np.arange(time.size, dtype=np.float64)
+        if float(np.abs(time - regular).max()) <= 0.5 * period:
+            return Grid(period, regular, True, every)
+    return Grid(1.0 / rate, time, False, every)
+
+
+def _said_of_ticks(recording: Recording, rate: float) -> str:
+    """What is to be said of a log that has not each tick."""
+    logged = _logged(recording)
+    grid, rates = _grid_of(recording.time, rate, logged), f"{logged:.5g} of {rate:.5g} Hz"
+    if not grid.exact:
+        return f"{recording.source}: samples are between ticks of the controller, {rates}; the first is taken as one"
+    if grid.every == 1:
+        return ""
+    ordinal = {2: "second", 3: "third"}.get(grid.every, f"{grid.every}th")
+    return (
+        f"{recording.source}: the log has every {ordinal} tick of the controller, {rates}; at the others the target is "
+        "interpolated"
+    )
 
 
 def _chosen(
@@ -569,8 +717,10 @@ def _chosen(
             tied[cast(str, name)] = value
         else:
             given[cast(str, name)] = checked_value(fields[cast(str, name)], value)
+    law = model.law
+    left = {*law.gains, *law.motor} if law else set[str]()
     if fitted is None:
-        names = [n for n in fields if not {n} & (given.keys() | tied.keys() | model.excess | model.stops)]
+        names = [n for n in fields if not {n} & (given.keys() | tied.keys() | model.excess | model.stops | left)]
     else:
         names = [cast(str, each) for each in items("fitted", fitted, "names of parameters", len(fields))]
         for name in names:
@@ -583,6 +733,14 @@ def _chosen(
             raise HopformError(
                 f"known: {name} = {shown(other)}, which is no fitted parameter; these are {', '.join(names)}"
             )
+    unknown = [n for n in (law.gains if law else ()) if n not in given and n not in names]
+    if law and (unknown or not given.keys() & {*law.gains}):
+        gains = " and ".join(law.gains)
+        what = f"{' and '.join(unknown)} must be given" if unknown else "one of them must be given"
+        raise HopformError(
+            f"known: the law has the gains {gains}, of which {what}: they are all that a fit from a {law.target} has "
+            f"the size of its forces from, as in {law.gains[0]}={model.parameters[law.gains[0]].get('default') or 1.0:g}"
+        )
     values = given | {n: each.default for n, each in fields.items()
                       if n not in given and n not in tied and n not in names and each.default is not None}  # fmt: skip
     missing = [n for n in fields if n not in names and n not in tied and n not in values]
@@ -610,7 +768,9 @@ def _view(model: Model, recording: Recording) -> Recording:
         raise recording.error(
             f"no column is a coordinate of the model: name it {names}; there are {there}", recording.head
         )
-    if model.input is not None:
+    if model.law is not None:
+        columns["target"] = _target(model, recording)
+    elif model.input is not None:
         name, unit = model.input["name"], model.input["unit"]
         in_its_unit = recording.in_unit(name, unit)
         drive = in_its_unit or recording.named(name) or recording.found("u")
@@ -625,6 +785,27 @@ def _view(model: Model, recording: Recording) -> Recording:
     return replace(recording, columns=columns, unfit={}).of_columns([*columns.values()])
 
 
+def _target(model: Model, recording: Recording) -> Column:
+    """The column of a law's target: by the name that the model has for it, or that loggers have."""
+    name, unit = cast(Law, model.law).target, cast("dict[str, Any]", model.input)["unit"]
+    column = recording.named(name) or recording.found("target")
+    if column is None:
+        there = ", ".join(each.title for each in recording.columns.values()) or "none"
+        raise recording.error(
+            f"no column is the {name} of the law: name it {name}, goal, command or setpoint, with its unit, as in "
+            f"goal_{unit}; there are {there}. Without it fit the mechanism without the law, under the measured "
+            f"{cast(Law, model.law).current}",
+            recording.head,
+        )
+    if SI[column.quantity] != unit:
+        raise recording.error(f"must be in {unit}: the model's {name} is", recording.head, column)
+    if float(np.ptp(column.values)) == 0.0:
+        raise recording.error(
+            f"is constant at {column.values[0]:.6g} {unit}: nothing is asked of the joint", recording.line, column
+        )
+    return column
+
+
 def seen_by(core: Core, recording: Recording) -> Recording:
     """A recording with the columns that the model of a solver has, as every fit names them."""
     return _view(Model(core), recording)
@@ -635,7 +816,9 @@ def _motions(model: Model, recording: Recording, number: int) -> list[Cut]:
     titles = [title for title in ("position", "x1", "x2") if title in recording.columns]
     x = recording.position("x2" if titles[0] == "x2" else "x1")
     other = recording.columns[titles[1]].values if len(titles) > 1 else None
-    if recording.has_current():
+    if model.law is not None:
+        spans = whole_spans(recording)
+    elif recording.has_current():
         spans = known_spans(recording)
     else:
         spans = decays(recording, mended(x)) if len(model.masses) == 1 else [(0, x.size)]
@@ -643,7 +826,7 @@ def _motions(model: Model, recording: Recording, number: int) -> list[Cut]:
 
 
 def _posed(
-    model: Model, cut: Cut, n: int, values: Values, names: Mapping[str, str], sine: bool
+    model: Model, cut: Cut, n: int, values: Values, names: Mapping[str, str], sine: bool, rate: float
 ) -> tuple[list[Modelled], list[Parameter]]:
     """The experiments of a motion, one of each coordinate that was measured, and where it begins as parameters."""
     measured = [each for each in model.masses if len(model.masses) == 1 or f"x{each.number}" in cut.recording.columns]
@@ -666,6 +849,8 @@ def _posed(
             letters[v] = f"{mass.velocity}@{n}"
             parameters.append(Parameter(letters[v], f"{mass.unit}/s", speed, reach, own=True))
         parameters.append(start)
+    if rate:
+        return [_controlled(model, cut, kept, letters, constants, parameters, rate)], parameters
     angle = Seen(cut.time, clean.x, np.gradient(clean.x, cut.time))
     experiments = list[Modelled]()
     for mass, place_of in zip(measured, (cut.x, cut.x1), strict=False):
@@ -679,6 +864,45 @@ def _posed(
     return experiments, parameters
 
 
+_LATEST = 0.05
+"""[s] of a delay or a dead time at most."""
+
+
+def _controlled(
+    model: Model, cut: Cut, kept: NDArray[np.bool_], letters: dict[str, str], constants: Values,
+    parameters: list[Parameter], rate: float,
+) -> Controlled:  # fmt: skip
+    """A motion under a law, with its delays among the parameters: of the target one in each recording, of the current one
+    in all.
+    """
+    grid, target = _grid_of(cut.time, rate, _logged(cut.recording)), cut.recording.columns["target"].values
+    begin = int(np.searchsorted(cut.recording.time, cut.begin - 1e-12))
+    target, period, time = target[begin : begin + cut.time.size], grid.period, grid.time
+    letters |= {"delay": f"delay{letters['x'][letters['x'].index('@') :]}", "dead_time": "dead_time"}
+    latest = min(_LATEST, MOST_LATE * period)
+    parameters += [
+        Parameter(letters["delay"], "s", 0.0, 1e-3, own=True, low=-_LATEST, high=_LATEST),
+        Parameter("dead_time", "s", 0.5 * period, 1e-3, low=0.0, high=latest),
+    ]
+    return Controlled(
+        cut.label, "model", time[kept], cut.x[kept], letters, constants, current_steps(time, target), begin=cut.begin,
+        of="x1", model=model, mass=1, period=period, target=(time, target),
+    )  # fmt: skip
+
+
+def _delays(motions: Sequence[Cut], rate: float) -> list[dict[str, float]]:
+    """Where delay and dead time may begin: both short first; a dead time acts as a delay and takes from the damping."""
+    if not rate:
+        return [{}]
+    pairs = ((0.0, 0.5 / rate), (0.0, _LATE), (_LATE, 0.5 / rate))
+    return [
+        {**{f"delay@{n}": delay for n in range(len(motions))}, "dead_time": min(dead, MOST_LATE / rate)}
+        for delay, dead in pairs
+    ]  # fmt: skip
+
+
+_LATE = 5e-3
+"""[s] of a delay or a dead time that is usual."""
 _ANGLE = 0.06
 """[rad] of an oscillation in a step of gravity's sine at most: what is left of its hold, corrected to second order, is
 its fourth power.
@@ -730,7 +954,9 @@ def _starts(
     """Where the fit begins: the least squares of the accelerations through each filter; of several coordinates that were
     not all recorded what is given. And the least share of the accelerations that is left.
     """
-    if len(model.masses) > 1 and any(len([t for t in each.columns if t != "current"]) < 2 for each in recordings):
+    if len(model.masses) > 1 and any(
+        len([t for t in each.columns if t not in ("current", "target")]) < 2 for each in recordings
+    ):
         return [dict(free)], 0.0
     rows = [[_filtered(model, each, cutoff) for each in recordings] for cutoff in CUTOFFS]
     tries = [found for some in rows for found in [_regressed(model, some, values, free, tied, sine)]]
@@ -757,7 +983,10 @@ class Rows(NamedTuple):
 def _filtered(model: Model, recording: Recording, cutoff: float) -> Rows:
     titles = ["position"] if len(model.masses) == 1 else ["x1", "x2"]
     time, step = recording.time, float(np.median(np.diff(recording.time)))
-    u = recording.current() if recording.has_current() else np.zeros(time.size)
+    if model.law is not None:
+        u = recording.columns["target"].values
+    else:
+        u = recording.current() if recording.has_current() else np.zeros(time.size)
     u = np.interp(time - 0.5 * step, time, u)
     parts = [filtered_part(time, mended(recording.columns[t].values), u, step, min(cutoff, 0.2 / step)) for t in titles]
     return Rows([p.x for p in parts], [p.v for p in parts], [p.acceleration for p in parts], parts[0].u)
@@ -787,7 +1016,8 @@ def _regressed(
             moving = np.all([np.abs(v) > 0.05 * np.abs(v).max() for v in row.v], axis=0)
             x, v = [p[moving] for p in row.x], [p[moving] for p in row.v]
             for mass, a in zip(model.masses, row.a, strict=True):
-                acceleration = model.accelerations(robot, mass.number, x, v, row.u[moving], [np.sign(p) for p in v])
+                u = model.driving(robot, x[0], v[0], row.u[moving])
+                acceleration = model.accelerations(robot, mass.number, x, v, u, [np.sign(p) for p in v])
                 if sine:
                     none, zero, side = np.zeros_like(x[0]), np.zeros_like(v[0]), [np.ones_like(v[0])]
                     flat, slope = (
@@ -816,6 +1046,7 @@ def fit(
     known: Given = None,
     start: Values | None = None,
     sine: bool = False,
+    rate: float | None = None,
     **options: Unpack[Options],
 ) -> Fit:
     """The parameters of any solver's model, by least squares on its exact motions, with their 95 % intervals.
@@ -825,10 +1056,12 @@ def fit(
     the largest free decay is fitted. fitted: names of parameters; if not given all that are not known, but for stops,
     limits and friction that is higher at rest. known: values of others, or the name of a fitted one that it is alike;
     what is neither has its default. start: of fitted ones, where the search may begin. sine: the spring of an angle is
-    gravity's, K sin(z) about where it rests in place of K z. options: as of `fit_step_response`.
+    gravity's, K sin(z) about where it rests in place of K z. rate [Hz]: of a model with a law, that of its controller;
+    recordings then have a column of the target, by the model's name or as goal, command or setpoint, and the gains are
+    known. options: as of `fit_step_response`.
 
     The fit's `robot()` has its numbers. Raises HopformError for recordings that are not of the model, and for names that
     are none of its parameters, MissingExtra without scipy.
     """
     core = solver if isinstance(solver, Solver) else load_solver(solver)
-    return fit_model(core.Robot.solver, recordings, fitted, known, start, sine, options)
+    return fit_model(core.Robot.solver, recordings, fitted, known, start, sine, rate, options)

@@ -95,9 +95,11 @@ TIMES = ("time", "t")
 TITLES = {
     "x1": ("x1", "actuator", "x", "position", "pos"), "x2": ("x2", "height", "body", "x", "position", "pos"),
     "u": ("current", "u", "i", "drive_current", "drive_voltage", "voltage", "torque", "force"),
+    "target": ("target", "goal", "command", "setpoint", "reference", "desired", "target_position", "goal_position",
+               "commanded_position", "desired_position", "position_target", "position_command", "ref", "cmd"),
 }  # fmt: skip
-"""Names of the columns of both positions and of the current, the one to be taken first."""
-_NAMED = {*TIMES, *TITLES["x1"], *TITLES["x2"], *TITLES["u"]} - {"torque", "force"}
+"""Names of the columns of both positions, of the current and of a law's target, the one to be taken first."""
+_NAMED = {*TIMES, *TITLES["x1"], *TITLES["x2"], *TITLES["u"], *TITLES["target"]} - {"torque", "force"}
 """Names of columns that need a unit where a fit uses them; `torque_on` is none."""
 UNUSED = ""
 """The quantity of a column that no fit uses."""
@@ -494,7 +496,11 @@ def _with_unit(name: str) -> str:
         return name
     bare = bare if bare.lower() in _NAMED else name
     units = {**dict.fromkeys(TIMES, "s"), **dict.fromkeys((*TITLES["x1"], *TITLES["x2"]), "m")}
-    units |= dict.fromkeys(TITLES["u"], "A") | {"voltage": "V", "drive_voltage": "V"}
+    units |= (
+        dict.fromkeys(TITLES["target"], "rad")
+        | dict.fromkeys(TITLES["u"], "A")
+        | {"voltage": "V", "drive_voltage": "V"}
+    )
     return f"{bare}_{units[bare.lower()]}" if bare.lower() in units else name
 
 
@@ -698,6 +704,16 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
         if may and (stay := saturated(column.values)) is not None:
             notes.append(f"{column.title} stays at its limit from sample {stay[0] + 1} to {stay[1] + 1}")
     return tuple(notes)
+
+
+def whole_spans(recording: Recording) -> list[tuple[int, int]]:
+    """Spans of samples, end exclusive, without a gap in time; what is too short to be fitted is left out."""
+    broken = np.flatnonzero(np.diff(recording.time) > _GAP * float(np.median(np.diff(recording.time)))) + 1
+    ends = [0, *broken.tolist(), recording.time.size]
+    spans = [(begin, end) for begin, end in pairwise(ends) if end - begin >= FEWEST]
+    if not spans:
+        raise recording.error(f"between its gaps there are never {FEWEST} samples", recording.line)
+    return spans
 
 
 def known_spans(recording: Recording) -> list[tuple[int, int]]:

@@ -120,7 +120,7 @@ is free, with x1, v1 of the actuator)."""
 
 UNITS = {each.name: each.unit for each in records.ROBOT_FIELDS} | {
     "impact_loss": "", "rest": "m", "length": "m", "x": "m", "v": "m/s", "x1": "m", "v1": "m/s", "offset": "A",
-    "delay": "s", "gain": "", "clock": "", "lag": "s",
+    "delay": "s", "dead_time": "s", "gain": "", "clock": "", "lag": "s",
 }  # fmt: skip
 
 SOFT = 1e-9
@@ -226,7 +226,7 @@ class Experiment:
         clock, gain, lag = at["clock"], at["gain"], at["lag"]
         moved, rate = self.moved(in_recorded_time(at, clock, self.powers), delayed(self.steps, at["delay"]), time)
         states, by = moved
-        if "delay" in self.names:
+        if "delay" in self.names and "delay" not in by:
             by["delay"] = _by_delay(states, by, rate, time)
         if "clock" in self.names or clock != 1.0:
             by = by_clock(at, by, clock, self.powers)

@@ -18,6 +18,7 @@ from hopform._stance import Current
 from hopform.extend import finite, positive, whole
 from hopform.identify import _motion as motion
 from hopform.identify import _rigs as rigs
+from hopform.identify._closed_loop import Loop, law_of
 from hopform.identify._motion import Array, drop_and_compression
 from hopform.identify._recordings import OTHER, SI, Column, Recording, current_steps
 
@@ -51,6 +52,8 @@ def record(
     free_stroke: bool = False,
     start: Start = None,
     u: Current = 0.0,
+    control_rate: SupportsFloat | None = None,
+    dead_time: SupportsFloat = 0.0,
     seed: int | None = None,
 ) -> Recording:
     """A synthetic recording of a robot in a test, within the robot's stroke and its spring's travel.
@@ -69,7 +72,9 @@ def record(
     None another one each time.
 
     test "motion": any model from `start` under `u`, as `solve_motion` takes them; every position is recorded, noise and
-    quantum in its unit, and the input where it is not 0. What the other tests are set by is refused.
+    quantum in its unit, and the input where it is not 0. What the other tests are set by is refused. control_rate [Hz]:
+    of a model with a law, that of a controller which sets the current at its ticks and holds it; each acts dead_time [s]
+    later. Then the target is recorded too.
 
     Raises HopformError for a value that is not allowed, and for a height or a current under which the actuator reaches
     a stop, or the spring the end of its travel; the message has the largest that fits. In a free drop the actuator may
@@ -103,9 +108,9 @@ def record(
     if test == MOTION:
         if wrong := [name for name, value in set_by.items() if value is not None]:
             raise HopformError(f"{', '.join(wrong)}: a motion is set by start and u alone")
-        return _motion(robot, start, u, time, *encoder)
-    if mapping("start", start, 64) or isinstance(u, Sequence) or real("u", u, "A") != 0.0:
-        raise HopformError(f"start and u are for the test {MOTION!r}, got {test!r}")
+        return _motion(robot, start, u, time, encoder, control_rate, dead_time)
+    if mapping("start", start, 64) or isinstance(u, Sequence) or real("u", u, "A") != 0.0 or control_rate is not None:
+        raise HopformError(f"start, u and control_rate are for the test {MOTION!r}, got {test!r}")
     still = finite("hold", 0.2 if hold is None else hold, "s", 0.0)
     if not still <= time[-1]:
         raise HopformError(f"hold must be <= {float(time[-1])!r} s, the duration, got {still!r}")
@@ -145,10 +150,20 @@ def to_csv(recording: Recording) -> str:
     return "\n".join([*head, *(",".join(f"{value:.9g}" for value in row) for row in rows)]) + "\n"
 
 
+Encoder = tuple[float, float, np.random.Generator]
+"""Of a position: noise and quantum, and what draws the noise."""
+
+
 def _motion(
-    robot: Robot, start: Start, u: Current, time: Array, noise: float, quantum: float, rng: "np.random.Generator"
-) -> Recording:
+    robot: Robot, start: Start, u: Current, time: Array, encoder: Encoder, control_rate: SupportsFloat | None,
+    dead_time: SupportsFloat,
+) -> Recording:  # fmt: skip
     """The motion of any model from a start under its input; HopformError where it ends before the last sample."""
+    late = finite("dead_time", dead_time, "s", 0.0)
+    if control_rate is not None:
+        return _controlled(robot, start, u, time, positive("control_rate", control_rate, "Hz"), late, encoder)
+    if late > 0.0:
+        raise HopformError("dead_time is that of a controller: give control_rate")
     facts = robot.solver.facts
     solved = solve_motion(robot, start=start, u=u, horizon=float(time[-1]) * _PAST)
     if solved.status not in ("rest", "horizon"):
@@ -159,12 +174,57 @@ def _motion(
         if axis in facts.axes:
             name, unit = (str(facts.axes[axis][part]) for part in ("name", "unit"))
             x = np.asarray(getattr(state, name), dtype=np.float64)
-            columns[name.lower()] = _column(f"{name}_{unit}", len(columns) + 2, x, noise, quantum, rng)
+            columns[name.lower()] = _column(f"{name}_{unit}", len(columns) + 2, x, *encoder)
     drive = solved.current(time) if facts.inputs else np.zeros(time.size)
     if drive.any():
         name, unit = (str((facts.currents or facts.inputs)[0][part]) for part in ("name", "unit"))
         title, quantity = f"{name}_{unit.replace(' ', '')}", _QUANTITIES.get(unit, OTHER)
         columns[name.lower()] = Column(title, quantity, len(columns) + 2, np.asarray(drive, np.float64))
+    return Recording(f"{robot.name or facts.name}, {MOTION}", time, columns)
+
+
+def _controlled(
+    robot: Robot, start: Start, u: Current, time: Array, rate: float, dead_time: float, encoder: Encoder
+) -> Recording:  # fmt: skip
+    """The motion of a model under a law that a controller computes at its ticks, at multiples of a period, and whose
+    current acts later by a dead time; the first one also before.
+    """
+    core = robot.solver
+    facts, law = core.facts, law_of(core)
+    if law is None:
+        raise HopformError(f"control_rate: the model {facts.name} has no law")
+    ends = float(time[-1]) * rate
+    if not ends <= MOST_SAMPLES:
+        raise HopformError(f"control_rate must be at most {MOST_SAMPLES / float(time[-1]):.6g} Hz, got {rate!r}")
+    steps = ((0.0, u),) if not isinstance(u, Sequence) else tuple(u)
+    begins, levels = np.array(steps, dtype=float).T
+    (place, speed), loop = (str(facts.axes[axis]["name"]) for axis in ("x1", "v1")), Loop(core, law, robot.parameters)
+    state = {place: 0.0, speed: 0.0} | {name: float(value) for name, value in (start or {}).items()}
+    ticks = np.arange(math.floor(ends + 1e-9) + 1) / rate
+    kinds = ((ticks, "tick"), (ticks + dead_time, "acts"), (time, "sample"))
+    order = sorted((round(t, 12), n, kind) for n, (times, kind) in enumerate(kinds) for t in times.tolist())
+    now, asked, acting = 0.0, list[float](), 0
+    x, i = list[float](), list[float]()
+    for t, _, kind in order:
+        if t > float(time[-1]) + 1e-12:
+            break
+        if t > now:
+            state = loop.end(robot, state, asked[max(acting - 1, 0)], t - now)
+            now = t
+        if kind == "tick":
+            target = float(levels[np.searchsorted(begins, t + 1e-12, side="right") - 1])
+            asked.append(loop.limited(float(loop.asked(robot.parameters, state[place], state[speed], target))))
+        elif kind == "acts":
+            acting += 1
+        else:
+            x.append(state[place])
+            i.append(asked[max(acting - 1, 0)])
+    targets = levels[np.searchsorted(begins, time + 1e-12, side="right") - 1]
+    unit, (drive, goal) = str(facts.axes["x1"]["unit"]), (facts.currents[0], facts.inputs[0])
+    columns = {place.lower(): _column(f"{place}_{unit}", 2, np.array(x), *encoder)}
+    for n, (each, values) in enumerate(((goal, targets), (drive, np.array(i))), 3):
+        name, of = str(each["name"]), str(each["unit"])
+        columns[name.lower()] = Column(f"{name}_{of.replace(' ', '')}", _QUANTITIES.get(of, OTHER), n, values)
     return Recording(f"{robot.name or facts.name}, {MOTION}", time, columns)
 
 
