@@ -173,6 +173,7 @@ EQUATIONS = {
     "servo": {"q": ("J", "clip(K_p*(u - q) - K_d*q_dot, -k_t*i_max, k_t*i_max) - b*q_dot + load", *JOINT)},
     "pendulum": {"q": ("J", "-m*g*l*q - b*q_dot + k_t*u", "F_p", "F_m", "F_s", "F_s", "q_min", "q_max")},
     "cart": {"x": ("m + J/r**2", "k_m/R/r*u - (b + k_m**2/(R*r**2))*v", *4 * ["F"], "x_min", "x_max")},
+    "slide": {"x": ("m", "k_f*u - k*(x - x_0) - b*v + load", "F", "F", "F + F_s", "F + F_s", "x_min", "x_max")},
     "relief_valve": {"x": ("m", "A*u - k*(x + x_0) - b*v", *4 * ["F"], "0", "x_max")},
     "sea_held": {"theta": ("N**2*J_m", "N*k_m*u - k*theta - (d + N**2*b_m)*theta_dot", *SEA)},
     "sea": {

@@ -155,7 +155,9 @@ friction(phi, m_eff)
     np.testing.assert_allclose([found["a1_y"], found["a1_v1"], found["a1_0"]], [-100.0, -6.0, 1.4], rtol=1e-15)
 
 
-@pytest.mark.parametrize("name", ["pendulum", "joint", "servo", "cart", "relief_valve", "sea", "sea_held", "hopper"])
+@pytest.mark.parametrize(
+    "name", ["pendulum", "joint", "servo", "slide", "cart", "relief_valve", "sea", "sea_held", "hopper"]
+)
 def test_a_model_that_ships_is_in_units_that_fit(name):
     """The file is read, which checks them; and its parameters have defaults but for the hopper's."""
     model = shipped(name)

@@ -251,7 +251,7 @@ def test_columns_that_are_not_the_model_s_are_refused(joint):
     phi, zero = np.sin(np.arange(200) / 20.0), np.zeros(200)
     for head, said in {
         "time_s,phi_m,i_A": "must be in rad or a unit of it: the model's phi is",
-        "time_s,phi_rad,i_V": "must be in A: the model's i is",
+        "time_s,phi_rad,i_m": "must be in A: the model's i is",
         "time_s,q_rad,i_A": "no column is a coordinate of the model: name it",
     }.items():
         with pytest.raises(hopform.HopformError, match=said):

@@ -69,7 +69,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "current": option("largest current; the largest up to u_max that fits if left out", unit="A", need="identify"),
         "hold": option("stillness at first; 0.2 if left out", unit="s", need="identify"),
         "record.added_mass": option("mass that the body carries beside its own", unit="kg", need="identify"),
-        "identify.added_mass": option("[kg] what the body carried, one per file", metavar="M,M,..."),
+        "added_mass": option("[kg] what was added to what moves, one per file; an inertia in kg m^2", metavar="M,M,..."),
         "repeats": option("drops or decays in the recording", least=1, need="identify"),
         "free_stroke": option("on a rig without stops, whose spring's travel has no limit", need="identify"),
         "record.seed": option("of the noise", least=0, most=math.inf),
@@ -162,13 +162,15 @@ def swept(text: str, duration: float | None, rate: float) -> list[tuple[float, f
     return [(t, size * math.sin(2.0 * math.pi * t * (first + 0.5 * (last - first) * t / length))) for t in times]
 
 
-def added_masses(text: str) -> tuple[float, ...]:
-    """Masses [kg] from "0,0.986"."""
+def added_masses(text: str, count: int) -> tuple[float, ...]:
+    """Masses [kg] of so many files from "0,0.986", 0 if none is given."""
     numbers = [number_of(each) for each in text.split(",")] if text else []
     masses = tuple(each for each in numbers if each is not None and 0.0 <= each < math.inf)
     if len(masses) < len(numbers):
         raise HopformError(f"--added-mass takes masses >= 0 in kg, one per file, as in 0,0.986, got {shown(text)}")
-    return masses
+    if masses and len(masses) != count:
+        raise HopformError(f"--added-mass names {len(masses)} masses for {count} files")
+    return masses or (0.0,) * count
 
 
 def answer_to(
@@ -250,10 +252,8 @@ def _other_kind(kind: str, recordings: Sequence[Recording], known: Values) -> st
 
 
 def _read(kind: str, files: Sequence[str], masses: Sequence[float]) -> Iterator[tuple[str, Recording]]:
-    """The recordings with their roles, where the files are of one kind; masses [kg]: one per file or none."""
-    if masses and len(masses) != len(files):
-        raise HopformError(f"--added-mass names {len(masses)} masses for {len(files)} files")
-    for name, mass in zip(files, masses or (0.0,) * len(files), strict=True):
+    """The recordings with their roles, where the files are of one kind; masses [kg]: one per file."""
+    for name, mass in zip(files, masses, strict=True):
         role, path = role_and_path(name)
         recording = replace(read_recording(path), added_mass=mass)
         yield role or (kind if kind in synthetic.TESTS else _role(recording)), recording
@@ -367,7 +367,7 @@ def identify(
     read = (("the recording", role_and_path(each)[1]) for each in files)
     check_fit_outputs([("--robot", in_use().robot_file(robot)), *read], json, out, export, report, plot)
     base = robot_in_use(robot, values, "identify")
-    masses, given = added_masses(added_mass), known_values(known or [])
+    masses, given = added_masses(added_mass, len(files)), known_values(known or [])
     with progress_bar("identification") as advance:
         how = options_of(loss, {"gain": gain, "clock": clock, "lag": lag}, advance)
         answer = answer_to(kind, files, [*_read(kind, files, masses)], given, force, how)

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
@@ -12,6 +13,7 @@ from hopform.extend import in_use, progress_bar, shown
 from hopform.identify import _commands
 from hopform.identify._commands import (
     SimulatorFormat,
+    added_masses,
     check_fit_outputs,
     files_of,
     give,
@@ -29,7 +31,7 @@ OPTIONS, EXAMPLES = _commands.OPTIONS, _commands.EXAMPLES
 
 def fit(
     files: list[str], fitted: str | None = None, known: list[str] | None = None, near: list[str] | None = None,
-    sine: bool = False, rate: float | None = None, gain: bool = False, clock: bool = False, lag: bool = False, loss: str = "linear",
+    sine: bool = False, rate: float | None = None, gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "", loss: str = "linear",
     out: Path | None = None, export: SimulatorFormat | None = None, report: Path | None = None, json: bool = False,
     plot: Path | None = None,
 ) -> None:  # fmt: skip
@@ -40,10 +42,11 @@ def fit(
     """
     check_fit_outputs([("the recording", each) for each in files], json, out, export, report, plot)
     names = None if fitted is None else [each.strip() for each in fitted.split(",")]
+    masses = added_masses(added_mass, len(files))
     given, starts = pairs_of("--known", known, names_too=True), cast(Values, pairs_of("--near", near))
     with progress_bar("identification") as advance:
         how = options_of(loss, {"gain": gain, "clock": clock, "lag": lag}, advance)
-        recordings = [read_recording(each) for each in files]
+        recordings = [replace(read_recording(name), added_mass=mass) for name, mass in zip(files, masses, strict=True)]
         result = fit_model_of(
             in_use(), recordings, fitted=names, known=given, start=starts, sine=sine, rate=rate, **how
         )

@@ -151,6 +151,42 @@ class Model:
         """The powers of 1/s in which parameters count."""
         return {name: power_of(each["unit"]) for name, each in self.parameters.items()}
 
+    @property
+    def places(self) -> set[str]:
+        """The parameters that are places of the only coordinate: each encoder has its own zero."""
+        mass, *more = self.masses
+        return set() if more else {
+            name for name, each in self.parameters.items()
+            if (each["unit"], each["domain"]) == (mass.unit, "real") and name not in self.stops
+        }  # fmt: skip
+
+    @property
+    def per_drive(self) -> str | None:
+        """The parameter that is the force of a unit of the input, if there is one."""
+        drive = self.input["unit"] if self.input else ""
+        names = [name for name, each in self.parameters.items() if each["unit"] in (f"N/{drive}", f"N m/{drive}")]
+        return names[0] if len(names) == 1 else None
+
+    def inertia(self, at: Values) -> str:
+        """The parameter that is the inertia of the only mass, to which a weighed mass adds; HopformError for a model
+        without.
+        """
+        unit = "kg" if self.masses[0].unit == "m" else "kg m^2"
+        values = {n: float(each.get("default", 1.0)) for n, each in self.parameters.items()} | dict(at)
+        for name in [n for n, each in self.parameters.items() if each["unit"] == unit and len(self.masses) == 1]:
+            less, more = (self.moving(self.robot({**values, name: value})) for value in (1.0, 2.0))
+            if abs(more - less - 1.0) < 1e-9:
+                return str(name)
+        raise HopformError(
+            f"added masses need a parameter that is the inertia of all that moves; {self.core.name} has none"
+        )
+
+    def moving(self, robot: Any) -> float:
+        """The inertia [kg, kg m^2] of the first mass, from its kinetic energy."""
+        length = float(self.formulas.second_position(robot, 0.0, 0.0))
+        still, moving = (self.records.LegState(0.0, v, 0.0, length) for v in (0.0, 1.0))
+        return 2.0 * float(self.formulas.energies(robot, moving).total - self.formulas.energies(robot, still).total)
+
 
 def power_of(unit: str) -> int:
     """The power of 1/s in which a quantity of a unit counts, where N is kg m/s^2: 1 of N s/m, 2 of N/A."""
@@ -166,17 +202,19 @@ def power_of(unit: str) -> int:
 @dataclass(frozen=True)
 class Modelled(Experiment):
     """A recording of a coordinate of a model. grid: times of all samples, between which gravity's sine is constant, if it
-    is asked for; seen: the angle that settled last, and the one that was measured.
+    is asked for; seen: the angle that settled last, and the one that was measured; heavier: the parameter to which a
+    mass was added.
     """
 
     model: Model = cast(Model, None)  # noqa: RUF009
     mass: int = 1
+    heavier: str = ""
     grid: Array | None = None
     seen: "list[Seen]" = field(default_factory=list["Seen"])
 
     @property
     def driven(self) -> bool:
-        return self.model.input is not None
+        return self.model.input is not None and self.steps != ((0.0, 0.0),)
 
     @property
     def powers(self) -> Mapping[str, int]:
@@ -187,8 +225,18 @@ class Modelled(Experiment):
         starts = (letter for each in self.model.masses for letter in _start_letters(each.number))
         return (*self.model.parameters, *starts)
 
+    def robot(self, at: Values) -> Any:
+        """The parameters as the solver takes them, with the mass that was added."""
+        return self.model.robot(self.loaded(at))
+
+    def loaded(self, at: Values) -> Values:
+        """The parameters with the mass that was added."""
+        if self.added_mass == 0.0:
+            return at
+        return {**at, self.heavier: at[self.heavier] + self.added_mass}
+
     def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
-        model, robot = self.model, self.model.robot(at)
+        model, robot = self.model, self.robot(at)
         under, fed = self._with_sine(at, robot, steps) if self.grid is not None else (steps, None)
         motion = self._solved(at, robot, under, float(time[-1]))
         state, rows = motion.tangents(np.ascontiguousarray(time))
@@ -280,7 +328,7 @@ class Modelled(Experiment):
                 positive = self.model.parameters[letter]["domain"] == "positive"
                 step = _STEP * (at[letter] if positive else max(abs(at[letter]), 1.0))
                 ends = (at[letter] + 0.5 * step, at[letter] - 0.5 * step)
-                above, below = (self._linear(self.model.robot({**at, letter: end})) for end in ends)
+                above, below = (self._linear(self.robot({**at, letter: end})) for end in ends)
                 stiffness, gain = (above.stiffness - below.stiffness) / step, (above.gain - below.gain) / step
                 pull = (above.stiffness * above.rest - below.stiffness * below.rest) / step
                 stiffening[n], shift[n] = (
@@ -291,10 +339,8 @@ class Modelled(Experiment):
 
     def words(self, at: Values) -> dict[str, float]:
         """What a simulator calls the numbers of a joint: the inertia from the kinetic energy, all else times it."""
-        robot, formulas = self.model.robot(at), self.model.formulas
-        length = float(formulas.second_position(robot, 0.0, 0.0))
-        still, moving = (self.model.records.LegState(0.0, v, 0.0, length) for v in (0.0, 1.0))
-        inertia = 2.0 * float(formulas.energies(robot, moving).total - formulas.energies(robot, still).total)
+        robot = self.model.robot(at)
+        inertia = self.model.moving(robot)
         linear = self._linear(robot)
         values = {"inertia": inertia, "damping": linear.damping * inertia, "frictionloss": linear.friction * inertia}
         if linear.stiffness > 0.0:
@@ -352,7 +398,7 @@ class Modelled(Experiment):
         """As of every rig; 0 of a model of several masses, or without a drive."""
         letters = self.letters(values)
         at = in_recorded_time(letters, letters["clock"], self.powers)
-        robot, steps = self.model.robot(at), delayed(self.steps, letters["delay"])
+        robot, steps = self.robot(at), delayed(self.steps, letters["delay"])
         linear = self._linear(robot) if len(self.model.masses) == 1 else None
         if linear is None or linear.gain == 0.0:
             return np.zeros(self.time.size)
@@ -568,44 +614,103 @@ def fit_model(
     several = read_some(recordings)
     _refuse(model, sine)
     ticks = _rate(model, rate, several)
-    values, names, tied = _chosen(model, fitted, known)
     view = [_view(model, each) for each in several]
+    drive = _drive(model, view)
+    values, names, tied = _chosen(model, fitted, _with_force(model, drive, fitted, known))
+    heavier = model.inertia(values) if any(each.added_mass for each in view) else ""
     motions = [cut for n, each in enumerate(view) for cut in _motions(model, each, n)]
-    free = {name: _start(model, name, start) for name in names}
+    letters = _letters(model, view, names, tied)
+    domains = {parameter: letter for each in letters.values() for letter, parameter in each.items() if letter in names}
+    free = {parameter: _start(model, letter, start) for parameter, letter in domains.items()}
     given = _given(model, names, start)
-    tries, left = _starts(model, view, values, free, tied, sine)
+    given = {parameter: given[letter] for parameter, letter in domains.items() if letter in given}
+    search = _Search(model, motions, letters, heavier, sine)
+    tries, left = search.starts(values, free)
     if given and left > 0.0:
-        rest = {name: each for name, each in free.items() if name not in given}
-        same = {name: given[other] for name, other in tied.items() if other in given}
-        loose = {name: other for name, other in tied.items() if other not in given}
-        tries.insert(0, _near(model, view, values | given | same, rest, loose, sine) | given)
+        tries.insert(0, search.near(values, free, given) | given)
     experiments, parameters = list[Experiment](), dict[str, Parameter]()
     for n, cut in enumerate(motions):
-        posed, parameters_of_cut = _posed(model, cut, n, values, {name: name for name in names} | tied, sine, ticks)
-        experiments += posed
+        posed, parameters_of_cut = _posed(model, cut, n, values, letters[cut.number], sine, ticks)
+        experiments += [replace(each, added_mass=cut.recording.added_mass, heavier=heavier) for each in posed]
         parameters |= {p.name: p for p in parameters_of_cut}
-    shared = {name: _parameter(model, name, tries[0][name]) for name in names}
+    units = Units(model.masses[0].unit, drive)
+    shared = {each: _parameter(model, letter, each, tries[0][each], units) for each, letter in domains.items()}
     first = {name: p.start for name, p in {**shared, **parameters}.items()}
-    mass = model.masses[0]
-    units = Units(mass.unit, model.input["unit"] if model.input else "A")
     warnings = tuple(f"{each.source}: {note}" for each in view for note in each.notes)
     said = tuple(_said_of_ticks(each, ticks) for each in view) if ticks else ()
     problem = Problem(
         "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
-        tuple(first | each | late for late in _delays(motions, ticks) for each in tries), {n: values[n] for n in known or {} if n in values}, tuple(filter(None, said)), warnings, parts=(0.35, 1.0),
-        units=units, loss=asked.loss, given=given, tied=tied,
+        tuple(first | each | late for late in _delays(motions, ticks) for each in tries), {n: values[n] for n in known or {} if n in values},
+        (*filter(None, said), *(note for cut in motions for note in cut.rests())), warnings, parts=(0.35, 1.0),
+        units=units, loss=asked.loss, given=given, tied={n: other for n, other in tied.items() if other in shared},
         friction=model.friction, files=files_of(several),
     )  # fmt: skip
     result = solved(problem, asked)
     driven = any(len(each.steps) > 1 for each in experiments)
     if model.law is None and driven and left > _UNDRIVEN and not all(cast(Solution, result.solution).explained):
         result = replace(result, statements=(*result.statements, _undriven(model, left)))
-    ours = {name: result.values[name] for name in names}
+    result = replace(result, statements=(*result.statements, *_scale(model, result, values)))
+    ours = {name: float(np.mean([result.values[p] for p, letter in domains.items() if letter == name]))
+            for name in names}  # fmt: skip
     every = values | ours | {name: ours[other] for name, other in tied.items()}
     kind = robot_class(core)
     values_of_robot: dict[str, Any] = {attribute_of(kind, name): value for name, value in every.items()}
     base: Any = kind(**values_of_robot, name=core.name)
     return replace(result, base=base, tied=tied)
+
+
+def _letters(
+    model: Model, recordings: Sequence[Recording], names: Sequence[str], tied: Mapping[str, str]
+) -> dict[int, dict[str, str]]:
+    """Of each recording which parameter of the fit each letter is. Over several recordings a place is that of each,
+    because an encoder has a zero of its own; under different added masses so is friction, which grows with the load.
+    """
+    apart = model.places if len(recordings) > 1 else set[str]()
+    if len({each.added_mass for each in recordings}) > 1:
+        apart = apart | model.friction.keys()
+    every = {name: name for name in names} | dict(tied)
+    return {n: {letter: f"{name}@{n}" if name in apart else name for letter, name in every.items()}
+            for n in range(len(recordings))}  # fmt: skip
+
+
+def _drive(model: Model, recordings: Sequence[Recording]) -> str:
+    """The unit of what drives, that of the model where nothing does; HopformError where recordings differ."""
+    several = {_unit_of_drive(model, each.columns["current"]): each for each in recordings if "current" in each.columns}
+    if len(several) > 1:
+        (unit, recording), (other, _) = [*several.items()][:2]
+        raise recording.error(
+            f"is in {unit}, another in {other}: one fit takes one of them", recording.head, recording.columns["current"]
+        )
+    return next(iter(several), model.input["unit"] if model.input else "A")
+
+
+def _unit_of_drive(model: Model, column: Column) -> str:
+    """That of a column, of the model's input where this has a unit of its own."""
+    return DRIVES.get(column.quantity) or cast("dict[str, Any]", model.input)["unit"]
+
+
+def _with_force(model: Model, drive: str, fitted: Sequence[str] | None, known: Given) -> Given:
+    """What is known, and that a recorded force is the force, where nothing else is said of it."""
+    per = model.per_drive
+    is_force = drive == Units(model.masses[0].unit).force and model.input is not None and model.input["unit"] != drive
+    if not is_force or per is None or per in (fitted or ()) or per in (known or ()):
+        return known
+    return {**(known or {}), per: 1.0}
+
+
+def _scale(model: Model, fit: Fit, values: Values) -> list[str]:
+    """What is said where motion and drive leave the scale of all forces open."""
+    open_names = {name for some in fit.combinations for name in some}
+    try:
+        inertia = model.inertia(values)
+    except HopformError:
+        return []
+    if inertia not in open_names:
+        return []
+    unit = fit[inertia].unit
+    return [
+        f"motion fixes forces up to a common factor: weigh it; with {inertia} known as 1 all is per {unit} of {inertia}"
+    ]
 
 
 _UNDRIVEN = 0.2
@@ -754,7 +859,9 @@ def _view(model: Model, recording: Recording) -> Recording:
     columns = dict[str, Column]()
     alone = len(model.masses) == 1
     for mass in model.masses:
-        column = recording.named(mass.coordinate) or (recording.found("x1") if alone else None)
+        column = recording.named(mass.coordinate)
+        if column is None and alone:
+            column = recording.found("x1") or recording.found("x2")
         if column is None:
             continue
         if SI[column.quantity] != mass.unit:
@@ -778,10 +885,16 @@ def _view(model: Model, recording: Recording) -> Recording:
             titles = (each for each in recording.others if each.startswith(f"{name}_".lower()))
             drive = next((recording.others[each] for each in titles), None)
         if drive is not None:
-            if in_its_unit is None and DRIVES.get(drive.quantity) != unit:
+            other = DRIVES.get(drive.quantity)
+            if in_its_unit is None and other != unit and not (other and unit in DRIVES.values() and model.per_drive):
                 raise recording.error(f"must be in {unit}: the model's {name} is", recording.head, drive)
             columns["current"] = drive
-            recording = replace(recording, notes=used_after_all(recording.notes, drive.title))
+            notes = used_after_all(recording.notes, drive.title)
+            if in_its_unit is None and other != unit:
+                notes += (
+                    f"{drive.title} drives, in {other}: {name} and {model.per_drive} are in this unit, not in {unit}",
+                )
+            recording = replace(recording, notes=notes)
     return replace(recording, columns=columns, unfit={}).of_columns([*columns.values()])
 
 
@@ -814,14 +927,16 @@ def seen_by(core: Core, recording: Recording) -> Recording:
 def _motions(model: Model, recording: Recording, number: int) -> list[Cut]:
     """The motions of a recording: what its drive shows, or its free decays."""
     titles = [title for title in ("position", "x1", "x2") if title in recording.columns]
-    x = recording.position("x2" if titles[0] == "x2" else "x1")
+    axis = "x2" if titles[0] == "x2" else "x1"
+    decay = len(model.masses) == 1 and not recording.has_current()
+    x = recording.oscillation(axis) if decay else recording.position(axis)
     other = recording.columns[titles[1]].values if len(titles) > 1 else None
     if model.law is not None:
         spans = whole_spans(recording)
     elif recording.has_current():
         spans = known_spans(recording)
     else:
-        spans = decays(recording, mended(x)) if len(model.masses) == 1 else [(0, x.size)]
+        spans = decays(recording, mended(x)) if decay else [(0, x.size)]
     return cuts_of(recording, number, spans, x, other)
 
 
@@ -868,6 +983,12 @@ _LATEST = 0.05
 """[s] of a delay or a dead time at most."""
 
 
+def _target_of(cut: Cut) -> Array:
+    """A law's target at the samples of a motion."""
+    begin = int(np.searchsorted(cut.recording.time, cut.begin - 1e-12))
+    return cut.recording.columns["target"].values[begin : begin + cut.time.size]
+
+
 def _controlled(
     model: Model, cut: Cut, kept: NDArray[np.bool_], letters: dict[str, str], constants: Values,
     parameters: list[Parameter], rate: float,
@@ -875,9 +996,8 @@ def _controlled(
     """A motion under a law, with its delays among the parameters: of the target one in each recording, of the current one
     in all.
     """
-    grid, target = _grid_of(cut.time, rate, _logged(cut.recording)), cut.recording.columns["target"].values
-    begin = int(np.searchsorted(cut.recording.time, cut.begin - 1e-12))
-    target, period, time = target[begin : begin + cut.time.size], grid.period, grid.time
+    grid, target = _grid_of(cut.time, rate, _logged(cut.recording)), _target_of(cut)
+    period, time = grid.period, grid.time
     letters |= {"delay": f"delay{letters['x'][letters['x'].index('@') :]}", "dead_time": "dead_time"}
     latest = min(_LATEST, MOST_LATE * period)
     parameters += [
@@ -935,40 +1055,20 @@ def _given(model: Model, names: Sequence[str], start: Values | None) -> dict[str
     return {n: real(f"start: {n}", given[n], model.parameters[n]["unit"]) for n in names if n in given}
 
 
-def _parameter(model: Model, name: str, start: float) -> Parameter:
-    declared = model.parameters[name]
+def _parameter(model: Model, letter: str, name: str, start: float, units: Units) -> Parameter:
+    """The parameter of a fit that a letter of the model is; of a place of each recording it is that recording's own."""
+    declared = model.parameters[letter]
     domain = declared["domain"] if declared["domain"] in ("positive", "nonnegative", "fraction") else "real"
     scale = abs(start) if domain == "positive" else max(abs(start), 1e-3)
-    return Parameter(name, declared["unit"], start, scale, domain, profiled=True)
+    is_own = name != letter and letter in model.places
+    unit = units.of("N/A") if letter == model.per_drive else declared["unit"]
+    return Parameter(name, unit, start, scale, domain, profiled=not is_own, own=is_own)
 
 
 _SPREAD = (1.0, 0.05, 20.0)
 """Times what is given of positive parameters, where the search for a start begins."""
 _MOST_LEFT = 0.05
 """Share of the accelerations that a start leaves which is good enough: the search for it ends."""
-
-
-def _starts(
-    model: Model, recordings: Sequence[Recording], values: Values, free: Values, tied: Mapping[str, str], sine: bool
-) -> tuple[list[dict[str, float]], float]:
-    """Where the fit begins: the least squares of the accelerations through each filter; of several coordinates that were
-    not all recorded what is given. And the least share of the accelerations that is left.
-    """
-    if len(model.masses) > 1 and any(
-        len([t for t in each.columns if t not in ("current", "target")]) < 2 for each in recordings
-    ):
-        return [dict(free)], 0.0
-    rows = [[_filtered(model, each, cutoff) for each in recordings] for cutoff in CUTOFFS]
-    tries = [found for some in rows for found in [_regressed(model, some, values, free, tied, sine)]]
-    tries.sort(key=lambda each: each[0])
-    return [found for _, found in tries], tries[0][0]
-
-
-def _near(
-    model: Model, recordings: Sequence[Recording], values: Values, free: Values, tied: Mapping[str, str], sine: bool
-) -> dict[str, float]:
-    """Where the fit begins of what no start was given for."""
-    return _starts(model, recordings, values, free, tied, sine)[0][0] if free else {}
 
 
 class Rows(NamedTuple):
@@ -980,62 +1080,95 @@ class Rows(NamedTuple):
     u: Array
 
 
-def _filtered(model: Model, recording: Recording, cutoff: float) -> Rows:
-    titles = ["position"] if len(model.masses) == 1 else ["x1", "x2"]
-    time, step = recording.time, float(np.median(np.diff(recording.time)))
+def _filtered(model: Model, motion: Cut, cutoff: float) -> Rows:
+    """A motion through a filter; its drive holds from sample to sample, so it is the smooth one of half a sample later."""
+    time, step = motion.time, float(np.median(np.diff(motion.time)))
     if model.law is not None:
-        u = recording.columns["target"].values
+        u: Array = np.interp(time - 0.5 * step, time, _target_of(motion))
     else:
-        u = recording.current() if recording.has_current() else np.zeros(time.size)
-    u = np.interp(time - 0.5 * step, time, u)
-    parts = [filtered_part(time, mended(recording.columns[t].values), u, step, min(cutoff, 0.2 / step)) for t in titles]
+        begins, levels = np.array(motion.steps, dtype=float).T
+        u = np.interp(time - 0.5 * step, time, levels[np.searchsorted(begins, time, side="right") - 1])
+    places = [each for each in (motion.x, motion.x1) if each is not None]
+    parts = [filtered_part(time, mended(x), u, step, min(cutoff, 0.2 / step)) for x in places]
     return Rows([p.x for p in parts], [p.v for p in parts], [p.acceleration for p in parts], parts[0].u)
 
 
-def _regressed(
-    model: Model, rows: Sequence[Rows], values: Values, free: Values, tied: Mapping[str, str], sine: bool
-) -> tuple[float, dict[str, float]]:
-    """The least squares of accelerations where something moves, from several sizes of positive parameters: its cost, and
-    the parameters.
+class _Search(NamedTuple):
+    """The search for where a fit begins: a model, its motions, of each recording which parameter of the fit a letter is,
+    the parameter to which masses were added, and whether the spring is gravity's sine.
     """
-    optimize, names = of_scipy("optimize"), list(free)
-    log = np.array([model.parameters[name]["domain"] == "positive" for name in names])
-    scale = np.array([abs(free[name]) or 1.0 for name in names])
-    low = np.where([model.parameters[n]["domain"] == "nonnegative" for n in names], 0.0, -np.inf)
-    size = max(float(np.sqrt(np.mean(np.concatenate([a for each in rows for a in each.a]) ** 2))), 1e-12)
 
-    def out(z: Array) -> dict[str, float]:
-        values_of_z = np.where(log, scale * np.exp(np.clip(np.where(log, z, 0.0), -30.0, 30.0)), scale * z)
-        return dict(zip(names, values_of_z.tolist(), strict=True))
+    model: Model
+    motions: Sequence[Cut]
+    letters: Mapping[int, Mapping[str, str]]
+    heavier: str
+    sine: bool
 
-    def off(z: Array) -> Array:
-        free_values = out(z)
-        same = {name: free_values[other] for name, other in tied.items()}
-        robot, parts = model.robot({**values, **free_values, **same}), list[Array]()
-        for row in rows:
-            moving = np.all([np.abs(v) > 0.05 * np.abs(v).max() for v in row.v], axis=0)
-            x, v = [p[moving] for p in row.x], [p[moving] for p in row.v]
-            for mass, a in zip(model.masses, row.a, strict=True):
-                u = model.driving(robot, x[0], v[0], row.u[moving])
-                acceleration = model.accelerations(robot, mass.number, x, v, u, [np.sign(p) for p in v])
-                if sine:
-                    none, zero, side = np.zeros_like(x[0]), np.zeros_like(v[0]), [np.ones_like(v[0])]
-                    flat, slope = (
-                        float(model.accelerations(robot, 1, [none + d], [zero], zero, side)[0]) for d in (0.0, 1.0)
-                    )
-                    acceleration = acceleration + (flat - slope) * (x[0] - np.sin(x[0]))
-                parts.append((acceleration - a[moving]) / size)
-        return np.nan_to_num(np.concatenate(parts), nan=1e6, posinf=1e6, neginf=-1e6)
+    def starts(self, values: Values, free: Values) -> tuple[list[dict[str, float]], float]:
+        """Where the fit begins: the least squares of the accelerations through each filter; of several coordinates that
+        were not all recorded what is given. And the least share of the accelerations that is left.
+        """
+        if len(self.model.masses) > 1 and any(each.x1 is None for each in self.motions):
+            return [dict(free)], 0.0
+        rows = [[_filtered(self.model, each, cutoff) for each in self.motions] for cutoff in CUTOFFS]
+        tries = sorted((self._regressed(some, values, free) for some in rows), key=lambda each: each[0])
+        return [start for _, start in tries], tries[0][0]
 
-    minima = list[tuple[float, float, Array]]()
-    for by in _SPREAD:
-        z = np.where(log, math.log(by), np.array([free[name] for name in names]) / scale)
-        one = optimize.least_squares(off, np.maximum(z, low + 1e-6), bounds=(low, np.inf), loss="soft_l1", max_nfev=200)
-        minima.append((float(one.cost), float(np.mean(np.asarray(one.fun) ** 2)), np.asarray(one.x)))
-        if minima[-1][1] <= _MOST_LEFT:
-            break
-    _, left, best = min(minima, key=lambda each: each[0])
-    return left, out(best)
+    def near(self, values: Values, free: Values, given: Values) -> dict[str, float]:
+        """Where the fit begins of what no start was given for."""
+        rest = {name: each for name, each in free.items() if name not in given}
+        held = {letter: given[name] for each in self.letters.values() for letter, name in each.items() if name in given}
+        letters = {n: {letter: name for letter, name in each.items() if name not in given}
+                   for n, each in self.letters.items()}  # fmt: skip
+        return self._replace(letters=letters).starts({**values, **held}, rest)[0][0] if rest else {}
+
+    def _regressed(self, rows: Sequence[Rows], values: Values, free: Values) -> tuple[float, dict[str, float]]:
+        """The least squares of accelerations where something moves, from several sizes of positive parameters: its cost, and
+        the parameters.
+        """
+        optimize, names, model = of_scipy("optimize"), list(free), self.model
+        domains = {name: model.parameters[name.partition("@")[0]]["domain"] for name in names}
+        log = np.array([domains[name] == "positive" for name in names])
+        scale = np.array([abs(free[name]) or 1.0 for name in names])
+        low = np.where([domains[n] == "nonnegative" for n in names], 0.0, -np.inf)
+        size = max(float(np.sqrt(np.mean(np.concatenate([a for each in rows for a in each.a]) ** 2))), 1e-12)
+
+        def out(z: Array) -> dict[str, float]:
+            values_of_z = np.where(log, scale * np.exp(np.clip(np.where(log, z, 0.0), -30.0, 30.0)), scale * z)
+            return dict(zip(names, values_of_z.tolist(), strict=True))
+
+        def off(z: Array) -> Array:
+            free_values, parts = out(z), list[Array]()
+            for row, motion in zip(rows, self.motions, strict=True):
+                at = {**values, **{n: free_values[name] for n, name in self.letters[motion.number].items()}}
+                if self.heavier:
+                    at[self.heavier] += motion.recording.added_mass
+                robot = model.robot(at)
+                moving = np.all([np.abs(v) > 0.05 * np.abs(v).max() for v in row.v], axis=0)
+                x, v = [p[moving] for p in row.x], [p[moving] for p in row.v]
+                for mass, a in zip(model.masses, row.a, strict=True):
+                    u = model.driving(robot, x[0], v[0], row.u[moving])
+                    acceleration = model.accelerations(robot, mass.number, x, v, u, [np.sign(p) for p in v])
+                    if self.sine:
+                        none, zero, side = np.zeros_like(x[0]), np.zeros_like(v[0]), [np.ones_like(v[0])]
+                        flat, slope = (
+                            float(model.accelerations(robot, 1, [none + d], [zero], zero, side)[0]) for d in (0.0, 1.0)
+                        )
+                        acceleration = acceleration + (flat - slope) * (x[0] - np.sin(x[0]))
+                    parts.append((acceleration - a[moving]) / size)
+            return np.nan_to_num(np.concatenate(parts), nan=1e6, posinf=1e6, neginf=-1e6)
+
+        minima = list[tuple[float, float, Array]]()
+        for by in _SPREAD:
+            z = np.where(log, math.log(by), np.array([free[name] for name in names]) / scale)
+            one = optimize.least_squares(
+                off, np.maximum(z, low + 1e-6), bounds=(low, np.inf), loss="soft_l1", max_nfev=200
+            )
+            minima.append((float(one.cost), float(np.mean(np.asarray(one.fun) ** 2)), np.asarray(one.x)))
+            if minima[-1][1] <= _MOST_LEFT:
+                break
+        _, left, best = min(minima, key=lambda each: each[0])
+        return left, out(best)
 
 
 def fit(

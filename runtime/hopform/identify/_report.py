@@ -36,7 +36,10 @@ def fit_sections(fit: Fit) -> list[Section]:
     """Parameters with what was known last; recordings; causes that would explain the residuals better; repeats."""
     parameters = [(e.name, *rounded(e)[:1], e.unit, interval(e), e.method) for e in fit.estimates]
     parameters += [
-        (name, *rounded(fit[other])[:1], fit[other].unit, "", f"as {other}") for name, other in fit.tied.items()
+        (name, rounded(each)[0], each.unit, "", f"as {each.name}")
+        for name, other in fit.tied.items()
+        for each in fit.estimates
+        if each.name.partition("@")[0] == other
     ]
     parameters += [(name, number(value, ".6g"), "", "", "known") for name, value in fit.known.items()]
     recordings = list[Sequence[str]]()

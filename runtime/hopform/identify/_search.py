@@ -61,7 +61,11 @@ class Problem:
 
     def _of(self, kind: str, letter: str) -> list[str]:
         given, names = self.friction, [p.name for p in self.parameters]
-        return [name for name in names if (name[:1] == letter if given is None else given.get(name) == kind)]
+        return [
+            name
+            for name in names
+            if (name[:1] == letter if given is None else given.get(name.partition("@")[0]) == kind)
+        ]
 
 
 def minimise(problem: Problem) -> Solution:
@@ -325,11 +329,11 @@ def _traded(problem: Problem, solution: Solution) -> Solution:
     """The least of the minima between kinks: where a mass comes to stick the sum of squares has some.
 
     Friction of one kind is traded for the other, and the best is kept. Some of the samples show where that leads.
-    A body sticks once, at its end, and its residuals are enough; an actuator sticks at every turn of its current.
+    A free motion sticks once, at its end, and its residuals are enough; a driven one sticks at every turn of its drive.
     """
     white = all(each.white for each in solution.tests)
     viscous, coulomb = problem.viscous, problem.coulomb
-    if not coulomb or (white and "f1" not in coulomb):
+    if not coulomb or (white and not any(each.driven for each in problem.experiments)):
         return solution
     at, shares = solution.values, _TRADES if white else _TRADES + _SMALL_TRADES
     trades = [{n: b * at[n] for n in viscous} | {n: f * at[n] for n in coulomb} for b, f in shares]
