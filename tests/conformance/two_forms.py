@@ -165,8 +165,8 @@ class Pair:
         self.exact = self.ships if double else form(False, True)
         self.same = self.on.path == self.ships.path
 
-    def compare(self, kind: str, seed: int, count: int) -> Tally:
-        """`count` motions of a kind."""
+    def compare(self, kind: str, seed: int, count: int, most: int = MOST) -> Tally:
+        """`count` motions of a kind, of which so many lists that differ are judged."""
         lanes = problems(self.model, kind, seed, count, self.double)
         on, ships = self.on.solve(lanes), self.ships.solve(lanes)
         solved = ships.answers["ending"] > 0
@@ -181,7 +181,7 @@ class Pair:
             int(np.isin(each.answers["ending"], (TOO_MANY, UNCERTIFIED)).sum()) for each in (on, ships)
         )
         self.measure(tally, lanes, on, ships, solved & equal, seed)
-        for lane in differ[:MOST]:
+        for lane in differ[:most]:
             self.judge(tally, lanes[lane], [each.list_of(lane) for each in (on, ships)],
                        [self.answer(each, lane) for each in (on, ships)], (seed, int(lane)))  # fmt: skip
         return tally
