@@ -20,7 +20,7 @@ def test_both_forms_find_the_same_events(store, name):
     for double in (True, False):
         pair = Pair(store, model, double=double, level="-O0")
         for kind in KINDS if not pair.same else ():
-            found = pair.compare(kind, 77, COUNT, most=JUDGED * double)
+            found = pair.compare(kind, 78, COUNT, most=JUDGED * double)
             said = f"{name}, {kind}, {'f64' if double else 'f32'}: {found.row} {found.cases}"
             assert found.motions > COUNT // 2, said
             assert found.wrong == 0 and found.differ <= (0 if double else 2) + found.motions // 100, said

@@ -1,8 +1,8 @@
 """Two forms of the engine over the same random motions of any model: `python -m tests.conformance.two_forms COUNT`.
 
-The library of a model is built twice in each precision, as it ships and with a switch, -DHOPFORM_MODAL=1. Endings, lists
-of events, times and final states are compared. Where lists differ a form is wrong if neither the exact motion nor a
-neighbour has its list (tests/oracle/mechanism, 60 digits); in single precision the exact list is that of the form that
+The library of a model is built twice in each precision, as it ships and with a switch, -DHOPFORM_MODAL=1. Endings,
+lists of events, times and final states are compared. Where lists differ a form is wrong if neither the exact
+motion nor a neighbour has its list (tests/oracle/mechanism, 60 digits); in single precision the exact list is that of the form that
 ships in double precision, of the same numbers, and neighbours are sought by that first. Exit code 1 if the form behind
 the switch is wrong more often than the other one, or fails to end more often.
 """
@@ -70,7 +70,7 @@ class Motions:
         kinds = self.events["kind"].astype("i1")
         return [
             kinds[first : first + count].tobytes() + bytes([ending & 255])
-            for first, count, ending in zip(*(self.answers[name].tolist() for name in ("first", "count", "ending")), strict=True)
+            for first, count, ending in self.answers[["first", "count", "ending"]].tolist()
         ]  # fmt: skip
 
 
@@ -148,11 +148,12 @@ class Tally:
     def row(self) -> str:
         return (
             f"{self.motions:8d} {self.differ:6d} {self.wrong:5d} {self.wrong_as_ships:5d} {self.unsettled:5d} "
-            f"{self.late:9.2g} {self.moved:9.2g} {self.stuck:5d} {self.stuck_as_ships:5d}  {self.latest[0]}/{self.latest[1]}"
+            f"{self.late:9.2g} {self.moved:9.2g} {self.stuck:5d} {self.stuck_as_ships:5d}  "
+            f"{self.latest[0]}/{self.latest[1]}"
         )
 
 
-HEAD = f"{'motions':>8} {'differ':>6} {'wrong':>5} {'ships':>5} {'uns.':>5} {'times':>9} {'states':>9} {'stuck':>5} {'ships':>5}  latest"
+HEAD = " motions differ wrong ships  uns.     times    states stuck ships  latest"
 
 
 class Pair:
@@ -285,8 +286,8 @@ class Pair:
 
 
 def by_the_exact(problem: dict[str, Any], answer: Answer, digits: int) -> str:
-    """Whether the motion of 60 digits has a list, else a neighbour within 32 units in the last place; also of the phases in
-    which the lists part, whose starts the library has rounded."""
+    """Whether the motion of 60 digits has a list, else a neighbour within 32 units in the last place; also of the
+    phases in which the lists part, whose starts the library has rounded."""
     exact = capped(solve(problem), answer)
     if exact.kinds == answer.kinds:
         return RIGHT
