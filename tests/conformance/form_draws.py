@@ -51,8 +51,8 @@ class Model:
         self.equations = Equations(self.file, [*self.fields], self.stretch, not self.first_moves)
         self.moving = self.equations.moving
         self.dtype = np.dtype(
-            [("robot", "f8", len(self.fields)), ("start", "f8", 4), ("horizon", "f8"), ("t", "f8", STEPS), ("u", "f8", STEPS),
-             ("steps", "i8")]
+            [("robot", "f8", len(self.fields)), ("start", "f8", 4), ("horizon", "f8"), ("t", "f8", STEPS),
+             ("u", "f8", STEPS), ("steps", "i8")]
         )  # fmt: skip
 
     @property
@@ -221,7 +221,7 @@ def settled(model: Model, robot: Robot, start: Robot) -> Robot:
 
 
 def steer(model: Model, robot: Robot, names: list[str], quantity: Callable[[Robot], Any], target: Any) -> Any:
-    """Set the first of some parameters by which an affine quantity becomes its target, lane by lane; where that was done."""
+    """Set the first of some parameters by which an affine quantity becomes its target; the lanes that did."""
     done = np.zeros(len(target), bool)
     for name in names:
         size = np.where(robot[name] > 0.0, robot[name], 1.0)
@@ -308,7 +308,7 @@ def near_equal(draw: Draw, robot: Robot) -> None:
 
 
 def double_root(model: Model, robot: Robot, name: str) -> Any:
-    """The damper by which two poles of the cubic are equal, the smallest one on a grid; where there is none, what it was."""
+    """The least damper on a grid by which two poles of the cubic are equal; where there is none, what it was."""
     wide = {key: np.asarray(value, np.longdouble) for key, value in robot.items()}
     none, one = (physics(model, wide | {name: np.full_like(wide[name], n)}) for n in (0.0, 1.0))
 
@@ -333,7 +333,7 @@ def double_root(model: Model, robot: Robot, name: str) -> Any:
 
 
 def near_triple(draw: Draw, robot: Robot) -> None:
-    """Three poles within 1e-8 to 1e-3: M_2 K_11 = 8 M_1 K_22, mass 2 without a damper, b_1/M_1 = 3 r, r^2 = 3 K_22/M_2."""
+    """Three poles within 1e-8 to 1e-3: M_2 K_11 = 8 M_1 K_22, b_2 = 0, b_1/M_1 = 3 r, r^2 = 3 K_22/M_2."""
     model, near = draw.model, 1.0 + draw.over(1e-24, 1e-9) * draw.random.choice([-1.0, 0.0, 1.0], draw.count)
     without(model, robot, *DAMPING)
     if not model.two:
@@ -399,8 +399,8 @@ def beside(draw: Draw, value: Any, whole: Any) -> Any:
 
 
 def at_threshold(draw: Draw, robot: Robot, start: Robot, u: Any, whole: Any) -> tuple[Robot, Robot, Any]:
-    """Robot, start and first input: at rest and at a level of friction, one mass or both; at a stop; a law at its limit; a
-    contact that carries nothing, or is touched with no velocity."""
+    """Robot, start and first input: at rest and at a level of friction, one mass or both; at a stop; a law at its
+    limit; a contact that carries nothing."""
     model, kind = draw.model, draw.random.integers(0, 6, draw.count)
     rests = {n: draw.some(0.7) for n in (1, 2)}
     start = dict(start)

@@ -8,21 +8,22 @@ import pytest
 from tests.conformance.form_draws import KINDS, Model
 from tests.conformance.two_forms import NAMES, Pair
 
-COUNT = 200
+COUNT, JUDGED = 200, 2
 HOPPER_FIRST = ["hopper", *(name for name in NAMES if name != "hopper")]
-both_precisions = pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
 
 
 @pytest.mark.sliced
-@both_precisions
 @pytest.mark.parametrize("name", HOPPER_FIRST)
-def test_both_forms_find_the_same_events(store, name, double):
+def test_both_forms_find_the_same_events(store, name):
+    """In double precision where they differ both are right; in single precision they hardly differ."""
     model = Model(store, name)
-    pair = Pair(store, model, double=double, level="-O0")
-    for kind in KINDS if not pair.same else ():
-        found = pair.compare(kind, 77, COUNT)
-        said = f"{name}, {kind}: {found.row} {found.cases}"
-        assert found.motions > COUNT // 2, said
-        assert found.wrong <= found.wrong_as_ships and found.stuck <= found.stuck_as_ships, said
-    if name == "hopper":
-        assert pair.on.asked > 3 * COUNT, "the form behind the switch was asked"
+    for double in (True, False):
+        pair = Pair(store, model, double=double, level="-O0")
+        for kind in KINDS if not pair.same else ():
+            found = pair.compare(kind, 78, COUNT, most=JUDGED * double)
+            said = f"{name}, {kind}, {'f64' if double else 'f32'}: {found.row} {found.cases}"
+            assert found.motions > COUNT // 2, said
+            assert found.wrong == 0 and found.differ <= (0 if double else 2) + found.motions // 100, said
+            assert found.stuck <= found.stuck_as_ships, said
+        if name == "hopper":
+            assert pair.on.asked > 3 * COUNT, "the form behind the switch was asked"

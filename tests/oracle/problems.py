@@ -13,7 +13,7 @@ from tests.oracle.elements import Row, elements
 
 
 class Formula:
-    """A formula in text, put together as the file does it with numbers; a decimal of the file is an input of its own."""
+    """A formula in text, put together as a file does it with numbers; its decimals are inputs of their own."""
 
     def __init__(self, text: str, numbers: dict[str, float]) -> None:
         self.text, self.numbers = text, numbers
@@ -78,14 +78,15 @@ class Equations:
         self.of = of = elements(file, {name: Formula(name, self.numbers) for name in names})
         self.moving, size = of.moving, range(len(of.moving))
         self.axes = ["v2", "y"] if second_alone else ["x1", "v1"] if len(self.moving) == 1 else ["x1", "v1", "v2", "y"]
+        inertias = [self.sum([of.coordinates[name][1]]) for name in self.moving]
         self.text: dict[str, Any] = {
             "name": file.stem,
             "coordinates": self.moving,
-            "mass": [[self.sum([of.coordinates[name][1] if i == j else 0]) for j in size] for i, name in enumerate(self.moving)],
+            "mass": [[inertia if i == j else "0" for j in size] for i, inertia in enumerate(inertias)],
             "stiffness": self.matrix(of.springs),
             "damping": self.matrix(of.dampers),
             "force": [self.sum(self.forces(name)) for name in self.moving],
-            "input": [self.sum([row.by.get(of.input, 0) for on, row in of.forces if on == name]) for name in self.moving],
+            "input": [self.sum([row.by.get(of.input, 0) for on, row in of.forces if on == n]) for n in self.moving],
             "elements": [self.element(n, name) for n, name in enumerate(self.moving)],
             **self.ends(),
             **self.state(stretch),
@@ -172,8 +173,8 @@ class Equations:
         return {"position": place, "velocity": rate, "tied": tied, "outputs": outputs}
 
     def problem(
-        self, robot: Mapping[str, float], start: Mapping[str, float], steps: Sequence[tuple[float, float]], horizon: float,
-        units: Mapping[str, float], most: int,
+        self, robot: Mapping[str, float], start: Mapping[str, float], steps: Sequence[tuple[float, float]],
+        horizon: float, units: Mapping[str, float], most: int,
     ) -> dict[str, Any]:  # fmt: skip
         """units: of the time and of the outputs, which are those of the start; most: phases."""
         return {

@@ -39,7 +39,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Element:
-    """Dry friction -plus or +minus along a direction, held between those at rest; inelastic limits of the displacement."""
+    """Dry friction -plus or +minus along a direction, held between those at rest; inelastic limits of displacement."""
 
     name: str
     direction: Vector

@@ -19,8 +19,8 @@ INVERSE = int(1 / TINY)
 
 @dataclass(frozen=True)
 class Mode:
-    """Signs of the elements' slip, 0 held; side of the saturated law, 0 for none; whether touchdown is armed; what the law
-    follows.
+    """Signs of the elements' slip, 0 held; side of the saturated law, 0 for none; whether touchdown is armed; what the
+    law follows.
     """
 
     signs: tuple[int, ...]
