@@ -1,7 +1,7 @@
 """Both forms of the engine over the same random stances: `python -m tests.conformance.two_forms COUNT`.
 
 two_forms.c is built twice in each precision, as it ships and with HOPFORM_MODAL=1, which solves phases in which both
-masses slip in modal coordinates. Lists of events and endings are compared. Where they differ
+masses slip by their rates. Lists of events and endings are compared. Where they differ
 a form is wrong if the checker certifies the other one alone (f64), or if it is unlike the form that ships in double
 precision, of the same numbers (f32). Exit
 code 1 if the modal form is wrong more often than the other one.
