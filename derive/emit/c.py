@@ -13,7 +13,7 @@ from typing import Any
 import sympy as sp
 
 from ..ir import SCALARS, Authored, Domain, Function, Member, Program, Quantity, Record, Struct
-from ..maths.modal import may_be_modal
+from ..maths.transition import may_be_modal
 from ..model.equations import Model
 from ..model.kinds import Kind, Word
 from ..model.names import in_c

@@ -16,12 +16,12 @@ from ..maths import (
     laplace,
     law,
     linear,
-    modal,
     modes,
     partial_fractions,
     sensitivity,
     start,
     time_domain,
+    transition,
     work,
 )
 from ..model import quantities, words
@@ -32,7 +32,7 @@ from .facts import shown, state_of
 OF_CONTACT = (contact, control, flight)
 """Modules of which a model without a contact has nothing."""
 MODULES = (
-    laplace, law, linear, elements, modes, partial_fractions, modal, time_domain, energy, work, control, sensitivity, contact, flight, start
+    laplace, law, linear, elements, modes, partial_fractions, time_domain, transition, energy, work, control, sensitivity, contact, flight, start
 )  # fmt: skip
 
 

@@ -27,6 +27,7 @@ class Table:
 def series(precision: Precision) -> tuple[Table, ...]:
     """The power series of the kernels."""
     single = precision == F32
+    half, whole = (_inverse_factorials(range(2, most)) for most in ((8, 11) if single else (14, 18)))
     area_tangent = tuple(1.0 / n for n in reversed(range(1, 11 if single else 23, 2)))
     return (
         Table("EXPONENTIAL", _inverse_factorials(range(1, 9 if single else 15)), "(exp(r) - 1)/r"),
@@ -34,10 +35,10 @@ def series(precision: Precision) -> tuple[Table, ...]:
         Table("SINE", _alternating(_inverse_factorials(range(1, 10 if single else 18, 2))), "sin(r)/r in r^2"),
         Table("COSINE", _alternating(_inverse_factorials(range(0, 10 if single else 18, 2))), "cos(r) in r^2"),
         Table("AREA_TANGENT", area_tangent, "artanh(s)/s in s^2"),
-        Table("HALF_NODE", _inverse_factorials(range(2, 8 if single else 14)), "phi_1 over half a node, but for the 1"),
-        Table("NODE", _inverse_factorials(range(2, 11 if single else 18)), "phi_1 over a node, but for the 1"),
-        Table("STEP", _inverse_factorials(range(2, 4 if single else 6)), "phi_1 over a short step, but for the 1"),
-        Table("NODE_TWICE", _inverse_factorials(range(3, 11 if single else 18)), "phi_2 over a node, but for the 1/2"),
+        Table("HALF_NODE_FIRST", half[:3], "phi_2 over half a node: its highest three"),
+        Table("HALF_NODE", half[3:], "those below"),
+        Table("NODE_FIRST", whole[:3], "phi_2 over a node: its highest three"),
+        Table("NODE", whole[3:], "those below"),
         Table("CARRY_ORDERS", tuple(1.0 / n for n in range(1, CARRY_ORDER[precision] + 1)), "1/n, from the first on"),
     )
 

@@ -7,7 +7,7 @@ hold other structs.
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
-from ..ir import Authored, Member, Quantity, Record, Struct, scalar
+from ..ir import Authored, Member, Quantity, Record, Struct
 from .names import in_c
 from .quantities import BASIS, BODY_HEIGHT, CURRENT, ROBOT, STATE, TIME
 
@@ -47,42 +47,18 @@ NODE = Struct("Node", "A mode's propagator where a phase is looked at first, and
     *of_quantities((TIME, *BASIS.quantities)),
 )
 ONLY_IF_MODAL = "HOPFORM_MODAL"
-"""The macro with which a library is compiled that solves motions of a pair that rings in modal coordinates."""
-MODAL_ROW_MEMBERS = (
-    scalar("rate_fade", "s", "of what fades in its rate"),
-    scalar("rate_cosine", "1", "of the cosine in its rate"),
-    scalar("rate_sine", "1", "of the sine in its rate"),
-    scalar("deflated_cosine", "1/s", "of the cosine in its deflated derivative"),
-    scalar("deflated_sine", "1/s", "of the sine in its deflated derivative"),
-    scalar("amplitude", "1", "of the pair's part of its rate, in that of cosine and sine"),
-)
-MODAL_SHARE_MEMBERS = (
-    scalar("of_y", "1", "per rate of y"), scalar("of_1", "s", "per acceleration of mass 1"),
-    scalar("of_2", "s", "per acceleration of mass 2"),
-)  # fmt: skip
-MODAL_ROW = Struct(
-    "ModalRow",
-    "A stretch, or with units over s a velocity, by the modal coordinates of its rate.",
+"""The macro with which a library is compiled that solves motions of both masses by their rates, from node to node."""
+TRANSITION = Struct(
+    "Transition",
+    "Both masses slipping: what their rates and coordinates become from node to node.",
     only_if=ONLY_IF_MODAL,
-).of(*of_quantities(MODAL_ROW_MEMBERS))
-MODAL_SHARE = Struct(
-    "ModalShare", "A modal coordinate at the start of a phase; what fades with units over s.", only_if=ONLY_IF_MODAL
-).of(*of_quantities(MODAL_SHARE_MEMBERS))
-MODAL = Struct(
-    "Modal", "Both masses slipping in modal coordinates, and how far these go from node to node.", only_if=ONLY_IF_MODAL
 ).of(
     Member("h", "real", "from node to node; 0 where the form of W is used", "s"),
-    Member("a", "real", "what fades", "1/s"),
-    Member("mean", "real", "decay of the pair", "1/s"),
-    Member("omega", "real", "frequency of the pair", "1/s"),
-    Member("root_q", "real", "of mean and omega, the sum of the squares", "1/s"),
-    Member("root_chi", "real", "of a - mean and omega", "1/s"),
-    Member("fades", "real", "integral of what fades over a node, of 1 at its start", "s"),
-    Member("left", "real", "what is left of it"),
-    Member("rings", "real", "integral over a node of the cosine, of 1 at its start", "s"),
-    Member("turns", "real", "integral over a node of the sine, of a cosine of 1 at its start", "s"),
-    Member("row", "ModalRow", "of the stretch and of the velocities", count=3),
-    Member("share", "ModalShare", "of what fades, of cosine and of sine", count=3),
+    Member("fastest", "real", "no pole is faster", "1/s"),
+    Member("above", "real", "the real pole beyond the rate of each mass alone", "1/s", count=2),
+    Member("stays", "real", "of each rate, by rows, in SI units", count=9),
+    Member("gains", "real", "what each coordinate gains, by rows, in SI units", count=9),
+    Member("moves", "real", "what the position gains beyond v_1 h, in SI units", count=3),
 )
 PLAN = Struct(
     "Plan", "What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode."
@@ -279,7 +255,7 @@ def plan_of(moving: tuple[int, ...] = (1, 2), *, has_law: bool = False, may_be_m
         Member("rates", "Rates", "; ".join(rates), count=len(rates), is_array=True),
         Member("poles", "Poles", "; ".join(forms), count=len(forms), is_array=True),
         Member("node", "Node", "of each", count=len(forms), is_array=True),
-        *((Member("modal", "Modal", only_if=ONLY_IF_MODAL),) if may_be_modal else ()),
+        *((Member("transition", "Transition", only_if=ONLY_IF_MODAL),) if may_be_modal else ()),
         Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
     )
 

@@ -8,7 +8,7 @@
 
 #include "first_event_f64.h"
 #include "ledger_f64.h"
-#include "modal_search_f64.h"
+#include "node_search_f64.h"
 #include "overlap_f64.h"
 
 /* The chain while it grows. */
@@ -43,6 +43,9 @@ typedef struct {
     int event;                   /* with which the phase began */
     drive_by_element_f64 drive; /* of the phase, as its numerators */
     numerators_by_axis_f64 numerators;
+#if HOPFORM_HAS_MODAL
+    rates_by_row_f64 rates; /* in place of the numerators, where both slip and nobody follows */
+#endif
     motion_modes_f64 modes; /* of the motion, once the modal form is evaluated */
     evaluations_f64 *evaluations;
     observer_f64 *observer;
@@ -418,67 +421,17 @@ SELDOM_f64 void enter_modes_f64(stance_chain_f64 *chain, stance_search_f64 *sear
 }
 
 #if HOPFORM_HAS_MODAL
-/* ---- both slip, in modal coordinates ---- */
+/* ---- both slip, by their rates ---- */
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
-static inline bool is_solved_in_modes_f64(const stance_chain_f64 *chain) {
-    return alone_of_mode_f64(chain->mode) < 0 && !rests_of_mode_f64(chain->mode) && chain->plan->modal.h > 0.0
+static inline bool is_solved_by_rates_f64(const stance_chain_f64 *chain) {
+    return alone_of_mode_f64(chain->mode) < 0 && !rests_of_mode_f64(chain->mode) && chain->plan->transition.h > 0.0
            && chain->observer == NULL;
 }
 
 /* The axis of each event function of the search. */
-static const int axis_of_function_f64[MODAL_FUNCTIONS_f64] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0),
-                                                                HOPFORM_VELOCITY_AXIS(1)};
-
-/* The search at the start of the phase. Rates and deflated derivatives are those of the numerators, which know what an
- * element that has just switched, or come to rest, begins with. */
-static inline void begin_modal_search_f64(const stance_chain_f64 *chain, modal_search_f64 *search) {
-    const hopform_modal_f64 *modal = &chain->plan->modal;
-    const numerator_f64 *core = chain->numerators.core;
-    const double rate[MODAL_FUNCTIONS_f64] = {core[HOPFORM_STRETCH_AXIS - 1].H3, core[HOPFORM_VELOCITY_AXIS(0) - 1].H3,
-                                             core[HOPFORM_VELOCITY_AXIS(1) - 1].H3};
-    modal_node_f64 *low = &search->node[0];
-    double m[3];
-    for (int n = 0; n < 3; n++) {
-        const hopform_modal_share_f64 *share = &modal->share[n];
-        m[n] = share->of_y * rate[0] + share->of_1 * rate[1] + share->of_2 * rate[2];
-    }
-    search->modal = modal;
-    search->low = low;
-    search->high = &search->node[1];
-    search->limit = end_of_step_f64(chain) - chain->t;
-    search->first = 1;
-    search->from_the_end = false;
-#if HOPFORM_HAS_CONTACT
-    if (falls_of_mode_f64(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
-#endif
-    search->sign[0] = 1.0;
-    search->sign[1] = (double)side_of_mode_f64(chain->mode, 0);
-    search->sign[2] = (double)side_of_mode_f64(chain->mode, 1);
-    low->t = 0.0;
-    low->m.f = m[0];
-    low->m.c = m[1];
-    low->m.s = m[2];
-    for (int n = 0; n < MODAL_FUNCTIONS_f64; n++) {
-        const int axis = axis_of_function_f64[n];
-        const numerator_f64 *h = &core[axis - 1];
-        const double z = chain->at.of[axis];
-        search->z[n] = z;
-        search->rounded[n] = fabs_f64(z);
-        low->value[n] = greater_f64(search->sign[n] * z, 0.0);
-        low->rate[n] = search->sign[n] * h->H3;
-        low->deflated[n] = search->sign[n] * (h->H2 - 2.0 * modal->mean * h->H3);
-    }
-    search->from = 0.0;
-    search->m = low->m;
-    search->amplitude = amplitude_of_f64(&low->m);
-    search->total = no_gain_f64(&low->m);
-    search->gained = search->total;
-    search->moved = 0.0;
-    search->count = 0;
-    search->evaluations = chain->evaluations;
-    use_evaluation_f64(search->evaluations); /* a phase costs as much */
-}
+static const int axis_of_function_f64[NODE_FUNCTIONS_f64] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0),
+                                                               HOPFORM_VELOCITY_AXIS(1)};
 
 /* How far it is to the stop ahead; NEVER without one. */
 static inline double gap_ahead_f64(const stance_chain_f64 *chain) {
@@ -487,194 +440,189 @@ static inline double gap_ahead_f64(const stance_chain_f64 *chain) {
     return HOPFORM_HAS_STOPS && is_finite_f64(gap) ? gap : HOPFORM_NEVER_f64;
 }
 
-/* When the position, which only goes to its side until a time, has met the stop ahead, and what is gained by then; how
- * far it is from there then, and its rate and curvature. */
-SELDOM_f64 modal_root_f64 modal_stop_f64(const stance_chain_f64 *chain, const modal_f64 *m, double until,
-                                            const jet_f64 *then) {
-    const hopform_modal_f64 *modal = &chain->plan->modal;
-    const int element = HOPFORM_STOPPED_ELEMENT;
-    const hopform_modal_row_f64 *row = &modal->row[1 + element];
-    const double side = (double)side_of_mode_f64(chain->mode, element);
-    const double velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
-    const double gap = gap_ahead_f64(chain);
-    const numerator_f64 *h = &chain->numerators.of.velocity[element];
-    const jet_f64 from = {gap, -side * velocity, -side * h->H3,
-                           -side * (h->H2 - rates_of_chain_f64(chain)->s_1 * h->H3)};
-    const interpolant_f64 p = interpolant_of_f64(&from, then, until);
-    modal_root_f64 root = {until * refined_root_f64(&p, rough_root_f64(&from, then, until)), no_gain_f64(m)};
-    double low = 0.0, high = until;
-    for (int step = 0; step < 100; step++) {
-        if (!(root.t > low && root.t < high) || (step > 8 && step % 2 == 1)) { root.t = low + 0.5 * (high - low); }
-        const bool ends = !(root.t > low && root.t < high);
-        root.t = ends ? high : root.t;
-        root.gain = gain_over_f64(modal, m, root.t);
-        const modal_f64 at = modal_after_f64(modal, m, &root.gain);
-        const double left = gap - side * displacement_f64(modal, row, velocity, m, root.t, &root.gain);
-        const double speed = side * (velocity + gain_by_row_f64(row, &root.gain));
-        use_evaluation_f64(chain->evaluations);
-        MODAL_COUNT(evaluation);
-        if (ends || fabs_f64(left) <= HOPFORM_EPS_f64 * root.t * speed) { break; }
-        low = left > 0.0 ? root.t : low;
-        high = left > 0.0 ? high : root.t;
-        const double below = 2.0 * speed * speed + left * (side * rate_by_row_f64(row, &at));
-        root.t = speed > 0.0 && below > 0.0 ? root.t + 2.0 * left * speed / below : low; /* Halley's */
+/* The search at the start of the phase. */
+static inline void begin_node_search_f64(const stance_chain_f64 *chain, node_search_f64 *search) {
+    const hopform_poles_f64 *poles = &chain->plan->poles[0];
+    search_node_f64 *low = &search->node[0];
+    search->plan = chain->plan;
+    search->low = low;
+    search->high = &search->node[1];
+    search->rings = 0.25 * poles->p * poles->p < poles->q;
+    search->stiff = search->rings && fades_in_a_node_f64(&chain->plan->transition);
+    search->limit = end_of_step_f64(chain) - chain->t;
+    search->gap = gap_ahead_f64(chain);
+    search->first = 1;
+    search->from_the_end = false;
+#if HOPFORM_HAS_CONTACT
+    if (falls_of_mode_f64(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
+#endif
+    search->sign[0] = 1.0;
+    search->sign[1] = (double)side_of_mode_f64(chain->mode, 0);
+    search->sign[2] = (double)side_of_mode_f64(chain->mode, 1);
+    search->w = chain->rates;
+    search->from = 0.0;
+    const rates_by_row_f64 d = deflated_rates_f64(chain->plan, &search->w);
+    low->t = 0.0;
+    low->x = 0.0;
+    low->w = search->w;
+    for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
+        const double z = chain->at.of[axis_of_function_f64[n]];
+        search->rounded[n] = fabs_f64(z);
+        low->value[n] = greater_f64(search->sign[n] * z, 0.0);
+        low->rate[n] = search->sign[n] * search->w.of[n];
+        low->deflated[n] = search->sign[n] * d.of[n];
     }
-    return root;
+    search->count = 0;
+    search->evaluations = chain->evaluations;
+    use_evaluation_f64(search->evaluations); /* a phase costs as much */
 }
 
-/* Where the phase ends at a time, after a gain since the interval began, which may be the first of the phase, at some
- * coordinates. */
-static inline void arrive_in_modes_f64(const modal_search_f64 *search, const modal_gain_f64 *gain, double t,
-                                        const modal_f64 *m, modal_arrival_f64 *arrival) {
-    const modal_gain_f64 sum = gain_and_f64(&search->total, gain);
-    const modal_gain_f64 *total = &sum;
-    const bool first = !(search->low->t > 0.0);
-    const hopform_modal_f64 *modal = search->modal;
-    const hopform_modal_row_f64 *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
-    arrival->is_modal = true;
-    for (int n = 0; n < MODAL_FUNCTIONS_f64; n++) {
-        const double known = first ? search->sign[n] * known_beside_f64(search, n) * t : 0.0;
-        double rest;
-        arrival->z[axis_of_function_f64[n]] =
-            search->from_the_end ? search->sign[n] * value_from_the_end_f64(search, n, search->low, gain, &rest)
-                                 : search->z[n] + (gain_by_row_f64(&modal->row[n], total) + known);
-    }
-    arrival->moved =
-        search->moved
-        + displacement_f64(modal, row, search->z[1 + HOPFORM_STOPPED_ELEMENT], &search->m, t - search->from, total);
-    arrival->rate[0] = row->rate_fade * m->f;
-    arrival->rate[1] = row->rate_cosine * m->c;
-    arrival->rate[2] = row->rate_sine * m->s;
-    arrival->stretched = search->rounded[0] + fabs_f64(modal->row[0].rate_fade * total->f)
-                         + 2.0 * modal->row[0].amplitude * search->amplitude / modal->root_q;
-}
-
-/* The stop ahead in place of what was found at a time, or nothing, if it is met before. */
-static inline void meet_stop_f64(const stance_chain_f64 *chain, const modal_search_f64 *search, double t,
-                                  stance_search_f64 *end) {
+/* Where the phase ends: at the stop ahead in place of what was found, or nothing, at a time in the interval, if it is
+ * met before. */
+static inline const search_node_f64 *meet_stop_f64(const node_search_f64 *search, const search_node_f64 *there,
+                                                     search_node_f64 *root, stance_search_f64 *end) {
     const int element = HOPFORM_STOPPED_ELEMENT;
-    const double side = (double)side_of_mode_f64(chain->mode, element);
-    const double gap = gap_ahead_f64(chain);
-    modal_arrival_f64 *arrival = &end->arrival;
-    const double speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
-    const double left = gap - side * arrival->moved;
-    const hopform_modal_row_f64 *row = &search->modal->row[1 + element];
-    const double reach = lesser_f64(1.0 / search->modal->root_q, t); /* for so long at most */
-    const double swing = (row->amplitude * search->amplitude + fabs_f64(row->rate_fade * search->m.f)) * reach * reach;
-    const double rounding = 16.0 * HOPFORM_EPS_f64 * (gap + fabs_f64(arrival->moved) + swing + t * fabs_f64(speed));
+    const double speed = there->value[1 + element];
+    const double left = distance_at_f64(search, there);
+    const double fastest = greater_f64(search->rounded[1 + element], fabs_f64(speed));
+    const double rounding = 16.0 * HOPFORM_EPS_f64 * (search->gap + fabs_f64(there->x) + there->t * fastest);
     bool meets = left < -rounding;
-    if (!meets && end->owner == ELEMENT_f64 + 1 - element && speed * t > 16.0 * rounding) {
-        const double rate = fabs_f64(chain->numerators.of.velocity[1 - element].H3); /* of the one that comes to rest */
-        const double other = 16.0 * HOPFORM_EPS_f64 * (search->rounded[2 - element] + t * rate);
+    if (!meets && end->owner == ELEMENT_f64 + 1 - element && speed * there->t > 16.0 * rounding) {
+        const double rate = fabs_f64(search->w.of[2 - element]); /* of the one that comes to rest */
+        const double other = 16.0 * HOPFORM_EPS_f64 * (search->rounded[2 - element] + there->t * rate);
         meets = (left - 4.0 * rounding) * rate < speed * other && !(left > 0.0);
     }
     if (!meets) {
         end->touches = end->owner == ELEMENT_f64 + element && fabs_f64(left) <= rounding;
-        return;
+        return there;
     }
-    modal_search_f64 start; /* values are counted from the start of the phase again */
-    begin_modal_search_f64(chain, &start);
-    const jet_f64 then = {left, -speed, -side * (arrival->rate[0] + arrival->rate[1] + arrival->rate[2]), 0.0};
-    const modal_root_f64 root = modal_stop_f64(chain, &start.m, t, &then);
-    const modal_f64 m = modal_at_f64(search->modal, &start.m, root.t);
-    arrive_in_modes_f64(&start, &root.gain, root.t, &m, arrival);
-    end->in.high.t = root.t;
+    node_search_f64 before = *search; /* until there */
+    before.node[0] = *search->low;
+    before.node[1] = *there;
+    before.low = &before.node[0];
+    before.high = &before.node[1];
+    put_root_f64(&before, STOP_AHEAD_f64, root);
     end->owner = ELEMENT_f64 + element;
     end->stops = true;
     end->certified = true;
 #if HOPFORM_HAS_CONTACT
-    const double value = arrival->z[HOPFORM_STRETCH_AXIS];
-    const double rate = arrival->z[HOPFORM_VELOCITY_AXIS(0)] - arrival->z[HOPFORM_VELOCITY_AXIS(1)];
-    const double bound = modal_rounding_f64(&start, 0, &root.gain, root.t, rate);
-    if (start.first == 0 && rate * root.t < -16.0 * bound
-        && value < 8.0 * HOPFORM_EPS_f64 * root.t * fabs_f64(rate)) {
+    const double rate = root->rate[0];
+    const double bound = rounding_at_node_f64(search, 0, root, rate);
+    if (search->first == 0 && rate * root->t < -16.0 * bound
+        && root->value[0] < 8.0 * HOPFORM_EPS_f64 * root->t * fabs_f64(rate)) {
         end->owner = CONTACT_f64;
         end->stops = false;
     }
 #endif
+    return root;
 }
 
-/* What goes on from an interval in which nothing has happened, once in a while: values are counted from where they end,
- * or what is quiet is passed at once. */
-SELDOM_f64 void pass_quiet_time_f64(const stance_chain_f64 *chain, modal_search_f64 *search) {
-    const hopform_modal_f64 *modal = search->modal;
+/* Where the phase ends. */
+static inline void arrive_at_node_f64(const node_search_f64 *search, const search_node_f64 *there, int owner,
+                                       arrival_f64 *arrival) {
+    for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
+        arrival->z[axis_of_function_f64[n]] = search->sign[n] * there->value[n];
+    }
+    arrival->moved = there->x;
+    if (owner != ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT) { return; }
+    arrival->rate = there->w.of[1 + HOPFORM_STOPPED_ELEMENT];
+    arrival->terms = fabs_f64(arrival->rate)
+                     + fabs_f64(there->deflated[1 + HOPFORM_STOPPED_ELEMENT]) / sqrt_f64(search->plan->poles[0].q);
+    arrival->stretched = terms_of_node_f64(search, 0, there);
+}
+
+/* Once in a while: values are counted from where they end, and until when, since the interval begins, no function has a
+ * root is asked; 0 where that is not worth it. */
+SELDOM_f64 double pass_quiet_time_f64(const stance_chain_f64 *chain, node_search_f64 *search) {
     if (rates_of_chain_f64(chain)->s_3 > 0.0 && chain->came_to_rest < 0) {
-        const equilibrium_f64 settled = settled_of_both_f64(rates_of_chain_f64(chain), &chain->drive.named);
+        const core_f64 settled = settled_of_both_f64(rates_of_chain_f64(chain), &chain->drive.named);
         count_from_the_end_f64(search, &settled);
     }
-    const double quiet = modal_quiet_time_f64(search);
-    const double left = search->limit - search->low->t;
-    if (quiet > 8.0 * modal->h) {
-        const double t = lesser_f64(quiet, left);
-        const modal_gain_f64 gain = gain_over_f64(modal, &search->low->m, t);
-        use_evaluation_f64(search->evaluations);
-        MODAL_COUNT(quiet);
-        const modal_f64 m = modal_at_f64(modal, &search->low->m, t);
-        end_modal_interval_f64(search, t < left ? search->low->t + t : search->limit, &gain);
-        search->high->m = m;
-        for (int n = search->first; n < MODAL_FUNCTIONS_f64; n++) {
-            put_rates_f64(search, n, search->high);
-        }
-        begin_modal_interval_f64(search);
+    const double quiet = search->rings ? quiet_time_at_node_f64(search) : 0.0;
+    if (!(quiet > 8.0 * chain->plan->transition.h)) { return 0.0; }
+    MODAL_COUNT(quiet);
+    return quiet;
+}
+
+/* The end of the next interval. */
+ALWAYS_f64 void end_next_interval_f64(node_search_f64 *search, double quiet) {
+    const hopform_transition_f64 *transition = &search->plan->transition;
+    const search_node_f64 *low = search->low;
+    const double left = search->limit - low->t;
+    const bool fades = search->stiff && !(low->t > 0.0); /* for as long as that does not */
+    const bool grows = !search->rings && low->t > 0.0;
+    const double one = fades ? 1.0 / pole_of_search_f64(search) : transition->h;
+    const double length = greater_f64(quiet, grows ? greater_f64(one, 3.0 * low->t) : one);
+    MODAL_COUNT(node);
+    search->count++;
+    if (!(length < left)) {
+        put_node_after_f64(search, low, left, search->high);
+        search->high->t = search->limit;
+    } else if (fades | grows | (quiet > 0.0)) {
+        put_node_after_f64(search, low, length, search->high);
+    } else {
+        const gained_f64 gained = gained_by_rows_f64(transition->stays, transition->gains, transition->moves,
+                                                       transition->h, velocity_of_node_f64(search, low), &low->w);
+        put_node_f64(search, low, &gained, low->t + length, search->high);
     }
+}
+
+/* Whether the contact is lost at the time of the limit: over a step of the input it wins. */
+static inline bool is_lost_at_limit_f64(const node_search_f64 *search) {
+    const search_node_f64 *at = search->high;
+    const double rate = at->rate[0];
+    if (search->first != 0 || !(at->value[0] < -8.0 * HOPFORM_EPS_f64 * search->limit * rate)) { return false; }
+    return rate * search->limit < -16.0 * rounding_at_node_f64(search, 0, at, rate);
 }
 
 /* The first event of the phase. */
-static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_search_f64 *end) {
-    const hopform_modal_f64 *modal = &chain->plan->modal;
-    modal_search_f64 search;
-    begin_modal_search_f64(chain, &search);
-    modal_root_f64 root = {0.0, no_gain_f64(&search.low->m)};
-    int found = -1;
+static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_search_f64 *end) {
+    node_search_f64 search;
+    begin_node_search_f64(chain, &search);
+    search_node_f64 root; /* or the stop */
+    const search_node_f64 *there = search.low;
     bool certified = true;
-#if HOPFORM_HAS_CONTACT
-    if (search.first == 0 && search.z[0] < 0.0 && !(first_derivative_f64(&chain->numerators.of.stretch) > 0.0)) {
-        found = CONTACT_f64;
-    }
-#endif
-    int32_t nodes = fades_in_a_node_f64(modal) ? 7 : 0;
-    for (bool open = found < 0 && search.limit > 0.0; open; nodes++) {
-        const double left = search.limit - search.low->t;
-        const bool fades = fades_in_a_node_f64(modal) && !(search.low->t > 0.0); /* for as long as that does not */
-        const double length = fades ? 1.0 / modal->a : modal->h;
-        const bool last = !(length < left);
-        const modal_gain_f64 gain = last || fades ? gain_over_a_node_f64(modal, &search.low->m, last ? left : length)
-                                                   : gain_of_node_f64(modal, &search.low->m);
-        MODAL_COUNT(node);
-        end_modal_interval_f64(&search, last ? search.limit : search.low->t + length, &gain);
-        search.count++;
-        const uint32_t crossed = all_stay_above_f64(&search) ? 0 : certify_modal_interval_f64(&search);
-        certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
-        if (!certified) { break; }
-        if (crossed != 0) {
-            found = first_modal_root_f64(&search, crossed, &root);
-            break;
-        }
-        begin_modal_interval_f64(&search);
-        if (search.low->t < search.limit && (nodes & 7) == 7) { pass_quiet_time_f64(chain, &search); }
-        open = search.low->t < search.limit;
-    }
-#if HOPFORM_HAS_CONTACT
-    if (found < 0 && certified && search.first == 0 && search.limit > 0.0) { /* over a step of the input */
-        const modal_gain_f64 none = no_gain_f64(&search.low->m);
-        const double rounding = modal_rounding_f64(&search, 0, &none, search.limit, search.low->rate[0]);
-        if (search.low->value[0] < -8.0 * HOPFORM_EPS_f64 * search.limit * search.low->rate[0]
-            && search.low->rate[0] * search.limit < -16.0 * rounding) {
-            found = CONTACT_f64;
-        }
-    }
-#endif
-    if (found < 0) { root.gain = no_gain_f64(&search.low->m); }
-    const double t = search.low->t + root.t;
-    end->in.high.t = t;
-    end->owner = found;
+    end->owner = NO_OWNER_f64;
     end->side = 0;
     end->stops = false;
     end->touches = false;
+#if HOPFORM_HAS_CONTACT
+    const double rate = search.w.of[0];
+    const bool rises = fabs_f64(rate) > 0.0 ? rate > 0.0 : search.low->deflated[0] > 0.0;
+    if (search.first == 0 && chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && !rises) { end->owner = CONTACT_f64; }
+#endif
+    int32_t nodes = search.stiff || !search.rings ? 7 : 0;
+    double quiet = 0.0;
+    for (bool open = end->owner < 0 && search.limit > 0.0; open; nodes++) {
+        end_next_interval_f64(&search, quiet);
+        const bool is_certain = quiet > 0.0 || all_stay_above_f64(&search);
+        const uint32_t crossed = is_certain ? 0 : certify_interval_f64(&search);
+        certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
+        if (!certified) {
+            there = search.low;
+            break;
+        }
+        const bool ends = !(search.high->t < search.limit);
+        open = crossed == 0 && !ends;
+        if (crossed != 0) {
+            end->owner = first_root_of_f64(&search, crossed, &root);
+        } else if (ends && is_lost_at_limit_f64(&search)) {
+            end->owner = CONTACT_f64;
+        }
+        const bool is_behind = HOPFORM_HAS_STOPS && distance_at_f64(&search, search.high) < 0.0;
+        if (!open || is_behind) {
+            there = crossed != 0 ? &root : search.high;
+            if (search.gap < HOPFORM_NEVER_f64) { there = meet_stop_f64(&search, there, &root, end); }
+            open = open && end->owner == NO_OWNER_f64;
+        }
+        if (open) {
+            begin_next_interval_f64(&search);
+            quiet = (nodes & 7) == 7 ? pass_quiet_time_f64(chain, &search) : 0.0;
+        }
+    }
     end->certified = certified;
-    const modal_f64 m = modal_after_f64(modal, &search.low->m, &root.gain);
-    arrive_in_modes_f64(&search, &root.gain, t, &m, &end->arrival);
-    if (gap_ahead_f64(chain) < HOPFORM_NEVER_f64) { meet_stop_f64(chain, &search, t, end); }
+    end->in.high.t = there->t;
+    arrive_at_node_f64(&search, there, end->owner, &end->arrival);
 }
 #endif
 
@@ -682,9 +630,9 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
 static inline void stance_find_end_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
     const double until = end_of_step_f64(chain) - chain->t;
 #if HOPFORM_HAS_MODAL
-    search->arrival.is_modal = is_solved_in_modes_f64(chain);
-    if (search->arrival.is_modal) {
-        find_end_in_modes_f64(chain, search);
+    search->arrival.is_known = is_solved_by_rates_f64(chain);
+    if (search->arrival.is_known) {
+        find_end_by_rates_f64(chain, search);
         return;
     }
 #endif
@@ -786,9 +734,9 @@ static inline double terms_of_stretch_f64(const stance_chain_f64 *chain, const b
 }
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
- * left of them is its acceleration before, known from the motion where that has faded. `terms` are those of that
- * acceleration, `stretched` the magnitudes that the stretch is a sum of. */
-SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const double terms[3], double stretched) {
+ * left of them is its acceleration before, `rate`, known from the motion where that has faded. `terms` are the
+ * magnitudes that it is a sum of, `stretched` those of the stretch. */
+SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, double rate, double terms, double stretched) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_f64 *rates = rates_of_chain_f64(chain);
     const hopform_robot_f64 *robot = &chain->plan->robot;
@@ -797,8 +745,7 @@ SELDOM_f64 void keep_small_acceleration_f64(stance_chain_f64 *chain, const doubl
     const free_by_element_f64 at_rest = free_of_f64(chain, &chain->at.named);
     const double by_spring = fabs_f64(rates->a1_y * stretched);
     if (!(fabs_f64(at_rest.of[element]) < 64.0 * HOPFORM_EPS_f64 * by_spring)) { return; }
-    const double rate = terms[0] + terms[1] + terms[2];
-    if (fabs_f64(decided_f64(rate, fabs_f64(terms[0]) + fabs_f64(terms[1]) + fabs_f64(terms[2]))) > 0.0) {
+    if (fabs_f64(decided_f64(rate, terms)) > 0.0) {
         chain->came_to_rest = element;
         chain->carried_acceleration = rate;
     }
@@ -814,9 +761,9 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
         return;
     }
 #if HOPFORM_HAS_MODAL
-    if (end->arrival.is_modal) {
+    if (end->arrival.is_known) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
-            keep_small_acceleration_f64(chain, end->arrival.rate, end->arrival.stretched);
+            keep_small_acceleration_f64(chain, end->arrival.rate, end->arrival.terms, end->arrival.stretched);
         }
         return;
     }
@@ -835,8 +782,10 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
                                                              &chain->numerators.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
         const numerator_f64 *h = &chain->numerators.of.velocity[element];
-        const double terms[] = {h->H3 * basis.Wdd, h->H2 * basis.Wd, h->H1 * basis.W};
-        keep_small_acceleration_f64(chain, terms, terms_of_stretch_f64(chain, &basis));
+        const double parts[] = {h->H3 * basis.Wdd, h->H2 * basis.Wd, h->H1 * basis.W};
+        keep_small_acceleration_f64(chain, parts[0] + parts[1] + parts[2],
+                                     fabs_f64(parts[0]) + fabs_f64(parts[1]) + fabs_f64(parts[2]),
+                                     terms_of_stretch_f64(chain, &basis));
     }
 }
 
@@ -848,7 +797,7 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const stance_searc
     chain->most_stretched = greater_f64(chain->most_stretched, fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0;
 #if HOPFORM_HAS_MODAL
-    if (end->arrival.is_modal) {
+    if (end->arrival.is_known) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {
             chain->at.of[axis] = end->arrival.z[axis];
         }
@@ -883,10 +832,32 @@ static inline void start_on_threshold_f64(stance_chain_f64 *chain) {
     *drive = acceleration_on_threshold_f64(chain, element) - others.of.velocity[element].H3;
 }
 
+#if HOPFORM_HAS_MODAL
+/* The rates of the phase that begins at the chain's state; of an element that starts on its threshold, or whose
+ * acceleration is known from the motion before, they are exactly that. */
+static inline void begin_with_rates_f64(stance_chain_f64 *chain) {
+    const int starts = chain->just_switched;
+    const int rested = chain->came_to_rest;
+    chain->rates.named = rates_of_both_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named);
+    if (starts >= 0) { chain->rates.of[1 + starts] = acceleration_on_threshold_f64(chain, starts); }
+    if (rested >= 0) {
+        chain->rates.of[1 + rested] =
+            chain->carried_acceleration
+            - (double)side_of_mode_f64(chain->mode, rested) * level_of_f64(&chain->plan->robot, rested);
+    }
+}
+#endif
+
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     const int element = chain->came_to_rest;
     chain->drive.named = drive_in_mode_f64(chain->plan, chain->mode, current_of_chain_f64(chain));
+#if HOPFORM_HAS_MODAL
+    if (is_solved_by_rates_f64(chain)) {
+        begin_with_rates_f64(chain);
+        return;
+    }
+#endif
     start_on_threshold_f64(chain);
     chain->numerators.named =
         motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named, chain->mode);

@@ -12,7 +12,7 @@
 #define HOPFORM_FIRST_EVENT_H_f32
 
 #include "certificate_f32.h"
-#include "modal_motion_f32.h"
+#include "transition_f32.h"
 
 /* Notes what is decided: which rule says of which function, by its number, that it has no root from when to when. True,
  * so that it can stand behind the decision, and nothing else but in a library for explanation (notes_f32.c): there the
@@ -335,6 +335,18 @@ typedef struct {
     int rests;      /* whose event that is */
 } stance_events_f32;
 
+#if HOPFORM_HAS_MODAL
+/* Where a phase ends that was solved by its rates: the state, by the axes of the core, how far the position has moved,
+ * and the rate of the velocity that has a position. */
+typedef struct {
+    bool is_known; /* else the propagator says where it ends */
+    float z[HOPFORM_AXES];
+    float moved;
+    float rate, terms; /* and the magnitudes that this is a sum of */
+    float stretched;   /* those of the stretch */
+} arrival_f32;
+#endif
+
 /* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
 typedef struct {
     stance_events_f32 events;
@@ -346,7 +358,7 @@ typedef struct {
     int side;       /* of an element that slips: where it goes */
     bool touches;   /* the element that comes to rest is at a stop within rounding */
 #if HOPFORM_HAS_MODAL
-    modal_arrival_f32 arrival; /* of a phase in modal coordinates */
+    arrival_f32 arrival;
 #endif
 } stance_search_f32;
 

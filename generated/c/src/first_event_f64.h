@@ -12,7 +12,7 @@
 #define HOPFORM_FIRST_EVENT_H_f64
 
 #include "certificate_f64.h"
-#include "modal_motion_f64.h"
+#include "transition_f64.h"
 
 /* Notes what is decided: which rule says of which function, by its number, that it has no root from when to when. True,
  * so that it can stand behind the decision, and nothing else but in a library for explanation (notes_f64.c): there the
@@ -335,6 +335,18 @@ typedef struct {
     int rests;      /* whose event that is */
 } stance_events_f64;
 
+#if HOPFORM_HAS_MODAL
+/* Where a phase ends that was solved by its rates: the state, by the axes of the core, how far the position has moved,
+ * and the rate of the velocity that has a position. */
+typedef struct {
+    bool is_known; /* else the propagator says where it ends */
+    double z[HOPFORM_AXES];
+    double moved;
+    double rate, terms; /* and the magnitudes that this is a sum of */
+    double stretched;   /* those of the stretch */
+} arrival_f64;
+#endif
+
 /* The event functions of a phase, where their first root is searched, and what was found at the end of the interval. */
 typedef struct {
     stance_events_f64 events;
@@ -346,7 +358,7 @@ typedef struct {
     int side;       /* of an element that slips: where it goes */
     bool touches;   /* the element that comes to rest is at a stop within rounding */
 #if HOPFORM_HAS_MODAL
-    modal_arrival_f64 arrival; /* of a phase in modal coordinates */
+    arrival_f64 arrival;
 #endif
 } stance_search_f64;
 

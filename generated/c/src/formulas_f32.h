@@ -254,43 +254,6 @@ typedef struct {
     float N0;  /* [1/s^3] constant terms */
 } whole_f32;
 
-/* Rows of y, v_1, v_2, then shares in f, c, s. */
-typedef struct {
-    float rate_fade_y;        /* [s] of what fades in its rate */
-    float rate_cosine_y;      /* [1] of the cosine in its rate */
-    float rate_sine_y;        /* [1] of the sine in its rate */
-    float deflated_cosine_y;  /* [1/s] of the cosine in its deflated derivative */
-    float deflated_sine_y;    /* [1/s] of the sine in its deflated derivative */
-    float amplitude_y;        /* [1] of the pair's part of its rate, in that of cosine and sine */
-    float rate_fade_1;        /* [1] of what fades in its rate */
-    float rate_cosine_1;      /* [1/s] of the cosine in its rate */
-    float rate_sine_1;        /* [1/s] of the sine in its rate */
-    float deflated_cosine_1;  /* [1/s^2] of the cosine in its deflated derivative */
-    float deflated_sine_1;    /* [1/s^2] of the sine in its deflated derivative */
-    float amplitude_1;        /* [1/s] of the pair's part of its rate, in that of cosine and sine */
-    float rate_fade_2;        /* [1] of what fades in its rate */
-    float rate_cosine_2;      /* [1/s] of the cosine in its rate */
-    float rate_sine_2;        /* [1/s] of the sine in its rate */
-    float deflated_cosine_2;  /* [1/s^2] of the cosine in its deflated derivative */
-    float deflated_sine_2;    /* [1/s^2] of the sine in its deflated derivative */
-    float amplitude_2;        /* [1/s] of the pair's part of its rate, in that of cosine and sine */
-    float fade_of_y;          /* [1/s] per rate of y */
-    float fade_of_1;          /* [1] per acceleration of mass 1 */
-    float fade_of_2;          /* [1] per acceleration of mass 2 */
-    float cosine_of_y;        /* [1] per rate of y */
-    float cosine_of_1;        /* [s] per acceleration of mass 1 */
-    float cosine_of_2;        /* [s] per acceleration of mass 2 */
-    float sine_of_y;          /* [1] per rate of y */
-    float sine_of_1;          /* [s] per acceleration of mass 1 */
-    float sine_of_2;          /* [s] per acceleration of mass 2 */
-} modal_rows_f32;
-
-/* Where both masses end while they slip: at one velocity. */
-typedef struct {
-    float y_end;  /* [m] compression */
-    float v_end;  /* [m/s] velocity of both */
-} equilibrium_f32;
-
 /* The state at time t of a phase. */
 typedef struct {
     float x1_t;  /* [m] displacement of the actuator */
@@ -298,6 +261,58 @@ typedef struct {
     float v2_t;  /* [m/s] velocity of the body */
     float y_t;   /* [m] compression of the leg, from where it carries nothing */
 } at_f32;
+
+/* What rates become, and what y, v_1, v_2 and the position gain by them, over a time. */
+typedef struct {
+    float stays_yy;  /* [1] of a rate, per rate of y */
+    float stays_y1;  /* [s] of a rate, per rate of 1 */
+    float stays_y2;  /* [s] of a rate, per rate of 2 */
+    float stays_1y;  /* [1/s] of a rate, per rate of y */
+    float stays_11;  /* [1] of a rate, per rate of 1 */
+    float stays_12;  /* [1] of a rate, per rate of 2 */
+    float stays_2y;  /* [1/s] of a rate, per rate of y */
+    float stays_21;  /* [1] of a rate, per rate of 1 */
+    float stays_22;  /* [1] of a rate, per rate of 2 */
+    float gains_yy;  /* [s] gain of a coordinate, per rate of y */
+    float gains_y1;  /* [s^2] gain of a coordinate, per rate of 1 */
+    float gains_y2;  /* [s^2] gain of a coordinate, per rate of 2 */
+    float gains_1y;  /* [1] gain of a coordinate, per rate of y */
+    float gains_11;  /* [s] gain of a coordinate, per rate of 1 */
+    float gains_12;  /* [s] gain of a coordinate, per rate of 2 */
+    float gains_2y;  /* [1] gain of a coordinate, per rate of y */
+    float gains_21;  /* [s] gain of a coordinate, per rate of 1 */
+    float gains_22;  /* [s] gain of a coordinate, per rate of 2 */
+    float moves_1y;  /* [s] gain of the position beyond v_1 t, per rate of y */
+    float moves_11;  /* [s^2] gain of the position beyond v_1 t, per rate of 1 */
+    float moves_12;  /* [s^2] gain of the position beyond v_1 t, per rate of 2 */
+} passed_f32;
+
+/* Rates of y, v_1, v_2. */
+typedef struct {
+    float w_y;  /* [m/s] of the compression */
+    float w_1;  /* [m/s^2] of the velocity of mass 1 */
+    float w_2;  /* [m/s^2] of the velocity of mass 2 */
+} rate_f32;
+
+/* Rates of rates, or with the real pole removed. */
+typedef struct {
+    float bend_y;  /* [m/s^2] of that of the compression */
+    float bend_1;  /* [m/s^3] of that of the velocity of mass 1 */
+    float bend_2;  /* [m/s^3] of that of the velocity of mass 2 */
+} bend_f32;
+
+/* The real pole beyond the rate of each mass alone. */
+typedef struct {
+    float above_1;  /* [1/s] a - p_1 */
+    float above_2;  /* [1/s] a - p_2 */
+} above_f32;
+
+/* Compression and velocities. */
+typedef struct {
+    float core_y;  /* [m] compression */
+    float core_1;  /* [m/s] v_1 */
+    float core_2;  /* [m/s] v_2 */
+} core_f32;
 
 /* Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1. */
 typedef struct {
@@ -916,72 +931,6 @@ static inline pair_numerator_f32 deflated_modes_f32(const hopform_poles_f32 *pol
     return result;
 }
 
-/* Both masses slipping, neither velocity in the other's equation, a pair that rings: their modal coordinates. */
-static inline modal_rows_f32 modal_rows_of_f32(const hopform_rates_f32 *rates,
-    const hopform_poles_f32 *poles,
-    float chi,
-    float omega_p)
-{
-    const float p_1 = rates->p_1, q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
-    const float a = poles->a, p = poles->p;
-    const float mean = 0.5f*p;                                                                                                      /* (11) decay of the pair */
-    const float above = a - mean;                                                                                                  /* (11) the real pole beyond that */
-    const float near_less_1 = a - p_1;                                                                                             /* (11) at s = -a */
-    const float beside_less_1 = p_2 - near_less_1 - p_1;                                                                           /* (11) at s = -a */
-    const float less_1 = near_less_1 - (near_less_1*q_2 - beside_less_1*q_1 - beside_less_1*near_less_1*(near_less_1 + p_1))/chi;  /* (11) at s = -a, polished */
-    const float near_less_2 = a - p_2;                                                                                             /* (11) at s = -a */
-    const float beside_less_2 = p_1 - near_less_2 - p_2;                                                                           /* (11) at s = -a */
-    const float less_2 = near_less_2 - (near_less_2*q_1 - beside_less_2*q_2 - beside_less_2*near_less_2*(near_less_2 + p_2))/chi;  /* (11) at s = -a, polished */
-    const float n_1 = 0.5f*fabs_f32(less_1) + 0.5f*less_1;                                                                          /* where mass 1 alone fades slower */
-    const float n_2 = 0.5f*fabs_f32(less_2) + 0.5f*less_2;                                                                          /* where mass 2 alone fades slower */
-    const float rate_fade_1 = 1.0f + a*n_2/q_2;                                                                                     /* (21) residue at s = -a */
-    const float rate_fade_2 = 1.0f + a*n_1/q_1;                                                                                     /* (19) residue at s = -a */
-    const float rate_fade_y = n_1/q_1 - n_2/q_2;                                                                                   /* (18) of y, residue at s = -a */
-    const float alpha_1 = (n_2/q_2)*(q_1/rate_fade_1) - n_1;                                                                       /* p_1 - a */
-    const float alpha_2 = (n_1/q_1)*(q_2/rate_fade_2) - n_2;                                                                       /* p_2 - a */
-    const float from_1 = p_1 - mean;                                                                                               /* (11) of mass 1, at the pair */
-    const float from_2 = p_2 - mean;                                                                                               /* (11) of mass 2, at the pair */
-    const float square_1 = from_1*from_1 + omega_p*omega_p;                                                                        /* (11) of mass 1, at the pair */
-    const float square_2 = from_2*from_2 + omega_p*omega_p;                                                                        /* (11) of mass 2, at the pair */
-    const float rate_cosine_y = 1.0f;                                                                                               /* (18) of y, pair */
-    const float rate_sine_y = 0.0f;                                                                                                 /* (18) of y, pair */
-    const float rate_cosine_1 = -from_1*q_1/square_1;                                                                              /* (21) pair */
-    const float rate_sine_1 = -omega_p*q_1/square_1;                                                                               /* (21) pair */
-    const float rate_cosine_2 = from_2*q_2/square_2;                                                                               /* (19) pair */
-    const float rate_sine_2 = omega_p*q_2/square_2;                                                                                /* (19) pair */
-    const float deflated_cosine_y = above*rate_cosine_y;                                                                           /* (19) pole a removed */
-    const float deflated_sine_y = -omega_p*rate_cosine_y;                                                                          /* (19) pole a removed */
-    const float amplitude_y = fabs_f32(rate_cosine_y);                                                                            /* (19) pair, at most */
-    const float deflated_cosine_1 = above*rate_cosine_1 + omega_p*rate_sine_1;                                                     /* (19) pole a removed */
-    const float deflated_sine_1 = above*rate_sine_1 - omega_p*rate_cosine_1;                                                       /* (19) pole a removed */
-    const float amplitude_1 = sqrt_f32(rate_cosine_1*rate_cosine_1 + rate_sine_1*rate_sine_1);                                    /* (19) pair, at most */
-    const float deflated_cosine_2 = above*rate_cosine_2 + omega_p*rate_sine_2;                                                     /* (19) pole a removed */
-    const float deflated_sine_2 = above*rate_sine_2 - omega_p*rate_cosine_2;                                                       /* (19) pole a removed */
-    const float amplitude_2 = sqrt_f32(rate_cosine_2*rate_cosine_2 + rate_sine_2*rate_sine_2);                                    /* (19) pair, at most */
-    const float fade_of_y = -(q_1/chi)*(q_2/rate_fade_1)*(rate_fade_y/rate_fade_2);                                                /* (18) residue at s = -a */
-    const float fade_of_1 = q_2/(chi*rate_fade_2);                                                                                 /* (18) residue at s = -a */
-    const float fade_of_2 = q_1/(chi*rate_fade_1);                                                                                 /* (18) residue at s = -a */
-    const float cosine_of_y = (omega_p*omega_p + above*(from_1 + from_2) - from_1*from_2)/chi;                                     /* (18) pair */
-    const float cosine_of_1 = -alpha_2/chi;                                                                                        /* (18) pair */
-    const float cosine_of_2 = alpha_1/chi;                                                                                         /* (18) pair */
-    const float sine_of_y = (-omega_p*(from_1 + from_2) - above*(from_1*from_2 - omega_p*omega_p)/omega_p)/chi;                    /* (18) pair */
-    const float sine_of_1 = (-omega_p - above*from_2/omega_p)/chi;                                                                 /* (18) pair */
-    const float sine_of_2 = (omega_p + above*from_1/omega_p)/chi;                                                                  /* (18) pair */
-    const modal_rows_f32 result = {rate_fade_y, rate_cosine_y, rate_sine_y, deflated_cosine_y, deflated_sine_y, amplitude_y, rate_fade_1, rate_cosine_1, rate_sine_1, deflated_cosine_1, deflated_sine_1, amplitude_1, rate_fade_2, rate_cosine_2, rate_sine_2, deflated_cosine_2, deflated_sine_2, amplitude_2, fade_of_y, fade_of_1, fade_of_2, cosine_of_y, cosine_of_1, cosine_of_2, sine_of_y, sine_of_1, sine_of_2};
-    return result;
-}
-
-/* The equilibrium of both masses slipping, neither velocity in the other's equation; s_3 > 0. */
-static inline equilibrium_f32 settled_of_both_f32(const hopform_rates_f32 *rates, const drive_f32 *drive)
-{
-    const float s_3 = rates->s_3, p_1 = rates->p_1, q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
-    const float C_1 = drive->C_1, C_2 = drive->C_2;
-    const float y_end = (C_1*p_2 - C_2*p_1)/s_3;  /* (18) of y, terms in 1/s */
-    const float v_end = (C_1*q_2 + C_2*q_1)/s_3;  /* (19), (21) terms in 1/s */
-    const equilibrium_f32 result = {y_end, v_end};
-    return result;
-}
-
 /* Residual of a function of time to its steady state. */
 static inline float residual_to_steady_state_f32(const hopform_poles_f32 *poles,
     const numerator_f32 *numerator,
@@ -1010,6 +959,127 @@ static inline at_f32 state_at_f32(const hopform_state_f32 *state,
     const float v2_t = v2 + H1_2*W1 + H2_2*W + H3_2*Wd;          /* (19) */
     const float y_t = y + H1_y*W1 + H2_y*W + H3_y*Wd;            /* (18) of y */
     const at_f32 result = {x1_t, v1_t, v2_t, y_t};
+    return result;
+}
+
+/* Both masses slipping: what rates become over a time, and what is gained by them. */
+static inline passed_f32 transition_of_both_f32(const hopform_rates_f32 *rates, const basis_f32 *basis)
+{
+    const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y;
+    const float a2_v2 = rates->a2_v2, s_1 = rates->s_1, p_1 = rates->p_1;
+    const float q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
+    const float damping = rates->damping;
+    const float Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W, W1 = basis->W1, W2 = basis->W2;
+    const float stays_yy = Wdd + W*damping + Wd*s_1;  /* (11) (s - M)^-1 */
+    const float stays_y1 = Wd - W*a2_v2;              /* (11) (s - M)^-1 */
+    const float stays_y2 = W*a1_v1 - Wd;              /* (11) (s - M)^-1 */
+    const float stays_1y = Wd*a1_y - W*a1_y*a2_v2;    /* (11) (s - M)^-1 */
+    const float stays_11 = Wdd + W*q_2 + Wd*p_2;      /* (11) (s - M)^-1 */
+    const float stays_12 = -W*a1_y;                   /* (11) (s - M)^-1 */
+    const float stays_2y = Wd*a2_y - W*a1_v1*a2_y;    /* (11) (s - M)^-1 */
+    const float stays_21 = W*a2_y;                    /* (11) (s - M)^-1 */
+    const float stays_22 = Wdd + W*q_1 + Wd*p_1;      /* (11) (s - M)^-1 */
+    const float gains_yy = Wd + W*s_1 + W1*damping;   /* (11) (s - M)^-1/s */
+    const float gains_y1 = W - W1*a2_v2;              /* (11) (s - M)^-1/s */
+    const float gains_y2 = W1*a1_v1 - W;              /* (11) (s - M)^-1/s */
+    const float gains_1y = W*a1_y - W1*a1_y*a2_v2;    /* (11) (s - M)^-1/s */
+    const float gains_11 = Wd + W*p_2 + W1*q_2;       /* (11) (s - M)^-1/s */
+    const float gains_12 = -W1*a1_y;                  /* (11) (s - M)^-1/s */
+    const float gains_2y = W*a2_y - W1*a1_v1*a2_y;    /* (11) (s - M)^-1/s */
+    const float gains_21 = W1*a2_y;                   /* (11) (s - M)^-1/s */
+    const float gains_22 = Wd + W*p_1 + W1*q_1;       /* (11) (s - M)^-1/s */
+    const float moves_1y = W1*a1_y - W2*a1_y*a2_v2;   /* (11) (s - M)^-1/s^2 */
+    const float moves_11 = W + W1*p_2 + W2*q_2;       /* (11) (s - M)^-1/s^2 */
+    const float moves_12 = -W2*a1_y;                  /* (11) (s - M)^-1/s^2 */
+    const passed_f32 result = {stays_yy, stays_y1, stays_y2, stays_1y, stays_11, stays_12, stays_2y, stays_21, stays_22, gains_yy, gains_y1, gains_y2, gains_1y, gains_11, gains_12, gains_2y, gains_21, gains_22, moves_1y, moves_11, moves_12};
+    return result;
+}
+
+/* Rates with which both masses begin to slip. */
+static inline rate_f32 rates_of_both_f32(const hopform_rates_f32 *rates,
+    const drive_f32 *drive,
+    const hopform_state_f32 *state)
+{
+    const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
+    const float C_1 = drive->C_1, C_2 = drive->C_2;
+    const float v1 = state->v1, v2 = state->v2, y = state->y;
+    const float w_y = v1 - v2;                  /* (3), (4) */
+    const float w_1 = C_1 + a1_v1*v1 + a1_y*y;  /* (3), (4) */
+    const float w_2 = C_2 + a2_v2*v2 + a2_y*y;  /* (3), (4) */
+    const rate_f32 result = {w_y, w_1, w_2};
+    return result;
+}
+
+/* Rates of rates, both masses slipping. */
+static inline bend_f32 bends_of_both_f32(const hopform_rates_f32 *rates, const rate_f32 *rate)
+{
+    const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
+    const float w_y = rate->w_y, w_1 = rate->w_1, w_2 = rate->w_2;
+    const float bend_y = w_1 - w_2;             /* (3), (4), differentiated */
+    const float bend_1 = a1_v1*w_1 + a1_y*w_y;  /* (3), (4), differentiated */
+    const float bend_2 = a2_v2*w_2 + a2_y*w_y;  /* (3), (4), differentiated */
+    const bend_f32 result = {bend_y, bend_1, bend_2};
+    return result;
+}
+
+/* How far the real pole is beyond p_i, with digits of its own: by one step of Newton's on the cubic. */
+static inline above_f32 above_alone_f32(const hopform_rates_f32 *rates,
+    const hopform_poles_f32 *poles,
+    float chi)
+{
+    const float p_1 = rates->p_1, q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
+    const float a = poles->a;
+    const float near_above_1 = a - p_1;                                                                                                   /* (11) at s = -a */
+    const float beside_above_1 = p_2 - near_above_1 - p_1;                                                                                /* (11) at s = -a */
+    const float above_1 = near_above_1 - (near_above_1*q_2 - beside_above_1*q_1 - beside_above_1*near_above_1*(near_above_1 + p_1))/chi;  /* (11) at s = -a, polished */
+    const float near_above_2 = a - p_2;                                                                                                   /* (11) at s = -a */
+    const float beside_above_2 = p_1 - near_above_2 - p_2;                                                                                /* (11) at s = -a */
+    const float above_2 = near_above_2 - (near_above_2*q_1 - beside_above_2*q_2 - beside_above_2*near_above_2*(near_above_2 + p_2))/chi;  /* (11) at s = -a, polished */
+    const above_f32 result = {above_1, above_2};
+    return result;
+}
+
+/* Deflated derivatives (M + a) w, both masses slipping: a motion of the pair. */
+static inline bend_f32 deflated_of_both_f32(const hopform_rates_f32 *rates,
+    const hopform_poles_f32 *poles,
+    const above_f32 *above,
+    const rate_f32 *rate)
+{
+    const float a1_y = rates->a1_y, a2_y = rates->a2_y;
+    const float a = poles->a;
+    const float above_1 = above->above_1, above_2 = above->above_2;
+    const float w_y = rate->w_y, w_1 = rate->w_1, w_2 = rate->w_2;
+    const float bend_y = w_1 + a*w_y - w_2;       /* (19) pole a removed */
+    const float bend_1 = a1_y*w_y + above_1*w_1;  /* (19) pole a removed */
+    const float bend_2 = a2_y*w_y + above_2*w_2;  /* (19) pole a removed */
+    const bend_f32 result = {bend_y, bend_1, bend_2};
+    return result;
+}
+
+/* Where both masses end while they slip; s_3 > 0. */
+static inline core_f32 settled_of_both_f32(const hopform_rates_f32 *rates, const drive_f32 *drive)
+{
+    const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
+    const float s_3 = rates->s_3, q_1 = rates->q_1, q_2 = rates->q_2;
+    const float C_1 = drive->C_1, C_2 = drive->C_2;
+    const float core_y = (C_2*a1_v1 - C_1*a2_v2)/s_3;  /* (18), (19), (21) terms in 1/s */
+    const float core_1 = (C_1*q_2 - C_2*a1_y)/s_3;     /* (18), (19), (21) terms in 1/s */
+    const float core_2 = (C_1*a2_y + C_2*q_1)/s_3;     /* (18), (19), (21) terms in 1/s */
+    const core_f32 result = {core_y, core_1, core_2};
+    return result;
+}
+
+/* How far both masses are from there, by what has not faded of their rates. */
+static inline core_f32 unsettled_of_both_f32(const hopform_rates_f32 *rates, const rate_f32 *rate)
+{
+    const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y;
+    const float a2_v2 = rates->a2_v2, s_3 = rates->s_3, q_1 = rates->q_1;
+    const float q_2 = rates->q_2, damping = rates->damping;
+    const float w_y = rate->w_y, w_1 = rate->w_1, w_2 = rate->w_2;
+    const float core_y = (a2_v2*w_1 - a1_v1*w_2 - damping*w_y)/s_3;  /* (18), (19), (21) without the terms in 1/s */
+    const float core_1 = (a1_y*w_2 + a1_y*a2_v2*w_y - q_2*w_1)/s_3;  /* (18), (19), (21) without the terms in 1/s */
+    const float core_2 = (a1_v1*a2_y*w_y - a2_y*w_1 - q_1*w_2)/s_3;  /* (18), (19), (21) without the terms in 1/s */
+    const core_f32 result = {core_y, core_1, core_2};
     return result;
 }
 

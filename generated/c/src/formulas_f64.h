@@ -254,43 +254,6 @@ typedef struct {
     double N0;  /* [1/s^3] constant terms */
 } whole_f64;
 
-/* Rows of y, v_1, v_2, then shares in f, c, s. */
-typedef struct {
-    double rate_fade_y;        /* [s] of what fades in its rate */
-    double rate_cosine_y;      /* [1] of the cosine in its rate */
-    double rate_sine_y;        /* [1] of the sine in its rate */
-    double deflated_cosine_y;  /* [1/s] of the cosine in its deflated derivative */
-    double deflated_sine_y;    /* [1/s] of the sine in its deflated derivative */
-    double amplitude_y;        /* [1] of the pair's part of its rate, in that of cosine and sine */
-    double rate_fade_1;        /* [1] of what fades in its rate */
-    double rate_cosine_1;      /* [1/s] of the cosine in its rate */
-    double rate_sine_1;        /* [1/s] of the sine in its rate */
-    double deflated_cosine_1;  /* [1/s^2] of the cosine in its deflated derivative */
-    double deflated_sine_1;    /* [1/s^2] of the sine in its deflated derivative */
-    double amplitude_1;        /* [1/s] of the pair's part of its rate, in that of cosine and sine */
-    double rate_fade_2;        /* [1] of what fades in its rate */
-    double rate_cosine_2;      /* [1/s] of the cosine in its rate */
-    double rate_sine_2;        /* [1/s] of the sine in its rate */
-    double deflated_cosine_2;  /* [1/s^2] of the cosine in its deflated derivative */
-    double deflated_sine_2;    /* [1/s^2] of the sine in its deflated derivative */
-    double amplitude_2;        /* [1/s] of the pair's part of its rate, in that of cosine and sine */
-    double fade_of_y;          /* [1/s] per rate of y */
-    double fade_of_1;          /* [1] per acceleration of mass 1 */
-    double fade_of_2;          /* [1] per acceleration of mass 2 */
-    double cosine_of_y;        /* [1] per rate of y */
-    double cosine_of_1;        /* [s] per acceleration of mass 1 */
-    double cosine_of_2;        /* [s] per acceleration of mass 2 */
-    double sine_of_y;          /* [1] per rate of y */
-    double sine_of_1;          /* [s] per acceleration of mass 1 */
-    double sine_of_2;          /* [s] per acceleration of mass 2 */
-} modal_rows_f64;
-
-/* Where both masses end while they slip: at one velocity. */
-typedef struct {
-    double y_end;  /* [m] compression */
-    double v_end;  /* [m/s] velocity of both */
-} equilibrium_f64;
-
 /* The state at time t of a phase. */
 typedef struct {
     double x1_t;  /* [m] displacement of the actuator */
@@ -298,6 +261,58 @@ typedef struct {
     double v2_t;  /* [m/s] velocity of the body */
     double y_t;   /* [m] compression of the leg, from where it carries nothing */
 } at_f64;
+
+/* What rates become, and what y, v_1, v_2 and the position gain by them, over a time. */
+typedef struct {
+    double stays_yy;  /* [1] of a rate, per rate of y */
+    double stays_y1;  /* [s] of a rate, per rate of 1 */
+    double stays_y2;  /* [s] of a rate, per rate of 2 */
+    double stays_1y;  /* [1/s] of a rate, per rate of y */
+    double stays_11;  /* [1] of a rate, per rate of 1 */
+    double stays_12;  /* [1] of a rate, per rate of 2 */
+    double stays_2y;  /* [1/s] of a rate, per rate of y */
+    double stays_21;  /* [1] of a rate, per rate of 1 */
+    double stays_22;  /* [1] of a rate, per rate of 2 */
+    double gains_yy;  /* [s] gain of a coordinate, per rate of y */
+    double gains_y1;  /* [s^2] gain of a coordinate, per rate of 1 */
+    double gains_y2;  /* [s^2] gain of a coordinate, per rate of 2 */
+    double gains_1y;  /* [1] gain of a coordinate, per rate of y */
+    double gains_11;  /* [s] gain of a coordinate, per rate of 1 */
+    double gains_12;  /* [s] gain of a coordinate, per rate of 2 */
+    double gains_2y;  /* [1] gain of a coordinate, per rate of y */
+    double gains_21;  /* [s] gain of a coordinate, per rate of 1 */
+    double gains_22;  /* [s] gain of a coordinate, per rate of 2 */
+    double moves_1y;  /* [s] gain of the position beyond v_1 t, per rate of y */
+    double moves_11;  /* [s^2] gain of the position beyond v_1 t, per rate of 1 */
+    double moves_12;  /* [s^2] gain of the position beyond v_1 t, per rate of 2 */
+} passed_f64;
+
+/* Rates of y, v_1, v_2. */
+typedef struct {
+    double w_y;  /* [m/s] of the compression */
+    double w_1;  /* [m/s^2] of the velocity of mass 1 */
+    double w_2;  /* [m/s^2] of the velocity of mass 2 */
+} rate_f64;
+
+/* Rates of rates, or with the real pole removed. */
+typedef struct {
+    double bend_y;  /* [m/s^2] of that of the compression */
+    double bend_1;  /* [m/s^3] of that of the velocity of mass 1 */
+    double bend_2;  /* [m/s^3] of that of the velocity of mass 2 */
+} bend_f64;
+
+/* The real pole beyond the rate of each mass alone. */
+typedef struct {
+    double above_1;  /* [1/s] a - p_1 */
+    double above_2;  /* [1/s] a - p_2 */
+} above_f64;
+
+/* Compression and velocities. */
+typedef struct {
+    double core_y;  /* [m] compression */
+    double core_1;  /* [m/s] v_1 */
+    double core_2;  /* [m/s] v_2 */
+} core_f64;
 
 /* Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1. */
 typedef struct {
@@ -916,72 +931,6 @@ static inline pair_numerator_f64 deflated_modes_f64(const hopform_poles_f64 *pol
     return result;
 }
 
-/* Both masses slipping, neither velocity in the other's equation, a pair that rings: their modal coordinates. */
-static inline modal_rows_f64 modal_rows_of_f64(const hopform_rates_f64 *rates,
-    const hopform_poles_f64 *poles,
-    double chi,
-    double omega_p)
-{
-    const double p_1 = rates->p_1, q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
-    const double a = poles->a, p = poles->p;
-    const double mean = 0.5*p;                                                                                                      /* (11) decay of the pair */
-    const double above = a - mean;                                                                                                  /* (11) the real pole beyond that */
-    const double near_less_1 = a - p_1;                                                                                             /* (11) at s = -a */
-    const double beside_less_1 = p_2 - near_less_1 - p_1;                                                                           /* (11) at s = -a */
-    const double less_1 = near_less_1 - (near_less_1*q_2 - beside_less_1*q_1 - beside_less_1*near_less_1*(near_less_1 + p_1))/chi;  /* (11) at s = -a, polished */
-    const double near_less_2 = a - p_2;                                                                                             /* (11) at s = -a */
-    const double beside_less_2 = p_1 - near_less_2 - p_2;                                                                           /* (11) at s = -a */
-    const double less_2 = near_less_2 - (near_less_2*q_1 - beside_less_2*q_2 - beside_less_2*near_less_2*(near_less_2 + p_2))/chi;  /* (11) at s = -a, polished */
-    const double n_1 = 0.5*fabs_f64(less_1) + 0.5*less_1;                                                                          /* where mass 1 alone fades slower */
-    const double n_2 = 0.5*fabs_f64(less_2) + 0.5*less_2;                                                                          /* where mass 2 alone fades slower */
-    const double rate_fade_1 = 1.0 + a*n_2/q_2;                                                                                     /* (21) residue at s = -a */
-    const double rate_fade_2 = 1.0 + a*n_1/q_1;                                                                                     /* (19) residue at s = -a */
-    const double rate_fade_y = n_1/q_1 - n_2/q_2;                                                                                   /* (18) of y, residue at s = -a */
-    const double alpha_1 = (n_2/q_2)*(q_1/rate_fade_1) - n_1;                                                                       /* p_1 - a */
-    const double alpha_2 = (n_1/q_1)*(q_2/rate_fade_2) - n_2;                                                                       /* p_2 - a */
-    const double from_1 = p_1 - mean;                                                                                               /* (11) of mass 1, at the pair */
-    const double from_2 = p_2 - mean;                                                                                               /* (11) of mass 2, at the pair */
-    const double square_1 = from_1*from_1 + omega_p*omega_p;                                                                        /* (11) of mass 1, at the pair */
-    const double square_2 = from_2*from_2 + omega_p*omega_p;                                                                        /* (11) of mass 2, at the pair */
-    const double rate_cosine_y = 1.0;                                                                                               /* (18) of y, pair */
-    const double rate_sine_y = 0.0;                                                                                                 /* (18) of y, pair */
-    const double rate_cosine_1 = -from_1*q_1/square_1;                                                                              /* (21) pair */
-    const double rate_sine_1 = -omega_p*q_1/square_1;                                                                               /* (21) pair */
-    const double rate_cosine_2 = from_2*q_2/square_2;                                                                               /* (19) pair */
-    const double rate_sine_2 = omega_p*q_2/square_2;                                                                                /* (19) pair */
-    const double deflated_cosine_y = above*rate_cosine_y;                                                                           /* (19) pole a removed */
-    const double deflated_sine_y = -omega_p*rate_cosine_y;                                                                          /* (19) pole a removed */
-    const double amplitude_y = fabs_f64(rate_cosine_y);                                                                            /* (19) pair, at most */
-    const double deflated_cosine_1 = above*rate_cosine_1 + omega_p*rate_sine_1;                                                     /* (19) pole a removed */
-    const double deflated_sine_1 = above*rate_sine_1 - omega_p*rate_cosine_1;                                                       /* (19) pole a removed */
-    const double amplitude_1 = sqrt_f64(rate_cosine_1*rate_cosine_1 + rate_sine_1*rate_sine_1);                                    /* (19) pair, at most */
-    const double deflated_cosine_2 = above*rate_cosine_2 + omega_p*rate_sine_2;                                                     /* (19) pole a removed */
-    const double deflated_sine_2 = above*rate_sine_2 - omega_p*rate_cosine_2;                                                       /* (19) pole a removed */
-    const double amplitude_2 = sqrt_f64(rate_cosine_2*rate_cosine_2 + rate_sine_2*rate_sine_2);                                    /* (19) pair, at most */
-    const double fade_of_y = -(q_1/chi)*(q_2/rate_fade_1)*(rate_fade_y/rate_fade_2);                                                /* (18) residue at s = -a */
-    const double fade_of_1 = q_2/(chi*rate_fade_2);                                                                                 /* (18) residue at s = -a */
-    const double fade_of_2 = q_1/(chi*rate_fade_1);                                                                                 /* (18) residue at s = -a */
-    const double cosine_of_y = (omega_p*omega_p + above*(from_1 + from_2) - from_1*from_2)/chi;                                     /* (18) pair */
-    const double cosine_of_1 = -alpha_2/chi;                                                                                        /* (18) pair */
-    const double cosine_of_2 = alpha_1/chi;                                                                                         /* (18) pair */
-    const double sine_of_y = (-omega_p*(from_1 + from_2) - above*(from_1*from_2 - omega_p*omega_p)/omega_p)/chi;                    /* (18) pair */
-    const double sine_of_1 = (-omega_p - above*from_2/omega_p)/chi;                                                                 /* (18) pair */
-    const double sine_of_2 = (omega_p + above*from_1/omega_p)/chi;                                                                  /* (18) pair */
-    const modal_rows_f64 result = {rate_fade_y, rate_cosine_y, rate_sine_y, deflated_cosine_y, deflated_sine_y, amplitude_y, rate_fade_1, rate_cosine_1, rate_sine_1, deflated_cosine_1, deflated_sine_1, amplitude_1, rate_fade_2, rate_cosine_2, rate_sine_2, deflated_cosine_2, deflated_sine_2, amplitude_2, fade_of_y, fade_of_1, fade_of_2, cosine_of_y, cosine_of_1, cosine_of_2, sine_of_y, sine_of_1, sine_of_2};
-    return result;
-}
-
-/* The equilibrium of both masses slipping, neither velocity in the other's equation; s_3 > 0. */
-static inline equilibrium_f64 settled_of_both_f64(const hopform_rates_f64 *rates, const drive_f64 *drive)
-{
-    const double s_3 = rates->s_3, p_1 = rates->p_1, q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
-    const double C_1 = drive->C_1, C_2 = drive->C_2;
-    const double y_end = (C_1*p_2 - C_2*p_1)/s_3;  /* (18) of y, terms in 1/s */
-    const double v_end = (C_1*q_2 + C_2*q_1)/s_3;  /* (19), (21) terms in 1/s */
-    const equilibrium_f64 result = {y_end, v_end};
-    return result;
-}
-
 /* Residual of a function of time to its steady state. */
 static inline double residual_to_steady_state_f64(const hopform_poles_f64 *poles,
     const numerator_f64 *numerator,
@@ -1010,6 +959,127 @@ static inline at_f64 state_at_f64(const hopform_state_f64 *state,
     const double v2_t = v2 + H1_2*W1 + H2_2*W + H3_2*Wd;          /* (19) */
     const double y_t = y + H1_y*W1 + H2_y*W + H3_y*Wd;            /* (18) of y */
     const at_f64 result = {x1_t, v1_t, v2_t, y_t};
+    return result;
+}
+
+/* Both masses slipping: what rates become over a time, and what is gained by them. */
+static inline passed_f64 transition_of_both_f64(const hopform_rates_f64 *rates, const basis_f64 *basis)
+{
+    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y;
+    const double a2_v2 = rates->a2_v2, s_1 = rates->s_1, p_1 = rates->p_1;
+    const double q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
+    const double damping = rates->damping;
+    const double Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W, W1 = basis->W1, W2 = basis->W2;
+    const double stays_yy = Wdd + W*damping + Wd*s_1;  /* (11) (s - M)^-1 */
+    const double stays_y1 = Wd - W*a2_v2;              /* (11) (s - M)^-1 */
+    const double stays_y2 = W*a1_v1 - Wd;              /* (11) (s - M)^-1 */
+    const double stays_1y = Wd*a1_y - W*a1_y*a2_v2;    /* (11) (s - M)^-1 */
+    const double stays_11 = Wdd + W*q_2 + Wd*p_2;      /* (11) (s - M)^-1 */
+    const double stays_12 = -W*a1_y;                   /* (11) (s - M)^-1 */
+    const double stays_2y = Wd*a2_y - W*a1_v1*a2_y;    /* (11) (s - M)^-1 */
+    const double stays_21 = W*a2_y;                    /* (11) (s - M)^-1 */
+    const double stays_22 = Wdd + W*q_1 + Wd*p_1;      /* (11) (s - M)^-1 */
+    const double gains_yy = Wd + W*s_1 + W1*damping;   /* (11) (s - M)^-1/s */
+    const double gains_y1 = W - W1*a2_v2;              /* (11) (s - M)^-1/s */
+    const double gains_y2 = W1*a1_v1 - W;              /* (11) (s - M)^-1/s */
+    const double gains_1y = W*a1_y - W1*a1_y*a2_v2;    /* (11) (s - M)^-1/s */
+    const double gains_11 = Wd + W*p_2 + W1*q_2;       /* (11) (s - M)^-1/s */
+    const double gains_12 = -W1*a1_y;                  /* (11) (s - M)^-1/s */
+    const double gains_2y = W*a2_y - W1*a1_v1*a2_y;    /* (11) (s - M)^-1/s */
+    const double gains_21 = W1*a2_y;                   /* (11) (s - M)^-1/s */
+    const double gains_22 = Wd + W*p_1 + W1*q_1;       /* (11) (s - M)^-1/s */
+    const double moves_1y = W1*a1_y - W2*a1_y*a2_v2;   /* (11) (s - M)^-1/s^2 */
+    const double moves_11 = W + W1*p_2 + W2*q_2;       /* (11) (s - M)^-1/s^2 */
+    const double moves_12 = -W2*a1_y;                  /* (11) (s - M)^-1/s^2 */
+    const passed_f64 result = {stays_yy, stays_y1, stays_y2, stays_1y, stays_11, stays_12, stays_2y, stays_21, stays_22, gains_yy, gains_y1, gains_y2, gains_1y, gains_11, gains_12, gains_2y, gains_21, gains_22, moves_1y, moves_11, moves_12};
+    return result;
+}
+
+/* Rates with which both masses begin to slip. */
+static inline rate_f64 rates_of_both_f64(const hopform_rates_f64 *rates,
+    const drive_f64 *drive,
+    const hopform_state_f64 *state)
+{
+    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
+    const double C_1 = drive->C_1, C_2 = drive->C_2;
+    const double v1 = state->v1, v2 = state->v2, y = state->y;
+    const double w_y = v1 - v2;                  /* (3), (4) */
+    const double w_1 = C_1 + a1_v1*v1 + a1_y*y;  /* (3), (4) */
+    const double w_2 = C_2 + a2_v2*v2 + a2_y*y;  /* (3), (4) */
+    const rate_f64 result = {w_y, w_1, w_2};
+    return result;
+}
+
+/* Rates of rates, both masses slipping. */
+static inline bend_f64 bends_of_both_f64(const hopform_rates_f64 *rates, const rate_f64 *rate)
+{
+    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
+    const double w_y = rate->w_y, w_1 = rate->w_1, w_2 = rate->w_2;
+    const double bend_y = w_1 - w_2;             /* (3), (4), differentiated */
+    const double bend_1 = a1_v1*w_1 + a1_y*w_y;  /* (3), (4), differentiated */
+    const double bend_2 = a2_v2*w_2 + a2_y*w_y;  /* (3), (4), differentiated */
+    const bend_f64 result = {bend_y, bend_1, bend_2};
+    return result;
+}
+
+/* How far the real pole is beyond p_i, with digits of its own: by one step of Newton's on the cubic. */
+static inline above_f64 above_alone_f64(const hopform_rates_f64 *rates,
+    const hopform_poles_f64 *poles,
+    double chi)
+{
+    const double p_1 = rates->p_1, q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
+    const double a = poles->a;
+    const double near_above_1 = a - p_1;                                                                                                   /* (11) at s = -a */
+    const double beside_above_1 = p_2 - near_above_1 - p_1;                                                                                /* (11) at s = -a */
+    const double above_1 = near_above_1 - (near_above_1*q_2 - beside_above_1*q_1 - beside_above_1*near_above_1*(near_above_1 + p_1))/chi;  /* (11) at s = -a, polished */
+    const double near_above_2 = a - p_2;                                                                                                   /* (11) at s = -a */
+    const double beside_above_2 = p_1 - near_above_2 - p_2;                                                                                /* (11) at s = -a */
+    const double above_2 = near_above_2 - (near_above_2*q_1 - beside_above_2*q_2 - beside_above_2*near_above_2*(near_above_2 + p_2))/chi;  /* (11) at s = -a, polished */
+    const above_f64 result = {above_1, above_2};
+    return result;
+}
+
+/* Deflated derivatives (M + a) w, both masses slipping: a motion of the pair. */
+static inline bend_f64 deflated_of_both_f64(const hopform_rates_f64 *rates,
+    const hopform_poles_f64 *poles,
+    const above_f64 *above,
+    const rate_f64 *rate)
+{
+    const double a1_y = rates->a1_y, a2_y = rates->a2_y;
+    const double a = poles->a;
+    const double above_1 = above->above_1, above_2 = above->above_2;
+    const double w_y = rate->w_y, w_1 = rate->w_1, w_2 = rate->w_2;
+    const double bend_y = w_1 + a*w_y - w_2;       /* (19) pole a removed */
+    const double bend_1 = a1_y*w_y + above_1*w_1;  /* (19) pole a removed */
+    const double bend_2 = a2_y*w_y + above_2*w_2;  /* (19) pole a removed */
+    const bend_f64 result = {bend_y, bend_1, bend_2};
+    return result;
+}
+
+/* Where both masses end while they slip; s_3 > 0. */
+static inline core_f64 settled_of_both_f64(const hopform_rates_f64 *rates, const drive_f64 *drive)
+{
+    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
+    const double s_3 = rates->s_3, q_1 = rates->q_1, q_2 = rates->q_2;
+    const double C_1 = drive->C_1, C_2 = drive->C_2;
+    const double core_y = (C_2*a1_v1 - C_1*a2_v2)/s_3;  /* (18), (19), (21) terms in 1/s */
+    const double core_1 = (C_1*q_2 - C_2*a1_y)/s_3;     /* (18), (19), (21) terms in 1/s */
+    const double core_2 = (C_1*a2_y + C_2*q_1)/s_3;     /* (18), (19), (21) terms in 1/s */
+    const core_f64 result = {core_y, core_1, core_2};
+    return result;
+}
+
+/* How far both masses are from there, by what has not faded of their rates. */
+static inline core_f64 unsettled_of_both_f64(const hopform_rates_f64 *rates, const rate_f64 *rate)
+{
+    const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y;
+    const double a2_v2 = rates->a2_v2, s_3 = rates->s_3, q_1 = rates->q_1;
+    const double q_2 = rates->q_2, damping = rates->damping;
+    const double w_y = rate->w_y, w_1 = rate->w_1, w_2 = rate->w_2;
+    const double core_y = (a2_v2*w_1 - a1_v1*w_2 - damping*w_y)/s_3;  /* (18), (19), (21) without the terms in 1/s */
+    const double core_1 = (a1_y*w_2 + a1_y*a2_v2*w_y - q_2*w_1)/s_3;  /* (18), (19), (21) without the terms in 1/s */
+    const double core_2 = (a1_v1*a2_y*w_y - a2_y*w_1 - q_1*w_2)/s_3;  /* (18), (19), (21) without the terms in 1/s */
+    const core_f64 result = {core_y, core_1, core_2};
     return result;
 }
 

@@ -5,8 +5,8 @@
 #ifndef HOPFORM_PLAN_H_f32
 #define HOPFORM_PLAN_H_f32
 
-#include "modal_plan_f32.h"
 #include "phase_f32.h"
+#include "transition_f32.h"
 
 /* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
  * propagator is evaluated there, if that is wanted. */
@@ -88,7 +88,7 @@ static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_po
         plan->node[form] = node_of_poles_f32(&plan->poles[form], whole);
     }
 #if HOPFORM_HAS_MODAL
-    put_modal_f32(plan);
+    put_transition_f32(plan);
 #endif
     plan->made = whole ? HOPFORM_PLAN_MADE : 0;
     return HOPFORM_OK;

@@ -20,17 +20,17 @@
 /* artanh(s)/s in s^2 */
 #define HOPFORM_AREA_TANGENT_f32(X) X(0.11111111f) X(0.14285715f) X(0.2f) X(0.33333334f) X(1.0f)
 
-/* phi_1 over half a node, but for the 1 */
-#define HOPFORM_HALF_NODE_f32(X) X(0.0001984127f) X(0.0013888889f) X(0.008333334f) X(0.041666668f) X(0.16666667f) X(0.5f)
+/* phi_2 over half a node: its highest three */
+#define HOPFORM_HALF_NODE_FIRST_f32(X) X(0.0001984127f) X(0.0013888889f) X(0.008333334f)
 
-/* phi_1 over a node, but for the 1 */
-#define HOPFORM_NODE_f32(X) X(2.755732e-7f) X(2.7557319e-6f) X(2.4801588e-5f) X(0.0001984127f) X(0.0013888889f) X(0.008333334f) X(0.041666668f) X(0.16666667f) X(0.5f)
+/* those below */
+#define HOPFORM_HALF_NODE_f32(X) X(0.041666668f) X(0.16666667f) X(0.5f)
 
-/* phi_1 over a short step, but for the 1 */
-#define HOPFORM_STEP_f32(X) X(0.16666667f) X(0.5f)
+/* phi_2 over a node: its highest three */
+#define HOPFORM_NODE_FIRST_f32(X) X(2.755732e-7f) X(2.7557319e-6f) X(2.4801588e-5f)
 
-/* phi_2 over a node, but for the 1/2 */
-#define HOPFORM_NODE_TWICE_f32(X) X(2.755732e-7f) X(2.7557319e-6f) X(2.4801588e-5f) X(0.0001984127f) X(0.0013888889f) X(0.008333334f) X(0.041666668f) X(0.16666667f)
+/* those below */
+#define HOPFORM_NODE_f32(X) X(0.0001984127f) X(0.0013888889f) X(0.008333334f) X(0.041666668f) X(0.16666667f) X(0.5f)
 
 /* 1/n, from the first on */
 #define HOPFORM_CARRY_ORDERS_f32(X) X(1.0f) X(0.5f) X(0.33333334f) X(0.25f)

@@ -8,12 +8,14 @@ The straight-line formulas, one line a step, for floats and for arrays; equation
 from numpy import fabs, sqrt
 
 from .records import (
+    Above,
     At,
     Basis,
+    Bend,
+    Core,
     Decay,
     Drive,
     Energy,
-    Equilibrium,
     Excess,
     Fades,
     FlightIntegrals,
@@ -30,7 +32,6 @@ from .records import (
     LegState,
     Letters,
     Levels,
-    ModalRows,
     Modes,
     Moments,
     Numerator,
@@ -40,8 +41,10 @@ from .records import (
     PairIntegrals,
     PairNumerator,
     PairSeries,
+    Passed,
     Poles,
     Propagated,
+    Rate,
     Rates,
     Real,
     Resisted,
@@ -683,71 +686,6 @@ def deflated_modes(poles: Poles, omega_p: Real, modes: Modes) -> PairNumerator:
     return PairNumerator(A, B)
 
 
-def modal_rows_of(rates: Rates, poles: Poles, chi: Real, omega_p: Real) -> ModalRows:
-    """Both masses slipping, neither velocity in the other's equation, a pair that rings: their modal coordinates.
-
-    chi [1/s^2] s^2 + p s + q at s = -a: what (18) divides by.
-    omega_p [1/s] frequency of a pair that rings.
-    """
-    p_1, q_1, p_2, q_2 = rates.p_1, rates.q_1, rates.p_2, rates.q_2
-    a, p = poles.a, poles.p
-    mean = 0.5*p                                                                                                      # (11) decay of the pair
-    above = a - mean                                                                                                  # (11) the real pole beyond that
-    near_less_1 = a - p_1                                                                                             # (11) at s = -a
-    beside_less_1 = p_2 - near_less_1 - p_1                                                                           # (11) at s = -a
-    less_1 = near_less_1 - (near_less_1*q_2 - beside_less_1*q_1 - beside_less_1*near_less_1*(near_less_1 + p_1))/chi  # (11) at s = -a, polished
-    near_less_2 = a - p_2                                                                                             # (11) at s = -a
-    beside_less_2 = p_1 - near_less_2 - p_2                                                                           # (11) at s = -a
-    less_2 = near_less_2 - (near_less_2*q_1 - beside_less_2*q_2 - beside_less_2*near_less_2*(near_less_2 + p_2))/chi  # (11) at s = -a, polished
-    n_1 = 0.5*fabs(less_1) + 0.5*less_1                                                                               # where mass 1 alone fades slower
-    n_2 = 0.5*fabs(less_2) + 0.5*less_2                                                                               # where mass 2 alone fades slower
-    rate_fade_1 = 1.0 + a*n_2/q_2                                                                                     # (21) residue at s = -a
-    rate_fade_2 = 1.0 + a*n_1/q_1                                                                                     # (19) residue at s = -a
-    rate_fade_y = n_1/q_1 - n_2/q_2                                                                                   # (18) of y, residue at s = -a
-    alpha_1 = (n_2/q_2)*(q_1/rate_fade_1) - n_1                                                                       # p_1 - a
-    alpha_2 = (n_1/q_1)*(q_2/rate_fade_2) - n_2                                                                       # p_2 - a
-    from_1 = p_1 - mean                                                                                               # (11) of mass 1, at the pair
-    from_2 = p_2 - mean                                                                                               # (11) of mass 2, at the pair
-    square_1 = from_1*from_1 + omega_p*omega_p                                                                        # (11) of mass 1, at the pair
-    square_2 = from_2*from_2 + omega_p*omega_p                                                                        # (11) of mass 2, at the pair
-    rate_cosine_y = 1.0                                                                                               # (18) of y, pair
-    rate_sine_y = 0.0                                                                                                 # (18) of y, pair
-    rate_cosine_1 = -from_1*q_1/square_1                                                                              # (21) pair
-    rate_sine_1 = -omega_p*q_1/square_1                                                                               # (21) pair
-    rate_cosine_2 = from_2*q_2/square_2                                                                               # (19) pair
-    rate_sine_2 = omega_p*q_2/square_2                                                                                # (19) pair
-    deflated_cosine_y = above*rate_cosine_y                                                                           # (19) pole a removed
-    deflated_sine_y = -omega_p*rate_cosine_y                                                                          # (19) pole a removed
-    amplitude_y = fabs(rate_cosine_y)                                                                                 # (19) pair, at most
-    deflated_cosine_1 = above*rate_cosine_1 + omega_p*rate_sine_1                                                     # (19) pole a removed
-    deflated_sine_1 = above*rate_sine_1 - omega_p*rate_cosine_1                                                       # (19) pole a removed
-    amplitude_1 = sqrt(rate_cosine_1*rate_cosine_1 + rate_sine_1*rate_sine_1)                                         # (19) pair, at most
-    deflated_cosine_2 = above*rate_cosine_2 + omega_p*rate_sine_2                                                     # (19) pole a removed
-    deflated_sine_2 = above*rate_sine_2 - omega_p*rate_cosine_2                                                       # (19) pole a removed
-    amplitude_2 = sqrt(rate_cosine_2*rate_cosine_2 + rate_sine_2*rate_sine_2)                                         # (19) pair, at most
-    fade_of_y = -(q_1/chi)*(q_2/rate_fade_1)*(rate_fade_y/rate_fade_2)                                                # (18) residue at s = -a
-    fade_of_1 = q_2/(chi*rate_fade_2)                                                                                 # (18) residue at s = -a
-    fade_of_2 = q_1/(chi*rate_fade_1)                                                                                 # (18) residue at s = -a
-    cosine_of_y = (omega_p*omega_p + above*(from_1 + from_2) - from_1*from_2)/chi                                     # (18) pair
-    cosine_of_1 = -alpha_2/chi                                                                                        # (18) pair
-    cosine_of_2 = alpha_1/chi                                                                                         # (18) pair
-    sine_of_y = (-omega_p*(from_1 + from_2) - above*(from_1*from_2 - omega_p*omega_p)/omega_p)/chi                    # (18) pair
-    sine_of_1 = (-omega_p - above*from_2/omega_p)/chi                                                                 # (18) pair
-    sine_of_2 = (omega_p + above*from_1/omega_p)/chi                                                                  # (18) pair
-    return ModalRows(rate_fade_y, rate_cosine_y, rate_sine_y, deflated_cosine_y, deflated_sine_y, amplitude_y, rate_fade_1, rate_cosine_1, rate_sine_1, deflated_cosine_1, deflated_sine_1, amplitude_1, rate_fade_2, rate_cosine_2, rate_sine_2, deflated_cosine_2, deflated_sine_2, amplitude_2, fade_of_y, fade_of_1, fade_of_2, cosine_of_y, cosine_of_1, cosine_of_2, sine_of_y, sine_of_1, sine_of_2)
-
-
-def settled_of_both(rates: Rates, drive: Drive) -> Equilibrium:
-    """The equilibrium of both masses slipping, neither velocity in the other's equation; s_3 > 0.
-
-    """
-    s_3, p_1, q_1, p_2, q_2 = rates.s_3, rates.p_1, rates.q_1, rates.p_2, rates.q_2
-    C_1, C_2 = drive.C_1, drive.C_2
-    y_end = (C_1*p_2 - C_2*p_1)/s_3  # (18) of y, terms in 1/s
-    v_end = (C_1*q_2 + C_2*q_1)/s_3  # (19), (21) terms in 1/s
-    return Equilibrium(y_end, v_end)
-
-
 def residual_to_steady_state(poles: Poles, numerator: Numerator, basis: Basis, residual_0: Real) -> Real:
     """Residual of a function of time to its steady state.
 
@@ -802,6 +740,119 @@ def state_at(state: LegState, numerators: Numerators, basis: Basis) -> At:
     v2_t = v2 + H1_2*W1 + H2_2*W + H3_2*Wd          # (19)
     y_t = y + H1_y*W1 + H2_y*W + H3_y*Wd            # (18) of y
     return At(x1_t, v1_t, v2_t, y_t)
+
+
+def transition_of_both(rates: Rates, basis: Basis) -> Passed:
+    """Both masses slipping: what rates become over a time, and what is gained by them.
+
+    """
+    a1_y, a1_v1, a2_y, a2_v2 = rates.a1_y, rates.a1_v1, rates.a2_y, rates.a2_v2
+    s_1, p_1, q_1, p_2 = rates.s_1, rates.p_1, rates.q_1, rates.p_2
+    q_2, damping = rates.q_2, rates.damping
+    Wdd, Wd, W, W1, W2 = basis.Wdd, basis.Wd, basis.W, basis.W1, basis.W2
+    stays_yy = Wdd + W*damping + Wd*s_1  # (11) (s - M)^-1
+    stays_y1 = Wd - W*a2_v2              # (11) (s - M)^-1
+    stays_y2 = W*a1_v1 - Wd              # (11) (s - M)^-1
+    stays_1y = Wd*a1_y - W*a1_y*a2_v2    # (11) (s - M)^-1
+    stays_11 = Wdd + W*q_2 + Wd*p_2      # (11) (s - M)^-1
+    stays_12 = -W*a1_y                   # (11) (s - M)^-1
+    stays_2y = Wd*a2_y - W*a1_v1*a2_y    # (11) (s - M)^-1
+    stays_21 = W*a2_y                    # (11) (s - M)^-1
+    stays_22 = Wdd + W*q_1 + Wd*p_1      # (11) (s - M)^-1
+    gains_yy = Wd + W*s_1 + W1*damping   # (11) (s - M)^-1/s
+    gains_y1 = W - W1*a2_v2              # (11) (s - M)^-1/s
+    gains_y2 = W1*a1_v1 - W              # (11) (s - M)^-1/s
+    gains_1y = W*a1_y - W1*a1_y*a2_v2    # (11) (s - M)^-1/s
+    gains_11 = Wd + W*p_2 + W1*q_2       # (11) (s - M)^-1/s
+    gains_12 = -W1*a1_y                  # (11) (s - M)^-1/s
+    gains_2y = W*a2_y - W1*a1_v1*a2_y    # (11) (s - M)^-1/s
+    gains_21 = W1*a2_y                   # (11) (s - M)^-1/s
+    gains_22 = Wd + W*p_1 + W1*q_1       # (11) (s - M)^-1/s
+    moves_1y = W1*a1_y - W2*a1_y*a2_v2   # (11) (s - M)^-1/s^2
+    moves_11 = W + W1*p_2 + W2*q_2       # (11) (s - M)^-1/s^2
+    moves_12 = -W2*a1_y                  # (11) (s - M)^-1/s^2
+    return Passed(stays_yy, stays_y1, stays_y2, stays_1y, stays_11, stays_12, stays_2y, stays_21, stays_22, gains_yy, gains_y1, gains_y2, gains_1y, gains_11, gains_12, gains_2y, gains_21, gains_22, moves_1y, moves_11, moves_12)
+
+
+def rates_of_both(rates: Rates, drive: Drive, state: LegState) -> Rate:
+    """Rates with which both masses begin to slip.
+
+    """
+    a1_y, a1_v1, a2_y, a2_v2 = rates.a1_y, rates.a1_v1, rates.a2_y, rates.a2_v2
+    C_1, C_2 = drive.C_1, drive.C_2
+    v1, v2, y = state.v1, state.v2, state.y
+    w_y = v1 - v2                  # (3), (4)
+    w_1 = C_1 + a1_v1*v1 + a1_y*y  # (3), (4)
+    w_2 = C_2 + a2_v2*v2 + a2_y*y  # (3), (4)
+    return Rate(w_y, w_1, w_2)
+
+
+def bends_of_both(rates: Rates, rate: Rate) -> Bend:
+    """Rates of rates, both masses slipping.
+
+    """
+    a1_y, a1_v1, a2_y, a2_v2 = rates.a1_y, rates.a1_v1, rates.a2_y, rates.a2_v2
+    w_y, w_1, w_2 = rate.w_y, rate.w_1, rate.w_2
+    bend_y = w_1 - w_2             # (3), (4), differentiated
+    bend_1 = a1_v1*w_1 + a1_y*w_y  # (3), (4), differentiated
+    bend_2 = a2_v2*w_2 + a2_y*w_y  # (3), (4), differentiated
+    return Bend(bend_y, bend_1, bend_2)
+
+
+def above_alone(rates: Rates, poles: Poles, chi: Real) -> Above:
+    """How far the real pole is beyond p_i, with digits of its own: by one step of Newton's on the cubic.
+
+    chi [1/s^2] s^2 + p s + q at s = -a: what (18) divides by.
+    """
+    p_1, q_1, p_2, q_2 = rates.p_1, rates.q_1, rates.p_2, rates.q_2
+    a = poles.a
+    near_above_1 = a - p_1                                                                                                   # (11) at s = -a
+    beside_above_1 = p_2 - near_above_1 - p_1                                                                                # (11) at s = -a
+    above_1 = near_above_1 - (near_above_1*q_2 - beside_above_1*q_1 - beside_above_1*near_above_1*(near_above_1 + p_1))/chi  # (11) at s = -a, polished
+    near_above_2 = a - p_2                                                                                                   # (11) at s = -a
+    beside_above_2 = p_1 - near_above_2 - p_2                                                                                # (11) at s = -a
+    above_2 = near_above_2 - (near_above_2*q_1 - beside_above_2*q_2 - beside_above_2*near_above_2*(near_above_2 + p_2))/chi  # (11) at s = -a, polished
+    return Above(above_1, above_2)
+
+
+def deflated_of_both(rates: Rates, poles: Poles, above: Above, rate: Rate) -> Bend:
+    """Deflated derivatives (M + a) w, both masses slipping: a motion of the pair.
+
+    """
+    a1_y, a2_y = rates.a1_y, rates.a2_y
+    a = poles.a
+    above_1, above_2 = above.above_1, above.above_2
+    w_y, w_1, w_2 = rate.w_y, rate.w_1, rate.w_2
+    bend_y = w_1 + a*w_y - w_2       # (19) pole a removed
+    bend_1 = a1_y*w_y + above_1*w_1  # (19) pole a removed
+    bend_2 = a2_y*w_y + above_2*w_2  # (19) pole a removed
+    return Bend(bend_y, bend_1, bend_2)
+
+
+def settled_of_both(rates: Rates, drive: Drive) -> Core:
+    """Where both masses end while they slip; s_3 > 0.
+
+    """
+    a1_y, a1_v1, a2_y, a2_v2, s_3 = rates.a1_y, rates.a1_v1, rates.a2_y, rates.a2_v2, rates.s_3
+    q_1, q_2 = rates.q_1, rates.q_2
+    C_1, C_2 = drive.C_1, drive.C_2
+    core_y = (C_2*a1_v1 - C_1*a2_v2)/s_3  # (18), (19), (21) terms in 1/s
+    core_1 = (C_1*q_2 - C_2*a1_y)/s_3     # (18), (19), (21) terms in 1/s
+    core_2 = (C_1*a2_y + C_2*q_1)/s_3     # (18), (19), (21) terms in 1/s
+    return Core(core_y, core_1, core_2)
+
+
+def unsettled_of_both(rates: Rates, rate: Rate) -> Core:
+    """How far both masses are from there, by what has not faded of their rates.
+
+    """
+    a1_y, a1_v1, a2_y, a2_v2 = rates.a1_y, rates.a1_v1, rates.a2_y, rates.a2_v2
+    s_3, q_1, q_2, damping = rates.s_3, rates.q_1, rates.q_2, rates.damping
+    w_y, w_1, w_2 = rate.w_y, rate.w_1, rate.w_2
+    core_y = (a2_v2*w_1 - a1_v1*w_2 - damping*w_y)/s_3  # (18), (19), (21) without the terms in 1/s
+    core_1 = (a1_y*w_2 + a1_y*a2_v2*w_y - q_2*w_1)/s_3  # (18), (19), (21) without the terms in 1/s
+    core_2 = (a1_v1*a2_y*w_y - a2_y*w_1 - q_1*w_2)/s_3  # (18), (19), (21) without the terms in 1/s
+    return Core(core_y, core_1, core_2)
 
 
 def ledger_of(robot: Robot, moments: Moments, u: Real, side_1: Real, side_2: Real, limit: Real, x1_0: Real) -> Work:

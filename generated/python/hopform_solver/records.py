@@ -877,74 +877,6 @@ class Whole(NamedTuple):
     """[1/s^3] constant terms"""
 
 
-class ModalRows(NamedTuple):
-    """Rows of y, v_1, v_2, then shares in f, c, s."""
-
-    rate_fade_y: Real
-    """[s] of what fades in its rate"""
-    rate_cosine_y: Real
-    """[1] of the cosine in its rate"""
-    rate_sine_y: Real
-    """[1] of the sine in its rate"""
-    deflated_cosine_y: Real
-    """[1/s] of the cosine in its deflated derivative"""
-    deflated_sine_y: Real
-    """[1/s] of the sine in its deflated derivative"""
-    amplitude_y: Real
-    """[1] of the pair's part of its rate, in that of cosine and sine"""
-    rate_fade_1: Real
-    """[1] of what fades in its rate"""
-    rate_cosine_1: Real
-    """[1/s] of the cosine in its rate"""
-    rate_sine_1: Real
-    """[1/s] of the sine in its rate"""
-    deflated_cosine_1: Real
-    """[1/s^2] of the cosine in its deflated derivative"""
-    deflated_sine_1: Real
-    """[1/s^2] of the sine in its deflated derivative"""
-    amplitude_1: Real
-    """[1/s] of the pair's part of its rate, in that of cosine and sine"""
-    rate_fade_2: Real
-    """[1] of what fades in its rate"""
-    rate_cosine_2: Real
-    """[1/s] of the cosine in its rate"""
-    rate_sine_2: Real
-    """[1/s] of the sine in its rate"""
-    deflated_cosine_2: Real
-    """[1/s^2] of the cosine in its deflated derivative"""
-    deflated_sine_2: Real
-    """[1/s^2] of the sine in its deflated derivative"""
-    amplitude_2: Real
-    """[1/s] of the pair's part of its rate, in that of cosine and sine"""
-    fade_of_y: Real
-    """[1/s] per rate of y"""
-    fade_of_1: Real
-    """[1] per acceleration of mass 1"""
-    fade_of_2: Real
-    """[1] per acceleration of mass 2"""
-    cosine_of_y: Real
-    """[1] per rate of y"""
-    cosine_of_1: Real
-    """[s] per acceleration of mass 1"""
-    cosine_of_2: Real
-    """[s] per acceleration of mass 2"""
-    sine_of_y: Real
-    """[1] per rate of y"""
-    sine_of_1: Real
-    """[s] per acceleration of mass 1"""
-    sine_of_2: Real
-    """[s] per acceleration of mass 2"""
-
-
-class Equilibrium(NamedTuple):
-    """Where both masses end while they slip: at one velocity."""
-
-    y_end: Real
-    """[m] compression"""
-    v_end: Real
-    """[m/s] velocity of both"""
-
-
 class Propagated(NamedTuple):
     """W, its derivatives and integrals a short time later, by a Taylor step."""
 
@@ -971,6 +903,95 @@ class At(NamedTuple):
     """[m/s] velocity of the body"""
     y_t: Real
     """[m] compression of the leg, from where it carries nothing"""
+
+
+class Passed(NamedTuple):
+    """What rates become, and what y, v_1, v_2 and the position gain by them, over a time."""
+
+    stays_yy: Real
+    """[1] of a rate, per rate of y"""
+    stays_y1: Real
+    """[s] of a rate, per rate of 1"""
+    stays_y2: Real
+    """[s] of a rate, per rate of 2"""
+    stays_1y: Real
+    """[1/s] of a rate, per rate of y"""
+    stays_11: Real
+    """[1] of a rate, per rate of 1"""
+    stays_12: Real
+    """[1] of a rate, per rate of 2"""
+    stays_2y: Real
+    """[1/s] of a rate, per rate of y"""
+    stays_21: Real
+    """[1] of a rate, per rate of 1"""
+    stays_22: Real
+    """[1] of a rate, per rate of 2"""
+    gains_yy: Real
+    """[s] gain of a coordinate, per rate of y"""
+    gains_y1: Real
+    """[s^2] gain of a coordinate, per rate of 1"""
+    gains_y2: Real
+    """[s^2] gain of a coordinate, per rate of 2"""
+    gains_1y: Real
+    """[1] gain of a coordinate, per rate of y"""
+    gains_11: Real
+    """[s] gain of a coordinate, per rate of 1"""
+    gains_12: Real
+    """[s] gain of a coordinate, per rate of 2"""
+    gains_2y: Real
+    """[1] gain of a coordinate, per rate of y"""
+    gains_21: Real
+    """[s] gain of a coordinate, per rate of 1"""
+    gains_22: Real
+    """[s] gain of a coordinate, per rate of 2"""
+    moves_1y: Real
+    """[s] gain of the position beyond v_1 t, per rate of y"""
+    moves_11: Real
+    """[s^2] gain of the position beyond v_1 t, per rate of 1"""
+    moves_12: Real
+    """[s^2] gain of the position beyond v_1 t, per rate of 2"""
+
+
+class Rate(NamedTuple):
+    """Rates of y, v_1, v_2."""
+
+    w_y: Real
+    """[m/s] of the compression"""
+    w_1: Real
+    """[m/s^2] of the velocity of mass 1"""
+    w_2: Real
+    """[m/s^2] of the velocity of mass 2"""
+
+
+class Bend(NamedTuple):
+    """Rates of rates, or with the real pole removed."""
+
+    bend_y: Real
+    """[m/s^2] of that of the compression"""
+    bend_1: Real
+    """[m/s^3] of that of the velocity of mass 1"""
+    bend_2: Real
+    """[m/s^3] of that of the velocity of mass 2"""
+
+
+class Above(NamedTuple):
+    """The real pole beyond the rate of each mass alone."""
+
+    above_1: Real
+    """[1/s] a - p_1"""
+    above_2: Real
+    """[1/s] a - p_2"""
+
+
+class Core(NamedTuple):
+    """Compression and velocities."""
+
+    core_y: Real
+    """[m] compression"""
+    core_1: Real
+    """[m/s] v_1"""
+    core_2: Real
+    """[m/s] v_2"""
 
 
 class SplitPoles(NamedTuple):

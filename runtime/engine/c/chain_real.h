@@ -8,7 +8,7 @@
 
 #include "first_event_real.h"
 #include "ledger_real.h"
-#include "modal_search_real.h"
+#include "node_search_real.h"
 #include "overlap_real.h"
 
 /* The chain while it grows. */
@@ -43,6 +43,9 @@ typedef struct {
     int event;                   /* with which the phase began */
     drive_by_element_real drive; /* of the phase, as its numerators */
     numerators_by_axis_real numerators;
+#if HOPFORM_HAS_MODAL
+    rates_by_row_real rates; /* in place of the numerators, where both slip and nobody follows */
+#endif
     motion_modes_real modes; /* of the motion, once the modal form is evaluated */
     evaluations_real *evaluations;
     observer_real *observer;
@@ -418,67 +421,17 @@ SELDOM_real void enter_modes_real(stance_chain_real *chain, stance_search_real *
 }
 
 #if HOPFORM_HAS_MODAL
-/* ---- both slip, in modal coordinates ---- */
+/* ---- both slip, by their rates ---- */
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
-static inline bool is_solved_in_modes_real(const stance_chain_real *chain) {
-    return alone_of_mode_real(chain->mode) < 0 && !rests_of_mode_real(chain->mode) && chain->plan->modal.h > 0.0
+static inline bool is_solved_by_rates_real(const stance_chain_real *chain) {
+    return alone_of_mode_real(chain->mode) < 0 && !rests_of_mode_real(chain->mode) && chain->plan->transition.h > 0.0
            && chain->observer == NULL;
 }
 
 /* The axis of each event function of the search. */
-static const int axis_of_function_real[MODAL_FUNCTIONS_real] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0),
-                                                                HOPFORM_VELOCITY_AXIS(1)};
-
-/* The search at the start of the phase. Rates and deflated derivatives are those of the numerators, which know what an
- * element that has just switched, or come to rest, begins with. */
-static inline void begin_modal_search_real(const stance_chain_real *chain, modal_search_real *search) {
-    const hopform_modal_real *modal = &chain->plan->modal;
-    const numerator_real *core = chain->numerators.core;
-    const real rate[MODAL_FUNCTIONS_real] = {core[HOPFORM_STRETCH_AXIS - 1].H3, core[HOPFORM_VELOCITY_AXIS(0) - 1].H3,
-                                             core[HOPFORM_VELOCITY_AXIS(1) - 1].H3};
-    modal_node_real *low = &search->node[0];
-    real m[3];
-    for (int n = 0; n < 3; n++) {
-        const hopform_modal_share_real *share = &modal->share[n];
-        m[n] = share->of_y * rate[0] + share->of_1 * rate[1] + share->of_2 * rate[2];
-    }
-    search->modal = modal;
-    search->low = low;
-    search->high = &search->node[1];
-    search->limit = end_of_step_real(chain) - chain->t;
-    search->first = 1;
-    search->from_the_end = false;
-#if HOPFORM_HAS_CONTACT
-    if (falls_of_mode_real(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
-#endif
-    search->sign[0] = 1.0;
-    search->sign[1] = (real)side_of_mode_real(chain->mode, 0);
-    search->sign[2] = (real)side_of_mode_real(chain->mode, 1);
-    low->t = 0.0;
-    low->m.f = m[0];
-    low->m.c = m[1];
-    low->m.s = m[2];
-    for (int n = 0; n < MODAL_FUNCTIONS_real; n++) {
-        const int axis = axis_of_function_real[n];
-        const numerator_real *h = &core[axis - 1];
-        const real z = chain->at.of[axis];
-        search->z[n] = z;
-        search->rounded[n] = fabs_real(z);
-        low->value[n] = greater_real(search->sign[n] * z, 0.0);
-        low->rate[n] = search->sign[n] * h->H3;
-        low->deflated[n] = search->sign[n] * (h->H2 - 2.0 * modal->mean * h->H3);
-    }
-    search->from = 0.0;
-    search->m = low->m;
-    search->amplitude = amplitude_of_real(&low->m);
-    search->total = no_gain_real(&low->m);
-    search->gained = search->total;
-    search->moved = 0.0;
-    search->count = 0;
-    search->evaluations = chain->evaluations;
-    use_evaluation_real(search->evaluations); /* a phase costs as much */
-}
+static const int axis_of_function_real[NODE_FUNCTIONS_real] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0),
+                                                               HOPFORM_VELOCITY_AXIS(1)};
 
 /* How far it is to the stop ahead; NEVER without one. */
 static inline real gap_ahead_real(const stance_chain_real *chain) {
@@ -487,194 +440,189 @@ static inline real gap_ahead_real(const stance_chain_real *chain) {
     return HOPFORM_HAS_STOPS && is_finite_real(gap) ? gap : HOPFORM_NEVER_real;
 }
 
-/* When the position, which only goes to its side until a time, has met the stop ahead, and what is gained by then; how
- * far it is from there then, and its rate and curvature. */
-SELDOM_real modal_root_real modal_stop_real(const stance_chain_real *chain, const modal_real *m, real until,
-                                            const jet_real *then) {
-    const hopform_modal_real *modal = &chain->plan->modal;
-    const int element = HOPFORM_STOPPED_ELEMENT;
-    const hopform_modal_row_real *row = &modal->row[1 + element];
-    const real side = (real)side_of_mode_real(chain->mode, element);
-    const real velocity = chain->at.of[HOPFORM_VELOCITY_AXIS(element)];
-    const real gap = gap_ahead_real(chain);
-    const numerator_real *h = &chain->numerators.of.velocity[element];
-    const jet_real from = {gap, -side * velocity, -side * h->H3,
-                           -side * (h->H2 - rates_of_chain_real(chain)->s_1 * h->H3)};
-    const interpolant_real p = interpolant_of_real(&from, then, until);
-    modal_root_real root = {until * refined_root_real(&p, rough_root_real(&from, then, until)), no_gain_real(m)};
-    real low = 0.0, high = until;
-    for (int step = 0; step < 100; step++) {
-        if (!(root.t > low && root.t < high) || (step > 8 && step % 2 == 1)) { root.t = low + 0.5 * (high - low); }
-        const bool ends = !(root.t > low && root.t < high);
-        root.t = ends ? high : root.t;
-        root.gain = gain_over_real(modal, m, root.t);
-        const modal_real at = modal_after_real(modal, m, &root.gain);
-        const real left = gap - side * displacement_real(modal, row, velocity, m, root.t, &root.gain);
-        const real speed = side * (velocity + gain_by_row_real(row, &root.gain));
-        use_evaluation_real(chain->evaluations);
-        MODAL_COUNT(evaluation);
-        if (ends || fabs_real(left) <= HOPFORM_EPS_real * root.t * speed) { break; }
-        low = left > 0.0 ? root.t : low;
-        high = left > 0.0 ? high : root.t;
-        const real below = 2.0 * speed * speed + left * (side * rate_by_row_real(row, &at));
-        root.t = speed > 0.0 && below > 0.0 ? root.t + 2.0 * left * speed / below : low; /* Halley's */
+/* The search at the start of the phase. */
+static inline void begin_node_search_real(const stance_chain_real *chain, node_search_real *search) {
+    const hopform_poles_real *poles = &chain->plan->poles[0];
+    search_node_real *low = &search->node[0];
+    search->plan = chain->plan;
+    search->low = low;
+    search->high = &search->node[1];
+    search->rings = 0.25 * poles->p * poles->p < poles->q;
+    search->stiff = search->rings && fades_in_a_node_real(&chain->plan->transition);
+    search->limit = end_of_step_real(chain) - chain->t;
+    search->gap = gap_ahead_real(chain);
+    search->first = 1;
+    search->from_the_end = false;
+#if HOPFORM_HAS_CONTACT
+    if (falls_of_mode_real(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
+#endif
+    search->sign[0] = 1.0;
+    search->sign[1] = (real)side_of_mode_real(chain->mode, 0);
+    search->sign[2] = (real)side_of_mode_real(chain->mode, 1);
+    search->w = chain->rates;
+    search->from = 0.0;
+    const rates_by_row_real d = deflated_rates_real(chain->plan, &search->w);
+    low->t = 0.0;
+    low->x = 0.0;
+    low->w = search->w;
+    for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
+        const real z = chain->at.of[axis_of_function_real[n]];
+        search->rounded[n] = fabs_real(z);
+        low->value[n] = greater_real(search->sign[n] * z, 0.0);
+        low->rate[n] = search->sign[n] * search->w.of[n];
+        low->deflated[n] = search->sign[n] * d.of[n];
     }
-    return root;
+    search->count = 0;
+    search->evaluations = chain->evaluations;
+    use_evaluation_real(search->evaluations); /* a phase costs as much */
 }
 
-/* Where the phase ends at a time, after a gain since the interval began, which may be the first of the phase, at some
- * coordinates. */
-static inline void arrive_in_modes_real(const modal_search_real *search, const modal_gain_real *gain, real t,
-                                        const modal_real *m, modal_arrival_real *arrival) {
-    const modal_gain_real sum = gain_and_real(&search->total, gain);
-    const modal_gain_real *total = &sum;
-    const bool first = !(search->low->t > 0.0);
-    const hopform_modal_real *modal = search->modal;
-    const hopform_modal_row_real *row = &modal->row[1 + HOPFORM_STOPPED_ELEMENT];
-    arrival->is_modal = true;
-    for (int n = 0; n < MODAL_FUNCTIONS_real; n++) {
-        const real known = first ? search->sign[n] * known_beside_real(search, n) * t : 0.0;
-        real rest;
-        arrival->z[axis_of_function_real[n]] =
-            search->from_the_end ? search->sign[n] * value_from_the_end_real(search, n, search->low, gain, &rest)
-                                 : search->z[n] + (gain_by_row_real(&modal->row[n], total) + known);
-    }
-    arrival->moved =
-        search->moved
-        + displacement_real(modal, row, search->z[1 + HOPFORM_STOPPED_ELEMENT], &search->m, t - search->from, total);
-    arrival->rate[0] = row->rate_fade * m->f;
-    arrival->rate[1] = row->rate_cosine * m->c;
-    arrival->rate[2] = row->rate_sine * m->s;
-    arrival->stretched = search->rounded[0] + fabs_real(modal->row[0].rate_fade * total->f)
-                         + 2.0 * modal->row[0].amplitude * search->amplitude / modal->root_q;
-}
-
-/* The stop ahead in place of what was found at a time, or nothing, if it is met before. */
-static inline void meet_stop_real(const stance_chain_real *chain, const modal_search_real *search, real t,
-                                  stance_search_real *end) {
+/* Where the phase ends: at the stop ahead in place of what was found, or nothing, at a time in the interval, if it is
+ * met before. */
+static inline const search_node_real *meet_stop_real(const node_search_real *search, const search_node_real *there,
+                                                     search_node_real *root, stance_search_real *end) {
     const int element = HOPFORM_STOPPED_ELEMENT;
-    const real side = (real)side_of_mode_real(chain->mode, element);
-    const real gap = gap_ahead_real(chain);
-    modal_arrival_real *arrival = &end->arrival;
-    const real speed = side * arrival->z[HOPFORM_VELOCITY_AXIS(element)];
-    const real left = gap - side * arrival->moved;
-    const hopform_modal_row_real *row = &search->modal->row[1 + element];
-    const real reach = lesser_real(1.0 / search->modal->root_q, t); /* for so long at most */
-    const real swing = (row->amplitude * search->amplitude + fabs_real(row->rate_fade * search->m.f)) * reach * reach;
-    const real rounding = 16.0 * HOPFORM_EPS_real * (gap + fabs_real(arrival->moved) + swing + t * fabs_real(speed));
+    const real speed = there->value[1 + element];
+    const real left = distance_at_real(search, there);
+    const real fastest = greater_real(search->rounded[1 + element], fabs_real(speed));
+    const real rounding = 16.0 * HOPFORM_EPS_real * (search->gap + fabs_real(there->x) + there->t * fastest);
     bool meets = left < -rounding;
-    if (!meets && end->owner == ELEMENT_real + 1 - element && speed * t > 16.0 * rounding) {
-        const real rate = fabs_real(chain->numerators.of.velocity[1 - element].H3); /* of the one that comes to rest */
-        const real other = 16.0 * HOPFORM_EPS_real * (search->rounded[2 - element] + t * rate);
+    if (!meets && end->owner == ELEMENT_real + 1 - element && speed * there->t > 16.0 * rounding) {
+        const real rate = fabs_real(search->w.of[2 - element]); /* of the one that comes to rest */
+        const real other = 16.0 * HOPFORM_EPS_real * (search->rounded[2 - element] + there->t * rate);
         meets = (left - 4.0 * rounding) * rate < speed * other && !(left > 0.0);
     }
     if (!meets) {
         end->touches = end->owner == ELEMENT_real + element && fabs_real(left) <= rounding;
-        return;
+        return there;
     }
-    modal_search_real start; /* values are counted from the start of the phase again */
-    begin_modal_search_real(chain, &start);
-    const jet_real then = {left, -speed, -side * (arrival->rate[0] + arrival->rate[1] + arrival->rate[2]), 0.0};
-    const modal_root_real root = modal_stop_real(chain, &start.m, t, &then);
-    const modal_real m = modal_at_real(search->modal, &start.m, root.t);
-    arrive_in_modes_real(&start, &root.gain, root.t, &m, arrival);
-    end->in.high.t = root.t;
+    node_search_real before = *search; /* until there */
+    before.node[0] = *search->low;
+    before.node[1] = *there;
+    before.low = &before.node[0];
+    before.high = &before.node[1];
+    put_root_real(&before, STOP_AHEAD_real, root);
     end->owner = ELEMENT_real + element;
     end->stops = true;
     end->certified = true;
 #if HOPFORM_HAS_CONTACT
-    const real value = arrival->z[HOPFORM_STRETCH_AXIS];
-    const real rate = arrival->z[HOPFORM_VELOCITY_AXIS(0)] - arrival->z[HOPFORM_VELOCITY_AXIS(1)];
-    const real bound = modal_rounding_real(&start, 0, &root.gain, root.t, rate);
-    if (start.first == 0 && rate * root.t < -16.0 * bound
-        && value < 8.0 * HOPFORM_EPS_real * root.t * fabs_real(rate)) {
+    const real rate = root->rate[0];
+    const real bound = rounding_at_node_real(search, 0, root, rate);
+    if (search->first == 0 && rate * root->t < -16.0 * bound
+        && root->value[0] < 8.0 * HOPFORM_EPS_real * root->t * fabs_real(rate)) {
         end->owner = CONTACT_real;
         end->stops = false;
     }
 #endif
+    return root;
 }
 
-/* What goes on from an interval in which nothing has happened, once in a while: values are counted from where they end,
- * or what is quiet is passed at once. */
-SELDOM_real void pass_quiet_time_real(const stance_chain_real *chain, modal_search_real *search) {
-    const hopform_modal_real *modal = search->modal;
+/* Where the phase ends. */
+static inline void arrive_at_node_real(const node_search_real *search, const search_node_real *there, int owner,
+                                       arrival_real *arrival) {
+    for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
+        arrival->z[axis_of_function_real[n]] = search->sign[n] * there->value[n];
+    }
+    arrival->moved = there->x;
+    if (owner != ELEMENT_real + HOPFORM_STOPPED_ELEMENT) { return; }
+    arrival->rate = there->w.of[1 + HOPFORM_STOPPED_ELEMENT];
+    arrival->terms = fabs_real(arrival->rate)
+                     + fabs_real(there->deflated[1 + HOPFORM_STOPPED_ELEMENT]) / sqrt_real(search->plan->poles[0].q);
+    arrival->stretched = terms_of_node_real(search, 0, there);
+}
+
+/* Once in a while: values are counted from where they end, and until when, since the interval begins, no function has a
+ * root is asked; 0 where that is not worth it. */
+SELDOM_real real pass_quiet_time_real(const stance_chain_real *chain, node_search_real *search) {
     if (rates_of_chain_real(chain)->s_3 > 0.0 && chain->came_to_rest < 0) {
-        const equilibrium_real settled = settled_of_both_real(rates_of_chain_real(chain), &chain->drive.named);
+        const core_real settled = settled_of_both_real(rates_of_chain_real(chain), &chain->drive.named);
         count_from_the_end_real(search, &settled);
     }
-    const real quiet = modal_quiet_time_real(search);
-    const real left = search->limit - search->low->t;
-    if (quiet > 8.0 * modal->h) {
-        const real t = lesser_real(quiet, left);
-        const modal_gain_real gain = gain_over_real(modal, &search->low->m, t);
-        use_evaluation_real(search->evaluations);
-        MODAL_COUNT(quiet);
-        const modal_real m = modal_at_real(modal, &search->low->m, t);
-        end_modal_interval_real(search, t < left ? search->low->t + t : search->limit, &gain);
-        search->high->m = m;
-        for (int n = search->first; n < MODAL_FUNCTIONS_real; n++) {
-            put_rates_real(search, n, search->high);
-        }
-        begin_modal_interval_real(search);
+    const real quiet = search->rings ? quiet_time_at_node_real(search) : 0.0;
+    if (!(quiet > 8.0 * chain->plan->transition.h)) { return 0.0; }
+    MODAL_COUNT(quiet);
+    return quiet;
+}
+
+/* The end of the next interval. */
+ALWAYS_real void end_next_interval_real(node_search_real *search, real quiet) {
+    const hopform_transition_real *transition = &search->plan->transition;
+    const search_node_real *low = search->low;
+    const real left = search->limit - low->t;
+    const bool fades = search->stiff && !(low->t > 0.0); /* for as long as that does not */
+    const bool grows = !search->rings && low->t > 0.0;
+    const real one = fades ? 1.0 / pole_of_search_real(search) : transition->h;
+    const real length = greater_real(quiet, grows ? greater_real(one, 3.0 * low->t) : one);
+    MODAL_COUNT(node);
+    search->count++;
+    if (!(length < left)) {
+        put_node_after_real(search, low, left, search->high);
+        search->high->t = search->limit;
+    } else if (fades | grows | (quiet > 0.0)) {
+        put_node_after_real(search, low, length, search->high);
+    } else {
+        const gained_real gained = gained_by_rows_real(transition->stays, transition->gains, transition->moves,
+                                                       transition->h, velocity_of_node_real(search, low), &low->w);
+        put_node_real(search, low, &gained, low->t + length, search->high);
     }
+}
+
+/* Whether the contact is lost at the time of the limit: over a step of the input it wins. */
+static inline bool is_lost_at_limit_real(const node_search_real *search) {
+    const search_node_real *at = search->high;
+    const real rate = at->rate[0];
+    if (search->first != 0 || !(at->value[0] < -8.0 * HOPFORM_EPS_real * search->limit * rate)) { return false; }
+    return rate * search->limit < -16.0 * rounding_at_node_real(search, 0, at, rate);
 }
 
 /* The first event of the phase. */
-static inline void find_end_in_modes_real(const stance_chain_real *chain, stance_search_real *end) {
-    const hopform_modal_real *modal = &chain->plan->modal;
-    modal_search_real search;
-    begin_modal_search_real(chain, &search);
-    modal_root_real root = {0.0, no_gain_real(&search.low->m)};
-    int found = -1;
+static inline void find_end_by_rates_real(const stance_chain_real *chain, stance_search_real *end) {
+    node_search_real search;
+    begin_node_search_real(chain, &search);
+    search_node_real root; /* or the stop */
+    const search_node_real *there = search.low;
     bool certified = true;
-#if HOPFORM_HAS_CONTACT
-    if (search.first == 0 && search.z[0] < 0.0 && !(first_derivative_real(&chain->numerators.of.stretch) > 0.0)) {
-        found = CONTACT_real;
-    }
-#endif
-    int32_t nodes = fades_in_a_node_real(modal) ? 7 : 0;
-    for (bool open = found < 0 && search.limit > 0.0; open; nodes++) {
-        const real left = search.limit - search.low->t;
-        const bool fades = fades_in_a_node_real(modal) && !(search.low->t > 0.0); /* for as long as that does not */
-        const real length = fades ? 1.0 / modal->a : modal->h;
-        const bool last = !(length < left);
-        const modal_gain_real gain = last || fades ? gain_over_a_node_real(modal, &search.low->m, last ? left : length)
-                                                   : gain_of_node_real(modal, &search.low->m);
-        MODAL_COUNT(node);
-        end_modal_interval_real(&search, last ? search.limit : search.low->t + length, &gain);
-        search.count++;
-        const uint32_t crossed = all_stay_above_real(&search) ? 0 : certify_modal_interval_real(&search);
-        certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
-        if (!certified) { break; }
-        if (crossed != 0) {
-            found = first_modal_root_real(&search, crossed, &root);
-            break;
-        }
-        begin_modal_interval_real(&search);
-        if (search.low->t < search.limit && (nodes & 7) == 7) { pass_quiet_time_real(chain, &search); }
-        open = search.low->t < search.limit;
-    }
-#if HOPFORM_HAS_CONTACT
-    if (found < 0 && certified && search.first == 0 && search.limit > 0.0) { /* over a step of the input */
-        const modal_gain_real none = no_gain_real(&search.low->m);
-        const real rounding = modal_rounding_real(&search, 0, &none, search.limit, search.low->rate[0]);
-        if (search.low->value[0] < -8.0 * HOPFORM_EPS_real * search.limit * search.low->rate[0]
-            && search.low->rate[0] * search.limit < -16.0 * rounding) {
-            found = CONTACT_real;
-        }
-    }
-#endif
-    if (found < 0) { root.gain = no_gain_real(&search.low->m); }
-    const real t = search.low->t + root.t;
-    end->in.high.t = t;
-    end->owner = found;
+    end->owner = NO_OWNER_real;
     end->side = 0;
     end->stops = false;
     end->touches = false;
+#if HOPFORM_HAS_CONTACT
+    const real rate = search.w.of[0];
+    const bool rises = fabs_real(rate) > 0.0 ? rate > 0.0 : search.low->deflated[0] > 0.0;
+    if (search.first == 0 && chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && !rises) { end->owner = CONTACT_real; }
+#endif
+    int32_t nodes = search.stiff || !search.rings ? 7 : 0;
+    real quiet = 0.0;
+    for (bool open = end->owner < 0 && search.limit > 0.0; open; nodes++) {
+        end_next_interval_real(&search, quiet);
+        const bool is_certain = quiet > 0.0 || all_stay_above_real(&search);
+        const uint32_t crossed = is_certain ? 0 : certify_interval_real(&search);
+        certified = search.count <= HOPFORM_MOST_INTERVALS && search.evaluations->left > 0;
+        if (!certified) {
+            there = search.low;
+            break;
+        }
+        const bool ends = !(search.high->t < search.limit);
+        open = crossed == 0 && !ends;
+        if (crossed != 0) {
+            end->owner = first_root_of_real(&search, crossed, &root);
+        } else if (ends && is_lost_at_limit_real(&search)) {
+            end->owner = CONTACT_real;
+        }
+        const bool is_behind = HOPFORM_HAS_STOPS && distance_at_real(&search, search.high) < 0.0;
+        if (!open || is_behind) {
+            there = crossed != 0 ? &root : search.high;
+            if (search.gap < HOPFORM_NEVER_real) { there = meet_stop_real(&search, there, &root, end); }
+            open = open && end->owner == NO_OWNER_real;
+        }
+        if (open) {
+            begin_next_interval_real(&search);
+            quiet = (nodes & 7) == 7 ? pass_quiet_time_real(chain, &search) : 0.0;
+        }
+    }
     end->certified = certified;
-    const modal_real m = modal_after_real(modal, &search.low->m, &root.gain);
-    arrive_in_modes_real(&search, &root.gain, t, &m, &end->arrival);
-    if (gap_ahead_real(chain) < HOPFORM_NEVER_real) { meet_stop_real(chain, &search, t, end); }
+    end->in.high.t = there->t;
+    arrive_at_node_real(&search, there, end->owner, &end->arrival);
 }
 #endif
 
@@ -682,9 +630,9 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
 static inline void stance_find_end_real(stance_chain_real *chain, stance_search_real *search) {
     const real until = end_of_step_real(chain) - chain->t;
 #if HOPFORM_HAS_MODAL
-    search->arrival.is_modal = is_solved_in_modes_real(chain);
-    if (search->arrival.is_modal) {
-        find_end_in_modes_real(chain, search);
+    search->arrival.is_known = is_solved_by_rates_real(chain);
+    if (search->arrival.is_known) {
+        find_end_by_rates_real(chain, search);
         return;
     }
 #endif
@@ -786,9 +734,9 @@ static inline real terms_of_stretch_real(const stance_chain_real *chain, const b
 }
 
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
- * left of them is its acceleration before, known from the motion where that has faded. `terms` are those of that
- * acceleration, `stretched` the magnitudes that the stretch is a sum of. */
-SELDOM_real void keep_small_acceleration_real(stance_chain_real *chain, const real terms[3], real stretched) {
+ * left of them is its acceleration before, `rate`, known from the motion where that has faded. `terms` are the
+ * magnitudes that it is a sum of, `stretched` those of the stretch. */
+SELDOM_real void keep_small_acceleration_real(stance_chain_real *chain, real rate, real terms, real stretched) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const hopform_rates_real *rates = rates_of_chain_real(chain);
     const hopform_robot_real *robot = &chain->plan->robot;
@@ -797,8 +745,7 @@ SELDOM_real void keep_small_acceleration_real(stance_chain_real *chain, const re
     const free_by_element_real at_rest = free_of_real(chain, &chain->at.named);
     const real by_spring = fabs_real(rates->a1_y * stretched);
     if (!(fabs_real(at_rest.of[element]) < 64.0 * HOPFORM_EPS_real * by_spring)) { return; }
-    const real rate = terms[0] + terms[1] + terms[2];
-    if (fabs_real(decided_real(rate, fabs_real(terms[0]) + fabs_real(terms[1]) + fabs_real(terms[2]))) > 0.0) {
+    if (fabs_real(decided_real(rate, terms)) > 0.0) {
         chain->came_to_rest = element;
         chain->carried_acceleration = rate;
     }
@@ -814,9 +761,9 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
         return;
     }
 #if HOPFORM_HAS_MODAL
-    if (end->arrival.is_modal) {
+    if (end->arrival.is_known) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
-            keep_small_acceleration_real(chain, end->arrival.rate, end->arrival.stretched);
+            keep_small_acceleration_real(chain, end->arrival.rate, end->arrival.terms, end->arrival.stretched);
         }
         return;
     }
@@ -835,8 +782,10 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
                                                              &chain->numerators.of.velocity[element], &basis);
     } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
         const numerator_real *h = &chain->numerators.of.velocity[element];
-        const real terms[] = {h->H3 * basis.Wdd, h->H2 * basis.Wd, h->H1 * basis.W};
-        keep_small_acceleration_real(chain, terms, terms_of_stretch_real(chain, &basis));
+        const real parts[] = {h->H3 * basis.Wdd, h->H2 * basis.Wd, h->H1 * basis.W};
+        keep_small_acceleration_real(chain, parts[0] + parts[1] + parts[2],
+                                     fabs_real(parts[0]) + fabs_real(parts[1]) + fabs_real(parts[2]),
+                                     terms_of_stretch_real(chain, &basis));
     }
 }
 
@@ -848,7 +797,7 @@ static inline void stance_arrive_real(stance_chain_real *chain, const stance_sea
     chain->most_stretched = greater_real(chain->most_stretched, fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0;
 #if HOPFORM_HAS_MODAL
-    if (end->arrival.is_modal) {
+    if (end->arrival.is_known) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {
             chain->at.of[axis] = end->arrival.z[axis];
         }
@@ -883,10 +832,32 @@ static inline void start_on_threshold_real(stance_chain_real *chain) {
     *drive = acceleration_on_threshold_real(chain, element) - others.of.velocity[element].H3;
 }
 
+#if HOPFORM_HAS_MODAL
+/* The rates of the phase that begins at the chain's state; of an element that starts on its threshold, or whose
+ * acceleration is known from the motion before, they are exactly that. */
+static inline void begin_with_rates_real(stance_chain_real *chain) {
+    const int starts = chain->just_switched;
+    const int rested = chain->came_to_rest;
+    chain->rates.named = rates_of_both_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named);
+    if (starts >= 0) { chain->rates.of[1 + starts] = acceleration_on_threshold_real(chain, starts); }
+    if (rested >= 0) {
+        chain->rates.of[1 + rested] =
+            chain->carried_acceleration
+            - (real)side_of_mode_real(chain->mode, rested) * level_of_real(&chain->plan->robot, rested);
+    }
+}
+#endif
+
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_real(stance_chain_real *chain) {
     const int element = chain->came_to_rest;
     chain->drive.named = drive_in_mode_real(chain->plan, chain->mode, current_of_chain_real(chain));
+#if HOPFORM_HAS_MODAL
+    if (is_solved_by_rates_real(chain)) {
+        begin_with_rates_real(chain);
+        return;
+    }
+#endif
     start_on_threshold_real(chain);
     chain->numerators.named =
         motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named, chain->mode);

@@ -5,8 +5,8 @@
 #ifndef HOPFORM_PLAN_H_real
 #define HOPFORM_PLAN_H_real
 
-#include "modal_plan_real.h"
 #include "phase_real.h"
+#include "transition_real.h"
 
 /* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
  * propagator is evaluated there, if that is wanted. */
@@ -88,7 +88,7 @@ static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_
         plan->node[form] = node_of_poles_real(&plan->poles[form], whole);
     }
 #if HOPFORM_HAS_MODAL
-    put_modal_real(plan);
+    put_transition_real(plan);
 #endif
     plan->made = whole ? HOPFORM_PLAN_MADE : 0;
     return HOPFORM_OK;

@@ -10,8 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** 1 of a library that solves stances of a pair of poles that rings in modal coordinates, from node to node: in all of
- * its files and in those that include this one. Not finished: it is compared with the other form, which ships. */
+/** 1 of a library that solves phases in which both masses slip by their rates, from node to node: in all of its files and
+ * in those that include this one. Not finished: it is compared with the other form, which ships. */
 #ifndef HOPFORM_MODAL
 #define HOPFORM_MODAL 0
 #endif
@@ -149,42 +149,15 @@ typedef struct {
 } hopform_node_f32;
 
 #if HOPFORM_MODAL
-/** A stretch, or with units over s a velocity, by the modal coordinates of its rate. */
+/** Both masses slipping: what their rates and coordinates become from node to node. */
 typedef struct {
-    float rate_fade;        /**< [s] of what fades in its rate */
-    float rate_cosine;      /**< [1] of the cosine in its rate */
-    float rate_sine;        /**< [1] of the sine in its rate */
-    float deflated_cosine;  /**< [1/s] of the cosine in its deflated derivative */
-    float deflated_sine;    /**< [1/s] of the sine in its deflated derivative */
-    float amplitude;        /**< [1] of the pair's part of its rate, in that of cosine and sine */
-} hopform_modal_row_f32;
-#endif
-
-#if HOPFORM_MODAL
-/** A modal coordinate at the start of a phase; what fades with units over s. */
-typedef struct {
-    float of_y;  /**< [1] per rate of y */
-    float of_1;  /**< [s] per acceleration of mass 1 */
-    float of_2;  /**< [s] per acceleration of mass 2 */
-} hopform_modal_share_f32;
-#endif
-
-#if HOPFORM_MODAL
-/** Both masses slipping in modal coordinates, and how far these go from node to node. */
-typedef struct {
-    float h; /**< [s] from node to node; 0 where the form of W is used */
-    float a; /**< [1/s] what fades */
-    float mean; /**< [1/s] decay of the pair */
-    float omega; /**< [1/s] frequency of the pair */
-    float root_q; /**< [1/s] of mean and omega, the sum of the squares */
-    float root_chi; /**< [1/s] of a - mean and omega */
-    float fades; /**< [s] integral of what fades over a node, of 1 at its start */
-    float left; /**< what is left of it */
-    float rings; /**< [s] integral over a node of the cosine, of 1 at its start */
-    float turns; /**< [s] integral over a node of the sine, of a cosine of 1 at its start */
-    hopform_modal_row_f32 row[3]; /**< of the stretch and of the velocities */
-    hopform_modal_share_f32 share[3]; /**< of what fades, of cosine and of sine */
-} hopform_modal_f32;
+    float h;         /**< [s] from node to node; 0 where the form of W is used */
+    float fastest;   /**< [1/s] no pole is faster */
+    float above[2];  /**< [1/s] the real pole beyond the rate of each mass alone */
+    float stays[9];  /**< of each rate, by rows, in SI units */
+    float gains[9];  /**< what each coordinate gains, by rows, in SI units */
+    float moves[3];  /**< what the position gains beyond v_1 h, in SI units */
+} hopform_transition_f32;
 #endif
 
 /** What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode. */
@@ -194,7 +167,7 @@ typedef struct {
     hopform_poles_f32 poles[3]; /**< both masses slip; mass 1 slips alone; mass 2 slips alone */
     hopform_node_f32 node[3]; /**< of each */
     #if HOPFORM_MODAL
-    hopform_modal_f32 modal;
+    hopform_transition_f32 transition;
     #endif
     uint32_t made; /**< HOPFORM_PLAN_MADE once hopform_plan_init was content */
 } hopform_plan_f32;

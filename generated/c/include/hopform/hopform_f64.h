@@ -10,8 +10,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** 1 of a library that solves stances of a pair of poles that rings in modal coordinates, from node to node: in all of
- * its files and in those that include this one. Not finished: it is compared with the other form, which ships. */
+/** 1 of a library that solves phases in which both masses slip by their rates, from node to node: in all of its files and
+ * in those that include this one. Not finished: it is compared with the other form, which ships. */
 #ifndef HOPFORM_MODAL
 #define HOPFORM_MODAL 0
 #endif
@@ -149,42 +149,15 @@ typedef struct {
 } hopform_node_f64;
 
 #if HOPFORM_MODAL
-/** A stretch, or with units over s a velocity, by the modal coordinates of its rate. */
+/** Both masses slipping: what their rates and coordinates become from node to node. */
 typedef struct {
-    double rate_fade;        /**< [s] of what fades in its rate */
-    double rate_cosine;      /**< [1] of the cosine in its rate */
-    double rate_sine;        /**< [1] of the sine in its rate */
-    double deflated_cosine;  /**< [1/s] of the cosine in its deflated derivative */
-    double deflated_sine;    /**< [1/s] of the sine in its deflated derivative */
-    double amplitude;        /**< [1] of the pair's part of its rate, in that of cosine and sine */
-} hopform_modal_row_f64;
-#endif
-
-#if HOPFORM_MODAL
-/** A modal coordinate at the start of a phase; what fades with units over s. */
-typedef struct {
-    double of_y;  /**< [1] per rate of y */
-    double of_1;  /**< [s] per acceleration of mass 1 */
-    double of_2;  /**< [s] per acceleration of mass 2 */
-} hopform_modal_share_f64;
-#endif
-
-#if HOPFORM_MODAL
-/** Both masses slipping in modal coordinates, and how far these go from node to node. */
-typedef struct {
-    double h; /**< [s] from node to node; 0 where the form of W is used */
-    double a; /**< [1/s] what fades */
-    double mean; /**< [1/s] decay of the pair */
-    double omega; /**< [1/s] frequency of the pair */
-    double root_q; /**< [1/s] of mean and omega, the sum of the squares */
-    double root_chi; /**< [1/s] of a - mean and omega */
-    double fades; /**< [s] integral of what fades over a node, of 1 at its start */
-    double left; /**< what is left of it */
-    double rings; /**< [s] integral over a node of the cosine, of 1 at its start */
-    double turns; /**< [s] integral over a node of the sine, of a cosine of 1 at its start */
-    hopform_modal_row_f64 row[3]; /**< of the stretch and of the velocities */
-    hopform_modal_share_f64 share[3]; /**< of what fades, of cosine and of sine */
-} hopform_modal_f64;
+    double h;         /**< [s] from node to node; 0 where the form of W is used */
+    double fastest;   /**< [1/s] no pole is faster */
+    double above[2];  /**< [1/s] the real pole beyond the rate of each mass alone */
+    double stays[9];  /**< of each rate, by rows, in SI units */
+    double gains[9];  /**< what each coordinate gains, by rows, in SI units */
+    double moves[3];  /**< what the position gains beyond v_1 h, in SI units */
+} hopform_transition_f64;
 #endif
 
 /** What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode. */
@@ -194,7 +167,7 @@ typedef struct {
     hopform_poles_f64 poles[3]; /**< both masses slip; mass 1 slips alone; mass 2 slips alone */
     hopform_node_f64 node[3]; /**< of each */
     #if HOPFORM_MODAL
-    hopform_modal_f64 modal;
+    hopform_transition_f64 transition;
     #endif
     uint32_t made; /**< HOPFORM_PLAN_MADE once hopform_plan_init was content */
 } hopform_plan_f64;

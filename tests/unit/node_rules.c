@@ -1,0 +1,129 @@
+/* The rules of a node, asked about functions of given rates, and the constants
+ * of a node; with -DHOPFORM_MODAL=1. In single precision, whose answers are
+ * judged in double, or with -DDOUBLE. */
+#ifdef DOUBLE
+#define OF(name) name##_f64
+typedef double real;
+#include "hopform_f64.c"
+#else
+#define OF(name) name##_f32
+typedef float real;
+#include "hopform_f32.c"
+#endif
+
+typedef struct {
+  double robot[HOPFORM_ROBOT_FIELDS];
+  double w[3];        /* rates of y, v_1, v_2 at the start */
+  double start, span; /* of the function, and how much of a node */
+  double sign;
+  int32_t row;
+  int32_t spare;
+} question;
+
+typedef struct {
+  double value, end, rate_end; /* of the function at the start and at the end,
+                                  as they are rounded */
+  double a1_y, a1_v1, a2_y, a2_v2, length; /* of the motion, as they are rounded
+                                            */
+  double rounding;
+  int32_t refused, signs, amplitude, bernstein;
+} verdict;
+
+static int is_refused(OF(hopform_plan) * plan, const double *fields) {
+  OF(hopform_robot) robot;
+  real *to = &robot.m_eff;
+  for (int n = 0; n < HOPFORM_ROBOT_FIELDS; n++) {
+    to[n] = (real)fields[n];
+  }
+  return OF(hopform_plan_init)(plan, &robot) < 0 || !(plan->transition.h > 0);
+}
+
+/* The constants of a robot's node: h, above, stays, gains, moves, and the rates
+ * a1_y, a1_v1, a2_y, a2_v2; 0 where it has none. */
+void constants(const double *fields, double *to) {
+  OF(hopform_plan) plan;
+  for (int n = 0; n < 28; n++) {
+    to[n] = 0.0;
+  }
+  if (is_refused(&plan, fields)) {
+    return;
+  }
+  const OF(hopform_transition) *at = &plan.transition;
+  const OF(hopform_rates) *rates = &plan.rates[0];
+  *to++ = at->h;
+  *to++ = at->above[0];
+  *to++ = at->above[1];
+  for (int n = 0; n < 9; n++) {
+    *to++ = at->stays[n];
+  }
+  for (int n = 0; n < 9; n++) {
+    *to++ = at->gains[n];
+  }
+  for (int n = 0; n < 3; n++) {
+    *to++ = at->moves[n];
+  }
+  *to++ = rates->a1_y;
+  *to++ = rates->a1_v1;
+  *to++ = rates->a2_y;
+  *to++ = rates->a2_v2;
+}
+
+void ask(const question *questions, int64_t count, verdict *verdicts) {
+  for (int64_t i = 0; i < count; i++) {
+    const question *q = &questions[i];
+    OF(hopform_plan) plan;
+    verdict v = {0};
+    v.refused = is_refused(&plan, q->robot);
+    if (!v.refused) {
+      const int n = q->row;
+      const OF(hopform_poles) *poles = &plan.poles[0];
+      OF(evaluations) evaluations = {OF(UNBOUNDED)};
+      OF(node_search)
+      search = {.plan = &plan, .evaluations = &evaluations};
+      search.rings = (real)0.25 * poles->p * poles->p < poles->q;
+      search.low = &search.node[0];
+      search.high = &search.node[1];
+      for (int k = 0; k < 3; k++) {
+        search.w.of[k] = (real)q->w[k];
+        search.sign[k] = (real)q->sign;
+      }
+      search.sign[0] = 1; /* of the compression there is one sign */
+      search.low->w = search.w;
+      const OF(rates_by_row) d = OF(deflated_rates)(&plan, &search.w);
+      for (int k = 0; k < 3; k++) {
+        search.low->rate[k] = search.sign[k] * search.w.of[k];
+        search.low->deflated[k] = search.sign[k] * d.of[k];
+      }
+      search.low->value[n] = (real)q->start;
+      search.rounded[n] = search.low->value[n];
+      const OF(hopform_transition) *node = &plan.transition;
+      const real h = (real)q->span * node->h;
+      if (q->span < 1.0) {
+        OF(put_node_after)(&search, search.low, h, search.high);
+      } else {
+        const OF(gained) gained = OF(gained_by_rows)(
+            node->stays, node->gains, node->moves, h, 0, &search.w);
+        OF(put_node)(&search, search.low, &gained, h, search.high);
+      }
+      const real d_rate = OF(rate_of_deflated)(&search, n);
+      v.value = search.low->value[n];
+      v.end = search.high->value[n];
+      v.rate_end = search.high->rate[n];
+      v.a1_y = plan.rates[0].a1_y;
+      v.a1_v1 = plan.rates[0].a1_v1;
+      v.a2_y = plan.rates[0].a2_y;
+      v.a2_v2 = plan.rates[0].a2_v2;
+      v.length = h;
+      v.rounding = OF(rounding_at_node)(&search, n, search.high,
+                                        search.high->rate[n]);
+      v.signs = OF(turns_down_only)(search.low->rate[n],
+                                    search.low->deflated[n],
+                                    search.high->rate[n],
+                                    search.high->deflated[n]);
+      v.amplitude = OF(falls_too_little)(&search, n, h, d_rate);
+      v.bernstein = search.rings && OF(has_no_root_by_bernstein)(
+                                        &search, n, h, d_rate, (real)v.rounding);
+    }
+    verdicts[i] = v;
+  }
+}

@@ -1,0 +1,149 @@
+"""The rules of a node: what a rule says of an interval is so, judged in double precision.
+
+node_rules.c asks each rule, in single precision, about functions that come near zero inside a node. The least value of
+the function is found here, in double precision, from the rates as they are rounded. A rule that is weakened stays sound,
+so the share of intervals of which it says yes is held from below, too.
+"""
+
+import ctypes
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from tests import needs
+from tests.objects import shared_library
+from tests.oracle.checker import ROBOT
+
+EPS = 2.0**-23
+LEAST = {"f32": -0.25, "f64": -100.0}
+"""[rounding bound] How far below zero a minimum may be in an interval that a rule calls free of zeros; in double
+precision it is known to so many bounds itself."""
+QUESTION = np.dtype(
+    [("robot", "f8", len(ROBOT)), ("w", "f8", 3), *((n, "f8") for n in ("start", "span", "sign")), ("row", "i4"),
+     ("spare", "i4")]
+)  # fmt: skip
+VERDICT = np.dtype(
+    [*((n, "f8") for n in ("value", "end", "rate_end", "a1_y", "a1_v1", "a2_y", "a2_v2", "length", "rounding")),
+     *((n, "i4") for n in ("refused", "signs", "amplitude", "bernstein"))]
+)  # fmt: skip
+COUNT = 6000
+GRID = np.linspace(0.0, 1.0, 401)
+SOURCES = (Path(__file__).with_name("node_rules.c"),)
+DAMPED = {"rings": ((1e-4, 0.8), (1e-4, 0.3)), "stiff": ((5.0, 500.0), (1e-4, 0.3)), "real": ((1.5, 30.0), (1.5, 30.0))}
+"""Of both masses, in critical damping: a pair that rings, one beside a fast real pole, three real poles."""
+SHARES = {
+    "rings": {"signs": 0.8, "amplitude": 0.2, "bernstein": 0.6}, "stiff": {"signs": 0.7, "amplitude": 0.15},
+    "real": {"signs": 0.7, "amplitude": 0.15},
+}  # fmt: skip
+"""Of how many intervals a rule says yes at least."""
+
+
+def drawn(seed: int, kind: str) -> Any:
+    draw = np.random.default_rng(seed)
+    q = np.zeros(COUNT, QUESTION)
+    over = lambda low, high: 10.0 ** draw.uniform(np.log10(low), np.log10(high), COUNT)  # noqa: E731
+    spring, mass = over(1e2, 1e5), over(0.01, 100.0)
+    robot = dict.fromkeys(ROBOT, np.zeros(COUNT)) | {
+        "m_eff": mass, "m_s": np.ones(COUNT), "k": spring, "u_max": np.ones(COUNT), "gamma2": np.ones(COUNT),
+        "x1_min": np.full(COUNT, -np.inf), "x1_max": np.full(COUNT, np.inf), "g": np.full(COUNT, 9.81),
+        "b1": 2.0 * np.sqrt(spring * mass) * over(*DAMPED[kind][0]),
+        "b2": 2.0 * np.sqrt(spring) * over(*DAMPED[kind][1]),
+    }  # fmt: skip
+    q["robot"] = np.stack([robot[name] for name in ROBOT], axis=1)
+    fast = np.sqrt(spring * (1.0 + 1.0 / mass))
+    q["w"] = draw.normal(size=(COUNT, 3)) * np.stack([np.ones(COUNT), fast, fast], axis=1)
+    q["w"][:, 1] *= over(1e-3, 1e3) if kind == "stiff" else 1.0
+    q["span"] = np.where(draw.random(COUNT) < 0.5, 1.0, over(0.02, 1.0))
+    q["sign"], q["row"] = draw.choice([-1.0, 1.0], COUNT), draw.integers(0, 3, COUNT)
+    some = draw.random(COUNT) < 0.5  # hardly move at first
+    q["w"][some, q["row"][some]] *= over(1e-6, 1e-1)[some]
+    for name in ("w", "span"):
+        q[name] = q[name].astype("f4")
+    return q
+
+
+def asked(library: Any, q: Any) -> Any:
+    v = np.zeros(len(q), VERDICT)
+    library.ask(ctypes.c_void_p(q.ctypes.data), ctypes.c_int64(len(q)), ctypes.c_void_p(v.ctypes.data))
+    return v
+
+
+class Gains:
+    """What each function has gained after shares of its interval, in double precision."""
+
+    def __init__(self, q: Any, v: Any) -> None:
+        self.matrix = matrix = np.zeros((len(q), 3, 3))
+        known = v["refused"] == 0
+        matrix[:, 0, 1], matrix[:, 0, 2] = 1.0, -1.0
+        matrix[:, 1, 0], matrix[:, 1, 1], matrix[:, 2, 0], matrix[:, 2, 2] = (
+            np.where(known, v[name], -other)
+            for name, other in zip(("a1_y", "a1_v1", "a2_y", "a2_v2"), range(1, 5), strict=True)
+        )
+        self.rates, vectors = np.linalg.eig(matrix)
+        shares = np.linalg.solve(vectors, q["w"][:, :, None].astype(complex))[:, :, 0]
+        lanes = np.arange(len(q))
+        sign = np.where(q["row"] == 0, 1.0, q["sign"])
+        self.parts = sign[:, None] * vectors[lanes, q["row"], :] * shares / self.rates
+        self.length = v["length"]
+
+    def __call__(self, share: Any) -> Any:
+        t = self.length[:, None] * share
+        return sum((self.parts[:, n, None] * np.expm1(self.rates[:, n, None] * t)).real for n in range(3))
+
+
+def aim(q: Any, matrix: Any) -> None:
+    """A quarter of the functions begin with no rate and fall as fast as the amplitude of d allows: d is about the least
+    it can be, and turns where the interval is half over."""
+    rates = np.linalg.eigvals(matrix)
+    lanes = np.arange(len(q))
+    real = -rates[lanes, np.abs(rates.imag).argmin(axis=1)].real
+    deflated = matrix + real[:, None, None] * np.eye(3)
+    d, d_rate = deflated[lanes, q["row"]], (matrix @ deflated)[lanes, q["row"]]
+    sign = np.where(q["row"] == 0, 1.0, q["sign"])
+    stiffness = -(np.linalg.det(matrix) / np.where(real > 0.0, real, 1.0))  # q
+    half = 0.39 * q["span"] * np.sqrt(np.abs(stiffness))
+    w = np.cross(np.eye(3)[q["row"]], d_rate - half[:, None] * d)  # d grows until then
+    w *= (-sign * np.sign((w * d).sum(axis=1)) / np.linalg.norm(w, axis=1))[:, None]
+    some = (np.random.default_rng(6).random(len(q)) < 0.25) & np.isfinite(w).all(axis=1)
+    q["w"][some] = w[some].astype("f4")
+
+
+def least(gains: Gains) -> Any:
+    """The least gain of each function inside its interval: the grid's, and then a finer one about that."""
+    coarse = gains(GRID[None, :])
+    middle = GRID[coarse.argmin(axis=1)][:, None]
+    fine = np.clip(middle + np.linspace(-1.0, 1.0, 201)[None, :] / 400.0, 0.0, 1.0)
+    return np.minimum(coarse.min(axis=1), gains(fine).min(axis=1))
+
+
+@pytest.mark.parametrize(
+    ("kind", "precision"), [("rings", "f32"), ("stiff", "f32"), *needs.sliced(("real", "f32"), ("rings", "f64"))]
+)
+def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
+    double = ("-DDOUBLE",) if precision == "f64" else ()
+    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, "-DHOPFORM_MODAL=1", *double)))
+    q = drawn(11, kind)
+    aim(q, Gains(q, asked(library, q)).matrix)
+    gains = Gains(q, asked(library, q))
+    lowest = least(gains)
+    draw = np.random.default_rng(5)
+    scale = np.abs(gains(GRID[None, :])).max(axis=1)
+    beside = draw.choice([-1.0, 1.0], COUNT) * 10.0 ** draw.uniform(np.log10(EPS), 0.0, COUNT) * scale
+    q["start"] = np.maximum(-lowest + beside, 0.0).astype("f4")
+    v = asked(library, q)
+    asked_of = (v["refused"] == 0) & (v["end"] >= 0.0)
+    assert asked_of.sum() > 0.4 * COUNT
+    depth = (v["value"] + lowest) / v["rounding"]
+    for rule in ("signs", "amplitude", "bernstein"):
+        says = asked_of & (v[rule] != 0)
+        inside = np.minimum(depth[says], np.minimum(v["value"], v["end"])[says] / v["rounding"][says])
+        assert says.sum() > SHARES[kind].get(rule, -1.0) * asked_of.sum(), (rule, says.sum(), asked_of.sum())
+        assert not says.any() or inside.min() > LEAST[precision], (
+            f"{rule} says so of {says.sum()}: a minimum {inside.min():.2f} bounds below zero"
+        )
+    falls = (v["refused"] == 0) & (v["end"] < -v["rounding"]) & (v["signs"] != 0)
+    values = v["value"][falls, None] + gains(GRID[None, :])[falls]
+    once = (np.diff(np.sign(values + v["rounding"][falls, None]), axis=1) != 0).sum(axis=1)
+    assert falls.sum() > 100 and (once <= 1 + (v["value"][falls] == 0.0)).all(), "what ends below zero has one root"
