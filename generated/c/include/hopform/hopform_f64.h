@@ -15,6 +15,9 @@
 #ifndef HOPFORM_MODAL
 #define HOPFORM_MODAL 0
 #endif
+#ifndef HOPFORM_ALONE
+#define HOPFORM_ALONE 0
+#endif
 
 #ifdef __cplusplus
 extern "C" {
