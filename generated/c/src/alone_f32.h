@@ -17,7 +17,8 @@
 
 /* Whether a library solves so (HOPFORM_ALONE), and has a model all of whose event functions are linear in s. */
 #define HOPFORM_HAS_ALONE                                                                                              \
-    (HOPFORM_ALONE && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
+    (HOPFORM_ALONE && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                       \
+     && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
 
 #if HOPFORM_HAS_ALONE
 /* A time since the phase began, and displacement, velocity and acceleration then, times the side of the element. */
@@ -53,15 +54,32 @@ static inline bool is_short_f32(const hopform_poles_f32 *poles, float t) {
         first = next;                                                                                                  \
     }
 DEFINE_ALONE_GAIN(a_node, HOPFORM_NODE_f32)
+DEFINE_ALONE_GAIN(half_a_node, HOPFORM_HALF_NODE_f32)
 DEFINE_ALONE_GAIN(a_step, HOPFORM_STEP_f32)
 #undef ADD_TERM
 #undef DEFINE_ALONE_GAIN
 
+/* Over two times that: the integral until then, and exp(M t) times it. */
+ALWAYS_f32 alone_gain_f32 twice_the_gain_f32(const hopform_poles_f32 *poles, const alone_gain_f32 *gain) {
+    const float fades = poles->q * gain->of_acceleration;
+    const float turns = gain->of_velocity - poles->p * gain->of_acceleration;
+    const alone_gain_f32 twice = {(2.0f - fades) * gain->of_velocity - fades * turns,
+                                   (2.0f - fades) * gain->of_acceleration + turns * turns};
+    return twice;
+}
+
 /* Over a time t >= 0 that is not short: R + p R1 and R1. */
-SELDOM_f32 alone_gain_f32 alone_gain_over_f32(const hopform_poles_f32 *poles, float t) {
+SELDOM_f32 alone_gain_f32 alone_gain_over_long_f32(const hopform_poles_f32 *poles, float t) {
     const pair_f32 pair = pair_at_f32(poles, t);
     const alone_gain_f32 gain = {pair.R + poles->p * pair.R1, pair.R1};
     return gain;
+}
+
+static inline alone_gain_f32 alone_gain_over_f32(const hopform_poles_f32 *poles, float t) {
+    const bool halves = !is_short_f32(poles, t);
+    if (!is_short_f32(poles, 0.5f * t)) { return alone_gain_over_long_f32(poles, t); }
+    const alone_gain_f32 gain = alone_gain_over_a_node_f32(poles, halves ? 0.5f * t : t);
+    return halves ? twice_the_gain_f32(poles, &gain) : gain;
 }
 
 /* The motion at another time, from what is gained since the first one. */
@@ -72,17 +90,6 @@ ALWAYS_f32 alone_f32 alone_after_f32(const hopform_poles_f32 *poles, const alone
     const float v = gain->of_velocity * from->acc + gain->of_acceleration * jerk;
     const alone_f32 at = {t, from->s + s, from->v + v, from->acc - (poles->p * v + poles->q * s)};
     return at;
-}
-
-/* The motion at a time, from its start or from an end that is near. */
-static inline alone_f32 alone_at_f32(const hopform_poles_f32 *poles, const alone_f32 *start, const alone_f32 *end,
-                                       float t) {
-    const bool back = !is_short_f32(poles, t) && is_short_f32(poles, t - end->t);
-    const alone_f32 *from = back ? end : start;
-    const float later = t - from->t;
-    const alone_gain_f32 gain = back || is_short_f32(poles, t) ? alone_gain_over_a_node_f32(poles, later)
-                                                                 : alone_gain_over_f32(poles, later);
-    return alone_after_f32(poles, from, t, &gain);
 }
 
 /* The motion where it comes to rest. acc^2 + p acc v + q v^2 fades as exp(-p t), so acc is known with all its digits,
@@ -117,6 +124,8 @@ enum { MOST_ALONE_GUARDS_f32 = 3 };
 /* The guards of a phase in order of tie-break priority, and what ends it in closed form. */
 typedef struct {
     const hopform_poles_f32 *poles;
+    float half_period;
+    int element;
     alone_f32 start, end;
     float rest_time;
     int rests;
@@ -141,55 +150,83 @@ static inline float alone_rounding_f32(const alone_guard_f32 *guard, const alone
     return 16.0f * HOPFORM_EPS_f32 * (guard->s + guard->cancels + at->s + at->t * at->v);
 }
 
-/* The guard that is met first, of those that are passed by the end: by more than rounding, or so fast that the root is
- * near. At the end itself a lost contact wins over a step of the input. -1 if none is. */
-static inline int first_alone_guard_f32(const alone_search_f32 *search) {
-    const alone_f32 *end = &search->end;
-    int first = -1;
-    for (int n = 0; n < search->count; n++) {
-        const alone_guard_f32 *guard = &search->guard[n];
-        const float beyond = end->s - guard->s;
-        const float rounding = alone_rounding_f32(guard, end);
-        const bool fast = end->v * end->t > rounding && !guard->stops;
-        const bool passed = beyond > rounding || (beyond > 0.0f && fast) || !(guard->s > 0.0f);
-        if (passed && (first < 0 || guard->s < search->guard[first].s)) { first = n; }
+/* The guard that is met first, -1 without any. */
+static inline int nearest_alone_guard_f32(const alone_search_f32 *search) {
+    int first = search->count > 0 ? 0 : -1;
+    for (int n = 1; n < search->count; n++) {
+        if (search->guard[n].s < search->guard[first].s) { first = n; }
     }
     return first;
 }
 
-/* The motion where the displacement is s: greater than 0, and reached before the end. Halley's step from a guess by
- * both ends, carried by a short series, then Newton's. */
-static inline alone_f32 alone_at_displacement_f32(const alone_search_f32 *search, float s,
-                                                    evaluations_f32 *evaluations) {
-    const hopform_poles_f32 *poles = search->poles;
-    const alone_f32 *start = &search->start, *end = &search->end;
-    const jet_f32 from = {s, -start->v, -start->acc, poles->p * start->acc + poles->q * start->v};
-    const jet_f32 to = {s - end->s, -end->v, -end->acc, 0.0f};
-    const interpolant_f32 p = interpolant_of_f32(&from, &to, end->t);
-    float t = end->t * refined_root_f32(&p, rough_root_f32(&from, &to, end->t));
-    float low = 0.0f, high = end->t;
-    alone_f32 at = *end;
+/* Whether it is passed by the end: by more than rounding, or so fast that the root is near. */
+static inline bool is_guard_passed_f32(const alone_guard_f32 *guard, const alone_f32 *end) {
+    const float beyond = end->s - guard->s;
+    const float rounding = alone_rounding_f32(guard, end);
+    const bool fast = end->v * end->t > rounding && !guard->stops;
+    return beyond > rounding || (beyond > 0.0f && fast) || !(guard->s > 0.0f);
+}
+
+/* How much later than at a time the displacement has gone so much further, which may be negative, as where the element
+ * rests: by the parabola, then a step of Halley's on five derivatives. A guess: no bound rests on it. */
+static inline float guessed_time_f32(const hopform_poles_f32 *poles, const alone_f32 *from, float further) {
+    const float square = sqrt_f32(greater_f32(from->v * from->v + 2.0f * from->acc * further, 0.0f));
+    const float t = 2.0f * further / (from->v + square);
+    const float third = -(poles->p * from->acc + poles->q * from->v);
+    const float fourth = -(poles->p * third + poles->q * from->acc);
+    const float fifth = -(poles->p * fourth + poles->q * third);
+    const float bend = from->acc + t * (third + t * (0.5f * fourth + t * ((1.0f / 6.0f) * fifth)));
+    const float rate =
+        from->v + t * (from->acc + t * (0.5f * third + t * ((1.0f / 6.0f) * fourth + t * ((1.0f / 24.0f) * fifth))));
+    const float value =
+        t
+            * (from->v
+               + t
+                     * (0.5f * from->acc
+                        + t * ((1.0f / 6.0f) * third + t * ((1.0f / 24.0f) * fourth + t * ((1.0f / 1.2e2f) * fifth)))))
+        - further;
+    const float below = 2.0f * rate * rate - value * bend;
+    return t - 2.0f * value * rate / (below > 0.0f ? below : HOPFORM_NEVER_f32);
+}
+
+/* The motion where the displacement is s, greater than 0, from where it is known: the start, or where the element
+ * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Until `high` it
+ * is reached. */
+static inline alone_f32 alone_at_displacement_f32(const hopform_poles_f32 *poles, const alone_f32 *from, float s,
+                                                    float high, evaluations_f32 *evaluations) {
+    float low = 0.0f;
+    float t = from->t + guessed_time_f32(poles, from, s - from->s);
+    alone_f32 at = *from;
+    bool near = false; /* so near to `at` that a short series leads there */
+    float step = 0.0f;
     for (int n = 0; n < 100; n++) {
-        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) { t = low + 0.5f * (high - low); }
+        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
+            t = low + 0.5f * (high - low);
+            near = false;
+        }
         if (!(t > low && t < high)) { break; }
-        at = alone_at_f32(poles, start, end, t);
+        const alone_f32 *base = near ? &at : from;
+        const alone_gain_f32 gain =
+            near ? alone_gain_over_half_a_node_f32(poles, step) : alone_gain_over_f32(poles, t - from->t);
+        at = alone_after_f32(poles, base, t, &gain);
         use_evaluation_f32(evaluations);
         const float left = s - at.s;
         const float below = 2.0f * at.v * at.v + left * at.acc;
         const bool goes = at.v > 0.0f && below > 0.0f;
-        const float first = goes ? 2.0f * left * at.v / below : 0.0f;
-        if (goes && first * first * poles->q < HOPFORM_SHORT_f32) {
-            const alone_gain_f32 gain = alone_gain_over_a_step_f32(poles, first);
-            const alone_f32 there = alone_after_f32(poles, &at, t + first, &gain);
+        step = goes ? 2.0f * left * at.v / below : 0.0f;
+        near = goes && is_short_f32(poles, 2.0f * step);
+        if (near && poles->q * (step * step) < HOPFORM_SHORT_f32) {
+            const alone_gain_f32 last = alone_gain_over_a_step_f32(poles, step);
+            const alone_f32 there = alone_after_f32(poles, &at, t + step, &last);
             const float more = (s - there.s) / (there.v > 0.0f ? there.v : 1.0f);
             if (there.v > 0.0f && more * more * fabs_f32(there.acc) <= 0.5f * HOPFORM_EPS_f32 * t * there.v) {
-                const alone_f32 root = {t + (first + more), s, there.v + more * there.acc, there.acc};
+                const alone_f32 root = {t + (step + more), s, there.v + more * there.acc, there.acc};
                 return root;
             }
         }
         low = left > 0.0f ? t : low;
         high = left > 0.0f ? high : t;
-        t = goes ? t + first : low;
+        t = goes ? t + step : low;
     }
     at.s = s;
     return at;
@@ -204,8 +241,8 @@ static inline int alone_tie_f32(const alone_search_f32 *search, int found, alone
         const float rounding = alone_rounding_f32(guard, at);
         if (!(at->v * at->t > 16.0f * rounding)) { continue; }
         const float further = guard->s - first->s;
-        const float bound = first->stops ? 8.0f * HOPFORM_EPS_f32 * at->t * at->v
-                                        : 4.0f * rounding + alone_rounding_f32(first, at);
+        const float bound =
+            first->stops ? 8.0f * HOPFORM_EPS_f32 * at->t * at->v : 4.0f * rounding + alone_rounding_f32(first, at);
         if (further < bound) {
             at->t += further > 0.0f ? further / at->v : 0.0f;
             at->s = guard->s;
@@ -238,29 +275,67 @@ static inline int alone_guard_at_limit_f32(const alone_search_f32 *search) {
                : -1;
 }
 
-/* The end of the phase, which lasts until a time at most. */
-static inline void end_alone_search_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
+/* What draws the element at the start. q s = -(acc + p v), less what that is at the start, so it does so no more from
+ * q s = that on, and where the element rests s is larger. */
+static inline float draw_at_start_f32(const alone_search_f32 *search) {
+    return search->start.acc + search->poles->p * search->start.v;
+}
+
+/* Whether a guard is passed while that draws, for certain: then before the element rests. */
+static inline bool is_passed_soon_f32(const alone_search_f32 *search, const alone_guard_f32 *guard) {
+    const float draws = draw_at_start_f32(search);
+    const float q = search->poles->q;
+    return guard->s > 0.0f && draws - q * guard->s > 16.0f * HOPFORM_EPS_f32 * (q * (guard->s + guard->cancels) + draws)
+           && search->rests == NO_OWNER_f32;
+}
+
+/* The end of the phase without a guard: where the element rests, or the time that it lasts until. */
+static inline void end_without_guard_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
     const hopform_poles_f32 *poles = search->poles;
-    const float limit = lesser_f32(search->rest_time, until);
-    const bool at_rest = search->rests != CONTACT_f32 && !(search->rest_time > until);
+    const alone_f32 *start = &search->start;
+    const float rest =
+        start->v > 0.0f || !(start->acc > 0.0f) ? time_to_rest_f32(poles, start->v, start->acc) : search->half_period;
+    if (search->rests == NO_OWNER_f32 || !(search->rest_time <= rest)) {
+        search->rest_time = rest;
+        search->rests = ELEMENT_f32 + search->element;
+    }
+    if (search->rests != CONTACT_f32 && !(search->rest_time > until)) {
+        search->end = alone_at_rest_f32(poles, start, rest);
+    } else {
+        const float limit = lesser_f32(search->rest_time, until);
+        const alone_gain_f32 gain = alone_gain_over_f32(poles, limit);
+        use_evaluation_f32(evaluations);
+        search->end = alone_after_f32(poles, start, limit, &gain);
+    }
+}
+
+/* The first event of the phase, which lasts until a time at most. */
+static inline void find_alone_event_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
+    const hopform_poles_f32 *poles = search->poles;
+    const int nearest = nearest_alone_guard_f32(search);
+    const alone_guard_f32 *guard = &search->guard[nearest < 0 ? 0 : nearest];
+    int found = -1;
+    bool rests = false;
     use_evaluation_f32(evaluations); /* a phase costs as much */
     search->end = search->start;
-    if (at_rest) {
-        search->end = alone_at_rest_f32(poles, &search->start, limit);
-    } else if (limit > 0.0f) {
-        use_evaluation_f32(evaluations);
-        search->end = alone_at_f32(poles, &search->start, &search->start, limit);
+    if (nearest >= 0 && is_passed_soon_f32(search, guard)) {
+        search->end = alone_at_displacement_f32(poles, &search->start, guard->s, HOPFORM_NEVER_f32, evaluations);
+        found = search->end.t < until ? nearest : -1;
     }
-    int found = first_alone_guard_f32(search);
-    if (found >= 0) {
-        const float s = search->guard[found].s;
-        search->end = s > 0.0f ? alone_at_displacement_f32(search, s, evaluations) : search->start;
-        found = alone_tie_f32(search, found, &search->end);
-    } else {
-        found = alone_guard_at_limit_f32(search);
+    if (found < 0) {
+        end_without_guard_f32(search, until, evaluations);
+        const float limit = search->end.t;
+        if (nearest >= 0 && is_guard_passed_f32(guard, &search->end)) {
+            const alone_f32 from = draw_at_start_f32(search) > poles->q * guard->s ? search->start : search->end;
+            found = nearest;
+            search->end =
+                guard->s > 0.0f ? alone_at_displacement_f32(poles, &from, guard->s, limit, evaluations) : search->start;
+        } else {
+            found = alone_guard_at_limit_f32(search);
+        }
+        rests = !(search->rest_time > limit) && !(search->end.t < limit * (1.0f - 8.0f * HOPFORM_EPS_f32));
     }
-    const bool rests =
-        !(search->rest_time > limit) && !(search->end.t < limit * (1.0f - 8.0f * HOPFORM_EPS_f32));
+    found = found > 0 ? alone_tie_f32(search, found, &search->end) : found;
     search->owner = rests ? search->rests : NO_OWNER_f32;
     search->side = 0;
     search->stops = false;

@@ -17,7 +17,8 @@
 
 /* Whether a library solves so (HOPFORM_ALONE), and has a model all of whose event functions are linear in s. */
 #define HOPFORM_HAS_ALONE                                                                                              \
-    (HOPFORM_ALONE && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
+    (HOPFORM_ALONE && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                       \
+     && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
 
 #if HOPFORM_HAS_ALONE
 /* A time since the phase began, and displacement, velocity and acceleration then, times the side of the element. */
@@ -53,15 +54,32 @@ static inline bool is_short_f64(const hopform_poles_f64 *poles, double t) {
         first = next;                                                                                                  \
     }
 DEFINE_ALONE_GAIN(a_node, HOPFORM_NODE_f64)
+DEFINE_ALONE_GAIN(half_a_node, HOPFORM_HALF_NODE_f64)
 DEFINE_ALONE_GAIN(a_step, HOPFORM_STEP_f64)
 #undef ADD_TERM
 #undef DEFINE_ALONE_GAIN
 
+/* Over two times that: the integral until then, and exp(M t) times it. */
+ALWAYS_f64 alone_gain_f64 twice_the_gain_f64(const hopform_poles_f64 *poles, const alone_gain_f64 *gain) {
+    const double fades = poles->q * gain->of_acceleration;
+    const double turns = gain->of_velocity - poles->p * gain->of_acceleration;
+    const alone_gain_f64 twice = {(2.0 - fades) * gain->of_velocity - fades * turns,
+                                   (2.0 - fades) * gain->of_acceleration + turns * turns};
+    return twice;
+}
+
 /* Over a time t >= 0 that is not short: R + p R1 and R1. */
-SELDOM_f64 alone_gain_f64 alone_gain_over_f64(const hopform_poles_f64 *poles, double t) {
+SELDOM_f64 alone_gain_f64 alone_gain_over_long_f64(const hopform_poles_f64 *poles, double t) {
     const pair_f64 pair = pair_at_f64(poles, t);
     const alone_gain_f64 gain = {pair.R + poles->p * pair.R1, pair.R1};
     return gain;
+}
+
+static inline alone_gain_f64 alone_gain_over_f64(const hopform_poles_f64 *poles, double t) {
+    const bool halves = !is_short_f64(poles, t);
+    if (!is_short_f64(poles, 0.5 * t)) { return alone_gain_over_long_f64(poles, t); }
+    const alone_gain_f64 gain = alone_gain_over_a_node_f64(poles, halves ? 0.5 * t : t);
+    return halves ? twice_the_gain_f64(poles, &gain) : gain;
 }
 
 /* The motion at another time, from what is gained since the first one. */
@@ -72,17 +90,6 @@ ALWAYS_f64 alone_f64 alone_after_f64(const hopform_poles_f64 *poles, const alone
     const double v = gain->of_velocity * from->acc + gain->of_acceleration * jerk;
     const alone_f64 at = {t, from->s + s, from->v + v, from->acc - (poles->p * v + poles->q * s)};
     return at;
-}
-
-/* The motion at a time, from its start or from an end that is near. */
-static inline alone_f64 alone_at_f64(const hopform_poles_f64 *poles, const alone_f64 *start, const alone_f64 *end,
-                                       double t) {
-    const bool back = !is_short_f64(poles, t) && is_short_f64(poles, t - end->t);
-    const alone_f64 *from = back ? end : start;
-    const double later = t - from->t;
-    const alone_gain_f64 gain = back || is_short_f64(poles, t) ? alone_gain_over_a_node_f64(poles, later)
-                                                                 : alone_gain_over_f64(poles, later);
-    return alone_after_f64(poles, from, t, &gain);
 }
 
 /* The motion where it comes to rest. acc^2 + p acc v + q v^2 fades as exp(-p t), so acc is known with all its digits,
@@ -117,6 +124,8 @@ enum { MOST_ALONE_GUARDS_f64 = 3 };
 /* The guards of a phase in order of tie-break priority, and what ends it in closed form. */
 typedef struct {
     const hopform_poles_f64 *poles;
+    double half_period;
+    int element;
     alone_f64 start, end;
     double rest_time;
     int rests;
@@ -141,55 +150,83 @@ static inline double alone_rounding_f64(const alone_guard_f64 *guard, const alon
     return 16.0 * HOPFORM_EPS_f64 * (guard->s + guard->cancels + at->s + at->t * at->v);
 }
 
-/* The guard that is met first, of those that are passed by the end: by more than rounding, or so fast that the root is
- * near. At the end itself a lost contact wins over a step of the input. -1 if none is. */
-static inline int first_alone_guard_f64(const alone_search_f64 *search) {
-    const alone_f64 *end = &search->end;
-    int first = -1;
-    for (int n = 0; n < search->count; n++) {
-        const alone_guard_f64 *guard = &search->guard[n];
-        const double beyond = end->s - guard->s;
-        const double rounding = alone_rounding_f64(guard, end);
-        const bool fast = end->v * end->t > rounding && !guard->stops;
-        const bool passed = beyond > rounding || (beyond > 0.0 && fast) || !(guard->s > 0.0);
-        if (passed && (first < 0 || guard->s < search->guard[first].s)) { first = n; }
+/* The guard that is met first, -1 without any. */
+static inline int nearest_alone_guard_f64(const alone_search_f64 *search) {
+    int first = search->count > 0 ? 0 : -1;
+    for (int n = 1; n < search->count; n++) {
+        if (search->guard[n].s < search->guard[first].s) { first = n; }
     }
     return first;
 }
 
-/* The motion where the displacement is s: greater than 0, and reached before the end. Halley's step from a guess by
- * both ends, carried by a short series, then Newton's. */
-static inline alone_f64 alone_at_displacement_f64(const alone_search_f64 *search, double s,
-                                                    evaluations_f64 *evaluations) {
-    const hopform_poles_f64 *poles = search->poles;
-    const alone_f64 *start = &search->start, *end = &search->end;
-    const jet_f64 from = {s, -start->v, -start->acc, poles->p * start->acc + poles->q * start->v};
-    const jet_f64 to = {s - end->s, -end->v, -end->acc, 0.0};
-    const interpolant_f64 p = interpolant_of_f64(&from, &to, end->t);
-    double t = end->t * refined_root_f64(&p, rough_root_f64(&from, &to, end->t));
-    double low = 0.0, high = end->t;
-    alone_f64 at = *end;
+/* Whether it is passed by the end: by more than rounding, or so fast that the root is near. */
+static inline bool is_guard_passed_f64(const alone_guard_f64 *guard, const alone_f64 *end) {
+    const double beyond = end->s - guard->s;
+    const double rounding = alone_rounding_f64(guard, end);
+    const bool fast = end->v * end->t > rounding && !guard->stops;
+    return beyond > rounding || (beyond > 0.0 && fast) || !(guard->s > 0.0);
+}
+
+/* How much later than at a time the displacement has gone so much further, which may be negative, as where the element
+ * rests: by the parabola, then a step of Halley's on five derivatives. A guess: no bound rests on it. */
+static inline double guessed_time_f64(const hopform_poles_f64 *poles, const alone_f64 *from, double further) {
+    const double square = sqrt_f64(greater_f64(from->v * from->v + 2.0 * from->acc * further, 0.0));
+    const double t = 2.0 * further / (from->v + square);
+    const double third = -(poles->p * from->acc + poles->q * from->v);
+    const double fourth = -(poles->p * third + poles->q * from->acc);
+    const double fifth = -(poles->p * fourth + poles->q * third);
+    const double bend = from->acc + t * (third + t * (0.5 * fourth + t * ((1.0 / 6.0) * fifth)));
+    const double rate =
+        from->v + t * (from->acc + t * (0.5 * third + t * ((1.0 / 6.0) * fourth + t * ((1.0 / 24.0) * fifth))));
+    const double value =
+        t
+            * (from->v
+               + t
+                     * (0.5 * from->acc
+                        + t * ((1.0 / 6.0) * third + t * ((1.0 / 24.0) * fourth + t * ((1.0 / 120.0) * fifth)))))
+        - further;
+    const double below = 2.0 * rate * rate - value * bend;
+    return t - 2.0 * value * rate / (below > 0.0 ? below : HOPFORM_NEVER_f64);
+}
+
+/* The motion where the displacement is s, greater than 0, from where it is known: the start, or where the element
+ * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Until `high` it
+ * is reached. */
+static inline alone_f64 alone_at_displacement_f64(const hopform_poles_f64 *poles, const alone_f64 *from, double s,
+                                                    double high, evaluations_f64 *evaluations) {
+    double low = 0.0;
+    double t = from->t + guessed_time_f64(poles, from, s - from->s);
+    alone_f64 at = *from;
+    bool near = false; /* so near to `at` that a short series leads there */
+    double step = 0.0;
     for (int n = 0; n < 100; n++) {
-        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) { t = low + 0.5 * (high - low); }
+        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
+            t = low + 0.5 * (high - low);
+            near = false;
+        }
         if (!(t > low && t < high)) { break; }
-        at = alone_at_f64(poles, start, end, t);
+        const alone_f64 *base = near ? &at : from;
+        const alone_gain_f64 gain =
+            near ? alone_gain_over_half_a_node_f64(poles, step) : alone_gain_over_f64(poles, t - from->t);
+        at = alone_after_f64(poles, base, t, &gain);
         use_evaluation_f64(evaluations);
         const double left = s - at.s;
         const double below = 2.0 * at.v * at.v + left * at.acc;
         const bool goes = at.v > 0.0 && below > 0.0;
-        const double first = goes ? 2.0 * left * at.v / below : 0.0;
-        if (goes && first * first * poles->q < HOPFORM_SHORT_f64) {
-            const alone_gain_f64 gain = alone_gain_over_a_step_f64(poles, first);
-            const alone_f64 there = alone_after_f64(poles, &at, t + first, &gain);
+        step = goes ? 2.0 * left * at.v / below : 0.0;
+        near = goes && is_short_f64(poles, 2.0 * step);
+        if (near && poles->q * (step * step) < HOPFORM_SHORT_f64) {
+            const alone_gain_f64 last = alone_gain_over_a_step_f64(poles, step);
+            const alone_f64 there = alone_after_f64(poles, &at, t + step, &last);
             const double more = (s - there.s) / (there.v > 0.0 ? there.v : 1.0);
             if (there.v > 0.0 && more * more * fabs_f64(there.acc) <= 0.5 * HOPFORM_EPS_f64 * t * there.v) {
-                const alone_f64 root = {t + (first + more), s, there.v + more * there.acc, there.acc};
+                const alone_f64 root = {t + (step + more), s, there.v + more * there.acc, there.acc};
                 return root;
             }
         }
         low = left > 0.0 ? t : low;
         high = left > 0.0 ? high : t;
-        t = goes ? t + first : low;
+        t = goes ? t + step : low;
     }
     at.s = s;
     return at;
@@ -204,8 +241,8 @@ static inline int alone_tie_f64(const alone_search_f64 *search, int found, alone
         const double rounding = alone_rounding_f64(guard, at);
         if (!(at->v * at->t > 16.0 * rounding)) { continue; }
         const double further = guard->s - first->s;
-        const double bound = first->stops ? 8.0 * HOPFORM_EPS_f64 * at->t * at->v
-                                        : 4.0 * rounding + alone_rounding_f64(first, at);
+        const double bound =
+            first->stops ? 8.0 * HOPFORM_EPS_f64 * at->t * at->v : 4.0 * rounding + alone_rounding_f64(first, at);
         if (further < bound) {
             at->t += further > 0.0 ? further / at->v : 0.0;
             at->s = guard->s;
@@ -238,29 +275,67 @@ static inline int alone_guard_at_limit_f64(const alone_search_f64 *search) {
                : -1;
 }
 
-/* The end of the phase, which lasts until a time at most. */
-static inline void end_alone_search_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
+/* What draws the element at the start. q s = -(acc + p v), less what that is at the start, so it does so no more from
+ * q s = that on, and where the element rests s is larger. */
+static inline double draw_at_start_f64(const alone_search_f64 *search) {
+    return search->start.acc + search->poles->p * search->start.v;
+}
+
+/* Whether a guard is passed while that draws, for certain: then before the element rests. */
+static inline bool is_passed_soon_f64(const alone_search_f64 *search, const alone_guard_f64 *guard) {
+    const double draws = draw_at_start_f64(search);
+    const double q = search->poles->q;
+    return guard->s > 0.0 && draws - q * guard->s > 16.0 * HOPFORM_EPS_f64 * (q * (guard->s + guard->cancels) + draws)
+           && search->rests == NO_OWNER_f64;
+}
+
+/* The end of the phase without a guard: where the element rests, or the time that it lasts until. */
+static inline void end_without_guard_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
     const hopform_poles_f64 *poles = search->poles;
-    const double limit = lesser_f64(search->rest_time, until);
-    const bool at_rest = search->rests != CONTACT_f64 && !(search->rest_time > until);
+    const alone_f64 *start = &search->start;
+    const double rest =
+        start->v > 0.0 || !(start->acc > 0.0) ? time_to_rest_f64(poles, start->v, start->acc) : search->half_period;
+    if (search->rests == NO_OWNER_f64 || !(search->rest_time <= rest)) {
+        search->rest_time = rest;
+        search->rests = ELEMENT_f64 + search->element;
+    }
+    if (search->rests != CONTACT_f64 && !(search->rest_time > until)) {
+        search->end = alone_at_rest_f64(poles, start, rest);
+    } else {
+        const double limit = lesser_f64(search->rest_time, until);
+        const alone_gain_f64 gain = alone_gain_over_f64(poles, limit);
+        use_evaluation_f64(evaluations);
+        search->end = alone_after_f64(poles, start, limit, &gain);
+    }
+}
+
+/* The first event of the phase, which lasts until a time at most. */
+static inline void find_alone_event_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
+    const hopform_poles_f64 *poles = search->poles;
+    const int nearest = nearest_alone_guard_f64(search);
+    const alone_guard_f64 *guard = &search->guard[nearest < 0 ? 0 : nearest];
+    int found = -1;
+    bool rests = false;
     use_evaluation_f64(evaluations); /* a phase costs as much */
     search->end = search->start;
-    if (at_rest) {
-        search->end = alone_at_rest_f64(poles, &search->start, limit);
-    } else if (limit > 0.0) {
-        use_evaluation_f64(evaluations);
-        search->end = alone_at_f64(poles, &search->start, &search->start, limit);
+    if (nearest >= 0 && is_passed_soon_f64(search, guard)) {
+        search->end = alone_at_displacement_f64(poles, &search->start, guard->s, HOPFORM_NEVER_f64, evaluations);
+        found = search->end.t < until ? nearest : -1;
     }
-    int found = first_alone_guard_f64(search);
-    if (found >= 0) {
-        const double s = search->guard[found].s;
-        search->end = s > 0.0 ? alone_at_displacement_f64(search, s, evaluations) : search->start;
-        found = alone_tie_f64(search, found, &search->end);
-    } else {
-        found = alone_guard_at_limit_f64(search);
+    if (found < 0) {
+        end_without_guard_f64(search, until, evaluations);
+        const double limit = search->end.t;
+        if (nearest >= 0 && is_guard_passed_f64(guard, &search->end)) {
+            const alone_f64 from = draw_at_start_f64(search) > poles->q * guard->s ? search->start : search->end;
+            found = nearest;
+            search->end =
+                guard->s > 0.0 ? alone_at_displacement_f64(poles, &from, guard->s, limit, evaluations) : search->start;
+        } else {
+            found = alone_guard_at_limit_f64(search);
+        }
+        rests = !(search->rest_time > limit) && !(search->end.t < limit * (1.0 - 8.0 * HOPFORM_EPS_f64));
     }
-    const bool rests =
-        !(search->rest_time > limit) && !(search->end.t < limit * (1.0 - 8.0 * HOPFORM_EPS_f64));
+    found = found > 0 ? alone_tie_f64(search, found, &search->end) : found;
     search->owner = rests ? search->rests : NO_OWNER_f64;
     search->side = 0;
     search->stops = false;

@@ -683,8 +683,9 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_alone_f64(const stance_chain_f64 *chain) {
-    return alone_of_mode_f64(chain->mode) >= 0 && node_of_f64(chain->plan, chain->mode)->half_period < HOPFORM_NEVER_f64
-           && chain->observer == NULL && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && HOPFORM_HAS_CONTACT);
+    return alone_of_mode_f64(chain->mode) >= 0
+           && node_of_f64(chain->plan, chain->mode)->half_period < HOPFORM_NEVER_f64 && chain->observer == NULL
+           && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && HOPFORM_HAS_CONTACT);
 }
 
 /* How far the stretch goes with it. */
@@ -712,17 +713,12 @@ static inline void put_alone_stop_f64(alone_search_f64 *search, const stance_cha
     }
 }
 
-/* Its time to rest. */
+/* Its own coordinate: the time to rest is found where it is asked for. */
 static inline void put_alone_velocity_f64(alone_search_f64 *search, const stance_chain_f64 *chain, int alone) {
     const double side = (double)side_of_mode_f64(chain->mode, alone);
     const alone_f64 start = {0.0, 0.0, greater_f64(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
                               side * chain->numerators.of.velocity[alone].H3};
-    const double rest = time_to_rest_f64(search->poles, start.v, start.acc);
     search->start = start;
-    if (search->rests == NO_OWNER_f64 || !(search->rest_time <= rest)) {
-        search->rest_time = rest;
-        search->rests = ELEMENT_f64 + alone;
-    }
 }
 
 /* The threshold to which the free acceleration of what is held goes. */
@@ -747,13 +743,15 @@ static inline void find_end_alone_f64(const stance_chain_f64 *chain, double unti
     const int alone = alone_of_mode_f64(chain->mode);
     alone_search_f64 search;
     search.poles = poles_of_f64(chain->plan, chain->mode);
+    search.half_period = node_of_f64(chain->plan, chain->mode)->half_period;
+    search.element = alone;
     search.count = 0;
     search.rest_time = HOPFORM_NEVER_f64;
     search.rests = NO_OWNER_f64;
 #define PUT_GUARD(kind) put_alone_##kind##_f64(&search, chain, alone);
     HOPFORM_GUARDS(PUT_GUARD)
 #undef PUT_GUARD
-    end_alone_search_f64(&search, until, chain->evaluations);
+    find_alone_event_f64(&search, until, chain->evaluations);
     end->alone = search.end;
     end->in.high.t = search.end.t;
     end->owner = search.owner;
@@ -966,7 +964,7 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const stance_searc
     } else
 #endif
 #if HOPFORM_HAS_MODAL
-    if (end->arrival.is_modal) {
+        if (end->arrival.is_modal) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {
             chain->at.of[axis] = end->arrival.z[axis];
         }

@@ -17,7 +17,8 @@
 
 /* Whether a library solves so (HOPFORM_ALONE), and has a model all of whose event functions are linear in s. */
 #define HOPFORM_HAS_ALONE                                                                                              \
-    (HOPFORM_ALONE && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
+    (HOPFORM_ALONE && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                       \
+     && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
 
 #if HOPFORM_HAS_ALONE
 /* A time since the phase began, and displacement, velocity and acceleration then, times the side of the element. */
@@ -53,15 +54,32 @@ static inline bool is_short_real(const hopform_poles_real *poles, real t) {
         first = next;                                                                                                  \
     }
 DEFINE_ALONE_GAIN(a_node, HOPFORM_NODE_real)
+DEFINE_ALONE_GAIN(half_a_node, HOPFORM_HALF_NODE_real)
 DEFINE_ALONE_GAIN(a_step, HOPFORM_STEP_real)
 #undef ADD_TERM
 #undef DEFINE_ALONE_GAIN
 
+/* Over two times that: the integral until then, and exp(M t) times it. */
+ALWAYS_real alone_gain_real twice_the_gain_real(const hopform_poles_real *poles, const alone_gain_real *gain) {
+    const real fades = poles->q * gain->of_acceleration;
+    const real turns = gain->of_velocity - poles->p * gain->of_acceleration;
+    const alone_gain_real twice = {(2.0 - fades) * gain->of_velocity - fades * turns,
+                                   (2.0 - fades) * gain->of_acceleration + turns * turns};
+    return twice;
+}
+
 /* Over a time t >= 0 that is not short: R + p R1 and R1. */
-SELDOM_real alone_gain_real alone_gain_over_real(const hopform_poles_real *poles, real t) {
+SELDOM_real alone_gain_real alone_gain_over_long_real(const hopform_poles_real *poles, real t) {
     const pair_real pair = pair_at_real(poles, t);
     const alone_gain_real gain = {pair.R + poles->p * pair.R1, pair.R1};
     return gain;
+}
+
+static inline alone_gain_real alone_gain_over_real(const hopform_poles_real *poles, real t) {
+    const bool halves = !is_short_real(poles, t);
+    if (!is_short_real(poles, 0.5 * t)) { return alone_gain_over_long_real(poles, t); }
+    const alone_gain_real gain = alone_gain_over_a_node_real(poles, halves ? 0.5 * t : t);
+    return halves ? twice_the_gain_real(poles, &gain) : gain;
 }
 
 /* The motion at another time, from what is gained since the first one. */
@@ -72,17 +90,6 @@ ALWAYS_real alone_real alone_after_real(const hopform_poles_real *poles, const a
     const real v = gain->of_velocity * from->acc + gain->of_acceleration * jerk;
     const alone_real at = {t, from->s + s, from->v + v, from->acc - (poles->p * v + poles->q * s)};
     return at;
-}
-
-/* The motion at a time, from its start or from an end that is near. */
-static inline alone_real alone_at_real(const hopform_poles_real *poles, const alone_real *start, const alone_real *end,
-                                       real t) {
-    const bool back = !is_short_real(poles, t) && is_short_real(poles, t - end->t);
-    const alone_real *from = back ? end : start;
-    const real later = t - from->t;
-    const alone_gain_real gain = back || is_short_real(poles, t) ? alone_gain_over_a_node_real(poles, later)
-                                                                 : alone_gain_over_real(poles, later);
-    return alone_after_real(poles, from, t, &gain);
 }
 
 /* The motion where it comes to rest. acc^2 + p acc v + q v^2 fades as exp(-p t), so acc is known with all its digits,
@@ -117,6 +124,8 @@ enum { MOST_ALONE_GUARDS_real = 3 };
 /* The guards of a phase in order of tie-break priority, and what ends it in closed form. */
 typedef struct {
     const hopform_poles_real *poles;
+    real half_period;
+    int element;
     alone_real start, end;
     real rest_time;
     int rests;
@@ -141,55 +150,83 @@ static inline real alone_rounding_real(const alone_guard_real *guard, const alon
     return 16.0 * HOPFORM_EPS_real * (guard->s + guard->cancels + at->s + at->t * at->v);
 }
 
-/* The guard that is met first, of those that are passed by the end: by more than rounding, or so fast that the root is
- * near. At the end itself a lost contact wins over a step of the input. -1 if none is. */
-static inline int first_alone_guard_real(const alone_search_real *search) {
-    const alone_real *end = &search->end;
-    int first = -1;
-    for (int n = 0; n < search->count; n++) {
-        const alone_guard_real *guard = &search->guard[n];
-        const real beyond = end->s - guard->s;
-        const real rounding = alone_rounding_real(guard, end);
-        const bool fast = end->v * end->t > rounding && !guard->stops;
-        const bool passed = beyond > rounding || (beyond > 0.0 && fast) || !(guard->s > 0.0);
-        if (passed && (first < 0 || guard->s < search->guard[first].s)) { first = n; }
+/* The guard that is met first, -1 without any. */
+static inline int nearest_alone_guard_real(const alone_search_real *search) {
+    int first = search->count > 0 ? 0 : -1;
+    for (int n = 1; n < search->count; n++) {
+        if (search->guard[n].s < search->guard[first].s) { first = n; }
     }
     return first;
 }
 
-/* The motion where the displacement is s: greater than 0, and reached before the end. Halley's step from a guess by
- * both ends, carried by a short series, then Newton's. */
-static inline alone_real alone_at_displacement_real(const alone_search_real *search, real s,
-                                                    evaluations_real *evaluations) {
-    const hopform_poles_real *poles = search->poles;
-    const alone_real *start = &search->start, *end = &search->end;
-    const jet_real from = {s, -start->v, -start->acc, poles->p * start->acc + poles->q * start->v};
-    const jet_real to = {s - end->s, -end->v, -end->acc, 0.0};
-    const interpolant_real p = interpolant_of_real(&from, &to, end->t);
-    real t = end->t * refined_root_real(&p, rough_root_real(&from, &to, end->t));
-    real low = 0.0, high = end->t;
-    alone_real at = *end;
+/* Whether it is passed by the end: by more than rounding, or so fast that the root is near. */
+static inline bool is_guard_passed_real(const alone_guard_real *guard, const alone_real *end) {
+    const real beyond = end->s - guard->s;
+    const real rounding = alone_rounding_real(guard, end);
+    const bool fast = end->v * end->t > rounding && !guard->stops;
+    return beyond > rounding || (beyond > 0.0 && fast) || !(guard->s > 0.0);
+}
+
+/* How much later than at a time the displacement has gone so much further, which may be negative, as where the element
+ * rests: by the parabola, then a step of Halley's on five derivatives. A guess: no bound rests on it. */
+static inline real guessed_time_real(const hopform_poles_real *poles, const alone_real *from, real further) {
+    const real square = sqrt_real(greater_real(from->v * from->v + 2.0 * from->acc * further, 0.0));
+    const real t = 2.0 * further / (from->v + square);
+    const real third = -(poles->p * from->acc + poles->q * from->v);
+    const real fourth = -(poles->p * third + poles->q * from->acc);
+    const real fifth = -(poles->p * fourth + poles->q * third);
+    const real bend = from->acc + t * (third + t * (0.5 * fourth + t * ((1.0 / 6.0) * fifth)));
+    const real rate =
+        from->v + t * (from->acc + t * (0.5 * third + t * ((1.0 / 6.0) * fourth + t * ((1.0 / 24.0) * fifth))));
+    const real value =
+        t
+            * (from->v
+               + t
+                     * (0.5 * from->acc
+                        + t * ((1.0 / 6.0) * third + t * ((1.0 / 24.0) * fourth + t * ((1.0 / 120.0) * fifth)))))
+        - further;
+    const real below = 2.0 * rate * rate - value * bend;
+    return t - 2.0 * value * rate / (below > 0.0 ? below : HOPFORM_NEVER_real);
+}
+
+/* The motion where the displacement is s, greater than 0, from where it is known: the start, or where the element
+ * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Until `high` it
+ * is reached. */
+static inline alone_real alone_at_displacement_real(const hopform_poles_real *poles, const alone_real *from, real s,
+                                                    real high, evaluations_real *evaluations) {
+    real low = 0.0;
+    real t = from->t + guessed_time_real(poles, from, s - from->s);
+    alone_real at = *from;
+    bool near = false; /* so near to `at` that a short series leads there */
+    real step = 0.0;
     for (int n = 0; n < 100; n++) {
-        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) { t = low + 0.5 * (high - low); }
+        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
+            t = low + 0.5 * (high - low);
+            near = false;
+        }
         if (!(t > low && t < high)) { break; }
-        at = alone_at_real(poles, start, end, t);
+        const alone_real *base = near ? &at : from;
+        const alone_gain_real gain =
+            near ? alone_gain_over_half_a_node_real(poles, step) : alone_gain_over_real(poles, t - from->t);
+        at = alone_after_real(poles, base, t, &gain);
         use_evaluation_real(evaluations);
         const real left = s - at.s;
         const real below = 2.0 * at.v * at.v + left * at.acc;
         const bool goes = at.v > 0.0 && below > 0.0;
-        const real first = goes ? 2.0 * left * at.v / below : 0.0;
-        if (goes && first * first * poles->q < HOPFORM_SHORT_real) {
-            const alone_gain_real gain = alone_gain_over_a_step_real(poles, first);
-            const alone_real there = alone_after_real(poles, &at, t + first, &gain);
+        step = goes ? 2.0 * left * at.v / below : 0.0;
+        near = goes && is_short_real(poles, 2.0 * step);
+        if (near && poles->q * (step * step) < HOPFORM_SHORT_real) {
+            const alone_gain_real last = alone_gain_over_a_step_real(poles, step);
+            const alone_real there = alone_after_real(poles, &at, t + step, &last);
             const real more = (s - there.s) / (there.v > 0.0 ? there.v : 1.0);
             if (there.v > 0.0 && more * more * fabs_real(there.acc) <= 0.5 * HOPFORM_EPS_real * t * there.v) {
-                const alone_real root = {t + (first + more), s, there.v + more * there.acc, there.acc};
+                const alone_real root = {t + (step + more), s, there.v + more * there.acc, there.acc};
                 return root;
             }
         }
         low = left > 0.0 ? t : low;
         high = left > 0.0 ? high : t;
-        t = goes ? t + first : low;
+        t = goes ? t + step : low;
     }
     at.s = s;
     return at;
@@ -204,8 +241,8 @@ static inline int alone_tie_real(const alone_search_real *search, int found, alo
         const real rounding = alone_rounding_real(guard, at);
         if (!(at->v * at->t > 16.0 * rounding)) { continue; }
         const real further = guard->s - first->s;
-        const real bound = first->stops ? 8.0 * HOPFORM_EPS_real * at->t * at->v
-                                        : 4.0 * rounding + alone_rounding_real(first, at);
+        const real bound =
+            first->stops ? 8.0 * HOPFORM_EPS_real * at->t * at->v : 4.0 * rounding + alone_rounding_real(first, at);
         if (further < bound) {
             at->t += further > 0.0 ? further / at->v : 0.0;
             at->s = guard->s;
@@ -238,29 +275,67 @@ static inline int alone_guard_at_limit_real(const alone_search_real *search) {
                : -1;
 }
 
-/* The end of the phase, which lasts until a time at most. */
-static inline void end_alone_search_real(alone_search_real *search, real until, evaluations_real *evaluations) {
+/* What draws the element at the start. q s = -(acc + p v), less what that is at the start, so it does so no more from
+ * q s = that on, and where the element rests s is larger. */
+static inline real draw_at_start_real(const alone_search_real *search) {
+    return search->start.acc + search->poles->p * search->start.v;
+}
+
+/* Whether a guard is passed while that draws, for certain: then before the element rests. */
+static inline bool is_passed_soon_real(const alone_search_real *search, const alone_guard_real *guard) {
+    const real draws = draw_at_start_real(search);
+    const real q = search->poles->q;
+    return guard->s > 0.0 && draws - q * guard->s > 16.0 * HOPFORM_EPS_real * (q * (guard->s + guard->cancels) + draws)
+           && search->rests == NO_OWNER_real;
+}
+
+/* The end of the phase without a guard: where the element rests, or the time that it lasts until. */
+static inline void end_without_guard_real(alone_search_real *search, real until, evaluations_real *evaluations) {
     const hopform_poles_real *poles = search->poles;
-    const real limit = lesser_real(search->rest_time, until);
-    const bool at_rest = search->rests != CONTACT_real && !(search->rest_time > until);
+    const alone_real *start = &search->start;
+    const real rest =
+        start->v > 0.0 || !(start->acc > 0.0) ? time_to_rest_real(poles, start->v, start->acc) : search->half_period;
+    if (search->rests == NO_OWNER_real || !(search->rest_time <= rest)) {
+        search->rest_time = rest;
+        search->rests = ELEMENT_real + search->element;
+    }
+    if (search->rests != CONTACT_real && !(search->rest_time > until)) {
+        search->end = alone_at_rest_real(poles, start, rest);
+    } else {
+        const real limit = lesser_real(search->rest_time, until);
+        const alone_gain_real gain = alone_gain_over_real(poles, limit);
+        use_evaluation_real(evaluations);
+        search->end = alone_after_real(poles, start, limit, &gain);
+    }
+}
+
+/* The first event of the phase, which lasts until a time at most. */
+static inline void find_alone_event_real(alone_search_real *search, real until, evaluations_real *evaluations) {
+    const hopform_poles_real *poles = search->poles;
+    const int nearest = nearest_alone_guard_real(search);
+    const alone_guard_real *guard = &search->guard[nearest < 0 ? 0 : nearest];
+    int found = -1;
+    bool rests = false;
     use_evaluation_real(evaluations); /* a phase costs as much */
     search->end = search->start;
-    if (at_rest) {
-        search->end = alone_at_rest_real(poles, &search->start, limit);
-    } else if (limit > 0.0) {
-        use_evaluation_real(evaluations);
-        search->end = alone_at_real(poles, &search->start, &search->start, limit);
+    if (nearest >= 0 && is_passed_soon_real(search, guard)) {
+        search->end = alone_at_displacement_real(poles, &search->start, guard->s, HOPFORM_NEVER_real, evaluations);
+        found = search->end.t < until ? nearest : -1;
     }
-    int found = first_alone_guard_real(search);
-    if (found >= 0) {
-        const real s = search->guard[found].s;
-        search->end = s > 0.0 ? alone_at_displacement_real(search, s, evaluations) : search->start;
-        found = alone_tie_real(search, found, &search->end);
-    } else {
-        found = alone_guard_at_limit_real(search);
+    if (found < 0) {
+        end_without_guard_real(search, until, evaluations);
+        const real limit = search->end.t;
+        if (nearest >= 0 && is_guard_passed_real(guard, &search->end)) {
+            const alone_real from = draw_at_start_real(search) > poles->q * guard->s ? search->start : search->end;
+            found = nearest;
+            search->end =
+                guard->s > 0.0 ? alone_at_displacement_real(poles, &from, guard->s, limit, evaluations) : search->start;
+        } else {
+            found = alone_guard_at_limit_real(search);
+        }
+        rests = !(search->rest_time > limit) && !(search->end.t < limit * (1.0 - 8.0 * HOPFORM_EPS_real));
     }
-    const bool rests =
-        !(search->rest_time > limit) && !(search->end.t < limit * (1.0 - 8.0 * HOPFORM_EPS_real));
+    found = found > 0 ? alone_tie_real(search, found, &search->end) : found;
     search->owner = rests ? search->rests : NO_OWNER_real;
     search->side = 0;
     search->stops = false;

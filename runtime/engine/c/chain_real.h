@@ -683,8 +683,9 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_alone_real(const stance_chain_real *chain) {
-    return alone_of_mode_real(chain->mode) >= 0 && node_of_real(chain->plan, chain->mode)->half_period < HOPFORM_NEVER_real
-           && chain->observer == NULL && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && HOPFORM_HAS_CONTACT);
+    return alone_of_mode_real(chain->mode) >= 0
+           && node_of_real(chain->plan, chain->mode)->half_period < HOPFORM_NEVER_real && chain->observer == NULL
+           && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && HOPFORM_HAS_CONTACT);
 }
 
 /* How far the stretch goes with it. */
@@ -712,17 +713,12 @@ static inline void put_alone_stop_real(alone_search_real *search, const stance_c
     }
 }
 
-/* Its time to rest. */
+/* Its own coordinate: the time to rest is found where it is asked for. */
 static inline void put_alone_velocity_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
     const real side = (real)side_of_mode_real(chain->mode, alone);
     const alone_real start = {0.0, 0.0, greater_real(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
                               side * chain->numerators.of.velocity[alone].H3};
-    const real rest = time_to_rest_real(search->poles, start.v, start.acc);
     search->start = start;
-    if (search->rests == NO_OWNER_real || !(search->rest_time <= rest)) {
-        search->rest_time = rest;
-        search->rests = ELEMENT_real + alone;
-    }
 }
 
 /* The threshold to which the free acceleration of what is held goes. */
@@ -747,13 +743,15 @@ static inline void find_end_alone_real(const stance_chain_real *chain, real unti
     const int alone = alone_of_mode_real(chain->mode);
     alone_search_real search;
     search.poles = poles_of_real(chain->plan, chain->mode);
+    search.half_period = node_of_real(chain->plan, chain->mode)->half_period;
+    search.element = alone;
     search.count = 0;
     search.rest_time = HOPFORM_NEVER_real;
     search.rests = NO_OWNER_real;
 #define PUT_GUARD(kind) put_alone_##kind##_real(&search, chain, alone);
     HOPFORM_GUARDS(PUT_GUARD)
 #undef PUT_GUARD
-    end_alone_search_real(&search, until, chain->evaluations);
+    find_alone_event_real(&search, until, chain->evaluations);
     end->alone = search.end;
     end->in.high.t = search.end.t;
     end->owner = search.owner;
@@ -966,7 +964,7 @@ static inline void stance_arrive_real(stance_chain_real *chain, const stance_sea
     } else
 #endif
 #if HOPFORM_HAS_MODAL
-    if (end->arrival.is_modal) {
+        if (end->arrival.is_modal) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {
             chain->at.of[axis] = end->arrival.z[axis];
         }
