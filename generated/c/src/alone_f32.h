@@ -326,7 +326,8 @@ static inline void find_alone_event_f32(alone_search_f32 *search, float until, e
         end_without_guard_f32(search, until, evaluations);
         const float limit = search->end.t;
         if (nearest >= 0 && is_guard_passed_f32(guard, &search->end)) {
-            const alone_f32 from = draw_at_start_f32(search) > poles->q * guard->s ? search->start : search->end;
+            const bool soon = draw_at_start_f32(search) > poles->q * guard->s || guard->s < 0.5f * search->end.s;
+            const alone_f32 from = soon ? search->start : search->end;
             found = nearest;
             search->end =
                 guard->s > 0.0f ? alone_at_displacement_f32(poles, &from, guard->s, limit, evaluations) : search->start;

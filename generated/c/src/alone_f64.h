@@ -326,7 +326,8 @@ static inline void find_alone_event_f64(alone_search_f64 *search, double until, 
         end_without_guard_f64(search, until, evaluations);
         const double limit = search->end.t;
         if (nearest >= 0 && is_guard_passed_f64(guard, &search->end)) {
-            const alone_f64 from = draw_at_start_f64(search) > poles->q * guard->s ? search->start : search->end;
+            const bool soon = draw_at_start_f64(search) > poles->q * guard->s || guard->s < 0.5 * search->end.s;
+            const alone_f64 from = soon ? search->start : search->end;
             found = nearest;
             search->end =
                 guard->s > 0.0 ? alone_at_displacement_f64(poles, &from, guard->s, limit, evaluations) : search->start;

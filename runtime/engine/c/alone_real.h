@@ -326,7 +326,8 @@ static inline void find_alone_event_real(alone_search_real *search, real until, 
         end_without_guard_real(search, until, evaluations);
         const real limit = search->end.t;
         if (nearest >= 0 && is_guard_passed_real(guard, &search->end)) {
-            const alone_real from = draw_at_start_real(search) > poles->q * guard->s ? search->start : search->end;
+            const bool soon = draw_at_start_real(search) > poles->q * guard->s || guard->s < 0.5 * search->end.s;
+            const alone_real from = soon ? search->start : search->end;
             found = nearest;
             search->end =
                 guard->s > 0.0 ? alone_at_displacement_real(poles, &from, guard->s, limit, evaluations) : search->start;
