@@ -174,17 +174,10 @@ static inline float guessed_time_f32(const hopform_poles_f32 *poles, const alone
     const float t = 2.0f * further / (from->v + square);
     const float third = -(poles->p * from->acc + poles->q * from->v);
     const float fourth = -(poles->p * third + poles->q * from->acc);
-    const float fifth = -(poles->p * fourth + poles->q * third);
-    const float bend = from->acc + t * (third + t * (0.5f * fourth + t * ((1.0f / 6.0f) * fifth)));
-    const float rate =
-        from->v + t * (from->acc + t * (0.5f * third + t * ((1.0f / 6.0f) * fourth + t * ((1.0f / 24.0f) * fifth))));
+    const float bend = from->acc + t * (third + t * (0.5f * fourth));
+    const float rate = from->v + t * (from->acc + t * (0.5f * third + t * ((1.0f / 6.0f) * fourth)));
     const float value =
-        t
-            * (from->v
-               + t
-                     * (0.5f * from->acc
-                        + t * ((1.0f / 6.0f) * third + t * ((1.0f / 24.0f) * fourth + t * ((1.0f / 1.2e2f) * fifth)))))
-        - further;
+        t * (from->v + t * (0.5f * from->acc + t * ((1.0f / 6.0f) * third + t * ((1.0f / 24.0f) * fourth)))) - further;
     const float below = 2.0f * rate * rate - value * bend;
     return t - 2.0f * value * rate / (below > 0.0f ? below : HOPFORM_NEVER_f32);
 }

@@ -174,17 +174,10 @@ static inline double guessed_time_f64(const hopform_poles_f64 *poles, const alon
     const double t = 2.0 * further / (from->v + square);
     const double third = -(poles->p * from->acc + poles->q * from->v);
     const double fourth = -(poles->p * third + poles->q * from->acc);
-    const double fifth = -(poles->p * fourth + poles->q * third);
-    const double bend = from->acc + t * (third + t * (0.5 * fourth + t * ((1.0 / 6.0) * fifth)));
-    const double rate =
-        from->v + t * (from->acc + t * (0.5 * third + t * ((1.0 / 6.0) * fourth + t * ((1.0 / 24.0) * fifth))));
+    const double bend = from->acc + t * (third + t * (0.5 * fourth));
+    const double rate = from->v + t * (from->acc + t * (0.5 * third + t * ((1.0 / 6.0) * fourth)));
     const double value =
-        t
-            * (from->v
-               + t
-                     * (0.5 * from->acc
-                        + t * ((1.0 / 6.0) * third + t * ((1.0 / 24.0) * fourth + t * ((1.0 / 120.0) * fifth)))))
-        - further;
+        t * (from->v + t * (0.5 * from->acc + t * ((1.0 / 6.0) * third + t * ((1.0 / 24.0) * fourth)))) - further;
     const double below = 2.0 * rate * rate - value * bend;
     return t - 2.0 * value * rate / (below > 0.0 ? below : HOPFORM_NEVER_f64);
 }

@@ -174,17 +174,10 @@ static inline real guessed_time_real(const hopform_poles_real *poles, const alon
     const real t = 2.0 * further / (from->v + square);
     const real third = -(poles->p * from->acc + poles->q * from->v);
     const real fourth = -(poles->p * third + poles->q * from->acc);
-    const real fifth = -(poles->p * fourth + poles->q * third);
-    const real bend = from->acc + t * (third + t * (0.5 * fourth + t * ((1.0 / 6.0) * fifth)));
-    const real rate =
-        from->v + t * (from->acc + t * (0.5 * third + t * ((1.0 / 6.0) * fourth + t * ((1.0 / 24.0) * fifth))));
+    const real bend = from->acc + t * (third + t * (0.5 * fourth));
+    const real rate = from->v + t * (from->acc + t * (0.5 * third + t * ((1.0 / 6.0) * fourth)));
     const real value =
-        t
-            * (from->v
-               + t
-                     * (0.5 * from->acc
-                        + t * ((1.0 / 6.0) * third + t * ((1.0 / 24.0) * fourth + t * ((1.0 / 120.0) * fifth)))))
-        - further;
+        t * (from->v + t * (0.5 * from->acc + t * ((1.0 / 6.0) * third + t * ((1.0 / 24.0) * fourth)))) - further;
     const real below = 2.0 * rate * rate - value * bend;
     return t - 2.0 * value * rate / (below > 0.0 ? below : HOPFORM_NEVER_real);
 }
