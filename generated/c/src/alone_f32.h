@@ -3,7 +3,7 @@
  * The motion of one element that slips alone, in its own coordinate: how far it has gone to its side since the phase
  * began.
  *
- *     s' = v        v' = acc        acc' + p acc + q v = 0
+ *     s' = v        v' = draw - p v        draw' = -q v
  *
  * v keeps its sign until the element rests, and s grows. Where velocities do not couple, all event functions of the
  * phase are linear in s: the stretch of a contact, the distance to a stop, the free acceleration of what is held. So
@@ -21,31 +21,45 @@
      && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
 
 #if HOPFORM_HAS_ALONE
-/* A time since the phase began, and displacement, velocity and acceleration then, times the side of the element. */
+/* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
-    float t, s, v, acc;
+    const hopform_poles_f32 *poles;
+    float p, q, square;
+    bool rings;
+} alone_pair_f32;
+
+/* A time since the phase began; displacement, velocity, and what draws the element then, times its side. */
+typedef struct {
+    float t, s, v, draw;
 } alone_f32;
 
-/* The integral of exp(M t), M = ((0, 1), (-q, -p)), is of_velocity + of_acceleration M. */
-typedef struct {
-    float of_velocity, of_acceleration;
-} alone_gain_f32;
-
-/* A time of either sign is short where the series of phi_1 over a node converges to rounding: |pole| t < 0.866. */
-static inline bool is_short_f32(const hopform_poles_f32 *poles, float t) {
-    return poles->q * t * t < 0.75f;
+static inline alone_pair_f32 alone_pair_of_f32(const hopform_poles_f32 *poles, bool rings) {
+    const alone_pair_f32 pair = {poles, poles->p, poles->q, rings ? poles->q : poles->p * poles->p, rings};
+    return pair;
 }
 
-/* By the first terms of t phi_1(M t), divided by M^2 + p M + q: two products a term. */
-#define DEFINE_ALONE_GAIN(length, TERMS)                                                                               \
-    ALWAYS_f32 alone_gain_f32 alone_gain_over_##length##_f32(const hopform_poles_f32 *poles, float t) {             \
-        const float pt = poles->p * t;                                                                                  \
+static inline float alone_acceleration_f32(const alone_pair_f32 *pair, const alone_f32 *at) {
+    return at->draw - pair->p * at->v;
+}
+
+/* A time of either sign is short where the series of phi_1 over a node converges to rounding: |pole| t < 0.866. */
+static inline bool is_short_f32(const alone_pair_f32 *pair, float t) {
+    return pair->square * t * t < 0.75f;
+}
+
+/* By the first terms of t phi_1(M t), M the matrix of v'' = -(p v' + q v): divided by M^2 + p M + q, two products a
+ * term, it is R + p R1 + R1 M. */
+#define DEFINE_RESPONSE(length, TERMS)                                                                                 \
+    ALWAYS_f32 known_pair_f32 response_over_##length##_f32(const alone_pair_f32 *pair, float t) {                   \
+        const float pt = pair->p * t;                                                                                   \
         const float tt = t * t;                                                                                         \
-        const float qtt = poles->q * tt;                                                                                \
+        const float qtt = pair->q * tt;                                                                                 \
         float first = 0.0f, second = 0.0f;                                                                                \
         TERMS(ADD_TERM)                                                                                                \
-        const alone_gain_f32 gain = {t * (1.0f - qtt * second), tt * first};                                           \
-        return gain;                                                                                                   \
+        const float R1 = tt * first;                                                                                    \
+        const float R = t * (1.0f - (qtt * second + pt * first));                                                        \
+        const known_pair_f32 response = {1.0f - (pair->p * R + pair->q * R1), R, R1};                                  \
+        return response;                                                                                               \
     }
 #define ADD_TERM(coefficient)                                                                                          \
     {                                                                                                                  \
@@ -53,59 +67,57 @@ static inline bool is_short_f32(const hopform_poles_f32 *poles, float t) {
         second = first;                                                                                                \
         first = next;                                                                                                  \
     }
-DEFINE_ALONE_GAIN(a_node, HOPFORM_NODE_f32)
-DEFINE_ALONE_GAIN(half_a_node, HOPFORM_HALF_NODE_f32)
-DEFINE_ALONE_GAIN(a_step, HOPFORM_STEP_f32)
+DEFINE_RESPONSE(a_node, HOPFORM_NODE_f32)
+DEFINE_RESPONSE(half_a_node, HOPFORM_HALF_NODE_f32)
+DEFINE_RESPONSE(a_step, HOPFORM_STEP_f32)
 #undef ADD_TERM
-#undef DEFINE_ALONE_GAIN
+#undef DEFINE_RESPONSE
 
-/* Over two times that: the integral until then, and exp(M t) times it. */
-ALWAYS_f32 alone_gain_f32 twice_the_gain_f32(const hopform_poles_f32 *poles, const alone_gain_f32 *gain) {
-    const float fades = poles->q * gain->of_acceleration;
-    const float turns = gain->of_velocity - poles->p * gain->of_acceleration;
-    const alone_gain_f32 twice = {(2.0f - fades) * gain->of_velocity - fades * turns,
-                                   (2.0f - fades) * gain->of_acceleration + turns * turns};
-    return twice;
+/* At a time that is not short, nor twice a short one. */
+SELDOM_f32 known_pair_f32 response_over_long_f32(const alone_pair_f32 *pair, float t) {
+    const pair_f32 at = pair_at_f32(pair->poles, t);
+    const known_pair_f32 response = {at.Rd, at.R, at.R1};
+    return response;
 }
 
-/* Over a time t >= 0 that is not short: R + p R1 and R1. */
-SELDOM_f32 alone_gain_f32 alone_gain_over_long_f32(const hopform_poles_f32 *poles, float t) {
-    const pair_f32 pair = pair_at_f32(poles, t);
-    const alone_gain_f32 gain = {pair.R + poles->p * pair.R1, pair.R1};
-    return gain;
+/* At twice the time: R as a sine of twice the angle. */
+ALWAYS_f32 known_pair_f32 response_over_twice_f32(const alone_pair_f32 *pair, const known_pair_f32 *half) {
+    const known_pair_f32 response = {half->Rd * half->Rd - pair->q * (half->R * half->R),
+                                      half->R * (2.0f * half->Rd + pair->p * half->R),
+                                      half->R1 * (2.0f - pair->q * half->R1) + half->R * half->R};
+    return response;
 }
 
-static inline alone_gain_f32 alone_gain_over_f32(const hopform_poles_f32 *poles, float t) {
-    const bool halves = !is_short_f32(poles, t);
-    if (!is_short_f32(poles, 0.5f * t)) { return alone_gain_over_long_f32(poles, t); }
-    const alone_gain_f32 gain = alone_gain_over_a_node_f32(poles, halves ? 0.5f * t : t);
-    return halves ? twice_the_gain_f32(poles, &gain) : gain;
+static inline known_pair_f32 response_over_f32(const alone_pair_f32 *pair, float t) {
+    const bool halves = !is_short_f32(pair, t);
+    if (!is_short_f32(pair, 0.5f * t)) { return response_over_long_f32(pair, t); }
+    const known_pair_f32 response = response_over_a_node_f32(pair, halves ? 0.5f * t : t);
+    return halves ? response_over_twice_f32(pair, &response) : response;
 }
 
-/* The motion at another time, from what is gained since the first one. */
-ALWAYS_f32 alone_f32 alone_after_f32(const hopform_poles_f32 *poles, const alone_f32 *from, float t,
-                                        const alone_gain_f32 *gain) {
-    const float jerk = -(poles->p * from->acc + poles->q * from->v);
-    const float s = gain->of_velocity * from->v + gain->of_acceleration * from->acc;
-    const float v = gain->of_velocity * from->acc + gain->of_acceleration * jerk;
-    const alone_f32 at = {t, from->s + s, from->v + v, from->acc - (poles->p * v + poles->q * s)};
+/* The motion at another time, by the response to the time between. */
+ALWAYS_f32 alone_f32 alone_after_f32(const alone_pair_f32 *pair, const alone_f32 *from, float t,
+                                        const known_pair_f32 *response) {
+    const float moved = response->R * from->v + response->R1 * from->draw;
+    const alone_f32 at = {t, from->s + moved, response->Rd * from->v + response->R * from->draw,
+                           from->draw - pair->q * moved};
     return at;
 }
 
-/* The motion where it comes to rest. acc^2 + p acc v + q v^2 fades as exp(-p t), so acc is known with all its digits,
- * and q s = -(acc + p v), less what that is at the start, is a sum where the time is not short. Requires a pair that
- * rings. */
-static inline alone_f32 alone_at_rest_f32(const hopform_poles_f32 *poles, const alone_f32 *start, float t) {
-    const float mean = 0.5f * poles->p;
-    const float along = start->acc + mean * start->v;
-    const float size = sqrt_f32(along * along + (poles->q - mean * mean) * (start->v * start->v));
-    const float acc = -size * exponential_f32(-mean * t);
-    alone_f32 at = {t, 0.0f, 0.0f, acc};
-    if (is_short_f32(poles, t)) {
-        const alone_gain_f32 gain = alone_gain_over_a_node_f32(poles, t);
-        at.s = gain.of_velocity * start->v + gain.of_acceleration * start->acc;
-    } else {
-        at.s = (start->acc + poles->p * start->v - acc) / poles->q;
+/* The motion where it comes to rest. acc^2 + p acc v + q v^2 fades as exp(-p t), so acc = draw is known there with all
+ * its digits; where a pair rings and the time is not short, q s is a sum of it and of the draw at the start. */
+static inline alone_f32 alone_at_rest_f32(const alone_pair_f32 *pair, const alone_f32 *start, float t) {
+    const float mean = 0.5f * pair->p;
+    const float square = mean * mean - pair->q;
+    const float along = start->draw - mean * start->v;
+    const float fast = mean + sqrt_f32(greater_f32(square, 0.0f));
+    const float size = pair->rings ? along * along - square * (start->v * start->v)
+                                  : (start->draw - fast * start->v) * (start->draw - pair->q / fast * start->v);
+    const float draw = -sqrt_f32(greater_f32(size, 0.0f)) * exponential_f32(-mean * t);
+    alone_f32 at = {t, (start->draw - draw) / pair->q, 0.0f, draw};
+    if (is_short_f32(pair, t) || !pair->rings) {
+        const known_pair_f32 response = response_over_f32(pair, t);
+        at.s = response.R * start->v + response.R1 * start->draw;
     }
     return at;
 }
@@ -123,7 +135,7 @@ enum { MOST_ALONE_GUARDS_f32 = 3 };
 
 /* The guards of a phase in order of tie-break priority, and what ends it in closed form. */
 typedef struct {
-    const hopform_poles_f32 *poles;
+    alone_pair_f32 pair;
     float half_period;
     int element;
     alone_f32 start, end;
@@ -168,27 +180,42 @@ static inline bool is_guard_passed_f32(const alone_guard_f32 *guard, const alone
 }
 
 /* How much later than at a time the displacement has gone so much further, which may be negative, as where the element
- * rests: by the parabola, then a step of Halley's on five derivatives. A guess: no bound rests on it. */
-static inline float guessed_time_f32(const hopform_poles_f32 *poles, const alone_f32 *from, float further) {
-    const float square = sqrt_f32(greater_f32(from->v * from->v + 2.0f * from->acc * further, 0.0f));
+ * rests: by the parabola, then a step of Halley's on four derivatives. A guess: no bound rests on it. */
+static inline float guessed_time_f32(const alone_pair_f32 *pair, const alone_f32 *from, float further) {
+    const float acc = alone_acceleration_f32(pair, from);
+    const float square = sqrt_f32(greater_f32(from->v * from->v + 2.0f * acc * further, 0.0f));
     const float t = 2.0f * further / (from->v + square);
-    const float third = -(poles->p * from->acc + poles->q * from->v);
-    const float fourth = -(poles->p * third + poles->q * from->acc);
-    const float bend = from->acc + t * (third + t * (0.5f * fourth));
-    const float rate = from->v + t * (from->acc + t * (0.5f * third + t * ((1.0f / 6.0f) * fourth)));
+    const float third = -(pair->p * acc + pair->q * from->v);
+    const float fourth = -(pair->p * third + pair->q * acc);
+    const float bend = acc + t * (third + t * (0.5f * fourth));
+    const float rate = from->v + t * (acc + t * (0.5f * third + t * ((1.0f / 6.0f) * fourth)));
     const float value =
-        t * (from->v + t * (0.5f * from->acc + t * ((1.0f / 6.0f) * third + t * ((1.0f / 24.0f) * fourth)))) - further;
+        t * (from->v + t * (0.5f * acc + t * ((1.0f / 6.0f) * third + t * ((1.0f / 24.0f) * fourth)))) - further;
     const float below = 2.0f * rate * rate - value * bend;
     return t - 2.0f * value * rate / (below > 0.0f ? below : HOPFORM_NEVER_f32);
+}
+
+/* The same of two real poles once the fast one has faded, from the start on. */
+SELDOM_f32 float guessed_late_f32(const alone_pair_f32 *pair, const alone_f32 *from, float further) {
+    const float mean = 0.5f * pair->p;
+    const float half = sqrt_f32(greater_f32(mean * mean - pair->q, 0.0f));
+    const float fast = mean + half;
+    const float slow = pair->q / fast;
+    const float t = guessed_time_f32(pair, from, further);
+    const float later = (further - from->v / fast) * (2.0f * half) / (from->draw - slow * from->v) + 1.0f / fast;
+    const float gone = slow * later;
+    if (!(later * fast > 1.5f && gone < 1.0f)) { return t; }
+    return gone < 0.01f ? later * (1.0f + gone * (0.5f + gone * (1.0f / 3.0f))) : -logarithm_f32(1.0f - gone) / slow;
 }
 
 /* The motion where the displacement is s, greater than 0, from where it is known: the start, or where the element
  * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Until `high` it
  * is reached. */
-static inline alone_f32 alone_at_displacement_f32(const hopform_poles_f32 *poles, const alone_f32 *from, float s,
+static inline alone_f32 alone_at_displacement_f32(const alone_pair_f32 *pair, const alone_f32 *from, float s,
                                                     float high, evaluations_f32 *evaluations) {
     float low = 0.0f;
-    float t = from->t + guessed_time_f32(poles, from, s - from->s);
+    float t = from->t
+             + (pair->rings ? guessed_time_f32(pair, from, s - from->s) : guessed_late_f32(pair, from, s - from->s));
     alone_f32 at = *from;
     bool near = false; /* so near to `at` that a short series leads there */
     float step = 0.0f;
@@ -199,21 +226,23 @@ static inline alone_f32 alone_at_displacement_f32(const hopform_poles_f32 *poles
         }
         if (!(t > low && t < high)) { break; }
         const alone_f32 *base = near ? &at : from;
-        const alone_gain_f32 gain =
-            near ? alone_gain_over_half_a_node_f32(poles, step) : alone_gain_over_f32(poles, t - from->t);
-        at = alone_after_f32(poles, base, t, &gain);
+        const known_pair_f32 response =
+            near ? response_over_half_a_node_f32(pair, step) : response_over_f32(pair, t - from->t);
+        at = alone_after_f32(pair, base, t, &response);
         use_evaluation_f32(evaluations);
         const float left = s - at.s;
-        const float below = 2.0f * at.v * at.v + left * at.acc;
+        if (fabs_f32(left) <= 0.25f * HOPFORM_EPS_f32 * t * at.v) { break; }
+        const float below = 2.0f * at.v * at.v + left * alone_acceleration_f32(pair, &at);
         const bool goes = at.v > 0.0f && below > 0.0f;
         step = goes ? 2.0f * left * at.v / below : 0.0f;
-        near = goes && is_short_f32(poles, 2.0f * step);
-        if (near && poles->q * (step * step) < HOPFORM_SHORT_f32) {
-            const alone_gain_f32 last = alone_gain_over_a_step_f32(poles, step);
-            const alone_f32 there = alone_after_f32(poles, &at, t + step, &last);
+        near = goes && is_short_f32(pair, 2.0f * step);
+        if (near && pair->square * (step * step) < HOPFORM_SHORT_f32) {
+            const known_pair_f32 last = response_over_a_step_f32(pair, step);
+            const alone_f32 there = alone_after_f32(pair, &at, t + step, &last);
+            const float acc = alone_acceleration_f32(pair, &there);
             const float more = (s - there.s) / (there.v > 0.0f ? there.v : 1.0f);
-            if (there.v > 0.0f && more * more * fabs_f32(there.acc) <= 0.5f * HOPFORM_EPS_f32 * t * there.v) {
-                const alone_f32 root = {t + (step + more), s, there.v + more * there.acc, there.acc};
+            if (there.v > 0.0f && more * more * fabs_f32(acc) <= 0.5f * HOPFORM_EPS_f32 * t * there.v) {
+                const alone_f32 root = {t + (step + more), s, there.v + more * acc, there.draw};
                 return root;
             }
         }
@@ -268,43 +297,44 @@ static inline int alone_guard_at_limit_f32(const alone_search_f32 *search) {
                : -1;
 }
 
-/* What draws the element at the start. q s = -(acc + p v), less what that is at the start, so it does so no more from
- * q s = that on, and where the element rests s is larger. */
-static inline float draw_at_start_f32(const alone_search_f32 *search) {
-    return search->start.acc + search->poles->p * search->start.v;
+/* Whether a guard is passed while the element is still drawn to its side, for certain: draw = draw at the start - q s,
+ * and where the element rests it is drawn back. Requires a pair that rings. */
+static inline bool is_passed_soon_f32(const alone_search_f32 *search, const alone_guard_f32 *guard) {
+    const float draw = search->start.draw;
+    const float q = search->pair.q;
+    return search->pair.rings && guard->s > 0.0f
+           && draw - q * guard->s > 16.0f * HOPFORM_EPS_f32 * (q * (guard->s + guard->cancels) + draw)
+           && search->rests == NO_OWNER_f32;
 }
 
-/* Whether a guard is passed while that draws, for certain: then before the element rests. */
-static inline bool is_passed_soon_f32(const alone_search_f32 *search, const alone_guard_f32 *guard) {
-    const float draws = draw_at_start_f32(search);
-    const float q = search->poles->q;
-    return guard->s > 0.0f && draws - q * guard->s > 16.0f * HOPFORM_EPS_f32 * (q * (guard->s + guard->cancels) + draws)
-           && search->rests == NO_OWNER_f32;
+/* When the element rests. */
+static inline float alone_time_to_rest_f32(const alone_search_f32 *search) {
+    const alone_f32 *start = &search->start;
+    const float acc = alone_acceleration_f32(&search->pair, start);
+    if (search->pair.rings && !(start->v > 0.0f) && acc > 0.0f) { return search->half_period; }
+    return time_to_rest_f32(search->pair.poles, start->v, acc);
 }
 
 /* The end of the phase without a guard: where the element rests, or the time that it lasts until. */
 static inline void end_without_guard_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
-    const hopform_poles_f32 *poles = search->poles;
-    const alone_f32 *start = &search->start;
-    const float rest =
-        start->v > 0.0f || !(start->acc > 0.0f) ? time_to_rest_f32(poles, start->v, start->acc) : search->half_period;
+    const float rest = alone_time_to_rest_f32(search);
     if (search->rests == NO_OWNER_f32 || !(search->rest_time <= rest)) {
         search->rest_time = rest;
         search->rests = ELEMENT_f32 + search->element;
     }
     if (search->rests != CONTACT_f32 && !(search->rest_time > until)) {
-        search->end = alone_at_rest_f32(poles, start, rest);
+        search->end = alone_at_rest_f32(&search->pair, &search->start, rest);
     } else {
         const float limit = lesser_f32(search->rest_time, until);
-        const alone_gain_f32 gain = alone_gain_over_f32(poles, limit);
+        const known_pair_f32 response = response_over_f32(&search->pair, limit);
         use_evaluation_f32(evaluations);
-        search->end = alone_after_f32(poles, start, limit, &gain);
+        search->end = alone_after_f32(&search->pair, &search->start, limit, &response);
     }
 }
 
 /* The first event of the phase, which lasts until a time at most. */
 static inline void find_alone_event_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
-    const hopform_poles_f32 *poles = search->poles;
+    const alone_pair_f32 *pair = &search->pair;
     const int nearest = nearest_alone_guard_f32(search);
     const alone_guard_f32 *guard = &search->guard[nearest < 0 ? 0 : nearest];
     int found = -1;
@@ -312,18 +342,18 @@ static inline void find_alone_event_f32(alone_search_f32 *search, float until, e
     use_evaluation_f32(evaluations); /* a phase costs as much */
     search->end = search->start;
     if (nearest >= 0 && is_passed_soon_f32(search, guard)) {
-        search->end = alone_at_displacement_f32(poles, &search->start, guard->s, HOPFORM_NEVER_f32, evaluations);
+        search->end = alone_at_displacement_f32(pair, &search->start, guard->s, HOPFORM_NEVER_f32, evaluations);
         found = search->end.t < until ? nearest : -1;
     }
     if (found < 0) {
         end_without_guard_f32(search, until, evaluations);
         const float limit = search->end.t;
         if (nearest >= 0 && is_guard_passed_f32(guard, &search->end)) {
-            const bool soon = draw_at_start_f32(search) > poles->q * guard->s || guard->s < 0.5f * search->end.s;
+            const bool soon = search->start.draw > pair->q * guard->s || guard->s < 0.5f * search->end.s || !pair->rings;
             const alone_f32 from = soon ? search->start : search->end;
             found = nearest;
             search->end =
-                guard->s > 0.0f ? alone_at_displacement_f32(poles, &from, guard->s, limit, evaluations) : search->start;
+                guard->s > 0.0f ? alone_at_displacement_f32(pair, &from, guard->s, limit, evaluations) : search->start;
         } else {
             found = alone_guard_at_limit_f32(search);
         }

@@ -3,7 +3,7 @@
  * The motion of one element that slips alone, in its own coordinate: how far it has gone to its side since the phase
  * began.
  *
- *     s' = v        v' = acc        acc' + p acc + q v = 0
+ *     s' = v        v' = draw - p v        draw' = -q v
  *
  * v keeps its sign until the element rests, and s grows. Where velocities do not couple, all event functions of the
  * phase are linear in s: the stretch of a contact, the distance to a stop, the free acceleration of what is held. So
@@ -21,31 +21,45 @@
      && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
 
 #if HOPFORM_HAS_ALONE
-/* A time since the phase began, and displacement, velocity and acceleration then, times the side of the element. */
+/* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
-    double t, s, v, acc;
+    const hopform_poles_f64 *poles;
+    double p, q, square;
+    bool rings;
+} alone_pair_f64;
+
+/* A time since the phase began; displacement, velocity, and what draws the element then, times its side. */
+typedef struct {
+    double t, s, v, draw;
 } alone_f64;
 
-/* The integral of exp(M t), M = ((0, 1), (-q, -p)), is of_velocity + of_acceleration M. */
-typedef struct {
-    double of_velocity, of_acceleration;
-} alone_gain_f64;
-
-/* A time of either sign is short where the series of phi_1 over a node converges to rounding: |pole| t < 0.866. */
-static inline bool is_short_f64(const hopform_poles_f64 *poles, double t) {
-    return poles->q * t * t < 0.75;
+static inline alone_pair_f64 alone_pair_of_f64(const hopform_poles_f64 *poles, bool rings) {
+    const alone_pair_f64 pair = {poles, poles->p, poles->q, rings ? poles->q : poles->p * poles->p, rings};
+    return pair;
 }
 
-/* By the first terms of t phi_1(M t), divided by M^2 + p M + q: two products a term. */
-#define DEFINE_ALONE_GAIN(length, TERMS)                                                                               \
-    ALWAYS_f64 alone_gain_f64 alone_gain_over_##length##_f64(const hopform_poles_f64 *poles, double t) {             \
-        const double pt = poles->p * t;                                                                                  \
+static inline double alone_acceleration_f64(const alone_pair_f64 *pair, const alone_f64 *at) {
+    return at->draw - pair->p * at->v;
+}
+
+/* A time of either sign is short where the series of phi_1 over a node converges to rounding: |pole| t < 0.866. */
+static inline bool is_short_f64(const alone_pair_f64 *pair, double t) {
+    return pair->square * t * t < 0.75;
+}
+
+/* By the first terms of t phi_1(M t), M the matrix of v'' = -(p v' + q v): divided by M^2 + p M + q, two products a
+ * term, it is R + p R1 + R1 M. */
+#define DEFINE_RESPONSE(length, TERMS)                                                                                 \
+    ALWAYS_f64 known_pair_f64 response_over_##length##_f64(const alone_pair_f64 *pair, double t) {                   \
+        const double pt = pair->p * t;                                                                                   \
         const double tt = t * t;                                                                                         \
-        const double qtt = poles->q * tt;                                                                                \
+        const double qtt = pair->q * tt;                                                                                 \
         double first = 0.0, second = 0.0;                                                                                \
         TERMS(ADD_TERM)                                                                                                \
-        const alone_gain_f64 gain = {t * (1.0 - qtt * second), tt * first};                                           \
-        return gain;                                                                                                   \
+        const double R1 = tt * first;                                                                                    \
+        const double R = t * (1.0 - (qtt * second + pt * first));                                                        \
+        const known_pair_f64 response = {1.0 - (pair->p * R + pair->q * R1), R, R1};                                  \
+        return response;                                                                                               \
     }
 #define ADD_TERM(coefficient)                                                                                          \
     {                                                                                                                  \
@@ -53,59 +67,57 @@ static inline bool is_short_f64(const hopform_poles_f64 *poles, double t) {
         second = first;                                                                                                \
         first = next;                                                                                                  \
     }
-DEFINE_ALONE_GAIN(a_node, HOPFORM_NODE_f64)
-DEFINE_ALONE_GAIN(half_a_node, HOPFORM_HALF_NODE_f64)
-DEFINE_ALONE_GAIN(a_step, HOPFORM_STEP_f64)
+DEFINE_RESPONSE(a_node, HOPFORM_NODE_f64)
+DEFINE_RESPONSE(half_a_node, HOPFORM_HALF_NODE_f64)
+DEFINE_RESPONSE(a_step, HOPFORM_STEP_f64)
 #undef ADD_TERM
-#undef DEFINE_ALONE_GAIN
+#undef DEFINE_RESPONSE
 
-/* Over two times that: the integral until then, and exp(M t) times it. */
-ALWAYS_f64 alone_gain_f64 twice_the_gain_f64(const hopform_poles_f64 *poles, const alone_gain_f64 *gain) {
-    const double fades = poles->q * gain->of_acceleration;
-    const double turns = gain->of_velocity - poles->p * gain->of_acceleration;
-    const alone_gain_f64 twice = {(2.0 - fades) * gain->of_velocity - fades * turns,
-                                   (2.0 - fades) * gain->of_acceleration + turns * turns};
-    return twice;
+/* At a time that is not short, nor twice a short one. */
+SELDOM_f64 known_pair_f64 response_over_long_f64(const alone_pair_f64 *pair, double t) {
+    const pair_f64 at = pair_at_f64(pair->poles, t);
+    const known_pair_f64 response = {at.Rd, at.R, at.R1};
+    return response;
 }
 
-/* Over a time t >= 0 that is not short: R + p R1 and R1. */
-SELDOM_f64 alone_gain_f64 alone_gain_over_long_f64(const hopform_poles_f64 *poles, double t) {
-    const pair_f64 pair = pair_at_f64(poles, t);
-    const alone_gain_f64 gain = {pair.R + poles->p * pair.R1, pair.R1};
-    return gain;
+/* At twice the time: R as a sine of twice the angle. */
+ALWAYS_f64 known_pair_f64 response_over_twice_f64(const alone_pair_f64 *pair, const known_pair_f64 *half) {
+    const known_pair_f64 response = {half->Rd * half->Rd - pair->q * (half->R * half->R),
+                                      half->R * (2.0 * half->Rd + pair->p * half->R),
+                                      half->R1 * (2.0 - pair->q * half->R1) + half->R * half->R};
+    return response;
 }
 
-static inline alone_gain_f64 alone_gain_over_f64(const hopform_poles_f64 *poles, double t) {
-    const bool halves = !is_short_f64(poles, t);
-    if (!is_short_f64(poles, 0.5 * t)) { return alone_gain_over_long_f64(poles, t); }
-    const alone_gain_f64 gain = alone_gain_over_a_node_f64(poles, halves ? 0.5 * t : t);
-    return halves ? twice_the_gain_f64(poles, &gain) : gain;
+static inline known_pair_f64 response_over_f64(const alone_pair_f64 *pair, double t) {
+    const bool halves = !is_short_f64(pair, t);
+    if (!is_short_f64(pair, 0.5 * t)) { return response_over_long_f64(pair, t); }
+    const known_pair_f64 response = response_over_a_node_f64(pair, halves ? 0.5 * t : t);
+    return halves ? response_over_twice_f64(pair, &response) : response;
 }
 
-/* The motion at another time, from what is gained since the first one. */
-ALWAYS_f64 alone_f64 alone_after_f64(const hopform_poles_f64 *poles, const alone_f64 *from, double t,
-                                        const alone_gain_f64 *gain) {
-    const double jerk = -(poles->p * from->acc + poles->q * from->v);
-    const double s = gain->of_velocity * from->v + gain->of_acceleration * from->acc;
-    const double v = gain->of_velocity * from->acc + gain->of_acceleration * jerk;
-    const alone_f64 at = {t, from->s + s, from->v + v, from->acc - (poles->p * v + poles->q * s)};
+/* The motion at another time, by the response to the time between. */
+ALWAYS_f64 alone_f64 alone_after_f64(const alone_pair_f64 *pair, const alone_f64 *from, double t,
+                                        const known_pair_f64 *response) {
+    const double moved = response->R * from->v + response->R1 * from->draw;
+    const alone_f64 at = {t, from->s + moved, response->Rd * from->v + response->R * from->draw,
+                           from->draw - pair->q * moved};
     return at;
 }
 
-/* The motion where it comes to rest. acc^2 + p acc v + q v^2 fades as exp(-p t), so acc is known with all its digits,
- * and q s = -(acc + p v), less what that is at the start, is a sum where the time is not short. Requires a pair that
- * rings. */
-static inline alone_f64 alone_at_rest_f64(const hopform_poles_f64 *poles, const alone_f64 *start, double t) {
-    const double mean = 0.5 * poles->p;
-    const double along = start->acc + mean * start->v;
-    const double size = sqrt_f64(along * along + (poles->q - mean * mean) * (start->v * start->v));
-    const double acc = -size * exponential_f64(-mean * t);
-    alone_f64 at = {t, 0.0, 0.0, acc};
-    if (is_short_f64(poles, t)) {
-        const alone_gain_f64 gain = alone_gain_over_a_node_f64(poles, t);
-        at.s = gain.of_velocity * start->v + gain.of_acceleration * start->acc;
-    } else {
-        at.s = (start->acc + poles->p * start->v - acc) / poles->q;
+/* The motion where it comes to rest. acc^2 + p acc v + q v^2 fades as exp(-p t), so acc = draw is known there with all
+ * its digits; where a pair rings and the time is not short, q s is a sum of it and of the draw at the start. */
+static inline alone_f64 alone_at_rest_f64(const alone_pair_f64 *pair, const alone_f64 *start, double t) {
+    const double mean = 0.5 * pair->p;
+    const double square = mean * mean - pair->q;
+    const double along = start->draw - mean * start->v;
+    const double fast = mean + sqrt_f64(greater_f64(square, 0.0));
+    const double size = pair->rings ? along * along - square * (start->v * start->v)
+                                  : (start->draw - fast * start->v) * (start->draw - pair->q / fast * start->v);
+    const double draw = -sqrt_f64(greater_f64(size, 0.0)) * exponential_f64(-mean * t);
+    alone_f64 at = {t, (start->draw - draw) / pair->q, 0.0, draw};
+    if (is_short_f64(pair, t) || !pair->rings) {
+        const known_pair_f64 response = response_over_f64(pair, t);
+        at.s = response.R * start->v + response.R1 * start->draw;
     }
     return at;
 }
@@ -123,7 +135,7 @@ enum { MOST_ALONE_GUARDS_f64 = 3 };
 
 /* The guards of a phase in order of tie-break priority, and what ends it in closed form. */
 typedef struct {
-    const hopform_poles_f64 *poles;
+    alone_pair_f64 pair;
     double half_period;
     int element;
     alone_f64 start, end;
@@ -168,27 +180,42 @@ static inline bool is_guard_passed_f64(const alone_guard_f64 *guard, const alone
 }
 
 /* How much later than at a time the displacement has gone so much further, which may be negative, as where the element
- * rests: by the parabola, then a step of Halley's on five derivatives. A guess: no bound rests on it. */
-static inline double guessed_time_f64(const hopform_poles_f64 *poles, const alone_f64 *from, double further) {
-    const double square = sqrt_f64(greater_f64(from->v * from->v + 2.0 * from->acc * further, 0.0));
+ * rests: by the parabola, then a step of Halley's on four derivatives. A guess: no bound rests on it. */
+static inline double guessed_time_f64(const alone_pair_f64 *pair, const alone_f64 *from, double further) {
+    const double acc = alone_acceleration_f64(pair, from);
+    const double square = sqrt_f64(greater_f64(from->v * from->v + 2.0 * acc * further, 0.0));
     const double t = 2.0 * further / (from->v + square);
-    const double third = -(poles->p * from->acc + poles->q * from->v);
-    const double fourth = -(poles->p * third + poles->q * from->acc);
-    const double bend = from->acc + t * (third + t * (0.5 * fourth));
-    const double rate = from->v + t * (from->acc + t * (0.5 * third + t * ((1.0 / 6.0) * fourth)));
+    const double third = -(pair->p * acc + pair->q * from->v);
+    const double fourth = -(pair->p * third + pair->q * acc);
+    const double bend = acc + t * (third + t * (0.5 * fourth));
+    const double rate = from->v + t * (acc + t * (0.5 * third + t * ((1.0 / 6.0) * fourth)));
     const double value =
-        t * (from->v + t * (0.5 * from->acc + t * ((1.0 / 6.0) * third + t * ((1.0 / 24.0) * fourth)))) - further;
+        t * (from->v + t * (0.5 * acc + t * ((1.0 / 6.0) * third + t * ((1.0 / 24.0) * fourth)))) - further;
     const double below = 2.0 * rate * rate - value * bend;
     return t - 2.0 * value * rate / (below > 0.0 ? below : HOPFORM_NEVER_f64);
+}
+
+/* The same of two real poles once the fast one has faded, from the start on. */
+SELDOM_f64 double guessed_late_f64(const alone_pair_f64 *pair, const alone_f64 *from, double further) {
+    const double mean = 0.5 * pair->p;
+    const double half = sqrt_f64(greater_f64(mean * mean - pair->q, 0.0));
+    const double fast = mean + half;
+    const double slow = pair->q / fast;
+    const double t = guessed_time_f64(pair, from, further);
+    const double later = (further - from->v / fast) * (2.0 * half) / (from->draw - slow * from->v) + 1.0 / fast;
+    const double gone = slow * later;
+    if (!(later * fast > 1.5 && gone < 1.0)) { return t; }
+    return gone < 0.01 ? later * (1.0 + gone * (0.5 + gone * (1.0 / 3.0))) : -logarithm_f64(1.0 - gone) / slow;
 }
 
 /* The motion where the displacement is s, greater than 0, from where it is known: the start, or where the element
  * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Until `high` it
  * is reached. */
-static inline alone_f64 alone_at_displacement_f64(const hopform_poles_f64 *poles, const alone_f64 *from, double s,
+static inline alone_f64 alone_at_displacement_f64(const alone_pair_f64 *pair, const alone_f64 *from, double s,
                                                     double high, evaluations_f64 *evaluations) {
     double low = 0.0;
-    double t = from->t + guessed_time_f64(poles, from, s - from->s);
+    double t = from->t
+             + (pair->rings ? guessed_time_f64(pair, from, s - from->s) : guessed_late_f64(pair, from, s - from->s));
     alone_f64 at = *from;
     bool near = false; /* so near to `at` that a short series leads there */
     double step = 0.0;
@@ -199,21 +226,23 @@ static inline alone_f64 alone_at_displacement_f64(const hopform_poles_f64 *poles
         }
         if (!(t > low && t < high)) { break; }
         const alone_f64 *base = near ? &at : from;
-        const alone_gain_f64 gain =
-            near ? alone_gain_over_half_a_node_f64(poles, step) : alone_gain_over_f64(poles, t - from->t);
-        at = alone_after_f64(poles, base, t, &gain);
+        const known_pair_f64 response =
+            near ? response_over_half_a_node_f64(pair, step) : response_over_f64(pair, t - from->t);
+        at = alone_after_f64(pair, base, t, &response);
         use_evaluation_f64(evaluations);
         const double left = s - at.s;
-        const double below = 2.0 * at.v * at.v + left * at.acc;
+        if (fabs_f64(left) <= 0.25 * HOPFORM_EPS_f64 * t * at.v) { break; }
+        const double below = 2.0 * at.v * at.v + left * alone_acceleration_f64(pair, &at);
         const bool goes = at.v > 0.0 && below > 0.0;
         step = goes ? 2.0 * left * at.v / below : 0.0;
-        near = goes && is_short_f64(poles, 2.0 * step);
-        if (near && poles->q * (step * step) < HOPFORM_SHORT_f64) {
-            const alone_gain_f64 last = alone_gain_over_a_step_f64(poles, step);
-            const alone_f64 there = alone_after_f64(poles, &at, t + step, &last);
+        near = goes && is_short_f64(pair, 2.0 * step);
+        if (near && pair->square * (step * step) < HOPFORM_SHORT_f64) {
+            const known_pair_f64 last = response_over_a_step_f64(pair, step);
+            const alone_f64 there = alone_after_f64(pair, &at, t + step, &last);
+            const double acc = alone_acceleration_f64(pair, &there);
             const double more = (s - there.s) / (there.v > 0.0 ? there.v : 1.0);
-            if (there.v > 0.0 && more * more * fabs_f64(there.acc) <= 0.5 * HOPFORM_EPS_f64 * t * there.v) {
-                const alone_f64 root = {t + (step + more), s, there.v + more * there.acc, there.acc};
+            if (there.v > 0.0 && more * more * fabs_f64(acc) <= 0.5 * HOPFORM_EPS_f64 * t * there.v) {
+                const alone_f64 root = {t + (step + more), s, there.v + more * acc, there.draw};
                 return root;
             }
         }
@@ -268,43 +297,44 @@ static inline int alone_guard_at_limit_f64(const alone_search_f64 *search) {
                : -1;
 }
 
-/* What draws the element at the start. q s = -(acc + p v), less what that is at the start, so it does so no more from
- * q s = that on, and where the element rests s is larger. */
-static inline double draw_at_start_f64(const alone_search_f64 *search) {
-    return search->start.acc + search->poles->p * search->start.v;
+/* Whether a guard is passed while the element is still drawn to its side, for certain: draw = draw at the start - q s,
+ * and where the element rests it is drawn back. Requires a pair that rings. */
+static inline bool is_passed_soon_f64(const alone_search_f64 *search, const alone_guard_f64 *guard) {
+    const double draw = search->start.draw;
+    const double q = search->pair.q;
+    return search->pair.rings && guard->s > 0.0
+           && draw - q * guard->s > 16.0 * HOPFORM_EPS_f64 * (q * (guard->s + guard->cancels) + draw)
+           && search->rests == NO_OWNER_f64;
 }
 
-/* Whether a guard is passed while that draws, for certain: then before the element rests. */
-static inline bool is_passed_soon_f64(const alone_search_f64 *search, const alone_guard_f64 *guard) {
-    const double draws = draw_at_start_f64(search);
-    const double q = search->poles->q;
-    return guard->s > 0.0 && draws - q * guard->s > 16.0 * HOPFORM_EPS_f64 * (q * (guard->s + guard->cancels) + draws)
-           && search->rests == NO_OWNER_f64;
+/* When the element rests. */
+static inline double alone_time_to_rest_f64(const alone_search_f64 *search) {
+    const alone_f64 *start = &search->start;
+    const double acc = alone_acceleration_f64(&search->pair, start);
+    if (search->pair.rings && !(start->v > 0.0) && acc > 0.0) { return search->half_period; }
+    return time_to_rest_f64(search->pair.poles, start->v, acc);
 }
 
 /* The end of the phase without a guard: where the element rests, or the time that it lasts until. */
 static inline void end_without_guard_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
-    const hopform_poles_f64 *poles = search->poles;
-    const alone_f64 *start = &search->start;
-    const double rest =
-        start->v > 0.0 || !(start->acc > 0.0) ? time_to_rest_f64(poles, start->v, start->acc) : search->half_period;
+    const double rest = alone_time_to_rest_f64(search);
     if (search->rests == NO_OWNER_f64 || !(search->rest_time <= rest)) {
         search->rest_time = rest;
         search->rests = ELEMENT_f64 + search->element;
     }
     if (search->rests != CONTACT_f64 && !(search->rest_time > until)) {
-        search->end = alone_at_rest_f64(poles, start, rest);
+        search->end = alone_at_rest_f64(&search->pair, &search->start, rest);
     } else {
         const double limit = lesser_f64(search->rest_time, until);
-        const alone_gain_f64 gain = alone_gain_over_f64(poles, limit);
+        const known_pair_f64 response = response_over_f64(&search->pair, limit);
         use_evaluation_f64(evaluations);
-        search->end = alone_after_f64(poles, start, limit, &gain);
+        search->end = alone_after_f64(&search->pair, &search->start, limit, &response);
     }
 }
 
 /* The first event of the phase, which lasts until a time at most. */
 static inline void find_alone_event_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
-    const hopform_poles_f64 *poles = search->poles;
+    const alone_pair_f64 *pair = &search->pair;
     const int nearest = nearest_alone_guard_f64(search);
     const alone_guard_f64 *guard = &search->guard[nearest < 0 ? 0 : nearest];
     int found = -1;
@@ -312,18 +342,18 @@ static inline void find_alone_event_f64(alone_search_f64 *search, double until, 
     use_evaluation_f64(evaluations); /* a phase costs as much */
     search->end = search->start;
     if (nearest >= 0 && is_passed_soon_f64(search, guard)) {
-        search->end = alone_at_displacement_f64(poles, &search->start, guard->s, HOPFORM_NEVER_f64, evaluations);
+        search->end = alone_at_displacement_f64(pair, &search->start, guard->s, HOPFORM_NEVER_f64, evaluations);
         found = search->end.t < until ? nearest : -1;
     }
     if (found < 0) {
         end_without_guard_f64(search, until, evaluations);
         const double limit = search->end.t;
         if (nearest >= 0 && is_guard_passed_f64(guard, &search->end)) {
-            const bool soon = draw_at_start_f64(search) > poles->q * guard->s || guard->s < 0.5 * search->end.s;
+            const bool soon = search->start.draw > pair->q * guard->s || guard->s < 0.5 * search->end.s || !pair->rings;
             const alone_f64 from = soon ? search->start : search->end;
             found = nearest;
             search->end =
-                guard->s > 0.0 ? alone_at_displacement_f64(poles, &from, guard->s, limit, evaluations) : search->start;
+                guard->s > 0.0 ? alone_at_displacement_f64(pair, &from, guard->s, limit, evaluations) : search->start;
         } else {
             found = alone_guard_at_limit_f64(search);
         }

@@ -698,7 +698,7 @@ static inline void put_alone_contact_f32(alone_search_f32 *search, const stance_
     const float stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
     const float follows = stretch_by_displacement_f32(chain, alone);
     if (!(fabs_f32(chain->drive.of[alone]) > 0.0f)) {
-        search->rest_time = time_to_rest_f32(search->poles, stretch, chain->numerators.of.stretch.H3);
+        search->rest_time = time_to_rest_f32(search->pair.poles, stretch, chain->numerators.of.stretch.H3);
         search->rests = CONTACT_f32;
     } else if (follows < 0.0f) {
         (void)add_alone_guard_f32(search, stretch / -follows, CONTACT_f32);
@@ -713,11 +713,14 @@ static inline void put_alone_stop_f32(alone_search_f32 *search, const stance_cha
     }
 }
 
-/* Its own coordinate: the time to rest is found where it is asked for. */
+/* Its own coordinate: the time to rest is found where it is asked for. What draws it is what the numerator of the
+ * stretch has: v' + p v is a small difference beside a large p. */
 static inline void put_alone_velocity_f32(alone_search_f32 *search, const stance_chain_f32 *chain, int alone) {
     const float side = (float)side_of_mode_f32(chain->mode, alone);
+    const float draw =
+        chain->numerators.of.stretch.H2 / (float)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f32(chain), alone);
     const alone_f32 start = {0.0f, 0.0f, greater_f32(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0f),
-                              side * chain->numerators.of.velocity[alone].H3};
+                              side * draw};
     search->start = start;
 }
 
@@ -742,8 +745,8 @@ static inline void put_alone_threshold_f32(alone_search_f32 *search, const stanc
 static inline void find_end_alone_f32(const stance_chain_f32 *chain, float until, stance_search_f32 *end) {
     const int alone = alone_of_mode_f32(chain->mode);
     alone_search_f32 search;
-    search.poles = poles_of_f32(chain->plan, chain->mode);
     search.half_period = node_of_f32(chain->plan, chain->mode)->half_period;
+    search.pair = alone_pair_of_f32(poles_of_f32(chain->plan, chain->mode), search.half_period < HOPFORM_NEVER_f32);
     search.element = alone;
     search.count = 0;
     search.rest_time = HOPFORM_NEVER_f32;
@@ -925,7 +928,7 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
             chain->came_to_rest = element;
             chain->carried_acceleration =
                 free_after_rest_f32((float)side_of_mode_f32(chain->mode, element),
-                                     level_of_f32(&chain->plan->robot, element), fabs_f32(end->alone.acc));
+                                     level_of_f32(&chain->plan->robot, element), fabs_f32(end->alone.draw));
         }
         return;
     }

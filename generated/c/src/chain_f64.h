@@ -698,7 +698,7 @@ static inline void put_alone_contact_f64(alone_search_f64 *search, const stance_
     const double stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
     const double follows = stretch_by_displacement_f64(chain, alone);
     if (!(fabs_f64(chain->drive.of[alone]) > 0.0)) {
-        search->rest_time = time_to_rest_f64(search->poles, stretch, chain->numerators.of.stretch.H3);
+        search->rest_time = time_to_rest_f64(search->pair.poles, stretch, chain->numerators.of.stretch.H3);
         search->rests = CONTACT_f64;
     } else if (follows < 0.0) {
         (void)add_alone_guard_f64(search, stretch / -follows, CONTACT_f64);
@@ -713,11 +713,14 @@ static inline void put_alone_stop_f64(alone_search_f64 *search, const stance_cha
     }
 }
 
-/* Its own coordinate: the time to rest is found where it is asked for. */
+/* Its own coordinate: the time to rest is found where it is asked for. What draws it is what the numerator of the
+ * stretch has: v' + p v is a small difference beside a large p. */
 static inline void put_alone_velocity_f64(alone_search_f64 *search, const stance_chain_f64 *chain, int alone) {
     const double side = (double)side_of_mode_f64(chain->mode, alone);
+    const double draw =
+        chain->numerators.of.stretch.H2 / (double)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f64(chain), alone);
     const alone_f64 start = {0.0, 0.0, greater_f64(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
-                              side * chain->numerators.of.velocity[alone].H3};
+                              side * draw};
     search->start = start;
 }
 
@@ -742,8 +745,8 @@ static inline void put_alone_threshold_f64(alone_search_f64 *search, const stanc
 static inline void find_end_alone_f64(const stance_chain_f64 *chain, double until, stance_search_f64 *end) {
     const int alone = alone_of_mode_f64(chain->mode);
     alone_search_f64 search;
-    search.poles = poles_of_f64(chain->plan, chain->mode);
     search.half_period = node_of_f64(chain->plan, chain->mode)->half_period;
+    search.pair = alone_pair_of_f64(poles_of_f64(chain->plan, chain->mode), search.half_period < HOPFORM_NEVER_f64);
     search.element = alone;
     search.count = 0;
     search.rest_time = HOPFORM_NEVER_f64;
@@ -925,7 +928,7 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
             chain->came_to_rest = element;
             chain->carried_acceleration =
                 free_after_rest_f64((double)side_of_mode_f64(chain->mode, element),
-                                     level_of_f64(&chain->plan->robot, element), fabs_f64(end->alone.acc));
+                                     level_of_f64(&chain->plan->robot, element), fabs_f64(end->alone.draw));
         }
         return;
     }

@@ -3,7 +3,7 @@
  * The motion of one element that slips alone, in its own coordinate: how far it has gone to its side since the phase
  * began.
  *
- *     s' = v        v' = acc        acc' + p acc + q v = 0
+ *     s' = v        v' = draw - p v        draw' = -q v
  *
  * v keeps its sign until the element rests, and s grows. Where velocities do not couple, all event functions of the
  * phase are linear in s: the stretch of a contact, the distance to a stop, the free acceleration of what is held. So
@@ -21,31 +21,45 @@
      && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
 
 #if HOPFORM_HAS_ALONE
-/* A time since the phase began, and displacement, velocity and acceleration then, times the side of the element. */
+/* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
-    real t, s, v, acc;
+    const hopform_poles_real *poles;
+    real p, q, square;
+    bool rings;
+} alone_pair_real;
+
+/* A time since the phase began; displacement, velocity, and what draws the element then, times its side. */
+typedef struct {
+    real t, s, v, draw;
 } alone_real;
 
-/* The integral of exp(M t), M = ((0, 1), (-q, -p)), is of_velocity + of_acceleration M. */
-typedef struct {
-    real of_velocity, of_acceleration;
-} alone_gain_real;
-
-/* A time of either sign is short where the series of phi_1 over a node converges to rounding: |pole| t < 0.866. */
-static inline bool is_short_real(const hopform_poles_real *poles, real t) {
-    return poles->q * t * t < 0.75;
+static inline alone_pair_real alone_pair_of_real(const hopform_poles_real *poles, bool rings) {
+    const alone_pair_real pair = {poles, poles->p, poles->q, rings ? poles->q : poles->p * poles->p, rings};
+    return pair;
 }
 
-/* By the first terms of t phi_1(M t), divided by M^2 + p M + q: two products a term. */
-#define DEFINE_ALONE_GAIN(length, TERMS)                                                                               \
-    ALWAYS_real alone_gain_real alone_gain_over_##length##_real(const hopform_poles_real *poles, real t) {             \
-        const real pt = poles->p * t;                                                                                  \
+static inline real alone_acceleration_real(const alone_pair_real *pair, const alone_real *at) {
+    return at->draw - pair->p * at->v;
+}
+
+/* A time of either sign is short where the series of phi_1 over a node converges to rounding: |pole| t < 0.866. */
+static inline bool is_short_real(const alone_pair_real *pair, real t) {
+    return pair->square * t * t < 0.75;
+}
+
+/* By the first terms of t phi_1(M t), M the matrix of v'' = -(p v' + q v): divided by M^2 + p M + q, two products a
+ * term, it is R + p R1 + R1 M. */
+#define DEFINE_RESPONSE(length, TERMS)                                                                                 \
+    ALWAYS_real known_pair_real response_over_##length##_real(const alone_pair_real *pair, real t) {                   \
+        const real pt = pair->p * t;                                                                                   \
         const real tt = t * t;                                                                                         \
-        const real qtt = poles->q * tt;                                                                                \
+        const real qtt = pair->q * tt;                                                                                 \
         real first = 0.0, second = 0.0;                                                                                \
         TERMS(ADD_TERM)                                                                                                \
-        const alone_gain_real gain = {t * (1.0 - qtt * second), tt * first};                                           \
-        return gain;                                                                                                   \
+        const real R1 = tt * first;                                                                                    \
+        const real R = t * (1.0 - (qtt * second + pt * first));                                                        \
+        const known_pair_real response = {1.0 - (pair->p * R + pair->q * R1), R, R1};                                  \
+        return response;                                                                                               \
     }
 #define ADD_TERM(coefficient)                                                                                          \
     {                                                                                                                  \
@@ -53,59 +67,57 @@ static inline bool is_short_real(const hopform_poles_real *poles, real t) {
         second = first;                                                                                                \
         first = next;                                                                                                  \
     }
-DEFINE_ALONE_GAIN(a_node, HOPFORM_NODE_real)
-DEFINE_ALONE_GAIN(half_a_node, HOPFORM_HALF_NODE_real)
-DEFINE_ALONE_GAIN(a_step, HOPFORM_STEP_real)
+DEFINE_RESPONSE(a_node, HOPFORM_NODE_real)
+DEFINE_RESPONSE(half_a_node, HOPFORM_HALF_NODE_real)
+DEFINE_RESPONSE(a_step, HOPFORM_STEP_real)
 #undef ADD_TERM
-#undef DEFINE_ALONE_GAIN
+#undef DEFINE_RESPONSE
 
-/* Over two times that: the integral until then, and exp(M t) times it. */
-ALWAYS_real alone_gain_real twice_the_gain_real(const hopform_poles_real *poles, const alone_gain_real *gain) {
-    const real fades = poles->q * gain->of_acceleration;
-    const real turns = gain->of_velocity - poles->p * gain->of_acceleration;
-    const alone_gain_real twice = {(2.0 - fades) * gain->of_velocity - fades * turns,
-                                   (2.0 - fades) * gain->of_acceleration + turns * turns};
-    return twice;
+/* At a time that is not short, nor twice a short one. */
+SELDOM_real known_pair_real response_over_long_real(const alone_pair_real *pair, real t) {
+    const pair_real at = pair_at_real(pair->poles, t);
+    const known_pair_real response = {at.Rd, at.R, at.R1};
+    return response;
 }
 
-/* Over a time t >= 0 that is not short: R + p R1 and R1. */
-SELDOM_real alone_gain_real alone_gain_over_long_real(const hopform_poles_real *poles, real t) {
-    const pair_real pair = pair_at_real(poles, t);
-    const alone_gain_real gain = {pair.R + poles->p * pair.R1, pair.R1};
-    return gain;
+/* At twice the time: R as a sine of twice the angle. */
+ALWAYS_real known_pair_real response_over_twice_real(const alone_pair_real *pair, const known_pair_real *half) {
+    const known_pair_real response = {half->Rd * half->Rd - pair->q * (half->R * half->R),
+                                      half->R * (2.0 * half->Rd + pair->p * half->R),
+                                      half->R1 * (2.0 - pair->q * half->R1) + half->R * half->R};
+    return response;
 }
 
-static inline alone_gain_real alone_gain_over_real(const hopform_poles_real *poles, real t) {
-    const bool halves = !is_short_real(poles, t);
-    if (!is_short_real(poles, 0.5 * t)) { return alone_gain_over_long_real(poles, t); }
-    const alone_gain_real gain = alone_gain_over_a_node_real(poles, halves ? 0.5 * t : t);
-    return halves ? twice_the_gain_real(poles, &gain) : gain;
+static inline known_pair_real response_over_real(const alone_pair_real *pair, real t) {
+    const bool halves = !is_short_real(pair, t);
+    if (!is_short_real(pair, 0.5 * t)) { return response_over_long_real(pair, t); }
+    const known_pair_real response = response_over_a_node_real(pair, halves ? 0.5 * t : t);
+    return halves ? response_over_twice_real(pair, &response) : response;
 }
 
-/* The motion at another time, from what is gained since the first one. */
-ALWAYS_real alone_real alone_after_real(const hopform_poles_real *poles, const alone_real *from, real t,
-                                        const alone_gain_real *gain) {
-    const real jerk = -(poles->p * from->acc + poles->q * from->v);
-    const real s = gain->of_velocity * from->v + gain->of_acceleration * from->acc;
-    const real v = gain->of_velocity * from->acc + gain->of_acceleration * jerk;
-    const alone_real at = {t, from->s + s, from->v + v, from->acc - (poles->p * v + poles->q * s)};
+/* The motion at another time, by the response to the time between. */
+ALWAYS_real alone_real alone_after_real(const alone_pair_real *pair, const alone_real *from, real t,
+                                        const known_pair_real *response) {
+    const real moved = response->R * from->v + response->R1 * from->draw;
+    const alone_real at = {t, from->s + moved, response->Rd * from->v + response->R * from->draw,
+                           from->draw - pair->q * moved};
     return at;
 }
 
-/* The motion where it comes to rest. acc^2 + p acc v + q v^2 fades as exp(-p t), so acc is known with all its digits,
- * and q s = -(acc + p v), less what that is at the start, is a sum where the time is not short. Requires a pair that
- * rings. */
-static inline alone_real alone_at_rest_real(const hopform_poles_real *poles, const alone_real *start, real t) {
-    const real mean = 0.5 * poles->p;
-    const real along = start->acc + mean * start->v;
-    const real size = sqrt_real(along * along + (poles->q - mean * mean) * (start->v * start->v));
-    const real acc = -size * exponential_real(-mean * t);
-    alone_real at = {t, 0.0, 0.0, acc};
-    if (is_short_real(poles, t)) {
-        const alone_gain_real gain = alone_gain_over_a_node_real(poles, t);
-        at.s = gain.of_velocity * start->v + gain.of_acceleration * start->acc;
-    } else {
-        at.s = (start->acc + poles->p * start->v - acc) / poles->q;
+/* The motion where it comes to rest. acc^2 + p acc v + q v^2 fades as exp(-p t), so acc = draw is known there with all
+ * its digits; where a pair rings and the time is not short, q s is a sum of it and of the draw at the start. */
+static inline alone_real alone_at_rest_real(const alone_pair_real *pair, const alone_real *start, real t) {
+    const real mean = 0.5 * pair->p;
+    const real square = mean * mean - pair->q;
+    const real along = start->draw - mean * start->v;
+    const real fast = mean + sqrt_real(greater_real(square, 0.0));
+    const real size = pair->rings ? along * along - square * (start->v * start->v)
+                                  : (start->draw - fast * start->v) * (start->draw - pair->q / fast * start->v);
+    const real draw = -sqrt_real(greater_real(size, 0.0)) * exponential_real(-mean * t);
+    alone_real at = {t, (start->draw - draw) / pair->q, 0.0, draw};
+    if (is_short_real(pair, t) || !pair->rings) {
+        const known_pair_real response = response_over_real(pair, t);
+        at.s = response.R * start->v + response.R1 * start->draw;
     }
     return at;
 }
@@ -123,7 +135,7 @@ enum { MOST_ALONE_GUARDS_real = 3 };
 
 /* The guards of a phase in order of tie-break priority, and what ends it in closed form. */
 typedef struct {
-    const hopform_poles_real *poles;
+    alone_pair_real pair;
     real half_period;
     int element;
     alone_real start, end;
@@ -168,27 +180,42 @@ static inline bool is_guard_passed_real(const alone_guard_real *guard, const alo
 }
 
 /* How much later than at a time the displacement has gone so much further, which may be negative, as where the element
- * rests: by the parabola, then a step of Halley's on five derivatives. A guess: no bound rests on it. */
-static inline real guessed_time_real(const hopform_poles_real *poles, const alone_real *from, real further) {
-    const real square = sqrt_real(greater_real(from->v * from->v + 2.0 * from->acc * further, 0.0));
+ * rests: by the parabola, then a step of Halley's on four derivatives. A guess: no bound rests on it. */
+static inline real guessed_time_real(const alone_pair_real *pair, const alone_real *from, real further) {
+    const real acc = alone_acceleration_real(pair, from);
+    const real square = sqrt_real(greater_real(from->v * from->v + 2.0 * acc * further, 0.0));
     const real t = 2.0 * further / (from->v + square);
-    const real third = -(poles->p * from->acc + poles->q * from->v);
-    const real fourth = -(poles->p * third + poles->q * from->acc);
-    const real bend = from->acc + t * (third + t * (0.5 * fourth));
-    const real rate = from->v + t * (from->acc + t * (0.5 * third + t * ((1.0 / 6.0) * fourth)));
+    const real third = -(pair->p * acc + pair->q * from->v);
+    const real fourth = -(pair->p * third + pair->q * acc);
+    const real bend = acc + t * (third + t * (0.5 * fourth));
+    const real rate = from->v + t * (acc + t * (0.5 * third + t * ((1.0 / 6.0) * fourth)));
     const real value =
-        t * (from->v + t * (0.5 * from->acc + t * ((1.0 / 6.0) * third + t * ((1.0 / 24.0) * fourth)))) - further;
+        t * (from->v + t * (0.5 * acc + t * ((1.0 / 6.0) * third + t * ((1.0 / 24.0) * fourth)))) - further;
     const real below = 2.0 * rate * rate - value * bend;
     return t - 2.0 * value * rate / (below > 0.0 ? below : HOPFORM_NEVER_real);
+}
+
+/* The same of two real poles once the fast one has faded, from the start on. */
+SELDOM_real real guessed_late_real(const alone_pair_real *pair, const alone_real *from, real further) {
+    const real mean = 0.5 * pair->p;
+    const real half = sqrt_real(greater_real(mean * mean - pair->q, 0.0));
+    const real fast = mean + half;
+    const real slow = pair->q / fast;
+    const real t = guessed_time_real(pair, from, further);
+    const real later = (further - from->v / fast) * (2.0 * half) / (from->draw - slow * from->v) + 1.0 / fast;
+    const real gone = slow * later;
+    if (!(later * fast > 1.5 && gone < 1.0)) { return t; }
+    return gone < 0.01 ? later * (1.0 + gone * (0.5 + gone * (1.0 / 3.0))) : -logarithm_real(1.0 - gone) / slow;
 }
 
 /* The motion where the displacement is s, greater than 0, from where it is known: the start, or where the element
  * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Until `high` it
  * is reached. */
-static inline alone_real alone_at_displacement_real(const hopform_poles_real *poles, const alone_real *from, real s,
+static inline alone_real alone_at_displacement_real(const alone_pair_real *pair, const alone_real *from, real s,
                                                     real high, evaluations_real *evaluations) {
     real low = 0.0;
-    real t = from->t + guessed_time_real(poles, from, s - from->s);
+    real t = from->t
+             + (pair->rings ? guessed_time_real(pair, from, s - from->s) : guessed_late_real(pair, from, s - from->s));
     alone_real at = *from;
     bool near = false; /* so near to `at` that a short series leads there */
     real step = 0.0;
@@ -199,21 +226,23 @@ static inline alone_real alone_at_displacement_real(const hopform_poles_real *po
         }
         if (!(t > low && t < high)) { break; }
         const alone_real *base = near ? &at : from;
-        const alone_gain_real gain =
-            near ? alone_gain_over_half_a_node_real(poles, step) : alone_gain_over_real(poles, t - from->t);
-        at = alone_after_real(poles, base, t, &gain);
+        const known_pair_real response =
+            near ? response_over_half_a_node_real(pair, step) : response_over_real(pair, t - from->t);
+        at = alone_after_real(pair, base, t, &response);
         use_evaluation_real(evaluations);
         const real left = s - at.s;
-        const real below = 2.0 * at.v * at.v + left * at.acc;
+        if (fabs_real(left) <= 0.25 * HOPFORM_EPS_real * t * at.v) { break; }
+        const real below = 2.0 * at.v * at.v + left * alone_acceleration_real(pair, &at);
         const bool goes = at.v > 0.0 && below > 0.0;
         step = goes ? 2.0 * left * at.v / below : 0.0;
-        near = goes && is_short_real(poles, 2.0 * step);
-        if (near && poles->q * (step * step) < HOPFORM_SHORT_real) {
-            const alone_gain_real last = alone_gain_over_a_step_real(poles, step);
-            const alone_real there = alone_after_real(poles, &at, t + step, &last);
+        near = goes && is_short_real(pair, 2.0 * step);
+        if (near && pair->square * (step * step) < HOPFORM_SHORT_real) {
+            const known_pair_real last = response_over_a_step_real(pair, step);
+            const alone_real there = alone_after_real(pair, &at, t + step, &last);
+            const real acc = alone_acceleration_real(pair, &there);
             const real more = (s - there.s) / (there.v > 0.0 ? there.v : 1.0);
-            if (there.v > 0.0 && more * more * fabs_real(there.acc) <= 0.5 * HOPFORM_EPS_real * t * there.v) {
-                const alone_real root = {t + (step + more), s, there.v + more * there.acc, there.acc};
+            if (there.v > 0.0 && more * more * fabs_real(acc) <= 0.5 * HOPFORM_EPS_real * t * there.v) {
+                const alone_real root = {t + (step + more), s, there.v + more * acc, there.draw};
                 return root;
             }
         }
@@ -268,43 +297,44 @@ static inline int alone_guard_at_limit_real(const alone_search_real *search) {
                : -1;
 }
 
-/* What draws the element at the start. q s = -(acc + p v), less what that is at the start, so it does so no more from
- * q s = that on, and where the element rests s is larger. */
-static inline real draw_at_start_real(const alone_search_real *search) {
-    return search->start.acc + search->poles->p * search->start.v;
+/* Whether a guard is passed while the element is still drawn to its side, for certain: draw = draw at the start - q s,
+ * and where the element rests it is drawn back. Requires a pair that rings. */
+static inline bool is_passed_soon_real(const alone_search_real *search, const alone_guard_real *guard) {
+    const real draw = search->start.draw;
+    const real q = search->pair.q;
+    return search->pair.rings && guard->s > 0.0
+           && draw - q * guard->s > 16.0 * HOPFORM_EPS_real * (q * (guard->s + guard->cancels) + draw)
+           && search->rests == NO_OWNER_real;
 }
 
-/* Whether a guard is passed while that draws, for certain: then before the element rests. */
-static inline bool is_passed_soon_real(const alone_search_real *search, const alone_guard_real *guard) {
-    const real draws = draw_at_start_real(search);
-    const real q = search->poles->q;
-    return guard->s > 0.0 && draws - q * guard->s > 16.0 * HOPFORM_EPS_real * (q * (guard->s + guard->cancels) + draws)
-           && search->rests == NO_OWNER_real;
+/* When the element rests. */
+static inline real alone_time_to_rest_real(const alone_search_real *search) {
+    const alone_real *start = &search->start;
+    const real acc = alone_acceleration_real(&search->pair, start);
+    if (search->pair.rings && !(start->v > 0.0) && acc > 0.0) { return search->half_period; }
+    return time_to_rest_real(search->pair.poles, start->v, acc);
 }
 
 /* The end of the phase without a guard: where the element rests, or the time that it lasts until. */
 static inline void end_without_guard_real(alone_search_real *search, real until, evaluations_real *evaluations) {
-    const hopform_poles_real *poles = search->poles;
-    const alone_real *start = &search->start;
-    const real rest =
-        start->v > 0.0 || !(start->acc > 0.0) ? time_to_rest_real(poles, start->v, start->acc) : search->half_period;
+    const real rest = alone_time_to_rest_real(search);
     if (search->rests == NO_OWNER_real || !(search->rest_time <= rest)) {
         search->rest_time = rest;
         search->rests = ELEMENT_real + search->element;
     }
     if (search->rests != CONTACT_real && !(search->rest_time > until)) {
-        search->end = alone_at_rest_real(poles, start, rest);
+        search->end = alone_at_rest_real(&search->pair, &search->start, rest);
     } else {
         const real limit = lesser_real(search->rest_time, until);
-        const alone_gain_real gain = alone_gain_over_real(poles, limit);
+        const known_pair_real response = response_over_real(&search->pair, limit);
         use_evaluation_real(evaluations);
-        search->end = alone_after_real(poles, start, limit, &gain);
+        search->end = alone_after_real(&search->pair, &search->start, limit, &response);
     }
 }
 
 /* The first event of the phase, which lasts until a time at most. */
 static inline void find_alone_event_real(alone_search_real *search, real until, evaluations_real *evaluations) {
-    const hopform_poles_real *poles = search->poles;
+    const alone_pair_real *pair = &search->pair;
     const int nearest = nearest_alone_guard_real(search);
     const alone_guard_real *guard = &search->guard[nearest < 0 ? 0 : nearest];
     int found = -1;
@@ -312,18 +342,18 @@ static inline void find_alone_event_real(alone_search_real *search, real until, 
     use_evaluation_real(evaluations); /* a phase costs as much */
     search->end = search->start;
     if (nearest >= 0 && is_passed_soon_real(search, guard)) {
-        search->end = alone_at_displacement_real(poles, &search->start, guard->s, HOPFORM_NEVER_real, evaluations);
+        search->end = alone_at_displacement_real(pair, &search->start, guard->s, HOPFORM_NEVER_real, evaluations);
         found = search->end.t < until ? nearest : -1;
     }
     if (found < 0) {
         end_without_guard_real(search, until, evaluations);
         const real limit = search->end.t;
         if (nearest >= 0 && is_guard_passed_real(guard, &search->end)) {
-            const bool soon = draw_at_start_real(search) > poles->q * guard->s || guard->s < 0.5 * search->end.s;
+            const bool soon = search->start.draw > pair->q * guard->s || guard->s < 0.5 * search->end.s || !pair->rings;
             const alone_real from = soon ? search->start : search->end;
             found = nearest;
             search->end =
-                guard->s > 0.0 ? alone_at_displacement_real(poles, &from, guard->s, limit, evaluations) : search->start;
+                guard->s > 0.0 ? alone_at_displacement_real(pair, &from, guard->s, limit, evaluations) : search->start;
         } else {
             found = alone_guard_at_limit_real(search);
         }

@@ -698,7 +698,7 @@ static inline void put_alone_contact_real(alone_search_real *search, const stanc
     const real stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
     const real follows = stretch_by_displacement_real(chain, alone);
     if (!(fabs_real(chain->drive.of[alone]) > 0.0)) {
-        search->rest_time = time_to_rest_real(search->poles, stretch, chain->numerators.of.stretch.H3);
+        search->rest_time = time_to_rest_real(search->pair.poles, stretch, chain->numerators.of.stretch.H3);
         search->rests = CONTACT_real;
     } else if (follows < 0.0) {
         (void)add_alone_guard_real(search, stretch / -follows, CONTACT_real);
@@ -713,11 +713,14 @@ static inline void put_alone_stop_real(alone_search_real *search, const stance_c
     }
 }
 
-/* Its own coordinate: the time to rest is found where it is asked for. */
+/* Its own coordinate: the time to rest is found where it is asked for. What draws it is what the numerator of the
+ * stretch has: v' + p v is a small difference beside a large p. */
 static inline void put_alone_velocity_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
     const real side = (real)side_of_mode_real(chain->mode, alone);
+    const real draw =
+        chain->numerators.of.stretch.H2 / (real)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_real(chain), alone);
     const alone_real start = {0.0, 0.0, greater_real(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
-                              side * chain->numerators.of.velocity[alone].H3};
+                              side * draw};
     search->start = start;
 }
 
@@ -742,8 +745,8 @@ static inline void put_alone_threshold_real(alone_search_real *search, const sta
 static inline void find_end_alone_real(const stance_chain_real *chain, real until, stance_search_real *end) {
     const int alone = alone_of_mode_real(chain->mode);
     alone_search_real search;
-    search.poles = poles_of_real(chain->plan, chain->mode);
     search.half_period = node_of_real(chain->plan, chain->mode)->half_period;
+    search.pair = alone_pair_of_real(poles_of_real(chain->plan, chain->mode), search.half_period < HOPFORM_NEVER_real);
     search.element = alone;
     search.count = 0;
     search.rest_time = HOPFORM_NEVER_real;
@@ -925,7 +928,7 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
             chain->came_to_rest = element;
             chain->carried_acceleration =
                 free_after_rest_real((real)side_of_mode_real(chain->mode, element),
-                                     level_of_real(&chain->plan->robot, element), fabs_real(end->alone.acc));
+                                     level_of_real(&chain->plan->robot, element), fabs_real(end->alone.draw));
         }
         return;
     }
