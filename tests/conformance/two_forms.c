@@ -1,6 +1,15 @@
-/* The stances of a problem by a library of one form: with -DHOPFORM_MODAL=1 in
- * modal coordinates where a pair rings, in double precision with -DDOUBLE.
- * Numbers of f32 go in and come out as double. */
+/* The motions of a problem by a library of one form of a model: UNIT is the
+ * header of its chain, SOLVE and MOTION its function and what that fills; in
+ * double precision with -DDOUBLE. Numbers of f32 go in and come out as double.
+ */
+#include <stdint.h>
+#include <string.h>
+
+static int64_t counted;
+#define MODAL_COUNT(what) (void)counted++
+#include "facts.h"
+#include UNIT
+
 #ifdef DOUBLE
 #define OF(name) name##_f64
 typedef double real;
@@ -8,85 +17,78 @@ typedef double real;
 #define OF(name) name##_f32
 typedef float real;
 #endif
-#ifdef COUNTS
-static long counted_node, counted_evaluation, counted_inside, counted_amplitude,
-    counted_bernstein, counted_minimum, counted_cut, counted_quiet,
-    counted_from_the_end;
-#define MODAL_COUNT(what) (void)counted_##what++
-#endif
-#ifdef DOUBLE
-#include "hopform_f64.c"
-#else
-#include "hopform_f32.c"
-#endif
+#define WITH_TYPE(name) OF(name)
 
-enum { FIELDS = HOPFORM_ROBOT_FIELDS, MOST = 101 };
+enum { FIELDS = HOPFORM_ROBOT_FIELDS, MOST = 101, STEPS = 6 };
 
 typedef struct {
-  double robot[FIELDS], start[4], u, horizon;
+  double robot[FIELDS], start[4], horizon, t[STEPS], u[STEPS];
+  int64_t steps;
 } problem;
 
 typedef struct {
-  double duration, end[4], aed;
-  int32_t ending, count;
-  int64_t first;
+  double duration, end[4];
+  int64_t ending, count, first;
 } answer;
 
 typedef struct {
-  double t, at[4];
-  int8_t mode, event;
-  uint16_t step;
-} phase;
+  double t;
+  int64_t kind;
+} event;
 
-static OF(hopform_robot) robot_of(const problem *p) {
+/* The plan's status; fields of a robot are of one type. */
+static int32_t plan_of(OF(hopform_plan) * plan, const problem *p) {
+  real fields[FIELDS];
   OF(hopform_robot) robot;
-  real *fields = &robot.m_eff;
   for (int n = 0; n < FIELDS; n++) {
     fields[n] = (real)p->robot[n];
   }
-  return robot;
+  memcpy(&robot, fields, sizeof robot);
+  return OF(hopform_plan_init)(plan, &robot);
 }
 
-/* Solves `count` problems `loops` times; the number of phases, of which as many
- * as fit are written. */
-int64_t solve(const problem *problems, int64_t count, int32_t loops,
-              answer *answers, phase *phases, int64_t capacity) {
+/* Solves `count` problems; the number of events, of which as many as fit are
+ * written. Where a problem is refused its ending is below 0. */
+int64_t solve(const problem *problems, int64_t count, answer *answers,
+              event *events, int64_t capacity) {
   int64_t first = 0;
   for (int64_t i = 0; i < count; i++) {
     const problem *p = &problems[i];
-    const OF(hopform_robot) robot = robot_of(p);
     OF(hopform_plan) plan;
     OF(hopform_phase) kept[MOST];
-    OF(hopform_stance) stance;
+    WITH_TYPE(MOTION) motion;
+    OF(hopform_step) steps[STEPS];
     const OF(hopform_state) start = {(real)p->start[0], (real)p->start[1],
                                      (real)p->start[2], (real)p->start[3]};
-    const OF(hopform_step) step = {0, (real)p->u};
-    int32_t status = OF(hopform_plan_init)(&plan, &robot);
-    for (int n = 0; n < loops && status >= 0; n++) {
-      status =
-          OF(hopform_solve_stance)(&plan, &start, &step, 1, (real)p->horizon,
-                                   MOST - 1, kept, MOST, &stance);
+    for (int n = 0; n < STEPS; n++) {
+      steps[n].t = (real)p->t[n];
+      steps[n].u = (real)p->u[n];
     }
-    if (answers == NULL) {
-      continue;
+    int32_t status = plan_of(&plan, p);
+    if (status >= 0) {
+      status = WITH_TYPE(SOLVE)(&plan, &start, steps, (int32_t)p->steps,
+                                (real)p->horizon, MOST - 1, kept, MOST,
+                                &motion);
     }
+    answers[i] = (answer){.ending = status, .first = first};
     if (status < 0) {
-      answers[i] = (answer){.ending = status, .first = first};
       continue;
     }
     answers[i] =
-        (answer){stance.duration,
-                 {stance.end.x1, stance.end.v1, stance.end.v2, stance.end.y},
-                 stance.aed,
-                 stance.ending,
-                 stance.phases_kept,
+        (answer){motion.duration,
+                 {motion.end.x1, motion.end.v1, motion.end.v2, motion.end.y},
+                 motion.ending,
+                 0,
                  first};
-    for (int32_t n = 0; n < stance.phases_kept; n++, first++) {
-      const OF(hopform_phase) *k = &kept[n];
-      if (first < capacity) {
-        phases[first] = (phase){
-            k->t, {k->x1, k->v1, k->v2, k->y}, k->mode, k->event, k->step};
+    for (int32_t n = 0; n < motion.phases_kept; n++) {
+      if (!HOPFORM_IS_EVENT(kept[n].event)) {
+        continue;
       }
+      if (first < capacity) {
+        events[first] = (event){kept[n].t, kept[n].event};
+      }
+      first++;
+      answers[i].count++;
     }
   }
   return first;
@@ -94,27 +96,5 @@ int64_t solve(const problem *problems, int64_t count, int32_t loops,
 
 int64_t plan_size(void) { return (int64_t)sizeof(OF(hopform_plan)); }
 
-/* Makes the plans of `count` problems. */
-int32_t plans(const problem *problems, int64_t count) {
-  int32_t sum = 0;
-  for (int64_t i = 0; i < count; i++) {
-    OF(hopform_plan) plan;
-    const OF(hopform_robot) robot = robot_of(&problems[i]);
-    sum += OF(hopform_plan_init)(&plan, &robot);
-  }
-  return sum;
-}
-
-#ifdef COUNTS
-/* Nodes, evaluations, intervals that signs did not settle, and by what rule, so
- * far. */
-void counts(int64_t *to) {
-  const long all[9] = {
-      counted_node,      counted_evaluation, counted_inside,
-      counted_amplitude, counted_bernstein,  counted_minimum,
-      counted_cut,       counted_quiet,      counted_from_the_end};
-  for (int n = 0; n < 9; n++) {
-    to[n] = all[n];
-  }
-}
-#endif
+/* What the modal form has counted so far: nodes, evaluations, rules asked. */
+int64_t asked(void) { return counted; }

@@ -1,164 +1,353 @@
-"""Both forms of the engine over the same random stances: `python -m tests.conformance.two_forms COUNT`.
+"""Two forms of the engine over the same random motions of any model: `python -m tests.conformance.two_forms COUNT`.
 
-two_forms.c is built twice in each precision, as it ships and with HOPFORM_MODAL=1, which solves phases in which both
-masses slip in modal coordinates. Lists of events and endings are compared. Where they differ
-a form is wrong if the checker certifies the other one alone (f64), or if it is unlike the form that ships in double
-precision, of the same numbers (f32). Exit
-code 1 if the modal form is wrong more often than the other one.
+The library of a model is built twice in each precision, as it ships and with a switch, -DHOPFORM_MODAL=1. Endings, lists
+of events, times and final states are compared. Where lists differ a form is wrong if neither the exact motion nor a
+neighbour has its list (tests/oracle/mechanism, 60 digits); in single precision the exact list is that of the form that
+ships in double precision, of the same numbers, and neighbours are sought by that first. Exit code 1 if the form behind
+the switch is wrong more often than the other one, or fails to end more often.
 """
 
 import argparse
 import ctypes
+import shlex
+import signal
+import subprocess
 import tempfile
-from collections.abc import Callable
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
-from functools import partial
+from functools import cached_property
+from os import environ
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from tests.conformance import random_stances
-from tests.conformance.firmware.targets import C
-from tests.conformance.random_stances import MAX_PHASES
-from tests.objects import shared_library
-from tests.oracle.checker import ANSWER, CERTIFIED, PHASE, PROBLEM, certify
+from tests.conformance.form_draws import KINDS, START, Model, problems
+from tests.derived import MODELS, SHIPPED
+from tests.objects import SHARED, key, once, run_compiler
+from tests.oracle.mechanism import solve
+from tests.oracle.mechanism.compare import EXCUSED, RIGHT, WRONG, Answer, capped
+from tests.oracle.mechanism.neighbour import neighbour
 
-BATCH = 10_000
-COUNTED = ("node", "evaluation", "inside", "amplitude", "bernstein", "minimum", "cut", "quiet", "from_the_end")
-"""What the modal form counts: nodes, evaluations, functions that signs do not settle, and what settles those."""
+NAMES = sorted({path.stem for path in (*SHIPPED.glob("*.py"), *MODELS.glob("*.py"))} - {"__init__"})
+BATCH, MAX_PHASES = 10_000, 100
+TOO_MANY, UNCERTIFIED = 4, 5
+ULPS, NEIGHBOURS = 32, 400
+MOST, SECONDS = 12, 15.0
+"""Lists that differ which are judged of each table row and batch, and the processor time of each judgement."""
+DIGITS = {True: 53, False: 24}
+ANSWER = np.dtype([("duration", "f8"), ("end", "f8", 4), ("ending", "i8"), ("count", "i8"), ("first", "i8")])
+EVENT = np.dtype([("t", "f8"), ("kind", "i8")])
+
+
+@dataclass(frozen=True)
+class Motions:
+    """What a form says of some problems."""
+
+    answers: Any
+    events: Any
+
+    def list_of(self, lane: int) -> tuple[int, ...]:
+        """Kinds of the events, and the ending last."""
+        answer = self.answers[lane]
+        return (
+            *self.events["kind"][answer["first"] : answer["first"] + answer["count"]].tolist(),
+            int(answer["ending"]),
+        )
+
+    def times_of(self, lane: int) -> Any:
+        """Of the events, and of the ending."""
+        answer = self.answers[lane]
+        return np.append(self.events["t"][answer["first"] : answer["first"] + answer["count"]], answer["duration"])
+
+    @cached_property
+    def lists(self) -> list[bytes]:
+        kinds = self.events["kind"].astype("i1")
+        return [
+            kinds[first : first + count].tobytes() + bytes([ending & 255])
+            for first, count, ending in zip(*(self.answers[name].tolist() for name in ("first", "count", "ending")), strict=True)
+        ]  # fmt: skip
 
 
 class Form:
-    """A library of one form and precision."""
+    """A library of one form of a model in one precision."""
 
-    def __init__(self, store: Path, *, modal: bool, double: bool) -> None:
-        flags = (f"-DHOPFORM_MODAL={int(modal)}", *(("-DDOUBLE",) if double else ()), *(("-DCOUNTS",) if modal else ()))
-        sources = (Path(__file__).with_name("two_forms.c"), C / "src" / "version.c")
-        self.modal, self.double = modal, double
-        self._library = ctypes.CDLL(str(shared_library(store, "two_forms", sources, *flags)))
-        self._library.solve.restype = self._library.plan_size.restype = ctypes.c_int64
+    def __init__(self, store: Path, model: Model, *, flags: Sequence[str], double: bool, level: str) -> None:
+        c, word = model.folder / "c", "f64" if double else "f32"
+        kind = "stance" if (c / "src" / "stance_f64.h").exists() else "motion"
+        unit = [f'-DUNIT="{kind}_{word}.h"', f"-DSOLVE=hopform_solve_{kind}", f"-DMOTION=hopform_{kind}"]
+        command = [
+            *shlex.split(environ.get("CC") or "cc"),
+            *SHARED,
+            level,
+            *unit,
+            *(["-DDOUBLE"] if double else []),
+            *flags,
+        ]
+        command += [f"-I{c / each}" for each in ("include", "src")] + [str(Path(__file__).with_suffix(".c"))]
+        text = subprocess.run([*command, "-E", "-P"], capture_output=True, text=True, check=True).stdout
+        path = store / f"two_forms_{model.name}_{key(text, *command[: len(SHARED) + 2])}.so"
+        self.double, self.path = double, once(path, lambda aside: run_compiler(*command, "-o", aside, "-lm"))
+        self._library = ctypes.CDLL(str(self.path))
+        for name in ("solve", "plan_size", "asked"):
+            getattr(self._library, name).restype = ctypes.c_int64
 
     @property
     def plan_size(self) -> int:
         return int(self._library.plan_size())
 
-    def solve(self, problems: Any, loops: int = 1) -> tuple[Any, Any]:
-        """ANSWERs and PHASEs, with at most MAX_PHASES phases each; where a problem is refused its ending is below 0."""
-        answers, phases = np.zeros(len(problems), ANSWER), np.zeros(len(problems) * (MAX_PHASES + 1), PHASE)
-        count = self._library.solve(
-            ctypes.c_void_p(problems.ctypes.data), ctypes.c_int64(len(problems)), loops,
-            ctypes.c_void_p(answers.ctypes.data), ctypes.c_void_p(phases.ctypes.data), ctypes.c_int64(len(phases)),
-        )  # fmt: skip
-        return answers, phases[:count]
+    @property
+    def asked(self) -> int:
+        """How often the form behind the switch counted something so far."""
+        return int(self._library.asked())
 
-    def counts(self) -> dict[str, int]:
-        found = (ctypes.c_int64 * len(COUNTED))()
-        self._library.counts(found)
-        return dict(zip(COUNTED, found, strict=True))
+    def solve(self, lanes: Any) -> Motions:
+        """With at most MAX_PHASES phases each; where a problem is refused its ending is below 0."""
+        lanes = np.ascontiguousarray(lanes)
+        answers, events = np.zeros(len(lanes), ANSWER), np.zeros(len(lanes) * MAX_PHASES + 1, EVENT)
+        count = self._library.solve(
+            ctypes.c_void_p(lanes.ctypes.data), ctypes.c_int64(len(lanes)), ctypes.c_void_p(answers.ctypes.data),
+            ctypes.c_void_p(events.ctypes.data), ctypes.c_int64(len(events)),
+        )  # fmt: skip
+        return Motions(answers, events[:count])
 
 
 @dataclass
 class Tally:
-    """What was seen: stances, lists that differ, and of those the ones in which a form is wrong."""
+    """What was seen: motions, lists that differ, and of those judged the ones in which a form is wrong."""
 
-    stances: int = 0
+    motions: int = 0
+    refused: int = 0
     differ: int = 0
     wrong: int = 0
     wrong_as_ships: int = 0
     unsettled: int = 0
-    latest: float = 0.0
-    cases: list[tuple[int, int]] = field(default_factory=list)
-    """Seed and lane of the first lists that differ."""
+    late: float = 0.0
+    latest: tuple[int, int] = (0, 0)
+    """The largest difference of a time of equal lists, relative to the duration; its seed and lane."""
+    moved: float = 0.0
+    stuck: int = 0
+    stuck_as_ships: int = 0
+    cases: list[tuple[int, int, str]] = field(default_factory=list)
+    """Seed, lane and verdict of the first lists that differ."""
 
     def add(self, other: "Tally") -> None:
-        for name in ("stances", "differ", "wrong", "wrong_as_ships", "unsettled"):
+        if other.late > self.late:
+            self.late, self.latest = other.late, other.latest
+        self.moved = max(self.moved, other.moved)
+        for name in ("motions", "refused", "differ", "wrong", "wrong_as_ships", "unsettled", "stuck", "stuck_as_ships"):
             setattr(self, name, getattr(self, name) + getattr(other, name))
-        self.latest = max(self.latest, other.latest)
-        self.cases = [*self.cases, *other.cases][:5]
+        self.cases = [*self.cases, *other.cases]
 
-    def __str__(self) -> str:
+    @property
+    def row(self) -> str:
         return (
-            f"{self.stances} stances, lists differ {self.differ}, of them wrong: modal {self.wrong}, as it ships "
-            f"{self.wrong_as_ships}, unsettled {self.unsettled}; durations of all but 1 in 1000 differ by up to "
-            f"{self.latest:.2g} of it"
+            f"{self.motions:8d} {self.differ:6d} {self.wrong:5d} {self.wrong_as_ships:5d} {self.unsettled:5d} "
+            f"{self.late:9.2g} {self.moved:9.2g} {self.stuck:5d} {self.stuck_as_ships:5d}"
         )
 
 
-def lists_of(answers: Any, phases: Any) -> list[bytes]:
-    """Ending and kinds of events of each stance."""
-    kinds = phases["event"]
-    return [
-        bytes([a["ending"] & 255]) + kinds[a["first"] : a["first"] + a["count"]].tobytes().replace(b"\0", b"")
-        for a in answers
-    ]
+HEAD = f"{'motions':>8} {'differ':>6} {'wrong':>5} {'ships':>5} {'uns.':>5} {'times':>9} {'states':>9} {'stuck':>5} {'ships':>5}"
 
 
-def compare(draw: Callable[[int, int], Any], seed: int, count: int, forms: tuple[Form, Form], judge: Form) -> Tally:
-    """`count` stances of a draw, by the modal form and the one that ships; judge: the one that ships, in f64."""
-    modal, ships = forms
-    problems = draw(seed, count)
-    if not modal.double:
-        for name in PROBLEM.names or ():
-            problems[name] = problems[name].astype("f4")
-    found = [form.solve(problems) for form in forms]
-    lists = [lists_of(*each) for each in found]
-    solved = (found[0][0]["ending"] > 0) & (found[1][0]["ending"] > 0)
-    assert (found[0][0]["ending"] > 0).tolist() == (found[1][0]["ending"] > 0).tolist(), "one form alone refuses"
-    differ = np.array([i for i in np.flatnonzero(solved) if lists[0][i] != lists[1][i]], int)
-    same = np.flatnonzero(solved & (found[0][0]["duration"] > 0.0) & (found[0][0]["count"] == found[1][0]["count"]))
-    off = np.abs(found[0][0]["duration"][same] - found[1][0]["duration"][same]) / found[1][0]["duration"][same]
-    tally = Tally(
-        int(solved.sum()),
-        len(differ),
-        cases=[(seed, int(i)) for i in differ[:5]],
-        latest=float(np.quantile(off, 0.999)) if len(off) else 0.0,
-    )
-    if not len(differ):
+class Pair:
+    """A model with the switch on and as it ships, in one precision, and what judges both."""
+
+    def __init__(
+        self, store: Path, model: Model, *, double: bool, flag: str = "HOPFORM_MODAL", level: str = "-O1"
+    ) -> None:
+        def form(on: bool, double: bool) -> Form:
+            return Form(store, model, flags=[f"-D{flag}={int(on)}"], double=double, level=level)
+
+        self.model, self.double = model, double
+        self.on, self.ships = form(True, double), form(False, double)
+        self.exact = self.ships if double else form(False, True)
+        self.same = self.on.path == self.ships.path
+
+    def compare(self, kind: str, seed: int, count: int) -> Tally:
+        """`count` motions of a kind."""
+        lanes = problems(self.model, kind, seed, count, self.double)
+        on, ships = self.on.solve(lanes), self.ships.solve(lanes)
+        solved = ships.answers["ending"] > 0
+        refuses = (on.answers["ending"] > 0) != solved
+        assert not refuses.any(), (
+            f"one form alone refuses {self.model.name}, {kind}, {seed}: {np.flatnonzero(refuses)[:5]}"
+        )
+        equal = np.array([p == q for p, q in zip(on.lists, ships.lists, strict=True)])
+        differ = np.flatnonzero(solved & ~equal)
+        tally = Tally(int(solved.sum()), int((~solved).sum()), len(differ))
+        tally.stuck, tally.stuck_as_ships = (
+            int(np.isin(each.answers["ending"], (TOO_MANY, UNCERTIFIED)).sum()) for each in (on, ships)
+        )
+        self.measure(tally, lanes, on, ships, solved & equal, seed)
+        for lane in differ[:MOST]:
+            self.judge(tally, lanes[lane], [each.list_of(lane) for each in (on, ships)],
+                       [self.answer(each, lane) for each in (on, ships)], (seed, int(lane)))  # fmt: skip
         return tally
-    some = problems[differ]
-    if modal.double:
-        right, other = (certify(some, *form.solve(some), condition=False)["outcome"] == CERTIFIED for form in forms)
-        tally.wrong, tally.wrong_as_ships = int((~right & other).sum()), int((right & ~other).sum())
-        tally.unsettled = int((right == other).sum())
-    else:
-        exact = lists_of(*judge.solve(some))
-        tally.wrong = sum(lists[0][i] != other for i, other in zip(differ, exact, strict=True))
-        tally.wrong_as_ships = sum(lists[1][i] != other for i, other in zip(differ, exact, strict=True))
-    return tally
+
+    def measure(self, tally: Tally, lanes: Any, on: Motions, ships: Motions, same: Any, seed: int) -> None:
+        """How far times and final states of equal lists are apart; states by the largest of their kind."""
+        at = np.flatnonzero(same & (ships.answers["duration"] > 0.0))
+        if not len(at):
+            return
+        p, q = on.answers[at], ships.answers[at]
+        owner, counts = np.repeat(np.arange(len(at)), q["count"]), q["count"]
+        within = np.arange(counts.sum()) - np.repeat(np.cumsum(counts) - counts, counts)
+        times = [
+            np.r_[each.events["t"][a["first"][owner] + within], a["duration"]] for each, a in ((on, p), (ships, q))
+        ]
+        off = np.abs(times[0] - times[1]) / np.r_[q["duration"][owner], q["duration"]]
+        worst = int(np.argmax(off))
+        tally.late, tally.latest = float(off[worst]), (seed, int(at[np.r_[owner, np.arange(len(at))][worst]]))
+        largest = np.maximum(np.abs(q["end"]), np.abs(lanes["start"][at]))
+        place, speed = (largest[:, columns].max(axis=1) for columns in ([0, 3], [1, 2]))
+        place, speed = np.maximum(place, speed * q["duration"]), np.maximum(speed, place / q["duration"])
+        apart = np.abs(p["end"] - q["end"]) / np.stack([place, speed, speed, place], axis=1)
+        tally.moved = float(np.nan_to_num(apart).max())
+
+    # ---- which of two lists is right ----
+
+    def answer(self, motions: Motions, lane: int) -> Answer:
+        """In the words of the 60-digit motion."""
+        of, records = motions.answers[lane], self.model.records
+        kinds = [records.EVENTS.get(kind, str(kind)) for kind in motions.list_of(lane)[:-1]]
+        times = motions.times_of(lane)[:-1].tolist()
+        status = records.ENDINGS[int(of["ending"])]
+        return Answer(status, float(of["duration"]), list(zip(times, kinds, strict=True)), {}, {})
+
+    def judge(self, tally: Tally, lane: Any, lists: list[Any], answers: list[Answer], place: tuple[int, int]) -> None:
+        """Count what is wrong of two lists that differ."""
+        said = ["?", "?"]
+        try:
+            with at_most(SECONDS):
+                said = self.verdicts(lane, lists, answers)
+        except (TimeoutError, ArithmeticError, ValueError, AssertionError) as error:
+            tally.cases.append((*place, f"unsettled: {type(error).__name__} {error}"[:80]))
+        tally.unsettled += "?" in said
+        tally.wrong, tally.wrong_as_ships = tally.wrong + (said[0] == WRONG), tally.wrong_as_ships + (said[1] == WRONG)
+        if "?" not in said:
+            tally.cases.append((*place, f"on {said[0]}, ships {said[1]}"))
+
+    def verdicts(self, lane: Any, lists: list[Any], answers: list[Answer]) -> list[str]:
+        if self.double:
+            return [by_the_exact(self.problem(lane), each, DIGITS[True]) for each in answers]
+        exact = self.exact.solve(lane[None]).list_of(0)
+        near = self.neighbours(lane, exact) if any(each != exact for each in lists) else {exact}
+        return [
+            RIGHT
+            if each == exact
+            else EXCUSED
+            if each in near
+            else by_the_exact(self.problem(lane), answer, DIGITS[False])
+            for each, answer in zip(lists, answers, strict=True)
+        ]
+
+    def neighbours(self, lane: Any, exact: Any) -> set[Any]:
+        """Lists of motions whose inputs differ by up to 32 units in the last place; equal numbers stay equal."""
+        draw, eps = np.random.default_rng(1), float(np.finfo(np.float32).eps)
+        many = np.repeat(lane[None], NEIGHBOURS, axis=0)
+        factors: dict[float, Any] = {}
+
+        def moved(value: float) -> Any:
+            if abs(value) not in factors:
+                ways = draw.uniform(-1.0, 1.0, NEIGHBOURS)
+                factors[abs(value)] = (
+                    1.0 + np.where(draw.random(NEIGHBOURS) < 0.5, ways, np.sign(ways)) * ULPS * eps / 2
+                )
+            return value * factors[abs(value)]
+
+        alone = not self.model.second_moves
+        for name in ("robot", "start", "u"):
+            for n, value in enumerate(lane[name].tolist()):
+                if not (name == "start" and n == START.index("y") and alone):
+                    many[name][:, n] = moved(value)
+        if alone:
+            robot = {name: many["robot"][:, n] for n, name in enumerate(self.model.fields)}
+            many["start"][:, 3] = self.model.stretched(robot, many["start"][:, 0])
+        found = self.exact.solve(many)
+        return {exact, *(found.list_of(n) for n in range(NEIGHBOURS))}
+
+    def problem(self, lane: Any) -> dict[str, Any]:
+        """For the 60-digit motion."""
+        robot = dict(zip(self.model.fields, lane["robot"].tolist(), strict=True))
+        start = dict(zip(START, lane["start"].tolist(), strict=True))
+        steps = [(lane["t"][n].item(), lane["u"][n].item()) for n in range(lane["steps"])]
+        steps = [step for step in steps if step[0] < lane["horizon"]]
+        place, speed = (max(abs(start[name]) for name in names) for names in (("x1", "y"), ("v1", "v2")))
+        place, speed = max(place, 1e-2 * speed * lane["horizon"], 1e-9), max(speed, place / lane["horizon"], 1e-9)
+        units = {"time": 1e-9 * lane["horizon"], "x1": place, "y": place, "v1": speed, "v2": speed}
+        return self.model.equations.problem(robot, start, steps, lane["horizon"].item(), units, MAX_PHASES)
 
 
-DRAWS: dict[str, Callable[[int, int], Any]] = {
-    "random": random_stances.draw_stances,
-    **{
-        f"a/w {stiffness:.0e}": partial(random_stances.stiff_stances, stiffness=stiffness)
-        for stiffness in (1e3, 1e4, 1e5)
-    },
-}
+def by_the_exact(problem: dict[str, Any], answer: Answer, digits: int) -> str:
+    """Whether the motion of 60 digits has a list, else a neighbour within 32 units in the last place."""
+    exact = capped(solve(problem), answer)
+    if exact.kinds == answer.kinds:
+        return RIGHT
+    return EXCUSED if neighbour(exact.problem, answer.kinds, digits).found else WRONG
+
+
+@contextmanager
+def at_most(seconds: float) -> Iterator[None]:
+    """TimeoutError after so much processor time."""
+
+    def over(*_: Any) -> None:
+        raise TimeoutError(f"more than {seconds:g} s")
+
+    before = signal.signal(signal.SIGVTALRM, over)
+    signal.setitimer(signal.ITIMER_VIRTUAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_VIRTUAL, 0.0)
+        signal.signal(signal.SIGVTALRM, before)
+
+
+def row_of(pair: Pair, kind: str, seed: int, count: int) -> Tally:
+    total = Tally()
+    for n, first in enumerate(range(0, count, BATCH)):
+        total.add(pair.compare(kind, seed + n, min(BATCH, count - first)))
+    return total
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(prog="python -m tests.conformance.two_forms", description=__doc__.splitlines()[0])
-    parser.add_argument("count", type=int, help="stances of each draw and precision")
-    parser.add_argument("--seed", type=int, default=1)
-    parser.add_argument("--draw", choices=tuple(DRAWS), action="append", help="default: all")
+    parser.add_argument("count", type=int, help="motions of each model, draw and precision")
+    parser.add_argument("--model", choices=("all", *NAMES), action="append", help="default: all")
+    parser.add_argument("--draw", choices=tuple(KINDS), action="append", help="default: all")
     parser.add_argument("--f64", action="store_true", help="double precision alone")
+    parser.add_argument("--f32", action="store_true", help="single precision alone")
+    parser.add_argument("--flag", default="HOPFORM_MODAL", help="the switch (default: %(default)s)")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--store", type=Path, help="where libraries are kept, a folder per state of the sources")
     chosen = parser.parse_args()
+    names = NAMES if "all" in (chosen.model or ["all"]) else chosen.model
     worse = False
     with tempfile.TemporaryDirectory() as folder:
-        store = Path(folder)
-        judge = Form(store, modal=False, double=True)
-        for double in (True,) if chosen.f64 else (True, False):
-            forms = Form(store, modal=True, double=double), Form(store, modal=False, double=double)
-            print(f"{'f64' if double else 'f32'}: plan {forms[0].plan_size} B, as it ships {forms[1].plan_size} B")
-            for name in chosen.draw or DRAWS:
-                total = Tally()
-                for n, first in enumerate(range(0, chosen.count, BATCH)):
-                    count = min(BATCH, chosen.count - first)
-                    total.add(compare(DRAWS[name], chosen.seed + n, count, forms, judge))
-                print(f"  {name}: {total}; seed and lane {total.cases}", flush=True)
-                worse = worse or total.wrong > total.wrong_as_ships
-            print(f"  {forms[0].counts()}")
+        store = chosen.store or Path(folder)
+        store.mkdir(parents=True, exist_ok=True)
+        print(f"{'model':15} {'draw':12} {'of':3} {HEAD}")
+        for name in names:
+            model = Model(store, name)
+            for double in [each for each in (True, False) if (each or not chosen.f64) and not (each and chosen.f32)]:
+                pair, word = (
+                    Pair(store, model, double=double, flag=chosen.flag, level="-O2"),
+                    "f64" if double else "f32",
+                )
+                if pair.same:
+                    print(f"{name:15} {'all':12} {word} the switch changes nothing", flush=True)
+                    continue
+                for kind in chosen.draw or KINDS:
+                    total = row_of(pair, kind, chosen.seed, chosen.count)
+                    print(f"{name:15} {kind:12} {word} {total.row}", flush=True)
+                    for case in total.cases[:5]:
+                        print(f"{'':15} seed {case[0]} lane {case[1]}: {case[2]}")
+                    worse = worse or total.wrong > total.wrong_as_ships or total.stuck > total.stuck_as_ships
+                sizes = pair.on.plan_size, pair.ships.plan_size
+                print(
+                    f"{name:15} {'':12} {word} plan {sizes[0]} B for {sizes[1]} B, counted {pair.on.asked}", flush=True
+                )
     return int(worse)
 
 

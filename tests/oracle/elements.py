@@ -25,6 +25,8 @@ SHIPPED = Path(__file__).resolve().parents[2] / "derive" / "models"
 class Row:
     """An expression that is affine in coordinates and the input: its factor by each name, "" that of 1."""
 
+    __array_ufunc__ = None  # an array times a row is a row of arrays
+
     def __init__(self, by: Mapping[str, Any]) -> None:
         self.by = dict(by)
 

@@ -17,10 +17,11 @@ taken exactly.
 | `force` | f: a column, or columns by name | N |
 | `input` | g, the force per unit of u | N/A |
 | `u` | a number, or steps [[t0, u0], ...] from t0 = 0 | A |
-| `elements` | `name`, `direction` c_e, `friction` [F_plus, F_minus], `limits` [low, high] of c_e . q | -, N, m |
+| `elements` | `name`, `direction` c_e, `friction` [F_plus, F_minus], `at_rest` where that is more, `limits` [low, high] of
+c_e . q | -, N, m |
 | `contact` | `force` N and `compression` y as rows, `tolerance` of y; the motion ends at N = 0 (takeoff) | N, m, m |
 | `clearance` | a row; once positive, the motion ends where it falls through zero (touchdown) | m |
-| `law` | a row and `limit`: u = sat(row) in place of `u` | A |
+| `law` | a row, `target` and `limit`: the input is sat(row + target u), without `target` sat(row) | A |
 | `outputs` | rows that `at(t)` and `final` return; with all names of `start`, for conditions | |
 | `energies` | `mass`, `stiffness`, `force` of v M v/2 + q K q/2 - f q | J |
 | `units` | scales of errors: `time` (at least the duration), each output, each energy | |
@@ -30,7 +31,7 @@ taken exactly.
 
 A row is {"q": [...], "v": [...], "constant": ...}: q . position + v . velocity + constant.
 
-A held element stays while -F_minus <= force <= F_plus, the first non-zero derivative
+A held element stays while -F_minus <= force <= F_plus, those at rest, the first non-zero derivative
 decides at exact equality; limits are inelastic, the velocity is projected along M^-1 c onto all that are violated;
 events are `<element>_reverses`, `_sticks`, `_slips`, `_hits_stop`; endings takeoff, touchdown, rest, horizon, tripped
 (the foot never was over the ground), too_many_phases.

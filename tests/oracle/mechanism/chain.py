@@ -135,7 +135,7 @@ def inputs(system: System, q: Vector, mode: Mode, u: Real) -> list[Vector]:
     elif mode.saturation:
         force = mode.saturation * law.limit
     else:
-        force = mp.fsum([dot(law.row.q, q), law.row.constant])
+        force = mp.fsum([dot(law.row.q, q), law.row.constant, law.target * u])
     return [*parts, tuple(p * force for p in system.input)]
 
 
@@ -162,28 +162,28 @@ def loaded(system: System, q: Vector, v: Vector) -> Point:
 # ---- what moves at a change ----
 
 
-def choices(system: System, z: Point, armed: bool) -> Iterator[Mode]:
+def choices(system: System, z: Point, u: Real, armed: bool) -> Iterator[Mode]:
     """The modes that the velocities and the law allow, those with more held elements first."""
     signs: list[list[int]] = []
     for e, element in enumerate(system.elements):
         rate = dot(element.direction, z.v)
         shut = blocked(system, e, z.q)
         signs.append([int(mp.sign(rate))] if rate else [0, *(s for s in (1, -1) if s not in shut)])
-    sides = [0]
+    sides, aim = [0], mp.zero if system.law is None else u
     if system.law is not None and mp.isfinite(system.law.limit):
-        terms = system.law.row.terms(z.q, z.v)
+        terms = [*system.law.row.terms(z.q, z.v), system.law.target * u]
         over = {side: total(*(side * q for q in terms), -system.law.limit) for side in (1, -1)}
         sides = [side for side, q in over.items() if q > 0] or [0, *(side for side, q in over.items() if q == 0)]
     combinations = sorted(product(*signs), key=lambda pair: sum(map(abs, pair)))
     for pair in combinations:
         for side in sides:
-            yield Mode(pair, side, armed)
+            yield Mode(pair, side, armed, aim)
 
 
 def choose(run: Run, z: Point, old: tuple[Mode, Real] | None, u: Real, armed: bool) -> tuple[Mode, Point]:
     """The mode that the state takes, by velocities and at rest by the hold rule, and the state with its forces."""
     system = run.system
-    for mode in choices(system, z, armed):
+    for mode in choices(system, z, u, armed):
         flow = run.flow(mode)
         if flow is None:
             continue

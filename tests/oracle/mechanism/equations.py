@@ -39,17 +39,19 @@ class Row:
 
 @dataclass(frozen=True)
 class Element:
-    """Dry friction -plus or +minus along a direction, held between the two; inelastic limits of the displacement."""
+    """Dry friction -plus or +minus along a direction, held between those at rest; inelastic limits of the displacement."""
 
     name: str
     direction: Vector
     plus: Real
     minus: Real
+    rest_plus: Real
+    rest_minus: Real
     low: Real
     high: Real
 
     def level(self, sign: int) -> Real:
-        return self.plus if sign > 0 else self.minus
+        return self.rest_plus if sign > 0 else self.rest_minus
 
     def friction(self, sign: int) -> Real:
         """The force along the direction while it slips that way, as it enters the equation."""
@@ -70,10 +72,11 @@ class Contact:
 
 @dataclass(frozen=True)
 class Law:
-    """u = sat(row), -limit <= u <= limit."""
+    """Input sat(row + target u), within -limit and limit; u are the steps of the problem."""
 
     row: Row
     limit: Real
+    target: Real
 
 
 @dataclass(frozen=True)
@@ -263,7 +266,7 @@ def system_of(problem: Problem) -> System:
         contact=contact
         and Contact(row(contact["force"]), row(contact["compression"]), formula(contact.get("tolerance", 0), values)),
         clearance=clearance and row(clearance),
-        law=law and Law(row(law), formula(law["limit"], values)),
+        law=law and Law(row(law), formula(law["limit"], values), formula(law.get("target", 0), values)),
         outputs={name: row(entry) for name, entry in text.get("outputs", {}).items()},
         energies={
             name: Energy(matrix(entry["mass"]), matrix(entry["stiffness"]), vector(entry["force"]))
@@ -278,7 +281,11 @@ def system_of(problem: Problem) -> System:
 
 def element(entry: Mapping[str, Any], vector: Any, values: Mapping[str, Real]) -> Element:
     levels = [formula(level, values) for level in entry.get("friction", (0, 0))]
+    rests = [formula(level, values) for level in entry.get("at_rest", entry.get("friction", (0, 0)))]
     limits = [formula(limit, values) for limit in entry.get("limits", ("-inf", "inf"))]
-    if any(level < 0 for level in levels) or limits[0] > limits[1]:
-        raise ValueError(f"element {entry['name']}: friction {levels} must be >= 0, limits {limits} must rise")
-    return Element(entry["name"], vector(entry["direction"]), *levels, *limits)
+    if any(rest < level or level < 0 for rest, level in zip(rests, levels, strict=True)) or limits[0] > limits[1]:
+        name = entry["name"]
+        raise ValueError(
+            f"element {name}: 0 <= {levels} <= {rests} must hold of friction, and limits {limits} must rise"
+        )
+    return Element(entry["name"], vector(entry["direction"]), *levels, *rests, *limits)

@@ -19,11 +19,14 @@ INVERSE = int(1 / TINY)
 
 @dataclass(frozen=True)
 class Mode:
-    """Signs of the elements' slip, 0 held; side of the saturated law, 0 for none; whether touchdown is armed."""
+    """Signs of the elements' slip, 0 held; side of the saturated law, 0 for none; whether touchdown is armed; what the law
+    follows.
+    """
 
     signs: tuple[int, ...]
     saturation: int = 0
     armed: bool = True
+    aim: Real = mp.zero
 
     @property
     def held(self) -> tuple[int, ...]:
@@ -82,9 +85,9 @@ def polynomial(guard: Guard, s: Series) -> Polynomial:
     return Polynomial(guard, [first, *c], [abs(first), *(q + 1 for q in size)], unit)
 
 
-def row_guard(flow: Flow, z: Point, row: Row, kind: str, sign: int, offset: Real = mp.zero, side: int = 0) -> Guard:
-    """sign (row - offset)."""
-    terms = [*row.terms(z.q, z.v), -offset]
+def row_guard(flow: Flow, z: Point, row: Row, kind: str, sign: int, offset: Vector = (), side: int = 0) -> Guard:
+    """sign (row - the sum of offset)."""
+    terms = [*row.terms(z.q, z.v), *(-each for each in offset)]
     x, w = (tuple(sign * q for q in along(part, flow)) for part in (row.q, row.v))
     return Guard(kind, -1, side, sign * total(*terms), mp.fsum(terms, absolute=True), x, w)
 
@@ -155,4 +158,5 @@ def saturating(system: System, flow: Flow, z: Point, mode: Mode) -> Iterator[Gua
         return
     for side in (1, -1) if not mode.saturation else (mode.saturation,):
         inside = not mode.saturation
-        yield row_guard(flow, z, law.row, "law", -side if inside else side, side * law.limit, side)
+        offset = side * law.limit, -law.target * mode.aim
+        yield row_guard(flow, z, law.row, "law", -side if inside else side, offset, side)

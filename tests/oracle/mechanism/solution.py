@@ -265,7 +265,7 @@ def input_work(
         return phase.mode.saturation * law.limit * way
     s, place = expand(flow, z), fixed(h / flow.window)  # a law that acts has no long steps
     g, lq, lv = (along(row, flow) for row in (system.input, law.row.q, law.row.v))
-    level = dot(law.row.q, z.q) + law.row.constant
+    level = dot(law.row.q, z.q) + law.row.constant + law.target * phase.u
     both = range(flow.order)
     moved = [
         g[i] * lq[j] * loose(product_integral(s.w[i], s.x[j], place)) * (s.nu * flow.window) ** 2
