@@ -104,20 +104,27 @@ ALWAYS_f32 alone_f32 alone_after_f32(const alone_pair_f32 *pair, const alone_f32
     return at;
 }
 
-/* The motion where it comes to rest. acc^2 + p acc v + q v^2 fades as exp(-p t), so acc = draw is known there with all
- * its digits; where a pair rings and the time is not short, q s is a sum of it and of the draw at the start. */
+/* The motion where it comes to rest: acc = draw is known there with all its digits. Of a pair that rings acc^2 + p acc
+ * v
+ * + q v^2 fades as exp(-p t); of two real poles acc + fast v fades with the slow one. Where a pair rings and the time
+ * is not short, q s is a sum of the draw there and at the start. */
 static inline alone_f32 alone_at_rest_f32(const alone_pair_f32 *pair, const alone_f32 *start, float t) {
     const float mean = 0.5f * pair->p;
     const float square = mean * mean - pair->q;
-    const float along = start->draw - mean * start->v;
-    const float fast = mean + sqrt_f32(greater_f32(square, 0.0f));
-    const float size = pair->rings ? along * along - square * (start->v * start->v)
-                                  : (start->draw - fast * start->v) * (start->draw - pair->q / fast * start->v);
-    const float draw = -sqrt_f32(greater_f32(size, 0.0f)) * exponential_f32(-mean * t);
-    alone_f32 at = {t, (start->draw - draw) / pair->q, 0.0f, draw};
+    alone_f32 at = {t, 0.0f, 0.0f, 0.0f};
+    if (pair->rings) {
+        const float along = start->draw - mean * start->v;
+        at.draw = -sqrt_f32(along * along - square * (start->v * start->v)) * exponential_f32(-mean * t);
+    } else {
+        const float fast = mean + sqrt_f32(greater_f32(square, 0.0f));
+        const float slow = fast > 0.0f ? pair->q / fast : 0.0f;
+        at.draw = (start->draw - slow * start->v) * exponential_f32(-slow * t);
+    }
     if (is_short_f32(pair, t) || !pair->rings) {
         const known_pair_f32 response = response_over_f32(pair, t);
         at.s = response.R * start->v + response.R1 * start->draw;
+    } else {
+        at.s = (start->draw - at.draw) / pair->q;
     }
     return at;
 }

@@ -104,20 +104,27 @@ ALWAYS_f64 alone_f64 alone_after_f64(const alone_pair_f64 *pair, const alone_f64
     return at;
 }
 
-/* The motion where it comes to rest. acc^2 + p acc v + q v^2 fades as exp(-p t), so acc = draw is known there with all
- * its digits; where a pair rings and the time is not short, q s is a sum of it and of the draw at the start. */
+/* The motion where it comes to rest: acc = draw is known there with all its digits. Of a pair that rings acc^2 + p acc
+ * v
+ * + q v^2 fades as exp(-p t); of two real poles acc + fast v fades with the slow one. Where a pair rings and the time
+ * is not short, q s is a sum of the draw there and at the start. */
 static inline alone_f64 alone_at_rest_f64(const alone_pair_f64 *pair, const alone_f64 *start, double t) {
     const double mean = 0.5 * pair->p;
     const double square = mean * mean - pair->q;
-    const double along = start->draw - mean * start->v;
-    const double fast = mean + sqrt_f64(greater_f64(square, 0.0));
-    const double size = pair->rings ? along * along - square * (start->v * start->v)
-                                  : (start->draw - fast * start->v) * (start->draw - pair->q / fast * start->v);
-    const double draw = -sqrt_f64(greater_f64(size, 0.0)) * exponential_f64(-mean * t);
-    alone_f64 at = {t, (start->draw - draw) / pair->q, 0.0, draw};
+    alone_f64 at = {t, 0.0, 0.0, 0.0};
+    if (pair->rings) {
+        const double along = start->draw - mean * start->v;
+        at.draw = -sqrt_f64(along * along - square * (start->v * start->v)) * exponential_f64(-mean * t);
+    } else {
+        const double fast = mean + sqrt_f64(greater_f64(square, 0.0));
+        const double slow = fast > 0.0 ? pair->q / fast : 0.0;
+        at.draw = (start->draw - slow * start->v) * exponential_f64(-slow * t);
+    }
     if (is_short_f64(pair, t) || !pair->rings) {
         const known_pair_f64 response = response_over_f64(pair, t);
         at.s = response.R * start->v + response.R1 * start->draw;
+    } else {
+        at.s = (start->draw - at.draw) / pair->q;
     }
     return at;
 }

@@ -683,7 +683,7 @@ static inline void find_end_in_modes_f32(const stance_chain_f32 *chain, stance_s
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_alone_f32(const stance_chain_f32 *chain) {
-    return alone_of_mode_f32(chain->mode) >= 0 && chain->observer == NULL
+    return alone_of_mode_f32(chain->mode) >= 0 && !rests_of_mode_f32(chain->mode) && chain->observer == NULL
            && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f && HOPFORM_HAS_CONTACT);
 }
 

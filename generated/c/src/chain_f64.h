@@ -683,7 +683,7 @@ static inline void find_end_in_modes_f64(const stance_chain_f64 *chain, stance_s
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_alone_f64(const stance_chain_f64 *chain) {
-    return alone_of_mode_f64(chain->mode) >= 0 && chain->observer == NULL
+    return alone_of_mode_f64(chain->mode) >= 0 && !rests_of_mode_f64(chain->mode) && chain->observer == NULL
            && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && HOPFORM_HAS_CONTACT);
 }
 

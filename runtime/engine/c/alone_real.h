@@ -104,20 +104,27 @@ ALWAYS_real alone_real alone_after_real(const alone_pair_real *pair, const alone
     return at;
 }
 
-/* The motion where it comes to rest. acc^2 + p acc v + q v^2 fades as exp(-p t), so acc = draw is known there with all
- * its digits; where a pair rings and the time is not short, q s is a sum of it and of the draw at the start. */
+/* The motion where it comes to rest: acc = draw is known there with all its digits. Of a pair that rings acc^2 + p acc
+ * v
+ * + q v^2 fades as exp(-p t); of two real poles acc + fast v fades with the slow one. Where a pair rings and the time
+ * is not short, q s is a sum of the draw there and at the start. */
 static inline alone_real alone_at_rest_real(const alone_pair_real *pair, const alone_real *start, real t) {
     const real mean = 0.5 * pair->p;
     const real square = mean * mean - pair->q;
-    const real along = start->draw - mean * start->v;
-    const real fast = mean + sqrt_real(greater_real(square, 0.0));
-    const real size = pair->rings ? along * along - square * (start->v * start->v)
-                                  : (start->draw - fast * start->v) * (start->draw - pair->q / fast * start->v);
-    const real draw = -sqrt_real(greater_real(size, 0.0)) * exponential_real(-mean * t);
-    alone_real at = {t, (start->draw - draw) / pair->q, 0.0, draw};
+    alone_real at = {t, 0.0, 0.0, 0.0};
+    if (pair->rings) {
+        const real along = start->draw - mean * start->v;
+        at.draw = -sqrt_real(along * along - square * (start->v * start->v)) * exponential_real(-mean * t);
+    } else {
+        const real fast = mean + sqrt_real(greater_real(square, 0.0));
+        const real slow = fast > 0.0 ? pair->q / fast : 0.0;
+        at.draw = (start->draw - slow * start->v) * exponential_real(-slow * t);
+    }
     if (is_short_real(pair, t) || !pair->rings) {
         const known_pair_real response = response_over_real(pair, t);
         at.s = response.R * start->v + response.R1 * start->draw;
+    } else {
+        at.s = (start->draw - at.draw) / pair->q;
     }
     return at;
 }

@@ -683,7 +683,7 @@ static inline void find_end_in_modes_real(const stance_chain_real *chain, stance
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_alone_real(const stance_chain_real *chain) {
-    return alone_of_mode_real(chain->mode) >= 0 && chain->observer == NULL
+    return alone_of_mode_real(chain->mode) >= 0 && !rests_of_mode_real(chain->mode) && chain->observer == NULL
            && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && HOPFORM_HAS_CONTACT);
 }
 
