@@ -15,9 +15,9 @@
 
 #include "certificate_f32.h"
 
-/* Whether a library solves so (HOPFORM_ALONE), and has a model all of whose event functions are linear in s. */
+/* Whether a library solves so (HOPFORM_MODAL), and has a model all of whose event functions are linear in s. */
 #define HOPFORM_HAS_ALONE                                                                                              \
-    (HOPFORM_ALONE && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                       \
+    (HOPFORM_MODAL && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                       \
      && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
 
 #if HOPFORM_HAS_ALONE
@@ -211,7 +211,7 @@ SELDOM_f32 float guessed_late_f32(const alone_pair_f32 *pair, const alone_f32 *f
     const float t = guessed_time_f32(pair, from, further);
     const float later = (further - from->v / fast) * (2.0f * half) / (from->draw - slow * from->v) + 1.0f / fast;
     const float gone = slow * later;
-    if (!(later * fast > 1.5f && gone < 1.0f)) { return t; }
+    if (is_short_f32(pair, t) || !(later * fast > 1.5f && gone < 1.0f)) { return t; }
     return gone < 0.01f ? later * (1.0f + gone * (0.5f + gone * (1.0f / 3.0f))) : -logarithm_f32(1.0f - gone) / slow;
 }
 
@@ -248,8 +248,11 @@ static inline alone_f32 alone_at_displacement_f32(const alone_pair_f32 *pair, co
             const alone_f32 there = alone_after_f32(pair, &at, t + step, &last);
             const float acc = alone_acceleration_f32(pair, &there);
             const float more = (s - there.s) / (there.v > 0.0f ? there.v : 1.0f);
-            if (there.v > 0.0f && more * more * fabs_f32(acc) <= 0.5f * HOPFORM_EPS_f32 * t * there.v) {
-                const alone_f32 root = {t + (step + more), s, there.v + more * acc, there.draw};
+            const float then = t + (step + more);
+            const bool lands = (there.v > 0.0f) & (then > low) & (then < high)
+                               & (more * more * fabs_f32(acc) <= 0.5f * HOPFORM_EPS_f32 * t * there.v);
+            if (lands) {
+                const alone_f32 root = {then, s, there.v + more * acc, there.draw};
                 return root;
             }
         }

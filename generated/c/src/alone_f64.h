@@ -15,9 +15,9 @@
 
 #include "certificate_f64.h"
 
-/* Whether a library solves so (HOPFORM_ALONE), and has a model all of whose event functions are linear in s. */
+/* Whether a library solves so (HOPFORM_MODAL), and has a model all of whose event functions are linear in s. */
 #define HOPFORM_HAS_ALONE                                                                                              \
-    (HOPFORM_ALONE && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                       \
+    (HOPFORM_MODAL && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                       \
      && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
 
 #if HOPFORM_HAS_ALONE
@@ -211,7 +211,7 @@ SELDOM_f64 double guessed_late_f64(const alone_pair_f64 *pair, const alone_f64 *
     const double t = guessed_time_f64(pair, from, further);
     const double later = (further - from->v / fast) * (2.0 * half) / (from->draw - slow * from->v) + 1.0 / fast;
     const double gone = slow * later;
-    if (!(later * fast > 1.5 && gone < 1.0)) { return t; }
+    if (is_short_f64(pair, t) || !(later * fast > 1.5 && gone < 1.0)) { return t; }
     return gone < 0.01 ? later * (1.0 + gone * (0.5 + gone * (1.0 / 3.0))) : -logarithm_f64(1.0 - gone) / slow;
 }
 
@@ -248,8 +248,11 @@ static inline alone_f64 alone_at_displacement_f64(const alone_pair_f64 *pair, co
             const alone_f64 there = alone_after_f64(pair, &at, t + step, &last);
             const double acc = alone_acceleration_f64(pair, &there);
             const double more = (s - there.s) / (there.v > 0.0 ? there.v : 1.0);
-            if (there.v > 0.0 && more * more * fabs_f64(acc) <= 0.5 * HOPFORM_EPS_f64 * t * there.v) {
-                const alone_f64 root = {t + (step + more), s, there.v + more * acc, there.draw};
+            const double then = t + (step + more);
+            const bool lands = (there.v > 0.0) & (then > low) & (then < high)
+                               & (more * more * fabs_f64(acc) <= 0.5 * HOPFORM_EPS_f64 * t * there.v);
+            if (lands) {
+                const alone_f64 root = {then, s, there.v + more * acc, there.draw};
                 return root;
             }
         }

@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "3b184b64e566907a"
+#define HOPFORM_LAYOUT "ca4d8fb5e5975223"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates. */
 #define HOPFORM_STABILITY(X)

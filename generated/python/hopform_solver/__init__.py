@@ -21,7 +21,7 @@ from .records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 if TYPE_CHECKING:
     from .solver import solve
 
-LAYOUT = "3b184b64e566907a"
+LAYOUT = "ca4d8fb5e5975223"
 """Of the structs and numbers that this package shares with its C library, which carries the same text."""
 
 VERSION = "0.1.0"

@@ -15,9 +15,9 @@
 
 #include "certificate_real.h"
 
-/* Whether a library solves so (HOPFORM_ALONE), and has a model all of whose event functions are linear in s. */
+/* Whether a library solves so (HOPFORM_MODAL), and has a model all of whose event functions are linear in s. */
 #define HOPFORM_HAS_ALONE                                                                                              \
-    (HOPFORM_ALONE && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                       \
+    (HOPFORM_MODAL && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                       \
      && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
 
 #if HOPFORM_HAS_ALONE
@@ -211,7 +211,7 @@ SELDOM_real real guessed_late_real(const alone_pair_real *pair, const alone_real
     const real t = guessed_time_real(pair, from, further);
     const real later = (further - from->v / fast) * (2.0 * half) / (from->draw - slow * from->v) + 1.0 / fast;
     const real gone = slow * later;
-    if (!(later * fast > 1.5 && gone < 1.0)) { return t; }
+    if (is_short_real(pair, t) || !(later * fast > 1.5 && gone < 1.0)) { return t; }
     return gone < 0.01 ? later * (1.0 + gone * (0.5 + gone * (1.0 / 3.0))) : -logarithm_real(1.0 - gone) / slow;
 }
 
@@ -248,8 +248,11 @@ static inline alone_real alone_at_displacement_real(const alone_pair_real *pair,
             const alone_real there = alone_after_real(pair, &at, t + step, &last);
             const real acc = alone_acceleration_real(pair, &there);
             const real more = (s - there.s) / (there.v > 0.0 ? there.v : 1.0);
-            if (there.v > 0.0 && more * more * fabs_real(acc) <= 0.5 * HOPFORM_EPS_real * t * there.v) {
-                const alone_real root = {t + (step + more), s, there.v + more * acc, there.draw};
+            const real then = t + (step + more);
+            const bool lands = (there.v > 0.0) & (then > low) & (then < high)
+                               & (more * more * fabs_real(acc) <= 0.5 * HOPFORM_EPS_real * t * there.v);
+            if (lands) {
+                const alone_real root = {then, s, there.v + more * acc, there.draw};
                 return root;
             }
         }

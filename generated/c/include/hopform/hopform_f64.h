@@ -10,13 +10,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** 1 of a library that solves stances of a pair of poles that rings in modal coordinates, from node to node: in all of
- * its files and in those that include this one. Not finished: it is compared with the other form, which ships. */
+/** 1 of a library that solves phases of both masses slipping in modal coordinates, where their pair of poles rings, and
+ * those of one mass alone by its displacement: in all of its files and in those that include this one. Not finished: it
+ * is compared with the other form, which ships. */
 #ifndef HOPFORM_MODAL
 #define HOPFORM_MODAL 0
-#endif
-#ifndef HOPFORM_ALONE
-#define HOPFORM_ALONE 0
 #endif
 
 #ifdef __cplusplus
