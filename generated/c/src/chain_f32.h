@@ -626,9 +626,102 @@ static inline void find_end_by_rates_f32(const stance_chain_f32 *chain, stance_s
 }
 #endif
 
+#if HOPFORM_HAS_ALONE
+/* ---- one slips alone, in its own coordinate: how far it has gone to its side ---- */
+
+/* Whether the phase is solved so: not where someone follows it by its propagator. */
+static inline bool is_solved_alone_f32(const stance_chain_f32 *chain) {
+    return alone_of_mode_f32(chain->mode) >= 0 && !rests_of_mode_f32(chain->mode) && chain->observer == NULL
+           && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f && HOPFORM_HAS_CONTACT);
+}
+
+/* How far the stretch goes with it. */
+static inline float stretch_by_displacement_f32(const stance_chain_f32 *chain, int alone) {
+    return (float)(side_of_mode_f32(chain->mode, alone) * HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f32(chain), alone));
+}
+
+#if HOPFORM_HAS_CONTACT
+static inline void put_alone_contact_f32(alone_search_f32 *search, const stance_chain_f32 *chain, int alone) {
+    const float stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const float follows = stretch_by_displacement_f32(chain, alone);
+    if (!(fabs_f32(chain->drive.of[alone]) > 0.0f)) {
+        search->rest_time = time_to_rest_f32(search->pair.poles, stretch, chain->numerators.of.stretch.H3);
+        search->rests = CONTACT_f32;
+    } else if (follows < 0.0f) {
+        (void)add_alone_guard_f32(search, stretch / -follows, CONTACT_f32);
+    }
+}
+#endif
+
+static inline void put_alone_stop_f32(alone_search_f32 *search, const stance_chain_f32 *chain, int alone) {
+    const float gap = side_of_mode_f32(chain->mode, alone) > 0 ? -chain->from_upper : chain->from_lower;
+    if (alone == HOPFORM_STOPPED_ELEMENT && is_finite_f32(gap)) {
+        add_alone_guard_f32(search, gap, ELEMENT_f32 + alone)->stops = true;
+    }
+}
+
+/* Its own coordinate: the time to rest is found where it is asked for. What draws it is what the numerator of the
+ * stretch has: v' + p v is a small difference beside a large p. */
+static inline void put_alone_velocity_f32(alone_search_f32 *search, const stance_chain_f32 *chain, int alone) {
+    const float side = (float)side_of_mode_f32(chain->mode, alone);
+    const float draw =
+        chain->numerators.of.stretch.H2 / (float)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f32(chain), alone);
+    const alone_f32 start = {0.0f, 0.0f, greater_f32(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0f),
+                              side * draw};
+    search->start = start;
+}
+
+/* The threshold to which the free acceleration of what is held goes. */
+static inline void put_alone_threshold_f32(alone_search_f32 *search, const stance_chain_f32 *chain, int alone) {
+    const int held = 1 - alone;
+    state_by_axis_f32 change = {{0.0f, 0.0f, 0.0f, 0.0f}};
+    change.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_f32(chain, alone);
+    const float slope = free_slope_f32(rates_of_chain_f32(chain), held, &change);
+    const int side = (int)goes_f32(slope, 0.0f);
+    if (side == 0 || stance_blocked_f32(chain, held, side)) { return; }
+    const free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
+    const float level = level_at_rest_f32(&chain->plan->robot, held, side);
+    const float by = 1.0f / fabs_f32(slope);
+    alone_guard_f32 *guard =
+        add_alone_guard_f32(search, by * (level - (float)side * free.of[held]), ELEMENT_f32 + held);
+    guard->cancels = by * (0.25f * terms_of_free_f32(chain, held, level));
+    guard->side = side;
+}
+
+/* The first event of the phase. */
+static inline void find_end_alone_f32(const stance_chain_f32 *chain, float until, stance_search_f32 *end) {
+    const int alone = alone_of_mode_f32(chain->mode);
+    alone_search_f32 search;
+    search.half_period = node_of_f32(chain->plan, chain->mode)->half_period;
+    search.pair = alone_pair_of_f32(poles_of_f32(chain->plan, chain->mode), search.half_period < HOPFORM_NEVER_f32);
+    search.element = alone;
+    search.count = 0;
+    search.rest_time = HOPFORM_NEVER_f32;
+    search.rests = NO_OWNER_f32;
+#define PUT_GUARD(kind) put_alone_##kind##_f32(&search, chain, alone);
+    HOPFORM_GUARDS(PUT_GUARD)
+#undef PUT_GUARD
+    find_alone_event_f32(&search, until, chain->evaluations);
+    end->alone = search.end;
+    end->in.high.t = search.end.t;
+    end->owner = search.owner;
+    end->side = search.side;
+    end->stops = search.stops;
+    end->touches = search.touches;
+    end->certified = search.certified;
+}
+#endif
+
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_f32(stance_chain_f32 *chain, stance_search_f32 *search) {
     const float until = end_of_step_f32(chain) - chain->t;
+#if HOPFORM_HAS_ALONE
+    search->is_alone = is_solved_alone_f32(chain);
+    if (search->is_alone) {
+        find_end_alone_f32(chain, until, search);
+        return;
+    }
+#endif
 #if HOPFORM_HAS_MODAL
     search->arrival.is_known = is_solved_by_rates_f32(chain);
     if (search->arrival.is_known) {
@@ -768,9 +861,25 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
         return;
     }
 #endif
-    const basis_f32 basis = basis_of_propagator_f32(end->events.set.poles, &end->in.high);
     const bool alone = alone_of_mode_f32(chain->mode) == element;
     const bool at_stop = end->stops || end->touches;
+#if HOPFORM_HAS_ALONE
+    if (end->is_alone) {
+        if (at_stop) {
+            const float moved = stretch_by_displacement_f32(chain, element) * end->alone.s;
+            const float stretched =
+                chain->most_stretched + fabs_f32(chain->at.of[HOPFORM_STRETCH_AXIS]) + fabs_f32(moved);
+            chain->rounded_at_stop = fabs_f32(rates_of_chain_f32(chain)->a1_y * stretched);
+        } else {
+            chain->came_to_rest = element;
+            chain->carried_acceleration =
+                free_after_rest_f32((float)side_of_mode_f32(chain->mode, element),
+                                     level_of_f32(&chain->plan->robot, element), fabs_f32(end->alone.draw));
+        }
+        return;
+    }
+#endif
+    const basis_f32 basis = basis_of_propagator_f32(end->events.set.poles, &end->in.high);
     if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
         const float stretched = chain->most_stretched + terms_of_stretch_f32(chain, &basis);
         chain->rounded_at_stop = fabs_f32(rates_of_chain_f32(chain)->a1_y * stretched);
@@ -796,6 +905,15 @@ static inline void stance_arrive_f32(stance_chain_f32 *chain, const stance_searc
     const float before = *position;
     chain->most_stretched = greater_f32(chain->most_stretched, fabs_f32(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0f;
+#if HOPFORM_HAS_ALONE
+    if (end->is_alone) {
+        const int alone = alone_of_mode_f32(chain->mode);
+        const float side = (float)side_of_mode_f32(chain->mode, alone);
+        chain->at.of[HOPFORM_VELOCITY_AXIS(alone)] = side * end->alone.v;
+        chain->at.of[HOPFORM_STRETCH_AXIS] += stretch_by_displacement_f32(chain, alone) * end->alone.s;
+        *position = alone == HOPFORM_STOPPED_ELEMENT ? side * end->alone.s : 0.0f;
+    } else
+#endif
 #if HOPFORM_HAS_MODAL
     if (end->arrival.is_known) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {

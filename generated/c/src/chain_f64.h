@@ -626,9 +626,102 @@ static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_s
 }
 #endif
 
+#if HOPFORM_HAS_ALONE
+/* ---- one slips alone, in its own coordinate: how far it has gone to its side ---- */
+
+/* Whether the phase is solved so: not where someone follows it by its propagator. */
+static inline bool is_solved_alone_f64(const stance_chain_f64 *chain) {
+    return alone_of_mode_f64(chain->mode) >= 0 && !rests_of_mode_f64(chain->mode) && chain->observer == NULL
+           && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && HOPFORM_HAS_CONTACT);
+}
+
+/* How far the stretch goes with it. */
+static inline double stretch_by_displacement_f64(const stance_chain_f64 *chain, int alone) {
+    return (double)(side_of_mode_f64(chain->mode, alone) * HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f64(chain), alone));
+}
+
+#if HOPFORM_HAS_CONTACT
+static inline void put_alone_contact_f64(alone_search_f64 *search, const stance_chain_f64 *chain, int alone) {
+    const double stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const double follows = stretch_by_displacement_f64(chain, alone);
+    if (!(fabs_f64(chain->drive.of[alone]) > 0.0)) {
+        search->rest_time = time_to_rest_f64(search->pair.poles, stretch, chain->numerators.of.stretch.H3);
+        search->rests = CONTACT_f64;
+    } else if (follows < 0.0) {
+        (void)add_alone_guard_f64(search, stretch / -follows, CONTACT_f64);
+    }
+}
+#endif
+
+static inline void put_alone_stop_f64(alone_search_f64 *search, const stance_chain_f64 *chain, int alone) {
+    const double gap = side_of_mode_f64(chain->mode, alone) > 0 ? -chain->from_upper : chain->from_lower;
+    if (alone == HOPFORM_STOPPED_ELEMENT && is_finite_f64(gap)) {
+        add_alone_guard_f64(search, gap, ELEMENT_f64 + alone)->stops = true;
+    }
+}
+
+/* Its own coordinate: the time to rest is found where it is asked for. What draws it is what the numerator of the
+ * stretch has: v' + p v is a small difference beside a large p. */
+static inline void put_alone_velocity_f64(alone_search_f64 *search, const stance_chain_f64 *chain, int alone) {
+    const double side = (double)side_of_mode_f64(chain->mode, alone);
+    const double draw =
+        chain->numerators.of.stretch.H2 / (double)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f64(chain), alone);
+    const alone_f64 start = {0.0, 0.0, greater_f64(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
+                              side * draw};
+    search->start = start;
+}
+
+/* The threshold to which the free acceleration of what is held goes. */
+static inline void put_alone_threshold_f64(alone_search_f64 *search, const stance_chain_f64 *chain, int alone) {
+    const int held = 1 - alone;
+    state_by_axis_f64 change = {{0.0, 0.0, 0.0, 0.0}};
+    change.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_f64(chain, alone);
+    const double slope = free_slope_f64(rates_of_chain_f64(chain), held, &change);
+    const int side = (int)goes_f64(slope, 0.0);
+    if (side == 0 || stance_blocked_f64(chain, held, side)) { return; }
+    const free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
+    const double level = level_at_rest_f64(&chain->plan->robot, held, side);
+    const double by = 1.0 / fabs_f64(slope);
+    alone_guard_f64 *guard =
+        add_alone_guard_f64(search, by * (level - (double)side * free.of[held]), ELEMENT_f64 + held);
+    guard->cancels = by * (0.25 * terms_of_free_f64(chain, held, level));
+    guard->side = side;
+}
+
+/* The first event of the phase. */
+static inline void find_end_alone_f64(const stance_chain_f64 *chain, double until, stance_search_f64 *end) {
+    const int alone = alone_of_mode_f64(chain->mode);
+    alone_search_f64 search;
+    search.half_period = node_of_f64(chain->plan, chain->mode)->half_period;
+    search.pair = alone_pair_of_f64(poles_of_f64(chain->plan, chain->mode), search.half_period < HOPFORM_NEVER_f64);
+    search.element = alone;
+    search.count = 0;
+    search.rest_time = HOPFORM_NEVER_f64;
+    search.rests = NO_OWNER_f64;
+#define PUT_GUARD(kind) put_alone_##kind##_f64(&search, chain, alone);
+    HOPFORM_GUARDS(PUT_GUARD)
+#undef PUT_GUARD
+    find_alone_event_f64(&search, until, chain->evaluations);
+    end->alone = search.end;
+    end->in.high.t = search.end.t;
+    end->owner = search.owner;
+    end->side = search.side;
+    end->stops = search.stops;
+    end->touches = search.touches;
+    end->certified = search.certified;
+}
+#endif
+
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
     const double until = end_of_step_f64(chain) - chain->t;
+#if HOPFORM_HAS_ALONE
+    search->is_alone = is_solved_alone_f64(chain);
+    if (search->is_alone) {
+        find_end_alone_f64(chain, until, search);
+        return;
+    }
+#endif
 #if HOPFORM_HAS_MODAL
     search->arrival.is_known = is_solved_by_rates_f64(chain);
     if (search->arrival.is_known) {
@@ -768,9 +861,25 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
         return;
     }
 #endif
-    const basis_f64 basis = basis_of_propagator_f64(end->events.set.poles, &end->in.high);
     const bool alone = alone_of_mode_f64(chain->mode) == element;
     const bool at_stop = end->stops || end->touches;
+#if HOPFORM_HAS_ALONE
+    if (end->is_alone) {
+        if (at_stop) {
+            const double moved = stretch_by_displacement_f64(chain, element) * end->alone.s;
+            const double stretched =
+                chain->most_stretched + fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]) + fabs_f64(moved);
+            chain->rounded_at_stop = fabs_f64(rates_of_chain_f64(chain)->a1_y * stretched);
+        } else {
+            chain->came_to_rest = element;
+            chain->carried_acceleration =
+                free_after_rest_f64((double)side_of_mode_f64(chain->mode, element),
+                                     level_of_f64(&chain->plan->robot, element), fabs_f64(end->alone.draw));
+        }
+        return;
+    }
+#endif
+    const basis_f64 basis = basis_of_propagator_f64(end->events.set.poles, &end->in.high);
     if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
         const double stretched = chain->most_stretched + terms_of_stretch_f64(chain, &basis);
         chain->rounded_at_stop = fabs_f64(rates_of_chain_f64(chain)->a1_y * stretched);
@@ -796,6 +905,15 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const stance_searc
     const double before = *position;
     chain->most_stretched = greater_f64(chain->most_stretched, fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0;
+#if HOPFORM_HAS_ALONE
+    if (end->is_alone) {
+        const int alone = alone_of_mode_f64(chain->mode);
+        const double side = (double)side_of_mode_f64(chain->mode, alone);
+        chain->at.of[HOPFORM_VELOCITY_AXIS(alone)] = side * end->alone.v;
+        chain->at.of[HOPFORM_STRETCH_AXIS] += stretch_by_displacement_f64(chain, alone) * end->alone.s;
+        *position = alone == HOPFORM_STOPPED_ELEMENT ? side * end->alone.s : 0.0;
+    } else
+#endif
 #if HOPFORM_HAS_MODAL
     if (end->arrival.is_known) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {

@@ -11,6 +11,7 @@
 #ifndef HOPFORM_FIRST_EVENT_H_f64
 #define HOPFORM_FIRST_EVENT_H_f64
 
+#include "alone_f64.h"
 #include "certificate_f64.h"
 #include "transition_f64.h"
 
@@ -359,6 +360,10 @@ typedef struct {
     bool touches;   /* the element that comes to rest is at a stop within rounding */
 #if HOPFORM_HAS_MODAL
     arrival_f64 arrival;
+#endif
+#if HOPFORM_HAS_ALONE
+    bool is_alone;    /* one element has slipped alone, and by its own coordinate: */
+    alone_f64 alone; /* the motion where the phase ends */
 #endif
 } stance_search_f64;
 

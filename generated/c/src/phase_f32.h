@@ -93,10 +93,13 @@ static inline float goes_f32(float acceleration, float friction) {
 
 /* The free acceleration of an element that has come to rest alone, from its motion: it fades far below the digits of
  * the state. Without friction nothing but the sign is left of it in the end, and that is kept. */
+static inline float free_after_rest_f32(float side, float friction, float back) {
+    return side * (friction - (back > HOPFORM_UNDERFLOW_f32 ? back : HOPFORM_UNDERFLOW_f32));
+}
+
 static inline float free_after_motion_f32(float side, float friction, const numerator_f32 *velocity,
                                           const basis_f32 *basis) {
-    const float back = fabs_f32(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd);
-    return side * (friction - (back > HOPFORM_UNDERFLOW_f32 ? back : HOPFORM_UNDERFLOW_f32));
+    return free_after_rest_f32(side, friction, fabs_f32(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd));
 }
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch

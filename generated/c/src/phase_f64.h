@@ -93,10 +93,13 @@ static inline double goes_f64(double acceleration, double friction) {
 
 /* The free acceleration of an element that has come to rest alone, from its motion: it fades far below the digits of
  * the state. Without friction nothing but the sign is left of it in the end, and that is kept. */
+static inline double free_after_rest_f64(double side, double friction, double back) {
+    return side * (friction - (back > HOPFORM_UNDERFLOW_f64 ? back : HOPFORM_UNDERFLOW_f64));
+}
+
 static inline double free_after_motion_f64(double side, double friction, const numerator_f64 *velocity,
                                           const basis_f64 *basis) {
-    const double back = fabs_f64(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd);
-    return side * (friction - (back > HOPFORM_UNDERFLOW_f64 ? back : HOPFORM_UNDERFLOW_f64));
+    return free_after_rest_f64(side, friction, fabs_f64(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd));
 }
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch

@@ -626,9 +626,102 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
 }
 #endif
 
+#if HOPFORM_HAS_ALONE
+/* ---- one slips alone, in its own coordinate: how far it has gone to its side ---- */
+
+/* Whether the phase is solved so: not where someone follows it by its propagator. */
+static inline bool is_solved_alone_real(const stance_chain_real *chain) {
+    return alone_of_mode_real(chain->mode) >= 0 && !rests_of_mode_real(chain->mode) && chain->observer == NULL
+           && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && HOPFORM_HAS_CONTACT);
+}
+
+/* How far the stretch goes with it. */
+static inline real stretch_by_displacement_real(const stance_chain_real *chain, int alone) {
+    return (real)(side_of_mode_real(chain->mode, alone) * HOPFORM_STRETCH_FOLLOWS(rates_of_chain_real(chain), alone));
+}
+
+#if HOPFORM_HAS_CONTACT
+static inline void put_alone_contact_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
+    const real stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const real follows = stretch_by_displacement_real(chain, alone);
+    if (!(fabs_real(chain->drive.of[alone]) > 0.0)) {
+        search->rest_time = time_to_rest_real(search->pair.poles, stretch, chain->numerators.of.stretch.H3);
+        search->rests = CONTACT_real;
+    } else if (follows < 0.0) {
+        (void)add_alone_guard_real(search, stretch / -follows, CONTACT_real);
+    }
+}
+#endif
+
+static inline void put_alone_stop_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
+    const real gap = side_of_mode_real(chain->mode, alone) > 0 ? -chain->from_upper : chain->from_lower;
+    if (alone == HOPFORM_STOPPED_ELEMENT && is_finite_real(gap)) {
+        add_alone_guard_real(search, gap, ELEMENT_real + alone)->stops = true;
+    }
+}
+
+/* Its own coordinate: the time to rest is found where it is asked for. What draws it is what the numerator of the
+ * stretch has: v' + p v is a small difference beside a large p. */
+static inline void put_alone_velocity_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
+    const real side = (real)side_of_mode_real(chain->mode, alone);
+    const real draw =
+        chain->numerators.of.stretch.H2 / (real)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_real(chain), alone);
+    const alone_real start = {0.0, 0.0, greater_real(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
+                              side * draw};
+    search->start = start;
+}
+
+/* The threshold to which the free acceleration of what is held goes. */
+static inline void put_alone_threshold_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
+    const int held = 1 - alone;
+    state_by_axis_real change = {{0.0, 0.0, 0.0, 0.0}};
+    change.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_real(chain, alone);
+    const real slope = free_slope_real(rates_of_chain_real(chain), held, &change);
+    const int side = (int)goes_real(slope, 0.0);
+    if (side == 0 || stance_blocked_real(chain, held, side)) { return; }
+    const free_by_element_real free = free_of_real(chain, &chain->at.named);
+    const real level = level_at_rest_real(&chain->plan->robot, held, side);
+    const real by = 1.0 / fabs_real(slope);
+    alone_guard_real *guard =
+        add_alone_guard_real(search, by * (level - (real)side * free.of[held]), ELEMENT_real + held);
+    guard->cancels = by * (0.25 * terms_of_free_real(chain, held, level));
+    guard->side = side;
+}
+
+/* The first event of the phase. */
+static inline void find_end_alone_real(const stance_chain_real *chain, real until, stance_search_real *end) {
+    const int alone = alone_of_mode_real(chain->mode);
+    alone_search_real search;
+    search.half_period = node_of_real(chain->plan, chain->mode)->half_period;
+    search.pair = alone_pair_of_real(poles_of_real(chain->plan, chain->mode), search.half_period < HOPFORM_NEVER_real);
+    search.element = alone;
+    search.count = 0;
+    search.rest_time = HOPFORM_NEVER_real;
+    search.rests = NO_OWNER_real;
+#define PUT_GUARD(kind) put_alone_##kind##_real(&search, chain, alone);
+    HOPFORM_GUARDS(PUT_GUARD)
+#undef PUT_GUARD
+    find_alone_event_real(&search, until, chain->evaluations);
+    end->alone = search.end;
+    end->in.high.t = search.end.t;
+    end->owner = search.owner;
+    end->side = search.side;
+    end->stops = search.stops;
+    end->touches = search.touches;
+    end->certified = search.certified;
+}
+#endif
+
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_real(stance_chain_real *chain, stance_search_real *search) {
     const real until = end_of_step_real(chain) - chain->t;
+#if HOPFORM_HAS_ALONE
+    search->is_alone = is_solved_alone_real(chain);
+    if (search->is_alone) {
+        find_end_alone_real(chain, until, search);
+        return;
+    }
+#endif
 #if HOPFORM_HAS_MODAL
     search->arrival.is_known = is_solved_by_rates_real(chain);
     if (search->arrival.is_known) {
@@ -768,9 +861,25 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
         return;
     }
 #endif
-    const basis_real basis = basis_of_propagator_real(end->events.set.poles, &end->in.high);
     const bool alone = alone_of_mode_real(chain->mode) == element;
     const bool at_stop = end->stops || end->touches;
+#if HOPFORM_HAS_ALONE
+    if (end->is_alone) {
+        if (at_stop) {
+            const real moved = stretch_by_displacement_real(chain, element) * end->alone.s;
+            const real stretched =
+                chain->most_stretched + fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]) + fabs_real(moved);
+            chain->rounded_at_stop = fabs_real(rates_of_chain_real(chain)->a1_y * stretched);
+        } else {
+            chain->came_to_rest = element;
+            chain->carried_acceleration =
+                free_after_rest_real((real)side_of_mode_real(chain->mode, element),
+                                     level_of_real(&chain->plan->robot, element), fabs_real(end->alone.draw));
+        }
+        return;
+    }
+#endif
+    const basis_real basis = basis_of_propagator_real(end->events.set.poles, &end->in.high);
     if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
         const real stretched = chain->most_stretched + terms_of_stretch_real(chain, &basis);
         chain->rounded_at_stop = fabs_real(rates_of_chain_real(chain)->a1_y * stretched);
@@ -796,6 +905,15 @@ static inline void stance_arrive_real(stance_chain_real *chain, const stance_sea
     const real before = *position;
     chain->most_stretched = greater_real(chain->most_stretched, fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0;
+#if HOPFORM_HAS_ALONE
+    if (end->is_alone) {
+        const int alone = alone_of_mode_real(chain->mode);
+        const real side = (real)side_of_mode_real(chain->mode, alone);
+        chain->at.of[HOPFORM_VELOCITY_AXIS(alone)] = side * end->alone.v;
+        chain->at.of[HOPFORM_STRETCH_AXIS] += stretch_by_displacement_real(chain, alone) * end->alone.s;
+        *position = alone == HOPFORM_STOPPED_ELEMENT ? side * end->alone.s : 0.0;
+    } else
+#endif
 #if HOPFORM_HAS_MODAL
     if (end->arrival.is_known) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {

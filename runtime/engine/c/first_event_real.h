@@ -11,6 +11,7 @@
 #ifndef HOPFORM_FIRST_EVENT_H_real
 #define HOPFORM_FIRST_EVENT_H_real
 
+#include "alone_real.h"
 #include "certificate_real.h"
 #include "transition_real.h"
 
@@ -359,6 +360,10 @@ typedef struct {
     bool touches;   /* the element that comes to rest is at a stop within rounding */
 #if HOPFORM_HAS_MODAL
     arrival_real arrival;
+#endif
+#if HOPFORM_HAS_ALONE
+    bool is_alone;    /* one element has slipped alone, and by its own coordinate: */
+    alone_real alone; /* the motion where the phase ends */
 #endif
 } stance_search_real;
 

@@ -93,10 +93,13 @@ static inline real goes_real(real acceleration, real friction) {
 
 /* The free acceleration of an element that has come to rest alone, from its motion: it fades far below the digits of
  * the state. Without friction nothing but the sign is left of it in the end, and that is kept. */
+static inline real free_after_rest_real(real side, real friction, real back) {
+    return side * (friction - (back > HOPFORM_UNDERFLOW_real ? back : HOPFORM_UNDERFLOW_real));
+}
+
 static inline real free_after_motion_real(real side, real friction, const numerator_real *velocity,
                                           const basis_real *basis) {
-    const real back = fabs_real(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd);
-    return side * (friction - (back > HOPFORM_UNDERFLOW_real ? back : HOPFORM_UNDERFLOW_real));
+    return free_after_rest_real(side, friction, fabs_real(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd));
 }
 
 /* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch

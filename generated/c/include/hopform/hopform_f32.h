@@ -10,8 +10,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** 1 of a library that solves phases in which both masses slip by their rates, from node to node: in all of its files and
- * in those that include this one. Not finished: it is compared with the other form, which ships. */
+/** 1 of a library that solves phases of both masses slipping by their rates, from node to node, and those of one mass alone
+ * by its displacement: in all of its files and in those that include this one. Not finished: it is compared with the
+ * other form, which ships. */
 #ifndef HOPFORM_MODAL
 #define HOPFORM_MODAL 0
 #endif

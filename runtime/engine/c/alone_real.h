@@ -1,0 +1,390 @@
+/* SPDX-License-Identifier: MIT-0
+ *
+ * The motion of one element that slips alone, in its own coordinate: how far it has gone to its side since the phase
+ * began.
+ *
+ *     s' = v        v' = draw - p v        draw' = -q v
+ *
+ * v keeps its sign until the element rests, and s grows. Where velocities do not couple, all event functions of the
+ * phase are linear in s: the stretch of a contact, the distance to a stop, the free acceleration of what is held. So
+ * the first event is that of the least displacement, it comes if the element goes so far before it rests, and one root
+ * is looked for, of a monotone function.
+ */
+#ifndef HOPFORM_ALONE_H_real
+#define HOPFORM_ALONE_H_real
+
+#include "certificate_real.h"
+
+/* Whether a library solves so (HOPFORM_MODAL), and has a model all of whose event functions are linear in s. */
+#define HOPFORM_HAS_ALONE                                                                                              \
+    (HOPFORM_MODAL && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                       \
+     && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
+
+#if HOPFORM_HAS_ALONE
+/* Its pair of poles: both are slower than the root of `square`. */
+typedef struct {
+    const hopform_poles_real *poles;
+    real p, q, square;
+    bool rings;
+} alone_pair_real;
+
+/* A time since the phase began; displacement, velocity, and what draws the element then, times its side. */
+typedef struct {
+    real t, s, v, draw;
+} alone_real;
+
+static inline alone_pair_real alone_pair_of_real(const hopform_poles_real *poles, bool rings) {
+    const alone_pair_real pair = {poles, poles->p, poles->q, rings ? poles->q : poles->p * poles->p, rings};
+    return pair;
+}
+
+static inline real alone_acceleration_real(const alone_pair_real *pair, const alone_real *at) {
+    return at->draw - pair->p * at->v;
+}
+
+/* A time of either sign is short where the series of phi_1 over a node converges to rounding: |pole| t < 0.866. */
+static inline bool is_short_real(const alone_pair_real *pair, real t) {
+    return pair->square * t * t < 0.75;
+}
+
+/* By the first terms of t phi_1(M t), M the matrix of v'' = -(p v' + q v): divided by M^2 + p M + q, two products a
+ * term, it is R + p R1 + R1 M. */
+#define DEFINE_RESPONSE(length, TERMS)                                                                                 \
+    ALWAYS_real known_pair_real response_over_##length##_real(const alone_pair_real *pair, real t) {                   \
+        const real pt = pair->p * t;                                                                                   \
+        const real tt = t * t;                                                                                         \
+        const real qtt = pair->q * tt;                                                                                 \
+        real first = 0.0, second = 0.0;                                                                                \
+        TERMS(ADD_TERM)                                                                                                \
+        const real R1 = tt * first;                                                                                    \
+        const real R = t * (1.0 - (qtt * second + pt * first));                                                        \
+        const known_pair_real response = {1.0 - (pair->p * R + pair->q * R1), R, R1};                                  \
+        return response;                                                                                               \
+    }
+#define ADD_TERM(coefficient)                                                                                          \
+    {                                                                                                                  \
+        const real next = (coefficient) - (pt * first + qtt * second);                                                 \
+        second = first;                                                                                                \
+        first = next;                                                                                                  \
+    }
+DEFINE_RESPONSE(a_node, HOPFORM_NODE_real)
+DEFINE_RESPONSE(half_a_node, HOPFORM_HALF_NODE_real)
+DEFINE_RESPONSE(a_step, HOPFORM_STEP_real)
+#undef ADD_TERM
+#undef DEFINE_RESPONSE
+
+/* At a time that is not short, nor twice a short one. */
+SELDOM_real known_pair_real response_over_long_real(const alone_pair_real *pair, real t) {
+    const pair_real at = pair_at_real(pair->poles, t);
+    const known_pair_real response = {at.Rd, at.R, at.R1};
+    return response;
+}
+
+/* At twice the time: R as a sine of twice the angle. */
+ALWAYS_real known_pair_real response_over_twice_real(const alone_pair_real *pair, const known_pair_real *half) {
+    const known_pair_real response = {half->Rd * half->Rd - pair->q * (half->R * half->R),
+                                      half->R * (2.0 * half->Rd + pair->p * half->R),
+                                      half->R1 * (2.0 - pair->q * half->R1) + half->R * half->R};
+    return response;
+}
+
+static inline known_pair_real response_over_real(const alone_pair_real *pair, real t) {
+    const bool halves = !is_short_real(pair, t);
+    if (!is_short_real(pair, 0.5 * t)) { return response_over_long_real(pair, t); }
+    const known_pair_real response = response_over_a_node_real(pair, halves ? 0.5 * t : t);
+    return halves ? response_over_twice_real(pair, &response) : response;
+}
+
+/* The motion at another time, by the response to the time between. */
+ALWAYS_real alone_real alone_after_real(const alone_pair_real *pair, const alone_real *from, real t,
+                                        const known_pair_real *response) {
+    const real moved = response->R * from->v + response->R1 * from->draw;
+    const alone_real at = {t, from->s + moved, response->Rd * from->v + response->R * from->draw,
+                           from->draw - pair->q * moved};
+    return at;
+}
+
+/* The motion where it comes to rest: acc = draw is known there with all its digits. Of a pair that rings acc^2 + p acc
+ * v
+ * + q v^2 fades as exp(-p t); of two real poles acc + fast v fades with the slow one. Where a pair rings and the time
+ * is not short, q s is a sum of the draw there and at the start. */
+static inline alone_real alone_at_rest_real(const alone_pair_real *pair, const alone_real *start, real t) {
+    const real mean = 0.5 * pair->p;
+    const real square = mean * mean - pair->q;
+    alone_real at = {t, 0.0, 0.0, 0.0};
+    if (pair->rings) {
+        const real along = start->draw - mean * start->v;
+        at.draw = -sqrt_real(along * along - square * (start->v * start->v)) * exponential_real(-mean * t);
+    } else {
+        const real fast = mean + sqrt_real(greater_real(square, 0.0));
+        const real slow = fast > 0.0 ? pair->q / fast : 0.0;
+        at.draw = (start->draw - slow * start->v) * exponential_real(-slow * t);
+    }
+    if (is_short_real(pair, t) || !pair->rings) {
+        const known_pair_real response = response_over_real(pair, t);
+        at.s = response.R * start->v + response.R1 * start->draw;
+    } else {
+        at.s = (start->draw - at.draw) / pair->q;
+    }
+    return at;
+}
+
+/* ---- its first event ---- */
+
+/* A displacement at which something happens, with what its rounding is of beside it; whose event that is. */
+typedef struct {
+    real s, cancels;
+    int owner, side;
+    bool stops;
+} alone_guard_real;
+
+enum { MOST_ALONE_GUARDS_real = 3 };
+
+/* The guards of a phase in order of tie-break priority, and what ends it in closed form. */
+typedef struct {
+    alone_pair_real pair;
+    real half_period;
+    int element;
+    alone_real start, end;
+    real rest_time;
+    int rests;
+    int count;
+    alone_guard_real guard[MOST_ALONE_GUARDS_real];
+    int owner, side; /* of what ends it: NO_OWNER where nothing happens until then */
+    bool stops, touches, certified;
+} alone_search_real;
+
+static inline alone_guard_real *add_alone_guard_real(alone_search_real *search, real s, int owner) {
+    alone_guard_real *guard = &search->guard[search->count++];
+    guard->s = greater_real(s, 0.0);
+    guard->cancels = 0.0;
+    guard->owner = owner;
+    guard->side = 0;
+    guard->stops = false;
+    return guard;
+}
+
+/* The bound of what rounding has done to how far it is from a guard: no term of s is much larger than s. */
+static inline real alone_rounding_real(const alone_guard_real *guard, const alone_real *at) {
+    return 16.0 * HOPFORM_EPS_real * (guard->s + guard->cancels + at->s + at->t * at->v);
+}
+
+/* The guard that is met first, -1 without any. */
+static inline int nearest_alone_guard_real(const alone_search_real *search) {
+    int first = search->count > 0 ? 0 : -1;
+    for (int n = 1; n < search->count; n++) {
+        if (search->guard[n].s < search->guard[first].s) { first = n; }
+    }
+    return first;
+}
+
+/* Whether it is passed by the end: by more than rounding, or so fast that the root is near. */
+static inline bool is_guard_passed_real(const alone_guard_real *guard, const alone_real *end) {
+    const real beyond = end->s - guard->s;
+    const real rounding = alone_rounding_real(guard, end);
+    const bool fast = end->v * end->t > rounding && !guard->stops;
+    return beyond > rounding || (beyond > 0.0 && fast) || !(guard->s > 0.0);
+}
+
+/* How much later than at a time the displacement has gone so much further, which may be negative, as where the element
+ * rests: by the parabola, then a step of Halley's on four derivatives. A guess: no bound rests on it. */
+static inline real guessed_time_real(const alone_pair_real *pair, const alone_real *from, real further) {
+    const real acc = alone_acceleration_real(pair, from);
+    const real square = sqrt_real(greater_real(from->v * from->v + 2.0 * acc * further, 0.0));
+    const real t = 2.0 * further / (from->v + square);
+    const real third = -(pair->p * acc + pair->q * from->v);
+    const real fourth = -(pair->p * third + pair->q * acc);
+    const real bend = acc + t * (third + t * (0.5 * fourth));
+    const real rate = from->v + t * (acc + t * (0.5 * third + t * ((1.0 / 6.0) * fourth)));
+    const real value =
+        t * (from->v + t * (0.5 * acc + t * ((1.0 / 6.0) * third + t * ((1.0 / 24.0) * fourth)))) - further;
+    const real below = 2.0 * rate * rate - value * bend;
+    return t - 2.0 * value * rate / (below > 0.0 ? below : HOPFORM_NEVER_real);
+}
+
+/* The same of two real poles once the fast one has faded, from the start on. */
+SELDOM_real real guessed_late_real(const alone_pair_real *pair, const alone_real *from, real further) {
+    const real mean = 0.5 * pair->p;
+    const real half = sqrt_real(greater_real(mean * mean - pair->q, 0.0));
+    const real fast = mean + half;
+    const real slow = pair->q / fast;
+    const real t = guessed_time_real(pair, from, further);
+    const real later = (further - from->v / fast) * (2.0 * half) / (from->draw - slow * from->v) + 1.0 / fast;
+    const real gone = slow * later;
+    if (is_short_real(pair, t) || !(later * fast > 1.5 && gone < 1.0)) { return t; }
+    return gone < 0.01 ? later * (1.0 + gone * (0.5 + gone * (1.0 / 3.0))) : -logarithm_real(1.0 - gone) / slow;
+}
+
+/* The motion where the displacement is s, greater than 0, from where it is known: the start, or where the element
+ * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Until `high` it
+ * is reached. */
+static inline alone_real alone_at_displacement_real(const alone_pair_real *pair, const alone_real *from, real s,
+                                                    real high, evaluations_real *evaluations) {
+    real low = 0.0;
+    real t = from->t
+             + (pair->rings ? guessed_time_real(pair, from, s - from->s) : guessed_late_real(pair, from, s - from->s));
+    alone_real at = *from;
+    bool near = false; /* so near to `at` that a short series leads there */
+    real step = 0.0;
+    for (int n = 0; n < 100; n++) {
+        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
+            t = low + 0.5 * (high - low);
+            near = false;
+        }
+        if (!(t > low && t < high)) { break; }
+        const alone_real *base = near ? &at : from;
+        const known_pair_real response =
+            near ? response_over_half_a_node_real(pair, step) : response_over_real(pair, t - from->t);
+        at = alone_after_real(pair, base, t, &response);
+        use_evaluation_real(evaluations);
+        const real left = s - at.s;
+        if (fabs_real(left) <= 0.25 * HOPFORM_EPS_real * t * at.v) { break; }
+        const real below = 2.0 * at.v * at.v + left * alone_acceleration_real(pair, &at);
+        const bool goes = at.v > 0.0 && below > 0.0;
+        step = goes ? 2.0 * left * at.v / below : 0.0;
+        near = goes && is_short_real(pair, 2.0 * step);
+        if (near && pair->square * (step * step) < HOPFORM_SHORT_real) {
+            const known_pair_real last = response_over_a_step_real(pair, step);
+            const alone_real there = alone_after_real(pair, &at, t + step, &last);
+            const real acc = alone_acceleration_real(pair, &there);
+            const real more = (s - there.s) / (there.v > 0.0 ? there.v : 1.0);
+            const real then = t + (step + more);
+            const bool lands = (there.v > 0.0) & (then > low) & (then < high)
+                               & (more * more * fabs_real(acc) <= 0.5 * HOPFORM_EPS_real * t * there.v);
+            if (lands) {
+                const alone_real root = {then, s, there.v + more * acc, there.draw};
+                return root;
+            }
+        }
+        low = left > 0.0 ? t : low;
+        high = left > 0.0 ? high : t;
+        t = goes ? t + step : low;
+    }
+    at.s = s;
+    return at;
+}
+
+/* Two events within rounding are at the same time, and the owner that comes first wins, at its own root, the later one.
+ * Over a stop that is met it wins only where the roots are within 8 ulp of the time. */
+static inline int alone_tie_real(const alone_search_real *search, int found, alone_real *at) {
+    const alone_guard_real *first = &search->guard[found];
+    for (int n = 0; n < found; n++) {
+        const alone_guard_real *guard = &search->guard[n];
+        const real rounding = alone_rounding_real(guard, at);
+        if (!(at->v * at->t > 16.0 * rounding)) { continue; }
+        const real further = guard->s - first->s;
+        const real bound =
+            first->stops ? 8.0 * HOPFORM_EPS_real * at->t * at->v : 4.0 * rounding + alone_rounding_real(first, at);
+        if (further < bound) {
+            at->t += further > 0.0 ? further / at->v : 0.0;
+            at->s = guard->s;
+            return n;
+        }
+    }
+    return found;
+}
+
+/* Whether the element is at a stop within rounding. */
+static inline bool is_alone_at_stop_real(const alone_search_real *search) {
+    const real s = search->end.s;
+    for (int n = 0; n < search->count; n++) {
+        const alone_guard_real *guard = &search->guard[n];
+        if (guard->stops && guard->owner == search->owner) {
+            return fabs_real(s - guard->s) <= 16.0 * HOPFORM_EPS_real * (s + guard->s);
+        }
+    }
+    return false;
+}
+
+/* A guard over the time at which the phase ends without it: the contact, over a step of the input. */
+static inline int alone_guard_at_limit_real(const alone_search_real *search) {
+    const alone_guard_real *guard = &search->guard[0];
+    const alone_real *end = &search->end;
+    const bool contact = search->count > 0 && guard->owner == CONTACT_real && search->rest_time > end->t;
+    return contact && guard->s - end->s < 8.0 * HOPFORM_EPS_real * end->t * end->v
+                   && end->v * end->t > 16.0 * alone_rounding_real(guard, end)
+               ? 0
+               : -1;
+}
+
+/* Whether a guard is passed while the element is still drawn to its side, for certain: draw = draw at the start - q s,
+ * and where the element rests it is drawn back. Requires a pair that rings. */
+static inline bool is_passed_soon_real(const alone_search_real *search, const alone_guard_real *guard) {
+    const real draw = search->start.draw;
+    const real q = search->pair.q;
+    return search->pair.rings && guard->s > 0.0
+           && draw - q * guard->s > 16.0 * HOPFORM_EPS_real * (q * (guard->s + guard->cancels) + draw)
+           && search->rests == NO_OWNER_real;
+}
+
+/* When the element rests. */
+static inline real alone_time_to_rest_real(const alone_search_real *search) {
+    const alone_real *start = &search->start;
+    const real acc = alone_acceleration_real(&search->pair, start);
+    if (search->pair.rings && !(start->v > 0.0) && acc > 0.0) { return search->half_period; }
+    return time_to_rest_real(search->pair.poles, start->v, acc);
+}
+
+/* The end of the phase without a guard: where the element rests, or the time that it lasts until. */
+static inline void end_without_guard_real(alone_search_real *search, real until, evaluations_real *evaluations) {
+    const real rest = alone_time_to_rest_real(search);
+    if (search->rests == NO_OWNER_real || !(search->rest_time <= rest)) {
+        search->rest_time = rest;
+        search->rests = ELEMENT_real + search->element;
+    }
+    if (search->rests != CONTACT_real && !(search->rest_time > until)) {
+        search->end = alone_at_rest_real(&search->pair, &search->start, rest);
+    } else {
+        const real limit = lesser_real(search->rest_time, until);
+        const known_pair_real response = response_over_real(&search->pair, limit);
+        use_evaluation_real(evaluations);
+        search->end = alone_after_real(&search->pair, &search->start, limit, &response);
+    }
+}
+
+/* The first event of the phase, which lasts until a time at most. */
+static inline void find_alone_event_real(alone_search_real *search, real until, evaluations_real *evaluations) {
+    const alone_pair_real *pair = &search->pair;
+    const int nearest = nearest_alone_guard_real(search);
+    const alone_guard_real *guard = &search->guard[nearest < 0 ? 0 : nearest];
+    int found = -1;
+    bool rests = false;
+    use_evaluation_real(evaluations); /* a phase costs as much */
+    search->end = search->start;
+    if (nearest >= 0 && is_passed_soon_real(search, guard)) {
+        search->end = alone_at_displacement_real(pair, &search->start, guard->s, HOPFORM_NEVER_real, evaluations);
+        found = search->end.t < until ? nearest : -1;
+    }
+    if (found < 0) {
+        end_without_guard_real(search, until, evaluations);
+        const real limit = search->end.t;
+        if (nearest >= 0 && is_guard_passed_real(guard, &search->end)) {
+            const bool soon = search->start.draw > pair->q * guard->s || guard->s < 0.5 * search->end.s || !pair->rings;
+            const alone_real from = soon ? search->start : search->end;
+            found = nearest;
+            search->end =
+                guard->s > 0.0 ? alone_at_displacement_real(pair, &from, guard->s, limit, evaluations) : search->start;
+        } else {
+            found = alone_guard_at_limit_real(search);
+        }
+        rests = !(search->rest_time > limit) && !(search->end.t < limit * (1.0 - 8.0 * HOPFORM_EPS_real));
+    }
+    found = found > 0 ? alone_tie_real(search, found, &search->end) : found;
+    search->owner = rests ? search->rests : NO_OWNER_real;
+    search->side = 0;
+    search->stops = false;
+    if (found >= 0 && (!rests || search->rests >= search->guard[found].owner)) {
+        search->owner = search->guard[found].owner;
+        search->side = search->guard[found].side;
+        search->stops = search->guard[found].stops;
+    }
+    search->touches = search->owner > CONTACT_real && is_alone_at_stop_real(search);
+    search->certified = evaluations->left > 0;
+    if (!search->certified) {
+        search->end = search->start;
+        search->owner = NO_OWNER_real;
+    }
+}
+#endif
+
+#endif

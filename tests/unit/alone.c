@@ -1,0 +1,44 @@
+/* The first event of one mass that slips alone, by its displacement, in single
+ * precision: judged in double. With -DHOPFORM_MODAL=1. */
+#include "hopform_f32.c"
+
+typedef struct {
+  double p, q;                  /* the poles */
+  double velocity, draw, until; /* v, and v' + p v, at the start */
+  double guard[2];              /* displacements; below 0: none */
+} question;
+
+typedef struct {
+  double t, s, v, draw, rest_time;
+  int32_t owner, evaluations;
+} verdict;
+
+/* The owner of a guard is its index, that of a rest 1: after a contact, before
+ * what is held. */
+void ask(const question *questions, int64_t count, verdict *verdicts) {
+  for (int64_t i = 0; i < count; i++) {
+    const question *q = &questions[i];
+    const hopform_poles_f32 poles = pair_alone_f32((float)q->p, (float)q->q);
+    evaluations_f32 evaluations = {1000};
+    alone_search_f32 search;
+    search.half_period = node_of_poles_f32(&poles, false).half_period;
+    search.pair =
+        alone_pair_of_f32(&poles, search.half_period < HOPFORM_NEVER_f32);
+    search.element = 0;
+    search.count = 0;
+    search.rest_time = HOPFORM_NEVER_f32;
+    search.rests = NO_OWNER_f32;
+    search.start =
+        (alone_f32){0.0f, 0.0f, (float)q->velocity, (float)q->draw};
+    for (int n = 0; n < 2; n++) {
+      if (q->guard[n] >= 0.0) {
+        (void)add_alone_guard_f32(&search, (float)q->guard[n], 2 * n);
+      }
+    }
+    find_alone_event_f32(&search, (float)q->until, &evaluations);
+    verdicts[i] = (verdict){search.end.t,     search.end.s,
+                            search.end.v,     search.end.draw,
+                            search.rest_time, search.owner,
+                            1000 - evaluations.left};
+  }
+}
