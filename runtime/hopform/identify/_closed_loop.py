@@ -192,18 +192,18 @@ class Loop:
         ends = tuple((float(e[0]), float(e[1])) for e in (end, by_x[0], by_v[0], by_i[0]))
         return _Map(ends, np.stack([columns, by_x[1], by_v[1], by_i[1]]))
 
-    def accelerations(self, x: Array, v: Array, i: Array) -> Array:
-        """Those of the mass under a current, 0 where it is held by friction."""
+    def slips(self, x: Array, v: Array, i: Array) -> Array:
+        """Accelerations of the mass under a current; from rest to the side to which it starts."""
         rates = self.formulas.rates_of(self.robot)
         state = self.state(x, v, 0.0 * v, self._y0 + (self._y1 - self._y0) * x)
 
-        def slips(side: Array) -> Array:
-            drive = self.formulas.drive_of(self.robot, rates, i, side, 0.0 * side)
-            return np.asarray(self.formulas.speeds_of(rates, drive, side, 0.0 * side, state).v1_rate)
+        def to(side: float) -> Array:
+            sides = np.full_like(v, side)
+            drive = self.formulas.drive_of(self.robot, rates, i, sides, 0.0 * sides)
+            return np.asarray(self.formulas.speeds_of(rates, drive, sides, 0.0 * sides, state).v1_rate)
 
-        up, down = slips(np.ones_like(v)), slips(-np.ones_like(v))
-        from_rest = np.where(up > 0.0, up, np.where(down < 0.0, down, 0.0))
-        return np.where(v > 0.0, up, np.where(v < 0.0, down, from_rest))
+        up, down = to(1.0), to(-1.0)
+        return np.where((v > 0.0) | ((v == 0.0) & (up > 0.0)), up, down)
 
     def run(self, ticks: Ticks, start: tuple[float, float], dead_time: float, further: Array | None = None) -> "Run":
         """The motion over all ticks from a state on. further: a current of each tick that the law knows nothing of."""
@@ -282,7 +282,9 @@ class Loop:
         newest = np.maximum(places - run.late, 0)
         older = np.maximum(places - run.late - 1, 0)
         x, v = run.sections[-1].begin[:, :2].T
-        jump = self.accelerations(x, v, run.currents[older]) - self.accelerations(x, v, run.currents[newest])
+        before = np.where(v == 0.0, 0.0, self.slips(x, v, run.currents[older]))
+        after = np.where(run.sections[-1].kinds == _HELD, 0.0, self.slips(x, v, run.currents[newest]))
+        jump = before - after
         late = last[:, :, 1] * jump[:, np.newaxis]  # a velocity more by the jump, where the last section begins
         phi, push, more = last[:, :, :2], last[:, :, 2], last[:, :, 3:]
         pushes = [(newest, push)]
