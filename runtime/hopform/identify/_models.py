@@ -397,9 +397,9 @@ class Controlled(Modelled):
         """The ticks up to a time, with the target that the controller reads then and its slope: between samples a cubic
         that keeps their order (Fritsch and Carlson 1980), a line where the target goes by steps.
         """
-        at = self.period * np.arange(math.ceil(last / self.period - 1e-6)) - delay
+        at = self.period * np.arange(math.ceil(last / self.period - 1e-6), dtype=np.float64) - delay
         times, values = self.target
-        inside = np.clip(at, times[0], times[-1])
+        inside: Array = np.clip(at, times[0], times[-1])
         if float(np.mean(np.diff(values) == 0.0)) > _STANDS:
             n = np.clip(np.searchsorted(times, at + 1e-6 * self.period, side="right") - 1, 0, times.size - 2)
             read, slope = np.interp(inside, times, values), (np.diff(values) / np.diff(times))[n]
@@ -434,7 +434,7 @@ class Controlled(Modelled):
         fastest = float(np.abs(v).max())
         if fastest == 0.0 or linear.gain == 0.0:
             return np.zeros(self.time.size)
-        along = linear.along(self.period * np.arange(x.size), x, v, drive)
+        along = linear.along(self.period * np.arange(x.size, dtype=np.float64), x, v, drive)
         shifted = moved(-size * force(along) / linear.gain)
         changed = between(shifted.states - run.states, self.period, self.time)[:, 0]
         return np.asarray(letters["gain"] * changed / size)
