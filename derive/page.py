@@ -6,11 +6,12 @@ from collections.abc import Iterable, Iterator
 import sympy as sp
 
 from . import VERSION
-from .derivation import Derivation, Mode
+from .derivation import Derivation
 from .emit.facts import abilities, facts
 from .emit.texts import cell, math_on_page
 from .ir import Quantity
 from .maths.formulas import GROUPS, Formula
+from .mode import Mode
 from .model.equations import Model
 
 INTRODUCTION = (

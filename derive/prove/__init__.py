@@ -15,8 +15,9 @@ from typing import Any
 import mpmath
 import sympy as sp
 
-from ..derivation import Derivation, Mode, derive
+from ..derivation import Derivation, derive
 from ..maths.formulas import GROUPS, Formula
+from ..mode import Mode
 from ..model.declare import Draft
 from ..model.equations import ModelError
 from ..model_file import draft_of

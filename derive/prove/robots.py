@@ -9,8 +9,9 @@ from typing import Any
 import mpmath
 import sympy as sp
 
-from ..derivation import Derivation, Mode
+from ..derivation import Derivation
 from ..emit.examples import example_value
+from ..mode import Mode
 from ..model.equations import ModelError
 from .own import WORKING, number
 

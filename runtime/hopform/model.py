@@ -24,7 +24,7 @@ from hopform._errors import HopformError, MissingExtra
 _NAMES = ("derive", "hopform._derive")
 _CHECKOUT = Path(__file__).resolve().parents[2] / "derive" / "__init__.py"
 _OF = {
-    "Derivation": "derivation", "Mode": "derivation", "derive": "derivation", "Formula": "maths.formulas", "Quantity": "ir",
+    "Derivation": "derivation", "Mode": "mode", "derive": "derivation", "Formula": "maths.formulas", "Quantity": "ir",
 }  # fmt: skip
 """Modules of names that the derivation's package `model` does not have."""
 

@@ -14,7 +14,7 @@ import pytest
 import sympy as sp
 
 import hopform
-from derive import derivation, ir
+from derive import derivation, ir, mode, mode_formulas
 from derive.maths import formulas
 from derive.maths.formulas import GROUPS
 from derive.model import declare
@@ -36,7 +36,7 @@ def derivation_of(name: str) -> Derivation:
     return derive(name if name == "hopper" else model_file(name))
 
 
-def texts_of(found: derivation.Mode, given: dict) -> dict[str, str]:
+def texts_of(found: mode.Mode, given: dict) -> dict[str, str]:
     """What a derivation takes of numbers, as texts: decimals are meant exactly."""
     return {name: str(value) for name, value in given.items() if name in found.inputs}
 
@@ -286,7 +286,7 @@ def test_the_notebook_runs_cell_by_cell():
 
 
 def test_every_documented_example_of_the_derivation_runs():
-    for module, least in ((derivation, 60), (formulas, 3), (ir, 3), (declare, 1)):
+    for module, least in ((derivation, 9), (mode, 20), (mode_formulas, 30), (formulas, 3), (ir, 3), (declare, 1)):
         cached = {
             f"{kind.__name__}.{name}": value.__doc__ or ""
             for kind in vars(module).values() if isinstance(kind, type) and kind.__module__ == module.__name__

@@ -7,8 +7,9 @@ from functools import cache
 
 import pytest
 
-from derive.derivation import FORMS, Derivation, derive
+from derive.derivation import Derivation, derive
 from derive.emit.facts import facts
+from derive.emit.forms import FORMS
 from derive.emit.program import program
 from derive.emit.render import render
 from derive.model import quantities as Q

@@ -10,7 +10,7 @@ from functools import cache
 import pytest
 import sympy as sp
 
-from derive.derivation import FORMS
+from derive.emit.forms import FORMS
 from derive.page import page
 from hopform.model import Derivation, derive
 from tests.derived import SHIPPED, model_of
