@@ -265,8 +265,8 @@ class Loop:
         letters = [letter for letter in columns if letter not in ("x", "v")]
         taken = [columns[letter] for letter in letters]
         rows = [each.rows(self, [0, 1, self.of_limit, *taken]) for each in run.sections]
-        for each in rows:
-            each[:, :, 3:][:, :, [n for n, column in enumerate(taken) if column == self.of_limit]] = 0.0
+        for section_rows in rows:
+            section_rows[:, :, 3:][:, :, [n for n, column in enumerate(taken) if column == self.of_limit]] = 0.0
         count, size = ticks.target.size, len(letters) + 2
         inside, (x, v) = ~run.beyond, run.states[:-1].T
         asks = np.zeros((count, size))
@@ -298,15 +298,15 @@ class Loop:
         band = np.zeros((lower + 1, 2 * (count + 1)))  # row i - j, column j
         band[0] = 1.0
 
-        def put(matrix: Array, of: Any) -> None:
+        def put(matrix: Array, ticks_of: Any) -> None:
             for i in range(2):
                 for j in range(2):
-                    band[2 * (places + 1 - of) + i - j, 2 * of + j] -= matrix[:, i, j]
+                    band[2 * (places + 1 - ticks_of) + i - j, 2 * ticks_of + j] -= matrix[:, i, j]
 
         put(phi, places)
-        for of, each in pushes:
-            put(each[:, :, np.newaxis] * by_state[of][:, np.newaxis, :], of)
-            driven += each[:, :, np.newaxis] * asks[of][:, np.newaxis, :]
+        for computed, by_current in pushes:
+            put(by_current[:, :, np.newaxis] * by_state[computed][:, np.newaxis, :], computed)
+            driven += by_current[:, :, np.newaxis] * asks[computed][:, np.newaxis, :]
         right = np.zeros((2 * (count + 1), size + 2))
         right[2:, :size] = driven.reshape(2 * count, size)
         right[0, size] = right[1, size + 1] = 1.0
@@ -342,9 +342,9 @@ class _Section(NamedTuple):
         rows = np.zeros((self.kinds.size, 2, len(columns)))
         rows[self.kinds == _HELD, 0, 0] = 1.0
         for kind, side in ((_FORWARDS, 1.0), (_BACKWARDS, -1.0)):
-            of = self.kinds == kind
-            factors = np.column_stack([np.ones(int(of.sum())), self.begin[of]])
-            rows[of] = np.einsum("km,mij->kij", factors, loop.slip(self.length, side).columns[:, :, list(columns)])
+            alike = self.kinds == kind
+            factors = np.column_stack([np.ones(int(alike.sum())), self.begin[alike]])
+            rows[alike] = np.einsum("km,mij->kij", factors, loop.slip(self.length, side).columns[:, :, list(columns)])
         for k, by in self.solved.items():
             rows[k] = by[:, list(columns)]
         return rows

@@ -400,7 +400,8 @@ class Controlled(Modelled):
         at = self.period * np.arange(math.ceil(last / self.period - 1e-6), dtype=np.float64) - delay
         times, values = self.target
         inside: Array = np.clip(at, times[0], times[-1])
-        if float(np.mean(np.diff(values) == 0.0)) > _STANDS:
+        stands: NDArray[np.bool_] = np.diff(values) == 0.0
+        if np.count_nonzero(stands) > _STANDS * stands.size:
             n = np.clip(np.searchsorted(times, at + 1e-6 * self.period, side="right") - 1, 0, times.size - 2)
             read, slope = np.interp(inside, times, values), (np.diff(values) / np.diff(times))[n]
         else:
@@ -646,10 +647,10 @@ def _rate(model: Model, rate: float | None, several: Sequence[Recording]) -> flo
             f"{model.law.current}; {first.source} was logged at {logged:.5g} Hz"
         )
     ticks = positive("rate", rate, "Hz")
-    for each in several:
-        if ticks < (logged := _logged(each)) * (1.0 - _SAME_RATE):
+    for recording in several:
+        if ticks < (logged := _logged(recording)) * (1.0 - _SAME_RATE):
             raise HopformError(
-                f"rate must be at least that of the log, {logged:.5g} Hz in {each.source}, got {ticks:.6g} Hz: a "
+                f"rate must be at least that of the log, {logged:.5g} Hz in {recording.source}, got {ticks:.6g} Hz: a "
                 "controller that is slower than its log holds each current over several samples; leave samples out"
             )
     return ticks
