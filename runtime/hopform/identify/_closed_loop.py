@@ -192,18 +192,18 @@ class Loop:
         ends = tuple((float(e[0]), float(e[1])) for e in (end, by_x[0], by_v[0], by_i[0]))
         return _Map(ends, np.stack([columns, by_x[1], by_v[1], by_i[1]]))
 
-    def accelerations(self, x: Array, v: Array, i: Array) -> Array:
-        """Those of the mass under a current, 0 where it is held by friction."""
+    def slips(self, x: Array, v: Array, i: Array) -> Array:
+        """Accelerations of the mass under a current; from rest to the side to which it starts."""
         rates = self.formulas.rates_of(self.robot)
         state = self.state(x, v, 0.0 * v, self._y0 + (self._y1 - self._y0) * x)
 
-        def slips(side: Array) -> Array:
-            drive = self.formulas.drive_of(self.robot, rates, i, side, 0.0 * side)
-            return np.asarray(self.formulas.speeds_of(rates, drive, side, 0.0 * side, state).v1_rate)
+        def to(side: float) -> Array:
+            sides = np.full_like(v, side)
+            drive = self.formulas.drive_of(self.robot, rates, i, sides, 0.0 * sides)
+            return np.asarray(self.formulas.speeds_of(rates, drive, sides, 0.0 * sides, state).v1_rate)
 
-        up, down = slips(np.ones_like(v)), slips(-np.ones_like(v))
-        from_rest = np.where(up > 0.0, up, np.where(down < 0.0, down, 0.0))
-        return np.where(v > 0.0, up, np.where(v < 0.0, down, from_rest))
+        up, down = to(1.0), to(-1.0)
+        return np.where((v > 0.0) | ((v == 0.0) & (up > 0.0)), up, down)
 
     def run(self, ticks: Ticks, start: tuple[float, float], dead_time: float, further: Array | None = None) -> "Run":
         """The motion over all ticks from a state on. further: a current of each tick that the law knows nothing of."""
@@ -265,8 +265,8 @@ class Loop:
         letters = [letter for letter in columns if letter not in ("x", "v")]
         taken = [columns[letter] for letter in letters]
         rows = [each.rows(self, [0, 1, self.of_limit, *taken]) for each in run.sections]
-        for each in rows:
-            each[:, :, 3:][:, :, [n for n, column in enumerate(taken) if column == self.of_limit]] = 0.0
+        for section_rows in rows:
+            section_rows[:, :, 3:][:, :, [n for n, column in enumerate(taken) if column == self.of_limit]] = 0.0
         count, size = ticks.target.size, len(letters) + 2
         inside, (x, v) = ~run.beyond, run.states[:-1].T
         asks = np.zeros((count, size))
@@ -282,7 +282,9 @@ class Loop:
         newest = np.maximum(places - run.late, 0)
         older = np.maximum(places - run.late - 1, 0)
         x, v = run.sections[-1].begin[:, :2].T
-        jump = self.accelerations(x, v, run.currents[older]) - self.accelerations(x, v, run.currents[newest])
+        before = np.where(v == 0.0, 0.0, self.slips(x, v, run.currents[older]))
+        after = np.where(run.sections[-1].kinds == _HELD, 0.0, self.slips(x, v, run.currents[newest]))
+        jump = before - after
         late = last[:, :, 1] * jump[:, np.newaxis]  # a velocity more by the jump, where the last section begins
         phi, push, more = last[:, :, :2], last[:, :, 2], last[:, :, 3:]
         pushes = [(newest, push)]
@@ -296,15 +298,15 @@ class Loop:
         band = np.zeros((lower + 1, 2 * (count + 1)))  # row i - j, column j
         band[0] = 1.0
 
-        def put(matrix: Array, of: Any) -> None:
+        def put(matrix: Array, ticks_of: Any) -> None:
             for i in range(2):
                 for j in range(2):
-                    band[2 * (places + 1 - of) + i - j, 2 * of + j] -= matrix[:, i, j]
+                    band[2 * (places + 1 - ticks_of) + i - j, 2 * ticks_of + j] -= matrix[:, i, j]
 
         put(phi, places)
-        for of, each in pushes:
-            put(each[:, :, np.newaxis] * by_state[of][:, np.newaxis, :], of)
-            driven += each[:, :, np.newaxis] * asks[of][:, np.newaxis, :]
+        for computed, by_current in pushes:
+            put(by_current[:, :, np.newaxis] * by_state[computed][:, np.newaxis, :], computed)
+            driven += by_current[:, :, np.newaxis] * asks[computed][:, np.newaxis, :]
         right = np.zeros((2 * (count + 1), size + 2))
         right[2:, :size] = driven.reshape(2 * count, size)
         right[0, size] = right[1, size + 1] = 1.0
@@ -340,9 +342,9 @@ class _Section(NamedTuple):
         rows = np.zeros((self.kinds.size, 2, len(columns)))
         rows[self.kinds == _HELD, 0, 0] = 1.0
         for kind, side in ((_FORWARDS, 1.0), (_BACKWARDS, -1.0)):
-            of = self.kinds == kind
-            factors = np.column_stack([np.ones(int(of.sum())), self.begin[of]])
-            rows[of] = np.einsum("km,mij->kij", factors, loop.slip(self.length, side).columns[:, :, list(columns)])
+            alike = self.kinds == kind
+            factors = np.column_stack([np.ones(int(alike.sum())), self.begin[alike]])
+            rows[alike] = np.einsum("km,mij->kij", factors, loop.slip(self.length, side).columns[:, :, list(columns)])
         for k, by in self.solved.items():
             rows[k] = by[:, list(columns)]
         return rows

@@ -443,10 +443,11 @@ class Controlled(Modelled):
         """The ticks up to a time, with the target that the controller reads then and its slope: between samples a cubic
         that keeps their order (Fritsch and Carlson 1980), a line where the target goes by steps.
         """
-        at = self.period * np.arange(math.ceil(last / self.period - 1e-6)) - delay
+        at = self.period * np.arange(math.ceil(last / self.period - 1e-6), dtype=np.float64) - delay
         times, values = self.target
-        inside = np.clip(at, times[0], times[-1])
-        if float(np.mean(np.diff(values) == 0.0)) > _STANDS:
+        inside: Array = np.clip(at, times[0], times[-1])
+        stands: NDArray[np.bool_] = np.diff(values) == 0.0
+        if np.count_nonzero(stands) > _STANDS * stands.size:
             n = np.clip(np.searchsorted(times, at + 1e-6 * self.period, side="right") - 1, 0, times.size - 2)
             read, slope = np.interp(inside, times, values), (np.diff(values) / np.diff(times))[n]
         else:
@@ -480,7 +481,7 @@ class Controlled(Modelled):
         fastest = float(np.abs(v).max())
         if fastest == 0.0 or linear.gain == 0.0:
             return np.zeros(self.time.size)
-        along = linear.along(self.period * np.arange(x.size), x, v, drive)
+        along = linear.along(self.period * np.arange(x.size, dtype=np.float64), x, v, drive)
         shifted = moved(-size * force(along) / linear.gain)
         changed = between(shifted.states - run.states, self.period, self.time)[:, 0]
         return np.asarray(letters["gain"] * changed / size)
@@ -751,10 +752,10 @@ def _rate(model: Model, rate: float | None, several: Sequence[Recording]) -> flo
             f"{model.law.current}; {first.source} was logged at {logged:.5g} Hz"
         )
     ticks = positive("rate", rate, "Hz")
-    for each in several:
-        if ticks < (logged := _logged(each)) * (1.0 - _SAME_RATE):
+    for recording in several:
+        if ticks < (logged := _logged(recording)) * (1.0 - _SAME_RATE):
             raise HopformError(
-                f"rate must be at least that of the log, {logged:.5g} Hz in {each.source}, got {ticks:.6g} Hz: a "
+                f"rate must be at least that of the log, {logged:.5g} Hz in {recording.source}, got {ticks:.6g} Hz: a "
                 "controller that is slower than its log holds each current over several samples; leave samples out"
             )
     return ticks

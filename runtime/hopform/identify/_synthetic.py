@@ -222,9 +222,11 @@ def _controlled(
     targets = levels[np.searchsorted(begins, time + 1e-12, side="right") - 1]
     unit, (drive, goal) = str(facts.axes["x1"]["unit"]), (facts.currents[0], facts.inputs[0])
     columns = {place.lower(): _column(f"{place}_{unit}", 2, np.array(x), *encoder)}
-    for n, (each, values) in enumerate(((goal, targets), (drive, np.array(i))), 3):
-        name, of = str(each["name"]), str(each["unit"])
-        columns[name.lower()] = Column(f"{name}_{of.replace(' ', '')}", _QUANTITIES.get(of, OTHER), n, values)
+    for n, (table, values) in enumerate(((goal, targets), (drive, np.array(i))), 3):
+        name, in_unit = str(table["name"]), str(table["unit"])
+        columns[name.lower()] = Column(
+            f"{name}_{in_unit.replace(' ', '')}", _QUANTITIES.get(in_unit, OTHER), n, values + 0.0
+        )
     return Recording(f"{robot.name or facts.name}, {MOTION}", time, columns)
 
 
