@@ -67,9 +67,13 @@ static inline bool is_short_f32(const alone_pair_f32 *pair, float t) {
         second = first;                                                                                                \
         first = next;                                                                                                  \
     }
-DEFINE_RESPONSE(a_node, HOPFORM_NODE_f32)
-DEFINE_RESPONSE(half_a_node, HOPFORM_HALF_NODE_f32)
+#define NODE_TERMS(EACH) HOPFORM_NODE_FIRST_f32(EACH) HOPFORM_NODE_f32(EACH)
+#define HALF_NODE_TERMS(EACH) HOPFORM_HALF_NODE_FIRST_f32(EACH) HOPFORM_HALF_NODE_f32(EACH)
+DEFINE_RESPONSE(a_node, NODE_TERMS)
+DEFINE_RESPONSE(half_a_node, HALF_NODE_TERMS)
 DEFINE_RESPONSE(a_step, HOPFORM_STEP_f32)
+#undef NODE_TERMS
+#undef HALF_NODE_TERMS
 #undef ADD_TERM
 #undef DEFINE_RESPONSE
 

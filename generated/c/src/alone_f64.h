@@ -67,9 +67,13 @@ static inline bool is_short_f64(const alone_pair_f64 *pair, double t) {
         second = first;                                                                                                \
         first = next;                                                                                                  \
     }
-DEFINE_RESPONSE(a_node, HOPFORM_NODE_f64)
-DEFINE_RESPONSE(half_a_node, HOPFORM_HALF_NODE_f64)
+#define NODE_TERMS(EACH) HOPFORM_NODE_FIRST_f64(EACH) HOPFORM_NODE_f64(EACH)
+#define HALF_NODE_TERMS(EACH) HOPFORM_HALF_NODE_FIRST_f64(EACH) HOPFORM_HALF_NODE_f64(EACH)
+DEFINE_RESPONSE(a_node, NODE_TERMS)
+DEFINE_RESPONSE(half_a_node, HALF_NODE_TERMS)
 DEFINE_RESPONSE(a_step, HOPFORM_STEP_f64)
+#undef NODE_TERMS
+#undef HALF_NODE_TERMS
 #undef ADD_TERM
 #undef DEFINE_RESPONSE
 

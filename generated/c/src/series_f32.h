@@ -32,6 +32,9 @@
 /* those below */
 #define HOPFORM_NODE_f32(X) X(0.0001984127f) X(0.0013888889f) X(0.008333334f) X(0.041666668f) X(0.16666667f) X(0.5f)
 
+/* phi_1 over a short step, but for the 1 */
+#define HOPFORM_STEP_f32(X) X(0.16666667f) X(0.5f)
+
 /* 1/n, from the first on */
 #define HOPFORM_CARRY_ORDERS_f32(X) X(1.0f) X(0.5f) X(0.33333334f) X(0.25f)
 

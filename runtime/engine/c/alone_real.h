@@ -67,9 +67,13 @@ static inline bool is_short_real(const alone_pair_real *pair, real t) {
         second = first;                                                                                                \
         first = next;                                                                                                  \
     }
-DEFINE_RESPONSE(a_node, HOPFORM_NODE_real)
-DEFINE_RESPONSE(half_a_node, HOPFORM_HALF_NODE_real)
+#define NODE_TERMS(EACH) HOPFORM_NODE_FIRST_real(EACH) HOPFORM_NODE_real(EACH)
+#define HALF_NODE_TERMS(EACH) HOPFORM_HALF_NODE_FIRST_real(EACH) HOPFORM_HALF_NODE_real(EACH)
+DEFINE_RESPONSE(a_node, NODE_TERMS)
+DEFINE_RESPONSE(half_a_node, HALF_NODE_TERMS)
 DEFINE_RESPONSE(a_step, HOPFORM_STEP_real)
+#undef NODE_TERMS
+#undef HALF_NODE_TERMS
 #undef ADD_TERM
 #undef DEFINE_RESPONSE
 
