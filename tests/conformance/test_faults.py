@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tests import needs
 from tests.conformance import faults
 from tests.conformance.faults import CELLS, Cell, Fault, measure
 from tests.conformance.nuisances import quick_robot
@@ -53,6 +54,17 @@ def test_no_cause_is_named_that_is_not_there():
     for kind in ("step", "decay", "drop"):
         assert cell(kind, "known value").names["known value"] >= ROBOTS - 1
     assert cell("step", "play").names["play"] >= ROBOTS - 1
+
+
+@pytest.mark.parametrize("number", needs.the_first([8, 14, 37]))
+def test_a_profile_of_a_short_recording_meets_the_minimum_beyond_a_kink(number):
+    """Half a second, in which the actuator turns once or twice: around the lowest minimum alone intervals were off by
+    over two half widths.
+    """
+    robot, fault, recording = faults.drawn(faults.SEED, "step", "short", number)
+    count = Cell()
+    count.score(faults.fitted("step", robot, fault, recording), robot)
+    assert count.inside == count.total and count.gross == 0
 
 
 def test_every_cell_is_of_a_fault_that_is_drawn():
