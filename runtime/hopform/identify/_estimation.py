@@ -489,7 +489,8 @@ def estimates(
         elif profiles and parameter.profiled and stderr > 0.0:
             if progress:
                 progress(f"interval of {parameter.name}")
-            low, high, method = _profile(solution, parameter, stderr, float(seen.inflation[index]), met)
+            profile = _Profile(solution, parameter, stderr, float(seen.inflation[index]), met)
+            low, high, method = profile.interval()
         elif parameter.kind == "positive":
             factor = math.exp(min(t * stderr / value, 300.0))
             low, high = value / factor, value * factor
@@ -524,10 +525,8 @@ class Lower(Exception):
         self.values = values
 
 
-def _profile(
-    solution: Solution, parameter: Parameter, stderr: float, inflation: float, met: list[Solution]
-) -> tuple[float, float, str]:
-    """Where the sum of squares, all else fitted again, has grown by the quantile, on both sides of the estimate.
+class _Profile:
+    """Where the sum of squares, all else fitted again, has grown by the quantile, on both sides of an estimate.
 
     Where a motion hardly turns, other minima may fit as well beyond a kink: a mass that moves one way alone shows its
     friction, its load and its force constant as one. There each end is asked again from far off (`_BEYOND`); where a
@@ -535,82 +534,96 @@ def _profile(
     chi^2 for all parameters: a mass that is held at first has fewer that matter than one that slides within the noise.
     `met` takes what fits as well.
     """
-    value = solution.values[parameter.name]
-    two, one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
-    ways = [(math.sqrt(inflation), 6), (0.0, 20)]
-    unit = influence(solution)[2] * inflation
-    several = turns(solution) <= _FEW_TURNS
 
-    def held(trial: float, start: Parameters, most: int) -> Solution:
+    def __init__(
+        self, solution: Solution, parameter: Parameter, stderr: float, inflation: float, met: list[Solution]
+    ) -> None:
+        self.solution, self.parameter, self.stderr, self.met = solution, parameter, stderr, met
+        self.value = solution.values[parameter.name]
+        self.two, self.one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
+        self.ways = [(math.sqrt(inflation), 6), (0.0, 20)]
+        self.unit = influence(solution)[2] * inflation
+        self.several = turns(solution) <= _FEW_TURNS
+
+    def interval(self) -> tuple[float, float, str]:
+        """Both ends, and what they are."""
+        value, stderr, kind = self.value, self.stderr, self.parameter.kind
+        if kind not in ("nonnegative", "fraction"):
+            least = 1e-9 * value if kind == "positive" else -math.inf
+            low, high = (self.end(side, self.two, least) for side in (-1.0, 1.0))
+            return low, high, _closed(low, high)
+        upper = self.end(1.0, self.two, -math.inf)
+        if value <= _DISTANT * stderr and (value <= 1e-6 * stderr or self.growth(0.0) <= self.two):
+            upper = self.end(1.0, self.one, -math.inf) if math.isfinite(upper) else upper
+            return 0.0, upper, "profile, one-sided at 0" if math.isfinite(upper) else "not identifiable"
+        low = self.end(-1.0, self.two, 0.0)
+        return low, upper, _closed(low, upper)
+
+    def held(self, trial: float, start: Parameters, most: int) -> Solution:
         """All else fitted from a start, the parameter held at a value."""
-        rest = [p for p in start if p.name != parameter.name]
-        fitted = again(solution, solution.experiments, rest, fixed={parameter.name: trial}, most=most, precision=1e-4)
-        if grown(fitted) < -_LOWER:
+        fixed, rest = {self.parameter.name: trial}, [p for p in start if p.name != self.parameter.name]
+        fitted = again(self.solution, self.solution.experiments, rest, fixed=fixed, most=most, precision=1e-4)
+        grown = self.grown(fitted)
+        if grown < -_LOWER:
             raise Lower(fitted.values)
-        if several and grown(fitted) <= one:
-            met.append(fitted)
+        if self.several and grown <= self.one:
+            self.met.append(fitted)
         return fitted
 
-    def grown(fitted: Solution) -> float:
-        """How much the sum of squares is larger, in variances."""
-        return (fitted.cost - solution.cost) / unit
+    def from_both(self, trial: float, first: Solution, other: Solution) -> Solution:
+        """The lower of the fits from where two others came to."""
+        starts = (first,) if other is first else (first, other)
+        return best([self.held(trial, started(each), 20) for each in starts])
 
-    def growth(trial: float) -> float:
+    def grown(self, fitted: Solution) -> float:
+        """How much the sum of squares is larger, in variances."""
+        return (fitted.cost - self.solution.cost) / self.unit
+
+    def growth(self, trial: float) -> float:
         """How much the sum of squares grows if the parameter is held at a value.
 
         The others start from where the covariance takes them; if that leads nowhere, from where they are, the next time
         at once.
         """
-        errors, tried = (trial - value) / stderr, list[float]()
-        for tilt, most in tuple(ways):
-            tried.append(grown(held(trial, moved(solution, parameter.name, tilt * errors), most)))
-            if tried[-1] <= (4.0 * errors**2 + 1.0 if abs(errors) <= _FAR_OFF else two):
+        errors, tried = (trial - self.value) / self.stderr, list[float]()
+        for tilt, most in tuple(self.ways):
+            start = moved(self.solution, self.parameter.name, tilt * errors)
+            tried.append(self.grown(self.held(trial, start, most)))
+            if tried[-1] <= (4.0 * errors**2 + 1.0 if abs(errors) <= _FAR_OFF else self.two):
                 break
         if len(tried) == 2 and tried[1] < tried[0]:
-            ways.reverse()
+            self.ways.reverse()
         return min(tried)
 
-    def end_of(side: float, level: float, least: float) -> float:
+    def end(self, side: float, level: float, least: float) -> float:
         """The end of the interval on a side; least: no value is less."""
-        end = _cross(growth, value, side * stderr, level, least)
-        if not several or not math.isfinite(end) or end in (least, value):
+        end = _cross(self.growth, self.value, side * self.stderr, level, least)
+        if not self.several or not math.isfinite(end) or end in (least, self.value):
             return end
-        path = list[Solution]()
+        wide = float(of_scipy("special").chdtri(len(self.solution.parameters), 1.0 - LEVEL))
+        last, far = self.solution, list[Solution]()
         for times in _BEYOND:
-            trial = max(value + times * (end - value), least)
-            path.append(best([held(trial, started(each), 20) for each in (solution, *path[-1:])]))
-        wide = float(of_scipy("special").chdtri(len(solution.parameters), 1.0 - LEVEL))
-        found = [each for each in path if grown(each) <= wide]
-        return outer(found[-1], level if grown(found[-1]) <= level else wide, least) if found else end
+            last = self.from_both(max(self.value + times * (end - self.value), least), self.solution, last)
+            far += [last] if self.grown(last) <= wide else []
+        return self.outer(far[-1], level if self.grown(far[-1]) <= level else wide, least) if far else end
 
-    def outer(inner: Solution, level: float, least: float) -> float:
+    def outer(self, inner: Solution, level: float, least: float) -> float:
         """The end beyond a minimum that fits as well: twice as far until one does not, then halfway from both."""
+        name = self.parameter.name
         for _ in range(_DOUBLED):
-            trial = max(2.0 * inner.values[parameter.name] - value, least)
-            beyond = best([held(trial, started(each), 20) for each in (inner, solution)])
-            if grown(beyond) > level:
+            trial = max(2.0 * inner.values[name] - self.value, least)
+            beyond = self.from_both(trial, inner, self.solution)
+            if self.grown(beyond) > level:
                 break
             if trial == least:
                 return least
             inner = beyond
         else:
-            return least if inner.values[parameter.name] < value else math.inf
+            return least if inner.values[name] < self.value else math.inf
         for _ in range(_HALVED):
-            trial = 0.5 * (inner.values[parameter.name] + beyond.values[parameter.name])
-            lower = best([held(trial, started(each), 20) for each in (inner, beyond)])
-            inner, beyond = (inner, lower) if grown(lower) > level else (lower, beyond)
-        return beyond.values[parameter.name]
-
-    if parameter.kind not in ("nonnegative", "fraction"):
-        least = 1e-9 * value if parameter.kind == "positive" else -math.inf
-        low, high = (end_of(side, two, least) for side in (-1.0, 1.0))
-        return low, high, _closed(low, high)
-    upper = end_of(1.0, two, -math.inf)
-    if value <= _DISTANT * stderr and (value <= 1e-6 * stderr or growth(0.0) <= two):
-        upper = end_of(1.0, one, -math.inf) if math.isfinite(upper) else upper
-        return 0.0, upper, "profile, one-sided at 0" if math.isfinite(upper) else "not identifiable"
-    low = end_of(-1.0, two, 0.0)
-    return low, upper, _closed(low, upper)
+            lower = self.from_both(0.5 * (inner.values[name] + beyond.values[name]), inner, beyond)
+            inner, beyond = (inner, lower) if self.grown(lower) > level else (lower, beyond)
+        return beyond.values[name]
 
 
 _FEW_TURNS = 2

@@ -111,7 +111,9 @@ def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at
     odd = [each for one in telemetry for each in _odd(one)]
     warnings = (*problem.warnings, *odd, *map(_stopped, filter(flat_top, driven)), *_unexplained(quick, problem.units))
     promised = [CONDITION] if at is None else conditions(known or {})
-    return Check(telemetry, estimates, (*promised, *problem.statements, *blind(spread), *helps), warnings, problem.units)
+    return Check(
+        telemetry, estimates, (*promised, *problem.statements, *blind(spread), *helps), warnings, problem.units
+    )
 
 
 CONDITION = "these intervals are those of a fit if the model explains your rig; if it does not, a fit gives none"

@@ -216,7 +216,9 @@ def fit_force(
         fitted = force_of, force_of - rest, old, tests, estimation.rms(worse), error
         traces.append(Trace(recording.source, "force", part.time, *fitted))
     notes = (*coloured(traces, [trace.tests.white for trace in traces]), *said(diagnoses, units.shown("force")))
-    force = Fit("force", estimates, values, {}, tuple(traces), unseen, notes, 1, 0.0, None, diagnoses, spread, units=units)
+    force = Fit(
+        "force", estimates, values, {}, tuple(traces), unseen, notes, 1, 0.0, None, diagnoses, spread, units=units
+    )
     if position:
         asked.stage("fit in position")
         force = replace(force, statements=(*unseen, *_beside(several, force, loss)))
