@@ -93,6 +93,19 @@ def test_a_jump_of_the_data_is_a_warning_with_its_times():
         assert not any("samples lost" in each for each in sound.warnings)
 
 
+@pytest.mark.parametrize("middle, lost", [(300, 100), (400, 160)])
+def test_lost_samples_show_as_a_jump_of_the_place_or_of_the_velocity(middle, lost):
+    """About the bottom of a sine only the velocity is another one; where it passes 0 the place is. The sine alone has no
+    jump."""
+    time, rng = np.arange(800) / 400.0, np.random.default_rng(2)
+    x = np.sin(2.0 * np.pi * time) + 1e-4 * rng.standard_normal(time.size)
+    assert not rivals.jumps_of(time, x)
+    first = middle - lost // 2
+    cut = np.delete(x, np.s_[first : first + lost])
+    jump = rivals.jumps_of(time[: cut.size], cut)[0]
+    assert abs(jump.sample - first) <= 2 and (jump.speed != 0.0) == (middle == 300)
+
+
 def test_a_drive_that_pushes_one_way_cannot_tell_friction_by_load():
     of, rng = drawn("joint", "sound", 0)
     words = "cannot be distinguished from a smaller force constant"

@@ -480,8 +480,16 @@ def _rivals(solution: Solution) -> Iterator[Tried]:
             continue
         sizes, after = _with_columns(solution, best.columns)
         values = _values_of(best, sizes)
-        may = best.name in ("gap", "sensor drift", "lens")
-        yield from _worth(best.name, values, solution, after, explains=may and _is_noise(solution, after))
+        explains = best.name in ("sensor drift", "lens") and _is_noise(solution, after)
+        for each in _worth(best.name, values, solution, after, explains=explains):
+            seen = best.name == "gap" and each.diagnosis.after < _SEEN * each.diagnosis.before
+            yield each._replace(explains=explains or seen)
+
+
+_SEEN = 0.5
+"""Share of the rms that is left where lost samples are named: the data show the jump, and after a long one the motion is
+not the one that is fitted.
+"""
 
 
 def _values_of(rival: "rivals.Rival", sizes: Sequence[float]) -> dict[str, float]:

@@ -64,7 +64,7 @@ def noise_in(solution: Solution) -> Noise | None:
     rng, sigma = np.random.default_rng(len(levels)), solution.noise
     rows = solution.scaled
     size = np.maximum(np.sqrt((rows**2).sum(axis=0)), 1e-300)
-    solve = np.linalg.pinv(rows / size) / size[:, np.newaxis]
+    solve: Array = np.asarray(np.linalg.pinv(rows / size) / size[:, np.newaxis], dtype=np.float64)
 
     def response() -> Array:
         """That of all samples to one draw of the noise, in standard deviations."""
@@ -107,7 +107,8 @@ def _response(experiment: Experiment, solution: Solution, n: int, sd: float, rng
     if sd == 0.0:
         return np.zeros(experiment.time.size)
     begins, levels = np.array(experiment.steps, dtype=float).T
-    noisy = tuple(zip(begins.tolist(), (levels + sd * rng.standard_normal(levels.size)).tolist(), strict=True))
+    shaken = np.asarray(levels + sd * rng.standard_normal(levels.size), dtype=np.float64)
+    noisy = tuple(zip(begins.tolist(), shaken.tolist(), strict=True))
     moved = replace(experiment, steps=noisy).predict(solution.values)[0]
     return np.asarray(moved - experiment.measured - solution.residuals[n])
 

@@ -288,8 +288,10 @@ def _jumping(problem: Problem) -> list[str]:
     for experiment in problem.experiments:
         for jump in rivals.jumps_of(experiment.time, experiment.measured)[:1]:
             when = f"between {jump.before + experiment.begin:.4g} and {jump.after + experiment.begin:.4g} s"
-            size = f"by {factor * abs(jump.size):.3g} {unit} more than before and after"
-            statements.append(f"{experiment.label}: moves {when} {size}: are samples lost there, or is its time wrong?")
+            moves = f"moves {when} by {factor * abs(jump.size):.3g} {unit} more than before and after"
+            turns = f"its velocity changes by {factor * abs(jump.speed):.3g} {unit}/s {when}"
+            asked = "are samples lost there, is its time wrong" + (", or is it hit?" if jump.speed else "?")
+            statements.append(f"{experiment.label}: {turns if jump.speed else moves}: {asked}")
     return statements
 
 
