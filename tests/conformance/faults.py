@@ -191,8 +191,9 @@ class Cell:
         self.total += len(given)
         self.inside += sum(e.low <= true <= e.high for e, true in given)
         off = any(abs(true - 0.5 * (e.low + e.high)) > e.high - e.low for e, true in given)
-        self.gross += off and not fit.diagnoses and not any("white" in each for each in fit.warnings)
-        self.names[fit.diagnoses[0].name if fit.diagnoses else "-"] += 1
+        named = [each.name for each in fit.diagnoses if not each.possible]
+        self.gross += off and not named and not any("white" in each for each in fit.warnings)
+        self.names[named[0] if named else "-"] += 1
 
     def wrong(self, fault: str) -> int:
         """Fits that name a cause that is not there."""

@@ -20,10 +20,10 @@ def cell(kind: str, fault: str) -> Cell:
 
 
 SOUND = [("step", "sound"), ("air", "sound"), ("decay", "sound"), ("drop", "sound")]
-HELD = [*SOUND, ("step", "short delay"), ("air", "delay"), ("step", "short"), ("step", "one way")]
+HELD = [*SOUND, ("step", "short delay"), ("air", "delay"), ("step", "short"), ("step", "one way"),
+        ("air", "noise of current")]  # fmt: skip
 UNEXPLAINED = [
     ("step", "wander"),
-    ("step", "noise of current"),
     ("air", "drift"),
     ("step", "play"),
     ("air", "Stribeck"),
@@ -32,11 +32,11 @@ UNEXPLAINED = [
 
 @pytest.mark.nightly
 def test_intervals_hold_the_truth_in_19_of_20_cases():
-    """Of sound recordings, late ones, short ones and ones of one direction: 90 % at least of some 95 intervals, which
-    miss together in a fit; 2 fits of 24 may have none."""
+    """Of sound recordings, late ones, short ones and ones of one direction: 90 % at least of some 105 intervals, which
+    miss together in a fit; 3 fits of 27 may have none."""
     found = [cell(*each) for each in HELD]
     assert sum(each.inside for each in found) >= 0.90 * sum(each.total for each in found) > 0
-    assert sum(each.without for each in found) <= 2
+    assert sum(each.without for each in found) <= 3
     assert not any(each.failed for each in found)
 
 
