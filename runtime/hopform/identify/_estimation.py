@@ -544,6 +544,7 @@ class _Profile:
         self.ways = [(math.sqrt(inflation), 6), (0.0, 20)]
         self.unit = influence(solution)[2] * inflation
         self.several = turns(solution) <= _FEW_TURNS
+        self.wide = float(of_scipy("special").chdtri(len(solution.parameters), 1.0 - LEVEL))
 
     def interval(self) -> tuple[float, float, str]:
         """Both ends, and what they are."""
@@ -600,12 +601,15 @@ class _Profile:
         end = _cross(self.growth, self.value, side * self.stderr, level, least)
         if not self.several or not math.isfinite(end) or end in (least, self.value):
             return end
-        wide = float(of_scipy("special").chdtri(len(self.solution.parameters), 1.0 - LEVEL))
-        last, far = self.solution, list[Solution]()
+        last, far = self.solution, list[tuple[Solution, float]]()
         for times in _BEYOND:
-            last = self.from_both(max(self.value + times * (end - self.value), least), self.solution, last)
-            far += [last] if self.grown(last) <= wide else []
-        return self.outer(far[-1], level if self.grown(far[-1]) <= level else wide, least) if far else end
+            trial = max(self.value + times * (end - self.value), least)
+            last = self.from_both(trial, self.solution, last)
+            # about one minimum the sum grows by this much
+            alone = level * ((trial - self.value) / (end - self.value)) ** 2
+            limit = self.wide if self.grown(last) > level and alone > 2.0 * self.wide else level
+            far += [(last, limit)] if self.grown(last) <= limit else []
+        return self.outer(*far[-1], least) if far else end
 
     def outer(self, inner: Solution, level: float, least: float) -> float:
         """The end beyond a minimum that fits as well: twice as far until one does not, then halfway from both."""
