@@ -74,7 +74,7 @@ def test_friction_that_is_traded_from_recording_to_recording_is_said():
         assert repeats[name].values == pytest.approx([getattr(robot, name) for robot in robots], rel=0.03)
         assert any(each.startswith(f"{name} of each recording alone") for each in fit.statements)
     assert not has_intervals(fit)
-    assert any("b1 and f1 are traded against each other" in each for each in fit.statements)
+    assert any("b1 and f1 are correlated from recording to recording" in each for each in fit.statements)
 
 
 @pytest.mark.sliced

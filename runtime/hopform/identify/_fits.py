@@ -207,15 +207,15 @@ class Fit(Shown):
     def robot(self, base: Any = None) -> Any:
         """A robot with what was fitted, and the rest, as what is not identifiable, from `base`; friction of several
         recordings as their mean. base: if none, that of a model's fit. Its `fit` says where each number comes from.
-        HopformError for a rotary fit of no model, which is of no hopper, and without a base.
+        HopformError for a rotary fit of no model, which is not a hopper's, and without a base.
         """
         if self.base is None and self.units.position != "m":
-            raise HopformError("a fit in rad is of no hopper: take it to a simulator by --export mjcf, urdf or isaac")
+            raise HopformError(
+                "a fit in rad is not a hopper's: export it to a simulator by --export mjcf, urdf or isaac"
+            )
         base = self.base if base is None else base
         if base is None:
-            raise HopformError(
-                "base must be a robot, which has what was not fitted, as load_robot('hopper_c') gives it"
-            )
+            raise HopformError("base must be a robot with the values that were not fitted, as load_robot('hopper_c')")
         length = () if self.base is not None else ("L0",)
         fields = {"length" if each.name in length else each.name: each.name for each in base.fields()}
         shifts = {"length": base.c} if length else {}  # the fit has L0 + c
@@ -246,7 +246,7 @@ class Fit(Shown):
             if len(alike := [name for name in some if name.partition("@")[0] in fields]) > 1:
                 names = " and ".join(alike)
                 raise HopformError(
-                    f"no robots are drawn: the recordings fix {names} in combination alone; give one as known"
+                    f"no robots can be drawn: the recordings identify a combination of {names} alone; give one as known"
                 )
         return tuple(robot.sample(count, seed))
 
@@ -310,7 +310,7 @@ def _one_way(problem: Problem) -> list[str]:
 def blind(spread: estimation.Spread) -> list[str]:
     """What recordings do not identify."""
     weak = [f"not identifiable from these recordings: {', '.join(spread.weak)}"] if spread.weak else []
-    return weak + [f"only combinations of {', '.join(some)} are fixed" for some in spread.combinations]
+    return weak + [f"only a combination of {', '.join(some)} is identifiable" for some in spread.combinations]
 
 
 def _boundary(estimates: Sequence[Estimate]) -> list[str]:
@@ -320,9 +320,9 @@ def _boundary(estimates: Sequence[Estimate]) -> list[str]:
     ]
     for estimate in estimates:
         if estimate.method.endswith(" end"):
-            end, way = (estimate.low, "up") if math.isfinite(estimate.low) else (estimate.high, "down")
+            end, way = (estimate.low, "above") if math.isfinite(estimate.low) else (estimate.high, "below")
             statements.append(
-                f"{estimate.name} has one end: any value from {end:.4g} {estimate.unit} {way} fits as well"
+                f"{estimate.name} has a bound on one side alone: every value {way} {end:.4g} {estimate.unit} fits as well"
             )
     return statements
 

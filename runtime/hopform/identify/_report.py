@@ -97,7 +97,7 @@ def verdict(fit: Fit) -> str:
     if not given and any(each.method == NONE for each in shared):
         return f"The model does not explain the recordings: values are off by an unknown amount{_agreement(fit)}."
     if not given:
-        return "These recordings fix no parameter between two ends; the notes say which they do not show."
+        return "No parameter has an interval with two ends; the notes say what these recordings do not identify."
     return "The model explains these recordings to their noise. Change amplitude or load to see whether it holds."
 
 
@@ -112,7 +112,7 @@ def _agreement(fit: Fit) -> str:
 
 def _too_few(fit: Fit) -> str:
     """Why there are too few samples: few of them, or few that are independent."""
-    solution, none = fit.solution, "Too few samples: there are no intervals; record for longer."
+    solution, none = fit.solution, "Too few samples for an interval: record for longer."
     if solution is None or solution.count < FEWEST * len(solution.parameters):
         return none
     return (
