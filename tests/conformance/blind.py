@@ -81,8 +81,8 @@ def _rig(**sizes: Callable[[Rigged, Draw], float]) -> Effect:
 
 
 def _link(of: Rigged, rng: Draw) -> Rigged:
-    """A tenth to a half of the inertia behind a spring of 8 to 40 Hz, the sensor on either side."""
-    share, omega = _between(rng, 0.1, 0.5), 2.0 * math.pi * _between(rng, 8.0, 40.0)
+    """2 to 50 % of the inertia behind a spring of 8 to 60 Hz, the sensor on either side."""
+    share, omega = _between(rng, 0.02, 0.5), 2.0 * math.pi * _between(rng, 8.0, 60.0)
     link = share * of.rig.mass
     stiff = link * omega**2
     return replace(of, rig=replace(
@@ -103,36 +103,36 @@ def _cut(of: Rigged, rng: Draw) -> Rigged:
 
 def _stribeck(of: Rigged, rng: Draw) -> Rigged:
     speed = _motion(of)[1] * _between(rng, 0.02, 0.15)
-    return replace(of, rig=replace(of.rig, stribeck=_between(rng, 0.2, 1.0), speed=speed))
+    return replace(of, rig=replace(of.rig, stribeck=_between(rng, 0.05, 1.0), speed=speed))
 
 
 def _drag(of: Rigged, rng: Draw) -> Rigged:
     speed = _motion(of)[1]
     whole = of.rig.b + of.rig.mass * of.rig.f / speed
-    return replace(of, rig=replace(of.rig, drag=_between(rng, 0.1, 0.6) * whole / speed))
+    return replace(of, rig=replace(of.rig, drag=_between(rng, 0.03, 0.6) * whole / speed))
 
 
 EFFECTS: Mapping[str, Effect] = {
     "sound": lambda of, _: of,
     "short": _cut,
     "delay": _rig(delay=lambda _, rng: _between(rng, 1e-3, 8e-3)),
-    "lag": _rig(lag=lambda _, rng: _between(rng, 1e-3, 8e-3)),
+    "lag": _rig(lag=lambda _, rng: _between(rng, 5e-4, 8e-3)),
     "link": _link,
     "ripple": _rig(
-        ripple=lambda of, rng: _between(rng, 0.02, 0.1) * _force(of),
+        ripple=lambda of, rng: _between(rng, 0.003, 0.1) * _force(of),
         pitch=lambda of, rng: _motion(of)[0] / rng.uniform(2.0, 9.0),
     ),
     "Stribeck": _stribeck,
     "drag": _drag,
-    "load": _rig(drift=lambda of, rng: _between(rng, 0.02, 0.1) * _force(of)),
-    "loaded": _rig(loaded=lambda _, rng: _between(rng, 0.02, 0.15)),
-    "hardening": _rig(hard=lambda of, rng: _between(rng, 0.05, 0.3) / (0.5 * _motion(of)[0]) ** 2),
-    "play": _rig(play=lambda of, rng: _between(rng, 0.003, 0.02) * _motion(of)[0]),
-    "drift": lambda of, rng: replace(of, drifts=_between(rng, 0.002, 0.03) * _motion(of)[0] * rng.choice([-1.0, 1.0])),
+    "load": _rig(drift=lambda of, rng: _between(rng, 0.002, 0.1) * _force(of)),
+    "loaded": _rig(loaded=lambda _, rng: _between(rng, 0.005, 0.15)),
+    "hardening": _rig(hard=lambda of, rng: _between(rng, 0.005, 0.3) / (0.5 * _motion(of)[0]) ** 2),
+    "play": _rig(play=lambda of, rng: _between(rng, 0.0005, 0.02) * _motion(of)[0]),
+    "drift": lambda of, rng: replace(of, drifts=_between(rng, 0.0003, 0.03) * _motion(of)[0] * rng.choice([-1.0, 1.0])),
     "current noise": lambda of, rng: replace(
-        of, noise_of_current=_between(rng, 0.005, 0.08) * float(np.abs(of.u).max())
+        of, noise_of_current=_between(rng, 0.002, 0.08) * float(np.abs(of.u).max())
     ),
-    "lens": lambda of, rng: replace(of, bent=_between(rng, 0.01, 0.1) / _motion(of)[0] ** 2),
+    "lens": lambda of, rng: replace(of, bent=_between(rng, 0.001, 0.1) / _motion(of)[0] ** 2),
     "gap": _lost,
 }
 
@@ -219,7 +219,7 @@ def fitted(of: Rigged, recordings: Sequence[Recording], **options: Any) -> tuple
         truth = {"k": rig.k, "b2": rig.b, "f2": rig.f, "length": rig.rest, "impact_loss": rig.loss}
         return identify.fit_drop_test([*recordings], known={"m_s": rig.mass}, **options), truth
     mass = rig.mass + rig.link
-    truth = {"J": mass, "k": rig.k, "b": rig.b, "F_p": mass * rig.f, "q_0": 0.0}
+    truth = {"J": mass, "k": rig.k, "b": rig.b, "F_p": rig.mass * rig.f, "q_0": 0.0}
     known: dict[str, float | str] = {"F_m": "F_p", "k_t": rig.gamma}
     if of.kind == "decay":
         known = {"F_m": "F_p", "k": rig.k}
@@ -255,9 +255,9 @@ class Cell:
                         for e, true in given if not e.low <= true <= e.high]  # fmt: skip
         if any(abs(true - 0.5 * (e.low + e.high)) > e.high - e.low for e, true in given):
             self.gross.append(number)
-        told = [each.name for each in fit.diagnoses if not getattr(each, "possible", False)]
-        self.names[told[0] if told else "-"] += 1
-        may = [each.name for each in fit.diagnoses if getattr(each, "possible", False)]
+        named = [each.name for each in fit.diagnoses if not each.possible]
+        self.names[named[0] if named else "-"] += 1
+        may = [each.name for each in fit.diagnoses if each.possible]
         self.possible[may[0] if may else "-"] += 1
 
     def right(self, effect: str) -> int:

@@ -191,8 +191,9 @@ class Cell:
         self.total += len(given)
         self.inside += sum(e.low <= true <= e.high for e, true in given)
         off = any(abs(true - 0.5 * (e.low + e.high)) > e.high - e.low for e, true in given)
-        self.gross += off and not fit.diagnoses and not any("white" in each for each in fit.warnings)
-        self.names[fit.diagnoses[0].name if fit.diagnoses else "-"] += 1
+        named = [each.name for each in fit.diagnoses if not each.possible]
+        self.gross += off and not named and not any("white" in each for each in fit.warnings)
+        self.names[named[0] if named else "-"] += 1
 
     def wrong(self, fault: str) -> int:
         """Fits that name a cause that is not there."""
@@ -204,17 +205,22 @@ def _truth(robot: hopform.Robot, name: str) -> float:
     return 0.0 if of is None else float(getattr(robot, of))
 
 
+def drawn(seed: int, kind: str, name: str, number: int) -> tuple[hopform.Robot, Fault, Recording]:
+    """A robot, the size of its fault, and their recording, drawn by seed, kind, fault and number."""
+    rng = np.random.default_rng([seed, [*CELLS].index(kind), [*FAULTS].index(name), number])
+    robot, rate, noise = quick_robot(rng), float(rng.integers(200, 1000)), 10.0 ** rng.uniform(-4.7, -3.7)
+    fault = FAULTS[name](rng)
+    return robot, fault, recorded(kind, robot, fault, rate, noise, rng)
+
+
 def measure(seed: int, count: int, cells: Mapping[str, tuple[str, ...]] = CELLS) -> dict[tuple[str, str], Cell]:
-    """Each cell's fits of so many robots; a robot and its sizes are drawn by seed, kind, fault and number."""
+    """Each cell's fits of so many robots."""
     found = dict[tuple[str, str], Cell]()
     for kind, faults in cells.items():
         for name in faults:
             cell = found[kind, name] = Cell()
             for n in range(count):
-                rng = np.random.default_rng([seed, [*CELLS].index(kind), [*FAULTS].index(name), n])
-                robot, rate, noise = quick_robot(rng), float(rng.integers(200, 1000)), 10.0 ** rng.uniform(-4.7, -3.7)
-                fault = FAULTS[name](rng)
-                recording = recorded(kind, robot, fault, rate, noise, rng)
+                robot, fault, recording = drawn(seed, kind, name, n)
                 began = time.process_time()
                 try:
                     cell.score(fitted(kind, robot, fault, recording), robot)

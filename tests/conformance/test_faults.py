@@ -6,6 +6,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from tests import needs
 from tests.conformance import faults
 from tests.conformance.faults import CELLS, Cell, Fault, measure
 from tests.conformance.nuisances import quick_robot
@@ -19,10 +20,10 @@ def cell(kind: str, fault: str) -> Cell:
 
 
 SOUND = [("step", "sound"), ("air", "sound"), ("decay", "sound"), ("drop", "sound")]
-HELD = [*SOUND, ("step", "short delay"), ("air", "delay"), ("step", "short"), ("step", "one way")]
+HELD = [*SOUND, ("step", "short delay"), ("air", "delay"), ("step", "short"), ("step", "one way"),
+        ("air", "noise of current")]  # fmt: skip
 UNEXPLAINED = [
     ("step", "wander"),
-    ("step", "noise of current"),
     ("air", "drift"),
     ("step", "play"),
     ("air", "Stribeck"),
@@ -31,11 +32,11 @@ UNEXPLAINED = [
 
 @pytest.mark.nightly
 def test_intervals_hold_the_truth_in_19_of_20_cases():
-    """Of sound recordings, late ones, short ones and ones of one direction: 90 % at least of some 95 intervals, which
-    miss together in a fit; 2 fits of 24 may have none."""
+    """Of sound recordings, late ones, short ones and ones of one direction: 90 % at least of some 105 intervals, which
+    miss together in a fit; 3 fits of 27 may have none."""
     found = [cell(*each) for each in HELD]
     assert sum(each.inside for each in found) >= 0.90 * sum(each.total for each in found) > 0
-    assert sum(each.without for each in found) <= 2
+    assert sum(each.without for each in found) <= 3
     assert not any(each.failed for each in found)
 
 
@@ -53,6 +54,17 @@ def test_no_cause_is_named_that_is_not_there():
     for kind in ("step", "decay", "drop"):
         assert cell(kind, "known value").names["known value"] >= ROBOTS - 1
     assert cell("step", "play").names["play"] >= ROBOTS - 1
+
+
+@pytest.mark.parametrize("number", needs.the_first([8, 14, 37]))
+def test_a_profile_of_a_short_recording_meets_the_minimum_beyond_a_kink(number):
+    """Half a second, in which the actuator turns once or twice: around the lowest minimum alone intervals were off by
+    over two half widths.
+    """
+    robot, fault, recording = faults.drawn(faults.SEED, "step", "short", number)
+    count = Cell()
+    count.score(faults.fitted("step", robot, fault, recording), robot)
+    assert count.inside == count.total and count.gross == 0
 
 
 def test_every_cell_is_of_a_fault_that_is_drawn():

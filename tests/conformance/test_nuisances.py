@@ -61,11 +61,17 @@ def test_a_delay_is_fitted_wherever_a_current_flows():
 
 
 @pytest.mark.parametrize("seed", needs.the_first(range(3)))
-def test_friction_that_is_higher_at_rest_is_named(seed):
-    fit = fit_step_response(step(seed, stribeck=0.5, speed=0.05), known={"m_eff": 25.0}, compare=False)
-    assert fit.diagnoses[0].name == "Stribeck"
-    assert 0.1 < fit.diagnoses[0].values["level"] < 2.0
-    assert "no option fits it" in fit.warnings[-1]
+def test_friction_that_is_higher_at_rest_is_named_where_noise_tells_it_from_others(seed):
+    """Under five times the noise it is possible, as a ripple is."""
+    sharp, noisy = (
+        fit_step_response(step(seed, noise, stribeck=0.5, speed=0.05), known={"m_eff": 25.0}, compare=False)
+        for noise in (0.0, 1e-4)
+    )
+    assert [(each.name, each.possible) for each in sharp.diagnoses] == [("Stribeck", False)]
+    assert 0.1 < sharp.diagnoses[0].values["level"] < 2.0
+    assert "no option fits it" in sharp.warnings[-1]
+    assert "Stribeck" in {each.name for each in noisy.diagnoses} and all(each.possible for each in noisy.diagnoses)
+    assert "none of which stands out" in noisy.warnings[-1]
 
 
 BODY = Rig(3.0, 1200.0, 5.0, 0.6, start=0.04)

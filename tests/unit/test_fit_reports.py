@@ -108,6 +108,9 @@ def test_a_plan_is_printed_and_a_range_that_is_none_is_refused(capsys, monkeypat
     assert cli.main(["record", "all", "--plan", "--ranges", "b1=100:200"]) == 0
     text = capsys.readouterr().out
     assert "What to record" in text and "current" in text and "air" in text
+    said = " ".join(text.split())
+    assert "those of a fit if the model explains your rig; if it does not, a fit gives none" in said
+    assert "taken as weighed or measured, without an error: m_s = 3 kg, m_eff = 25 kg; give your own by --known" in said
     for words, said in {
         "record all": "are for a plan", "record step --plan --ranges k=1:2": "are for a plan",
         "record all --plan --ranges k=2:1": "takes name=low:high", "record all --plan --ranges x=1:2": "must name parameters",

@@ -91,7 +91,7 @@ def test_what_is_tied_is_drawn_alike_and_a_combination_is_refused_by_name(joint)
     loose = hopform.identify.fit(joint, recording, fitted=["J", "b", "F_plus", "F_minus", "load"], known=known, **ALONE)
     assert any({"F_plus", "F_minus", "load"} >= {*some} for some in loose.combinations)
     with pytest.raises(
-        hopform.HopformError, match="no robots are drawn: the recordings fix .*load in combination alone"
+        hopform.HopformError, match="no robots can be drawn: the recordings identify a combination of .*load alone"
     ):
         loose.sample(3, 1)
 

@@ -144,5 +144,5 @@ def test_units_that_no_fit_takes_are_refused_by_file_and_column(tmp_path, capsys
         fit_drop_test([angle, length], attached=True)
     with pytest.raises(hopform.HopformError, match="m_s must be > 0 kg m.2, got -1.0"):
         fit_drop_test(angle, attached=True, known={"m_s": -1.0})
-    with pytest.raises(hopform.HopformError, match="a fit in rad is of no hopper"):
+    with pytest.raises(hopform.HopformError, match="a fit in rad is not a hopper's"):
         decay().robot(hopform.load_robot("hopper_c"))

@@ -358,7 +358,7 @@ def test_the_command_writes_a_model_with_intervals_in_comments(tmp_path, capsys)
     assert "motion fixes them only up to a factor" in capsys.readouterr().err
     assert cli.main([*ask, "--export", "urdf", "--json"]) == 2
     assert cli.main([*ask, "--out", str(out)]) == 2
-    assert "a fit in rad is of no hopper" in capsys.readouterr().err
+    assert "a fit in rad is not a hopper's" in capsys.readouterr().err
 
 
 # ---- friction at rest ----

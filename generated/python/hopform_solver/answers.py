@@ -419,6 +419,7 @@ ANSWERS = {
         "after": "number",
         "decrease": "number",
         "option": "string",
+        "possible": "boolean",
     },
     "telemetry": {
         "source": "string",

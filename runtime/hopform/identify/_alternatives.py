@@ -10,7 +10,7 @@ the samples show of it: a size s with the standard error sigma/|r|. Of an undete
 | which would not be seen | the intervals of the parameters allow for it |
 
 An interval that allows for a cause is the one of a fit with its size as a further parameter, as far as sizes up to the
-largest plausible one can move the parameter at all. Causes come one at a time: of those the widest interval counts.
+largest plausible one can move the parameter at all. Causes come one at a time: the interval holds those of all.
 """
 
 import math
@@ -24,6 +24,7 @@ from hopform.identify import _estimation as estimation
 from hopform.identify._estimation import LEVEL, Estimate, Solution, Spread
 from hopform.identify._motion import Array, Values
 from hopform.identify._rigs import Along, Experiment, Force
+from hopform.identify._rivals import slow
 
 
 class Alternative(NamedTuple):
@@ -81,13 +82,34 @@ def friction_at_rest(share: float) -> Force:
     return lambda at: at.friction * np.sign(at.way) * np.exp(-((at.v / (share * at.fastest)) ** 2))
 
 
+def friction_by_load(at: Along) -> Array:
+    """Friction that grows with the load: a share of the force of drive and spring."""
+    rate = np.gradient(at.v, at.t)
+    moving = at.friction * np.sign(at.v)
+    drive = np.where(at.v != 0.0, rate + moving, 0.0) + at.damping * at.v + at.sprung * at.x
+    return np.asarray((np.abs(drive) + np.abs(at.sprung * at.x)) * np.sign(at.way))
+
+
+def hardening(at: Along) -> Array:
+    """The cube of a spring that hardens, as a share of its force at the largest deflection."""
+    return np.asarray(at.sprung * at.x**3 / max(float(np.abs(at.x).max()), 1e-300) ** 2)
+
+
 ALTERNATIVES = (
     Alternative("drag", "a drag of the air", drag, 0.1, 0.5),
     Alternative("Stribeck", "friction that is higher at rest", friction_at_rest(0.06), 0.2, 1.0),
     Alternative("Stribeck", "friction that is higher at rest", friction_at_rest(0.2), 0.2, 1.0),
     Alternative("lag", "a lag of the sensor", None, 1e-3, 1e-2),
+    Alternative("loaded", "friction that grows with the load", friction_by_load, 2e-3, 0.05),
+    Alternative("hardening", "a spring that hardens", hardening, 2e-3, 0.1),
+    Alternative("line", "a drift of the sensor", None, 5e-4, 0.03),
+    Alternative("bow", "a drift of the sensor", None, 5e-4, 0.03),
 )
-"""Sizes are shares of the friction at the largest velocity, of Coulomb friction, and s."""
+"""Sizes are shares of the friction at the largest velocity, of Coulomb friction, s, shares of the force of drive and
+spring, of the spring's alone, and of the motion.
+"""
+_SLOW = {"line": 0, "bow": 2}
+"""Which of the slow changes of the position a drift is."""
 
 
 def missed(solution: Solution) -> list[Missed]:
@@ -118,6 +140,8 @@ def _direction(experiment: Experiment, values: Values, cause: Alternative) -> Ar
     """The change of a prediction by a cause, per its size."""
     if cause.force is not None:
         return experiment.response_to(values, cause.force, cause.least)
+    if cause.name in _SLOW:
+        return np.asarray(float(np.ptp(experiment.measured)) * slow(experiment.time)[:, _SLOW[cause.name]])
     if "lag" in experiment.names:
         return np.zeros(experiment.time.size)
     late = replace(experiment, constants={**experiment.constants, "lag": _LAG})
@@ -143,19 +167,18 @@ def allowing(
         widened.append(estimate._replace(stderr=errors[n]) if math.isfinite(estimate.stderr) else estimate)
         if estimate.own or not math.isfinite(estimate.high - estimate.low) or not estimate.stderr > 0.0:
             continue
-        ends = [_ends(solution, n, estimate, one) for one in hidden]
-        widest = max(ends, key=lambda pair: pair[1] - pair[0])
-        low, high = min(estimate.value, widest[0]), max(estimate.value, widest[1])
+        of_each = [ends(solution, n, estimate, one) for one in hidden]
+        low, high = min(estimate.value, *(a for a, _ in of_each)), max(estimate.value, *(b for _, b in of_each))
         if high - low < _NOTED * (estimate.high - estimate.low):
             continue
         widened[-1] = widened[-1]._replace(low=low, high=high, method=_METHODS.get(estimate.method, estimate.method))
-        for one, (a, b) in zip(hidden, ends, strict=True):
+        for one, (a, b) in zip(hidden, of_each, strict=True):
             if b - a > 0.5 * (high - low) and estimate.name not in wider.setdefault(one.of.words, []):
                 wider[one.of.words].append(estimate.name)
     return tuple(widened), spread._replace(covariance=covariance), _said(wider)
 
 
-def _ends(solution: Solution, n: int, estimate: Estimate, cause: Missed) -> tuple[float, float]:
+def ends(solution: Solution, n: int, estimate: Estimate, cause: Missed) -> tuple[float, float]:
     """The ends of a parameter's interval that allows for a cause: what the samples say of both, within what plausible
     sizes of the cause can do.
     """

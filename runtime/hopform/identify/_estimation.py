@@ -477,7 +477,7 @@ def estimates(
     seen = spread(solution)
     none = _without(solution, explained)
     t = student(0.5 + 0.5 * LEVEL, solution.freedom)
-    rows = list[Estimate]()
+    rows, met = list[Estimate](), list[Solution]()
     for index, parameter in enumerate(solution.parameters):
         value = solution.values[parameter.name]
         stderr = math.sqrt(seen.covariance[index, index])
@@ -489,14 +489,21 @@ def estimates(
         elif profiles and parameter.profiled and stderr > 0.0:
             if progress:
                 progress(f"interval of {parameter.name}")
-            low, high, method = _profile(solution, parameter, stderr, float(seen.inflation[index]))
+            profile = _Profile(solution, parameter, stderr, float(seen.inflation[index]), met)
+            low, high, method = profile.interval()
         elif parameter.kind == "positive":
             factor = math.exp(min(t * stderr / value, 300.0))
             low, high = value / factor, value * factor
         elif parameter.kind in ("nonnegative", "fraction"):
             low = max(low, 0.0)
         rows.append(Estimate(parameter.name, parameter.unit, value, stderr, low, high, method, parameter.own))
-    return tuple(rows), seen
+    return tuple(_containing(row, met) if row.method.startswith("profile") else row for row in rows), seen
+
+
+def _containing(estimate: Estimate, met: Sequence[Solution]) -> Estimate:
+    """An estimate whose interval contains what profiles of other parameters met that fits as well."""
+    values = [each.values[estimate.name] for each in met]
+    return estimate._replace(low=min(estimate.low, *values), high=max(estimate.high, *values)) if values else estimate
 
 
 FEWEST = 10.0
@@ -518,43 +525,131 @@ class Lower(Exception):
         self.values = values
 
 
-def _profile(solution: Solution, parameter: Parameter, stderr: float, inflation: float) -> tuple[float, float, str]:
-    """Where the sum of squares, all else fitted again, has grown by the quantile, on both sides of the estimate."""
-    value = solution.values[parameter.name]
-    two, one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
-    ways = [(math.sqrt(inflation), 6), (0.0, 20)]
-    unit = influence(solution)[2] * inflation
+class _Profile:
+    """Where the sum of squares, all else fitted again, has grown by the quantile, on both sides of an estimate.
 
-    def growth(trial: float) -> float:
-        """How much the sum of squares grows, in variances, if the parameter is held at a value.
+    Where a motion hardly turns, other minima may fit as well beyond a kink: a mass that moves one way alone shows its
+    friction, its load and its force constant as one. There each end is asked again from far off (`_BEYOND`); where a
+    minimum there fits as well, the end is looked for beyond it, from both sides. It fits as well up to the quantile of
+    chi^2 for all parameters: a mass that is held at first has fewer that matter than one that slides within the noise.
+    `met` takes what fits as well.
+    """
+
+    def __init__(
+        self, solution: Solution, parameter: Parameter, stderr: float, inflation: float, met: list[Solution]
+    ) -> None:
+        self.solution, self.parameter, self.stderr, self.met = solution, parameter, stderr, met
+        self.value = solution.values[parameter.name]
+        self.two, self.one = (student(level, solution.freedom) ** 2 for level in (0.5 + 0.5 * LEVEL, LEVEL))
+        self.ways = [(math.sqrt(inflation), 6), (0.0, 20)]
+        self.unit = influence(solution)[2] * inflation
+        self.several = turns(solution) <= _FEW_TURNS
+        self.wide = float(of_scipy("special").chdtri(len(solution.parameters), 1.0 - LEVEL))
+
+    def interval(self) -> tuple[float, float, str]:
+        """Both ends, and what they are."""
+        value, stderr, kind = self.value, self.stderr, self.parameter.kind
+        if kind not in ("nonnegative", "fraction"):
+            least = 1e-9 * value if kind == "positive" else -math.inf
+            low, high = (self.end(side, self.two, least) for side in (-1.0, 1.0))
+            return low, high, _closed(low, high)
+        upper = self.end(1.0, self.two, -math.inf)
+        if value <= _DISTANT * stderr and (value <= 1e-6 * stderr or self.growth(0.0) <= self.two):
+            upper = self.end(1.0, self.one, -math.inf) if math.isfinite(upper) else upper
+            return 0.0, upper, "profile, one-sided at 0" if math.isfinite(upper) else "not identifiable"
+        low = self.end(-1.0, self.two, 0.0)
+        return low, upper, _closed(low, upper)
+
+    def held(self, trial: float, start: Parameters, most: int) -> Solution:
+        """All else fitted from a start, the parameter held at a value."""
+        fixed, rest = {self.parameter.name: trial}, [p for p in start if p.name != self.parameter.name]
+        fitted = again(self.solution, self.solution.experiments, rest, fixed=fixed, most=most, precision=1e-4)
+        grown = self.grown(fitted)
+        if grown < -_LOWER:
+            raise Lower(fitted.values)
+        if self.several and grown <= self.one:
+            self.met.append(fitted)
+        return fitted
+
+    def from_both(self, trial: float, first: Solution, other: Solution) -> Solution:
+        """The lower of the fits from where two others came to."""
+        starts = (first,) if other is first else (first, other)
+        return best([self.held(trial, started(each), 20) for each in starts])
+
+    def grown(self, fitted: Solution) -> float:
+        """How much the sum of squares is larger, in variances."""
+        return (fitted.cost - self.solution.cost) / self.unit
+
+    def growth(self, trial: float) -> float:
+        """How much the sum of squares grows if the parameter is held at a value.
 
         The others start from where the covariance takes them; if that leads nowhere, from where they are, the next time
         at once.
         """
-        errors, fixed = (trial - value) / stderr, {parameter.name: trial}
-        grown = list[float]()
-        for tilt, most in tuple(ways):
-            start = [p for p in moved(solution, parameter.name, tilt * errors) if p.name != parameter.name]
-            held = again(solution, solution.experiments, start, fixed=fixed, most=most, precision=1e-4)
-            grown.append((held.cost - solution.cost) / unit)
-            if grown[-1] < -_LOWER:
-                raise Lower(held.values)
-            if grown[-1] <= (4.0 * errors**2 + 1.0 if abs(errors) <= _FAR_OFF else two):
+        errors, tried = (trial - self.value) / self.stderr, list[float]()
+        for tilt, most in tuple(self.ways):
+            start = moved(self.solution, self.parameter.name, tilt * errors)
+            tried.append(self.grown(self.held(trial, start, most)))
+            if tried[-1] <= (4.0 * errors**2 + 1.0 if abs(errors) <= _FAR_OFF else self.two):
                 break
-        if len(grown) == 2 and grown[1] < grown[0]:
-            ways.reverse()
-        return min(grown)
+        if len(tried) == 2 and tried[1] < tried[0]:
+            self.ways.reverse()
+        return min(tried)
 
-    if parameter.kind not in ("nonnegative", "fraction"):
-        least = 1e-9 * value if parameter.kind == "positive" else -math.inf
-        low, high = (_cross(growth, value, side * stderr, two, least) for side in (-1.0, 1.0))
-        return low, high, _closed(low, high)
-    upper = _cross(growth, value, stderr, two, -math.inf)
-    if value <= _DISTANT * stderr and (value <= 1e-6 * stderr or growth(0.0) <= two):
-        upper = _cross(growth, value, stderr, one, -math.inf) if math.isfinite(upper) else upper
-        return 0.0, upper, "profile, one-sided at 0" if math.isfinite(upper) else "not identifiable"
-    low = _cross(growth, value, -stderr, two, 0.0)
-    return low, upper, _closed(low, upper)
+    def end(self, side: float, level: float, least: float) -> float:
+        """The end of the interval on a side; least: no value is less."""
+        end = _cross(self.growth, self.value, side * self.stderr, level, least)
+        if not self.several or not math.isfinite(end) or end in (least, self.value):
+            return end
+        last, far = self.solution, list[tuple[Solution, float]]()
+        for times in _BEYOND:
+            trial = max(self.value + times * (end - self.value), least)
+            last = self.from_both(trial, self.solution, last)
+            # about one minimum the sum grows by this much
+            alone = level * ((trial - self.value) / (end - self.value)) ** 2
+            limit = self.wide if self.grown(last) > level and alone > 2.0 * self.wide else level
+            far += [(last, limit)] if self.grown(last) <= limit else []
+        return self.outer(*far[-1], least) if far else end
+
+    def outer(self, inner: Solution, level: float, least: float) -> float:
+        """The end beyond a minimum that fits as well: twice as far until one does not, then halfway from both."""
+        name = self.parameter.name
+        for _ in range(_DOUBLED):
+            trial = max(2.0 * inner.values[name] - self.value, least)
+            beyond = self.from_both(trial, inner, self.solution)
+            if self.grown(beyond) > level:
+                break
+            if trial == least:
+                return least
+            inner = beyond
+        else:
+            return least if inner.values[name] < self.value else math.inf
+        for _ in range(_HALVED):
+            lower = self.from_both(0.5 * (inner.values[name] + beyond.values[name]), inner, beyond)
+            inner, beyond = (inner, lower) if self.grown(lower) > level else (lower, beyond)
+        return beyond.values[name]
+
+
+_FEW_TURNS = 2
+"""Turns of all motions together up to which further minima are looked for: random recordings with more had none."""
+_BEYOND = (4.0, 8.0, 16.0)
+"""Times as far from the estimate as an end of its interval, where a further minimum is looked for. Around one minimum the
+sum of squares has grown by 60 variances at the first.
+"""
+_DOUBLED, _HALVED = 5, 4
+"""Times that a distance is doubled until it is no end, and times that the last step is halved."""
+_MOVES = 1e-9
+"""Share of a motion between two samples that is none: a mass is held."""
+
+
+def turns(solution: Solution) -> int:
+    """How often the predicted motions of all recordings turn back."""
+    count = 0
+    for experiment, rest in zip(solution.experiments, solution.residuals, strict=True):
+        steps = np.diff(experiment.measured + rest)
+        way = np.signbit(steps[np.abs(steps) > _MOVES * float(np.ptp(experiment.measured))])
+        count += int(np.count_nonzero(way[1:] != way[:-1]))
+    return count
 
 
 def _closed(low: float, high: float) -> str:

@@ -19,9 +19,11 @@ from hopform._show import Arrays, Curve, Shown
 from hopform.extend import Card
 from hopform.identify import _alternatives as alternatives
 from hopform.identify import _causes as causes
+from hopform.identify import _current_noise as current_noise
 from hopform.identify import _estimation as estimation
 from hopform.identify import _nuisances as nuisances
 from hopform.identify import _repeats as repeats
+from hopform.identify import _rivals as rivals
 from hopform.identify._causes import Diagnosis, said
 from hopform.identify._estimation import Estimate, Progress, Solution, Tests
 from hopform.identify._kinds import Kind, Recordings, problem_of
@@ -40,8 +42,8 @@ class Options(TypedDict, total=False):
     """Options of every fit.
 
     loss: linear (the default), or soft_l1, huber, cauchy against outliers. compare: fit the old model (1), (2) too.
-    holdout: fit without the last third of each recording too. diagnose: test what clock, logger and sensor may have
-    done. These three are done if not given. nuisances: what of `NUISANCES` is fitted too.
+    holdout: fit without the last third of each recording too. Both are done if not given. diagnose: look for causes of
+    what the fit leaves; if not given where that is not noise. nuisances: what of `NUISANCES` is fitted too.
     progress: called with the name of each stage.
     """
 
@@ -98,7 +100,7 @@ class Fit(Shown):
     seconds: float
     solution: Solution | None = field(default=None, repr=False, compare=False)
     diagnoses: tuple[Diagnosis, ...] = ()
-    """causes in clock, logger, sensor or friction that would explain the residuals better, the best first"""
+    """the cause that explains the residuals and stands out from all others; else those that come nearest, as possible"""
     covariance: Array = field(default_factory=lambda: np.empty((0, 0)), repr=False, compare=False)
     """of the estimates in their order, in the products of their units; infinite for what is not identifiable"""
     repeats: tuple[Repeat, ...] = ()
@@ -205,15 +207,15 @@ class Fit(Shown):
     def robot(self, base: Any = None) -> Any:
         """A robot with what was fitted, and the rest, as what is not identifiable, from `base`; friction of several
         recordings as their mean. base: if none, that of a model's fit. Its `fit` says where each number comes from.
-        HopformError for a rotary fit of no model, which is of no hopper, and without a base.
+        HopformError for a rotary fit of no model, which is not a hopper's, and without a base.
         """
         if self.base is None and self.units.position != "m":
-            raise HopformError("a fit in rad is of no hopper: take it to a simulator by --export mjcf, urdf or isaac")
+            raise HopformError(
+                "a fit in rad is not a hopper's: export it to a simulator by --export mjcf, urdf or isaac"
+            )
         base = self.base if base is None else base
         if base is None:
-            raise HopformError(
-                "base must be a robot, which has what was not fitted, as load_robot('hopper_c') gives it"
-            )
+            raise HopformError("base must be a robot with the values that were not fitted, as load_robot('hopper_c')")
         length = () if self.base is not None else ("L0",)
         fields = {"length" if each.name in length else each.name: each.name for each in base.fields()}
         shifts = {"length": base.c} if length else {}  # the fit has L0 + c
@@ -244,7 +246,7 @@ class Fit(Shown):
             if len(alike := [name for name in some if name.partition("@")[0] in fields]) > 1:
                 names = " and ".join(alike)
                 raise HopformError(
-                    f"no robots are drawn: the recordings fix {names} in combination alone; give one as known"
+                    f"no robots can be drawn: the recordings identify a combination of {names} alone; give one as known"
                 )
         return tuple(robot.sample(count, seed))
 
@@ -280,10 +282,35 @@ def _outlying(traces: Sequence[Trace], inliers: Sequence[NDArray[np.bool_]]) -> 
     return [f"{label}: {off} of {size} {words}" for label, off, size in left if off]
 
 
+def _jumping(problem: Problem) -> list[str]:
+    """Jumps of the data, which no motion of the rig makes."""
+    statements, (unit, factor) = list[str](), problem.units.shown("x1")
+    for experiment in problem.experiments:
+        for jump in rivals.jumps_of(experiment.time, experiment.measured)[:1]:
+            when = f"between {jump.before + experiment.begin:.4g} and {jump.after + experiment.begin:.4g} s"
+            moves = f"moves {when} by {factor * abs(jump.size):.3g} {unit} more than before and after"
+            turns = f"its velocity changes by {factor * abs(jump.speed):.3g} {unit}/s {when}"
+            asked = "are samples lost there, is its time wrong" + (", or is it hit?" if jump.speed else "?")
+            statements.append(f"{experiment.label}: {turns if jump.speed else moves}: {asked}")
+    return statements
+
+
+def _one_way(problem: Problem) -> list[str]:
+    """What a drive that pushes one way cannot tell."""
+    driven = [[u for _, u in each.steps] for each in problem.experiments if len(each.steps) > 1]
+    if not driven or any(min(u) < 0.0 < max(u) for u in driven) or len({max(u) > 0.0 for u in driven}) > 1:
+        return []
+    letters = {letter for each in problem.experiments for letter in (*each.names, *each.constants)}
+    name = "gamma2" if "gamma2" in letters else "force constant"
+    return [
+        f"the drive pushes one way alone: friction that grows with the load cannot be distinguished from a smaller {name}"
+    ]
+
+
 def blind(spread: estimation.Spread) -> list[str]:
     """What recordings do not identify."""
     weak = [f"not identifiable from these recordings: {', '.join(spread.weak)}"] if spread.weak else []
-    return weak + [f"only combinations of {', '.join(some)} are fixed" for some in spread.combinations]
+    return weak + [f"only a combination of {', '.join(some)} is identifiable" for some in spread.combinations]
 
 
 def _boundary(estimates: Sequence[Estimate]) -> list[str]:
@@ -293,9 +320,9 @@ def _boundary(estimates: Sequence[Estimate]) -> list[str]:
     ]
     for estimate in estimates:
         if estimate.method.endswith(" end"):
-            end, way = (estimate.low, "up") if math.isfinite(estimate.low) else (estimate.high, "down")
+            end, way = (estimate.low, "above") if math.isfinite(estimate.low) else (estimate.high, "below")
             statements.append(
-                f"{estimate.name} has one end: any value from {end:.4g} {estimate.unit} {way} fits as well"
+                f"{estimate.name} has a bound on one side alone: every value {way} {end:.4g} {estimate.unit} fits as well"
             )
     return statements
 
@@ -370,10 +397,19 @@ def solved(problem: Problem, asked: "Asked") -> Fit:
     problem, solution = _minimum(problem, asked.nuisances)
     tested = zip(problem.experiments, solution.tests, strict=True)
     usable = not any(_is_off(each.measured, test.rms, _NO_FIT) for each, test in tested)
+    noise = current_noise.noise_in(solution)
+    white = all(solution.explained) or (noise is not None and noise.explains)
     asked.stage("diagnoses")
-    diagnoses = causes.diagnose(problem, solution) if asked.diagnose else ()
-    solution, estimates, spread = _intervals(problem, solution, explained=not diagnoses, stage=asked.stage)
+    looks = (not white or causes.has_outliers(solution)) if asked.diagnose is None else asked.diagnose
+    diagnoses = causes.diagnose(problem, solution) if looks else ()
+    named = any(not each.possible for each in diagnoses)
+    solution, estimates, spread = _intervals(problem, solution, explained=not named, stage=asked.stage)
     estimates, spread, allowed, refuted = _allowing(solution, estimates, spread)
+    if noise is not None and white and not named and not refuted and (noise.explains or noise.recorded):
+        estimates, spread = current_noise.intervals(solution, noise, estimates, spread)
+        allowed.append(current_noise.SAID)
+    if refuted and asked.diagnose is None and not diagnoses:
+        diagnoses = causes.diagnose(problem, solution)
     asked.stage("the old model")
     old = _old(problem, solution) if asked.compare and usable and problem.coulomb else ()
     asked.stage("hold-out")
@@ -382,10 +418,11 @@ def solved(problem: Problem, asked: "Asked") -> Fit:
     if any(each.differ for each in alone):
         estimates = _bare(estimates)
     traces = _traces(problem, solution, old, left_out)
-    odd = [*_outlying(traces, solution.inliers), *coloured(traces, solution.explained)]
+    explained = [True] * len(traces) if noise is not None and noise.explains else solution.explained
+    odd = [*_outlying(traces, solution.inliers), *_jumping(problem), *coloured(traces, explained)]
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces,
-        statements=(*problem.statements, *blind(spread), *_boundary(estimates), *allowed, *differing),
+        statements=(*problem.statements, *blind(spread), *_boundary(estimates), *allowed, *_one_way(problem), *differing),
         warnings=(*problem.warnings, *odd, *refuted, *said(diagnoses, problem.units.shown("x1"))),
         evaluations=solution.evaluations, seconds=clock.perf_counter() - began, solution=solution, diagnoses=diagnoses,
         covariance=spread.covariance, repeats=tuple(alone), units=problem.units, scale=problem.scale,
@@ -400,7 +437,7 @@ class Asked(NamedTuple):
     loss: str
     compare: bool
     holdout: bool
-    diagnose: bool
+    diagnose: bool | None
     nuisances: tuple[str, ...]
     stage: Progress
 
@@ -409,7 +446,8 @@ def checked(options: Options) -> Asked:
     """The options; HopformError for one that is none, or for a value that it cannot have."""
     for name in options:
         word("an option of a fit", name, tuple(Options.__annotations__))
-    compare, holdout, further = (flag(name, options.get(name, True)) for name in ("compare", "holdout", "diagnose"))
+    compare, holdout = (flag(name, options.get(name, True)) for name in ("compare", "holdout"))
+    further = flag("diagnose", options["diagnose"]) if "diagnose" in options else None
     function("progress", options.get("progress"))
     loss = word("loss", options.get("loss", "linear"), ("linear", "soft_l1", "huber", "cauchy"))
     chosen = tuple(dict.fromkeys(word("nuisances", each, nuisances.NUISANCES) for each in options.get("nuisances", ())))
@@ -475,10 +513,11 @@ def _allowing(
     if all(each.own or not math.isfinite(each.high - each.low) for each in estimates):
         return estimates, spread, [], []
     missed = alternatives.missed(solution)
-    words = dict.fromkeys(each.of.words for each in missed if each.refuted)
-    if not words:
+    if not any(each.refuted for each in missed):
         return *alternatives.allowing(solution, estimates, spread, missed), []
-    why = f"not explained: the residuals show more of {' or of '.join(words)} than noise would, so there is no interval"
+    why = (
+        "not explained: the residuals are white, and show more of the motion than noise would, so there is no interval"
+    )
     return _bare(estimates), spread, [], [why]
 
 

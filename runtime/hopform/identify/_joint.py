@@ -30,6 +30,7 @@ from hopform.identify._kinds import Recordings, problem_of, read_several
 from hopform.identify._motion import Array, Values
 from hopform.identify._nuisances import DELAY, with_nuisances
 from hopform.identify._recordings import HOPPER, Recording, Units, flat_top, gaps_of, noise_of, outliers, quantum_of
+from hopform.identify._rigs import UNITS
 from hopform.identify._search import Problem, minimise
 from hopform.identify._step import AIR, HELD
 from hopform.identify._synthetic import hardest, record
@@ -109,7 +110,20 @@ def check(of: Mapping[str, Sequence[Recording]], known: Values | None = None, at
     driven = [each for role in ("step", "air") for each in of.get(role, ())]
     odd = [each for one in telemetry for each in _odd(one)]
     warnings = (*problem.warnings, *odd, *map(_stopped, filter(flat_top, driven)), *_unexplained(quick, problem.units))
-    return Check(telemetry, estimates, (*problem.statements, *blind(spread), *helps), warnings, problem.units)
+    promised = [CONDITION] if at is None else conditions(known or {})
+    return Check(
+        telemetry, estimates, (*promised, *problem.statements, *blind(spread), *helps), warnings, problem.units
+    )
+
+
+CONDITION = "these intervals are those of a fit if the model explains your rig; if it does not, a fit gives none"
+
+
+def conditions(given: Values) -> list[str]:
+    """What the intervals of a plan rest on."""
+    known = [f"{name} = {value:.4g} {UNITS[name]}".rstrip() for name, value in given.items()]
+    weighed = f"taken as weighed or measured, without an error: {', '.join(known)}"
+    return [CONDITION, *([f"{weighed}; give your own by --known"] if known else [])]
 
 
 # ---- a plan, before anything is recorded ----
@@ -159,7 +173,7 @@ def plan(robot: Robot, ranges: Mapping[str, tuple[float, float]], known: Values 
     drawn = [{name: float(rng.uniform(*pair)) for name, pair in ranges.items()} for _ in range(_DRAWN if ranges else 0)]
     robots = [replace(robot, **cast(Any, each)) for each in ends + drawn]
     given = dict(known or {"m_s": robot.m_s, "m_eff": robot.m_eff})
-    steps, notes = list[Step](), list[str]()
+    steps, notes = list[Step](), conditions(given)
     for test in PLANNED:
         try:
             steps.append(_step_of(robots, test, given, seed))

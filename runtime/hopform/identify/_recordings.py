@@ -724,7 +724,7 @@ def known_spans(recording: Recording) -> list[tuple[int, int]]:
     ends = [0, *(np.flatnonzero(broken) + 1).tolist(), time.size]
     spans = [(begin, end) for begin, end in pairwise(ends) if end - begin >= FEWEST]
     if not spans:
-        message = f"is not known over gaps in time, and between them there are never {FEWEST} samples"
+        message = f"is unknown in the gaps of time, and no part between them has {FEWEST} samples"
         raise recording.error_of("u", message)
     return spans
 

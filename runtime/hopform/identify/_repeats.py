@@ -92,8 +92,7 @@ _TRADED = 0.9
 def _traded(some: Sequence[Repeat]) -> list[str]:
     """Pairs of parameters of which one is large where the other is small, in three recordings at least."""
     return [
-        f"{one.name} and {other.name} are traded against each other from recording to recording "
-        f"(correlation {r:+.2f}): their values belong together"
+        f"{one.name} and {other.name} are correlated from recording to recording ({r:+.2f}): use values of one fit together"
         for one, other in combinations(some, 2) if len(one.values) > 2
         and abs(r := float(np.corrcoef(one.values, other.values)[0, 1])) > _TRADED
     ]  # fmt: skip

@@ -50,8 +50,8 @@ def fit_sections(fit: Fit) -> list[Section]:
         recordings.append((*row, f"{trace.tests.autocorrelation:.2f}", "yes" if trace.tests.white else "no"))
     unit, factor = fit.shown
     causes = [
-        (each.cause(unit), number(factor * each.before, ".4g"), number(factor * each.after, ".4g"),
-         number(each.decrease, ".3g"), each.option or "-") for each in fit.diagnoses
+        (("possible: " if each.possible else "") + each.cause(unit), number(factor * each.before, ".4g"),
+         number(factor * each.after, ".4g"), number(each.decrease, ".3g"), each.option or "-") for each in fit.diagnoses
     ]  # fmt: skip
     repeats = [
         (each.name, ", ".join(number(value, ".4g") for value in each.values), each.unit,
@@ -98,15 +98,24 @@ def verdict(fit: Fit) -> str:
     if not given and any(each.method == "too few samples" for each in shared):
         return _too_few(fit)
     if not given and any(each.method == NONE for each in shared):
-        return "The model does not explain the recordings, so there are no intervals."
+        return f"The model does not explain the recordings: values are off by an unknown amount{_agreement(fit)}."
     if not given:
-        return "These recordings fix no parameter between two ends; the notes say which they do not show."
+        return "No parameter has an interval with two ends; the notes say what these recordings do not identify."
     return "The model explains these recordings to their noise. Change amplitude or load to see whether it holds."
+
+
+def _agreement(fit: Fit) -> str:
+    """How far the values of several recordings of one rig agree; nothing of one."""
+    shares = [np.ptp(each.values) / max(abs(float(np.mean(each.values))), 1e-300) for each in fit.repeats]
+    if not shares:
+        return ""
+    least = [f"{each.name} within {100.0 * share:.2g} %" for each, share in zip(fit.repeats, shares, strict=True)]
+    return f"; from recording to recording they agree: {', '.join(least)}"
 
 
 def _too_few(fit: Fit) -> str:
     """Why there are too few samples: few of them, or few that are independent."""
-    solution, none = fit.solution, "Too few samples: there are no intervals; record for longer."
+    solution, none = fit.solution, "Too few samples for an interval: record for longer."
     if solution is None or solution.count < FEWEST * len(solution.parameters):
         return none
     return (

@@ -106,8 +106,8 @@ def _moving(solution: Solution) -> Solution:
         try:
             experiment.predict(solution.values)
         except HopformError as error:
-            asked = "are units, signs and what is known of it right"
-            raise HopformError(f"{error}; no start of the fit leads to a motion of this rig: {asked}?") from None
+            asked = "are units, signs and known values right"
+            raise HopformError(f"{error}; from no start does the fit find a motion of this rig: {asked}?") from None
     return solution
 
 

@@ -190,9 +190,9 @@ def _head(fit: Fit, by_word: Mapping[str, Quantity]) -> list[str]:
     sources = ", ".join(Path(trace.label).name for trace in fit.traces)
     lines = [f"identified by hopform from {sources}; residuals {'' if white else 'NOT '}white"]
     lines += [f"{word} {each.value:.9g} {each.said()}" for word, each in by_word.items()]
-    lines += ["inertia is all that moved: give it to the link or to the joint's armature, once"]
+    lines += ["inertia is that of all that moved: put it into the link or the joint's armature, not into both"]
     if not _swings(fit):
-        lines += ["gravity acts on nothing here: springref and bias hold the load of the recording"]
+        lines += ["there is no gravity in this file: springref and bias hold the load of the recording"]
     return lines + notes(fit)
 
 
@@ -261,8 +261,8 @@ def _urdf(fit: Fit, by_word: Mapping[str, Quantity]) -> str:
     damping, friction = by_word["damping"].value, by_word["frictionloss"].value
     lines = [
         '<?xml version="1.0"?>', f'<robot name="{NAME}">', *_xml(_head(fit, by_word)),
-        *_xml(["the file has no word for gear, stiffness, springref, bias and gravity",
-               *([] if rotary else ["the limits are the way of the recordings; effort and velocity are not limited"])]),
+        *_xml(["this format has no element for gear, stiffness, springref, bias and gravity",
+               *([] if rotary else ["the limits are the range of the recordings; effort and velocity are not limited"])]),
         '  <link name="base"/>', f'  <link name="{NAME}_link">', "    <inertial>", f'      <mass value="{mass}"/>',
         f'      <inertia ixx="{inertia}" ixy="0" ixz="0" iyy="{inertia}" iyz="0" izz="{inertia}"/>',
         "    </inertial>", "  </link>",

@@ -201,8 +201,10 @@ def fit_force(
         message = "does not distinguish friction, mass and load: move both ways, at several speeds"
         raise several[0].error_of("x1", message)
     coefficients, covariance, residual = _linear(a, b, loss)
-    diagnoses = _causes(equation, loss) if asked.diagnose else ()
-    explained = not diagnoses and all(estimation.tests_of(part).white for part in equation.split(residual))
+    white = all(estimation.tests_of(part).white for part in equation.split(residual))
+    looks = not white if asked.diagnose is None else asked.diagnose
+    diagnoses = _causes(equation, loss) if looks else ()
+    explained = not diagnoses and white
     estimates, spread = _force_estimates(equation, coefficients, covariance, units, explained=explained)
     scale = -equation.coefficient("gamma2", coefficients)
     kept = a[:, [n for n, name in enumerate(equation.names) if name != "coulomb"]]

@@ -238,7 +238,9 @@ def _column(title: str, place: int, x: Array, noise: float, quantum: float, rng:
     with np.errstate(over="ignore"):
         values = x + noise * rng.standard_normal(x.size)
     if not bool(np.isfinite(values).all()):
-        raise HopformError(f"{title} must stay within all numbers: a smaller height, current or noise is needed")
+        raise HopformError(
+            f"{title} leaves the range of floating-point numbers: a smaller height, current or noise is needed"
+        )
     if quantum > np.spacing(np.abs(values)).max():  # a step that is finer than the last digit rounds nothing
         values = quantum * np.round(values / quantum)
     return Column(title, _QUANTITIES[title.rpartition("_")[2]], place, values)

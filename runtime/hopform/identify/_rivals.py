@@ -1,0 +1,275 @@
+"""What no element of a model says, as further columns of a fit along its motion. A cause is named only where it stands
+out from these.
+
+| rival | columns |
+|---|---|
+| friction by load, a spring that hardens | a force along the motion, as of `_causes` |
+| torque ripple | forces sin and cos of the place, of the pitch that explains most |
+| a link that bends | what an oscillator shows that the motion drives, and its reaction, of the frequency that explains most |
+| drift of the sensor | slow changes of the position, of each recording |
+| lens | the cube of the place about the middle |
+| lost samples | another place and velocity from a jump of the data on |
+
+The response to a force is that of the linear equation between the turns of the motion: while it is at rest nothing
+moves, and where the velocity changes its sign its change is scaled by the ratio of the accelerations.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from hopform.identify._estimation import Solution
+from hopform.identify._motion import Array
+from hopform.identify._recordings import noise_of, quantum_of
+from hopform.identify._rigs import Along, Experiment
+
+
+class Rival(NamedTuple):
+    """A rival: its name, a number that says which (a frequency [Hz], a pitch, a time), and its columns, a row for each
+    sample of all recordings.
+    """
+
+    name: str
+    number: float
+    columns: Array
+
+
+class Jump(NamedTuple):
+    """Where a recording jumps: the sample after which it does, the times [s] on both sides, by how much [m] the position
+    moves there beyond what it does around it, and by how much [m/s] the velocity changes, 0 where that is not the jump.
+    """
+
+    sample: int
+    before: float
+    after: float
+    size: float
+    speed: float = 0.0
+
+
+def rivals_of(solution: Solution) -> Iterator[list[Rival]]:
+    """The rivals at a minimum, each as what its number may be."""
+    several = solution.experiments
+    motions = [along_of(each, solution.values) for each in several]
+    yield [Rival("sensor drift", 0.0, _drifts(several))]
+    if all(each.quantity == "x2" for each in several):
+        yield [Rival("lens", 0.0, _stacked([_cubed(each) for each in several]))]
+    jumps = [(n, jump) for n, each in enumerate(several) for jump in jumps_of(each.time, each.measured)]
+    if all(at is None or each.kind == "ground" for at, each in zip(motions, several, strict=True)):
+        return
+    carried = [(each, at) for each, at in zip(several, motions, strict=True) if at is not None]
+    if len(carried) < len(several):
+        return
+    if jumps:
+        yield [Rival("gap", jump.before, _kicked(carried, n, jump)) for n, jump in jumps[:_MOST_JUMPS]]
+    yield _ripples(carried)
+    yield _links(carried)
+
+
+_MOST_JUMPS = 3
+
+
+def along_of(experiment: Experiment, values: dict[str, float]) -> Along | None:
+    """The fitted motion as a force along it sees it; None where the rig has no response to forces."""
+    seen = list[Along]()
+
+    def look(at: Along) -> Array:
+        seen.append(at)
+        return np.zeros_like(at.t)
+
+    experiment.response_to(values, look, 1.0)
+    return seen[-1] if seen else None
+
+
+def _every(experiment: Experiment, at: Along) -> int:
+    """Times of a motion per sample."""
+    return max((at.t.size - 1) // max(experiment.time.size - 1, 1), 1)
+
+
+def _stacked(parts: Sequence[Array]) -> Array:
+    return np.concatenate([part if part.ndim > 1 else part[:, np.newaxis] for part in parts])
+
+
+def _blocks(several: Sequence[Experiment], number: int, columns: Array) -> Array:
+    """Columns of one recording among the samples of all."""
+    parts = [np.zeros((each.time.size, columns.shape[1])) for each in several]
+    parts[number] = columns
+    return np.concatenate(parts)
+
+
+# ---- of the sensor ----
+
+
+def slow(time: Array) -> Array:
+    """Slow changes over a recording: a line and two half waves."""
+    share = (time - time[0]) / max(float(time[-1] - time[0]), 1e-9)
+    return np.stack([share, np.cos(math.pi * share), np.cos(2.0 * math.pi * share)], axis=1)
+
+
+def _drifts(several: Sequence[Experiment]) -> Array:
+    return np.hstack([_blocks(several, n, slow(each.time)) for n, each in enumerate(several)])
+
+
+def _cubed(experiment: Experiment) -> Array:
+    x = experiment.measured
+    middle = 0.5 * (float(x.max()) + float(x.min()))
+    return np.asarray((x - middle) ** 3 / max(float(np.ptp(x)), 1e-300) ** 2)
+
+
+_JUMP = 12.0
+"""Times its noise, and times what the usual step of velocity makes, that a position jumps where samples are lost."""
+
+
+def jumps_of(time: Array, x: Array) -> list[Jump]:
+    """Where a position goes on elsewhere, the largest jump first, then where its velocity is another one: no motion
+    takes such a step from one sample to the next, and the samples around it are on smooth curves either side.
+    """
+    if x.size < _FEWEST:
+        return []
+    usual_step = float(np.median(np.diff(time)))
+    step = np.diff(x) / np.maximum(np.diff(time), 1e-12) * usual_step
+    least = max(noise_of(x), quantum_of(x), 1e-15)
+    near = np.stack([step[n : step.size - 6 + n] for n in (0, 1, 2, 4, 5, 6)], axis=1)
+    middle, spread = np.median(near, axis=1), np.ptp(near, axis=1)
+    off = step[3:-3] - middle
+    far = np.flatnonzero(np.abs(off) > _JUMP * least + 2.0 * np.maximum(spread, float(np.median(spread)))) + 3
+    jumps = [Jump(n, float(time[n]), float(time[n + 1]), float(off[n - 3])) for n in far.tolist()]
+    before, after = np.mean(near[:, :3], axis=1), np.mean(near[:, 3:], axis=1)
+    change = np.asarray(after - before, dtype=np.float64)
+    bend = np.flatnonzero(np.abs(change) > _JUMP * least + _KINK * float(np.percentile(np.abs(change), 98.0)))
+    if bend.size and not jumps:
+        n = int(bend[np.abs(change[bend]).argmax()]) + 3
+        jumps = [Jump(n, float(time[n]), float(time[n + 1]), 0.0, float(change[n - 3]) / usual_step)]
+    return sorted(jumps, key=lambda each: -abs(each.size))
+
+
+_FEWEST = 40
+"""Samples of a recording that show what is usual in it."""
+_KINK = 3.0
+"""Times what 98 of 100 places of a recording have, that a velocity changes over four samples where it jumps."""
+
+
+# ---- of the motion ----
+
+
+def _carried(at: Along, forces: Array, kicks: tuple[int, Array] | None = None) -> Array:
+    """Changes of the place by accelerations (times, columns) along a motion; kicks: a time's number, and what place and
+    velocity change by there, (2, columns).
+    """
+    steps = np.diff(at.t)
+    count, columns = forces.shape
+    place, speed = np.zeros(columns), np.zeros(columns)
+    changes = np.zeros((count, columns))
+    still = (at.v[:-1] == 0.0) & (at.v[1:] == 0.0)
+    turns = _turns(at)
+    tables = {h: _propagator(at.sprung, at.damping, h) for h in np.unique(steps).tolist()}
+    means = 0.5 * (forces[1:] + forces[:-1])
+    for n, h in enumerate(steps.tolist()):
+        if kicks is not None and kicks[0] == n:
+            place, speed = place + kicks[1][0], speed + kicks[1][1]
+        if still[n]:
+            speed = np.zeros(columns)
+        else:
+            (a, b), (c, d), (e, f) = tables[h]
+            place, speed = a * place + b * speed + e * means[n], c * place + d * speed + f * means[n]
+            if turns[n] != 1.0:
+                speed = speed * turns[n]
+        changes[n + 1] = place
+    return changes
+
+
+def _turns(at: Along) -> Array:
+    """What a change of velocity is scaled by over each step: the ratio of the accelerations where the mass turns back."""
+    v, factors = at.v, np.ones(at.t.size - 1)
+    for n in np.flatnonzero(v[:-1] * v[1:] < 0.0).tolist():
+        if 1 <= n < v.size - 2:
+            before = (v[n] - v[n - 1]) / max(at.t[n] - at.t[n - 1], 1e-12)
+            after = (v[n + 2] - v[n + 1]) / max(at.t[n + 2] - at.t[n + 1], 1e-12)
+            factors[n] = min(max(after / before, 0.0), 1.0) if before != 0.0 else 1.0
+    return factors
+
+
+def _propagator(stiffness: float, damping: float, h: float) -> tuple[tuple[float, float], ...]:
+    """Rows of place and velocity after a step [s] of x'' = -s x - d x', and what a constant acceleration adds, by the
+    series of the exponential.
+    """
+    matrix = np.array([[0.0, 1.0, 0.0], [-stiffness, -damping, 1.0], [0.0, 0.0, 0.0]]) * h
+    halvings = max(math.ceil(math.log2(max(float(np.abs(matrix).sum(axis=1).max()), 1e-300))) + 4, 0)
+    matrix, term, whole = matrix / 2.0**halvings, np.eye(3), np.eye(3)
+    for n in range(1, 12):
+        term = term @ matrix / n
+        whole = whole + term
+    for _ in range(halvings):
+        whole = whole @ whole
+    (a, b, e), (c, d, f), _ = whole.tolist()
+    return (a, b), (c, d), (e, f)
+
+
+def _kicked(carried: Sequence[tuple[Experiment, Along]], number: int, jump: Jump) -> Array:
+    """Another place and velocity of one recording from a jump on."""
+    experiment, at = carried[number]
+    every = _every(experiment, at)
+    kicks = jump.sample * every, np.eye(2) * np.array([1.0, at.fastest])
+    columns = _carried(at, np.zeros((at.t.size, 2)), kicks)[::every]
+    # the jump is between two samples
+    columns[: jump.sample + 1] = 0.0
+    return _blocks([each for each, _ in carried], number, columns)
+
+
+_PITCHES = np.arange(1.5, 20.0, 0.3)
+"""Pitches of a ripple over the way of the motion: of fewer it is no ripple but a spring."""
+
+
+def _ripples(carried: Sequence[tuple[Experiment, Along]]) -> list[Rival]:
+    """Ripples of all pitches: of each the sine and the cosine of the place."""
+    way = max(float(np.ptp(at.x)) for _, at in carried)
+    parts = list[Array]()
+    for experiment, at in carried:
+        phase = 2.0 * math.pi * np.outer(at.x, _PITCHES) / max(way, 1e-300)
+        forces = at.force * np.hstack([np.sin(phase), np.cos(phase)])
+        parts.append(_carried(at, forces)[:: _every(experiment, at)])
+    whole, count = np.concatenate(parts), _PITCHES.size
+    return [Rival("ripple", way / float(each), whole[:, [n, count + n]]) for n, each in enumerate(_PITCHES)]
+
+
+_LEAST_LINK, _LINKS, _DAMPED = 3.0, 40, (0.02, 0.1)
+"""[Hz] of the slowest link that is tried, how many frequencies up to a third of the rate, and their damping ratios."""
+
+
+def _links(carried: Sequence[tuple[Experiment, Along]]) -> list[Rival]:
+    """Links of all frequencies and two damping ratios: their sensor on either side."""
+    step = min(float(np.median(np.diff(each.time))) for each, _ in carried)
+    most = min(0.3 / step, 120.0)
+    shapes = [(f, z) for f in np.geomspace(_LEAST_LINK, max(most, 2.0 * _LEAST_LINK), _LINKS).tolist() for z in _DAMPED]
+    seen, felt = list[Array](), list[Array]()
+    for experiment, at in carried:
+        rate = np.gradient(at.v, at.t)
+        bends, reacts = _oscillators(at.t, rate, shapes)
+        every = _every(experiment, at)
+        seen.append(bends[::every])
+        felt.append(_carried(at, reacts)[::every])
+    left, right = np.concatenate(seen), np.concatenate(felt)
+    return [Rival("link", f, np.stack([left[:, n], right[:, n]], axis=1)) for n, (f, _) in enumerate(shapes)]
+
+
+def _oscillators(time: Array, rate: Array, shapes: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
+    """How far oscillators of frequencies [Hz] and damping ratios are off a base with an acceleration, and what their
+    acceleration takes off that of the base.
+    """
+    omega = 2.0 * math.pi * np.array([f for f, _ in shapes])
+    damping = 2.0 * omega * np.array([z for _, z in shapes])
+    off, speed = np.zeros(omega.size), np.zeros(omega.size)
+    bends = np.zeros((time.size, omega.size))
+    tables = dict[float, list[Array]]()
+    means = 0.5 * (rate[1:] + rate[:-1])
+    speeds = np.zeros_like(bends)
+    for n, h in enumerate(np.round(np.diff(time), 9).tolist()):
+        if h not in tables:
+            rows = [_propagator(w * w, d, h) for w, d in zip(omega.tolist(), damping.tolist(), strict=True)]
+            tables[h] = [np.array([row[i][j] for row in rows]) for i in range(3) for j in range(2)]
+        a, b, c, d, e, f = tables[h]
+        off, speed = a * off + b * speed - e * means[n], c * off + d * speed - f * means[n]
+        bends[n + 1], speeds[n + 1] = off, speed
+    reacts = omega**2 * bends + damping * speeds
+    return bends, reacts
