@@ -481,9 +481,9 @@ def _rivals(solution: Solution) -> Iterator[Tried]:
         sizes, after = _with_columns(solution, best.columns)
         values = _values_of(best, sizes)
         explains = best.name in ("sensor drift", "lens") and _is_noise(solution, after)
-        for each in _worth(best.name, values, solution, after, explains=explains):
-            seen = best.name == "gap" and each.diagnosis.after < _SEEN * each.diagnosis.before
-            yield each._replace(explains=explains or seen)
+        for tried in _worth(best.name, values, solution, after, explains=explains):
+            seen = best.name == "gap" and tried.diagnosis.after < _SEEN * tried.diagnosis.before
+            yield tried._replace(explains=explains or seen)
 
 
 _SEEN = 0.5
