@@ -306,7 +306,14 @@ def brought(
     decrease = (before - left) / unit - 2.0 * (len(values) - 1)
     rms, rest = (math.sqrt(sum(map(_power, parts)) / max(count, 1)) for parts in (old, new))
     least = _LEAST_LAG if name == "lag" else _LEAST
-    return [Diagnosis(name, values, rms, rest, decrease, _OPTIONS.get(name, ""))] if decrease >= least else []
+    worth = decrease >= least or rest < _CLEARLY * rms
+    return [Diagnosis(name, values, rms, rest, decrease, _OPTIONS.get(name, ""))] if worth else []
+
+
+_CLEARLY = 0.9
+"""Share of the rms at most that a cause leaves to be possible where what is left has a long memory, which makes little
+of any decrease.
+"""
 
 
 def _power(residual: Array) -> float:
