@@ -1,5 +1,6 @@
 """What a fit says of rigs that do what no element of the model says, on a few of `tests.conformance.blind`."""
 
+import dataclasses
 import math
 from functools import cache
 from typing import Any
@@ -65,6 +66,10 @@ def test_the_level_of_a_currents_noise_is_that_of_the_draw():
     of, rng = drawn("joint", "current noise", 1)
     fit, _ = fitted(of, [recorded(of, rng)], **ALONE)
     assert current_noise.level(fit.solution.experiments[0]) == pytest.approx(of.noise_of_current, rel=0.15)
+    rippling = dataclasses.replace(fit.solution.experiments[0], steps=tuple(
+        (t, u + 0.3 * math.cos(2.0 * math.pi * n / 3.0)) for n, (t, u) in enumerate(fit.solution.experiments[0].steps)
+    ))  # fmt: skip
+    assert current_noise.level(rippling) == 0.0, "a ripple of the driver moves the mass"
     clean, rng = drawn("joint", "sound", 1)
     fit, _ = fitted(clean, [recorded(clean, rng)], **ALONE)
     assert current_noise.level(fit.solution.experiments[0]) == 0.0

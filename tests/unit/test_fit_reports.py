@@ -60,7 +60,7 @@ def test_what_is_not_explained_has_values_without_intervals():
     x = clean.position("x2") + 1e-3 * (clean.time / clean.time[-1]) ** 2
     made = dataclasses.replace(clean, columns={"x2": clean.columns["x2"]._replace(values=x)})
     fit = fit_drop_test(made, attached=True, known={"m_s": 3.0}, **ALONE)
-    assert verdict(fit).startswith("The model does not explain the recordings, so there are no intervals")
+    assert verdict(fit) == "The model does not explain the recordings: values are off by an unknown amount."
     assert results(fit)[0].startswith("k = ") and "(" not in results(fit)[0]
 
 

@@ -62,6 +62,14 @@ def test_recordings_that_agree_on_a_wrong_model_have_no_interval(count):
         fit.sample(3)
 
 
+@pytest.mark.parametrize("least, said", [(0.03, False), (0.015, True)])
+def test_recordings_of_other_amplitudes_are_said_to_show_whether_the_model_holds(least, said):
+    made = [record(HOPPER, "decay", seed=n, height=height) for n, height in enumerate((0.04, least))]
+    fit = fit_drop_test(made, attached=True, known={"m_s": 3.0}, **ALONE)
+    of_amplitude = [each for each in fit.statements if "in amplitude: values that agree support the model" in each]
+    assert bool(of_amplitude) == said and (REPEATABILITY in fit.statements) != said
+
+
 @pytest.mark.sliced
 def test_friction_that_is_traded_from_recording_to_recording_is_said():
     """Four recordings of a guide whose viscous friction is high where its Coulomb friction is low."""

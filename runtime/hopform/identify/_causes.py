@@ -306,7 +306,14 @@ def brought(
     decrease = (before - left) / unit - 2.0 * (len(values) - 1)
     rms, rest = (math.sqrt(sum(map(_power, parts)) / max(count, 1)) for parts in (old, new))
     least = _LEAST_LAG if name == "lag" else _LEAST
-    return [Diagnosis(name, values, rms, rest, decrease, _OPTIONS.get(name, ""))] if decrease >= least else []
+    worth = decrease >= least or rest < _CLEARLY * rms
+    return [Diagnosis(name, values, rms, rest, decrease, _OPTIONS.get(name, ""))] if worth else []
+
+
+_CLEARLY = 0.9
+"""Share of the rms at most that a cause leaves to be possible where what is left has a long memory, which makes little
+of any decrease.
+"""
 
 
 def _power(residual: Array) -> float:
@@ -481,9 +488,9 @@ def _rivals(solution: Solution) -> Iterator[Tried]:
         sizes, after = _with_columns(solution, best.columns)
         values = _values_of(best, sizes)
         explains = best.name in ("sensor drift", "lens") and _is_noise(solution, after)
-        for each in _worth(best.name, values, solution, after, explains=explains):
-            seen = best.name == "gap" and each.diagnosis.after < _SEEN * each.diagnosis.before
-            yield each._replace(explains=explains or seen)
+        for tried in _worth(best.name, values, solution, after, explains=explains):
+            seen = best.name == "gap" and tried.diagnosis.after < _SEEN * tried.diagnosis.before
+            yield tried._replace(explains=explains or seen)
 
 
 _SEEN = 0.5

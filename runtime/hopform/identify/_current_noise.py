@@ -1,7 +1,8 @@
 """Noise of a recorded drive: what it makes of a fit, by motions under as much more of it.
 
 The recorded current is the true one and noise, so the predicted motion is off by the response to the noise, which is
-not white. How much noise there is a recording says itself, by third differences of its current. `_DRAWS` motions under
+not white. How much noise there is a recording says itself, by third differences of its current; a ripple of the driver,
+which moves the mass, has another memory there than white noise. `_DRAWS` motions under
 as much noise again are samples of that response, exact through sticking; the least squares of each says by how much the
 parameters are off. What is left of them beside the sensor's noise has the size and the memory that residuals of this
 cause have.
@@ -35,13 +36,12 @@ _MOST, _LEAST_NOISE = 0.3, 1e-5
 
 class Noise(NamedTuple):
     """What noise of the current makes of a fit: changes of the parameters, (draws, parameters) in the coordinates of
-    the optimiser, by it and by it and the sensor's noise; rms of what it leaves of the residuals [m]; whether the
-    residuals are what both leave; whether the noise is in the recording alone, not in the motion.
+    the optimiser, by it and by it and the sensor's noise; whether the residuals are what both leave; whether the noise
+    may be in the recording alone, not in the motion.
     """
 
     by_current: Array
     by_both: Array
-    left: float
     explains: bool
     recorded: bool
 
@@ -53,7 +53,23 @@ def level(experiment: Experiment) -> float:
         return 0.0
     u = levels[np.clip(np.searchsorted(begins, experiment.time, side="right") - 1, 0, None)]
     noise, reach = noise_of(u), float(np.abs(u).max())
-    return noise if _LEAST_NOISE * reach < noise < _MOST * reach else 0.0
+    return noise if _LEAST_NOISE * reach < noise < _MOST * reach and _is_white(u) else 0.0
+
+
+_WHITE = np.array([-0.75, 0.3, -0.05])
+"""Autocorrelation of third differences of white noise over one to three samples, -15/20, 6/20 and -1/20."""
+_OFF_WHITE, _OUTSIDE = 0.2, 5.0
+"""By how much that of a current may be off it, and the standard deviations beyond which differences are steps."""
+
+
+def _is_white(u: Array) -> bool:
+    """Whether what changes from sample to sample of a current is white noise."""
+    third = np.diff(u, 3)
+    spread = 1.4826 * float(np.median(np.abs(third)))
+    inside = np.where(np.abs(third) < _OUTSIDE * spread, third, 0.0)
+    power = max(float(inside @ inside), 1e-300)
+    memory = np.array([float(inside[lag:] @ inside[:-lag]) / power for lag in (1, 2, 3)])
+    return bool((np.abs(memory - _WHITE) < _OFF_WHITE).all())
 
 
 def noise_in(solution: Solution) -> Noise | None:
@@ -91,7 +107,7 @@ def noise_in(solution: Solution) -> Noise | None:
     alone = np.array([estimation.rms(beside(each)) for each in draws])
     return Noise(
         -np.stack([solve @ each for each in draws]), -np.stack([solve @ each for each in both]),
-        float(np.median(alone)) * float(np.sqrt((sigma**2).mean())), _is_like(solution, residual, left),
+        _is_like(solution, residual, left),
         float(np.min(alone)) < _LIKE * estimation.rms(residual),
     )  # fmt: skip
 

@@ -39,7 +39,7 @@ def repeats_of(problem: Problem, solution: Solution, estimates: Sequence[Estimat
         some = [_repeat(each, [one[each.name] for one in alone]) for each in shared]
         repeats += some
         differing = [each for each in some if each.differ]
-        statements += [*([REPEATABILITY] if some else []), *map(_said, differing), *_traded(differing)]
+        statements += [*([_scope(problem, group)] if some else []), *map(_said, differing), *_traded(differing)]
     return repeats, list(dict.fromkeys(statements))
 
 
@@ -65,6 +65,24 @@ def _alone(problem: Problem, solution: Solution, numbers: Sequence[int]) -> dict
 
 
 REPEATABILITY = "repeats show whether the rig repeats; change amplitude or load to see whether the model holds"
+
+_FACTOR = 2.0
+"""Ratio of amplitudes from which recordings show whether the model holds."""
+
+
+def _scope(problem: Problem, group: Sequence[Sequence[int]]) -> str:
+    """What recordings of these amplitudes show. Their range is no interval: what a linear model lacks, as a link that
+    bends, moves the values of small and large motions alike.
+    """
+    reaches = [max(float(np.ptp(problem.experiments[n].measured)) for n in numbers) for numbers in group]
+    ratio = max(reaches) / max(min(reaches), 1e-300)
+    if ratio < _FACTOR:
+        return REPEATABILITY
+    return (
+        f"the recordings differ by a factor of {ratio:.2g} in amplitude: values that agree support the model; their range "
+        "is no interval"
+    )
+
 
 _CHANCE = 0.999
 """Quantile of Q up to which chance explains it."""
