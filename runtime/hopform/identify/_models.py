@@ -548,10 +548,10 @@ def fit_model(
     motions = [cut for n, each in enumerate(view) for cut in _motions(model, each, n)]
     letters = _letters(model, view, names, tied)
     domains = {parameter: letter for each in letters.values() for letter, parameter in each.items() if letter in names}
-    free = {parameter: _start(model, letter, start) for parameter, letter in domains.items()}
+    free = {parameter: begin_of_search(model, letter, start) for parameter, letter in domains.items()}
     given = _given(model, names, start)
     given = {parameter: given[letter] for parameter, letter in domains.items() if letter in given}
-    search = _Search(model, motions, letters, heavier, sine)
+    search = Search(model, motions, letters, heavier, sine)
     tries, left = search.starts(values, free)
     if given and left > 0.0:
         tries.insert(0, search.near(values, free, given) | given)
@@ -808,7 +808,7 @@ def _grid(time: Array, x: Array) -> Array:
     return np.append(time[:-1:every], time[-1])
 
 
-def _start(model: Model, name: str, start: Values | None) -> float:
+def begin_of_search(model: Model, name: str, start: Values | None) -> float:
     """Where the search for a start begins: what is given, the default, or 1."""
     parameter = model.parameters[name]
     given = mapping("start", start, MOST_KNOWN).get(name, parameter.get("default", 1.0))
@@ -861,7 +861,7 @@ def _filtered(motion: Cut, cutoff: float) -> Rows:
     return Rows([p.x for p in parts], [p.v for p in parts], [p.acceleration for p in parts], parts[0].u)
 
 
-class _Search(NamedTuple):
+class Search(NamedTuple):
     """The search for where a fit begins: a model, its motions, of each recording which parameter of the fit a letter is,
     the parameter to which masses were added, and whether the spring is gravity's sine.
     """
@@ -929,7 +929,7 @@ class _Search(NamedTuple):
         for by in _SPREAD:
             z = np.where(log, math.log(by), np.array([free[name] for name in names]) / scale)
             one = optimize.least_squares(
-                off, np.maximum(z, low + 1e-6), bounds=(low, np.inf), loss="soft_l1", max_nfev=200
+                off, np.maximum(z, low + 1e-6), bounds=(low, np.inf), loss="soft_l1", x_scale="jac", max_nfev=200
             )
             minima.append((float(one.cost), float(np.mean(np.asarray(one.fun) ** 2)), np.asarray(one.x)))
             if minima[-1][1] <= _MOST_LEFT:
@@ -955,7 +955,7 @@ def fit(
     the largest free decay is fitted. fitted: names of parameters; if not given all that are not known, but for stops,
     limits and friction that is higher at rest. known: values of others, or the name of a fitted one that it is alike;
     what is neither has its default. start: of fitted ones, where the search may begin. sine: the spring of an angle is
-    gravity's, K sin(z) about where it rests in place of K z. options: as of `fit_step_response`.
+    gravity's, K sin(z) about where it rests in place of K z. options: `Options`.
 
     The fit's `robot()` has its numbers. Raises HopformError for recordings that are not of the model, and for names that
     are none of its parameters, MissingExtra without scipy.
