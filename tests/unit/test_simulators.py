@@ -185,7 +185,7 @@ def replay(replayed: Replayed, start: tuple[float, float], at: np.ndarray, drive
 def missed_by(made: Recorded, form: str) -> tuple[float, float]:
     """The rms of a replay beside that of the fit."""
     fit = made.fit
-    position = "x2" if fit.kind == "drop" else "x1"
+    position = "x1" if any(each.quantity == "x1" for each in fit.traces) else "x2"
     number, trace = next((n, each) for n, each in enumerate(fit.traces) if each.quantity == position)
     at = np.round(trace.time * RATE).astype(int)
     start = (fit.values[f"x@{number}"], fit.values.get(f"v@{number}", 0.0))

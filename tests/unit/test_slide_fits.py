@@ -5,7 +5,6 @@ Recordings are made by time stepping that shares nothing with hopform.
 """
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +14,6 @@ import hopform
 from hopform import _front as cli
 from hopform.identify import fit
 from hopform.identify._recordings import parse_recording
-from tests.derived import built
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 
@@ -26,13 +24,8 @@ DRIVE = np.where(np.arange(COUNT) < 40, 0.0, np.where(np.arange(COUNT) // 120 % 
 
 
 @pytest.fixture(scope="module")
-def folder(store) -> Path:
-    return built(store, "slide")
-
-
-@pytest.fixture(scope="module")
-def slide(folder) -> Any:
-    return hopform.load_solver(folder)
+def slide() -> Any:
+    return hopform.load_solver("slide")
 
 
 def table(head: str, *columns: np.ndarray, name: str = "log.csv") -> Any:
@@ -121,14 +114,14 @@ def test_drives_in_two_units_and_a_wrong_unit_of_time_are_refused(slide):
         fit(slide, replace(fast, time=fast.time * 5e-3), known={"m": 1.0})
 
 
-def test_added_masses_are_an_option(folder, tmp_path, capsys):
+def test_added_masses_are_an_option(tmp_path, capsys):
     light, heavy = weighed()
     files = []
     for n, made in enumerate((light, heavy)):
         files.append(str(tmp_path / f"{n}.csv"))
         rows = zip(made.time.tolist(), made.position("x1").tolist(), strict=True)
         (tmp_path / f"{n}.csv").write_text("\n".join(["time_s,x_m", *(f"{t!r},{x!r}" for t, x in rows)]), "utf-8")
-    ask = ["--solver", str(folder), "fit", *files, "--fitted", "m,k,b,F,x_0", "--known", "k_f=1"]
+    ask = ["--solver", "slide", "fit", *files, "--fitted", "m,k,b,F,x_0", "--known", "k_f=1"]
     assert cli.main([*ask, "--added-mass", "0,1"]) == 0
     assert "\nF@1 " in capsys.readouterr().out
     assert cli.main([*ask, "--added-mass", "1"]) == 2
