@@ -125,7 +125,7 @@ class HeldKind(Kind):
 
     def start(self, group: Group) -> list[list[Guess]]:
         """Least squares of the slide's accelerations through each filter."""
-        known, cuts = group.known, [cut.mended() for cut in group.cuts]
+        known, cuts = group.known, group.cuts
         mass, viscous, _ = _NAMES[self.rig]
         held = {"m": known.get(mass), "k": known.get("k"), "b": known.get(viscous), "x_0": known.get("rest")}
         held |= {"k_f": -known["gamma2"] if "gamma2" in known else None} if self.driven else {"k_f": 1.0, "load": 0.0}
@@ -145,7 +145,7 @@ class HeldKind(Kind):
         }
         search = Search(slide(), cuts, letters, "m" if added else "", False)
         tries = search.starts({**_defaults(), **given}, free)[0]
-        return [[self._guess({**given, **{n: some[name] for n, name in letters[cut.number].items()}}, cut) for cut in cuts]
+        return [[self._guess({**given, **{n: some[name] for n, name in letters[cut.number].items()}}, cut.mended()) for cut in cuts]
                 for some in tries]  # fmt: skip
 
     def _guess(self, at: Values, cut: Cut) -> Guess:

@@ -43,12 +43,13 @@ from hopform.identify._recordings import (
     known_spans,
     mended,
     noise_of,
+    outliers,
     quantum_of,
     used_after_all,
 )
 from hopform.identify._rigs import SINGULAR, Along, Experiment, Force, Moved, Rates, in_recorded_time
 from hopform.identify._search import Problem
-from hopform.identify._segments import CUTOFFS, decays, filtered_part
+from hopform.identify._segments import CUTOFFS, Filtered, decays, filtered_part
 
 Given = Mapping[str, float | str] | None
 """Known values; a name in place of one says that a parameter is as one that is fitted."""
@@ -852,12 +853,17 @@ class Rows(NamedTuple):
 
 
 def _filtered(motion: Cut, cutoff: float) -> Rows:
-    """A motion through a filter; its drive holds from sample to sample, so it is the smooth one of half a sample later."""
+    """A motion through a filter, without outliers; its drive holds from sample to sample, so it is the smooth one of half
+    a sample later.
+    """
     time, step = motion.time, float(np.median(np.diff(motion.time)))
     begins, levels = np.array(motion.steps, dtype=float).T
     u = np.interp(time - 0.5 * step, time, levels[np.searchsorted(begins, time, side="right") - 1])
-    places = [each for each in (motion.x, motion.x1) if each is not None]
-    parts = [filtered_part(time, mended(x), u, step, min(cutoff, 0.2 / step)) for x in places]
+    places, parts = [each for each in (motion.x, motion.x1) if each is not None], list[Filtered]()
+    for x in places:
+        kept = ~outliers(x)
+        kept[[0, -1]] = True  # the filtered parts are as long as each other
+        parts.append(filtered_part(time[kept], mended(x)[kept], u[kept], step, min(cutoff, 0.2 / step)))
     return Rows([p.x for p in parts], [p.v for p in parts], [p.acceleration for p in parts], parts[0].u)
 
 
