@@ -217,7 +217,7 @@ def _other_kind(recordings: Sequence[Recording], free: bool) -> str:
     """A question about recordings that are no drops: whether the actuator was held, or they are decays."""
     other = "drop" if free else "decay"
     try:
-        [*cuts_by_kind({KINDS[other]: recordings})]
+        list(cuts_by_kind({KINDS[other]: recordings}))
     except HopformError:
         return ""
     return (
@@ -339,7 +339,7 @@ def identify(
     They are drops, or all that was recorded of it; force fits an actuator in closed loop. Any other mechanism, a cart, an
     axis, a joint: hopform --solver slide fit.
     """
-    if free and kind != "drop":
+    if free and str(kind) != "drop":
         raise HopformError("--free is for drops; of all each file may be ROLE:FILE, as in free:drop.csv")
     read = (("the recording", role_and_path(each)[1]) for each in files)
     check_fit_outputs([("--robot", in_use().robot_file(robot)), *read], json, out, export, report, plot)

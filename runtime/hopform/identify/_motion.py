@@ -235,8 +235,8 @@ class _Alone(NamedTuple):
     def at(self, robot: Robot, start: float, times: Array) -> tuple[Array, Array]:
         """States x1, v1 (times, 2) and their derivatives (times, 2, columns) by the columns of the hopper; start: x1."""
         state, rows = self.motion.tangents(np.ascontiguousarray(times))
-        own = in_coordinates(state, rows, start, slide().package, self.slide)[:, :2]
-        column = {name: own[:, :, n] for n, name in enumerate((*STARTS, *self.slide._fields))}
+        slid = in_coordinates(state, rows, start, slide().package, self.slide)[:, :2]
+        column = {name: slid[:, :, n] for n, name in enumerate((*STARTS, *self.slide._fields))}
         by = np.zeros((times.size, 2, len(COLUMNS)))
         for name, row in {
             "x1": column["x1"], "v1": column["v1"], "u": column["u"], "b1": column["b"], "gamma2": -column["k_f"],

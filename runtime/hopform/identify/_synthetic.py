@@ -313,7 +313,7 @@ class _Bench(NamedTuple):
         moved = self._slide({}, current_steps(self.time, u), m=robot.m_eff, b=robot.b1, F=robot.m_eff * robot.f1,
                             k_f=-robot.gamma2, **forces)  # fmt: skip
         x = np.asarray(moved.at(np.minimum(self.time, moved.duration)).x)
-        ways = [each.state.x for each in moved.phases] + [moved.end.x]
+        ways: list[float] = [each.state.x for each in moved.phases] + [moved.end.x]
         if max(map(abs, ways)) > _FARTHEST:
             raise HopformError(f"current moves the actuator by more than {_FARTHEST:g} m: a smaller one is needed")
         low, high, stroke = min(ways), max(ways), robot.x1_max - robot.x1_min
