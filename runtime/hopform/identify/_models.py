@@ -858,7 +858,8 @@ def _filtered(motion: Cut, cutoff: float) -> Rows:
     """
     time, step = motion.time, float(np.median(np.diff(motion.time)))
     begins, levels = np.array(motion.steps, dtype=float).T
-    u: Array = np.interp(time - 0.5 * step, time, levels[np.searchsorted(begins, time, side="right") - 1])
+    drive: Array = levels[np.searchsorted(begins, time, side="right") - 1]
+    u = np.interp(time - 0.5 * step, time, drive)
     places, parts = [each for each in (motion.x, motion.x1) if each is not None], list[Filtered]()
     for x in places:
         kept = ~outliers(x)
