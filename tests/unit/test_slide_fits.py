@@ -4,6 +4,8 @@ and newtons, encoders that count from where they were switched on.
 Recordings are made by time stepping that shares nothing with hopform.
 """
 
+import copy
+import pickle
 from dataclasses import replace
 from typing import Any
 
@@ -59,6 +61,11 @@ def test_a_weighed_mass_between_two_decays_gives_the_mass(slide):
     robot = of.robot()
     assert robot.m == of["m"].value and robot.b == pytest.approx(0.5 * (of["b@0"].value + of["b@1"].value))
     assert robot.fit.names == ("m", "k", "x_0", "b", "F")
+
+
+def test_a_fit_of_a_model_can_be_copied_and_pickled(slide):
+    of = fit(slide, decay(CART), fitted=["k", "b", "F", "x_0"], known={"m": 0.6}, **ALONE)
+    assert repr(pickle.loads(pickle.dumps(of))) == repr(copy.deepcopy(of)) == repr(of)
 
 
 def test_recordings_of_one_load_share_friction_and_not_the_zero_of_an_encoder(slide):

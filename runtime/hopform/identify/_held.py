@@ -32,10 +32,17 @@ _MOST_RANGE = {"m": 3.0, "rad": 12.0}
 """From end to end: no spring of a hopper is longer, no spring of a joint turns by more."""
 
 
+class _Slide(Model):
+    """What is known of the slide, which a process that reads a pickle loads by itself."""
+
+    def __reduce__(self) -> Any:
+        return slide, ()
+
+
 @cache
 def slide() -> Model:
-    """What is known of the slide."""
-    return Model(motion.slide())
+    """The same, once."""
+    return _Slide(motion.slide())
 
 
 @dataclass(frozen=True)

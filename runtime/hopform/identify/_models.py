@@ -85,6 +85,10 @@ class Model:
         self.records, self.formulas = core.package.records, core.package.formulas
         self.columns = {name: n for n, name in enumerate((*STARTS, *self.records.Robot._fields))}
 
+    def __reduce__(self) -> Any:
+        """A model is pickled as its solver."""
+        return _model_again, (Solver(self.core),)
+
     def robot(self, at: Values) -> Any:
         """The parameters as the solver takes them."""
         return self.records.Robot(**{name: at[name] for name in self.records.Robot._fields})
@@ -183,6 +187,11 @@ class Model:
         length = float(self.formulas.second_position(robot, 0.0, 0.0))
         still, moving = (self.records.LegState(0.0, v, 0.0, length) for v in (0.0, 1.0))
         return 2.0 * float(self.formulas.energies(robot, moving).total - self.formulas.energies(robot, still).total)
+
+
+def _model_again(solver: Solver) -> Model:
+    """The model of a pickle."""
+    return Model(solver.Robot.solver)
 
 
 def power_of(unit: str) -> int:
