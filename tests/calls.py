@@ -28,9 +28,7 @@ def prepared(controller):
 
 DECAY = hopform.identify.record(HOPPER, "decay", height=0.04, duration=0.5, seed=1)
 STEP = hopform.identify.record(HOPPER, "step", duration=0.5, rate=200.0, seed=1)
-FIT = hopform.identify.fit_drop_test(
-    DECAY, attached=True, known={"m_s": 3.0}, compare=False, holdout=False, diagnose=False
-)
+FIT = hopform.identify.fit_robot(decays=DECAY, known={"m_s": 3.0}, compare=False, holdout=False, diagnose=False)
 START = {"robot": HOPPER, "v2": -1.9}
 FLOOR = {"hops": 3, "size": 0.02}
 TOUCHDOWN = hopform.hopping.controllers.Touchdown(0, 0.2, 0.0, 0.0, -1.9, 0.0, 0.2, HOPPER)
@@ -77,8 +75,7 @@ OTHERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "read": (hopform.hopping.terrain.read, {"path": "nowhere.csv"}),
     "read_recording": (hopform.identify.read_recording, {"path": "nowhere.csv"}),
     "fit": (hopform.identify.fit, {"solver": "hopper", "recordings": DECAY, "known": {"q": 1.0}}),
-    "fit_drop_test": (hopform.identify.fit_drop_test, {"recordings": DECAY, "attached": True, "known": {"q": 1.0}}),
-    "fit_step_response": (hopform.identify.fit_step_response, {"recordings": STEP, "known": {"q": 1.0}}),
+    "fit_drop_test": (hopform.identify.fit_drop_test, {"recordings": DECAY, "known": {"q": 1.0}}),
     "fit_force": (hopform.identify.fit_force, {"recordings": STEP, "known": {"q": 1.0}}),
     "fit_robot": (hopform.identify.fit_robot, {"decays": [DECAY], "known": {"q": 1.0}}),
     "simulator_file": (hopform.identify.simulator_file, {"fit": FIT, "form": "mjcf"}),
@@ -100,7 +97,7 @@ ANSWERS = {
     "Sensitivities", "Solver", "Stance", "State", "Touchdown", "Tracking",
 }  # fmt: skip
 """Classes that hopform fills itself, and records that are checked where they are handed in."""
-OF_RECORDINGS = {"fit", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "read_recording"}
+OF_RECORDINGS = {"fit", "fit_drop_test", "fit_force", "fit_robot", "read_recording"}
 """What takes numbers by name, in `known`, or beside a file."""
 INSIDE = {
     "check_set_points", "check_touchdown", "crossing", "measured", "number_of", "set_point", "set_points", "target_of",

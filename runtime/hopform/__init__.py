@@ -25,7 +25,7 @@ MOVED = {
         "terrain",
     ),
     "identify": (
-        "fit", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "read_recording", "record",
+        "fit", "fit_drop_test", "fit_force", "fit_robot", "read_recording", "record",
         "simulator_file",
     ),
 }  # fmt: skip

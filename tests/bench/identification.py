@@ -17,10 +17,10 @@ from scipy.optimize import brentq, least_squares
 
 import hopform
 from hopform.identify._drop import fit_drop_test
+from hopform.identify._held import DECAY
 from hopform.identify._joint import fit_robot
+from hopform.identify._kinds import Cut
 from hopform.identify._motion import Array
-from hopform.identify._rigs import Experiment
-from hopform.identify._step import fit_step_response
 from hopform.identify._synthetic import record
 
 LETTERS = ("k", "b2", "f2", "rest", "x", "v")
@@ -97,10 +97,8 @@ def whole_fits() -> None:
     hopper = hopform.load_robot("hopper_c")
     jobs: dict[str, Callable[[float], object]] = {
         "drop": lambda f: fit_drop_test(record(hopper, "drop", rate=f, seed=1), known={"m_s": MASS}),
-        "decay": lambda f: fit_drop_test(
-            record(hopper, "decay", rate=f, height=0.04, seed=5), attached=True, known={"m_s": MASS}
-        ),
-        "step": lambda f: fit_step_response(record(hopper, "step", rate=f, seed=2), known={"m_eff": 25.0}),
+        "decay": lambda f: fit_robot(decays=record(hopper, "decay", rate=f, height=0.04, seed=5), known={"m_s": MASS}),
+        "step": lambda f: fit_robot(steps=record(hopper, "step", rate=f, seed=2), known={"m_eff": 25.0}),
         "free drop": lambda f: fit_drop_test(
             record(hopper, "free", rate=f, seed=4), free=True, known={"m_s": MASS, "x1_min": 0.0, "x1_max": 0.08}
         ),
@@ -123,7 +121,8 @@ def whole_fits() -> None:
 def main() -> int:
     recording = record(hopform.load_robot("hopper_c"), "decay", height=0.04, rate=200.0, duration=1.5, seed=1)
     times, x = recording.time, recording.position("x2")
-    rig = Experiment("", "attached", times, x, {each: each for each in LETTERS}, {"m_s": MASS, "g": 0.0})
+    whole = Cut(recording, 0, "", times, x, 0.0, ((0.0, 0.0),))
+    rig = DECAY.experiment(whole, {each: each for each in LETTERS}, {"m_s": MASS, "g": 0.0})
 
     def ours(p: Array) -> tuple[Array, Array]:
         predicted, by = rig.predict(dict(zip(LETTERS, p.tolist(), strict=True)))

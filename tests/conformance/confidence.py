@@ -18,15 +18,30 @@ import numpy as np
 
 import hopform
 from hopform.identify import _estimation as estimation
+from hopform.identify import fit as fit_model
 from hopform.identify._drop import fit_drop_test
 from hopform.identify._fits import Fit
 from hopform.identify._motion import of_scipy
-from hopform.identify._step import fit_step_response
 from hopform.identify._synthetic import record
 
 QUIET, COUNT = 2e-5, 2e-4
 """[m] noise and step of a coarse encoder, whose last digit rests."""
-TRUTH = {"length": "L0", "offset": None}  # the offset is 0, no parameter of a robot
+TRUTH = {"length": "L0", "offset": None}  # of the hopper's letters: the offset is 0, no parameter of a robot
+ALONE = {"compare": False, "holdout": False}
+
+
+def truth(robot: hopform.Robot, test: str) -> dict[str, float]:
+    """The parameters of a test: a body on its spring and an actuator against it are slides."""
+    if test in ("decay", "counts"):
+        return {"k": robot.k, "b": robot.b2, "F": robot.m_s * robot.f2}
+    if test == "step":
+        return {"k": robot.k, "b": robot.b1, "F": robot.m_eff * robot.f1, "k_f": -robot.gamma2}
+    return {field.name: getattr(robot, field.name) for field in robot.fields()} | {"length": robot.L0}
+
+
+def slide(recording: hopform.identify.Recording, mass: float, *more: str) -> Fit:
+    """What moves as a slide of known mass; more: what is fitted beside spring and friction."""
+    return fit_model("slide", recording, fitted=["k", "b", "F", "x_0", *more], known={"m": mass}, **ALONE)
 
 
 @dataclasses.dataclass
@@ -73,15 +88,15 @@ def random_robot(rng: np.random.Generator) -> hopform.Robot:
 
 
 def score(count: Count, fit: Fit, robot: hopform.Robot, test: str) -> None:
+    values = truth(robot, test)
     for each in fit.estimates:
-        name = TRUTH.get(each.name, each.name)
-        if each.own or name is None:
+        if each.own or each.name not in values:  # an offset or where a spring is slack, which are 0, are no parameters
             continue
         if not math.isfinite(each.high - each.low):
             count.without += each.method != "not identifiable"
             continue
         count.total[f"{test} {each.name}"] += 1
-        count.inside[f"{test} {each.name}"] += each.low <= getattr(robot, name) <= each.high
+        count.inside[f"{test} {each.name}"] += each.low <= values[each.name] <= each.high
 
 
 def measure(seed: int, robots: int) -> Count:
@@ -96,26 +111,23 @@ def measure(seed: int, robots: int) -> Count:
         jobs = {
             "drop": lambda r=robot, f=rate, s=own: fit_drop_test(
                 record(r, "drop", rate=f, duration=1.6, hold=0.1, height=0.15, seed=s), known={"m_s": r.m_s},
-                compare=False, holdout=False,
+                **ALONE,
             ),
-            "decay": lambda r=robot, f=rate, s=own: fit_drop_test(
-                record(r, "decay", rate=f, duration=1.6, height=0.04, seed=s + 1), attached=True, known={"m_s": r.m_s},
-                compare=False, holdout=False,
+            "decay": lambda r=robot, f=rate, s=own: slide(
+                record(r, "decay", rate=f, duration=1.6, height=0.04, seed=s + 1), r.m_s,
             ),
-            "step": lambda r=robot, f=rate, s=own: fit_step_response(
-                record(r, "step", rate=f, duration=2.0, seed=s + 2), known={"m_eff": r.m_eff}, compare=False,
-                holdout=False,
+            "step": lambda r=robot, f=rate, s=own: slide(
+                record(r, "step", rate=f, duration=2.0, seed=s + 2), r.m_eff, "k_f",
             ),
-            "counts": lambda r=robot, f=rate, s=own: fit_drop_test(
-                record(r, "decay", rate=f, duration=1.6, height=0.04, noise=QUIET, quantum=COUNT, seed=s + 4),
-                attached=True, known={"m_s": r.m_s}, compare=False, holdout=False,
+            "counts": lambda r=robot, f=rate, s=own: slide(
+                record(r, "decay", rate=f, duration=1.6, height=0.04, noise=QUIET, quantum=COUNT, seed=s + 4), r.m_s,
             ),
         }  # fmt: skip
         if n % 4 == 0:
             known = {"m_s": robot.m_s, "m_eff": robot.m_eff, "gamma2": robot.gamma2}
             jobs["free"] = lambda r=robot, f=rate, s=own, k=known: fit_drop_test(
                 record(r, "free", rate=f, duration=1.6, hold=0.1, height=0.15, seed=s + 3), free=True, known=k,
-                compare=False, holdout=False,
+                **ALONE,
             )  # fmt: skip
         for name, job in jobs.items():
             began = time.process_time()

@@ -23,10 +23,9 @@ from typing import Any
 import numpy as np
 
 import hopform
-from hopform.identify._drop import fit_drop_test
 from hopform.identify._fits import Fit
+from hopform.identify._joint import fit_robot
 from hopform.identify._recordings import Column, Recording
-from hopform.identify._step import fit_step_response
 from tests.conformance.confidence import TRUTH
 from tests.conformance.nuisances import quick_robot
 from tests.oracle.recordings import Rig, simulate
@@ -165,9 +164,8 @@ def fitted(kind: str, robot: hopform.Robot, fault: Fault, recording: Recording, 
     if fault.both:
         known["k"] = robot.k * fault.known_by
     options = {"compare": False, "holdout": False} | options
-    if kind in ("step", "air"):
-        return fit_step_response(recording, spring=kind == "step", known=known, **options)
-    return fit_drop_test(recording, attached=kind == "decay", known=known, **options)
+    role = {"step": "steps", "air": "air", "decay": "decays", "drop": "drops"}[kind]
+    return fit_robot(**{role: recording}, known=known, **options)
 
 
 @dataclass

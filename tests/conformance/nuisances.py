@@ -15,8 +15,8 @@ import numpy as np
 import hopform
 from hopform.identify._drop import fit_drop_test
 from hopform.identify._fits import Fit
+from hopform.identify._joint import fit_robot
 from hopform.identify._recordings import Column, Recording
-from hopform.identify._step import fit_step_response
 from tests.conformance.confidence import TRUTH, random_robot
 from tests.oracle.recordings import Rig, simulate
 
@@ -68,7 +68,7 @@ def fitted(nuisance: str, robot: hopform.Robot, recording: Recording, **options)
     which takes two known times: that of the fall and that of the spring.
     """
     if nuisance == "lag":
-        return fit_step_response(recording, known={"m_eff": robot.m_eff}, compare=False, holdout=False, **options)
+        return fit_robot(steps=recording, known={"m_eff": robot.m_eff}, compare=False, holdout=False, **options)
     known = {"m_s": robot.m_s, "k": robot.k}
     return fit_drop_test(recording, known=known, compare=False, holdout=False, **options)
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from hopform import HopformError
-from hopform.identify import fit_drop_test, fit_force, fit_step_response, read_recording
+from hopform.identify import fit_force, fit_robot, read_recording
 from hopform.identify._fits import Fit
 from hopform.identify._recordings import Recording, parse_recording
 
@@ -58,10 +58,10 @@ def decays(folder: Path) -> Iterator[Line]:
     first, second = (read_recording(folder / name) for name in DECAYS)
     loaded = read_recording(folder / DECAYS[1], added_mass=TWO_MASSES)
     for recording in (first, second):
-        fit = fit_drop_test(recording, attached=True, holdout=False)
+        fit = fit_robot(decays=recording, holdout=False)
         wanted, holds = "at most 0.2 mm, from 0.5 to 0.9 mm", fit.rms <= 2e-4 and 5e-4 <= fit.old_rms <= 9e-4
         yield Line(f"{Path(recording.source).name}: rms", residuals(fit), wanted, holds)
-    both = fit_drop_test([first, loaded], attached=True, compare=False, holdout=False)
+    both = fit_robot(decays=[first, loaded], compare=False, holdout=False)
     yield near("both decays: mass of the cart", both["m_s"].value, "kg", CART, 0.05)
     yield near("both decays: spring", both["k"].value, "N/m", SPRING, 0.01)
 
@@ -69,7 +69,7 @@ def decays(folder: Path) -> Iterator[Line]:
 def pulses(folder: Path) -> Iterator[Line]:
     """The force constant, and what Coulomb friction is worth."""
     for name, k in PULSES.items():
-        fit = fit_step_response(read_recording(folder / name), known={"k": k}, holdout=False)
+        fit = fit_robot(steps=read_recording(folder / name), known={"k": k}, holdout=False)
         yield near(f"{name}: |gamma2|", abs(fit["gamma2"].value), "N/A", FORCE_CONSTANT, 0.10)
         ratio = fit.old_rms / fit.rms
         yield Line(f"{name}: rms", f"{residuals(fit)}, {ratio:.2f} times", "at least 1.4 times below", ratio >= 1.4)
@@ -92,7 +92,7 @@ def pendulums(folder: Path) -> Iterator[Line]:
     found = dict[tuple[str, bool], float]()
     for name in PENDULUMS:
         for small in (False, True):
-            fit = fit_drop_test(_released(folder / name, small), attached=True, known={"k": GRAVITY}, holdout=False)
+            fit = fit_robot(decays=_released(folder / name, small), known={"k": GRAVITY}, holdout=False)
             inertia, viscous, coulomb = (fit[each].value for each in ("m_s", "b2", "f2"))
             found[name, small] = inertia
             what = f"{name}{f' from {SMALL} rad' if small else ''}"

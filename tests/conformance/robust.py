@@ -17,12 +17,11 @@ import numpy as np
 import hopform
 from hopform.identify import _estimation as estimation
 from hopform.identify import _kinds as kinds
-from hopform.identify._drop import fit_drop_test
 from hopform.identify._fits import Fit
 from hopform.identify._joint import KINDS as ALL_KINDS
+from hopform.identify._joint import fit_robot
 from hopform.identify._recordings import Column, Recording
 from hopform.identify._search import Problem
-from hopform.identify._step import fit_step_response
 from tests.conformance.confidence import TRUTH, random_robot
 from tests.oracle.recordings import Rig, simulate
 
@@ -61,9 +60,7 @@ def known_of(robot: hopform.Robot, kind: str) -> dict[str, float]:
 
 def fitted(robot: hopform.Robot, kind: str, recording: Recording, loss: str) -> Fit:
     how = {"known": known_of(robot, kind), "loss": loss, "compare": False, "holdout": False, "diagnose": False}
-    if kind == "step":
-        return fit_step_response(recording, **how)
-    return fit_drop_test(recording, attached=kind == "decay", **how)
+    return fit_robot(**{f"{kind}s": recording}, **how)
 
 
 def problem_of(robot: hopform.Robot, kind: str, recording: Recording) -> Problem:

@@ -11,10 +11,12 @@ import pytest
 import hopform
 from hopform._front import main
 from hopform.identify import _causes as causes
-from hopform.identify._drop import ATTACHED, GROUND, fit_drop_test
+from hopform.identify._drop import GROUND, fit_drop_test
+from hopform.identify._force import fit_force
+from hopform.identify._held import DECAY
+from hopform.identify._joint import fit_robot
 from hopform.identify._kinds import problem_of
 from hopform.identify._recordings import Column, Recording, parse_recording
-from hopform.identify._step import fit_force, fit_step_response
 from hopform.identify._synthetic import record, to_csv
 from tests import needs
 from tests.conformance import nuisances
@@ -50,7 +52,7 @@ def step(seed: int = 1, noise: float = 1e-4, **sensor: float) -> Recording:
 
 
 def test_a_delay_is_fitted_wherever_a_current_flows():
-    fit = fit_step_response(step(delay=0.0081), known={"m_eff": 25.0}, compare=False, holdout=False)
+    fit = fit_robot(steps=step(delay=0.0081), known={"m_eff": 25.0}, compare=False, holdout=False)
     assert fit["delay@0"].low <= 0.0081 <= fit["delay@0"].high
     assert fit["k"].low - fit["k"].stderr <= 1200.0 <= fit["k"].high + fit["k"].stderr
     assert not fit.diagnoses
@@ -64,7 +66,7 @@ def test_a_delay_is_fitted_wherever_a_current_flows():
 def test_friction_that_is_higher_at_rest_is_named_where_noise_tells_it_from_others(seed):
     """Under five times the noise it is possible, as a ripple is."""
     sharp, noisy = (
-        fit_step_response(step(seed, noise, stribeck=0.5, speed=0.05), known={"m_eff": 25.0}, compare=False)
+        fit_robot(steps=step(seed, noise, stribeck=0.5, speed=0.05), known={"m_eff": 25.0}, compare=False)
         for noise in (0.0, 1e-4)
     )
     assert [(each.name, each.possible) for each in sharp.diagnoses] == [("Stribeck", False)]
@@ -85,12 +87,11 @@ def test_the_response_to_friction_at_rest_is_that_of_the_motion(rig):
     zero = np.zeros(1500)
     at, high, low = (simulate(replace(rig, stribeck=each, speed=0.1), zero, 500.0) for each in (0.0, 0.01, -0.01))
     text = "\n".join(["time_s,x2_m", *(f"{n / 500.0!r},{x!r}" for n, x in enumerate(at.tolist()))])
-    problem = problem_of({ATTACHED if rig is BODY else GROUND: parse_recording(text, "still.csv")}, {"m_s": 3.0})
+    problem = problem_of({DECAY if rig is BODY else GROUND: parse_recording(text, "still.csv")}, {"m_s": 3.0})
     own = problem.experiments[0]
     truth = {"k": 1200.0, "b2": 5.0, "f2": 0.6, "length": 0.4, "impact_loss": 0.05, "rest@0": 0.0}
-    fit = fit_drop_test(
-        parse_recording(text, "still.csv"), attached=rig is BODY, known={"m_s": 3.0}, **ALONE,
-    )  # fmt: skip
+    recording = parse_recording(text, "still.csv")
+    fit = fit_robot(**{"decays" if rig is BODY else "drops": recording}, known={"m_s": 3.0}, **ALONE)
     values = truth | {name: fit.values[name] for name in ("x@0", "v@0")}
     fastest = float(np.abs(np.gradient(at, 1.0 / 500.0)).max())
     found = own.response_to(values, causes.friction_at_rest(0.1 / fastest), 0.01)
@@ -155,7 +156,7 @@ def test_a_fit_in_force_names_friction_at_rest_and_nothing_else():
 @pytest.mark.sliced
 def test_nothing_is_named_where_nothing_was_done():
     for seed in range(5):
-        assert not fit_step_response(step(seed), known={"m_eff": 25.0, "gamma2": -65.0}, compare=False).diagnoses
+        assert not fit_robot(steps=step(seed), known={"m_eff": 25.0, "gamma2": -65.0}, compare=False).diagnoses
         made = record(HOPPER, "drop", seed=seed)
         assert not fit_drop_test(made, known={"m_s": 3.0, "k": 1200.0}, compare=False).diagnoses
 
@@ -176,7 +177,7 @@ def test_a_robust_fit_has_the_delay_too(loss):
     late = step(delay=0.006)
     values = late.columns["x1"].values
     values[np.random.default_rng(3).choice(values.size, 20, replace=False)] += 0.04
-    fit = fit_step_response(late, known={"m_eff": 25.0}, loss=loss, compare=False, holdout=False)
+    fit = fit_robot(steps=late, known={"m_eff": 25.0}, loss=loss, compare=False, holdout=False)
     assert not fit.diagnoses
     assert fit["delay@0"].value == pytest.approx(0.006, abs=2e-4)
 
@@ -202,10 +203,10 @@ def test_a_nuisance_that_there_is_not_is_refused():
 def test_the_command_names_a_lag_and_fits_it_on_request(tmp_path, capsys):
     file = tmp_path / "slow.csv"
     file.write_text(to_csv(step(lag=0.004, noise=2e-5)), "utf-8")
-    assert main(["identify", "step", str(file), "--known", "m_eff=25"]) == 0
+    assert main(["identify", "all", str(file), "--known", "m_eff=25"]) == 0
     shown = capsys.readouterr()
     assert "a first-order lag of " in shown.err and "fit it with --lag" in shown.err
     assert "not explained" in shown.out
-    assert main(["identify", "step", str(file), "--known", "m_eff=25", "--lag", "--json"]) == 0
+    assert main(["identify", "all", str(file), "--known", "m_eff=25", "--lag", "--json"]) == 0
     parameters = {each["name"]: each for each in json.loads(capsys.readouterr().out)["parameters"]}
     assert parameters["lag1"]["low"] <= 0.004 <= parameters["lag1"]["high"]

@@ -17,10 +17,11 @@ import hopform
 from hopform.identify import _estimation as estimation
 from hopform.identify import _kinds as kinds
 from hopform.identify import _search as search
-from hopform.identify._drop import ATTACHED, GROUND, fit_drop_test
+from hopform.identify._drop import GROUND, fit_drop_test
+from hopform.identify._force import fit_force
+from hopform.identify._held import DECAY, STEP
 from hopform.identify._joint import fit_robot
 from hopform.identify._recordings import Column, Recording, outliers
-from hopform.identify._step import HELD, fit_force, fit_step_response
 from hopform.identify._synthetic import record
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
@@ -67,16 +68,8 @@ def measured(case: str, seed: int, broken: int = BROKEN) -> tuple[Recording, np.
 
 
 def fitted(case: str, recording: Recording, loss: str, **options):
-    if case == "step":
-        return fit_step_response(recording, known={"m_eff": 25.0}, loss=loss, **ALONE, **options)
-    return fit_drop_test(
-        recording,
-        attached=case == "decay",
-        known={"m_s": 2.2},
-        loss=loss,
-        **ALONE,
-        **options,
-    )
+    known = {"m_eff": 25.0} if case == "step" else {"m_s": 2.2}
+    return fit_robot(**{f"{case}s": recording}, known=known, loss=loss, **ALONE, **options)
 
 
 def test_the_integrator_makes_the_exact_motions():
@@ -116,8 +109,8 @@ def test_a_robust_fit_has_the_intervals_of_a_fit_without_outliers_and_they_hold_
 
 def problem_of(case: str, recording: Recording) -> search.Problem:
     if case == "step":
-        return kinds.problem_of({HELD: recording}, {"m_eff": 25.0})
-    return kinds.problem_of({GROUND if case == "drop" else ATTACHED: recording}, {"m_s": 2.2})
+        return kinds.problem_of({STEP: recording}, {"m_eff": 25.0})
+    return kinds.problem_of({GROUND if case == "drop" else DECAY: recording}, {"m_s": 2.2})
 
 
 def minima(problem: search.Problem, found: estimation.Solution) -> Iterator[estimation.Solution]:

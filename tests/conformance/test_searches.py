@@ -13,8 +13,8 @@ import hopform
 import hopform.identify
 from hopform.identify import _estimation as estimation
 from hopform.identify._fits import Fit
+from hopform.identify._joint import fit_robot
 from hopform.identify._report import verdict
-from hopform.identify._step import fit_step_response
 from tests import needs
 from tests.conformance.test_nuisances import step
 from tests.derived import solver_of
@@ -118,7 +118,7 @@ def replace_known(case: Case, values: Mapping[str, float]) -> dict[str, float | 
 
 
 def lagging(_: Any, **how: Any) -> Fit:
-    return fit_step_response(step(1, lag=0.006), known={"m_eff": 25.0}, **(WHOLE | how))
+    return fit_robot(steps=step(1, lag=0.006), known={"m_eff": 25.0}, **(WHOLE | how))
 
 
 def off_its_slack(joint: Any, **how: Any) -> Fit:
@@ -221,5 +221,5 @@ def test_a_profile_that_does_not_close_has_no_end(side):
 def test_a_fit_shows_its_rms_in_the_unit_of_its_recording(joint):
     fit = sprung(Rig(0.0071, 0.4807, 0.002, 1.7, start=0.4), 400, QUANTUM).fit(joint)
     assert f"rms = {fit.rms:.5g} rad" in repr(fit)
-    metres = fit_step_response(step(), known={"m_eff": 25.0}, **ALONE)
+    metres = fit_robot(steps=step(), known={"m_eff": 25.0}, **ALONE)
     assert f"rms = {metres.rms:.5g} m," in repr(metres)

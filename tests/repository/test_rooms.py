@@ -59,7 +59,8 @@ WALL = {
     "_texts": {"comment_of_xml", "in_html", "line", "markdown"},
 }
 """What hopform.identify still takes of the core beside its public names. Those of `_solver`, `_sensitivities` and
-`_motion` go with `_motion.Experiments` and the kinds of fits that have models of their own; hopping takes none.
+`_motion` are a motion's states and derivatives at all samples of a fit, without the objects of a `Motion`; hopping takes
+none.
 """
 
 OF_A_TUPLE = {"_asdict", "_fields", "_make", "_replace"}

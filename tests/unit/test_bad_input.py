@@ -329,7 +329,7 @@ WITHIN: dict[str, tuple[str, Any]] = {
         "terrain",
         lambda huge: hopform.hopping.controllers.AsPrinted(0.2).prepare(HOPPER, (huge,)),
     ),
-    "a known value": ("k", lambda huge: hopform.identify.fit_drop_test(DECAY, attached=True, known={"k": huge})),
+    "a known value": ("k", lambda huge: hopform.identify.fit_robot(decays=DECAY, known={"k": huge})),
     "a mass beside a file": ("added_mass", lambda huge: parse_recording(to_csv(DECAY), "a.csv", huge)),
     "a sample": ("samples", lambda huge: OBJECTS["detector"].detect([0.0, huge])),
     "a known signal": ("signal", lambda huge: OBJECTS["detector"].chances(0.1, [0.0, huge])),

@@ -13,7 +13,6 @@ from hopform.identify import _alternatives as alternatives
 from hopform.identify._drop import fit_drop_test
 from hopform.identify._joint import check, fit_robot
 from hopform.identify._recordings import Column, Recording
-from hopform.identify._step import fit_step_response
 from hopform.identify._synthetic import TESTS, record, to_csv
 from tests import needs
 from tests.oracle.recordings import Rig, simulate
@@ -112,7 +111,8 @@ def test_record_and_identify_have_one_vocabulary(test, tmp_path, capsys):
         test, ["m_eff=25"]
     )
     known = [word for each in given for word in ("--known", each)]
-    assert main(["identify", test, str(file), *known]) == 0
+    kind = ["drop", *(["--free"] if test == "free" else [])] if test in ("drop", "free") else ["all"]
+    assert main(["identify", *kind, str(file) if kind[0] == "drop" else f"{test}:{file}", *known]) == 0
     capsys.readouterr()
     assert main(["record", test, "--seed", "3", "--plan"]) == 0
     assert re.search(r"Intervals to expect|95 % interval", capsys.readouterr().out)
@@ -122,7 +122,7 @@ def test_a_decay_that_is_called_a_drop_is_asked_about(tmp_path, capsys):
     file = tmp_path / "decay.csv"
     file.write_text(to_csv(record(HOPPER, "decay", height=0.04, seed=1)), "utf-8")
     assert main(["identify", "drop", str(file)]) == 2
-    assert "or is it a decay: hopform identify decay?" in capsys.readouterr().err
+    assert "or is it a decay: hopform --solver slide fit?" in capsys.readouterr().err
 
 
 @pytest.mark.nightly
@@ -141,10 +141,10 @@ def test_what_was_asked_wrongly_is_answered_with_how_to_ask(tmp_path, capsys):
         "check", files["step"], files["decay"]
     )
     stops = ["--known", "x1_min=0.1", "--known", "x1_max=0.08"]
-    assert "known: x1_min must be <= x1_max, got 0.1 and 0.08 m" in answer("free", files["free"], *stops)
+    assert "known: x1_min must be <= x1_max, got 0.1 and 0.08 m" in answer("drop", "--free", files["free"], *stops)
     made = record(HOPPER, "free", seed=4)
     (tmp_path / "free.csv").write_text(to_csv(made))
-    assert "does it reach a stop, which --known x1_min=" in answer("free", files["free"], "--known", "m_s=3")
+    assert "does it reach a stop, which --known x1_min=" in answer("drop", "--free", files["free"], "--known", "m_s=3")
 
 
 def test_a_check_has_no_robot_to_write(tmp_path, capsys):
@@ -161,23 +161,23 @@ def test_fits_are_not_changed_by_a_check():
     before = fit_drop_test(drop, known={"m_s": 3.0}, compare=False, holdout=False).values
     check({"drop": [drop], "step": [step]}, {"m_s": 3.0})
     assert fit_drop_test(drop, known={"m_s": 3.0}, compare=False, holdout=False).values == before
-    assert fit_step_response(step, known={"m_eff": 25.0}, compare=False)["k"].low < 1200.0
+    assert fit_robot(steps=step, known={"m_eff": 25.0}, compare=False)["k"].low < 1200.0
 
 
 def test_a_fit_reads_files_as_it_takes_recordings(tmp_path):
     files = [tmp_path / f"{n}.csv" for n in range(2)]
     for n, file in enumerate(files):
         file.write_text(to_csv(record(HOPPER, "decay", height=0.04, seed=n)))
-    how = {"attached": True, "known": {"m_s": 3.0}, "compare": False, "holdout": False, "diagnose": False}
-    read = fit_drop_test([hopform.identify.read_recording(file) for file in files], **how)
-    assert fit_drop_test([str(files[0]), files[1]], **how).values == read.values
-    with pytest.raises(hopform.HopformError, match=r"recordings\[1\] must be a Recording.*, or a file of one, got 3"):
-        fit_drop_test([files[0], 3], **how)
+    how = {"known": {"m_s": 3.0}, "compare": False, "holdout": False, "diagnose": False}
+    read = fit_robot(decays=[hopform.identify.read_recording(file) for file in files], **how)
+    assert fit_robot(decays=[str(files[0]), files[1]], **how).values == read.values
+    with pytest.raises(hopform.HopformError, match=r"decays\[1\] must be a Recording.*, or a file of one, got 3"):
+        fit_robot(decays=[files[0], 3], **how)
 
 
-@pytest.mark.parametrize(("wrong", "name"), [(["air", "--export", "foo"], "--export"), (["fall"], "kind")])
+@pytest.mark.parametrize(("wrong", "name"), [(["all", "--export", "foo"], "--export"), (["fall"], "kind")])
 def test_a_wrong_word_is_answered_with_those_that_there_are(wrong, name, capsys):
     assert main(["identify", wrong[0], "x.csv", *wrong[1:]]) == 2
-    words = {"--export": "'mjcf', 'urdf', 'isaac'", "kind": "'drop', 'free', 'decay', 'step', 'air', 'all', "}
+    words = {"--export": "'mjcf', 'urdf', 'isaac'", "kind": "'drop', 'all', 'force', "}
     message = capsys.readouterr().err
     assert message.startswith(f"hopform: Invalid value for '{name}': '{wrong[-1]}' is not one of {words[name]}")

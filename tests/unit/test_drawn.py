@@ -323,8 +323,8 @@ def made(name):
         ),
         "Command": lambda: hopform.choose_current(HOPPER, **fast, h_des=0.2),
         "Recording": lambda: hopform.identify.record(HOPPER, "air", duration=4.0, seed=1),
-        "Fit": lambda: hopform.identify.fit_drop_test(
-            hopform.identify.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3), attached=True, known={"m_s": 3.0},
+        "Fit": lambda: hopform.identify.fit_robot(
+            decays=hopform.identify.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3), known={"m_s": 3.0},
             holdout=False,
         ),
         "Sensitivities": lambda: hopform.solve_stance(HOPPER, **fast, u=3.0).sensitivities,

@@ -13,12 +13,13 @@ from scipy import optimize, signal, stats
 import hopform
 from hopform.identify import _estimation as estimation
 from hopform.identify import _fits as fits
-from hopform.identify._drop import ATTACHED, fit_drop_test
+from hopform.identify._drop import fit_drop_test
 from hopform.identify._estimation import Parameter
 from hopform.identify._fits import fit as fit_of
+from hopform.identify._held import DECAY
+from hopform.identify._joint import fit_robot
 from hopform.identify._search import Problem
 from hopform.identify._segments import low_passed
-from hopform.identify._step import fit_step_response
 from hopform.identify._synthetic import record
 from tests import needs
 from tests.fits import ALONE
@@ -196,7 +197,7 @@ def test_correlations_and_hold_out_are_those_of_the_data(monkeypatch):
         tuple(Parameter(name, "m", 0.0, 0.1) for name in experiment.design), ({},), {}, (), (),
     )  # fmt: skip
     monkeypatch.setattr(fits, "problem_of", lambda *_: problem)
-    fit = fit_of({ATTACHED: record(hopform.load_robot("hopper_c"), "decay", seed=1)}, diagnose=False)
+    fit = fit_of({DECAY: record(hopform.load_robot("hopper_c"), "decay", seed=1)}, diagnose=False)
     _, covariance, _ = closed_form(Line(experiment.design, shifted))
     expected = covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1])
     assert fit.correlations["a", "b"] == pytest.approx(expected, rel=1e-6)
@@ -259,7 +260,7 @@ def test_an_undamped_decay_is_released_at_its_first_swing(seed):
     """All amplitudes are equal: noise must not decide which one it is."""
     body = hopform.Robot(**{**{f.name: getattr(HOPPER, f.name) for f in hopform.Robot.fields()}, "b2": 0.0, "f2": 0.0})
     decay = record(body, "decay", height=0.04, duration=1.6, seed=seed)
-    fit = fit_drop_test(decay, attached=True, known={"m_s": 3.0}, **ALONE)
+    fit = fit_robot(decays=decay, known={"m_s": 3.0}, **ALONE)
     assert fit.traces[0].time[0] < 0.05
     assert fit["f2"].method == "profile, one-sided at 0"
     assert fit["k"].value == pytest.approx(1200.0, rel=1e-3)
@@ -270,7 +271,7 @@ def test_a_small_motion_in_noise_is_no_missed_one():
     weak = hopform.Robot(
         **{**{f.name: getattr(HOPPER, f.name) for f in hopform.Robot.fields()}, "gamma2": -0.9, "f1": 0.005}
     )
-    fit = fit_step_response(record(weak, "step", seed=1), known={"m_eff": 25.0}, **ALONE)
+    fit = fit_robot(steps=record(weak, "step", seed=1), known={"m_eff": 25.0}, **ALONE)
     assert np.std(fit.traces[0].measured) < 10.0 * fit.rms
     assert not any("misses" in each for each in fit.warnings)
 

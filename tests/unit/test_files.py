@@ -199,8 +199,8 @@ def test_files_of_any_name_are_reported(tmp_path, monkeypatch, name):
     assert cli.main(["record", "decay", "--height", "0.04", "--duration", "1", "--seed", "3", "--csv", name]) == 0
     out, before = name.removesuffix(".csv"), Path(name).read_bytes()
     outputs = ("--out", f"{out}.toml", "--report", f"{out}.md", "--plot", f"{out}.png")
-    assert cli.main(["identify", "decay", name, "--known", "m_s=3", *outputs]) == 0
-    assert cli.main(["identify", "decay", name, "--known", "m_s=3", "--report", "page.html"]) == 0
+    assert cli.main(["identify", "all", f"decay:{name}", "--known", "m_s=3", *outputs]) == 0
+    assert cli.main(["identify", "all", f"decay:{name}", "--known", "m_s=3", "--report", "page.html"]) == 0
     shown = out.encode("utf-8", "backslashreplace").decode()
     assert hopform.load_robot(f"{out}.toml").name == shown
     assert Path(name).read_bytes() == before

@@ -13,8 +13,8 @@ from hopform import _front as cli
 from hopform._robots import robot_from_toml
 from hopform.identify import _joint as joint
 from hopform.identify import _synthetic as synthetic
-from hopform.identify._drop import fit_drop_test
 from hopform.identify._estimation import Estimate
+from hopform.identify._joint import fit_robot
 from hopform.identify._report import results, rounded, verdict
 from hopform.identify._synthetic import record, to_csv
 from tests.fits import ALONE
@@ -40,7 +40,7 @@ def test_a_report_begins_with_the_verdict_and_the_parameters(tmp_path):
     path = tmp_path / "decay.csv"
     path.write_text(to_csv(record(HOPPER, "decay", seed=5)), encoding="utf-8")
     page = tmp_path / "page.html"
-    assert cli.main(["identify", "decay", str(path), "--known", "m_s=3", "--report", str(page)]) == 0
+    assert cli.main(["identify", "all", f"decay:{path}", "--known", "m_s=3", "--report", str(page)]) == 0
     text = page.read_text("utf-8")
     order = [
         "The model explains these recordings to their noise.",
@@ -59,7 +59,7 @@ def test_what_is_not_explained_has_values_without_intervals():
     clean = record(HOPPER, "decay", seed=5)
     x = clean.position("x2") + 1e-3 * (clean.time / clean.time[-1]) ** 2
     made = dataclasses.replace(clean, columns={"x2": clean.columns["x2"]._replace(values=x)})
-    fit = fit_drop_test(made, attached=True, known={"m_s": 3.0}, **ALONE)
+    fit = fit_robot(decays=made, known={"m_s": 3.0}, **ALONE)
     assert verdict(fit) == "The model does not explain the recordings: values are off by an unknown amount."
     assert results(fit)[0].startswith("k = ") and "(" not in results(fit)[0]
 
@@ -67,14 +67,14 @@ def test_what_is_not_explained_has_values_without_intervals():
 def test_a_robot_s_file_says_what_it_was_made_of(tmp_path, monkeypatch):
     path, out = tmp_path / "step.csv", tmp_path / "mine.toml"
     path.write_text(to_csv(record(HOPPER, "step", seed=2)), encoding="utf-8")
-    ask = ["identify", "step", str(path), "--known", "m_eff=25", "--out", str(out)]
+    ask = ["identify", "all", str(path), "--known", "m_eff=25", "--out", str(out)]
     monkeypatch.setattr(sys, "argv", ["/usr/bin/hopform", *ask])
     assert cli.main(ask) == 0
     robot = robot_from_toml(out.read_text("utf-8"), "mine.toml")
     digest = hashlib.sha256(path.read_bytes()).hexdigest()
     version, file, *rest = robot.fit.origin
     assert (version, file) == (f"hopform {hopform.__version__}", f"{path} sha256 {digest}")
-    assert f"hopform identify step {path}" in rest[0] and rest[1].startswith("delay@0 ")
+    assert f"hopform identify all {path}" in rest[0] and rest[1].startswith("delay@0 ")
     assert robot_from_toml(robot.to_toml(), "again.toml").fit == robot.fit
 
 
@@ -97,7 +97,7 @@ def test_a_plan_is_as_hard_as_every_robot_in_its_ranges_bears():
     with pytest.raises(hopform.HopformError, match="current must be <="):
         record(soft, "step", current=1.1 * min(alone), duration=step.duration, seed=1)
     made = record(HOPPER, "step", current=step.value, duration=step.duration, seed=4)
-    fit = hopform.identify.fit_step_response(made, known={"m_eff": 25.0}, **ALONE)
+    fit = hopform.identify.fit_robot(steps=made, known={"m_eff": 25.0}, **ALONE)
     for name, share in step.gives.items():
         assert fit[name].high - fit[name].low <= 2.0 * 2.0 * share * abs(fit[name].value), name
     assert any("another amplitude or load" in each for each in plan.statements)

@@ -11,11 +11,12 @@ import pytest
 
 import hopform
 from hopform._front import main
-from hopform.identify._drop import ATTACHED, GROUND, fit_drop_test
+from hopform.identify._drop import GROUND, fit_drop_test
+from hopform.identify._force import fit_force
+from hopform.identify._held import DECAY
 from hopform.identify._joint import fit_robot
 from hopform.identify._kinds import problem_of
 from hopform.identify._recordings import Column, Recording, parse_recording
-from hopform.identify._step import fit_force, fit_step_response
 from hopform.identify._synthetic import record, to_csv
 from tests import needs
 from tests.conformance import confidence
@@ -48,21 +49,21 @@ def test_a_drop_with_hops_identifies_the_spring_the_length_and_the_impact():
 @pytest.mark.sliced
 def test_two_decays_with_a_weighed_mass_between_them_identify_the_mass():
     recordings = [record(HOPPER, "decay", height=0.04, added_mass=mass, seed=7) for mass in (0.0, 2.0)]
-    fit = fit_drop_test(recordings, attached=True)
+    fit = fit_robot(decays=recordings)
     holds(fit, m_s=3.0, k=1200.0, **{"f2@0": 0.6, "f2@1": 0.6})
     assert fit["m_s"].high / fit["m_s"].low < 1.02
-    assert not [each for each in fit.statements if "allow for" not in each]
+    assert not any("identifiable from these" in each or "combination" in each for each in fit.statements)
 
 
 def test_motion_alone_identifies_ratios_and_states_it():
-    fit = fit_drop_test(record(HOPPER, "decay", height=0.04, seed=3), attached=True, compare=False)
+    fit = fit_robot(decays=record(HOPPER, "decay", height=0.04, seed=3), compare=False)
     holds(fit, k=400.0, b2=5.0 / 3.0, f2=0.6)
     assert "weigh the body" in fit.statements[0]
 
 
 @pytest.mark.parametrize(("known", "scale"), [({"m_eff": 25.0}, 1.0), ({"k": 1200.0}, 1.0), ({}, 1.0 / 25.0)])
 def test_a_step_response_identifies_the_actuator_up_to_its_scale(known, scale):
-    fit = fit_step_response(record(HOPPER, "step", seed=2), known=known, holdout=False)
+    fit = fit_robot(steps=record(HOPPER, "step", seed=2), known=known, holdout=False)
     truth = {"k": 1200.0, "m_eff": 25.0, "b1": 150.0, "gamma2": -65.0}
     fitted = {each.name for each in fit.estimates}
     holds(fit, f1=0.78, **{name: scale * value for name, value in truth.items() if name in fitted})
@@ -72,7 +73,7 @@ def test_a_step_response_identifies_the_actuator_up_to_its_scale(known, scale):
 
 def test_a_spring_that_is_not_there_is_not_told():
     """A leg in the air, fitted as one against its spring: k comes out near 0 with an error as large."""
-    fit = fit_step_response(record(HOPPER, "air", seed=3), known={"m_eff": 25.0}, **ALONE)
+    fit = fit_robot(steps=record(HOPPER, "air", seed=3), known={"m_eff": 25.0}, **ALONE)
     holds(fit, f1=0.78, b1=150.0, gamma2=-65.0)
     assert fit["k"].method == "not identifiable"
     assert any("not identifiable" in each and "k" in each for each in fit.statements)
@@ -80,14 +81,14 @@ def test_a_spring_that_is_not_there_is_not_told():
 
 
 def test_in_the_air_k_is_no_parameter():
-    fit = fit_step_response(record(HOPPER, "air", seed=3), spring=False, known={"m_eff": 25.0})
+    fit = fit_robot(air=record(HOPPER, "air", seed=3), known={"m_eff": 25.0})
     holds(fit, f1=0.78, b1=150.0, gamma2=-65.0, offset=0.0)
     assert "k" not in fit.values
 
 
 def test_friction_that_is_not_there_has_an_interval_that_begins_at_0():
     smooth = dataclasses.replace(HOPPER, f2=0.0)
-    fit = fit_drop_test(record(smooth, "decay", height=0.04, seed=5), attached=True, known={"m_s": 3.0}, compare=False)
+    fit = fit_robot(decays=record(smooth, "decay", height=0.04, seed=5), known={"m_s": 3.0}, compare=False)
     assert fit["f2"].low == 0.0
     assert fit["f2"].method == "profile, one-sided at 0"
     assert 0.0 <= fit["f2"].value <= fit["f2"].high < 0.02
@@ -99,9 +100,7 @@ def test_a_robust_loss_withstands_outliers():
     x = clean.position("x2").copy()
     x[::29] += 0.03
     broken = dataclasses.replace(clean, columns={"x2": clean.columns["x2"]._replace(values=x)})
-    linear, robust = (
-        fit_drop_test(broken, attached=True, known={"m_s": 3.0}, loss=loss, **ALONE) for loss in ("linear", "cauchy")
-    )
+    linear, robust = (fit_robot(decays=broken, known={"m_s": 3.0}, loss=loss, **ALONE) for loss in ("linear", "cauchy"))
     assert abs(robust["k"].value - 1200.0) < 1.0
     assert abs(robust["f2"].value - 0.6) < 0.01
     assert abs(linear["f2"].value - 0.6) > 3.0 * abs(robust["f2"].value - 0.6)
@@ -121,7 +120,7 @@ def test_uneven_time_stamps_and_a_gap_do_no_harm():
     thinned = parse_recording(
         "\n".join([lines[0], *(line for line, keep in zip(lines[1:], kept, strict=True) if keep)]), "thinned.csv"
     )
-    fit = fit_drop_test(thinned, attached=True, known={"m_s": 3.0}, compare=False)
+    fit = fit_robot(decays=thinned, known={"m_s": 3.0}, compare=False)
     holds(fit, k=1200.0, b2=5.0, f2=0.6)
     assert any("gap" in each for each in fit.warnings)
 
@@ -222,17 +221,11 @@ def test_without_a_current_a_free_actuator_identifies_no_force_constant_and_stat
     assert any("gamma2 cannot be identified" in each for each in fit.statements)
 
 
-def test_a_held_actuator_cannot_be_free():
-    with pytest.raises(hopform.HopformError, match="exclude each other"):
-        fit_drop_test(record(HOPPER, "drop", seed=1), attached=True, free=True)
-
-
 @pytest.mark.parametrize(("test", "duration"), [("drop", 2.0), ("drop", 4.0), ("decay", 2.0), ("decay", 4.0)])
 def test_several_motions_in_a_recording_are_found_and_fitted_together(test, duration):
     """The hand takes the body while it still oscillates, or after it has come to rest."""
     made = record(HOPPER, test, height=0.2 if test == "drop" else 0.04, duration=duration, repeats=3, seed=1)
-    attached = test == "decay"
-    problem = problem_of({ATTACHED if attached else GROUND: made}, {"m_s": 3.0})
+    problem = problem_of({DECAY if test == "decay" else GROUND: made}, {"m_s": 3.0})
     assert [each.label.rpartition(" ")[2] for each in problem.experiments] == ["1", "2", "3"]
     still = 0.2 if test == "drop" else 0.0
     begins = [still + n * (duration + 0.9) for n in range(3)]
@@ -240,9 +233,8 @@ def test_several_motions_in_a_recording_are_found_and_fitted_together(test, dura
         assert begin <= each.begin <= begin + 0.04
         assert each.begin + each.time[-1] <= begin - still + duration + 0.06
     if duration == 2.0:
-        fit = fit_drop_test(made, attached=attached, known={"m_s": 3.0}, **ALONE)
-        one = fit_drop_test(record(HOPPER, test, height=0.2 if test == "drop" else 0.04, seed=1), attached=attached,
-                            known={"m_s": 3.0}, **ALONE)  # fmt: skip
+        again = record(HOPPER, test, height=0.2 if test == "drop" else 0.04, seed=1)
+        fit, one = (fit_robot(**{f"{test}s": each}, known={"m_s": 3.0}, **ALONE) for each in (made, again))
         holds(fit, k=1200.0, b2=5.0, f2=0.6)
         assert fit["k"].stderr < 0.75 * one["k"].stderr
 

@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 
 from hopform import _front as cli
 from hopform.identify import _commands as identify_command
-from hopform.identify._drop import fit_drop_test
+from hopform.identify._joint import fit_robot
 from tests.calls import DECAY, HOPPER
 from tests.outside import command_lines, examples, furnish
 
@@ -29,7 +29,7 @@ QUICK = {name: each for name, each in COMMANDS.items() if name not in ("fit", "i
 @pytest.fixture(scope="module", autouse=True)
 def quick_answers():
     """One fit and one picture for all: what is tried is what stands around them."""
-    fit = fit_drop_test(DECAY, attached=True, holdout=False, compare=False)
+    fit = fit_robot(decays=DECAY, holdout=False, compare=False)
     with pytest.MonkeyPatch.context() as patch:
         for one in "fit", "fit_force":
             patch.setattr(identify_command, one, lambda *_, **__: fit)

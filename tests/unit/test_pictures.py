@@ -75,8 +75,8 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "command, nearest": lambda: hopform.choose_current(HOPPER, **DROP, h_des=2.0),
     "recording": lambda: hopform.identify.record(HOPPER, "air", duration=4.0, seed=1),
     "recording of a drop": lambda: hopform.identify.record(HOPPER, "drop", seed=1),
-    "fit": lambda: hopform.identify.fit_drop_test(
-        hopform.identify.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3), attached=True, known={"m_s": 3.0},
+    "fit": lambda: hopform.identify.fit_robot(
+        decays=hopform.identify.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3), known={"m_s": 3.0},
         holdout=False,
     ),
     "motion of a hopper": lambda: hopform.solve_motion(HOPPER, start={"x1": 0.02, "v2": -1.9}, u=3.0),

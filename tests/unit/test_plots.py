@@ -282,7 +282,7 @@ def test_a_recordings_name_is_drawn_as_it_is(name):
 @cache
 def a_fit():
     recording = hopform.identify.record(HOPPER, "decay", height=0.04, duration=1.0, seed=3)
-    return hopform.identify.fit_drop_test(recording, attached=True, known={"m_s": 3.0}, compare=False, holdout=False)
+    return hopform.identify.fit_robot(decays=recording, known={"m_s": 3.0}, compare=False, holdout=False)
 
 
 @given(st.text(st.characters()))

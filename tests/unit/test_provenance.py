@@ -14,7 +14,6 @@ from hopform.identify import _estimation as estimation
 from hopform.identify._drop import fit_drop_test
 from hopform.identify._joint import fit_robot
 from hopform.identify._simulators import exported
-from hopform.identify._step import fit_step_response
 from hopform.identify._synthetic import record
 from tests.fits import ALONE
 
@@ -66,9 +65,9 @@ def test_residuals_with_a_memory_widen_the_covariance_and_leave_no_interval():
     noise = 2e-4 * lfilter([0.6], [1.0, -0.8], own.standard_normal(clean.time.size))
     column = clean.columns["x2"]
     made = dataclasses.replace(clean, columns={"x2": column._replace(values=column.values + noise)})
-    how = {"attached": True, "known": {"m_s": 3.0}, **ALONE}
-    fit = fit_drop_test(made, **how)
-    white = fit_drop_test(record(HOPPER, "decay", noise=2e-4, quantum=0.0, seed=1), **how)
+    how = {"known": {"m_s": 3.0}, **ALONE}
+    fit = fit_robot(decays=made, **how)
+    white = fit_robot(decays=record(HOPPER, "decay", noise=2e-4, quantum=0.0, seed=1), **how)
     assert any("not explained" in each for each in fit.warnings)
     plain = np.sqrt(np.diag(estimation.spread(white.solution).covariance))
     for name, error in zip((each.name for each in white.estimates), plain, strict=True):
@@ -106,7 +105,7 @@ def test_friction_is_drawn_above_0_and_a_spring_that_is_not_known_is_not_drawn_n
 
 def test_what_is_not_identifiable_is_that_of_the_base_and_marked():
     made = record(HOPPER, "step", seed=2)
-    fit = fit_step_response(made, known={"m_eff": 25.0}, nuisances=["gain"], **ALONE)
+    fit = fit_robot(steps=made, known={"m_eff": 25.0}, nuisances=["gain"], **ALONE)
     assert fit["gain1"].method == fit["gamma2"].method == "not identifiable"
     robot = fit.robot(HOPPER)
     assert robot.gamma2 == HOPPER.gamma2
@@ -116,7 +115,7 @@ def test_what_is_not_identifiable_is_that_of_the_base_and_marked():
 
 def test_friction_of_several_recordings_is_their_mean_with_the_covariance_of_a_mean():
     made = [record(HOPPER, "decay", height=0.04, added_mass=mass, seed=7) for mass in (0.0, 2.0)]
-    fit = fit_drop_test(made, attached=True, **ALONE)
+    fit = fit_robot(decays=made, **ALONE)
     robot, names = fit.robot(HOPPER), [each.name for each in fit.estimates]
     i, j = names.index("f2@0"), names.index("f2@1")
     expected = 0.25 * (fit.covariance[i, i] + 2.0 * fit.covariance[i, j] + fit.covariance[j, j])

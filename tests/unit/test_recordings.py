@@ -11,7 +11,11 @@ import pytest
 
 import hopform
 from hopform._front import main
-from hopform.identify._drop import fit_drop_test, oscillation_of
+from hopform.identify._drop import fit_drop_test
+from hopform.identify._force import fit_force
+from hopform.identify._held import DECAY
+from hopform.identify._joint import fit_robot
+from hopform.identify._kinds import problem_of
 from hopform.identify._recordings import (
     COLUMNS,
     Column,
@@ -23,7 +27,6 @@ from hopform.identify._recordings import (
     read_recording,
     saturated,
 )
-from hopform.identify._step import fit_force, fit_step_response
 from hopform.identify._synthetic import record, to_csv
 from tests import needs
 
@@ -42,10 +45,10 @@ def test_noise_and_quantum_are_seen():
 def test_a_decay_shows_its_frequency_and_which_friction_it_has(b2, f2):
     robot = dataclasses.replace(HOPPER, b2=b2, f2=f2)
     recording = record(robot, "decay", height=0.04, noise=1e-5, quantum=0.0, duration=3.0)
-    found = oscillation_of(recording.time, recording.position("x2"))
-    assert found.omega == pytest.approx(20.0, rel=0.02)
-    assert found.viscous == pytest.approx(b2 / 3.0, abs=0.15)
-    assert found.coulomb == pytest.approx(f2, abs=0.08)
+    start = problem_of({DECAY: recording}, {"m_s": 3.0}).starts[0]
+    assert math.sqrt(start["k"] / 3.0) == pytest.approx(20.0, rel=0.02)
+    assert start["b2"] == pytest.approx(b2, abs=0.45)
+    assert start["f2"] == pytest.approx(f2, abs=0.08)
 
 
 # ---- bad data ----
@@ -112,7 +115,7 @@ def test_bad_data_are_one_clear_message_and_nothing_is_written(name, tmp_path, c
     text, words = BAD[name]
     file, out = tmp_path / "bad.csv", tmp_path / "robot.toml"
     file.write_text(text, "utf-8")
-    assert main(["identify", "decay", str(file), "--out", str(out)]) == 2
+    assert main(["identify", "all", f"decay:{file}", "--out", str(out)]) == 2
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err.count("\n") == 1
@@ -171,7 +174,7 @@ def test_every_refusal_has_its_nearest_good_file():
 @pytest.mark.parametrize("name", needs.the_first([*NEAREST], 4))
 def test_the_good_file_nearest_to_a_refusal_is_let_through(name):
     made = parse_recording(NEAREST[name], "good.csv")
-    fit = fit_drop_test(made, attached=True, known={"m_s": 1.0}, compare=False, holdout=False, diagnose=False)
+    fit = fit_robot(decays=made, known={"m_s": 1.0}, compare=False, holdout=False, diagnose=False)
     assert fit.traces[0].tests.rms < 0.01 * float(np.std(fit.traces[0].measured))
 
 
@@ -229,7 +232,7 @@ def test_a_recording_that_is_too_long_says_how_to_make_it_shorter():
     t = np.arange(140_000) / 1e4
     columns = {"x1": Column("x1_m", "length", 2, np.sin(t)), "current": Column("current_A", "current", 3, np.cos(t))}
     with pytest.raises(hopform.HopformError, match="keep every 3rd sample, or cut it"):
-        fit_step_response(Recording("long.csv", t, columns), known={"m_eff": 25.0})
+        fit_robot(steps=Recording("long.csv", t, columns), known={"m_eff": 25.0})
 
 
 def test_a_servo_under_a_random_binary_target_is_no_pair_of_swapped_columns():
@@ -281,11 +284,16 @@ def test_a_motion_that_identifies_no_friction_is_refused_in_force():
         fit_force(one_way, known={"gamma2": -65.0}, position=False)
 
 
-def refused(path, kind, *options, capsys, role="") -> str:
-    """What is said of a file that is refused: one line, and nothing written."""
+def refused(path, kind, *options, capsys) -> str:
+    """What is said of a file of a kind that is refused: one line, and nothing written."""
+    kind, *ask = {
+        "free": ("drop", "--free", str(path)),
+        "drop": ("drop", str(path)),
+        "force": ("force", str(path)),
+    }.get(kind, ("all", f"{kind}:{path}"))
     out, report = path.with_name("mine.toml"), path.with_name("report.html")
     capsys.readouterr()
-    assert main(["identify", kind, f"{role}{path}", *options, "--out", str(out), "--report", str(report)]) == 2
+    assert main(["identify", kind, *ask, *options, "--out", str(out), "--report", str(report)]) == 2
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err.count("\n") == 1
@@ -310,10 +318,10 @@ def test_a_fit_that_misses_is_refused(tmp_path, capsys):
     assert "x2_cm" in said
 
 
-@pytest.mark.parametrize("kind", needs.the_first(["step", "air", "force", "all"], 2))
+@pytest.mark.parametrize("kind", needs.the_first(["step", "air", "force"], 2))
 @pytest.mark.parametrize("other", needs.the_first(["of another run", "of a sine", "backwards"]))
 def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kind, other, tmp_path, capsys):
-    made = record(HOPPER, "step" if kind in ("step", "all") else "air", seed=2)
+    made = record(HOPPER, "step" if kind == "step" else "air", seed=2)
     u = made.current()
     currents = {
         "of another run": 3.0 * np.repeat(np.random.default_rng(0).choice([-1.0, 1.0], 26), 40)[: u.size],
@@ -322,11 +330,9 @@ def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kin
     }
     path = tmp_path / "mixed.csv"
     path.write_text(with_column(made, "current", currents[other]))
-    more = ["--force"] if kind == "force" else []
     known = "gamma2=-65" if kind == "force" else "m_eff=25"
-    command, role = ("all", "step:") if kind == "all" else ("step" if kind == "step" else "air", "")
-    said = refused(path, command, *more, "--known", known, capsys=capsys, role=role)
-    if other == "of another run" and command in ("step", "all"):  # a delay explains just enough of it
+    said = refused(path, kind, "--known", known, capsys=capsys)
+    if other == "of another run" and kind == "step":  # a delay explains just enough of it
         assert "mixed.csv: the fit misses the recording by 13 % of its motion: it is of another rig" in said
         return
     assert "mixed.csv, line " in said
@@ -350,11 +356,10 @@ def test_a_column_in_another_unit_than_its_name_is_refused_with_what_is_allowed(
     made = record(HOPPER, test, seed=seed, height=height)
     path = tmp_path / "scaled.csv"
     path.write_text(with_column(made, column, factor * made.columns[column].values))
-    for command in (test, "all"):
-        said = refused(path, command, capsys=capsys, role=f"{test}:")
-        assert f"scaled.csv, line {said.partition('line ')[2].partition(',')[0]}, column '{column}_" in said
-        assert words in said
-        assert "is its unit right?" in said
+    said = refused(path, test, capsys=capsys)
+    assert f"scaled.csv, line {said.partition('line ')[2].partition(',')[0]}, column '{column}_" in said
+    assert words in said
+    assert "is its unit right?" in said
 
 
 def test_velocities_in_place_of_positions_are_refused(tmp_path, capsys):
@@ -372,9 +377,9 @@ def test_no_robot_is_written_of_a_fit_that_is_off(tmp_path, capsys):
     x1 = made.position("x1")
     path.write_text(with_column(made, "x1", x1 + 0.07 * np.ptp(x1) * np.sin(10.0 * made.time)))
     known = ["--known", "m_eff=25"]
-    assert main(["identify", "step", str(path), *known]) == 0
+    assert main(["identify", "all", str(path), *known]) == 0
     assert "misses the recording" in capsys.readouterr().err
-    assert main(["identify", "step", str(path), *known, "--out", str(out)]) == 2
+    assert main(["identify", "all", str(path), *known, "--out", str(out)]) == 2
     said = capsys.readouterr().err
     assert "misses the recording" in said
     assert "no robot is written" in said
@@ -384,7 +389,7 @@ def test_no_robot_is_written_of_a_fit_that_is_off(tmp_path, capsys):
 def test_good_data_pass_the_same_way(tmp_path, capsys):
     file, out = tmp_path / "good.csv", tmp_path / "robot.toml"
     file.write_text(rows(*GOOD), "utf-8")
-    assert main(["identify", "decay", str(file), "--known", "m_s=1", "--out", str(out)]) == 0
+    assert main(["identify", "all", f"decay:{file}", "--known", "m_s=1", "--out", str(out)]) == 0
     assert hopform.load_robot(out).k == pytest.approx(35.0**2, rel=0.02)
 
 
@@ -429,7 +434,7 @@ def test_a_drop_that_cannot_be_one_is_refused(name):
 def test_a_current_that_cannot_be_one_is_refused(change, words):
     text = change(to_csv(record(HOPPER, "step", seed=2)))
     with pytest.raises(hopform.HopformError, match=words):
-        fit_step_response(parse_recording(text, "bad.csv"), known={"m_eff": 25.0})
+        fit_robot(steps=parse_recording(text, "bad.csv"), known={"m_eff": 25.0})
 
 
 def test_a_current_at_its_limit_and_outliers_are_seen():

@@ -8,9 +8,9 @@ import pytest
 import hopform
 from hopform import _figures as results
 from hopform.identify._drop import fit_drop_test
+from hopform.identify._joint import fit_robot
 from hopform.identify._repeats import REPEATABILITY
 from hopform.identify._report import verdict
-from hopform.identify._step import fit_step_response
 from hopform.identify._synthetic import record
 from tests.fits import ALONE
 
@@ -18,7 +18,7 @@ HOPPER = hopform.load_robot("hopper_c")
 
 
 def fitted(made):
-    return fit_step_response(made, known={"m_eff": 25.0}, **ALONE)
+    return fit_robot(steps=made, known={"m_eff": 25.0}, **ALONE)
 
 
 def has_intervals(fit):
@@ -48,7 +48,7 @@ def hardened(recording):
 @pytest.mark.parametrize("count", [1, 3])
 def test_recordings_that_agree_on_a_wrong_model_have_no_interval(count):
     made = [hardened(record(HOPPER, "decay", seed=n)) for n in range(count)]
-    fit = fit_drop_test(made, attached=True, known={"m_s": 3.0}, **ALONE)
+    fit = fit_robot(decays=made, known={"m_s": 3.0}, **ALONE)
     assert not has_intervals(fit)
     assert {each.name: each.spread / each.values[0] < 0.01 for each in fit.repeats}.get("k", count == 1)
     sentence = verdict(fit)
@@ -65,7 +65,7 @@ def test_recordings_that_agree_on_a_wrong_model_have_no_interval(count):
 @pytest.mark.parametrize("least, said", [(0.03, False), (0.015, True)])
 def test_recordings_of_other_amplitudes_are_said_to_show_whether_the_model_holds(least, said):
     made = [record(HOPPER, "decay", seed=n, height=height) for n, height in enumerate((0.04, least))]
-    fit = fit_drop_test(made, attached=True, known={"m_s": 3.0}, **ALONE)
+    fit = fit_robot(decays=made, known={"m_s": 3.0}, **ALONE)
     of_amplitude = [each for each in fit.statements if "in amplitude: values that agree support the model" in each]
     assert bool(of_amplitude) == said and (REPEATABILITY in fit.statements) != said
 

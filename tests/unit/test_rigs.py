@@ -10,8 +10,11 @@ import pytest
 from scipy import signal
 
 import hopform
+from hopform.identify import _held as held
 from hopform.identify import _motion as motion
+from hopform.identify._kinds import Cut
 from hopform.identify._rigs import LETTERS, Experiment
+from hopform.identify._synthetic import record
 from tests import needs
 
 HOPPER = hopform.load_robot("hopper_c")
@@ -21,7 +24,7 @@ HOLDS = ((0.0, 2.0), (0.37, -1.0), (0.55, 2.5), (0.9, 0.5), (1.4, 3.0))
 
 # What each rig depends on, at values at which masses reverse, stick, slip, take off and land.
 RIGS = {
-    "attached": {"m_s": 0.57, "k": 712.0, "b2": 0.5, "f2": 0.2, "g": 2.0, "rest": 0.001, "x": 0.02, "v": 0.03},
+    "decay": {"m_s": 0.57, "k": 712.0, "b2": 0.5, "f2": 0.2, "g": 2.0, "rest": 0.001, "x": 0.02, "v": 0.03},
     "ground": {
         "m_s": 3.0, "k": 1200.0, "b2": 5.0, "f2": 0.6, "g": 9.81, "length": 0.4, "impact_loss": 0.05, "x": 0.6,
         "v": -0.1,
@@ -31,15 +34,32 @@ RIGS = {
         "b1": 150.0, "f1": 0.78, "gamma2": -65.0, "offset": 0.05, "x1_min": 0.0, "x1_max": 0.08, "x": 0.6, "v": -0.1,
         "x1": 0.01, "v1": 0.05,
     },
-    "held": {"m_eff": 0.9, "k": 315.0, "b1": 4.0, "f1": 0.8, "gamma2": -20.0, "rest": 0.001, "x": 0.002, "v": 0.01},
+    "step": {"m_eff": 0.9, "k": 315.0, "b1": 4.0, "f1": 0.8, "gamma2": -20.0, "rest": 0.001, "x": 0.002, "v": 0.01},
     "air": {"m_eff": 25.0, "b1": 150.0, "f1": 0.3, "gamma2": -65.0, "offset": 0.01, "x": 0.0, "v": 0.01},
 }  # fmt: skip
 
 
+ROLES = {"decay": held.DECAY, "step": held.STEP, "air": held.AIR}
+
+
 def experiment(kind: str, times: int = 301) -> Experiment:
-    steps = PULSES if kind in ("held", "air") else HOLDS if kind == "free" else ((0.0, 0.0),)
-    time = np.linspace(0.0, 2.0, times)
-    return Experiment("", kind, time, np.array([0.0, 0.1]), {each: each for each in LETTERS[kind]}, {}, steps)  # type: ignore[arg-type]
+    steps = PULSES if kind in ("step", "air") else HOLDS if kind == "free" else ((0.0, 0.0),)
+    names = {each: each for each in {**LETTERS, **held.LETTERS}[kind]}
+    if kind in held.LETTERS:
+        return ROLES[kind].experiment(
+            Cut(
+                record(HOPPER, "decay", seed=1),
+                0,
+                "",
+                np.linspace(0.0, 2.0, times),
+                np.linspace(0.0, 0.1, times),
+                0.0,
+                steps,
+            ),
+            names,
+            {},
+        )
+    return Experiment("", kind, np.linspace(0.0, 2.0, times), np.array([0.0, 0.1]), names, {}, steps)  # type: ignore[arg-type]
 
 
 @pytest.mark.parametrize("kind", RIGS)
@@ -87,39 +107,29 @@ def test_a_delayed_current_moves_its_steps_and_keeps_the_first():
 
 
 def test_a_clock_of_another_speed_is_the_motion_at_other_times():
-    rig = experiment("held", times=101)
+    rig = experiment("step", times=101)
     fast = dataclasses.replace(rig, names=dict(rig.names) | {"clock": "clock"})
-    found, _ = fast.predict(RIGS["held"] | {"clock": 1.02, "v": 0.01 * 1.02})
+    found, _ = fast.predict(RIGS["step"] | {"clock": 1.02, "v": 0.01 * 1.02})
     true = dataclasses.replace(rig, steps=tuple((1.02 * t, u) for t, u in rig.steps))
-    assert np.abs(found - true.predict(RIGS["held"], 1.02 * rig.time)[0]).max() <= 1e-12
+    assert np.abs(found - true.predict(RIGS["step"], 1.02 * rig.time)[0]).max() <= 1e-12
 
 
 def test_a_lag_is_the_filter_of_first_order():
     """Against scipy on a grid a hundred times as fine; a body oscillates through its reversals."""
-    rig = experiment("attached", times=1001)
+    rig = experiment("decay", times=1001)
     slow = dataclasses.replace(rig, names=dict(rig.names) | {"lag": "lag"})
     fine = np.linspace(0.0, 2.0, 100001)
-    x = rig.predict(RIGS["attached"], fine)[0]
+    x = rig.predict(RIGS["decay"], fine)[0]
     response = signal.lti([1.0], [0.004, 1.0])
     expected = signal.lsim(response, x - x[0], fine)[1][::100] + x[0]
-    found = slow.predict(RIGS["attached"] | {"lag": 0.004})[0]
+    found = slow.predict(RIGS["decay"] | {"lag": 0.004})[0]
     assert np.abs(found - expected)[20:].max() <= 2e-7
-
-
-def test_the_preload_of_a_spring_that_pulls_changes_nothing(monkeypatch):
-    rig = experiment("attached")
-    loose, own = rig.predict(RIGS["attached"]), Experiment.preload
-    monkeypatch.setattr(Experiment, "preload", lambda *of: 2.0 * own(*of))
-    again = rig.predict(RIGS["attached"])
-    assert np.abs(loose[0] - again[0]).max() <= 1e-13
-    for letter in RIGS["attached"]:
-        assert np.abs(loose[1][letter] - again[1][letter]).max() <= 1e-10 * np.abs(loose[1][letter]).max() + 1e-13
 
 
 def test_an_attached_body_oscillates_about_its_rest_as_an_oscillator_does():
     """Without friction x = rest + A cos(w t), w^2 = k/m_s: the closed form of a cart, which knows no take-off."""
-    values = RIGS["attached"] | {"b2": 0.0, "f2": 0.0, "g": 0.0, "v": 0.0}
-    rig = experiment("attached")
+    values = RIGS["decay"] | {"b2": 0.0, "f2": 0.0, "g": 0.0, "v": 0.0}
+    rig = experiment("decay")
     expected = 0.001 + 0.019 * np.cos(math.sqrt(712.0 / 0.57) * rig.time)
     assert np.abs(rig.predict(values)[0] - expected).max() <= 1e-13
 

@@ -14,8 +14,9 @@ import pytest
 import hopform
 from hopform.identify._drop import fit_drop_test
 from hopform.identify._fits import Fit
+from hopform.identify._force import fit_force
+from hopform.identify._joint import fit_robot
 from hopform.identify._recordings import Units, parse_recording
-from hopform.identify._step import fit_force, fit_step_response
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 
@@ -46,8 +47,8 @@ def holds(fit: Fit, **truth: float) -> list[str]:
 
 @cache
 def air() -> Fit:
-    return fit_step_response(
-        recorded("time_s,position_deg,voltage_V", np.degrees(angles(SERVO)), DRIVE), spring=False,
+    return fit_robot(
+        air=recorded("time_s,position_deg,voltage_V", np.degrees(angles(SERVO)), DRIVE), 
         known={"gamma2": -0.05}, **ALONE,
     )  # fmt: skip
 
@@ -55,8 +56,8 @@ def air() -> Fit:
 @cache
 def decay() -> Fit:
     counts = np.round(angles(PENDULUM, noise=1e-3) * 4096.0 / (2.0 * math.pi))
-    return fit_drop_test(
-        recorded("time_s,position_counts_4096perrev", counts), attached=True, known={"k": 0.4807}, **ALONE,
+    return fit_robot(
+        decays=recorded("time_s,position_counts_4096perrev", counts), known={"k": 0.4807}, **ALONE,
     )  # fmt: skip
 
 
@@ -86,7 +87,7 @@ def test_a_servo_that_rests_within_one_count_is_measured_there_once():
         rig = Rig(truth["m_s"], 0.4807, truth["b2"], truth["f2"], rest=rng.uniform(-0.01, 0.01), start=0.3)
         x = simulate(rig, np.zeros(COUNT), RATE) + 0.1 * count * rng.standard_normal(COUNT)
         made = recorded("time_s,position_rad", count * np.round(x / count))
-        fit = fit_drop_test(made, attached=True, known={"k": 0.4807}, **ALONE)
+        fit = fit_robot(decays=made, known={"k": 0.4807}, **ALONE)
         assert not holds(fit, **truth), seed
         held += sum(fit[name].low <= value <= fit[name].high for name, value in truth.items())
         total += len(truth)
@@ -95,8 +96,8 @@ def test_a_servo_that_rests_within_one_count_is_measured_there_once():
 
 
 def test_a_torque_is_a_known_drive():
-    fit = fit_step_response(
-        recorded("time_s,position_rad,torque_mNm", angles(SPRUNG), 50.0 * DRIVE), **ALONE,
+    fit = fit_robot(
+        steps=recorded("time_s,position_rad,torque_mNm", angles(SPRUNG), 50.0 * DRIVE), **ALONE,
     )  # fmt: skip
     assert fit.known["gamma2"] == -1.0
     assert not holds(fit, m_eff=SPRUNG.mass, k=SPRUNG.k, b1=SPRUNG.b, f1=SPRUNG.f)
@@ -134,15 +135,15 @@ def test_counts_of_a_linear_encoder_are_a_length():
 def test_units_that_no_fit_takes_are_refused_by_file_and_column(tmp_path, capsys):
     counts = "has no unit that is known.*counts of an encoder as position_4096perrev"
     with pytest.raises(hopform.HopformError, match=f"servo.csv, line 1, column 2: 'x_counts' {counts}"):
-        fit_drop_test(recorded("time_s,x_counts", angles(PENDULUM)), attached=True)
+        fit_robot(decays=recorded("time_s,x_counts", angles(PENDULUM)))
     with pytest.raises(hopform.HopformError, match="has no unit"):
-        fit_drop_test(recorded("time_s,x_0perrev", angles(PENDULUM)), attached=True)
+        fit_robot(decays=recorded("time_s,x_0perrev", angles(PENDULUM)))
     angle, length = recorded("time_s,x_rad", angles(PENDULUM)), recorded("time_s,x_m", angles(PENDULUM))
     with pytest.raises(hopform.HopformError, match="'x_rad': is an angle; a drop is of a height in m"):
         fit_drop_test(angle)
     with pytest.raises(hopform.HopformError, match="is in m, servo.csv in rad: one fit takes one"):
-        fit_drop_test([angle, length], attached=True)
+        fit_robot(decays=[angle, length])
     with pytest.raises(hopform.HopformError, match="m_s must be > 0 kg m.2, got -1.0"):
-        fit_drop_test(angle, attached=True, known={"m_s": -1.0})
-    with pytest.raises(hopform.HopformError, match="a fit in rad is not a hopper's"):
+        fit_robot(decays=angle, known={"m_s": -1.0})
+    with pytest.raises(hopform.HopformError, match="a fit in rad is not a hopper"):
         decay().robot(hopform.load_robot("hopper_c"))

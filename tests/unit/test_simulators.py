@@ -19,12 +19,11 @@ import pytest
 import hopform
 import hopform.identify
 from hopform import _front as cli
-from hopform.identify._drop import fit_drop_test
 from hopform.identify._fits import Fit
+from hopform.identify._force import fit_force
 from hopform.identify._joint import fit_robot
 from hopform.identify._segments import filtered
 from hopform.identify._simulators import exported, quantities
-from hopform.identify._step import fit_force, fit_step_response
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 from tests.unit.test_rotary import COUNT, DRIVE, PENDULUM, RATE, SERVO, SPRUNG, TIME, air, angles, decay, recorded
@@ -62,44 +61,44 @@ def moved(rig: Rig, drive: np.ndarray, noise: float, seed: int) -> np.ndarray:
 def turning_in_air(seed: int) -> Recorded:
     x = moved(scattered(SERVO, seed), DRIVE + 0.6 * LOAD, 3e-4, seed)
     made = recorded("time_s,position_rad,voltage_V", x, DRIVE)
-    return Recorded(fit_step_response(made, spring=False, known={"gamma2": -SERVO.gamma}, **ALONE), DRIVE)
+    return Recorded(fit_robot(air=made, known={"gamma2": -SERVO.gamma}, **ALONE), DRIVE)
 
 
 @cache
 def turning_on_a_spring(seed: int) -> Recorded:
     made = recorded("time_s,position_rad,torque_Nm", moved(scattered(SPRUNG, seed), DRIVE, 3e-4, seed), 0.05 * DRIVE)
-    return Recorded(fit_step_response(made, **ALONE), 0.05 * DRIVE)
+    return Recorded(fit_robot(steps=made, **ALONE), 0.05 * DRIVE)
 
 
 @cache
 def turning_decay(seed: int) -> Recorded:
     made = recorded("time_s,position_rad", moved(scattered(PENDULUM, seed), 0.0 * DRIVE, 3e-4, seed))
-    return Recorded(fit_drop_test(made, attached=True, known={"k": PENDULUM.k}, **ALONE), 0.0 * DRIVE)
+    return Recorded(fit_robot(decays=made, known={"k": PENDULUM.k}, **ALONE), 0.0 * DRIVE)
 
 
 @cache
 def sliding_in_air(seed: int) -> Recorded:
     made = recorded("time_s,x1_m,current_A", moved(scattered(CART, seed), 3.0 * DRIVE + LOAD, 2e-4, seed), 3.0 * DRIVE)
-    return Recorded(fit_step_response(made, spring=False, known={"gamma2": -65.0}, **ALONE), 3.0 * DRIVE)
+    return Recorded(fit_robot(air=made, known={"gamma2": -65.0}, **ALONE), 3.0 * DRIVE)
 
 
 @cache
 def sliding_on_a_spring(seed: int) -> Recorded:
     made = recorded("time_s,x1_m,current_A", moved(scattered(CARRIAGE, seed), 3.0 * DRIVE, 2e-4, seed), 3.0 * DRIVE)
-    return Recorded(fit_step_response(made, known={"gamma2": -65.0}, **ALONE), 3.0 * DRIVE)
+    return Recorded(fit_robot(steps=made, known={"gamma2": -65.0}, **ALONE), 3.0 * DRIVE)
 
 
 @cache
 def sliding_decay(seed: int) -> Recorded:
     made = recorded("time_s,x2_m", moved(scattered(BODY, seed), 0.0 * DRIVE, 2e-4, seed))
-    return Recorded(fit_drop_test(made, attached=True, known={"k": BODY.k}, **ALONE), 0.0 * DRIVE)
+    return Recorded(fit_robot(decays=made, known={"k": BODY.k}, **ALONE), 0.0 * DRIVE)
 
 
 @cache
 def hanging_decay(seed: int) -> Recorded:
     rig = replace(scattered(BODY, seed), g=9.81)
     made = recorded("time_s,x2_m", moved(rig, 0.0 * DRIVE, 2e-4, seed))
-    return Recorded(fit_drop_test(made, attached=True, known={"k": BODY.k, "g": 9.81}, **ALONE), 0.0 * DRIVE)
+    return Recorded(fit_robot(decays=made, known={"k": BODY.k, "g": 9.81}, **ALONE), 0.0 * DRIVE)
 
 
 @cache
@@ -186,7 +185,7 @@ def replay(replayed: Replayed, start: tuple[float, float], at: np.ndarray, drive
 def missed_by(made: Recorded, form: str) -> tuple[float, float]:
     """The rms of a replay beside that of the fit."""
     fit = made.fit
-    position = "x2" if fit.kind == "drop" else "x1"
+    position = "x1" if any(each.quantity == "x1" for each in fit.traces) else "x2"
     number, trace = next((n, each) for n, each in enumerate(fit.traces) if each.quantity == position)
     at = np.round(trace.time * RATE).astype(int)
     start = (fit.values[f"x@{number}"], fit.values.get(f"v@{number}", 0.0))
@@ -302,7 +301,7 @@ def test_gravity_of_a_pendulum_is_no_spring_in_silence(tmp_path, capsys):
     rows = np.stack([TIME, angles(PENDULUM)], axis=1).tolist()
     path.write_text("\n".join(["time_s,position_rad", *(",".join(map(repr, row)) for row in rows)]))
     out, torsion = tmp_path / "pendulum.xml", "stiffness is exported as a torsion spring; for a pendulum"
-    ask = ["identify", "decay", str(path), "--known", "k=0.4807", "--export"]
+    ask = ["identify", "all", f"decay:{path}", "--known", "k=0.4807", "--export"]
     for form in FORMATS:
         assert cli.main([*ask, form, "--out", str(out)]) == 0
         assert torsion in capsys.readouterr().err
@@ -334,7 +333,7 @@ def test_isaac_lab_has_friction_as_an_effort():
 
 def test_a_hopper_s_actuator_slides():
     step = hopform.identify.record(hopform.load_robot("hopper_c"), "step", seed=2)
-    fit = fit_step_response(step, known={"m_eff": 25.0}, **ALONE)
+    fit = fit_robot(steps=step, known={"m_eff": 25.0}, **ALONE)
     assert {word: each.unit for word, each in quantities(fit).items()} == {
         "inertia": "kg", "damping": "N s/m", "stiffness": "N/m", "springref": "m", "gear": "N/A", "frictionloss": "N",
     }  # fmt: skip
@@ -348,7 +347,7 @@ def test_the_command_writes_a_model_with_intervals_in_comments(tmp_path, capsys)
     path, out = tmp_path / "servo.csv", tmp_path / "servo.xml"
     rows = np.stack([TIME, np.degrees(angles(SERVO)), DRIVE], axis=1).tolist()
     path.write_text("\n".join(["time_s,position_deg,voltage_V", *(",".join(map(repr, row)) for row in rows)]))
-    ask = ["identify", "air", str(path), "--known", "gamma2=-0.05"]
+    ask = ["identify", "all", f"air:{path}", "--known", "gamma2=-0.05"]
     assert cli.main([*ask, "--export", "mjcf", "--out", str(out)]) == 0
     assert "N m s/rad" in capsys.readouterr().out
     assert re.search(r"<!-- damping \S+ \[N m s/rad\] 95 % \S+ \.\. \S+ -->", out.read_text())

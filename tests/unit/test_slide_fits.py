@@ -4,8 +4,9 @@ and newtons, encoders that count from where they were switched on.
 Recordings are made by time stepping that shares nothing with hopform.
 """
 
+import copy
+import pickle
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,6 @@ import hopform
 from hopform import _front as cli
 from hopform.identify import fit
 from hopform.identify._recordings import parse_recording
-from tests.derived import built
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
 
@@ -26,13 +26,8 @@ DRIVE = np.where(np.arange(COUNT) < 40, 0.0, np.where(np.arange(COUNT) // 120 % 
 
 
 @pytest.fixture(scope="module")
-def folder(store) -> Path:
-    return built(store, "slide")
-
-
-@pytest.fixture(scope="module")
-def slide(folder) -> Any:
-    return hopform.load_solver(folder)
+def slide() -> Any:
+    return hopform.load_solver("slide")
 
 
 def table(head: str, *columns: np.ndarray, name: str = "log.csv") -> Any:
@@ -66,6 +61,11 @@ def test_a_weighed_mass_between_two_decays_gives_the_mass(slide):
     robot = of.robot()
     assert robot.m == of["m"].value and robot.b == pytest.approx(0.5 * (of["b@0"].value + of["b@1"].value))
     assert robot.fit.names == ("m", "k", "x_0", "b", "F")
+
+
+def test_a_fit_of_a_model_can_be_copied_and_pickled(slide):
+    of = fit(slide, decay(CART), fitted=["k", "b", "F", "x_0"], known={"m": 0.6}, **ALONE)
+    assert repr(pickle.loads(pickle.dumps(of))) == repr(copy.deepcopy(of)) == repr(of)
 
 
 def test_recordings_of_one_load_share_friction_and_not_the_zero_of_an_encoder(slide):
@@ -121,14 +121,14 @@ def test_drives_in_two_units_and_a_wrong_unit_of_time_are_refused(slide):
         fit(slide, replace(fast, time=fast.time * 5e-3), known={"m": 1.0})
 
 
-def test_added_masses_are_an_option(folder, tmp_path, capsys):
+def test_added_masses_are_an_option(tmp_path, capsys):
     light, heavy = weighed()
     files = []
     for n, made in enumerate((light, heavy)):
         files.append(str(tmp_path / f"{n}.csv"))
         rows = zip(made.time.tolist(), made.position("x1").tolist(), strict=True)
         (tmp_path / f"{n}.csv").write_text("\n".join(["time_s,x_m", *(f"{t!r},{x!r}" for t, x in rows)]), "utf-8")
-    ask = ["--solver", str(folder), "fit", *files, "--fitted", "m,k,b,F,x_0", "--known", "k_f=1"]
+    ask = ["--solver", "slide", "fit", *files, "--fitted", "m,k,b,F,x_0", "--known", "k_f=1"]
     assert cli.main([*ask, "--added-mass", "0,1"]) == 0
     assert "\nF@1 " in capsys.readouterr().out
     assert cli.main([*ask, "--added-mass", "1"]) == 2

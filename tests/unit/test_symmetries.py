@@ -13,10 +13,12 @@ from hypothesis import strategies as st
 import hopform
 from hopform.identify._drop import fit_drop_test
 from hopform.identify._fits import Fit
+from hopform.identify._force import fit_force
+from hopform.identify._held import STEP
+from hopform.identify._joint import fit_robot
 from hopform.identify._kinds import problem_of
 from hopform.identify._recordings import Column, Recording
 from hopform.identify._search import minimise
-from hopform.identify._step import HELD, fit_force, fit_step_response
 from hopform.identify._synthetic import record
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
@@ -34,7 +36,7 @@ def recording(x: np.ndarray, u: np.ndarray, rate: float = RATE) -> Recording:
 
 
 def fitted(of: Recording) -> Fit:
-    return fit_step_response(of, known={"m_eff": 25.0}, **ALONE)
+    return fit_robot(steps=of, known={"m_eff": 25.0}, **ALONE)
 
 
 PLAIN = simulate(RIG, CURRENT, RATE)
@@ -66,7 +68,7 @@ def test_a_spring_that_is_relaxed_far_from_the_motion_is_found(rest):
 
 def test_a_start_that_fails_is_no_answer():
     """Under friction that is none the leg takes off from every start."""
-    made = dataclasses.replace(problem_of({HELD: recording(PLAIN, CURRENT)}, {"m_eff": 25.0}))
+    made = dataclasses.replace(problem_of({STEP: recording(PLAIN, CURRENT)}, {"m_eff": 25.0}))
     broken = [dataclasses.replace(each, time=np.append(each.time[:-1], math.inf)) for each in made.experiments]
     with pytest.raises(hopform.HopformError, match=r"^log\.csv: .*from no start does the fit find a motion"):
         minimise(dataclasses.replace(made, experiments=tuple(broken)))
@@ -86,7 +88,7 @@ def test_a_current_that_creeps_both_ways_shows_friction_as_an_air_recording():
     """To 2 %, with the load that shifts both thresholds."""
     creep = np.concatenate([np.zeros(100), np.linspace(0.0, 0.6, 900), np.zeros(300), np.linspace(0.0, -0.6, 900)])
     x = simulate(dataclasses.replace(RIG, k=0.0), creep + 0.02, RATE)
-    fit = fit_step_response(recording(x, creep), spring=False, known={"m_eff": 25.0}, **ALONE)
+    fit = fit_robot(air=recording(x, creep), known={"m_eff": 25.0}, **ALONE)
     assert fit["f1"].low <= 0.78 <= fit["f1"].high
     assert fit["f1"].high - fit["f1"].low < 0.02 * 0.78
     assert fit["offset"].value == pytest.approx(0.02, abs=1e-3)
@@ -96,14 +98,14 @@ def test_a_current_that_creeps_both_ways_shows_friction_as_an_air_recording():
 def test_a_long_recording_is_fitted_with_all_that_a_fit_says():
     u = np.repeat([0.0, 3.0, -3.0], 5600)
     of = recording(simulate(RIG, u, 10.0 * RATE), u, 10.0 * RATE)
-    fit = fit_step_response(of, known={"m_eff": 25.0}, compare=False, holdout=False)
+    fit = fit_robot(steps=of, known={"m_eff": 25.0}, compare=False, holdout=False)
     assert fit["k"].value == pytest.approx(1200.0, rel=1e-3)
 
 
 def test_as_many_samples_as_the_pages_promise_are_taken_and_one_more_is_refused():
     u = np.repeat([0.0, 3.0, -3.0], 65535 // 3)
     x = np.interp(np.arange(u.size), np.arange(0, u.size, 655), simulate(RIG, u[::655], 40.0))
-    assert problem_of({HELD: recording(x, u, 40.0 * RATE)}, {"m_eff": 25.0}).experiments[0].time.size > 0
+    assert problem_of({STEP: recording(x, u, 40.0 * RATE)}, {"m_eff": 25.0}).experiments[0].time.size > 0
     longer = recording(np.append(x, 0.0), np.append(u, 0.0), 40.0 * RATE)
     with pytest.raises(hopform.HopformError, match=r"log\.csv, .*has 65536 samples; .* up to 65535"):
         fitted(longer)

@@ -14,9 +14,8 @@ from scipy.stats import binom
 import hopform
 from hopform._front import main
 from hopform.identify import record
-from hopform.identify._drop import fit_drop_test
+from hopform.identify._joint import fit_robot
 from hopform.identify._recordings import parse_recording
-from hopform.identify._step import fit_step_response
 from hopform.identify._synthetic import FREE_STROKE, TESTS, to_csv
 from tests.fits import ALONE
 
@@ -130,7 +129,7 @@ def test_a_step_that_touches_no_stop_is_a_motion_of_the_robot():
 def test_the_offset_pushes_a_leg_in_the_air():
     """Of (3) k c is left where the spring carries nothing: a constant load of -k c/gamma2 as a current."""
     robot = dataclasses.replace(HOPPER, c=0.01)
-    offset = fit_step_response(record(robot, "air", seed=1), spring=False, known={"m_eff": 25.0}, **ALONE)["offset"]
+    offset = fit_robot(air=record(robot, "air", seed=1), known={"m_eff": 25.0}, **ALONE)["offset"]
     assert offset.value == pytest.approx(1200.0 * 0.01 / 65.0, abs=4.0 * offset.stderr)
     assert offset.stderr < 1e-3
 
@@ -164,7 +163,7 @@ def test_a_free_stroke_is_asked_for_and_said(capsys):
     read = parse_recording(to_csv(made), "step.csv")
     assert read.remarks == made.remarks == (FREE_STROKE,)
     assert read.line == made.line == 3
-    fit = fit_step_response(read, known={"m_eff": 25.0}, **ALONE)
+    fit = fit_robot(steps=read, known={"m_eff": 25.0}, **ALONE)
     assert f"step.csv: {made.remarks[0]}" in fit.warnings
     assert main(["record", "step", "--current", "3", "--free-stroke", "--duration", "0.5"]) == 0
     assert capsys.readouterr().out.startswith(f"# {made.remarks[0]}\ntime_s,x1_m,current_A\n")
@@ -178,12 +177,10 @@ def test_a_free_stroke_is_asked_for_and_said(capsys):
 def estimates_of(robot, test, seed):
     """Whether the interval of each parameter contains it, in a fit of a default recording."""
     made = record(robot, test, seed=seed)
-    if test in ("step", "air"):
-        fit = fit_step_response(made, spring=test == "step", known={"m_eff": robot.m_eff}, **ALONE)
-    else:
-        stops = {"x1_min": robot.x1_min, "x1_max": robot.x1_max} if test == "free" else {}
-        how = {"attached": test == "decay", "free": test == "free"}
-        fit = fit_drop_test(made, known={"m_s": robot.m_s, **stops}, **how, **ALONE)
+    role = {"drop": "drops", "free": "free_drops", "decay": "decays", "step": "steps", "air": "air"}[test]
+    known = {"m_eff": robot.m_eff} if test in ("step", "air") else {"m_s": robot.m_s}
+    known |= {"x1_min": robot.x1_min, "x1_max": robot.x1_max} if test == "free" else {}
+    fit = fit_robot(**{role: made}, known=known, **ALONE)
     truth = {field.name: getattr(robot, field.name) for field in robot.fields()}
     truth |= {"length": robot.L0 + robot.c, "offset": 0.0}
     return [each.low <= truth[each.name] <= each.high for each in fit.estimates if not each.own]

@@ -318,7 +318,7 @@ def shown_of(answer, capsys):
 @pytest.fixture(scope="module")
 def fit():
     recordings = [hopform.identify.record(HOPPER, "decay", height=0.04, duration=1.0, seed=seed) for seed in (3, 4)]
-    return hopform.identify.fit_drop_test(recordings, attached=True, known={"m_s": 3.0}, holdout=True)
+    return hopform.identify.fit_robot(decays=recordings, known={"m_s": 3.0}, holdout=True)
 
 
 def test_a_fit_is_printed(capsys, fit):

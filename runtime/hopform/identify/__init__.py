@@ -16,16 +16,15 @@ from typing import Any
 from hopform.extend import pictures
 from hopform.identify._drop import fit_drop_test
 from hopform.identify._fits import Fit
+from hopform.identify._force import fit_force
 from hopform.identify._joint import fit_robot
 from hopform.identify._models import fit
 from hopform.identify._recordings import Recording, read_recording
 from hopform.identify._simulators import simulator_file
-from hopform.identify._step import fit_force, fit_step_response
 from hopform.identify._synthetic import record
 
 __all__ = [
-    "Fit", "Recording", "fit", "fit_drop_test", "fit_force", "fit_robot", "fit_step_response", "read_recording", "record",
-    "simulator_file",
+    "Fit", "Recording", "fit", "fit_drop_test", "fit_force", "fit_robot", "read_recording", "record", "simulator_file",
 ]  # fmt: skip
 
 

@@ -26,22 +26,22 @@ from hopform.identify import _report as reports
 from hopform.identify import _synthetic as synthetic
 from hopform.identify._causes import said
 from hopform.identify._fits import Fit, Options, Trace, fit, is_no_fit, missed
+from hopform.identify._force import fit_force
 from hopform.identify._joint import KINDS, LETTERS, Check, check
 from hopform.identify._joint import plan as planned
-from hopform.identify._kinds import problem_of
+from hopform.identify._kinds import cuts_by_kind
 from hopform.identify._motion import Values
 from hopform.identify._recordings import Recording, flat_top, read_recording
 from hopform.identify._simulators import exported, notes
-from hopform.identify._step import fit_force
 
 SimulatorFormat = StrEnum("SimulatorFormat", ["mjcf", "urdf", "isaac"])
 Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air", "all", "motion"])
-Identification = StrEnum("Identification", ["drop", "free", "decay", "step", "air", "all", "check"])
+Identification = StrEnum("Identification", ["drop", "all", "force", "check"])
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "Arguments": {
         "test": typer.Argument(help="the test; `hopform fit` takes a motion, of any model"),
-        "kind": typer.Argument(help="what the files are; check says what they could tell"),
+        "kind": typer.Argument(help="drops, all that was recorded of a robot, or a fit in force; check says what they could tell"),
         "files": typer.Argument(
             metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air"
         ),
@@ -86,7 +86,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "near": option("near which value the search for a parameter begins; repeatable", metavar="NAME=VALUE"),
         "fit.rate": option("of a model with a law: the rate of its controller", unit="Hz"),
         "sine": option("the spring of an angle is gravity's sine"),
-        "force": option("fit in force: no spring, recorded in closed loop"),
+        "identify.free": option("the actuator is free: it moves under the recorded current, within its stops"),
         "gain": option("fit the gain of each position's sensor"),
         "clock": option("fit the speed of the recording's clock"),
         "lag": option("fit a first-order lag of each position's sensor"),
@@ -174,28 +174,26 @@ def added_masses(text: str, count: int) -> tuple[float, ...]:
 
 
 def answer_to(
-    kind: str, files: Sequence[str], read: Sequence[tuple[str, Recording]], known: Values, force: bool,
-    how: Options,
-) -> reports.Answer:  # fmt: skip
-    """The answer to recordings of one kind, or of their roles; HopformError names what is wrong with a file."""
+    kind: str, files: Sequence[str], read: Sequence[tuple[str, Recording]], known: Values, how: Options
+) -> reports.Answer:
+    """The answer to recordings by their roles, or in force; HopformError names what is wrong with a file."""
     recordings = [recording for _, recording in read]
     by_role: dict[str, list[Recording]] = {role: [one for own, one in read if own == role] for role in synthetic.TESTS}
     try:
         if kind == "check":
             return check(by_role, known)
-        if force:
+        if kind == "force":
             result = fit_force(recordings, known=known, **how)
         else:
-            roles = {kind: recordings} if kind in KINDS else by_role
-            result = fit({of: roles[role] for role, of in KINDS.items() if role in roles}, known, **how)
+            result = fit({of: by_role[role] for role, of in KINDS.items() if by_role[role]}, known, **how)
     except HopformError as error:
         hints = [
             f"; it was taken for a {role}: name its kind, as in {_OTHER[role]}:{name}"
             for name, (role, each) in zip(files, read, strict=True)
-            if str(error).startswith(f"{each.source}, ") and role_and_path(name)[0] is None and kind not in KINDS
+            if str(error).startswith(f"{each.source}, ") and role_and_path(name)[0] is None and kind in ("all", "check")
         ]
-        if kind in KINDS and not force and str(error).startswith(tuple(each.source for each in recordings)):
-            hints = [_other_kind(kind, recordings, known)]
+        if kind == "drop" and str(error).startswith(tuple(each.source for each in recordings)):
+            hints = [_other_kind(recordings, {role for role, _ in read} == {"free"})]
         raise HopformError(f"{error}{''.join(hints[:1])}") from None
     unstopped = all({"x1", "x2"} <= each.columns.keys() for each in recordings)
     refuse_no_fit(result, recordings, ("x1_min", "x1_max") if unstopped else ())
@@ -238,25 +236,24 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit, stops: Sequ
     return recording.error(message, line, drives if force else position)
 
 
-def _other_kind(kind: str, recordings: Sequence[Recording], known: Values) -> str:
-    """A question about the kind, where recordings are none of this kind but could be of the other."""
-    other = {"drop": "decay", "free": "drop", "decay": "drop"}.get(kind)
-    if other is None:
-        return ""
-    shared = {name: value for name, value in known.items() if name in ("m_s", "k", "b2", "f2")}
+def _other_kind(recordings: Sequence[Recording], free: bool) -> str:
+    """A question about recordings that are no drops: whether the actuator was held, or they are decays."""
+    other = "drop" if free else "decay"
     try:
-        problem_of({KINDS[other]: recordings}, shared)
+        list(cuts_by_kind({KINDS[other]: recordings}))
     except HopformError:
         return ""
-    return f"; or is it a {other}: hopform identify {other}?"
+    return (
+        "; or was the actuator held: leave out --free?" if free else "; or is it a decay: hopform --solver slide fit?"
+    )
 
 
-def _read(kind: str, files: Sequence[str], masses: Sequence[float]) -> Iterator[tuple[str, Recording]]:
-    """The recordings with their roles, where the files are of one kind; masses [kg]: one per file."""
+def _read(kind: str, free: bool, files: Sequence[str], masses: Sequence[float]) -> Iterator[tuple[str, Recording]]:
+    """The recordings with their roles; free: drops over an actuator that moves; masses [kg]: one per file."""
     for name, mass in zip(files, masses, strict=True):
         role, path = role_and_path(name)
         recording = replace(read_recording(path), added_mass=mass)
-        yield role or (kind if kind in synthetic.TESTS else _role(recording)), recording
+        yield role or ("free" if free else "drop" if kind == "drop" else _role(recording)), recording
 
 
 def role_and_path(name: str) -> tuple[str | None, str]:
@@ -278,7 +275,7 @@ def model_of(answer: reports.Answer, form: str | None) -> tuple[str, list[str]]:
     if form is None:
         return "", []
     if not isinstance(answer, Fit):
-        raise HopformError("--export needs a fit: of a decay, step, air or force recording")
+        raise HopformError("--export needs a fit")
     _refuse_missed(answer)
     return exported(answer, form), notes(answer)
 
@@ -355,22 +352,25 @@ def give(
 
 
 def identify(
-    kind: Identification, files: list[str], known: list[str] | None = None, force: bool = False,
+    kind: Identification, files: list[str], known: list[str] | None = None, free: bool = False,
     gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "",
     loss: str = "linear", robot: str | None = None, values: list[str] | None = None, out: Path | None = None, export: SimulatorFormat | None = None,
     report: Path | None = None, json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Identify a robot from CSV recordings.
 
-    They are of one kind, or of all; check says what they could tell.
+    They are drops, or all that was recorded of it; force fits an actuator in closed loop. Any other mechanism, a cart, an
+    axis, a joint: hopform --solver slide fit.
     """
+    if free and str(kind) != "drop":
+        raise HopformError("--free is for drops; of all each file may be ROLE:FILE, as in free:drop.csv")
     read = (("the recording", role_and_path(each)[1]) for each in files)
     check_fit_outputs([("--robot", in_use().robot_file(robot)), *read], json, out, export, report, plot)
     base = robot_in_use(robot, values, "identify")
     masses, given = added_masses(added_mass, len(files)), known_values(known or [])
     with progress_bar("identification") as advance:
         how = options_of(loss, {"gain": gain, "clock": clock, "lag": lag}, advance)
-        answer = answer_to(kind, files, [*_read(kind, files, masses)], given, force, how)
+        answer = answer_to(kind, files, [*_read(kind, free, files, masses)], given, how)
         model, more = model_of(answer, export)
         written = files_of(answer, base, out, report, plot, model)
     give(answer, written, more, "" if out else model, json)

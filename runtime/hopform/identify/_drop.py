@@ -1,10 +1,8 @@
-"""Drop tests and free decays: x2 over time with the actuator held, by (4), or free, by (3) and (4).
+"""Drop tests: x2 over time with the actuator held, by (4), or free, by (3) and (4).
 
     m_s x2'' = k (L0 + c - x2) - b2 x2' - m_s g - m_s f2 sign(x2')
 
-The fit starts from the data: the frequency of the oscillation gives k/m_s, its envelope the friction. Successive
-extrema about the rest obey |A_(n+1)| = a |A_n| - d with a = exp(-b2 T/(4 m_s)) and d = (1 + a) f2 m_s/k: an envelope
-that falls along a line is Coulomb's, one that falls exponentially is viscous.
+The fit starts from the data: the lowest point of a fall and the rest after it give k/m_s.
 """
 
 import math
@@ -18,29 +16,25 @@ from hopform import HopformError
 from hopform._checks import flag
 from hopform.identify._estimation import Parameter
 from hopform.identify._fits import Fit, Options, fit
-from hopform.identify._kinds import Cut, Group, Guess, Kind, Recordings
+from hopform.identify._kinds import Cut, Group, Guess, Kind, Recordings, scale_of_body
 from hopform.identify._motion import Array, Known, Values
 from hopform.identify._recordings import (
     Recording,
-    Units,
     calm,
     gaps_of,
     known_spans,
     mended,
     noise_of,
     quantum_of,
-    runs,
     steps_of,
 )
+from hopform.identify._rigs import LETTERS
 from hopform.identify._rigs import Kind as Rig
-from hopform.identify._segments import CUTOFFS, decays, drops, filtered_part, moving_rows, rest_of
-
-_MOST_RANGE = {"m": 3.0, "rad": 12.0}
-"""From end to end: no spring of a hopper is longer, no spring of a joint turns by more."""
+from hopform.identify._segments import CUTOFFS, drops, filtered_part, moving_rows
 
 
 class Oscillation(NamedTuple):
-    """Estimates from a decay: its rest [m], angular frequency [rad/s], b2/m_s [1/s] and f2 [m/s^2]."""
+    """Estimates from a drop: its rest [m], angular frequency [rad/s], b2/m_s [1/s] and f2 [m/s^2]."""
 
     rest: float
     omega: float
@@ -48,54 +42,9 @@ class Oscillation(NamedTuple):
     coulomb: float
 
 
-def oscillation_of(time: Array, values: Array) -> Oscillation:
-    """Frequency and friction of an oscillation about a rest, from its extrema; a guess where there are too few."""
-    noise = max(noise_of(values), quantum_of(values))
-    values = calm(values)
-    rest = rest_of(values, 10)
-    omega = _spectral_peak(time, values - rest)
-    extrema = _extrema(time, values - rest, math.pi / omega, 4.0 * noise)
-    if len(extrema) < 3:
-        return Oscillation(rest, omega, 0.2 * omega, 0.0)
-    at, size = np.array([t for t, _ in extrema]), np.abs([a for _, a in extrema])
-    omega = math.pi / float(np.median(np.diff(at)))
-    if len(extrema) < 4:
-        return Oscillation(rest, omega, max(2.0 * omega / math.pi * math.log(size[0] / size[1]), 0.0), 0.0)
-    slope, drop = np.polyfit(size[:-1], size[1:], 1, w=np.sqrt(size[:-1]))
-    ratio = min(max(float(slope), 0.05), 1.0)
-    viscous = -2.0 * omega / math.pi * math.log(ratio)
-    return Oscillation(rest, omega, viscous, max(-float(drop), 0.0) * omega**2 / (1.0 + ratio))
-
-
-def _spectral_peak(time: Array, values: Array) -> float:
-    """Angular frequency of the largest peak of the spectrum, on even times, padded with zeros."""
-    step = float(np.median(np.diff(time)))
-    even = np.interp(np.arange(time[0], time[-1], step), time, values)
-    even = even - even.mean()
-    length = 8 * even.size
-    power = np.abs(np.fft.rfft(even * np.hanning(2 * even.size)[even.size :], length))
-    return float(2.0 * math.pi * max(int(power[1:].argmax()) + 1, 1) / (length * step))
-
-
-def _extrema(time: Array, values: Array, half: float, least: float) -> list[tuple[float, float]]:
-    """Times and sizes of the extrema: the largest deviation between crossings of the rest, as long as they exceed the
-    noise.
-    """
-    extrema = list[tuple[float, float]]()
-    for begin, end in runs(np.signbit(values)):
-        if time[min(end, values.size - 1)] - time[begin] < 0.4 * half and begin > 0:
-            continue
-        peak = begin + int(np.abs(values[begin:end]).argmax())
-        if abs(values[peak]) < least:
-            break
-        extrema.append((float(time[peak]), float(values[peak])))
-    return extrema
-
-
 def fit_drop_test(
     recordings: Recordings,
     *,
-    attached: bool = False,
     free: bool = False,
     known: Known = None,
     **options: Unpack[Options],
@@ -104,38 +53,31 @@ def fit_drop_test(
 
     The body is dropped, meets the ground and may hop, once or several times in a recording; the actuator is held. free:
     it is not, and moves under the recorded current (0 if there is none) from x1 = 0, or from where it is if x1 is
-    recorded too; then m_eff, b1, f1, gamma2 are fitted as well. attached: the body is fixed to its spring (a cart, a
-    clamped foot), which pushes and pulls.
+    recorded too; then m_eff, b1, f1, gamma2 are fitted as well. A body that is fixed to its spring is a slide: `fit`.
 
-    known: values of m_s, k, b2, f2, length (L0 + c), impact_loss, g; g is 9.81 m/s^2 for a drop, 0 for an attached
-    body; with `free` of m_eff, b1, f1, gamma2, offset, and the stops x1_min, x1_max, which are none if not given. If no
+    known: values of m_s, k, b2, f2, length (L0 + c), impact_loss, g, which is 9.81 m/s^2 if not given; with `free` of m_eff, b1, f1, gamma2, offset, and the stops x1_min, x1_max, which are none if not given. If no
     mass is known and none was added, m_s is taken as 1 kg: k is k/m_s, b2 is b2/m_s. With different added masses
     friction is fitted per recording (b2@0, f2@0, ...). options: `Options`. Raises HopformError for data that cannot be
     a drop test, MissingExtra without scipy.
     """
-    if all([flag("attached", attached), flag("free", free)]):
-        raise HopformError("attached and free exclude each other: a free actuator is one of a leg that drops")
-    return fit({ATTACHED if attached else FREE if free else GROUND: recordings}, known, **options)
+    return fit({FREE if flag("free", free) else GROUND: recordings}, known, **options)
 
 
 class _Body(Kind):
-    """A body on its spring: dropped over a held or a free actuator, or fixed to the spring."""
+    """A body on its spring, dropped over a held or a free actuator."""
 
     def check(self, group: Group, scaled: bool) -> Group:
         """With what fixes the scale; HopformError for a drop of an angle, or without gravity."""
         known, recordings = group.known, group.recordings
-        if self.rig != "attached" and group.units.position != "m":
+        if group.units.position != "m":
             raise recordings[0].error(
                 "is an angle; a drop is of a height in m", recordings[0].head, recordings[0].column_of("x2")
             )
-        if self.rig != "attached" and not known["g"] > 0.0:
+        if not known["g"] > 0.0:
             raise HopformError(f"known: g must be > 0 m/s^2 for a drop, got {known['g']!r}")
         if self.driven and known["x1_min"] > known["x1_max"]:
             raise HopformError(f"known: x1_min must be <= x1_max, got {known['x1_min']!r} and {known['x1_max']!r} m")
-        apart = len({each.added_mass for each in recordings}) > 1
-        held, statements = ({}, []) if apart else _scale(known, group.units)
-        scale = apart or bool({"m_s", "k", "m_eff", "gamma2"} & set(known))
-        return replace(group, known={**known, **held}, statements=tuple(statements), scale=scale)
+        return scale_of_body(group)
 
     def segment(self, group: Group, first: int) -> Group:
         """With the motions from their releases on, and without what no current of them shows."""
@@ -149,8 +91,8 @@ class _Body(Kind):
         for rounds in (1, _REFINED) if any(cut.x1 is not None for cut in cuts) else (1,):
             oscillations = [_guess(cut, self.rig, known["g"], rounds) for cut in cuts]
             shared = _shared_starts(known, oscillations, group.masses, self.rig)
-            starts = zip(shared, cuts, oscillations, strict=True)
-            first = [_with_own(*each, known["g"]) for each in starts]
+            starts = zip(shared, cuts, strict=True)
+            first = [_with_own(*each) for each in starts]
             seen = [(cut, cut.x1, one) for cut, one in zip(cuts, oscillations, strict=True) if cut.x1 is not None]
             cutoffs = sorted(CUTOFFS, reverse=True)  # hits of a stop are short
             driven = [_driven_start(*each, known, cutoff) for each in seen for cutoff in cutoffs]
@@ -176,21 +118,8 @@ class _Body(Kind):
         way: of it x2 shows little by itself.
         """
         seen = starts[1:]
-        tries = [each for start in seen or starts for each in _traded(start, self.rig)]
+        tries = [each for start in seen or starts for each in _traded(start)]
         return _pushed(tries) if self.driven and not seen else tries
-
-
-def _scale(known: Values, units: Units) -> tuple[Guess, list[str]]:
-    """The parameter that sets the scale of all forces; without one, m_s is 1 kg, or 1 kg m^2."""
-    if "m_s" in known:
-        return {}, []
-    if "k" in known:
-        return {}, ["m_s follows from the known k"]
-    forces = {"m_eff", "gamma2"} & set(known)
-    if forces:
-        return {}, [f"the scale of all forces is that of the known {' and '.join(sorted(forces))}"]
-    per = f"motion alone fixes k/m_s and b2/m_s: k and b2 are per {units.of('kg')} of m_s"
-    return {"m_s": 1.0}, [f"{per}; weigh the body (known m_s), or record again with a weighed mass added"]
 
 
 def _driven(cuts: Sequence[Cut]) -> tuple[Guess, list[str]]:
@@ -209,14 +138,9 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
     rests.
     """
     rig = kind.rig
-    values = recording.oscillation("x2") if rig == "attached" else recording.position("x2")
-    unit = recording.units("x2", driven=False).position
-    if rig == "attached" and float(np.ptp(values)) > _MOST_RANGE[unit]:
-        most = f"a body on its spring does over {_MOST_RANGE[unit]:g} {unit} at most"
-        message = f"moves over {np.ptp(values):.3g} {unit}; {most}: is its unit right?"
-        raise recording.error_of("x2", message, int(np.abs(values - np.median(values)).argmax()))
+    values = recording.position("x2")
     clean = mended(values)
-    spans = decays(recording, clean) if rig == "attached" else drops(recording, clean, rig == "free")
+    spans = drops(recording, clean, rig == "free")
     driven = kind.driven and recording.has_current()
     x1 = recording.columns["x1"].values if rig == "free" and "x1" in recording.columns else None
     cuts = list[Cut]()
@@ -230,7 +154,7 @@ def _cuts(recording: Recording, number: int, kind: Kind, g: float) -> list[Cut]:
         if rig == "ground":
             _check_fall(recording, seen, clean[seen:end], g)
         start = max(seen - round(math.sqrt(2.0 * fallen / g) / step), 0) if rig == "free" else seen
-        which = f", {'decay' if rig == 'attached' else 'drop'} {n}" if len(spans) > 1 else ""
+        which = f", drop {n}" if len(spans) > 1 else ""
         time, label = recording.time[start:end], f"{recording.source}{which}"
         begin = float(time[0])
         steps = steps_of(recording, start, end) if driven else ((0.0, 0.0),)
@@ -263,11 +187,7 @@ def _check_fall(recording: Recording, line: int, x: Array, g: float) -> None:
 
 
 def _guess(cut: Cut, rig: Rig, g: float, rounds: int) -> Oscillation:
-    """Estimates from one motion: a decay by its extrema, a drop by its lowest point and its rest, or by its stances
-    where the actuator is free.
-    """
-    if rig == "attached":
-        return oscillation_of(cut.time, cut.x)
+    """Estimates from one motion: by its lowest point and its rest, or by its stances where the actuator is free."""
     if rig == "free":
         return _stances(cut, np.zeros_like(cut.x) if cut.x1 is None else cut.x1, g, rounds)
     x = cut.x
@@ -326,11 +246,9 @@ def _shared_starts(known: Values, guesses: Sequence[Oscillation], added: Sequenc
     else:
         mass = 0.2 * known.get("m_eff", 5.0)
     k = known.get("k", float(np.mean(square * (mass + extra))))
-    start = {"m_s": mass, "k": k}
-    if rig != "attached":
-        sags = [(mass + m) * known["g"] / k for m in added]
-        start["length"] = float(np.mean([guess.rest + sag for guess, sag in zip(guesses, sags, strict=True)]))
-        start["impact_loss"] = 0.05
+    sags = [(mass + m) * known["g"] / k for m in added]
+    length = float(np.mean([guess.rest + sag for guess, sag in zip(guesses, sags, strict=True)]))
+    start = {"m_s": mass, "k": k, "length": length, "impact_loss": 0.05}
     if rig == "free":
         m_eff = known.get("m_eff", 5.0 * mass)
         start |= {"m_eff": m_eff, "b1": 5.0 * m_eff, "f1": 0.5, "gamma2": -10.0 * mass, "offset": 0.0}
@@ -356,21 +274,20 @@ def _driven_start(cut: Cut, x1: Array, guess: Oscillation, known: Values, cutoff
     return start | {"offset": -constant / gamma if gamma else 0.0}
 
 
-def _with_own(shared: Guess, cut: Cut, guess: Oscillation, g: float) -> Guess:
-    """Where a motion begins too: its rest without gravity, place and velocity of the body, and of the actuator."""
-    rest = guess.rest + g * (shared["m_s"] + cut.recording.added_mass) / shared["k"]
+def _with_own(shared: Guess, cut: Cut) -> Guess:
+    """Where a motion begins too: place and velocity of the body, and of the actuator."""
     lines = [np.polyfit(cut.time[:5], each[:5], 1) for each in (cut.x, cut.x1) if each is not None]
-    return shared | {"rest": rest} | dict(zip(("v", "x", "v1", "x1"), np.ravel(lines).tolist(), strict=False))
+    return shared | dict(zip(("v", "x", "v1", "x1"), np.ravel(lines).tolist(), strict=False))
 
 
-def _traded(first: Guess, rig: Rig) -> list[Guess]:
-    """A start with its friction as it is, with more of it Coulomb's, and of a drop with other springs."""
+def _traded(first: Guess) -> list[Guess]:
+    """A start with its friction as it is, with more of it Coulomb's, and with other springs."""
     coulomb, viscous = ([name for name in first if name.startswith(letter)] for letter in ("f2", "b2"))
     tries = [first]
     if coulomb and viscous:
         less = {name: 0.5 * first[name] for name in viscous}
         tries.append(first | less | {name: 1.5 * first[name] + 0.05 for name in coulomb})
-    if rig != "attached" and "k" in first:
+    if "k" in first:
         tries += [first | {"k": factor * first["k"]} for factor in (0.6, 1.6)]
     return tries
 
@@ -386,7 +303,7 @@ def _pushed(tries: list[Guess]) -> list[Guess]:
     return tries
 
 
-GROUND = _Body("drop", "ground", "x2", {"g": 9.81}, (0.35, 0.65, 1.0))
-ATTACHED = _Body("drop", "attached", "x2", {"g": 0.0}, (0.3, 1.0))
-FREE = _Body("drop", "free", "x2", {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf}, (0.25, 0.45, 0.7, 1.0))
+GROUND = _Body("drop", "ground", "x2", LETTERS["ground"], {"g": 9.81}, (0.35, 0.65, 1.0))
+FREE = _Body("drop", "free", "x2", LETTERS["free"], {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf},
+             (0.25, 0.45, 0.7, 1.0))  # fmt: skip
 """Of a leg a fit is followed over more and more: each hop multiplies what is wrong about the one before."""

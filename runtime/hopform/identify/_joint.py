@@ -23,19 +23,19 @@ from hopform._checks import Role
 from hopform.extend import stream
 from hopform.identify import _alternatives as alternatives
 from hopform.identify import _estimation as estimation
-from hopform.identify._drop import ATTACHED, FREE, GROUND
+from hopform.identify._drop import FREE, GROUND
 from hopform.identify._estimation import Estimate, Solution
 from hopform.identify._fits import Fit, Options, blind, fit
+from hopform.identify._held import AIR, DECAY, STEP
 from hopform.identify._kinds import Recordings, problem_of, read_several
 from hopform.identify._motion import Array, Values
 from hopform.identify._nuisances import DELAY, with_nuisances
 from hopform.identify._recordings import HOPPER, Recording, Units, flat_top, gaps_of, noise_of, outliers, quantum_of
 from hopform.identify._rigs import UNITS
 from hopform.identify._search import Problem, minimise
-from hopform.identify._step import AIR, HELD
 from hopform.identify._synthetic import hardest, record
 
-KINDS = {"drop": GROUND, "decay": ATTACHED, "step": HELD, "air": AIR, "free": FREE}
+KINDS = {"drop": GROUND, "decay": DECAY, "step": STEP, "air": AIR, "free": FREE}
 """Of each role its kind; a free drop comes late, since it shows least about its starts."""
 LETTERS = tuple(dict.fromkeys(letter for kind in (GROUND, FREE) for letter in (*kind.letters, *kind.defaults)))
 
@@ -53,12 +53,14 @@ def fit_robot(
     """All parameters that the recordings identify, from all of them together; `fit.robot(base)` puts them into a robot.
 
     drops: of the body onto the ground, actuator held; free_drops: the same, actuator free; decays: of a body fixed to
-    its spring; steps: of the actuator against its spring, the body held; air: of the actuator with the leg in the air.
-    known as in `fit_drop_test` and `fit_step_response`; options: `Options`.
+    its spring; steps: of the actuator against its spring, the body held; air: of the actuator with the leg in the air;
+    in these three what moves is a slide, as `fit` has it, in the letters of the hopper. known: values of m_s, k, b2, f2,
+    length (L0 + c), impact_loss, g, m_eff, b1, f1, gamma2, offset; without one that fixes forces the mass that moves is
+    taken as 1 kg. options: `Options`.
     Raises HopformError where a recording cannot be what it is given as, or none is given.
     """
     handed = {
-        "drops": (GROUND, drops), "decays": (ATTACHED, decays), "steps": (HELD, steps), "air": (AIR, air),
+        "drops": (GROUND, drops), "decays": (DECAY, decays), "steps": (STEP, steps), "air": (AIR, air),
         "free_drops": (FREE, free_drops),
     }  # fmt: skip
     return fit({kind: read_several(some, name) for name, (kind, some) in handed.items()}, known, **options)

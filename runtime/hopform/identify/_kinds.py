@@ -1,11 +1,11 @@
 """Kinds of recordings, and what a fit does before its least squares: read, check, segment, start.
 
-A `Kind` (drop, free, decay, step, air) says what these stages are for it; residuals are those of the rig that it
-names.
+A `Kind` (a drop over a held or a free actuator; a decay, a step response or the leg in the air, each as a slide) says
+what these stages are for it; residuals are those of the rig that it names.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal, NamedTuple
@@ -31,7 +31,7 @@ from hopform.identify._recordings import (
     steps_of,
     units_of,
 )
-from hopform.identify._rigs import LETTERS, UNITS, Experiment
+from hopform.identify._rigs import UNITS, Experiment
 from hopform.identify._rigs import Kind as Rig
 from hopform.identify._search import Problem
 
@@ -96,10 +96,13 @@ class Group:
 
 
 def cuts_of(
-    recording: Recording, number: int, spans: Sequence[tuple[int, int]], x: Array, x1: Array | None = None
-) -> list[Cut]:
-    """Spans of a recording as its motions, under its current if it has one: such a motion may begin at rest."""
-    cuts, driven = list[Cut](), recording.has_current()
+    recording: Recording, number: int, spans: Sequence[tuple[int, int]], x: Array, x1: Array | None = None,
+    driven: bool | None = None,
+) -> list[Cut]:  # fmt: skip
+    """Spans of a recording as its motions, under its current if it has one, or if it is said to be driven: such a motion
+    may begin at rest.
+    """
+    cuts, driven = list[Cut](), recording.has_current() if driven is None else driven
     for part, (begin, end) in enumerate(spans, 1):
         still = (
             {"v": 0.0} if (driven or "target" in recording.columns) and _rests_at_first(mended(x[begin:end])) else {}
@@ -125,20 +128,21 @@ Guess = dict[str, float]
 
 @dataclass(frozen=True, eq=False)
 class Kind:
-    """A kind of recording: the rig, which position is fitted, letters that are never fitted with their values where
-    these are not given, over how much of a recording a fit is followed at first, and then.
+    """A kind of recording: the rig, which position is fitted, what its motion depends on, letters that are never fitted
+    with their values where these are not given, over how much of a recording a fit is followed at first, and then.
     """
 
     answer: str
     rig: Rig
     position: Literal["x1", "x2"]
+    every: tuple[str, ...]
     defaults: Values = field(default_factory=dict[str, float])
     parts: tuple[float, ...] = (1.0,)
 
     @property
     def letters(self) -> tuple[str, ...]:
         """Letters that are fitted unless they are known, but for those of the beginning of a motion."""
-        return tuple(letter for letter in LETTERS[self.rig] if letter not in (*_OWN, *self.defaults))
+        return tuple(letter for letter in self.every if letter not in (*_OWN, *self.defaults))
 
     @property
     def driven(self) -> bool:
@@ -170,13 +174,19 @@ class Kind:
         """All starts from those of the guesses, by the names of parameters."""
         return list(starts)
 
+    def experiment(self, cut: Cut, names: Mapping[str, str], constants: Values) -> Experiment:
+        """A motion as what is predicted of it."""
+        kept = cut.independent()
+        return Experiment(cut.label, self.rig, cut.time[kept], cut.x[kept], names, constants, cut.steps,
+                          cut.recording.added_mass, cut.begin)  # fmt: skip
+
     def posed(self, group: Group, first: int) -> Problem:
         """The least-squares problem of the motions, the first of which has the number `first`."""
         clean, tries = [cut.mended() for cut in group.cuts], self.start(group)
         apart, numbers = len(set(group.masses)) > 1, range(first, first + len(clean))
         names = [
             {letter: _name(letter, n, cut.number if apart else None) for letter in (*self.letters, *_OWN)
-             if letter in LETTERS[self.rig] and letter in guess.keys() - group.known.keys() - cut.still.keys()}
+             if letter in self.every and letter in guess.keys() - group.known.keys() - cut.still.keys()}
             for n, cut, guess in zip(numbers, clean, tries[0], strict=True)
         ]  # fmt: skip
         starts, parameters = [_by_name(guesses, names) for guesses in tries], dict[str, Parameter]()
@@ -187,11 +197,10 @@ class Kind:
         starts[0] = {name: each.start for name, each in parameters.items()}
         experiments = list[Experiment]()
         for cut, by_letter in zip(group.cuts, names, strict=True):
-            constants, kept = {**group.known, **cut.still}, cut.independent()
-            experiments.append(Experiment(cut.label, self.rig, cut.time[kept], cut.x[kept], by_letter, constants, cut.steps,
-                                          cut.recording.added_mass, cut.begin))  # fmt: skip
+            experiments.append(self.experiment(cut, by_letter, {**group.known, **cut.still}))
             if cut.x1 is not None:
-                experiments.append(replace(experiments[-1], label=f"{cut.label}, x1", measured=cut.x1[kept], of="x1"))
+                beside = cut.x1[cut.independent()]
+                experiments.append(replace(experiments[-1], label=f"{cut.label}, x1", measured=beside, of="x1"))
         return Problem(
             self.answer, self.position, tuple(experiments), tuple(parameters.values()), tuple(self.further(starts)),
             {name: value for name, value in group.known.items() if math.isfinite(value)},
@@ -199,6 +208,23 @@ class Kind:
             tuple(f"{each.source}: {note}" for each in group.recordings for note in each.notes),
             parts=self.parts, units=group.units, scale=group.scale, loss=group.loss, files=files_of(group.recordings),
         )  # fmt: skip
+
+
+def scale_of_body(group: Group) -> Group:
+    """The group with the parameter that sets the scale of all forces of a body: weighed masses that were added, what is
+    known, or m_s as 1 kg, or 1 kg m^2.
+    """
+    known = group.known
+    if len({each.added_mass for each in group.recordings}) > 1 or "m_s" in known:
+        return group
+    if "k" in known:
+        return replace(group, statements=("m_s follows from the known k",))
+    forces = sorted({"m_eff", "gamma2"} & set(known))
+    if forces:
+        return replace(group, statements=(f"the scale of all forces is that of the known {' and '.join(forces)}",))
+    per = f"motion alone fixes k/m_s and b2/m_s: k and b2 are per {group.units.of('kg')} of m_s"
+    statement = f"{per}; weigh the body (known m_s), or record again with a weighed mass added"
+    return replace(group, known={**known, "m_s": 1.0}, statements=(statement,), scale=False)
 
 
 def files_of(recordings: Sequence[Recording]) -> tuple[str, ...]:
@@ -240,7 +266,7 @@ def check(given: Mapping[Kind, Sequence[Recording]], known: Known = None, loss: 
     if not some:
         raise HopformError("a fit needs at least one recording, got none")
     shared = any("k" in kind.letters and kind.position == "x2" for kind in some) or "k" in named
-    scaled = shared and any(kind.rig == "held" for kind in some)
+    scaled = shared and any(kind.rig == "step" for kind in some)
     groups = list[Group]()
     for kind, several in some.items():
         units = units_of(several, kind.position, driven=kind.driven)
@@ -256,12 +282,17 @@ def problem_of(given: Given, known: Known = None, loss: str = "linear") -> Probl
     """The least-squares problem of recordings by their kind: read, checked, cut into motions, with the starts that
     these show; of several kinds that of a robot.
     """
-    several, motions = list[Problem](), 0
-    for group in check({kind: read_several(some, "recordings") for kind, some in given.items()}, known, loss):
-        cut = group.kind.segment(group, motions)
-        several.append(cut.kind.posed(cut, motions))
-        motions += len(cut.cuts)
+    several = [group.kind.posed(group, first) for group, first in cuts_by_kind(given, known, loss)]
     return _merged(several) if len(given) > 1 else several[0]
+
+
+def cuts_by_kind(given: Given, known: Known = None, loss: str = "linear") -> Iterator[tuple[Group, int]]:
+    """The recordings of each kind, checked and cut into motions, with the number of the first one."""
+    motions = 0
+    for group in check({kind: read_several(some, "recordings") for kind, some in given.items()}, known, loss):
+        segmented = group.kind.segment(group, motions)
+        yield segmented, motions
+        motions += len(segmented.cuts)
 
 
 _OWN = ("rest", "x", "v", "x1", "v1")

@@ -44,13 +44,14 @@ from hopform.identify._recordings import (
     known_spans,
     mended,
     noise_of,
+    outliers,
     quantum_of,
     used_after_all,
     whole_spans,
 )
 from hopform.identify._rigs import SINGULAR, Along, Experiment, Force, Moved, Rates, in_recorded_time
 from hopform.identify._search import Problem
-from hopform.identify._segments import CUTOFFS, decays, filtered_part
+from hopform.identify._segments import CUTOFFS, Filtered, decays, filtered_part
 
 Given = Mapping[str, float | str] | None
 """Known values; a name in place of one says that a parameter is as one that is fitted."""
@@ -80,6 +81,10 @@ class Model:
         self.coulomb = [name for name, kind in self.friction.items() if kind == "coulomb"]
         self.records, self.formulas = core.package.records, core.package.formulas
         self.columns = {name: n for n, name in enumerate((*STARTS, *self.records.Robot._fields))}
+
+    def __reduce__(self) -> Any:
+        """A model is pickled as its solver."""
+        return _model_again, (Solver(self.core),)
 
     def robot(self, at: Values) -> Any:
         """The parameters as the solver takes them."""
@@ -186,6 +191,11 @@ class Model:
         length = float(self.formulas.second_position(robot, 0.0, 0.0))
         still, moving = (self.records.LegState(0.0, v, 0.0, length) for v in (0.0, 1.0))
         return 2.0 * float(self.formulas.energies(robot, moving).total - self.formulas.energies(robot, still).total)
+
+
+def _model_again(solver: Solver) -> Model:
+    """The model of a pickle."""
+    return Model(solver.Robot.solver)
 
 
 def power_of(unit: str) -> int:
@@ -622,10 +632,10 @@ def fit_model(
     motions = [cut for n, each in enumerate(view) for cut in _motions(model, each, n)]
     letters = _letters(model, view, names, tied)
     domains = {parameter: letter for each in letters.values() for letter, parameter in each.items() if letter in names}
-    free = {parameter: _start(model, letter, start) for parameter, letter in domains.items()}
+    free = {parameter: begin_of_search(model, letter, start) for parameter, letter in domains.items()}
     given = _given(model, names, start)
     given = {parameter: given[letter] for parameter, letter in domains.items() if letter in given}
-    search = _Search(model, motions, letters, heavier, sine)
+    search = Search(model, motions, letters, heavier, sine)
     tries, left = search.starts(values, free)
     if given and left > 0.0:
         tries.insert(0, search.near(values, free, given) | given)
@@ -1038,7 +1048,7 @@ def _grid(time: Array, x: Array) -> Array:
     return np.append(time[:-1:every], time[-1])
 
 
-def _start(model: Model, name: str, start: Values | None) -> float:
+def begin_of_search(model: Model, name: str, start: Values | None) -> float:
     """Where the search for a start begins: what is given, the default, or 1."""
     parameter = model.parameters[name]
     given = mapping("start", start, MOST_KNOWN).get(name, parameter.get("default", 1.0))
@@ -1082,19 +1092,23 @@ class Rows(NamedTuple):
 
 
 def _filtered(model: Model, motion: Cut, cutoff: float) -> Rows:
-    """A motion through a filter; its drive holds from sample to sample, so it is the smooth one of half a sample later."""
+    """A motion through a filter, without outliers; its drive holds from sample to sample, so it is the smooth one of half
+    a sample later.
+    """
     time, step = motion.time, float(np.median(np.diff(motion.time)))
-    if model.law is not None:
-        u: Array = np.interp(time - 0.5 * step, time, _target_of(motion))
-    else:
-        begins, levels = np.array(motion.steps, dtype=float).T
-        u = np.interp(time - 0.5 * step, time, levels[np.searchsorted(begins, time, side="right") - 1])
-    places = [each for each in (motion.x, motion.x1) if each is not None]
-    parts = [filtered_part(time, mended(x), u, step, min(cutoff, 0.2 / step)) for x in places]
+    begins, levels = np.array(motion.steps, dtype=float).T
+    held: Array = levels[np.searchsorted(begins, time, side="right") - 1]
+    drive = held if model.law is None else _target_of(motion)
+    u = np.interp(time - 0.5 * step, time, drive)
+    places, parts = [each for each in (motion.x, motion.x1) if each is not None], list[Filtered]()
+    for x in places:
+        kept = ~outliers(x)
+        kept[[0, -1]] = True  # the filtered parts are as long as each other
+        parts.append(filtered_part(time[kept], mended(x)[kept], u[kept], step, min(cutoff, 0.2 / step)))
     return Rows([p.x for p in parts], [p.v for p in parts], [p.acceleration for p in parts], parts[0].u)
 
 
-class _Search(NamedTuple):
+class Search(NamedTuple):
     """The search for where a fit begins: a model, its motions, of each recording which parameter of the fit a letter is,
     the parameter to which masses were added, and whether the spring is gravity's sine.
     """
@@ -1163,7 +1177,7 @@ class _Search(NamedTuple):
         for by in _SPREAD:
             z = np.where(log, math.log(by), np.array([free[name] for name in names]) / scale)
             one = optimize.least_squares(
-                off, np.maximum(z, low + 1e-6), bounds=(low, np.inf), loss="soft_l1", max_nfev=200
+                off, np.maximum(z, low + 1e-6), bounds=(low, np.inf), loss="soft_l1", x_scale="jac", max_nfev=200
             )
             minima.append((float(one.cost), float(np.mean(np.asarray(one.fun) ** 2)), np.asarray(one.x)))
             if minima[-1][1] <= _MOST_LEFT:
@@ -1192,7 +1206,7 @@ def fit(
     what is neither has its default. start: of fitted ones, where the search may begin. sine: the spring of an angle is
     gravity's, K sin(z) about where it rests in place of K z. rate [Hz]: of a model with a law, that of its controller;
     recordings then have a column of the target, by the model's name or as goal, command or setpoint, and the gains are
-    known. options: as of `fit_step_response`.
+    known. options: `Options`.
 
     The fit's `robot()` has its numbers. Raises HopformError for recordings that are not of the model, and for names that
     are none of its parameters, MissingExtra without scipy.

@@ -1,16 +1,12 @@
-"""Motions at sample times with exact derivatives by everything that they depend on, through sticking and reversals:
-stances, and drops, in which flights and stances follow each other.
-
-A stance is solved in the compression y = x_1 - x_2 + L0 + c, and pulls nothing: at y = 0 it ends in a take-off. A rig
-whose spring is fixed at both ends pushes and pulls. Under c -> c + P the compression grows by P while (3) stays as it
-is: k (x_2 - x_1 - L0) knows no c. So a spring that pulls is one that is preloaded by more than it ever moves.
+"""Drops at sample times with exact derivatives by everything that they depend on, through sticking and reversals: flights
+and stances that follow each other.
 
 A drop has its actuator locked, or free under a given current. In flight the body is ballistic and the actuator moves
 alone,
 
     x_2'' = -g,      m_eff x_1'' = -b_1 x_1' - gamma_2 u - m_eff f_1 sign(x_1')
 
-which is the actuator's motion over a spring that is none. The foot is down where x_2 - x_1 - (L0 + c) = 0.
+which is a slide of the mass m_eff without a spring. The foot is down where x_2 - x_1 - (L0 + c) = 0.
 
 Each piece is solved from its own beginning, at a time that depends on the parameters as its state does. Steps of the
 current do not: they come at times of the clock. So a piece that begins with an event is followed up to the next step
@@ -19,17 +15,18 @@ under one current, and from there on, where time is the clock's again, under all
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import cache
 from importlib import import_module
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform import HopformError
+from hopform import HopformError, load_solver
 from hopform._motion import DOUBLE
-from hopform._sensitivities import COLUMNS, in_height
+from hopform._sensitivities import COLUMNS, STARTS, in_coordinates, in_height
 from hopform._solver.c import Solved
-from hopform._solver.choice import DEFAULT
+from hopform._solver.choice import DEFAULT, Solver
 from hopform._solver.package import ENDINGS, ROWS, LegState, Steps, records
 from hopform.extend import needs
 
@@ -43,8 +40,6 @@ STATE = ("x1", "v1", "x2", "v2")
 AT = {name: number for number, name in enumerate(COLUMNS)}
 """Where a derivative's column is: initial state x1, v1, x2, v2, the current u (all steps alike), the robot's fields."""
 MAX_PHASES = 200_000
-FIRM = 1e12
-"""[m/s^2] friction under which no body ever moves: how a body is held."""
 _LENGTH_BY = np.array([1.0 if name in ("L0", "c") else 0.0 for name in COLUMNS])
 
 
@@ -61,28 +56,9 @@ class Motion(NamedTuple):
     by: Array
 
 
-def stance(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> Motion:
-    """The motion from a state x1, v1, x2, v2 at t = 0 at times that do not decrease; HopformError if the leg takes off
-    before.
-    """
-    motion, solution = stance_piece(robot, start, steps, times, None)
-    if motion.states.shape[0] < times.size:
-        raise HopformError(f"the leg takes off after {solution.outcome()[1]!r} s, before the last sample")
-    return motion
-
-
-def states(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> Array:
-    """The states alone of such a motion, (times, 4), without their derivatives."""
-    x1, v1, x2, v2 = start
-    state = LegState(x1, v1, v2, x1 - x2 + robot.L0 + robot.c)
-    motion = solved(robot, state, steps, float(times[-1]) * (1.0 + 1e-12))
-    at = motion.state_at(np.minimum(times, motion.outcome()[1]))
-    return np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1)
-
-
-def solved(robot: Robot, state: LegState, steps: Steps, horizon: float) -> Solved:
-    """A stance as the library has it; HopformError for more phases than any recording has."""
-    motion = DEFAULT.compiled().solve_stance(robot, state, steps, horizon, MAX_PHASES, DOUBLE)
+def solved(robot: Any, state: Any, steps: Steps, horizon: float, core: Solver = DEFAULT) -> Solved:
+    """A motion as the library has it; HopformError for more phases than any recording has."""
+    motion = core.compiled().solve_stance(robot, state, steps, horizon, MAX_PHASES, DOUBLE)
     if ENDINGS[motion.outcome()[0]] == "too_many_phases":
         raise HopformError(f"the motion has more than {MAX_PHASES} phases: hardly any friction for so long a recording")
     return motion
@@ -121,10 +97,12 @@ missed.
 _ROUNDS = 8
 """As many more between two of them, so often that the time has all its digits: 256^8 = 2^64."""
 _SHARES = np.arange(1, _PLACES + 1) / _PLACES
-_NO_SPRING, _FAR = 1e-15, 100.0
-"""[N/m], [m]: a spring that is none, and the compression at which it still pushes, with 1e-13 N."""
-_AIRBORNE = [AT[name] for name in ("x1", "v1", "u", "m_eff", "b1", "f1", "gamma2", "x1_min", "x1_max")]
-"""Inputs of the actuator's motion in the air."""
+
+
+@cache
+def slide() -> Solver:
+    """The solver of the slide that ships, which is built at its first use: one mass that moves alone."""
+    return load_solver("slide").Robot.solver
 
 
 class _Rig(NamedTuple):
@@ -248,13 +226,41 @@ def _stance(rig: _Rig, run: _Run, times: Array) -> _Piece:
     return _Piece(Motion(states, rows), lifted, stance.compression_max())
 
 
-def _actuator(rig: _Rig, run: _Run, longest: float) -> Solved | None:
+class _Alone(NamedTuple):
+    """The actuator in the air, as a slide without a spring: the slide, and its motion."""
+
+    slide: Any
+    motion: Solved
+
+    def at(self, robot: Robot, start: float, times: Array) -> tuple[Array, Array]:
+        """States x1, v1 (times, 2) and their derivatives (times, 2, columns) by the columns of the hopper; start: x1."""
+        state, rows = self.motion.tangents(np.ascontiguousarray(times))
+        slid = in_coordinates(state, rows, start, slide().package, self.slide)[:, :2]
+        column = {name: slid[:, :, n] for n, name in enumerate((*STARTS, *self.slide._fields))}
+        by = np.zeros((times.size, 2, len(COLUMNS)))
+        for name, row in {
+            "x1": column["x1"], "v1": column["v1"], "u": column["u"], "b1": column["b"], "gamma2": -column["k_f"],
+            "m_eff": column["m"] + robot.f1 * column["F"], "f1": robot.m_eff * column["F"], "x1_min": column["x_min"],
+            "x1_max": column["x_max"],
+        }.items():  # fmt: skip
+            by[:, :, AT[name]] = row
+        return np.stack([state.x1, state.v1], axis=1), by
+
+
+def _actuator(rig: _Rig, run: _Run, longest: float) -> _Alone | None:
     """The actuator in the air over a longest time [s]; None where it is locked."""
-    if rig.robot.x1_min == rig.robot.x1_max:
+    robot = rig.robot
+    if robot.x1_min == robot.x1_max:
         return None
+    records_of_slide = slide().package.records
     x1, v1 = run.state[:2].tolist()
-    alone = rig.robot._replace(k=_NO_SPRING, L0=0.0, c=_FAR, b2=0.0, f2=FIRM, g=0.0)
-    return solved(alone, LegState(x1, v1, 0.0, x1 + _FAR), delayed(rig.steps, -run.begin), longest)
+    fields = dict.fromkeys(records_of_slide.Robot._fields, 0.0) | {
+        "m": robot.m_eff, "b": robot.b1, "F": robot.m_eff * robot.f1, "F_s": robot.m_eff * robot.f1_excess,
+        "k_f": -robot.gamma2, "x_min": robot.x1_min, "x_max": robot.x1_max, "i_max": math.inf,
+    }  # fmt: skip
+    alone = records_of_slide.Robot(**fields)
+    state = records_of_slide.LegState(x1, v1, 0.0, x1)
+    return _Alone(alone, solved(alone, state, delayed(rig.steps, -run.begin), longest, slide()))
 
 
 def _flight(rig: _Rig, run: _Run, times: Array) -> _Piece:
@@ -268,9 +274,8 @@ def _flight(rig: _Rig, run: _Run, times: Array) -> _Piece:
     by = np.zeros((moments.size, 4, len(COLUMNS)))
     x1, v1 = np.full(moments.size, run.state[0]), np.zeros(moments.size)
     if actuator is not None:
-        state, rows = actuator.tangents(np.ascontiguousarray(moments))
-        x1, v1 = np.asarray(state.x1), np.asarray(state.v1)
-        by[:, :2, _AIRBORNE] = rows[:, :2][:, :, _AIRBORNE]
+        alone, by[:, :2] = actuator.at(robot, float(run.state[0]), moments)
+        x1, v1 = alone.T
     x2, v2 = run.state[2:]
     fall = v2 - robot.g * moments
     states = np.stack([x1, v1, x2 + v2 * moments - 0.5 * robot.g * moments**2, fall], axis=1)
@@ -296,7 +301,7 @@ def _landed(robot: Robot, run: _Run, airtime: float, state: Array, by: Array, ra
     return _Run(run.begin + airtime, run.begin_by + late, after, after_by, flies=False, touches=True)
 
 
-def _touchdown(rig: _Rig, run: _Run, actuator: Solved | None, longest: float) -> float | None:
+def _touchdown(rig: _Rig, run: _Run, actuator: _Alone | None, longest: float) -> float | None:
     """When the foot comes down after it has been above the ground [s since the flight's beginning], None if not that
     soon.
     """
@@ -309,7 +314,7 @@ def _touchdown(rig: _Rig, run: _Run, actuator: Solved | None, longest: float) ->
     places: Array = np.sort(np.concatenate([soon * _SHARES, longest * _SHARES]))
     low, landed = 0.5 * float(places[0]), None
     for _ in range(_ROUNDS):
-        heights: Array = x2 + v2 * places - 0.5 * robot.g * places**2 - actuator.state_at(places).x1 - robot.L0
+        heights: Array = x2 + v2 * places - 0.5 * robot.g * places**2 - actuator.motion.state_at(places).x1 - robot.L0
         below = np.flatnonzero(heights < 0.0)
         if not below.size:
             break

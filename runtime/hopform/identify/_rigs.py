@@ -2,11 +2,10 @@
 
 | rig | what moves | model |
 |---|---|---|
-| attached | a body on a spring that pushes and pulls | (3) in the letters of (4); it rests at `rest` without gravity |
 | ground | a body that falls, meets the ground and may hop | (4), actuator locked, flight and impact between stances |
 | free | the same over an actuator that moves under a given current | (3), (4), the actuator alone in flight |
-| held | an actuator on a spring whose other end is held | (3), body held; the spring is relaxed at x1 = `rest` |
-| air | an actuator without a spring: the leg in the air, an axis | (3) with k = 0; `offset` is a constant current |
+
+Any other rig is a model, also the body and the actuator apart from each other (`_held`).
 
 Sensor, clock and logger make of a motion x(t) under a current u(t)
 
@@ -39,7 +38,7 @@ from hopform.identify._motion import AT, STATE, Array, Motion, Robot, Values, de
 Moved = tuple[Array, dict[str, Array]]
 """Position and velocity at the samples, (samples, 2), and their derivatives by each letter."""
 
-_POWERS = {"k": 2, "b1": 1, "b2": 1, "f1": 2, "f2": 2, "g": 2, "gamma2": 2}
+POWERS = {"k": 2, "b1": 1, "b2": 1, "f1": 2, "f2": 2, "g": 2, "gamma2": 2}
 """The powers of 1/s in which a letter counts, masses and lengths apart."""
 
 
@@ -47,13 +46,13 @@ SENSOR = {"delay": 0.0, "gain": 1.0, "clock": 1.0, "lag": 0.0}
 """The letters of a recording's sensor, clock and logger, delay and lag in s, with values that change nothing."""
 
 
-def in_recorded_time(at: Values, clock: float, powers: Mapping[str, int] = _POWERS) -> dict[str, float]:
+def in_recorded_time(at: Values, clock: float, powers: Mapping[str, int] = POWERS) -> dict[str, float]:
     """Letters of a rig in the time of the recording, of which true time is `clock` times as much."""
     return {name: value * clock ** powers.get(name, 0) for name, value in at.items()}
 
 
 def by_clock(
-    at: Values, by: Mapping[str, Array], clock: float, all_powers: Mapping[str, int] = _POWERS
+    at: Values, by: Mapping[str, Array], clock: float, all_powers: Mapping[str, int] = POWERS
 ) -> dict[str, Array]:
     """Derivatives by the letters in true time, and by the clock, from those by letters in recorded time."""
     powers = {name: power for name, power in all_powers.items() if name in by and name in at}
@@ -105,15 +104,12 @@ class _Filter:
         return np.asarray(of_scipy("linalg").solve_banded((1, 0), bands, gain, check_finite=False))
 
 
-Kind = Literal["attached", "ground", "free", "held", "air", "model"]
+Kind = Literal["ground", "free", "decay", "step", "air", "model"]
 
 LETTERS: dict[str, tuple[str, ...]] = {
-    "attached": ("m_s", "k", "b2", "f2", "g", "rest", "x", "v"),
     "ground": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "x", "v"),
     "free": ("m_s", "k", "b2", "f2", "g", "length", "impact_loss", "m_eff", "b1", "f1", "gamma2", "offset", "x1_min",
              "x1_max", "x", "v", "x1", "v1"),
-    "held": ("m_eff", "k", "b1", "f1", "gamma2", "rest", "x", "v"),
-    "air": ("m_eff", "b1", "f1", "gamma2", "offset", "x", "v"),
 }  # fmt: skip
 """What a rig's motion depends on; x, v are position and velocity of what is measured at its start (of the body, if it
 is free, with x1, v1 of the actuator)."""
@@ -122,9 +118,6 @@ UNITS = {each.name: each.unit for each in records.ROBOT_FIELDS} | {
     "impact_loss": "", "rest": "m", "length": "m", "x": "m", "v": "m/s", "x1": "m", "v1": "m/s", "offset": "A",
     "delay": "s", "dead_time": "s", "gain": "", "clock": "", "lag": "s",
 }  # fmt: skip
-
-SOFT = 1e-9
-"""[1/s^2] of k/m_eff of a spring that is none: in a minute it moves nothing by more than two parts in a million."""
 
 _NOTHING = Robot(**dict.fromkeys(Robot._fields, 0.0))._replace(
     m_eff=1.0, m_s=1.0, k=1.0, x1_min=-math.inf, x1_max=math.inf, u_max=math.inf
@@ -173,33 +166,20 @@ class Experiment:
     begin: float = 0.0
     of: Literal["x1", "x2"] = "x2"
 
-    def preload(self, at: Values, steps: Steps) -> float:
-        """Preload of a spring that pushes and pulls [m]: more than it moves at these letters.
-
-        From its rest a mass goes as far as it begins, and further by what the largest force does: against the spring,
-        or in so much time without it.
-        """
-        mass, omega = at["m_eff"], math.sqrt(at.get("k", 0.0) / at["m_eff"])
-        force = abs(at["gamma2"]) * (max(abs(u) for _, u in steps) + abs(at.get("offset", 0.0))) / mass
-        duration, speed = float(self.time[-1]), abs(at["v"])
-        free = speed * duration + 0.5 * force * duration**2
-        sprung = speed / omega + 4.0 * force / omega**2 if omega > 0.0 else math.inf
-        return 4.0 * (float(np.ptp(self.measured)) + abs(at["x"] - at.get("rest", 0.0)) + min(free, sprung) + 0.01)
-
     @property
     def quantity(self) -> Literal["x1", "x2"]:
         """Which position is measured."""
-        return {"attached": "x2", "ground": "x2", "held": "x1", "air": "x1"}.get(self.kind, self.of)  # type: ignore[return-value]
+        return self.of
 
     @property
     def driven(self) -> bool:
         """Whether a current moves it."""
-        return self.kind in ("held", "air", "free")
+        return self.kind == "free"
 
     @property
     def powers(self) -> Mapping[str, int]:
         """The powers of 1/s in which letters count."""
-        return _POWERS
+        return POWERS
 
     @property
     def own_letters(self) -> tuple[str, ...]:
@@ -254,8 +234,6 @@ class Experiment:
         places = np.arange(finer * (self.time.size - 1) + 1) / finer
         fine = np.interp(places, np.arange(self.time.size), self.time)
         respond = self._response if self.kind == "ground" else self._driven_response
-        if self.kind == "attached":
-            at, steps = _as_actuator(self, at), ((0.0, at["g"]),)
         return np.asarray(letters["gain"] * respond(at, steps, fine, force, size)[::finer])
 
     def _response(self, at: Values, steps: Steps, fine: Array, force: "Force", _: float) -> Array:
@@ -281,27 +259,23 @@ class Experiment:
         return np.append(response, np.full(fine.size - moves, response[-1]))
 
     def _driven_response(self, at: Values, steps: Steps, fine: Array, force: "Force", size: float) -> Array:
-        """Of an actuator, which sticks at every turn of its drive: the difference that the force makes, in what is
+        """Of a free actuator, which sticks at every turn of its drive: the difference that the force makes, in what is
         measured."""
         begins, levels = np.array(steps).T
-        drive = at["gamma2"] * (levels + at.get("offset", 0.0))[np.searchsorted(begins, fine, side="right") - 1]
-        unit, place = {**at, "gamma2": 1.0, "offset": 0.0}, STATE.index(self.of) if self.kind == "free" else 0
+        drive = at["gamma2"] * (levels + at["offset"])[np.searchsorted(begins, fine, side="right") - 1]
+        unit, place = {**at, "gamma2": 1.0, "offset": 0.0}, STATE.index(self.of)
 
         def moved(pull: Array) -> Array:
             under = tuple(zip(fine.tolist(), pull.tolist(), strict=True))
-            if self.kind == "free":
-                start = (at["x1"], at["v1"], at["x"], at["v"])
-                return motion.drop(_leg_robot(self, unit), start, under, fine).states
-            robot = actuator_robot(unit, self.preload(unit, under))
-            return motion.states(robot, (at["x"], at["v"], 0.0, 0.0), under, fine)
+            start = (at["x1"], at["v1"], at["x"], at["v"])
+            return motion.drop(_leg_robot(self, unit), start, under, fine).states
 
         states = moved(drive)
-        (x, v, height), leg = states.T[:3], self.kind == "free"
-        spring = np.maximum(x - height + at["length"], 0.0) if leg else x - at.get("rest", 0.0)
-        pull = np.asarray(-at.get("k", 0.0) * spring - drive, dtype=np.float64)
+        x, v, height = states.T[:3]
+        spring = np.maximum(x - height + at["length"], 0.0)
+        pull = np.asarray(-at["k"] * spring - drive, dtype=np.float64)
         mass, fastest = at["m_eff"], float(np.abs(v).max())
-        way, friction = np.where(v != 0.0, v, pull), np.full(x.size, at["f1"])
-        k = at.get("k", 0.0)
+        way, friction, k = np.where(v != 0.0, v, pull), np.full(x.size, at["f1"]), at["k"]
         largest = max(float(np.abs(drive).max()), k * float(np.abs(spring).max())) / mass
         along = Along(fine, spring, v, way, fastest, friction, largest, k / mass, at["b1"] / mass)
         if fastest == 0.0:
@@ -334,27 +308,13 @@ def _first_acceleration(pull: float, velocity: float, friction: float) -> float:
 
 
 _OF_BODY = {"length": "L0", "x": "x2", "v": "v2", "offset": "u"}
-_OF_ACTUATOR = {"x": "x1", "v": "v1", "offset": "u"}
 """Columns of derivatives by letters that are not named as they are."""
 
 
 def _rows(kind: Kind, moved: Motion, place: int, names: Mapping[str, str]) -> Moved:
     """Position and velocity of one mass, and their derivatives by the letters of a rig."""
-    both, letters = slice(place, place + 2), (letter for letter in LETTERS[kind] if letter != "rest")
+    both, letters = slice(place, place + 2), LETTERS[kind]
     return moved.states[:, both], {letter: moved.by[:, both, AT[names.get(letter, letter)]] for letter in letters}
-
-
-def _as_actuator(experiment: Experiment, at: Values) -> dict[str, float]:
-    """The letters of a body that is fixed to its spring, and those of an actuator that moves as it."""
-    mass = at["m_s"] + experiment.added_mass
-    return {**at, "m_eff": mass, "b1": at["b2"], "f1": at["f2"], "gamma2": mass}
-
-
-def _attached(experiment: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
-    """An actuator's motion in the letters of a body: its weight is the force of a current g."""
-    (states, by), rates = _actuator(experiment, _as_actuator(experiment, at), ((0.0, at["g"]),), time)
-    by |= {"m_s": by["m_eff"] + by["gamma2"], "b2": by["b1"], "f2": by["f1"], "g": by["offset"]}
-    return (states, by), rates
 
 
 _LOCKED = dict.fromkeys(("b1", "f1", "gamma2", "offset", "x1", "v1", "x1_min", "x1_max"), 0.0) | {"m_eff": 1.0}
@@ -386,25 +346,6 @@ def _free(experiment: Experiment, at: Values, steps: Steps, time: Array) -> tupl
     return _rows("free", moved, STATE.index(experiment.of), _OF_BODY), rates
 
 
-def _actuator(experiment: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
-    """The body is held at x2 = 0; the offset of the spring puts its relaxed state at `rest`."""
-    robot, offset = actuator_robot(at, experiment.preload(at, steps)), at.get("offset", 0.0)
-    steps = tuple((t, u + offset) for t, u in steps) if offset else steps
-    moved = motion.stance(robot, (at["x"], at["v"], 0.0, 0.0), steps, time)
-    states, by = _rows("air", moved, 0, _OF_ACTUATOR)
-    by["k"], by["rest"] = moved.by[:, 0:2, AT["k"]], -moved.by[:, 0:2, AT["L0"]]
-    pull = (-robot.k * (robot.L0 + at["x"]) - at["b1"] * at["v"] - at["gamma2"] * steps[0][1]) / at["m_eff"]
-    return (states, by), {"x": at["v"], "v": _first_acceleration(pull, at["v"], at["f1"])}
-
-
-def actuator_robot(at: Values, preload: float) -> Robot:
-    """The actuator in the letters of `held` or `air`, its body held at x2 = 0 by friction; preload [m]: of its spring,
-    which so pushes and pulls.
-    """
-    values, k = {name: at[name] for name in ("m_eff", "b1", "f1", "gamma2")}, at.get("k", SOFT * at["m_eff"])
-    return _NOTHING._replace(**values, k=k, L0=-at.get("rest", 0.0), c=preload, f2=motion.FIRM)
-
-
 _PREDICT: Mapping[Kind, Callable[[Experiment, Values, Steps, Array], tuple[Moved, Rates]]] = {
-    "attached": _attached, "ground": _ground, "free": _free, "held": _actuator, "air": _actuator,
+    "ground": _ground, "free": _free,
 }  # fmt: skip

@@ -5,21 +5,19 @@ fits.
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from typing import NamedTuple, SupportsFloat
+from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
 
-from hopform import HopformError, Robot, solve_motion
+from hopform import HopformError, Robot, load_solver, solve_motion
 from hopform._checks import MEMORY, flag, mapping, real, word
 from hopform._motion import Start
 from hopform._robots import checked_robot
-from hopform._solver.package import ENDINGS, LegState, Steps, records
+from hopform._solver.package import Steps, records
 from hopform._stance import Current
 from hopform.extend import finite, positive, whole
-from hopform.identify import _motion as motion
-from hopform.identify import _rigs as rigs
 from hopform.identify._closed_loop import Loop, law_of
-from hopform.identify._motion import Array, drop_and_compression
+from hopform.identify._motion import MAX_PHASES, Array, drop_and_compression
 from hopform.identify._recordings import OTHER, SI, Column, Recording, current_steps
 
 TESTS = ("drop", "free", "decay", "step", "air")
@@ -360,29 +358,35 @@ class _Bench(NamedTuple):
         part = np.floor(pattern.size * (time - still) / max(float(time[-1]) - still, 1e-9)).astype(int)
         return np.where(time < still, 0.0, pattern[np.clip(part, 0, pattern.size - 1)] * most)
 
+    def _slide(self, start: dict[str, float], u: Steps, **parameters: float) -> Any:
+        """The motion of what moves alone, as the slide that ships, over the test."""
+        slide = load_solver("slide")
+        robot: Any = slide.Robot(**parameters)  # type: ignore[arg-type]
+        moved = solve_motion(robot, start=start, u=u, horizon=float(self.time[-1]) * _PAST, max_phases=MAX_PHASES)
+        if moved.status == "too_many_phases":
+            raise HopformError(f"the motion has more than {MAX_PHASES} phases: hardly any friction for so long a test")
+        return moved
+
     def _driven(self, most: float) -> _Made:
         """The actuator under a current, its body held where the spring is relaxed, or in the air. In a phase it moves
         one way, so where phases begin are the ends of its way.
         """
         robot, held = self.robot, self.test == "step"
         u = self.current(most)
-        gamma2, steps = self._under(current_steps(self.time, u), 0.0 if held else robot.k * robot.c)
-        letters = {"m_eff": robot.m_eff, "b1": robot.b1, "f1": robot.f1, "gamma2": gamma2}
-        letters |= {"k": robot.k} if held else {}
-        leg = rigs.actuator_robot(letters, _PRELOAD)
-        solution = motion.solved(leg, LegState(0.0, 0.0, 0.0, _PRELOAD), steps, float(self.time[-1]) * _PAST)
-        ending, duration, end, *_ = solution.outcome()
-        if ENDINGS[ending] == "takeoff":
-            raise HopformError(f"current moves the actuator by more than {_PRELOAD:g} m: a smaller one is needed")
-        state = solution.state_at(np.minimum(self.time, duration))
-        ways = [start.x1 for _, start, *_ in solution.phase_rows()] + [end.x1]
+        forces = {"k": robot.k, "load": 0.0} if held else {"k": 0.0, "load": robot.k * robot.c}
+        moved = self._slide({}, current_steps(self.time, u), m=robot.m_eff, b=robot.b1, F=robot.m_eff * robot.f1,
+                            k_f=-robot.gamma2, **forces)  # fmt: skip
+        x = np.asarray(moved.at(np.minimum(self.time, moved.duration)).x)
+        ways: list[float] = [each.state.x for each in moved.phases] + [moved.end.x]
+        if max(map(abs, ways)) > _FARTHEST:
+            raise HopformError(f"current moves the actuator by more than {_FARTHEST:g} m: a smaller one is needed")
         low, high, stroke = min(ways), max(ways), robot.x1_max - robot.x1_min
         beyond = ""
         if not high - low < stroke:
             beyond = f"the actuator moves over {1e3 * (high - low):.4g} mm, its stroke is {1e3 * stroke:.4g} mm"
         elif held and robot.c + high > robot.travel:
             beyond = _compressed(robot.c + high, robot.travel)
-        return _Made(None, state.x1 + _begin(robot, low, high), u, beyond)
+        return _Made(None, x + _begin(robot, low, high), u, beyond)
 
     def _under(self, steps: Steps, force: float) -> tuple[float, Steps]:
         """gamma2 and the current under which an actuator feels a constant force [N] besides that of its current."""
@@ -392,10 +396,10 @@ class _Bench(NamedTuple):
     def _decay(self, pull: float) -> _Made:
         """The body on its spring, which pushes and pulls; x2 counts from its rest. The pull is the deepest place."""
         robot = self.robot
-        values = robot.parameters._asdict() | {"g": 0.0, "rest": 0.0, "x": -pull, "v": 0.0}
-        reach = np.array([0.0, pull + 1.0])
-        x: Array = rigs.Experiment("", "attached", self.time, reach, {}, values, added_mass=self.mass).predict({})[0]
-        deepest = pull + (robot.m_s + self.mass) * robot.g / robot.k
+        mass = robot.m_s + self.mass
+        moved = self._slide({"x": -pull}, _NONE, m=mass, k=robot.k, b=robot.b2, F=mass * robot.f2)
+        x = np.asarray(moved.at(np.minimum(self.time, moved.duration)).x)
+        deepest = pull + mass * robot.g / robot.k
         return _Made(x, None, None, _compressed(deepest, robot.travel) if deepest > robot.travel else "")
 
     def _drop(self, height: float, current: float = 0.0) -> _Made:
@@ -424,8 +428,8 @@ class _Bench(NamedTuple):
 
 _PATTERNS = dict.fromkeys(("step", "air"), (1.0, -1.0, 0.5, -0.5)) | {"free": (0.7, -0.35, 1.0, -0.7, 0.35)}
 """Shares of the largest current, held as long each."""
-_PRELOAD = 100.0
-"""[m] of the spring of a held body, so that it pulls as it pushes."""
+_FARTHEST = 100.0
+"""[m] what no actuator moves by."""
 _PAST = 1.0 + 1e-12
 _NONE: Steps = ((0.0, 0.0),)
 """No current."""

@@ -1,11 +1,8 @@
-"""Step responses and current pulses: x1 over time, by (3), with the body held or the leg in the air; and the fit in
-force.
+"""The fit in force: mass and friction of an actuator without a spring, by its equation of motion itself.
 
-    m_eff x1'' = -k (x1 - rest) - b1 x1' - gamma2 u - m_eff f1 sign(x1')
-
-The measured current enters as a piecewise constant input, each piece exact. A fit in force filters both sides alike,
-decimates them and solves a linear least squares: that is what a recording in closed loop wants, where position and
-current depend on each other through the controller; an error of the current then does not add up twice into position.
+Both sides are filtered alike and decimated, then a linear least squares: that is what a recording in closed loop wants,
+where position and current depend on each other through the controller; an error of the current then does not add up
+twice into position.
 """
 
 import math
@@ -22,142 +19,19 @@ from hopform._checks import flag
 from hopform.extend import positive
 from hopform.identify import _estimation as estimation
 from hopform.identify._causes import SPEEDS, Diagnosis, brought, said, stiffest
-from hopform.identify._estimation import LEVEL, Estimate, Parameter
-from hopform.identify._fits import Fit, Options, Trace, checked, coloured, fit
-from hopform.identify._kinds import Cut, Group, Guess, Kind, Recordings, checked_known, cuts_of, read_some
-from hopform.identify._motion import Array, Known, Values
+from hopform.identify._estimation import LEVEL, Estimate
+from hopform.identify._fits import Fit, Options, Trace, checked, coloured
+from hopform.identify._held import AIR
+from hopform.identify._kinds import Cut, Group, Recordings, checked_known, read_some
+from hopform.identify._motion import Array, Values
 from hopform.identify._recordings import (
     Recording,
     Units,
-    calm,
-    known_spans,
-    mended,
-    noise_of,
-    quantum_of,
     units_of,
 )
 from hopform.identify._rigs import UNITS
 from hopform.identify._search import follow
-from hopform.identify._segments import CUTOFFS, Filtered, filtered, joined, moving_rows, robust_linear
-
-
-def fit_step_response(
-    recordings: Recordings, *, spring: bool = True, known: Known = None, **options: Unpack[Options]
-) -> Fit:
-    """Mass, friction and force constant of an actuator from recordings of x1 and the current.
-
-    spring: the actuator works against its spring, the body being held; False: the leg is in the air, there is no spring
-    and `offset` [A] is a constant force as a current. known: values of m_eff, k, b1, f1, gamma2, offset: one of m_eff,
-    k, gamma2 at least, else m_eff is taken as 1 kg and k, b1, gamma2 are per kg of it. options: `Options`. Raises
-    HopformError for data that cannot be a step response, MissingExtra without scipy.
-    """
-    return fit({HELD if flag("spring", spring) else AIR: recordings}, known, **options)
-
-
-class _Actuator(Kind):
-    """An actuator under a current: against its spring, or in the air."""
-
-    def check(self, group: Group, scaled: bool) -> Group:
-        """With what fixes the scale: something known, or a spring that other recordings show."""
-        known = dict(group.known)
-        if group.units.drive == group.units.force:
-            known.setdefault("gamma2", -1.0)
-        if scaled or {"m_eff", "k", "gamma2"} & set(known):
-            return replace(group, known=known)
-        statement = (
-            "motion and current fix m_eff, k, b1, gamma2 only up to a common factor: they are per "
-            f"{group.units.of('kg')} of m_eff; give a weighed mass, the stiffness or the force constant as known"
-        )
-        return replace(group, known={**known, "m_eff": 1.0}, statements=(statement,), scale=False)
-
-    def segment(self, group: Group, first: int) -> Group:
-        """With each recording as one motion, which may begin at rest; as several where its current is unknown between
-        them.
-        """
-        cuts = list[Cut]()
-        for n, recording in enumerate(group.recordings, first):
-            x = recording.position("x1") if self.rig == "air" else recording.oscillation("x1")
-            cuts += cuts_of(recording, n, known_spans(recording), x)
-        return replace(group, cuts=cuts)
-
-    def start(self, group: Group) -> list[list[Guess]]:
-        """Least squares on the equation through each filter, of which a short recording leaves little, and on its
-        second integral.
-        """
-        cuts, known, first = group.cuts, group.known, group.cuts[0].number
-        through = [[_regress(each, self.letters, known, cutoff) for each in group.recordings] for cutoff in CUTOFFS]
-        tries = [[some[cut.number - first] for cut in cuts] for some in through]
-        tries.append([_integrated(cut, self.letters, known) for cut in cuts])
-        return [[_begun(start, cut) for start, cut in zip(some, cuts, strict=True)] for some in tries]
-
-    def bounded(self, parameter: Parameter, letter: str, cut: Cut, known: Values) -> Parameter:
-        """A recording that begins at rest begins within the noise of what is measured there, whatever the fit would
-        gain.
-        """
-        if letter != "x" or "v" not in cut.still:
-            return parameter
-        wide = 8.0 * max(noise_of(cut.x), quantum_of(cut.x), 1e-9)
-        return parameter._replace(low=parameter.start - wide, high=parameter.start + wide)
-
-    def further(self, starts: Sequence[Guess]) -> list[Guess]:
-        """Of the most trusted two also with more and less Coulomb friction."""
-        some = [each for each in starts[:2] if {"f1", "b1"} <= each.keys()]
-        less = [each | {"f1": 0.3 * each["f1"] + 0.02, "b1": 1.5 * each["b1"]} for each in some]
-        return [*starts, *less, *(each | {"f1": 1.5 * each["f1"] + 0.1, "b1": 0.5 * each["b1"]} for each in some)]
-
-
-HELD = _Actuator("step", "held", "x1", parts=(0.35, 1.0))
-AIR = _Actuator("step", "air", "x1", parts=(0.35, 1.0))
-
-
-def _regress(recording: Recording, letters: Sequence[str], known: Values, cutoff: float) -> Guess:
-    """A start from the filtered equation, a linear least squares."""
-    rows = filtered(recording, cutoff, mend=True)
-    columns = [-rows.v, -rows.side, -rows.u, rows.one] + ([-rows.x] if "k" in letters else [])
-    return _scaled(moving_rows(rows, columns), known)
-
-
-def _integrated(cut: Cut, letters: Sequence[str], known: Values) -> Guess:
-    """A start from the second integral of the equation, a linear least squares that needs no derivative,
-
-    x = x_0 + v_0 t - int int (b v + f sign(v) + gamma u + k (x - rest)), per unit of m_eff
-    """
-    t, x = cut.time, mended(cut.x)
-    begins, levels = np.array(cut.steps, dtype=float).T
-    u = levels[np.searchsorted(begins, t, side="right") - 1]
-    v = np.gradient(calm(x, 3), t)
-    side = np.where(np.abs(v) > 0.05 * float(np.abs(v).max()), np.sign(v), 0.0)
-    once = {"x": _integral(t, x), "side": _integral(t, side), "u": np.append(0.0, np.cumsum(u[:-1] * np.diff(t)))}
-    columns = [-once["x"], -_integral(t, once["side"]), -_integral(t, once["u"]), 0.5 * t * t]
-    columns += [-_integral(t, once["x"])] if "k" in letters else []
-    rows = np.stack([*columns, np.ones_like(t), t], axis=1)
-    coefficients: list[float] = np.linalg.lstsq(rows, x, rcond=None)[0].tolist()
-    return _scaled(coefficients[: len(columns)], known)
-
-
-def _integral(t: Array, y: Array) -> Array:
-    """The integral of samples from the first one on, by trapezia."""
-    return np.append(0.0, np.cumsum(0.5 * (y[1:] + y[:-1]) * np.diff(t)))
-
-
-def _scaled(coefficients: Sequence[float], known: Values) -> Guess:
-    """A start from viscous and Coulomb friction, force constant, constant force and stiffness per unit of m_eff, by
-    what is known.
-    """
-    b, f, gamma, constant = coefficients[:4]
-    spring = len(coefficients) > 4
-    k = max(coefficients[4], 1e-3) if spring else 0.0
-    scales = (("m_eff", 1.0), ("k", k), ("gamma2", gamma))
-    mass = next((known[name] / per for name, per in scales if name in known and per != 0.0), 1.0)
-    mass = mass if mass > 0.0 else 1.0
-    start = {"m_eff": mass, "b1": max(b, 0.01) * mass, "f1": max(f, 0.0), "gamma2": gamma * mass, "k": k * mass}
-    return start | {"rest": constant / k if spring else 0.0, "offset": -constant / gamma if gamma else 0.0}
-
-
-def _begun(start: Guess, cut: Cut) -> Guess:
-    """A start with where a motion begins."""
-    x = mended(cut.x)[:5]
-    return start | {"x": float(np.median(x)), "v": float(np.polyfit(cut.time[:5], x, 1)[0])}
+from hopform.identify._segments import Filtered, filtered, joined, robust_linear
 
 
 def fit_force(
