@@ -2,9 +2,9 @@
 
 The library of a model is built twice in each precision, as it ships and with a switch, -DHOPFORM_MODAL=1. Endings,
 lists of events, times and final states are compared. Where lists differ a form is wrong if neither the exact
-motion nor a neighbour has its list (tests/oracle/mechanism, 60 digits); in single precision the exact list is that of the form that
-ships in double precision, of the same numbers, and neighbours are sought by that first. Exit code 1 if the form behind
-the switch is wrong more often than the other one, or fails to end more often.
+motion nor a neighbour has its list (tests/oracle/mechanism, 60 digits). In single precision the exact list is that of
+the form that ships in double precision, of the same numbers, and neighbours are sought by that first. Exit code 1 if
+the form behind the switch is wrong more often than the other one, or fails to end more often.
 """
 
 import argparse
@@ -208,7 +208,8 @@ class Pair:
         largest = np.maximum(np.abs(q["end"]), np.abs(lanes["start"][at]))
         place, speed = (largest[:, columns].max(axis=1) for columns in ([0, 3], [1, 2]))
         place, speed = np.maximum(place, speed * q["duration"]), np.maximum(speed, place / q["duration"])
-        apart = np.abs(p["end"] - q["end"]) / np.stack([place, speed, speed, place], axis=1)
+        with np.errstate(invalid="ignore"):  # of nothing that never moves
+            apart = np.abs(p["end"] - q["end"]) / np.stack([place, speed, speed, place], axis=1)
         tally.moved = float(np.nan_to_num(apart).max())
 
     # ---- which of two lists is right ----
