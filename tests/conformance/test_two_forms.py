@@ -24,6 +24,6 @@ def test_both_forms_find_the_same_events(store, name):
             said = f"{name}, {kind}, {'f64' if double else 'f32'}: {found.row} {found.cases}"
             assert found.motions > COUNT // 2, said
             assert found.wrong == 0 and found.differ <= (0 if double else 2) + found.motions // 100, said
-            assert found.stuck <= found.stuck_as_ships, said
+            assert not double or found.stuck <= found.stuck_as_ships, said  # f32: such a list differs, too
         if name == "hopper":
             assert pair.on.asked > 3 * COUNT, "the form behind the switch was asked"

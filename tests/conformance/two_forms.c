@@ -66,9 +66,9 @@ int64_t solve(const problem *problems, int64_t count, answer *answers,
     }
     int32_t status = plan_of(&plan, p);
     if (status >= 0) {
-      status = WITH_TYPE(SOLVE)(&plan, &start, steps, (int32_t)p->steps,
-                                (real)p->horizon, MOST - 1, kept, MOST,
-                                &motion);
+      status =
+          WITH_TYPE(SOLVE)(&plan, &start, steps, (int32_t)p->steps,
+                           (real)p->horizon, MOST - 1, kept, MOST, &motion);
     }
     answers[i] = (answer){.ending = status, .first = first};
     if (status < 0) {

@@ -17,7 +17,7 @@ taken exactly.
 | `force` | f: a column, or columns by name | N |
 | `input` | g, the force per unit of u | N/A |
 | `u` | a number, or steps [[t0, u0], ...] from t0 = 0 | A |
-| `elements` | `name`, `direction` c_e, `friction` [F_plus, F_minus], `at_rest`, `limits` [low, high] of c_e . q | -, N, m |
+| `elements` | `name`, `direction` c_e, `friction`, `at_rest` [F_plus, F_minus], `limits` [low, high] of q | -, N, m |
 | `contact` | `force` N and `compression` y as rows, `tolerance` of y; the motion ends at N = 0 (takeoff) | N, m, m |
 | `clearance` | a row; once positive, the motion ends where it falls through zero (touchdown) | m |
 | `law` | a row, `target` and `limit`: the input is sat(row + target u), without `target` sat(row) | A |
