@@ -468,7 +468,7 @@ static inline void begin_node_search_f32(const stance_chain_f32 *chain, node_sea
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
         const float z = chain->at.of[axis_of_function_f32[n]];
         search->rounded[n] = fabs_f32(z);
-        low->value[n] = greater_f32(search->sign[n] * z, 0.0f);
+        low->value[n] = above_zero_f32(search, n, search->sign[n] * z);
         low->rate[n] = search->sign[n] * search->w.of[n];
         low->deflated[n] = search->sign[n] * d.of[n];
     }

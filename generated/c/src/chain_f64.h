@@ -468,7 +468,7 @@ static inline void begin_node_search_f64(const stance_chain_f64 *chain, node_sea
     for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
         const double z = chain->at.of[axis_of_function_f64[n]];
         search->rounded[n] = fabs_f64(z);
-        low->value[n] = greater_f64(search->sign[n] * z, 0.0);
+        low->value[n] = above_zero_f64(search, n, search->sign[n] * z);
         low->rate[n] = search->sign[n] * search->w.of[n];
         low->deflated[n] = search->sign[n] * d.of[n];
     }

@@ -57,6 +57,11 @@ static inline float pole_of_search_f32(const node_search_f32 *search) {
     return search->plan->poles[0].a;
 }
 
+/* A value where an interval begins: of an event function one that is rounding below zero counts as 0. */
+static inline float above_zero_f32(const node_search_f32 *search, int n, float value) {
+    return n < search->first ? value : greater_f32(value, 0.0f);
+}
+
 /* Values counted from where they end, by the rates. */
 SELDOM_f32 void put_values_from_the_end_f32(const node_search_f32 *search, search_node_f32 *to) {
     core_by_row_f32 left;
@@ -500,7 +505,7 @@ SELDOM_f32 void count_from_the_end_f32(node_search_f32 *search, const core_f32 *
     search->from_the_end = search->stiff;
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
         search->rounded[n] = search->from_the_end ? fabs_f32(search->end.of[n]) : terms[n];
-        low->value[n] = greater_f32(search->sign[n] * (search->end.of[n] + left.of[n]), 0.0f);
+        low->value[n] = above_zero_f32(search, n, search->sign[n] * (search->end.of[n] + left.of[n]));
     }
 }
 #endif

@@ -57,6 +57,11 @@ static inline double pole_of_search_f64(const node_search_f64 *search) {
     return search->plan->poles[0].a;
 }
 
+/* A value where an interval begins: of an event function one that is rounding below zero counts as 0. */
+static inline double above_zero_f64(const node_search_f64 *search, int n, double value) {
+    return n < search->first ? value : greater_f64(value, 0.0);
+}
+
 /* Values counted from where they end, by the rates. */
 SELDOM_f64 void put_values_from_the_end_f64(const node_search_f64 *search, search_node_f64 *to) {
     core_by_row_f64 left;
@@ -500,7 +505,7 @@ SELDOM_f64 void count_from_the_end_f64(node_search_f64 *search, const core_f64 *
     search->from_the_end = search->stiff;
     for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
         search->rounded[n] = search->from_the_end ? fabs_f64(search->end.of[n]) : terms[n];
-        low->value[n] = greater_f64(search->sign[n] * (search->end.of[n] + left.of[n]), 0.0);
+        low->value[n] = above_zero_f64(search, n, search->sign[n] * (search->end.of[n] + left.of[n]));
     }
 }
 #endif

@@ -468,7 +468,7 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
         const real z = chain->at.of[axis_of_function_real[n]];
         search->rounded[n] = fabs_real(z);
-        low->value[n] = greater_real(search->sign[n] * z, 0.0);
+        low->value[n] = above_zero_real(search, n, search->sign[n] * z);
         low->rate[n] = search->sign[n] * search->w.of[n];
         low->deflated[n] = search->sign[n] * d.of[n];
     }

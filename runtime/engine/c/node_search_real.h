@@ -57,6 +57,11 @@ static inline real pole_of_search_real(const node_search_real *search) {
     return search->plan->poles[0].a;
 }
 
+/* A value where an interval begins: of an event function one that is rounding below zero counts as 0. */
+static inline real above_zero_real(const node_search_real *search, int n, real value) {
+    return n < search->first ? value : greater_real(value, 0.0);
+}
+
 /* Values counted from where they end, by the rates. */
 SELDOM_real void put_values_from_the_end_real(const node_search_real *search, search_node_real *to) {
     core_by_row_real left;
@@ -500,7 +505,7 @@ SELDOM_real void count_from_the_end_real(node_search_real *search, const core_re
     search->from_the_end = search->stiff;
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
         search->rounded[n] = search->from_the_end ? fabs_real(search->end.of[n]) : terms[n];
-        low->value[n] = greater_real(search->sign[n] * (search->end.of[n] + left.of[n]), 0.0);
+        low->value[n] = above_zero_real(search, n, search->sign[n] * (search->end.of[n] + left.of[n]));
     }
 }
 #endif
