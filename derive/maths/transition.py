@@ -14,7 +14,7 @@ products of rates. d of the certificate, w' + a w, is (M + a) w. Where s_3 > 0 w
 
 import sympy as sp
 
-from ..ir import Record, Step, Steps, function, scalar
+from ..ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
 from .contact import is_compression
