@@ -767,6 +767,9 @@ static inline void find_end_alone_f32(const stance_chain_f32 *chain, float until
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_f32(stance_chain_f32 *chain, stance_search_f32 *search) {
     const float until = end_of_step_f32(chain) - chain->t;
+#if HOPFORM_HAS_MODAL
+    search->arrival.is_modal = is_solved_in_modes_f32(chain);
+#endif
 #if HOPFORM_HAS_ALONE
     search->is_alone = is_solved_alone_f32(chain);
     if (search->is_alone) {
@@ -775,7 +778,6 @@ static inline void stance_find_end_f32(stance_chain_f32 *chain, stance_search_f3
     }
 #endif
 #if HOPFORM_HAS_MODAL
-    search->arrival.is_modal = is_solved_in_modes_f32(chain);
     if (search->arrival.is_modal) {
         find_end_in_modes_f32(chain, search);
         return;
