@@ -715,6 +715,9 @@ static inline void find_end_alone_f32(const stance_chain_f32 *chain, float until
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_f32(stance_chain_f32 *chain, stance_search_f32 *search) {
     const float until = end_of_step_f32(chain) - chain->t;
+#if HOPFORM_HAS_MODAL
+    search->arrival.is_known = is_solved_by_rates_f32(chain);
+#endif
 #if HOPFORM_HAS_ALONE
     search->is_alone = is_solved_alone_f32(chain);
     if (search->is_alone) {
@@ -723,7 +726,6 @@ static inline void stance_find_end_f32(stance_chain_f32 *chain, stance_search_f3
     }
 #endif
 #if HOPFORM_HAS_MODAL
-    search->arrival.is_known = is_solved_by_rates_f32(chain);
     if (search->arrival.is_known) {
         find_end_by_rates_f32(chain, search);
         return;

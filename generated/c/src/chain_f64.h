@@ -715,6 +715,9 @@ static inline void find_end_alone_f64(const stance_chain_f64 *chain, double unti
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
     const double until = end_of_step_f64(chain) - chain->t;
+#if HOPFORM_HAS_MODAL
+    search->arrival.is_known = is_solved_by_rates_f64(chain);
+#endif
 #if HOPFORM_HAS_ALONE
     search->is_alone = is_solved_alone_f64(chain);
     if (search->is_alone) {
@@ -723,7 +726,6 @@ static inline void stance_find_end_f64(stance_chain_f64 *chain, stance_search_f6
     }
 #endif
 #if HOPFORM_HAS_MODAL
-    search->arrival.is_known = is_solved_by_rates_f64(chain);
     if (search->arrival.is_known) {
         find_end_by_rates_f64(chain, search);
         return;

@@ -715,6 +715,9 @@ static inline void find_end_alone_real(const stance_chain_real *chain, real unti
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_real(stance_chain_real *chain, stance_search_real *search) {
     const real until = end_of_step_real(chain) - chain->t;
+#if HOPFORM_HAS_MODAL
+    search->arrival.is_known = is_solved_by_rates_real(chain);
+#endif
 #if HOPFORM_HAS_ALONE
     search->is_alone = is_solved_alone_real(chain);
     if (search->is_alone) {
@@ -723,7 +726,6 @@ static inline void stance_find_end_real(stance_chain_real *chain, stance_search_
     }
 #endif
 #if HOPFORM_HAS_MODAL
-    search->arrival.is_known = is_solved_by_rates_real(chain);
     if (search->arrival.is_known) {
         find_end_by_rates_real(chain, search);
         return;
