@@ -32,7 +32,7 @@ import numpy as np
 from hopform import HopformError, Robot, solve_motion
 from hopform._motion import DOUBLE
 from hopform._robots import attribute_of
-from hopform._sensitivities import AXES, STARTS, in_coordinates
+from hopform._sensitivities import STARTS, in_coordinates
 from hopform._solver.choice import Solver
 from hopform.identify._motion import MAX_PHASES, Array, of_scipy
 
@@ -97,7 +97,7 @@ class Loop:
         records, formulas = core.package.records, core.package.formulas
         self.state, self.formulas, self.compiled = records.LegState, formulas, core.compiled()
         axes = core.facts.axes
-        at = {axis: 0.0 for axis in AXES if axis in axes}
+        at = {axis: 0.0 for axis in STARTS if axis in axes}
         self._y0, self._y1 = (
             float(formulas.state_of_start(robot, records.Start(*{**at, "x1": x}.values())).y) for x in (0.0, 1.0)
         )
