@@ -213,9 +213,11 @@ def _inputs(model: Model) -> Iterator[dict[str, Any]]:
 
 
 def _currents(model: Model) -> Iterator[dict[str, Any]]:
-    """The current that a law sets, with its limit and the force per unit of it."""
+    """The current that a law sets, with its limit, the force per unit of it, and the parameters of the law's gains."""
     if (law := model.law) is not None:
-        yield {**_of_input(law.current), **_per_unit(model), "element": law.current.thing}
+        letters = {str(each) for of in (Q.K_p, Q.K_d) for each in sp.sympify(model.constants[of]).free_symbols}
+        gains = [each.name for each in model.parameters if each.name in letters]
+        yield {**_of_input(law.current), **_per_unit(model), "gains": gains, "element": law.current.thing}
 
 
 def _of_input(quantity: Input) -> dict[str, Any]:

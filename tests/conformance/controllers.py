@@ -54,11 +54,12 @@ def main() -> None:
     """A line per kind of log."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=30, help="joints of each kind")
+    parser.add_argument("--first", type=int, default=0, help="number of the first of them")
     parser.add_argument("kinds", nargs="*", help=f"of {', '.join(KINDS)}; all if none is named")
     asked = parser.parse_args()
     for kind in asked.kinds or KINDS:
         held, without, seconds = Counter[str](), 0, list[float]()
-        for number in range(asked.count):
+        for number in range(asked.first, asked.first + asked.count):
             rig, fit, took = fitted(kind, number)
             seconds.append(took)
             if not math.isfinite(fit["J"].high - fit["J"].low):

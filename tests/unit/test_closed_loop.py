@@ -148,7 +148,7 @@ TRUTH = {"J": 0.031, "b": 0.0085, "F_p": 0.042}
 @pytest.mark.parametrize(("dead_time", "delay"), [(0.005, 0.0), (0.0017, 0.003)])
 def test_a_joint_is_found_under_its_controller(servo, dead_time, delay):
     """And is not without the delays: then its inertia is off by many intervals."""
-    recording = logged(1, dead_time=dead_time, delay=delay)
+    recording = logged(4, dead_time=dead_time, delay=delay)
     fit = hopform.identify.fit(servo, recording, fitted=[*TRUTH], known=KNOWN, rate=400.0, **ALONE)
     assert not fit.warnings
     assert holds(fit, **TRUTH, dead_time=dead_time, **{"delay@0": delay}) == []

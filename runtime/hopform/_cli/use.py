@@ -148,11 +148,19 @@ def examples(command: str) -> Sequence[str]:
     start = f"--start {place}=0.4 --start {rate}=0.5"
     first = facts.parameters[0]
     value = f"{first['name']}={first.get('default', 1.0):g}"
+    log, fitted = f"record motion {start}", f"fit log.csv --known {value}"
+    if (
+        facts.currents and "gains" in facts.currents[0]
+    ):  # a law is fitted from its target, under gains and a rate that are known
+        defaults = {each["name"]: each.get("default", 1.0) for each in facts.parameters}
+        gains = " ".join(f"--known {name}={defaults[name]:g}" for name in facts.currents[0]["gains"])
+        log = "record motion --chirp 0.5:0.5:4 --control-rate 500"
+        fitted = f"fit log.csv --rate 500 {gains} --known {value}"
     lines = {
         "robots": ("robots", f"robots --set {value} --toml"),
         "motion": (f"motion --start {place}=0.1", f"motion --start {place}=0.1 --start {rate}=0.5{u} --json"),
         "record": (f"record motion {start} --seed 1 --csv log.csv", f"record motion {start}{u} --rate 1000 --seed 2"),
-        "fit": (f"record motion {start} --seed 1 --csv log.csv", f"fit log.csv --known {value}"),
+        "fit": (f"{log} --seed 1 --csv log.csv", fitted),
         "export": ("export firmware --for cmake", "export single --f32 --prefix mine"),
         "selftest": ("selftest", "selftest --json"),
         "model show": ("model show joint acc_1 --as latex", "model show joint acc_1 --as c --f32"),

@@ -21,13 +21,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform import HopformError, Solver, load_solver
-from hopform._checks import flag, mapping, positive, real
+from hopform._checks import flag, mapping, real
 from hopform._motion import DOUBLE
 from hopform._robots import attribute_of, checked_value, robot_class
 from hopform._sensitivities import STARTS, in_coordinates
 from hopform._solver.choice import Solver as Core
 from hopform._solver.package import Steps, records
-from hopform.extend import items, shown
+from hopform.extend import items, positive, shown
 from hopform.identify._closed_loop import MOST_LATE, Law, Loop, Run, Ticks, between, law_of
 from hopform.identify._estimation import Parameter, Solution
 from hopform.identify._fits import Fit, Options, checked, solved
