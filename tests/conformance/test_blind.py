@@ -2,8 +2,11 @@
 
 import dataclasses
 import math
+from collections.abc import Iterator
 from functools import cache
+from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -12,9 +15,20 @@ from hopform.identify import Fit
 from hopform.identify import _causes as causes
 from hopform.identify import _current_noise as current_noise
 from hopform.identify import _rivals as rivals
+from tests import needs
 from tests.conformance import blind
 from tests.conformance.blind import CELLS, EFFECTS, Cell, drawn, fitted, measure, recorded
+from tests.derived import SHIPPED, solver_of
 from tests.fits import ALONE
+
+
+@pytest.fixture(scope="module", autouse=True)
+def joint(store: Path) -> Iterator[None]:
+    """The solver of the joint that ships, built once per run of the tests."""
+    solver = solver_of(store, SHIPPED / "joint.py")
+    with patch.object(blind, "_joint", lambda: solver):
+        yield
+
 
 QUICK: dict[str, Any] = {"compare": False, "holdout": False}
 
@@ -62,6 +76,7 @@ def test_noise_of_the_current_is_known_by_itself_and_gives_intervals():
     assert not all(fit.traces[0].tests.white for fit, _ in fits)
 
 
+@pytest.mark.sliced
 def test_the_level_of_a_currents_noise_is_that_of_the_draw():
     of, rng = drawn("joint", "current noise", 1)
     fit, _ = fitted(of, [recorded(of, rng)], **ALONE)
@@ -120,7 +135,7 @@ def test_a_drive_that_pushes_one_way_cannot_tell_friction_by_load():
         assert any(words in each for each in fit.statements) == said
 
 
-@pytest.mark.parametrize("number", [1, 3])
+@pytest.mark.parametrize("number", needs.the_first([3, 1]))
 def test_the_response_to_a_force_is_that_of_the_motion(number):
     """Of the linear equation between turns, against the difference of two exact motions, through rests and turns."""
     fit, _ = fit_of("held", "sound", number)
