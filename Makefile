@@ -103,6 +103,10 @@ test-exhaustive-identification: compiler venv-dev ## fit 300 random robots, coun
 	$(PY) -m tests.conformance.robust --count 300
 	$(PY) -m tests.conformance.nuisances --count 300
 
+evidence-identification: compiler venv-dev ## fit random rigs of two generators, write docs/evidence/identification.md
+	@$(PY) tools/build_library.py
+	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 nice $(PY) -m tests.conformance.evidence
+
 validate-data: compiler venv-dev ## fit the real recordings in HOPFORM_DATA, compare with what is published
 	@$(PY) tools/build_library.py
 	@$(PY) -m tests.conformance.published
@@ -256,7 +260,7 @@ venv-site:
 
 .NOTPARALLEL:
 .PHONY: help help-all run test test-slices test-exhaustive test-exhaustive-slice test-exhaustive-identification
-.PHONY: validate-data
+.PHONY: validate-data evidence-identification
 .PHONY: test-lowest test-manifests
 .PHONY: scans fuzz fuzz-outside generate check precheck format lint nightly wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive
