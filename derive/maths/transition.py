@@ -19,6 +19,7 @@ from ..model.equations import Model
 from ..model.quantities import *
 from .contact import is_compression
 from .laplace import CONSTANT, START, matrix_of, s, without_cancelling
+from .modes import is_coupled
 
 ROWS = ("y", "1", "2")
 """Of the compression and of the velocities, in order of tie-break priority."""
@@ -63,8 +64,11 @@ w = sp.Matrix(RATE.symbols)
 
 
 def may_be_modal(model: Model) -> bool:
-    """Whether both masses move under no law, and the contact force is that of the spring."""
-    return len(model.moving) == 2 and not model.has_law and (is_compression(model) or not model.has_contact)
+    """Whether both masses move, under no law, without a gear or a velocity in the other's equation, which are not yet
+    compared to the end, and the contact force is that of the spring.
+    """
+    alone = len(model.moving) == 2 and not (is_coupled(model) or model.is_geared or model.has_law)
+    return alone and (is_compression(model) or not model.has_contact)
 
 
 ALONE = {0: (s_1, damping), 1: (p_2, q_2), 2: (p_1, q_1)}

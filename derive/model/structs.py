@@ -55,6 +55,7 @@ TRANSITION = Struct(
 ).of(
     Member("h", "real", "from node to node; 0 where the form of W is used", "s"),
     Member("fastest", "real", "no pole is faster", "1/s"),
+    Member("apart", "int32", "1 where the real pole is far beyond a pair that rings"),
     Member("above", "real", "the real pole beyond the rate of each mass alone", "1/s", count=2),
     Member("stays", "real", "of each rate, by rows, in SI units", count=9),
     Member("gains", "real", "what each coordinate gains, by rows, in SI units", count=9),

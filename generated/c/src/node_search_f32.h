@@ -163,6 +163,14 @@ static inline float amplitude_of_pair_f32(const hopform_poles_f32 *poles, float 
     return sqrt_f32(r * r + turns * turns / (poles->q - mean * mean));
 }
 
+/* Behind which time, where the real pole is far beyond the pair, what stays and what fades, at the start of the
+ * interval, are zero together: NEVER where they are not. */
+static inline float faded_after_f32(const node_search_f32 *search, float stays, float fades) {
+    const float ratio = -fades / (fabs_f32(stays) > 0.0f ? stays : fades);
+    return ratio > 1.0f && ratio <= HOPFORM_NEVER_f32 ? logarithm_f32(ratio) / pole_of_search_f32(search)
+                                                      : HOPFORM_NEVER_f32;
+}
+
 /* Rule 1: see stays_positive_by_bernstein. The sixth derivative is the fifth of the rate. */
 static inline bool has_no_root_by_bernstein_f32(const node_search_f32 *search, int n, float h, float d_rate,
                                                  float rounding) {
@@ -198,6 +206,12 @@ static inline void cut_interval_f32(node_search_f32 *search, float later) {
 SELDOM_f32 void cut_at_minimum_f32(node_search_f32 *search, int n) {
     float low = 0.0f, high = search->high->t - search->low->t;
     float t = high * (search->low->rate[n] / (search->low->rate[n] - search->high->rate[n]));
+    if (search->plan->transition.apart) {
+        const float r =
+            rate_of_pair_f32(&search->plan->poles[0], search->low->deflated[n], rate_of_deflated_f32(search, n));
+        const float faded = faded_after_f32(search, r, search->low->rate[n] - r);
+        t = faded < high ? faded : t;
+    }
     for (int step = 0; step < 100; step++) {
         if (!(t > low && t < high) || (step > 8 && step % 2 == 1)) { t = low + 0.5f * (high - low); }
         if (!(t > low && t < high)) { break; }
@@ -354,6 +368,12 @@ SELDOM_f32 void put_root_f32(const node_search_f32 *search, int n, search_node_f
     const bool is_short = !search->from_the_end && h * search->plan->transition.fastest <= 0.8f;
     const float rates = poles->q + poles->a * poles->a;
     float t = h * rough_root_f32(&from, &to, h);
+    if (search->plan->transition.apart && n != STOP_AHEAD_f32) {
+        const float r = rate_of_pair_f32(poles, low_end->deflated[n], rate_of_deflated_f32(search, n));
+        const float fades = (r - from.rate) / poles->a;
+        const float faded = faded_after_f32(search, from.value - fades, fades);
+        t = faded * fabs_f32(r) < 0.25f * fabs_f32(from.value - fades) && faded < h ? faded : t;
+    }
     const bool back = is_short && t > 0.5f * h;
     const search_node_f32 *base = back ? high_end : low_end;
     const float t_base = back ? h : 0.0f;

@@ -163,6 +163,14 @@ static inline double amplitude_of_pair_f64(const hopform_poles_f64 *poles, doubl
     return sqrt_f64(r * r + turns * turns / (poles->q - mean * mean));
 }
 
+/* Behind which time, where the real pole is far beyond the pair, what stays and what fades, at the start of the
+ * interval, are zero together: NEVER where they are not. */
+static inline double faded_after_f64(const node_search_f64 *search, double stays, double fades) {
+    const double ratio = -fades / (fabs_f64(stays) > 0.0 ? stays : fades);
+    return ratio > 1.0 && ratio <= HOPFORM_NEVER_f64 ? logarithm_f64(ratio) / pole_of_search_f64(search)
+                                                      : HOPFORM_NEVER_f64;
+}
+
 /* Rule 1: see stays_positive_by_bernstein. The sixth derivative is the fifth of the rate. */
 static inline bool has_no_root_by_bernstein_f64(const node_search_f64 *search, int n, double h, double d_rate,
                                                  double rounding) {
@@ -198,6 +206,12 @@ static inline void cut_interval_f64(node_search_f64 *search, double later) {
 SELDOM_f64 void cut_at_minimum_f64(node_search_f64 *search, int n) {
     double low = 0.0, high = search->high->t - search->low->t;
     double t = high * (search->low->rate[n] / (search->low->rate[n] - search->high->rate[n]));
+    if (search->plan->transition.apart) {
+        const double r =
+            rate_of_pair_f64(&search->plan->poles[0], search->low->deflated[n], rate_of_deflated_f64(search, n));
+        const double faded = faded_after_f64(search, r, search->low->rate[n] - r);
+        t = faded < high ? faded : t;
+    }
     for (int step = 0; step < 100; step++) {
         if (!(t > low && t < high) || (step > 8 && step % 2 == 1)) { t = low + 0.5 * (high - low); }
         if (!(t > low && t < high)) { break; }
@@ -354,6 +368,12 @@ SELDOM_f64 void put_root_f64(const node_search_f64 *search, int n, search_node_f
     const bool is_short = !search->from_the_end && h * search->plan->transition.fastest <= 0.8;
     const double rates = poles->q + poles->a * poles->a;
     double t = h * rough_root_f64(&from, &to, h);
+    if (search->plan->transition.apart && n != STOP_AHEAD_f64) {
+        const double r = rate_of_pair_f64(poles, low_end->deflated[n], rate_of_deflated_f64(search, n));
+        const double fades = (r - from.rate) / poles->a;
+        const double faded = faded_after_f64(search, from.value - fades, fades);
+        t = faded * fabs_f64(r) < 0.25 * fabs_f64(from.value - fades) && faded < h ? faded : t;
+    }
     const bool back = is_short && t > 0.5 * h;
     const search_node_f64 *base = back ? high_end : low_end;
     const double t_base = back ? h : 0.0;

@@ -163,6 +163,14 @@ static inline real amplitude_of_pair_real(const hopform_poles_real *poles, real 
     return sqrt_real(r * r + turns * turns / (poles->q - mean * mean));
 }
 
+/* Behind which time, where the real pole is far beyond the pair, what stays and what fades, at the start of the
+ * interval, are zero together: NEVER where they are not. */
+static inline real faded_after_real(const node_search_real *search, real stays, real fades) {
+    const real ratio = -fades / (fabs_real(stays) > 0.0 ? stays : fades);
+    return ratio > 1.0 && ratio <= HOPFORM_NEVER_real ? logarithm_real(ratio) / pole_of_search_real(search)
+                                                      : HOPFORM_NEVER_real;
+}
+
 /* Rule 1: see stays_positive_by_bernstein. The sixth derivative is the fifth of the rate. */
 static inline bool has_no_root_by_bernstein_real(const node_search_real *search, int n, real h, real d_rate,
                                                  real rounding) {
@@ -198,6 +206,12 @@ static inline void cut_interval_real(node_search_real *search, real later) {
 SELDOM_real void cut_at_minimum_real(node_search_real *search, int n) {
     real low = 0.0, high = search->high->t - search->low->t;
     real t = high * (search->low->rate[n] / (search->low->rate[n] - search->high->rate[n]));
+    if (search->plan->transition.apart) {
+        const real r =
+            rate_of_pair_real(&search->plan->poles[0], search->low->deflated[n], rate_of_deflated_real(search, n));
+        const real faded = faded_after_real(search, r, search->low->rate[n] - r);
+        t = faded < high ? faded : t;
+    }
     for (int step = 0; step < 100; step++) {
         if (!(t > low && t < high) || (step > 8 && step % 2 == 1)) { t = low + 0.5 * (high - low); }
         if (!(t > low && t < high)) { break; }
@@ -354,6 +368,12 @@ SELDOM_real void put_root_real(const node_search_real *search, int n, search_nod
     const bool is_short = !search->from_the_end && h * search->plan->transition.fastest <= 0.8;
     const real rates = poles->q + poles->a * poles->a;
     real t = h * rough_root_real(&from, &to, h);
+    if (search->plan->transition.apart && n != STOP_AHEAD_real) {
+        const real r = rate_of_pair_real(poles, low_end->deflated[n], rate_of_deflated_real(search, n));
+        const real fades = (r - from.rate) / poles->a;
+        const real faded = faded_after_real(search, from.value - fades, fades);
+        t = faded * fabs_real(r) < 0.25 * fabs_real(from.value - fades) && faded < h ? faded : t;
+    }
     const bool back = is_short && t > 0.5 * h;
     const search_node_real *base = back ? high_end : low_end;
     const real t_base = back ? h : 0.0;

@@ -61,9 +61,10 @@ static inline void put_transition_real(hopform_plan_real *plan) {
     for (int n = 0; n < 3; n++) {
         transition->moves[n] = passed.of.moves[n];
     }
-    const bool apart = !HOPFORM_IS_COUPLED && transition->fastest * transition->h > 1.0 && aa > 4.0 * poles->q;
+    const bool far = transition->fastest * transition->h > 1.0 && aa > 4.0 * poles->q;
+    transition->apart = far && square > 0.0;
     above_real above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
-    if (apart) { above = above_alone_real(&plan->rates[0], poles, residue_real(poles)); }
+    if (!HOPFORM_IS_COUPLED && far) { above = above_alone_real(&plan->rates[0], poles, residue_real(poles)); }
     transition->above[0] = above.above_1;
     transition->above[1] = above.above_2;
 }

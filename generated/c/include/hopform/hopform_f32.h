@@ -152,12 +152,13 @@ typedef struct {
 #if HOPFORM_MODAL
 /** Both masses slipping: what their rates and coordinates become from node to node. */
 typedef struct {
-    float h;         /**< [s] from node to node; 0 where the form of W is used */
-    float fastest;   /**< [1/s] no pole is faster */
-    float above[2];  /**< [1/s] the real pole beyond the rate of each mass alone */
-    float stays[9];  /**< of each rate, by rows, in SI units */
-    float gains[9];  /**< what each coordinate gains, by rows, in SI units */
-    float moves[3];  /**< what the position gains beyond v_1 h, in SI units */
+    float h; /**< [s] from node to node; 0 where the form of W is used */
+    float fastest; /**< [1/s] no pole is faster */
+    int32_t apart; /**< 1 where the real pole is far beyond a pair that rings */
+    float above[2]; /**< [1/s] the real pole beyond the rate of each mass alone */
+    float stays[9]; /**< of each rate, by rows, in SI units */
+    float gains[9]; /**< what each coordinate gains, by rows, in SI units */
+    float moves[3]; /**< what the position gains beyond v_1 h, in SI units */
 } hopform_transition_f32;
 #endif
 

@@ -152,12 +152,13 @@ typedef struct {
 #if HOPFORM_MODAL
 /** Both masses slipping: what their rates and coordinates become from node to node. */
 typedef struct {
-    double h;         /**< [s] from node to node; 0 where the form of W is used */
-    double fastest;   /**< [1/s] no pole is faster */
-    double above[2];  /**< [1/s] the real pole beyond the rate of each mass alone */
-    double stays[9];  /**< of each rate, by rows, in SI units */
-    double gains[9];  /**< what each coordinate gains, by rows, in SI units */
-    double moves[3];  /**< what the position gains beyond v_1 h, in SI units */
+    double h; /**< [s] from node to node; 0 where the form of W is used */
+    double fastest; /**< [1/s] no pole is faster */
+    int32_t apart; /**< 1 where the real pole is far beyond a pair that rings */
+    double above[2]; /**< [1/s] the real pole beyond the rate of each mass alone */
+    double stays[9]; /**< of each rate, by rows, in SI units */
+    double gains[9]; /**< what each coordinate gains, by rows, in SI units */
+    double moves[3]; /**< what the position gains beyond v_1 h, in SI units */
 } hopform_transition_f64;
 #endif
 
