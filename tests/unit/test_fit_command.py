@@ -191,7 +191,7 @@ def test_a_recorded_motion_is_the_model_s_with_noise(call, folder):
     [
         ("record motion --height 0.1", "height: a motion is set by start and u alone"),
         ("record motion --current 1 --hold 0.1", "current, hold: a motion is set by start and u alone"),
-        ("record motion --u 1 --u-steps 0:1", "give either --u or --u-steps"),
+        ("record motion --u 1 --u-steps 0:1", "give one of --u, --u-steps and --chirp"),
         ("record motion --plan", "record motion has no --plan: `hopform fit` of the recording shows its intervals"),
         ("record motion --start x=1", "start: the model joint has no coordinate 'x'"),
         ("record drop", "hop or identification: the model joint lacks a contact()"),
@@ -204,6 +204,6 @@ def test_what_a_motion_is_not_set_by_is_refused(call, line, message):
 
 def test_a_start_is_for_a_motion_and_a_motion_must_last(capsys):
     assert cli.main(["record", "drop", "--start", "x2=0.4"]) == 2
-    assert "start and u are for the test 'motion', got 'drop'" in capsys.readouterr().err
+    assert "start, u, control_rate and dead_time are for the test 'motion', got 'drop'" in capsys.readouterr().err
     assert cli.main(["record", "motion", "--start", "x2=0.3"]) == 2
     assert "the motion ends by takeoff after 0." in capsys.readouterr().err

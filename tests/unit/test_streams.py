@@ -132,10 +132,10 @@ def test_every_function_that_takes_a_seed_is_drawn_from():
 
 
 def test_the_package_seeds_generators_in_one_place():
-    """But recordings, and the optimiser's starting points, which no seed of a user draws."""
+    """But recordings, and the optimiser's starting points and the noise of a current again, which no seed of a user draws."""
     package = Path(inspect.getfile(hopform)).parent
     seeding = {path.name for path in package.rglob("*.py") if re.search(r"default_rng\([^)]", path.read_text("utf-8"))}
-    assert seeding == {"_checks.py", "_search.py", "_synthetic.py"}
+    assert seeding == {"_checks.py", "_current_noise.py", "_search.py", "_synthetic.py"}
 
 
 @pytest.mark.parametrize(

@@ -92,6 +92,8 @@ def record(
     of_test = None if seed is None else [whole("seed", seed, 0, math.inf), (*TESTS, MOTION).index(test)]
     draw = np.random.default_rng(of_test)
     encoder = finite("noise", noise, "m", 0.0), finite("quantum", quantum, "m", 0.0), draw
+    controller = None if control_rate is None else positive("control_rate", control_rate, "Hz")
+    late = finite("dead_time", dead_time, "s", 0.0)
     length = positive("duration", 2.0 if duration is None else duration, "s")
     hertz = positive("rate", rate, "Hz")
     if not 18.5 < length * hertz < records.MOST_STEPS - 0.5:
@@ -106,9 +108,9 @@ def record(
     if test == MOTION:
         if wrong := [name for name, value in set_by.items() if value is not None]:
             raise HopformError(f"{', '.join(wrong)}: a motion is set by start and u alone")
-        return _motion(robot, start, u, time, encoder, control_rate, dead_time)
-    if mapping("start", start, 64) or isinstance(u, Sequence) or real("u", u, "A") != 0.0 or control_rate is not None:
-        raise HopformError(f"start, u and control_rate are for the test {MOTION!r}, got {test!r}")
+        return _motion(robot, start, u, time, encoder, controller, late)
+    if mapping("start", start, 64) or isinstance(u, Sequence) or real("u", u, "A") != 0.0 or controller or late:
+        raise HopformError(f"start, u, control_rate and dead_time are for the test {MOTION!r}, got {test!r}")
     still = finite("hold", 0.2 if hold is None else hold, "s", 0.0)
     if not still <= time[-1]:
         raise HopformError(f"hold must be <= {float(time[-1])!r} s, the duration, got {still!r}")
@@ -153,14 +155,12 @@ Encoder = tuple[float, float, np.random.Generator]
 
 
 def _motion(
-    robot: Robot, start: Start, u: Current, time: Array, encoder: Encoder, control_rate: SupportsFloat | None,
-    dead_time: SupportsFloat,
-) -> Recording:  # fmt: skip
+    robot: Robot, start: Start, u: Current, time: Array, encoder: Encoder, control_rate: float | None, dead_time: float
+) -> Recording:
     """The motion of any model from a start under its input; HopformError where it ends before the last sample."""
-    late = finite("dead_time", dead_time, "s", 0.0)
     if control_rate is not None:
-        return _controlled(robot, start, u, time, positive("control_rate", control_rate, "Hz"), late, encoder)
-    if late > 0.0:
+        return _controlled(robot, start, u, time, control_rate, dead_time, encoder)
+    if dead_time > 0.0:
         raise HopformError("dead_time is that of a controller: give control_rate")
     facts = robot.solver.facts
     solved = solve_motion(robot, start=start, u=u, horizon=float(time[-1]) * _PAST)
@@ -237,7 +237,7 @@ def _column(title: str, place: int, x: Array, noise: float, quantum: float, rng:
         values = x + noise * rng.standard_normal(x.size)
     if not bool(np.isfinite(values).all()):
         raise HopformError(
-            f"{title} leaves the range of floating-point numbers: a smaller height, current or noise is needed"
+            f"height, current and noise must be smaller: {title} leaves the range of floating-point numbers"
         )
     if quantum > np.spacing(np.abs(values)).max():  # a step that is finer than the last digit rounds nothing
         values = quantum * np.round(values / quantum)
