@@ -30,9 +30,12 @@ def _unit(seconds: int) -> str:
 
 
 def _entries(name: str, rows: tuple[str, ...], integrated: int, meaning: str) -> tuple[Quantity, ...]:
-    seconds = lambda row, column: integrated + (row == "y") - (column == "y")  # noqa: E731
     return tuple(
-        scalar(f"{name}_{row}{column}", _unit(seconds(row, column)), f"{meaning}, per rate of {column}")
+        scalar(
+            f"{name}_{row}{column}",
+            _unit(integrated + (row == "y") - (column == "y")),
+            f"{meaning}, per rate of {column}",
+        )
         for row in rows
         for column in ROWS
     )

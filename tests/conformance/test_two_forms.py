@@ -9,13 +9,17 @@ from tests.conformance.form_draws import KINDS, Model
 from tests.conformance.two_forms import NAMES, Pair
 
 COUNT, JUDGED = 200, 2
-HOPPER_FIRST = ["hopper", *(name for name in NAMES if name != "hopper")]
+SLICED = ("hopper", "joint", "rig", "servo")
+"""Both masses and one, with a contact and without, and a law; the others by night."""
+SOME_FIRST = [*SLICED, *(pytest.param(name, marks=pytest.mark.nightly) for name in NAMES if name not in SLICED)]
 
 
 @pytest.mark.sliced
-@pytest.mark.parametrize("name", HOPPER_FIRST)
+@pytest.mark.parametrize("name", SOME_FIRST)
 def test_both_forms_find_the_same_events(store, name):
-    """In double precision where they differ both are right; in single precision they hardly differ."""
+    """In double precision none is wrong where they differ, which is on a threshold, where both may be right; in single
+    precision they hardly differ.
+    """
     model = Model(store, name)
     for double in (True, False):
         pair = Pair(store, model, double=double, level="-O0")
@@ -23,7 +27,7 @@ def test_both_forms_find_the_same_events(store, name):
             found = pair.compare(kind, 78, COUNT, most=JUDGED * double)
             said = f"{name}, {kind}, {'f64' if double else 'f32'}: {found.row} {found.cases}"
             assert found.motions > COUNT // 2, said
-            assert found.wrong == 0 and found.differ <= (0 if double else 2) + found.motions // 100, said
+            assert found.wrong == 0 and found.differ <= 2 + found.motions // 50, said
             assert not double or found.stuck <= found.stuck_as_ships, said  # f32: such a list differs, too
         if name == "hopper":
             assert pair.on.asked > 3 * COUNT, "the form behind the switch was asked"

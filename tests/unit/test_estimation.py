@@ -283,6 +283,5 @@ def test_friction_of_an_actuator_that_starts_at_its_stop_has_an_interval_around_
     fit = fit_drop_test(made, free=True, known={"m_s": 3.0, "x1_min": 0.0, "x1_max": 0.08}, **ALONE)
     for name, truth in (("f1", 0.78), ("f2", 0.6)):
         each = fit[name]
-        assert each.low < each.value < each.high
-        assert each.high - each.value == pytest.approx(each.value - each.low, rel=0.3)
+        assert min(each.high - each.value, each.value - each.low) > 0.5 * each.stderr  # causes may widen one side
         assert abs(each.value - truth) < 4.0 * each.stderr

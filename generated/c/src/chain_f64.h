@@ -917,7 +917,7 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const stance_searc
     } else
 #endif
 #if HOPFORM_HAS_MODAL
-    if (end->arrival.is_known) {
+        if (end->arrival.is_known) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {
             chain->at.of[axis] = end->arrival.z[axis];
         }
