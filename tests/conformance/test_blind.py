@@ -126,6 +126,7 @@ def test_lost_samples_show_as_a_jump_of_the_place_or_of_the_velocity(middle, los
     assert abs(jump.sample - first) <= 2 and (jump.speed != 0.0) == (middle == 300)
 
 
+@pytest.mark.sliced
 def test_a_drive_that_pushes_one_way_cannot_tell_friction_by_load():
     of, rng = drawn("joint", "sound", 0)
     words = "cannot be distinguished from a smaller force constant"

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
 
-from hopform import HopformError, Robot, load_solver, solve_motion
+from hopform import HopformError, Robot, Solver, solve_motion
 from hopform._checks import MEMORY, flag, mapping, real, word
 from hopform._motion import Start
 from hopform._robots import checked_robot
@@ -17,7 +17,7 @@ from hopform._solver.package import Steps, records
 from hopform._stance import Current
 from hopform.extend import finite, positive, whole
 from hopform.identify._closed_loop import Loop, law_of
-from hopform.identify._motion import MAX_PHASES, Array, drop_and_compression
+from hopform.identify._motion import MAX_PHASES, Array, drop_and_compression, slide
 from hopform.identify._recordings import OTHER, SI, Column, Recording, current_steps
 
 TESTS = ("drop", "free", "decay", "step", "air")
@@ -360,8 +360,7 @@ class _Bench(NamedTuple):
 
     def _slide(self, start: dict[str, float], u: Steps, **parameters: float) -> Any:
         """The motion of what moves alone, as the slide that ships, over the test."""
-        slide = load_solver("slide")
-        robot: Any = slide.Robot(**parameters)  # type: ignore[arg-type]
+        robot: Any = Solver(slide()).Robot(**parameters)  # type: ignore[arg-type]
         moved = solve_motion(robot, start=start, u=u, horizon=float(self.time[-1]) * _PAST, max_phases=MAX_PHASES)
         if moved.status == "too_many_phases":
             raise HopformError(f"the motion has more than {MAX_PHASES} phases: hardly any friction for so long a test")
