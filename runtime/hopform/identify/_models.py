@@ -1091,11 +1091,17 @@ class Rows(NamedTuple):
     u: Array
 
 
+_LONG = 1.0
+"""[s] of a motion from which the cutoffs are those that they are."""
+
+
 def _filtered(model: Model, motion: Cut, cutoff: float) -> Rows:
-    """A motion through a filter, without outliers; its drive holds from sample to sample, so it is the smooth one of half
-    a sample later.
+    """A motion through a filter, without outliers, whose cutoff [Hz] is that of a long one: of a short motion so few rows
+    would be left that anything explains them. Its drive holds from sample to sample, so it is the smooth one of half a
+    sample later.
     """
     time, step = motion.time, float(np.median(np.diff(motion.time)))
+    cutoff *= max(_LONG / float(time[-1] - time[0]), 1.0)
     begins, levels = np.array(motion.steps, dtype=float).T
     held: Array = levels[np.searchsorted(begins, time, side="right") - 1]
     drive = held if model.law is None else _target_of(motion)
