@@ -60,7 +60,7 @@ BEND = Record("Bend", "Rates of rates, or with the real pole removed.").of(
 ABOVE = Record("Above", "The real pole beyond the rate of each mass alone.").of(
     scalar("above_1", "1/s", "a - p_1"), scalar("above_2", "1/s", "a - p_2")
 )
-CORE = Record("Core", "Compression and velocities.").of(
+CORE = Record("Core", "y, v_1 and v_2.").of(
     scalar("core_y", "m", "compression"), scalar("core_1", "m/s", "v_1"), scalar("core_2", "m/s", "v_2")
 )
 w = sp.Matrix(RATE.symbols)

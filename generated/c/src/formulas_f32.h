@@ -307,7 +307,7 @@ typedef struct {
     float above_2;  /* [1/s] a - p_2 */
 } above_f32;
 
-/* Compression and velocities. */
+/* y, v_1 and v_2. */
 typedef struct {
     float core_y;  /* [m] compression */
     float core_1;  /* [m/s] v_1 */

@@ -307,7 +307,7 @@ typedef struct {
     double above_2;  /* [1/s] a - p_2 */
 } above_f64;
 
-/* Compression and velocities. */
+/* y, v_1 and v_2. */
 typedef struct {
     double core_y;  /* [m] compression */
     double core_1;  /* [m/s] v_1 */

@@ -984,7 +984,7 @@ class Above(NamedTuple):
 
 
 class Core(NamedTuple):
-    """Compression and velocities."""
+    """y, v_1 and v_2."""
 
     core_y: Real
     """[m] compression"""
