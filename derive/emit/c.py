@@ -13,7 +13,7 @@ from typing import Any
 import sympy as sp
 
 from ..ir import SCALARS, Authored, Domain, Function, Member, Program, Quantity, Record, Struct
-from ..maths.transition import may_be_modal
+from ..maths.transition import may_go_by_nodes
 from ..model.equations import Model
 from ..model.kinds import Kind, Word
 from ..model.names import in_c
@@ -45,7 +45,7 @@ def public_structs(model: Model, program: Program) -> list[Struct]:
             model.moving,
             has_law=model.has_law,
             has_contact=model.has_contact,
-            may_be_modal=may_be_modal(model),
+            may_go_by_nodes=may_go_by_nodes(model),
         )
     )
     quantities = (*STATE.quantities, BODY_HEIGHT)

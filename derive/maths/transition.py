@@ -66,7 +66,7 @@ CORE = Record("Core", "y, v_1 and v_2.").of(
 w = sp.Matrix(RATE.symbols)
 
 
-def may_be_modal(model: Model) -> bool:
+def may_go_by_nodes(model: Model) -> bool:
     """Whether both masses move, under no law, without a gear or a velocity in the other's equation, which are not yet
     compared to the end, and the contact force is that of the spring.
     """

@@ -46,12 +46,12 @@ NODE = Struct("Node", "A mode's propagator where a phase is looked at first, and
     Member("omega", "real", "frequency of the pair, where the modal form is evaluated", "1/s"),
     *of_quantities((TIME, *BASIS.quantities)),
 )
-ONLY_IF_MODAL = "HOPFORM_MODAL"
+ONLY_BY_NODES = "HOPFORM_BY_NODES"
 """The macro with which a library is compiled that solves motions of both masses by their rates, from node to node."""
 TRANSITION = Struct(
     "Transition",
     "Both masses slipping: what their rates and coordinates become from node to node.",
-    only_if=ONLY_IF_MODAL,
+    only_if=ONLY_BY_NODES,
 ).of(
     Member("h", "real", "from node to node; 0 where the form of W is used", "s"),
     Member("fastest", "real", "no pole is faster", "1/s"),
@@ -242,7 +242,7 @@ ENDING_OF_CONTACT = ("apex", "aed")
 """Members of what is solved that a contact brings."""
 
 
-def plan_of(moving: tuple[int, ...] = (1, 2), *, has_law: bool = False, may_be_modal: bool = True) -> Struct:
+def plan_of(moving: tuple[int, ...] = (1, 2), *, has_law: bool = False, may_go_by_nodes: bool = True) -> Struct:
     """The plan of a model: rates, and poles with their nodes for each form of its modes."""
     alone = [f"mass {n} slips alone" for n in moving]
     forms = [
@@ -256,7 +256,7 @@ def plan_of(moving: tuple[int, ...] = (1, 2), *, has_law: bool = False, may_be_m
         Member("rates", "Rates", "; ".join(rates), count=len(rates), is_array=True),
         Member("poles", "Poles", "; ".join(forms), count=len(forms), is_array=True),
         Member("node", "Node", "of each", count=len(forms), is_array=True),
-        *((Member("transition", "Transition", only_if=ONLY_IF_MODAL),) if may_be_modal else ()),
+        *((Member("transition", "Transition", only_if=ONLY_BY_NODES),) if may_go_by_nodes else ()),
         Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
     )
 
@@ -267,13 +267,13 @@ def structs(
     *,
     has_law: bool = False,
     has_contact: bool = True,
-    may_be_modal: bool = True,
+    may_go_by_nodes: bool = True,
 ) -> tuple[Struct, ...]:
     """The structs of the interface that are no records, each behind those that it holds: what a model has."""
     declared = [value for value in globals().values() if isinstance(value, Struct)]
-    of_model = {PLAN.name: plan_of(moving, has_law=has_law, may_be_modal=may_be_modal)}
-    if not may_be_modal:
-        declared = [each for each in declared if each.only_if != ONLY_IF_MODAL]
+    of_model = {PLAN.name: plan_of(moving, has_law=has_law, may_go_by_nodes=may_go_by_nodes)}
+    if not may_go_by_nodes:
+        declared = [each for each in declared if each.only_if != ONLY_BY_NODES]
     if not has_contact:
         declared = [each for each in declared if each.name not in OF_CONTACT]
         of_model |= {

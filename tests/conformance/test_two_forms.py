@@ -8,7 +8,10 @@ import pytest
 from tests.conformance.form_draws import KINDS, Model
 from tests.conformance.two_forms import NAMES, Pair
 
-COUNT, JUDGED = 200, 2
+COUNT, JUDGED = 200, 6
+"""Motions of a draw, and how many lists that differ are judged: as many as may."""
+MANY = {"random": 4000, **dict.fromkeys(("stiff 1e+03", "stiff 1e+04", "stiff 1e+05"), 1000)}
+"""Stances of the hopper, of which hardly any list may differ, and no time."""
 SLICED = ("hopper", "joint", "rig", "servo")
 """Both masses and one, with a contact and without, and a law; the others by night."""
 SOME_FIRST = [*SLICED, *(pytest.param(name, marks=pytest.mark.nightly) for name in NAMES if name not in SLICED)]
@@ -31,3 +34,15 @@ def test_both_forms_find_the_same_events(store, name):
             assert not double or found.stuck <= found.stuck_as_ships, said  # f32: such a list differs, too
         if name == "hopper":
             assert pair.on.asked > 3 * COUNT, "the form behind the switch was asked"
+
+
+@pytest.mark.sliced
+@pytest.mark.parametrize("kind", MANY)
+@pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
+def test_hardly_any_list_of_many_stances_differs(store, kind, double):
+    found = Pair(store, Model(store, "hopper"), double=double, level="-O0").compare(kind, 77, MANY[kind], most=0)
+    assert found.motions > 0.9 * MANY[kind]
+    if double:
+        assert found.differ <= found.motions // 1000 and found.usual < 1e-12, f"{found.row} {found.usual}"
+    else:
+        assert found.differ <= max(2, found.motions // 200), found.row

@@ -6,7 +6,7 @@
 #include <string.h>
 
 static int64_t counted;
-#define MODAL_COUNT(what) (void)counted++
+#define NODE_COUNT(what) (void)counted++
 #include "facts.h"
 #include UNIT
 
@@ -96,5 +96,5 @@ int64_t solve(const problem *problems, int64_t count, answer *answers,
 
 int64_t plan_size(void) { return (int64_t)sizeof(OF(hopform_plan)); }
 
-/* What the modal form has counted so far: nodes, evaluations, rules asked. */
+/* What the form behind the switch has counted so far: nodes, evaluations, rules asked. */
 int64_t asked(void) { return counted; }

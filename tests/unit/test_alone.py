@@ -24,7 +24,7 @@ PAIRS = ("rings", "near", "real", "free")
 
 @pytest.fixture
 def library(store):
-    return ctypes.CDLL(str(shared_library(store, "alone", SOURCES, "-DHOPFORM_MODAL=1")))
+    return ctypes.CDLL(str(shared_library(store, "alone", SOURCES, "-DHOPFORM_BY_NODES=1")))
 
 
 def asked(library: Any, q: Any) -> Any:

@@ -123,7 +123,7 @@ def least(gains: Gains) -> Any:
 )
 def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
     double = ("-DDOUBLE",) if precision == "f64" else ()
-    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, "-DHOPFORM_MODAL=1", *double)))
+    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, "-DHOPFORM_BY_NODES=1", *double)))
     q = drawn(11, kind)
     aim(q, Gains(q, asked(library, q)).matrix)
     gains = Gains(q, asked(library, q))

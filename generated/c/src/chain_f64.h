@@ -43,7 +43,7 @@ typedef struct {
     int event;                   /* with which the phase began */
     drive_by_element_f64 drive; /* of the phase, as its numerators */
     numerators_by_axis_f64 numerators;
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
     rates_by_row_f64 rates; /* in place of the numerators, where both slip and nobody follows */
 #endif
     motion_modes_f64 modes; /* of the motion, once the modal form is evaluated */
@@ -420,7 +420,7 @@ SELDOM_f64 void enter_modes_f64(stance_chain_f64 *chain, stance_search_f64 *sear
     }
 }
 
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
 /* ---- both slip, by their rates ---- */
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
@@ -540,7 +540,7 @@ SELDOM_f64 double pass_quiet_time_f64(const stance_chain_f64 *chain, node_search
     }
     const double quiet = search->rings ? quiet_time_at_node_f64(search) : 0.0;
     if (!(quiet > 8.0 * chain->plan->transition.h)) { return 0.0; }
-    MODAL_COUNT(quiet);
+    NODE_COUNT(quiet);
     return quiet;
 }
 
@@ -553,7 +553,7 @@ ALWAYS_f64 void end_next_interval_f64(node_search_f64 *search, double quiet) {
     const bool grows = !search->rings && low->t > 0.0;
     const double one = fades ? 1.0 / pole_of_search_f64(search) : transition->h;
     const double length = greater_f64(quiet, grows ? greater_f64(one, 3.0 * low->t) : one);
-    MODAL_COUNT(node);
+    NODE_COUNT(node);
     search->count++;
     if (!(length < left)) {
         put_node_after_f64(search, low, left, search->high);
@@ -715,7 +715,7 @@ static inline void find_end_alone_f64(const stance_chain_f64 *chain, double unti
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
     const double until = end_of_step_f64(chain) - chain->t;
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
     search->arrival.is_known = is_solved_by_rates_f64(chain);
 #endif
 #if HOPFORM_HAS_ALONE
@@ -725,7 +725,7 @@ static inline void stance_find_end_f64(stance_chain_f64 *chain, stance_search_f6
         return;
     }
 #endif
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
     if (search->arrival.is_known) {
         find_end_by_rates_f64(chain, search);
         return;
@@ -855,7 +855,7 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
         || side_of_mode_f64(chain->mode, element) == 0) {
         return;
     }
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
     if (end->arrival.is_known) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
             keep_small_acceleration_f64(chain, end->arrival.rate, end->arrival.terms, end->arrival.stretched);
@@ -916,7 +916,7 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const stance_searc
         *position = alone == HOPFORM_STOPPED_ELEMENT ? side * end->alone.s : 0.0;
     } else
 #endif
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
         if (end->arrival.is_known) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {
             chain->at.of[axis] = end->arrival.z[axis];
@@ -952,7 +952,7 @@ static inline void start_on_threshold_f64(stance_chain_f64 *chain) {
     *drive = acceleration_on_threshold_f64(chain, element) - others.of.velocity[element].H3;
 }
 
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
 /* The rates of the phase that begins at the chain's state; of an element that starts on its threshold, or whose
  * acceleration is known from the motion before, they are exactly that. */
 static inline void begin_with_rates_f64(stance_chain_f64 *chain) {
@@ -972,7 +972,7 @@ static inline void begin_with_rates_f64(stance_chain_f64 *chain) {
 static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     const int element = chain->came_to_rest;
     chain->drive.named = drive_in_mode_f64(chain->plan, chain->mode, current_of_chain_f64(chain));
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
     if (is_solved_by_rates_f64(chain)) {
         begin_with_rates_f64(chain);
         return;

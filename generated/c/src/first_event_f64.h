@@ -336,7 +336,7 @@ typedef struct {
     int rests;      /* whose event that is */
 } stance_events_f64;
 
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
 /* Where a phase ends that was solved by its rates: the state, by the axes of the core, how far the position has moved,
  * and the rate of the velocity that has a position. */
 typedef struct {
@@ -358,7 +358,7 @@ typedef struct {
     int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
     int side;       /* of an element that slips: where it goes */
     bool touches;   /* the element that comes to rest is at a stop within rounding */
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
     arrival_f64 arrival;
 #endif
 #if HOPFORM_HAS_ALONE

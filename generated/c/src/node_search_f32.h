@@ -14,9 +14,9 @@
 #include "first_event_f32.h"
 #include "transition_f32.h"
 
-#if HOPFORM_HAS_MODAL
-#ifndef MODAL_COUNT
-#define MODAL_COUNT(what) (void)0
+#if HOPFORM_HAS_NODES
+#ifndef NODE_COUNT
+#define NODE_COUNT(what) (void)0
 #endif
 
 /* The event functions in order of tie-break priority, each the owner of its event; the distance to a stop is behind
@@ -100,7 +100,7 @@ SELDOM_f32 void put_node_after_f32(const node_search_f32 *search, const search_n
                                      search_node_f32 *to) {
     const gained_f32 gained = gained_over_f32(search->plan, &from->w, velocity_of_node_f32(search, from), later);
     use_evaluation_f32(search->evaluations);
-    MODAL_COUNT(evaluation);
+    NODE_COUNT(evaluation);
     put_node_f32(search, from, &gained, from->t + later, to);
 }
 
@@ -234,26 +234,26 @@ SELDOM_f32 void cut_at_minimum_f32(node_search_f32 *search, int n) {
 SELDOM_f32 bool is_settled_inside_f32(node_search_f32 *search, int n) {
     const search_node_f32 *from = search->low, *to = search->high;
     const float h = to->t - from->t;
-    MODAL_COUNT(inside);
+    NODE_COUNT(inside);
     if (!(to->value[n] < 0.0f)) {
         const float d_rate = rate_of_deflated_f32(search, n);
         if (falls_too_little_f32(search, n, h, d_rate)) {
-            MODAL_COUNT(amplitude);
+            NODE_COUNT(amplitude);
             return true;
         }
         const float rounding = rounding_at_node_f32(search, n, to, to->rate[n]);
         if (search->rings && has_no_root_by_bernstein_f32(search, n, h, d_rate, rounding)) {
-            MODAL_COUNT(bernstein);
+            NODE_COUNT(bernstein);
             return true;
         }
     }
     if (from->rate[n] < 0.0f && !(to->rate[n] < 0.0f)) {
         cut_at_minimum_f32(search, n);
-        MODAL_COUNT(minimum);
+        NODE_COUNT(minimum);
         return false;
     }
     const float cut = cut_between_f32(from->deflated[n], to->deflated[n], h);
-    MODAL_COUNT(cut);
+    NODE_COUNT(cut);
     if (!(from->t + cut > from->t && from->t + cut < to->t)) { return true; } /* too short to be cut */
     cut_interval_f32(search, cut);
     return false;
@@ -390,7 +390,7 @@ SELDOM_f32 void put_root_f32(const node_search_f32 *search, int n, search_node_f
         jet_f32 jet;
         if (is_short) {
             use_evaluation_f32(search->evaluations);
-            MODAL_COUNT(evaluation);
+            NODE_COUNT(evaluation);
             jet = jet_by_powers_f32(search, base, &at, n, t - t_base);
         } else {
             put_node_after_f32(search, base, t, there);
@@ -519,7 +519,7 @@ SELDOM_f32 void count_from_the_end_f32(node_search_f32 *search, const core_f32 *
         better = better || terms[n] < 0.25f * before;
     }
     if (!search->stiff && (worse || !better)) { return; }
-    MODAL_COUNT(from_the_end);
+    NODE_COUNT(from_the_end);
     search->from = low->t;
     search->w = low->w;
     search->from_the_end = search->stiff;

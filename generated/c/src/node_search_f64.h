@@ -14,9 +14,9 @@
 #include "first_event_f64.h"
 #include "transition_f64.h"
 
-#if HOPFORM_HAS_MODAL
-#ifndef MODAL_COUNT
-#define MODAL_COUNT(what) (void)0
+#if HOPFORM_HAS_NODES
+#ifndef NODE_COUNT
+#define NODE_COUNT(what) (void)0
 #endif
 
 /* The event functions in order of tie-break priority, each the owner of its event; the distance to a stop is behind
@@ -100,7 +100,7 @@ SELDOM_f64 void put_node_after_f64(const node_search_f64 *search, const search_n
                                      search_node_f64 *to) {
     const gained_f64 gained = gained_over_f64(search->plan, &from->w, velocity_of_node_f64(search, from), later);
     use_evaluation_f64(search->evaluations);
-    MODAL_COUNT(evaluation);
+    NODE_COUNT(evaluation);
     put_node_f64(search, from, &gained, from->t + later, to);
 }
 
@@ -234,26 +234,26 @@ SELDOM_f64 void cut_at_minimum_f64(node_search_f64 *search, int n) {
 SELDOM_f64 bool is_settled_inside_f64(node_search_f64 *search, int n) {
     const search_node_f64 *from = search->low, *to = search->high;
     const double h = to->t - from->t;
-    MODAL_COUNT(inside);
+    NODE_COUNT(inside);
     if (!(to->value[n] < 0.0)) {
         const double d_rate = rate_of_deflated_f64(search, n);
         if (falls_too_little_f64(search, n, h, d_rate)) {
-            MODAL_COUNT(amplitude);
+            NODE_COUNT(amplitude);
             return true;
         }
         const double rounding = rounding_at_node_f64(search, n, to, to->rate[n]);
         if (search->rings && has_no_root_by_bernstein_f64(search, n, h, d_rate, rounding)) {
-            MODAL_COUNT(bernstein);
+            NODE_COUNT(bernstein);
             return true;
         }
     }
     if (from->rate[n] < 0.0 && !(to->rate[n] < 0.0)) {
         cut_at_minimum_f64(search, n);
-        MODAL_COUNT(minimum);
+        NODE_COUNT(minimum);
         return false;
     }
     const double cut = cut_between_f64(from->deflated[n], to->deflated[n], h);
-    MODAL_COUNT(cut);
+    NODE_COUNT(cut);
     if (!(from->t + cut > from->t && from->t + cut < to->t)) { return true; } /* too short to be cut */
     cut_interval_f64(search, cut);
     return false;
@@ -390,7 +390,7 @@ SELDOM_f64 void put_root_f64(const node_search_f64 *search, int n, search_node_f
         jet_f64 jet;
         if (is_short) {
             use_evaluation_f64(search->evaluations);
-            MODAL_COUNT(evaluation);
+            NODE_COUNT(evaluation);
             jet = jet_by_powers_f64(search, base, &at, n, t - t_base);
         } else {
             put_node_after_f64(search, base, t, there);
@@ -519,7 +519,7 @@ SELDOM_f64 void count_from_the_end_f64(node_search_f64 *search, const core_f64 *
         better = better || terms[n] < 0.25 * before;
     }
     if (!search->stiff && (worse || !better)) { return; }
-    MODAL_COUNT(from_the_end);
+    NODE_COUNT(from_the_end);
     search->from = low->t;
     search->w = low->w;
     search->from_the_end = search->stiff;

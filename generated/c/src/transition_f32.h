@@ -15,10 +15,10 @@
 #include "kernels_f32.h"
 #include "model_f32.h"
 
-/* Whether a library solves motions of both so (HOPFORM_MODAL), and has a model that may. */
-#define HOPFORM_HAS_MODAL (HOPFORM_MODAL && HOPFORM_MAY_BE_MODAL)
+/* Whether a library solves motions of both so (HOPFORM_BY_NODES), and has a model that may. */
+#define HOPFORM_HAS_NODES (HOPFORM_BY_NODES && HOPFORM_MAY_GO_BY_NODES)
 
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
 /* Of y, v_1 and v_2; the entries of their transition by rows, as the plan has them. */
 typedef union {
     rate_f32 named;

@@ -43,7 +43,7 @@ typedef struct {
     int event;                   /* with which the phase began */
     drive_by_element_real drive; /* of the phase, as its numerators */
     numerators_by_axis_real numerators;
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
     rates_by_row_real rates; /* in place of the numerators, where both slip and nobody follows */
 #endif
     motion_modes_real modes; /* of the motion, once the modal form is evaluated */
@@ -420,7 +420,7 @@ SELDOM_real void enter_modes_real(stance_chain_real *chain, stance_search_real *
     }
 }
 
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
 /* ---- both slip, by their rates ---- */
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
@@ -540,7 +540,7 @@ SELDOM_real real pass_quiet_time_real(const stance_chain_real *chain, node_searc
     }
     const real quiet = search->rings ? quiet_time_at_node_real(search) : 0.0;
     if (!(quiet > 8.0 * chain->plan->transition.h)) { return 0.0; }
-    MODAL_COUNT(quiet);
+    NODE_COUNT(quiet);
     return quiet;
 }
 
@@ -553,7 +553,7 @@ ALWAYS_real void end_next_interval_real(node_search_real *search, real quiet) {
     const bool grows = !search->rings && low->t > 0.0;
     const real one = fades ? 1.0 / pole_of_search_real(search) : transition->h;
     const real length = greater_real(quiet, grows ? greater_real(one, 3.0 * low->t) : one);
-    MODAL_COUNT(node);
+    NODE_COUNT(node);
     search->count++;
     if (!(length < left)) {
         put_node_after_real(search, low, left, search->high);
@@ -715,7 +715,7 @@ static inline void find_end_alone_real(const stance_chain_real *chain, real unti
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_real(stance_chain_real *chain, stance_search_real *search) {
     const real until = end_of_step_real(chain) - chain->t;
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
     search->arrival.is_known = is_solved_by_rates_real(chain);
 #endif
 #if HOPFORM_HAS_ALONE
@@ -725,7 +725,7 @@ static inline void stance_find_end_real(stance_chain_real *chain, stance_search_
         return;
     }
 #endif
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
     if (search->arrival.is_known) {
         find_end_by_rates_real(chain, search);
         return;
@@ -855,7 +855,7 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
         || side_of_mode_real(chain->mode, element) == 0) {
         return;
     }
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
     if (end->arrival.is_known) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
             keep_small_acceleration_real(chain, end->arrival.rate, end->arrival.terms, end->arrival.stretched);
@@ -916,7 +916,7 @@ static inline void stance_arrive_real(stance_chain_real *chain, const stance_sea
         *position = alone == HOPFORM_STOPPED_ELEMENT ? side * end->alone.s : 0.0;
     } else
 #endif
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
         if (end->arrival.is_known) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {
             chain->at.of[axis] = end->arrival.z[axis];
@@ -952,7 +952,7 @@ static inline void start_on_threshold_real(stance_chain_real *chain) {
     *drive = acceleration_on_threshold_real(chain, element) - others.of.velocity[element].H3;
 }
 
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
 /* The rates of the phase that begins at the chain's state; of an element that starts on its threshold, or whose
  * acceleration is known from the motion before, they are exactly that. */
 static inline void begin_with_rates_real(stance_chain_real *chain) {
@@ -972,7 +972,7 @@ static inline void begin_with_rates_real(stance_chain_real *chain) {
 static inline void stance_begin_phase_real(stance_chain_real *chain) {
     const int element = chain->came_to_rest;
     chain->drive.named = drive_in_mode_real(chain->plan, chain->mode, current_of_chain_real(chain));
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
     if (is_solved_by_rates_real(chain)) {
         begin_with_rates_real(chain);
         return;

@@ -14,9 +14,9 @@
 #include "first_event_real.h"
 #include "transition_real.h"
 
-#if HOPFORM_HAS_MODAL
-#ifndef MODAL_COUNT
-#define MODAL_COUNT(what) (void)0
+#if HOPFORM_HAS_NODES
+#ifndef NODE_COUNT
+#define NODE_COUNT(what) (void)0
 #endif
 
 /* The event functions in order of tie-break priority, each the owner of its event; the distance to a stop is behind
@@ -100,7 +100,7 @@ SELDOM_real void put_node_after_real(const node_search_real *search, const searc
                                      search_node_real *to) {
     const gained_real gained = gained_over_real(search->plan, &from->w, velocity_of_node_real(search, from), later);
     use_evaluation_real(search->evaluations);
-    MODAL_COUNT(evaluation);
+    NODE_COUNT(evaluation);
     put_node_real(search, from, &gained, from->t + later, to);
 }
 
@@ -234,26 +234,26 @@ SELDOM_real void cut_at_minimum_real(node_search_real *search, int n) {
 SELDOM_real bool is_settled_inside_real(node_search_real *search, int n) {
     const search_node_real *from = search->low, *to = search->high;
     const real h = to->t - from->t;
-    MODAL_COUNT(inside);
+    NODE_COUNT(inside);
     if (!(to->value[n] < 0.0)) {
         const real d_rate = rate_of_deflated_real(search, n);
         if (falls_too_little_real(search, n, h, d_rate)) {
-            MODAL_COUNT(amplitude);
+            NODE_COUNT(amplitude);
             return true;
         }
         const real rounding = rounding_at_node_real(search, n, to, to->rate[n]);
         if (search->rings && has_no_root_by_bernstein_real(search, n, h, d_rate, rounding)) {
-            MODAL_COUNT(bernstein);
+            NODE_COUNT(bernstein);
             return true;
         }
     }
     if (from->rate[n] < 0.0 && !(to->rate[n] < 0.0)) {
         cut_at_minimum_real(search, n);
-        MODAL_COUNT(minimum);
+        NODE_COUNT(minimum);
         return false;
     }
     const real cut = cut_between_real(from->deflated[n], to->deflated[n], h);
-    MODAL_COUNT(cut);
+    NODE_COUNT(cut);
     if (!(from->t + cut > from->t && from->t + cut < to->t)) { return true; } /* too short to be cut */
     cut_interval_real(search, cut);
     return false;
@@ -390,7 +390,7 @@ SELDOM_real void put_root_real(const node_search_real *search, int n, search_nod
         jet_real jet;
         if (is_short) {
             use_evaluation_real(search->evaluations);
-            MODAL_COUNT(evaluation);
+            NODE_COUNT(evaluation);
             jet = jet_by_powers_real(search, base, &at, n, t - t_base);
         } else {
             put_node_after_real(search, base, t, there);
@@ -519,7 +519,7 @@ SELDOM_real void count_from_the_end_real(node_search_real *search, const core_re
         better = better || terms[n] < 0.25 * before;
     }
     if (!search->stiff && (worse || !better)) { return; }
-    MODAL_COUNT(from_the_end);
+    NODE_COUNT(from_the_end);
     search->from = low->t;
     search->w = low->w;
     search->from_the_end = search->stiff;

@@ -87,7 +87,7 @@ static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_
     for (int form = 0; form < HOPFORM_POLES; form++) {
         plan->node[form] = node_of_poles_real(&plan->poles[form], whole);
     }
-#if HOPFORM_HAS_MODAL
+#if HOPFORM_HAS_NODES
     put_transition_real(plan);
 #endif
     plan->made = whole ? HOPFORM_PLAN_MADE : 0;

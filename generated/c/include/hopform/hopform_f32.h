@@ -13,8 +13,8 @@
 /** 1 of a library that solves phases of both masses slipping by their rates, from node to node, and those of one mass alone
  * by its displacement: in all of its files and in those that include this one. Not finished: it is compared with the
  * other form, which ships. */
-#ifndef HOPFORM_MODAL
-#define HOPFORM_MODAL 0
+#ifndef HOPFORM_BY_NODES
+#define HOPFORM_BY_NODES 0
 #endif
 
 #ifdef __cplusplus
@@ -149,7 +149,7 @@ typedef struct {
     float W2;           /**< [s^4] integral of W1 */
 } hopform_node_f32;
 
-#if HOPFORM_MODAL
+#if HOPFORM_BY_NODES
 /** Both masses slipping: what their rates and coordinates become from node to node. */
 typedef struct {
     float h; /**< [s] from node to node; 0 where the form of W is used */
@@ -168,7 +168,7 @@ typedef struct {
     hopform_rates_f32 rates[1]; /**< of the equations of motion */
     hopform_poles_f32 poles[3]; /**< both masses slip; mass 1 slips alone; mass 2 slips alone */
     hopform_node_f32 node[3]; /**< of each */
-    #if HOPFORM_MODAL
+    #if HOPFORM_BY_NODES
     hopform_transition_f32 transition;
     #endif
     uint32_t made; /**< HOPFORM_PLAN_MADE once hopform_plan_init was content */
