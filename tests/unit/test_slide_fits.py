@@ -14,6 +14,7 @@ import pytest
 
 import hopform
 from hopform import _front as cli
+from hopform.identify import _motion as motion
 from hopform.identify import fit
 from hopform.identify._recordings import parse_recording
 from tests.fits import ALONE
@@ -133,3 +134,23 @@ def test_added_masses_are_an_option(tmp_path, capsys):
     assert "\nF@1 " in capsys.readouterr().out
     assert cli.main([*ask, "--added-mass", "1"]) == 2
     assert "--added-mass names 1 masses for 2 files" in capsys.readouterr().err
+
+
+# ---- what is not the recording's fault is not said of it ----
+
+
+def test_a_users_own_model_of_that_name_is_not_taken_for_the_slide(monkeypatch):
+    monkeypatch.setattr(motion, "load_solver", lambda _: hopform.load_solver("hopper"))
+    motion.slide.cache_clear()
+    with pytest.raises(hopform.HopformError, match="slide that was built here is not the one that ships.*another name"):
+        motion.slide()
+    motion.slide.cache_clear()
+
+
+def test_a_missing_library_is_no_start_that_finds_no_motion(slide, monkeypatch):
+    def missing(*_: Any) -> Any:
+        raise hopform.BackendError("there is no compiled library")
+
+    monkeypatch.setattr("hopform.identify._models.Modelled.moved", missing)
+    with pytest.raises(hopform.BackendError, match="^there is no compiled library$"):
+        fit(slide, decay(CART), fitted=["k", "b", "F", "x_0"], known={"m": 0.6}, **ALONE)

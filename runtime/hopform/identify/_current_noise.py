@@ -15,12 +15,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from hopform import HopformError
 from hopform.identify import _estimation as estimation
 from hopform.identify._estimation import LEVEL, Estimate, Solution, Spread
-from hopform.identify._motion import Array
+from hopform.identify._motion import Array, held_at
 from hopform.identify._recordings import noise_of, quantum_of
-from hopform.identify._rigs import Experiment
+from hopform.identify._rigs import Experiment, NoMotion
 
 _DRAWS = 32
 """Motions under noise; standard deviations of as many are off by 12 %."""
@@ -48,10 +47,9 @@ class Noise(NamedTuple):
 
 def level(experiment: Experiment) -> float:
     """Standard deviation of the noise of a recorded current [A]; 0 where none is seen."""
-    begins, levels = np.array(experiment.steps, dtype=float).T
-    if levels.size < 0.5 * experiment.time.size:
+    if len(experiment.steps) < 0.5 * experiment.time.size:
         return 0.0
-    u = levels[np.clip(np.searchsorted(begins, experiment.time, side="right") - 1, 0, None)]
+    u = held_at(experiment.steps, experiment.time)
     noise, reach = noise_of(u), float(np.abs(u).max())
     return noise if _LEAST_NOISE * reach < noise < _MOST * reach and _is_white(u) else 0.0
 
@@ -98,7 +96,7 @@ def noise_in(solution: Solution) -> Noise | None:
         if felt < _FELT * estimation.rms(residual):
             return None
         draws += [response() for _ in range(_DRAWS - _FIRST)]
-    except HopformError:
+    except NoMotion:
         return None
     of_sensor = np.concatenate([np.full(part.size, _sensor(each, part)) for each, part in
                                 zip(solution.experiments, solution.residuals, strict=True)]) / sigma  # fmt: skip

@@ -17,7 +17,7 @@ from hopform._checks import flag
 from hopform.identify._estimation import Parameter
 from hopform.identify._fits import Fit, Options, fit
 from hopform.identify._kinds import Cut, Group, Guess, Kind, Recordings, scale_of_body
-from hopform.identify._motion import Array, Known, Values
+from hopform.identify._motion import Array, Known, Values, held_at
 from hopform.identify._recordings import (
     Recording,
     calm,
@@ -261,8 +261,7 @@ def _driven_start(cut: Cut, x1: Array, guess: Oscillation, known: Values, cutoff
     """
     step = float(np.median(np.diff(cut.time)))
     cutoff = min(cutoff, 0.2 / step)
-    begins, levels = np.array(cut.steps, dtype=float).T
-    u = levels[np.searchsorted(begins, cut.time, side="right") - 1]
+    u = held_at(cut.steps, cut.time)
     length = known.get("length", guess.rest + known["g"] / guess.omega**2)
     rows, pressed = (filtered_part(cut.time, x1, by, step, cutoff) for by in (u, np.maximum(x1 - cut.x + length, 0.0)))
     b, f, gamma, constant, k = moving_rows(rows, [-rows.v, -rows.side, -rows.u, rows.one, -pressed.u], robust=True)

@@ -17,10 +17,9 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform import HopformError
 from hopform.identify._motion import Array, Values, of_scipy
 from hopform.identify._recordings import outliers, quantum_of
-from hopform.identify._rigs import Experiment
+from hopform.identify._rigs import Experiment, NoMotion
 
 Masks = Sequence[NDArray[np.bool_]]
 Fitted = TypeVar("Fitted")
@@ -321,7 +320,7 @@ def residuals(experiments: Experiments, parameters: Parameters, values: Values) 
     for experiment in experiments:
         try:
             predicted, by = experiment.predict(values)
-        except HopformError:  # no motion of these parameters: far from every measurement, so the step is refused
+        except NoMotion:  # no motion of these parameters: far from every measurement, so the step is refused
             predicted, by = np.full_like(experiment.measured, 1e3), {}
         parts.append(predicted - experiment.measured)
         zero = np.zeros(experiment.time.size)

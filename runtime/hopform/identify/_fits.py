@@ -30,6 +30,7 @@ from hopform.identify._kinds import Kind, Recordings, problem_of
 from hopform.identify._motion import Array, Values
 from hopform.identify._recordings import HOPPER, Units, noise_of, quantum_of
 from hopform.identify._repeats import Repeat
+from hopform.identify._rigs import NoMotion
 from hopform.identify._search import Problem, is_noise, least_squares, minimise, part_of, selected, settled
 
 TITLES = {"drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together"}
@@ -555,6 +556,6 @@ def _holdout(problem: Problem, solution: Solution) -> list[float]:
             predicted, _ = whole.predict(fitted.values)
             rest = (predicted - whole.measured)[last]
             errors.append(estimation.rms(rest) if rest.size else math.nan)
-        except HopformError:
+        except NoMotion:
             errors.append(math.nan)
     return errors

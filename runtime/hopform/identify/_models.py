@@ -32,7 +32,7 @@ from hopform.identify._closed_loop import MOST_LATE, Law, Loop, Run, Ticks, betw
 from hopform.identify._estimation import Parameter, Solution
 from hopform.identify._fits import Fit, Options, checked, solved
 from hopform.identify._kinds import MOST_KNOWN, Cut, Recordings, cuts_of, files_of, read_some
-from hopform.identify._motion import MAX_PHASES, Array, Values, delayed, of_scipy
+from hopform.identify._motion import MAX_PHASES, Array, Values, delayed, held_at, of_scipy
 from hopform.identify._recordings import (
     DRIVES,
     SI,
@@ -367,9 +367,9 @@ class Modelled(Experiment):
         linear, grid = self._linear(robot), cast(Array, self.grid)
         if linear.gain == 0.0:
             raise HopformError("gravity's sine is a further drive, and the model's has no force here")
-        begins, levels = np.array(steps, dtype=float).T
+        begins = np.array(steps, dtype=float)[:, 0]
         times = np.unique(np.concatenate([grid, begins[(begins >= 0.0) & (begins < grid[-1])]]))
-        base = levels[np.searchsorted(begins, times, side="right") - 1]
+        base = held_at(steps, times)
         reach = max(float(np.ptp(self.seen[-1].x)), 1e-12)
         by_column = self._columns(at)
         columns, starts = [*by_column.values()], [[*by_column].index(letter) for letter in ("x", "v")]
@@ -416,11 +416,10 @@ class Modelled(Experiment):
             steps = self._with_sine(at, robot, steps)[0] if self.grid is not None else steps
         except HopformError:
             return np.zeros(self.time.size)
-        begins, levels = np.array(steps, dtype=float).T
         finer = max(min(4, records.MOST_STEPS // self.time.size), 1)
         places = np.arange(finer * (self.time.size - 1) + 1) / finer
         fine = np.interp(places, np.arange(self.time.size), self.time)
-        drive = levels[np.searchsorted(begins, fine, side="right") - 1]
+        drive = held_at(steps, fine)
 
         def moved(u: Array) -> tuple[Array, Array]:
             motion = self._solved(at, robot, current_steps(fine, u), float(fine[-1]))
@@ -1102,9 +1101,7 @@ def _filtered(model: Model, motion: Cut, cutoff: float) -> Rows:
     """
     time, step = motion.time, float(np.median(np.diff(motion.time)))
     cutoff *= max(_LONG / float(time[-1] - time[0]), 1.0)
-    begins, levels = np.array(motion.steps, dtype=float).T
-    held: Array = levels[np.searchsorted(begins, time, side="right") - 1]
-    drive = held if model.law is None else _target_of(motion)
+    drive = held_at(motion.steps, time) if model.law is None else _target_of(motion)
     u = np.interp(time - 0.5 * step, time, drive)
     places, parts = [each for each in (motion.x, motion.x1) if each is not None], list[Filtered]()
     for x in places:

@@ -101,8 +101,19 @@ _SHARES = np.arange(1, _PLACES + 1) / _PLACES
 
 @cache
 def slide() -> Solver:
-    """The solver of the slide that ships, which is built at its first use: one mass that moves alone."""
-    return load_solver("slide").Robot.solver
+    """The solver of the slide that ships, which is built at its first use: one mass that moves alone. HopformError where
+    a user has built another model under this name.
+    """
+    core = load_solver("slide").Robot.solver
+    if core.package.records.Robot._fields != _SLIDE:
+        raise HopformError(
+            "the model slide that was built here is not the one that ships, as which a body or an actuator alone is fitted: "
+            "give yours another name, and remove its solver; `hopform model list` has its folder"
+        )
+    return core
+
+
+_SLIDE = ("m", "k", "x_0", "b", "F", "F_s", "k_f", "load", "x_min", "x_max", "i_max")
 
 
 class _Rig(NamedTuple):
@@ -184,6 +195,12 @@ def delayed(steps: Steps, delay: float) -> Steps:
     moved = [(max(t + delay, 0.0), u) for t, u in steps]
     begun = max((n for n, (t, _) in enumerate(moved) if t <= 0.0), default=0)
     return ((0.0, moved[begun][1]), *moved[begun + 1 :])
+
+
+def held_at(steps: Steps, times: Array | float) -> Array:
+    """What a drive that holds from step to step is at times, before the first one that one."""
+    begins, levels = np.array(steps, dtype=float).T
+    return np.asarray(levels[np.maximum(np.searchsorted(begins, times, side="right") - 1, 0)])
 
 
 def _chain(by: Array, state_by: Array, begin_by: Array, rates: Array) -> Array:

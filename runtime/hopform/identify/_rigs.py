@@ -30,10 +30,10 @@ from typing import Literal, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from hopform import HopformError
+from hopform import BackendError, HopformError
 from hopform._solver.package import Steps, records
 from hopform.identify import _motion as motion
-from hopform.identify._motion import AT, STATE, Array, Motion, Robot, Values, delayed, of_scipy
+from hopform.identify._motion import AT, STATE, Array, Motion, Robot, Values, delayed, held_at, of_scipy
 
 Moved = tuple[Array, dict[str, Array]]
 """Position and velocity at the samples, (samples, 2), and their derivatives by each letter."""
@@ -146,6 +146,10 @@ Force = Callable[[Along], Array]
 """A force per mass against the motion [m/s^2]."""
 
 
+class NoMotion(HopformError):
+    """Parameters under which a rig has no motion up to the last sample: a search goes elsewhere."""
+
+
 @dataclass(frozen=True)
 class Experiment:
     """A recording on its rig: what was measured when, under which current, and which parameter each letter stands for.
@@ -193,13 +197,13 @@ class Experiment:
         return {letter: values[names[letter]] if letter in names else fixed[letter] for letter in letters}
 
     def predict(self, values: Values, time: Array | None = None) -> tuple[Array, dict[str, Array]]:
-        """The predicted measurement, and its derivatives by the parameters; HopformError for no motion up to the last
-        sample.
-        """
+        """The predicted measurement, and its derivatives by the parameters; NoMotion for none up to the last sample."""
         try:
             return self._predicted(values, time)
+        except BackendError:
+            raise
         except HopformError as error:
-            raise HopformError(f"{self.label}: {error}") from None
+            raise NoMotion(f"{self.label}: {error}") from None
 
     def _predicted(self, values: Values, time: Array | None) -> tuple[Array, dict[str, Array]]:
         time, at = self.time if time is None else time, self.letters(values)
@@ -261,8 +265,7 @@ class Experiment:
     def _driven_response(self, at: Values, steps: Steps, fine: Array, force: "Force", size: float) -> Array:
         """Of a free actuator, which sticks at every turn of its drive: the difference that the force makes, in what is
         measured."""
-        begins, levels = np.array(steps).T
-        drive = at["gamma2"] * (levels + at["offset"])[np.searchsorted(begins, fine, side="right") - 1]
+        drive = at["gamma2"] * (held_at(steps, fine) + at["offset"])
         unit, place = {**at, "gamma2": 1.0, "offset": 0.0}, STATE.index(self.of)
 
         def moved(pull: Array) -> Array:

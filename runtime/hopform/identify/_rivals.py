@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hopform.identify._estimation import Solution
-from hopform.identify._motion import Array
+from hopform.identify._motion import Array, of_scipy
 from hopform.identify._recordings import noise_of, quantum_of
 from hopform.identify._rigs import Along, Experiment
 
@@ -191,18 +191,9 @@ def _turns(at: Along) -> Array:
 
 
 def _propagator(stiffness: float, damping: float, h: float) -> tuple[tuple[float, float], ...]:
-    """Rows of place and velocity after a step [s] of x'' = -s x - d x', and what a constant acceleration adds, by the
-    series of the exponential.
-    """
+    """Rows of place and velocity after a step [s] of x'' = -s x - d x', and what a constant acceleration adds."""
     matrix = np.array([[0.0, 1.0, 0.0], [-stiffness, -damping, 1.0], [0.0, 0.0, 0.0]]) * h
-    halvings = max(math.ceil(math.log2(max(float(np.abs(matrix).sum(axis=1).max()), 1e-300))) + 4, 0)
-    matrix, term, whole = matrix / 2.0**halvings, np.eye(3), np.eye(3)
-    for n in range(1, 12):
-        term = term @ matrix / n
-        whole = whole + term
-    for _ in range(halvings):
-        whole = whole @ whole
-    (a, b, e), (c, d, f), _ = whole.tolist()
+    (a, b, e), (c, d, f), _ = of_scipy("linalg").expm(matrix).tolist()
     return (a, b), (c, d), (e, f)
 
 

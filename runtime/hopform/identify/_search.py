@@ -19,7 +19,7 @@ from hopform.identify import _estimation as estimation
 from hopform.identify._estimation import Parameter, Solution
 from hopform.identify._motion import Array, Values
 from hopform.identify._recordings import HOPPER, Units, noise_of, outliers, quantum_of
-from hopform.identify._rigs import Experiment
+from hopform.identify._rigs import Experiment, NoMotion
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def _moving(solution: Solution) -> Solution:
     for experiment in solution.experiments:
         try:
             experiment.predict(solution.values)
-        except HopformError as error:
+        except NoMotion as error:
             asked = "are units, signs and known values right"
             raise HopformError(f"{error}; from no start does the fit find a motion of this rig: {asked}?") from None
     return solution

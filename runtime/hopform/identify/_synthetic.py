@@ -17,7 +17,7 @@ from hopform._solver.package import Steps, records
 from hopform._stance import Current
 from hopform.extend import finite, positive, whole
 from hopform.identify._closed_loop import Loop, law_of
-from hopform.identify._motion import MAX_PHASES, Array, drop_and_compression, slide
+from hopform.identify._motion import MAX_PHASES, Array, drop_and_compression, held_at, slide
 from hopform.identify._recordings import OTHER, SI, Column, Recording, current_steps
 
 TESTS = ("drop", "free", "decay", "step", "air")
@@ -194,8 +194,7 @@ def _controlled(
     ends = float(time[-1]) * rate
     if not ends <= MOST_SAMPLES:
         raise HopformError(f"control_rate must be at most {MOST_SAMPLES / float(time[-1]):.6g} Hz, got {rate!r}")
-    steps = ((0.0, u),) if not isinstance(u, Sequence) else tuple(u)
-    begins, levels = np.array(steps, dtype=float).T
+    steps = tuple((float(t), float(level)) for t, level in (u if isinstance(u, Sequence) else ((0.0, u),)))
     (place, speed), loop = (str(facts.axes[axis]["name"]) for axis in ("x1", "v1")), Loop(core, law, robot.parameters)
     state = {place: 0.0, speed: 0.0} | {name: float(value) for name, value in (start or {}).items()}
     ticks = np.arange(math.floor(ends + 1e-9) + 1) / rate
@@ -210,14 +209,14 @@ def _controlled(
             state = loop.end(robot, state, asked[max(acting - 1, 0)], t - now)
             now = t
         if kind == "tick":
-            target = float(levels[np.searchsorted(begins, t + 1e-12, side="right") - 1])
+            target = float(held_at(steps, t + 1e-12))
             asked.append(loop.limited(float(loop.asked(robot.parameters, state[place], state[speed], target))))
         elif kind == "acts":
             acting += 1
         else:
             x.append(state[place])
             i.append(asked[max(acting - 1, 0)])
-    targets = levels[np.searchsorted(begins, time + 1e-12, side="right") - 1]
+    targets = held_at(steps, time + 1e-12)
     unit, (drive, goal) = str(facts.axes["x1"]["unit"]), (facts.currents[0], facts.inputs[0])
     columns = {place.lower(): _column(f"{place}_{unit}", 2, np.array(x), *encoder)}
     for n, (table, values) in enumerate(((goal, targets), (drive, np.array(i))), 3):
