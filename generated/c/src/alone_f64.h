@@ -15,9 +15,10 @@
 
 #include "certificate_f64.h"
 
-/* Whether a library solves so (HOPFORM_BY_NODES, one switch for both), and has a model all of whose event functions are linear in s. */
+/* Whether a library solves so (HOPFORM_BY_NODES, one switch for both), and has a model all of whose event functions are
+ * linear in s. */
 #define HOPFORM_HAS_ALONE                                                                                              \
-    (HOPFORM_BY_NODES && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                       \
+    (HOPFORM_BY_NODES && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                    \
      && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
 
 #if HOPFORM_HAS_ALONE
@@ -109,8 +110,8 @@ ALWAYS_f64 alone_f64 alone_after_f64(const alone_pair_f64 *pair, const alone_f64
 }
 
 /* The motion where it comes to rest: the acceleration is the draw there, with all its digits. Of a pair that rings
- * acc (acc + p v) + q v^2 fades as exp(-p t); of two real poles acc + fast v fades with the slow one. Where a pair rings
- * and the time is not short, q s is a sum of the draw there and at the start. */
+ * acc (acc + p v) + q v^2 fades as exp(-p t); of two real poles acc + fast v fades with the slow one. Where a pair
+ * rings and the time is not short, q s is a sum of the draw there and at the start. */
 static inline alone_f64 alone_at_rest_f64(const alone_pair_f64 *pair, const alone_f64 *start, double t) {
     const double mean = 0.5 * pair->p;
     const double square = mean * mean - pair->q;
