@@ -26,7 +26,6 @@ from hopform.identify import _report as reports
 from hopform.identify import _synthetic as synthetic
 from hopform.identify._causes import said
 from hopform.identify._fits import Fit, Options, Trace, fit, is_no_fit, missed
-from hopform.identify._force import fit_force
 from hopform.identify._joint import KINDS, LETTERS, Check, check
 from hopform.identify._joint import plan as planned
 from hopform.identify._kinds import cuts_by_kind
@@ -36,12 +35,24 @@ from hopform.identify._simulators import exported, notes
 
 SimulatorFormat = StrEnum("SimulatorFormat", ["mjcf", "urdf", "isaac"])
 Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air", "all", "motion"])
-Identification = StrEnum("Identification", ["drop", "all", "force", "check"])
+Identification = StrEnum("Identification", ["drop", "all", "check"])
+
+
+def _refuse_kind(word: str) -> None:
+    """HopformError for what `identify` has not."""
+    if word not in Identification.__members__:
+        raise HopformError(
+            f"identify takes drop, all or check, got {shown(word)}: a decay, a step response or the leg in the air is a file "
+            "of all, as in identify all decay:FILE, and any motion by itself is one of a model, as in --solver slide fit FILE"
+        )
+
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "Arguments": {
         "test": typer.Argument(help="the test; `hopform fit` takes a motion, of any model"),
-        "kind": typer.Argument(help="drops, all that was recorded of a robot, or a fit in force; check says what they could tell"),
+        "kind": typer.Argument(
+            metavar="{drop|all|check}", help="drops, or all that was recorded of a robot; check says what they could tell",
+        ),
         "files": typer.Argument(
             metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air"
         ),
@@ -86,6 +97,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "near": option("near which value the search for a parameter begins; repeatable", metavar="NAME=VALUE"),
         "fit.rate": option("of a model with a law: the rate of its controller", unit="Hz"),
         "sine": option("the spring of an angle is gravity's sine"),
+        "in_force": option("fit the equation of motion itself, for a recording in closed loop"),
         "identify.free": option("the actuator is free: it moves under the recorded current, within its stops"),
         "gain": option("fit the gain of each position's sensor"),
         "clock": option("fit the speed of the recording's clock"),
@@ -176,16 +188,13 @@ def added_masses(text: str, count: int) -> tuple[float, ...]:
 def answer_to(
     kind: str, files: Sequence[str], read: Sequence[tuple[str, Recording]], known: Values, how: Options
 ) -> reports.Answer:
-    """The answer to recordings by their roles, or in force; HopformError names what is wrong with a file."""
+    """The answer to recordings by their roles; HopformError names what is wrong with a file."""
     recordings = [recording for _, recording in read]
     by_role: dict[str, list[Recording]] = {role: [one for own, one in read if own == role] for role in synthetic.TESTS}
     try:
         if kind == "check":
             return check(by_role, known)
-        if kind == "force":
-            result = fit_force(recordings, known=known, **how)
-        else:
-            result = fit({of: by_role[role] for role, of in KINDS.items() if by_role[role]}, known, **how)
+        result = fit({of: by_role[role] for role, of in KINDS.items() if by_role[role]}, known, **how)
     except HopformError as error:
         hints = [
             f"; it was taken for a {role}: name its kind, as in {_OTHER[role]}:{name}"
@@ -352,17 +361,18 @@ def give(
 
 
 def identify(
-    kind: Identification, files: list[str], known: list[str] | None = None, free: bool = False,
+    kind: str, files: list[str], known: list[str] | None = None, free: bool = False,
     gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "",
     loss: str = "linear", robot: str | None = None, values: list[str] | None = None, out: Path | None = None, export: SimulatorFormat | None = None,
     report: Path | None = None, json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Identify a robot from CSV recordings.
 
-    They are drops, or all that was recorded of it; force fits an actuator in closed loop. Any other mechanism, a cart, an
-    axis, a joint: hopform --solver slide fit.
+    They are drops, or all that was recorded of it. Any other mechanism, a cart, an axis, a joint: hopform --solver slide
+    fit.
     """
-    if free and str(kind) != "drop":
+    _refuse_kind(kind)
+    if free and kind != "drop":
         raise HopformError("--free is for drops; of all each file may be ROLE:FILE, as in free:drop.csv")
     read = (("the recording", role_and_path(each)[1]) for each in files)
     check_fit_outputs([("--robot", in_use().robot_file(robot)), *read], json, out, export, report, plot)

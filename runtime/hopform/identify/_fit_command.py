@@ -21,6 +21,7 @@ from hopform.identify._commands import (
     options_of,
     refuse_no_fit,
 )
+from hopform.identify._force import fit_force
 from hopform.identify._models import fit as fit_model_of
 from hopform.identify._models import seen_by
 from hopform.identify._motion import Values
@@ -31,7 +32,7 @@ OPTIONS, EXAMPLES = _commands.OPTIONS, _commands.EXAMPLES
 
 def fit(
     files: list[str], fitted: str | None = None, known: list[str] | None = None, near: list[str] | None = None,
-    sine: bool = False, rate: float | None = None, gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "", loss: str = "linear",
+    sine: bool = False, rate: float | None = None, in_force: bool = False, gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "", loss: str = "linear",
     out: Path | None = None, export: SimulatorFormat | None = None, report: Path | None = None, json: bool = False,
     plot: Path | None = None,
 ) -> None:  # fmt: skip
@@ -47,9 +48,16 @@ def fit(
     with progress_bar("identification") as advance:
         how = options_of(loss, {"gain": gain, "clock": clock, "lag": lag}, advance)
         recordings = [replace(read_recording(name), added_mass=mass) for name, mass in zip(files, masses, strict=True)]
-        result = fit_model_of(
-            in_use(), recordings, fitted=names, known=given, start=starts, sine=sine, rate=rate, **how
-        )
+        if in_force:
+            if starts or sine or rate is not None:
+                raise HopformError(
+                    "--in-force is a linear fit under the recorded input: without --near, --sine and --rate"
+                )
+            result = fit_force(in_use(), recordings, fitted=names, known=given, **how)
+        else:
+            result = fit_model_of(
+                in_use(), recordings, fitted=names, known=given, start=starts, sine=sine, rate=rate, **how
+            )
         stops = [each["name"] for each in core().facts.parameters if each["domain"] in ("lower", "upper")]
         refuse_no_fit(result, [seen_by(core(), each) for each in recordings], stops)
         model, more = model_of(result, export)

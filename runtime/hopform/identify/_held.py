@@ -66,6 +66,11 @@ class Held(Modelled):
         }  # fmt: skip
         return self.model.robot({**_defaults(), **values})
 
+    def words(self, values: Values) -> dict[str, float]:
+        """What a simulator calls the numbers of what moves, without a mass that was added."""
+        words = self.model.words(replace(self, added_mass=0.0).robot(self.letters(values)))
+        return words if "gamma2" in self.own_letters else {n: each for n, each in words.items() if n != "gear"}
+
     def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
         (states, by), rates = super().moved(at, steps, time)
         mass, viscous, coulomb = _NAMES[self.kind]
