@@ -135,7 +135,7 @@ def axis(amplitude: float, noise: float = 2e-6, **changes: float) -> Recording:
 def test_a_fit_in_force_has_the_delay(known, loss):
     """The voltage of the recording is held from sample to sample, which the equation knows."""
     fitted = [name for name in ("m", "b", "F", "load", "k_f") if name not in known]
-    fit = fit_force("slide", axis(10.0, delay=0.006), fitted=fitted, known=known, position=False, loss=loss)
+    fit = fit_force("slide", axis(10.0, delay=0.006), fitted=fitted, known=known, loss=loss)
     assert fit["delay"].value == pytest.approx(0.006, abs=3e-5)
     off = {name: abs(fit[name].value - value) for name, value in (("b", 200.0), ("F", 95.0 * 0.2))}
     assert all(each <= 3.0 * fit[name].stderr for name, each in off.items())
@@ -143,7 +143,7 @@ def test_a_fit_in_force_has_the_delay(known, loss):
 
 def test_a_fit_in_force_names_friction_at_rest_and_nothing_else():
     """Nor has it intervals then, whether or not its causes were looked for."""
-    how = {"fitted": ["m", "b", "F", "load"], "known": {"k_f": 35.0}, "position": False}
+    how = {"fitted": ["m", "b", "F", "load"], "known": {"k_f": 35.0}}
     assert not fit_force("slide", axis(4.0), **how).diagnoses
     stiff = fit_force("slide", axis(4.0, stribeck=1.0, speed=0.1), **how)
     assert [each.name for each in stiff.diagnoses] == ["Stribeck"]

@@ -151,9 +151,7 @@ def closed_loop(rng, late: float = 0.0) -> Recording:
 def test_a_closed_loop_is_fitted_in_force():
     """The scale of all forces is that of the force per current, or of the mass."""
     for known in {"k_f": 35.15}, {"m": 95.0}:
-        fit = fit_force(
-            "slide", closed_loop(np.random.default_rng(1)), fitted=free_of(known), known=known, position=False
-        )
+        fit = fit_force("slide", closed_loop(np.random.default_rng(1)), fitted=free_of(known), known=known)
         for name, value in AXIS.items():
             assert fit.values[name] == pytest.approx(value, rel=0.01), name
     with pytest.raises(hopform.HopformError, match="needs the scale of all forces: k_f, an inertia or a spring"):
@@ -164,9 +162,7 @@ def test_a_closed_loop_is_fitted_in_force():
 def test_a_fit_in_force_has_a_delay_where_the_recording_shows_one(late):
     """Half a sample less than the current is late: the delay counts from a drive that holds from sample to sample."""
     known = {"k_f": 35.15}
-    fit = fit_force(
-        "slide", closed_loop(np.random.default_rng(1), late), fitted=free_of(known), known=known, position=False
-    )
+    fit = fit_force("slide", closed_loop(np.random.default_rng(1), late), fitted=free_of(known), known=known)
     delays = [each.value for each in fit.estimates if each.name == "delay"]
     assert delays == ([pytest.approx(late - 0.0005, abs=3e-4)] if late else [])
     assert ["no delay of the drive is seen" in each for each in fit.statements] == ([] if late else [True])
@@ -266,7 +262,7 @@ def test_a_closed_loop_with_gaps_uneven_times_and_outliers_is_fitted_in_force():
     }
     torn = Recording("torn", whole.time[kept], columns)
     known = {"k_f": 35.15}
-    fit = fit_force("slide", torn, fitted=free_of(known), known=known, position=False, loss="soft_l1")
+    fit = fit_force("slide", torn, fitted=free_of(known), known=known, loss="soft_l1")
     for name, value in AXIS.items():
         assert fit.values[name] == pytest.approx(value, rel=0.03), name
 

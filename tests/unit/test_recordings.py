@@ -281,7 +281,7 @@ def test_a_motion_that_identifies_no_friction_is_refused_in_force():
     with pytest.raises(
         hopform.HopformError, match=r"line 2, column 'x1_m': does not distinguish F, load: move both ways"
     ):
-        fit_force("slide", one_way, fitted=["m", "b", "F", "load"], known={"k_f": 65.0}, position=False)
+        fit_force("slide", one_way, fitted=["m", "b", "F", "load"], known={"k_f": 65.0})
 
 
 def refused(path, kind, *options, capsys) -> str:

@@ -109,7 +109,7 @@ def test_a_fit_in_force_is_one_in_torque():
     drive = 0.3 * np.sin(9.0 * TIME) + 0.2 * np.sin(31.0 * TIME)  # of one frequency a delay is viscous friction
     x = simulate(SERVO, drive, RATE)
     log, fitted = recorded("time_s,position_rad,torque_Nm", x, 0.05 * drive), ["J", "b", "F_p", "load"]
-    fit = fit_force("joint", log, fitted=fitted, known={"F_m": "F_p"}, position=False)
+    fit = fit_force("joint", log, fitted=fitted, known={"F_m": "F_p"})
     assert {each.name: each.unit for each in fit.estimates} == {
         "J": "kg m^2", "b": "N m s/rad", "F_p": "N m", "load": "N m", "delay": "s",
     }  # fmt: skip

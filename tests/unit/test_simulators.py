@@ -220,7 +220,7 @@ def test_the_force_of_a_fit_in_force_is_what_mujoco_s_inverse_dynamics_asks_for(
     x = moved(scattered(SERVO, seed), DRIVE, 0.0, seed)
     made = recorded("time_s,position_rad,torque_Nm", x, 0.05 * DRIVE)
     known = {"F_m": "F_p"}
-    fit = fit_force("joint", made, fitted=["J", "b", "F_p", "load"], known=known, position=False)
+    fit = fit_force("joint", made, fitted=["J", "b", "F_p", "load"], known=known)
     rows = filtered(made)
     model, asked = of_mjcf(fit).model, []
     data = mujoco.MjData(model)

@@ -138,7 +138,7 @@ def test_a_held_drive_is_half_a_sample_late_in_a_fit_in_force():
         "torque": Column("u_Nm", "torque", 3, np.array(torques)),
     }
     log, known = Recording("log.csv", np.arange(1600) / rate, columns), {"k_t": 1.0, "F_m": "F_p"}
-    fit = fit_force("joint", log, fitted=["J", "b", "F_p", "load"], known=known, position=False, **ALONE)
+    fit = fit_force("joint", log, fitted=["J", "b", "F_p", "load"], known=known, **ALONE)
     assert fit["b"].value == pytest.approx(0.02, rel=0.015)
     assert fit["J"].value == pytest.approx(0.005, rel=0.01)
 

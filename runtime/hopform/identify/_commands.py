@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import typer
@@ -17,7 +17,7 @@ import typer
 from hopform import HopformError, Robot
 from hopform._checks import number_of
 from hopform._cli.output import deliver, picture, show
-from hopform._cli.use import robot_in_use, start_in_use
+from hopform._cli.use import core, robot_in_use, start_in_use
 from hopform._errors import printable
 from hopform._files import Named
 from hopform._solver.package import records
@@ -26,7 +26,7 @@ from hopform.identify import _report as reports
 from hopform.identify import _synthetic as synthetic
 from hopform.identify._causes import said
 from hopform.identify._fits import Fit, Options, Trace, fit, is_no_fit, missed
-from hopform.identify._joint import KINDS, LETTERS, Check, check
+from hopform.identify._joint import KINDS, Check, check
 from hopform.identify._joint import plan as planned
 from hopform.identify._kinds import cuts_by_kind
 from hopform.identify._motion import Values
@@ -132,18 +132,25 @@ STAGES = 6
 """Of a fit, about: it, the old model, intervals, what is left out."""
 
 
-def known_values(pairs: Sequence[str]) -> dict[str, float]:
-    """Known parameters from name=value."""
-    values = dict[str, float]()
-    for pair in pairs:
-        name, equals, value = pair.partition("=")
-        number = number_of(value)
-        if not equals or number is None or not math.isfinite(number):
-            raise HopformError(f"--known takes name=value in SI units, as in m_s=3.0, got {shown(pair)}")
-        if name not in LETTERS:
-            raise HopformError(f"--known: there is no parameter {shown(name)}; there are {', '.join(LETTERS)}")
-        values[name] = number
+def pairs_of(option: str, pairs: Sequence[str] | None, names_too: bool = False) -> dict[str, float | str]:
+    """What an option NAME=VALUE has; names_too: a value may be the name of a fitted parameter."""
+    values = dict[str, float | str]()
+    for pair in pairs or ():
+        name, equals, text = pair.partition("=")
+        value = number_of(text)
+        if not equals or not (names_too and text.isidentifier() if value is None else math.isfinite(value)):
+            first = core().facts.parameters[0]["name"]
+            tied = ", or the name of one that is fitted" if names_too else ""
+            raise HopformError(f"{option} takes NAME=VALUE in SI units, as in {first}=0.1{tied}, got {shown(pair)}")
+        if name in values:
+            raise HopformError(f"{option}: {shown(name)} is given twice")
+        values[name] = text if value is None else value
     return values
+
+
+def known_numbers(pairs: Sequence[str] | None) -> dict[str, float]:
+    """What --known has where each value is a number."""
+    return cast("dict[str, float]", pairs_of("--known", pairs))
 
 
 def ranges_of(pairs: Sequence[str]) -> dict[str, tuple[float, float]]:
@@ -377,7 +384,7 @@ def identify(
     read = (("the recording", role_and_path(each)[1]) for each in files)
     check_fit_outputs([("--robot", in_use().robot_file(robot)), *read], json, out, export, report, plot)
     base = robot_in_use(robot, values, "identify")
-    masses, given = added_masses(added_mass, len(files)), known_values(known or [])
+    masses, given = added_masses(added_mass, len(files)), known_numbers(known)
     with progress_bar("identification") as advance:
         how = options_of(loss, {"gain": gain, "clock": clock, "lag": lag}, advance)
         answer = answer_to(kind, files, [*_read(kind, free, files, masses)], given, how)
@@ -409,7 +416,7 @@ def record(
     if (ranges and not every) or (every and not plan):
         raise HopformError("record all, and ranges, are for a plan: `record all --plan --ranges NAME=LOW:HIGH`")
     if every:
-        show(reports.plan_of(planned(base, ranges_of(ranges or []), known_values(known or []) or None, seed or 0)))
+        show(reports.plan_of(planned(base, ranges_of(ranges or []), known_numbers(known) or None, seed or 0)))
         return
     recording = synthetic.record(
         base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
@@ -419,7 +426,7 @@ def record(
     )  # fmt: skip
     if plan:
         weighed = "m_eff" if test in ("step", "air") else "m_s"  # what is taken as known if nothing is given
-        given = known_values(known or []) or {weighed: getattr(base, weighed)}
+        given = known_numbers(known) or {weighed: getattr(base, weighed)}
         letters = {field.name: getattr(base, field.name) for field in base.fields()} | {"length": base.L0 + base.c}
         show(reports.tables_of(check({str(test): [recording]}, given, letters)))
         return

@@ -1,15 +1,12 @@
 """`hopform --solver DIR|NAME fit`: the parameters of any model from recordings of its motion, as `hopform.identify.fit` has them."""
 
-import math
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
 from hopform import HopformError
-from hopform._checks import number_of
 from hopform._cli.use import core
-from hopform.extend import in_use, progress_bar, shown
+from hopform.extend import in_use, progress_bar
 from hopform.identify import _commands
 from hopform.identify._commands import (
     SimulatorFormat,
@@ -19,6 +16,7 @@ from hopform.identify._commands import (
     give,
     model_of,
     options_of,
+    pairs_of,
     refuse_no_fit,
 )
 from hopform.identify._force import fit_force
@@ -63,19 +61,3 @@ def fit(
         model, more = model_of(result, export)
         written = files_of(result, None, out, report, plot, model)
     give(result, written, more, "" if out else model, json)
-
-
-def pairs_of(option: str, pairs: Sequence[str] | None, names_too: bool = False) -> dict[str, float | str]:
-    """What an option NAME=VALUE has; names_too: a value may be the name of a fitted parameter."""
-    values = dict[str, float | str]()
-    for pair in pairs or ():
-        name, equals, text = pair.partition("=")
-        value = number_of(text)
-        if not equals or not (names_too and text.isidentifier() if value is None else math.isfinite(value)):
-            first = core().facts.parameters[0]["name"]
-            tied = ", or the name of one that is fitted" if names_too else ""
-            raise HopformError(f"{option} takes NAME=VALUE in SI units, as in {first}=0.1{tied}, got {shown(pair)}")
-        if name in values:
-            raise HopformError(f"{option}: {shown(name)} is given twice")
-        values[name] = text if value is None else value
-    return values

@@ -11,7 +11,6 @@ model are taken of the filtered rows, at a side between the slips as far from ei
 import math
 import time as clock
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple, Unpack
 
@@ -19,17 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform import HopformError, Solver, __version__, load_solver
-from hopform._checks import flag
 from hopform.extend import positive
 from hopform.identify import _estimation as estimation
 from hopform.identify._causes import SPEEDS, Diagnosis, brought, said, stiffest
 from hopform.identify._estimation import LEVEL, Estimate, Parameter
 from hopform.identify._fits import NONE, Fit, Options, Trace, checked, coloured
 from hopform.identify._kinds import Recordings, files_of
-from hopform.identify._models import Given, Model, Setup, parameter_of, posed, setup_of
+from hopform.identify._models import Given, Model, Setup, parameter_of, setup_of
 from hopform.identify._motion import Array, Values
 from hopform.identify._recordings import Recording
-from hopform.identify._search import follow
 from hopform.identify._segments import Filtered, filtered, joined, robust_linear
 
 
@@ -40,16 +37,15 @@ def fit_force(
     fitted: Sequence[str] | None = None,
     known: Given = None,
     cutoff: float | None = None,
-    position: bool = True,
     **options: Unpack[Options],
 ) -> Fit:
     """The parameters of a model of one mass by its equation of motion itself, for recordings in closed loop.
 
     Both sides go through the same filters (`filtered`), then a linear least squares. solver, recordings, fitted and
     known are those of `fit`; one of the known ones must give the scale of all forces, as the force per current, an
-    inertia, or a spring. cutoff [Hz]: of the filters. position: fit the position too and set it beside this in the
-    statements. The delay of the drive, one of all recordings, is fitted where they show one; elsewhere drive and
-    position are taken as sampled together. It takes none of `NUISANCES`. Residuals of the traces are in N, or N m.
+    inertia, or a spring. cutoff [Hz]: of the filters. The delay of the drive, one of all recordings, is fitted where they
+    show one; elsewhere drive and position are taken as sampled together. It takes none of `NUISANCES`. Residuals of the
+    traces are in N, or N m.
     """
     began = clock.perf_counter()
     core = solver if isinstance(solver, Solver) else load_solver(solver)
@@ -58,7 +54,6 @@ def fit_force(
         raise HopformError(
             f"a fit in force takes a model of one mass with an input and no law; {model.core.name} is none"
         )
-    flag("position", position)
     if cutoff is not None:
         positive("cutoff", cutoff, "Hz")
     if asked.nuisances:
@@ -84,9 +79,6 @@ def fit_force(
         traces.append(Trace(recording.source, "force", part.time, *fitted_force))
     notes = (*(f"{each.source}: {note}" for each in setup.recordings for note in each.notes),
              *coloured(traces, [trace.tests.white for trace in traces]), *said(diagnoses, setup.units.shown("force")))  # fmt: skip
-    if position:
-        asked.stage("fit in position")
-        unseen = (*unseen, *_beside(setup, values, asked.loss))
     return Fit(
         "force", estimates, setup.known(known), {}, tuple(traces), unseen, notes, 1, clock.perf_counter() - began, None,
         diagnoses, covariance, units=setup.units, base=setup.robot(values), tied=setup.tied,
@@ -295,34 +287,3 @@ def _estimates(
         low = low if p.kind == "real" or not explained else max(low, 0.0)
         rows.append(Estimate(name, p.unit, value, error, low, high, "t" if explained else NONE, p.own))
     return tuple(rows)
-
-
-def _coarse(recording: Recording) -> Recording:
-    """A recording at every so manieth sample; its current takes the mean of as many: what a mass that integrates twice
-    sees of it.
-    """
-    every = max(recording.time.size // 2500, 1)
-    begins = np.arange(0, recording.time.size, every)
-    counts = np.diff(np.append(begins, recording.time.size))
-    columns = {
-        name: each._replace(values=np.add.reduceat(each.values, begins) / counts if name == "current" else each.values[::every])
-        for name, each in recording.columns.items()
-    }  # fmt: skip
-    return replace(recording, time=recording.time[::every], columns=columns)
-
-
-def _beside(setup: Setup, values: Values, loss: str) -> tuple[str, ...]:
-    """The fit in position from that in force, and what their difference comes from."""
-    problem, _ = posed(setup._replace(recordings=[_coarse(each) for each in setup.recordings]), None, loss=loss)
-    first = {p.name: values.get(p.name, p.start) for p in problem.parameters}
-    solution = follow(replace(problem, starts=(first,), parts=(1.0,)))
-    rest = np.concatenate([part[some] for part, some in zip(solution.residuals, solution.inliers, strict=True)])
-    rms = estimation.rms(rest)
-    parameters = ", ".join(f"{p.name} {solution.values[p.name]:.6g} {p.unit}" for p in problem.parameters if not p.own)
-    unit, factor = setup.units.shown("x1")
-    return (
-        f"the fit in position, by the same current without feedback, gives {parameters}, rms {factor * rms:.3g} {unit}",
-        "a closed loop keeps the position near its reference whatever the model misses, so an error of the force of "
-        "1 % adds up twice into position, unopposed: the fit in position bends the parameters after that drift, the "
-        "one in force does not",
-    )

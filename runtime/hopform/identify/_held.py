@@ -193,6 +193,6 @@ def _decays(recording: Recording, x: Array) -> list[tuple[int, int]]:
     return decays(recording, mended(x))
 
 
-DECAY = HeldKind("drop", "decay", "x2", LETTERS["decay"], {"g": 0.0}, (0.3, 1.0))
-STEP = HeldKind("step", "step", "x1", LETTERS["step"], {}, (0.35, 1.0))
-AIR = HeldKind("step", "air", "x1", LETTERS["air"], {}, (0.35, 1.0))
+DECAY = HeldKind("decay", "x2", LETTERS["decay"], {"g": 0.0}, (0.3, 1.0))
+STEP = HeldKind("step", "x1", LETTERS["step"], {}, (0.35, 1.0))
+AIR = HeldKind("air", "x1", LETTERS["air"], {}, (0.35, 1.0))

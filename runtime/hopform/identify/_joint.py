@@ -37,7 +37,6 @@ from hopform.identify._synthetic import hardest, record
 
 KINDS = {"drop": GROUND, "decay": DECAY, "step": STEP, "air": AIR, "free": FREE}
 """Of each role its kind; a free drop comes late, since it shows least about its starts."""
-LETTERS = tuple(dict.fromkeys(letter for kind in (GROUND, FREE) for letter in (*kind.letters, *kind.defaults)))
 
 
 def fit_robot(

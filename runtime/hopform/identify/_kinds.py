@@ -132,7 +132,6 @@ class Kind:
     with their values where these are not given, over how much of a recording a fit is followed at first, and then.
     """
 
-    answer: str
     rig: Rig
     position: Literal["x1", "x2"]
     every: tuple[str, ...]
@@ -202,7 +201,7 @@ class Kind:
                 beside = cut.x1[cut.independent()]
                 experiments.append(replace(experiments[-1], label=f"{cut.label}, x1", measured=beside, of="x1"))
         return Problem(
-            self.answer, self.position, tuple(experiments), tuple(parameters.values()), tuple(self.further(starts)),
+            "drop", self.position, tuple(experiments), tuple(parameters.values()), tuple(self.further(starts)),
             {name: value for name, value in group.known.items() if math.isfinite(value)},
             (*group.statements, *(note for cut in group.cuts for note in cut.rests())),
             tuple(f"{each.source}: {note}" for each in group.recordings for note in each.notes),

@@ -26,13 +26,13 @@ from hopform._motion import DOUBLE
 from hopform._robots import attribute_of, checked_value, robot_class
 from hopform._sensitivities import STARTS, in_coordinates
 from hopform._solver.choice import Solver as Core
-from hopform._solver.package import Steps, records
+from hopform._solver.package import Steps
 from hopform.extend import items, positive, shown
 from hopform.identify._closed_loop import MOST_LATE, Law, Loop, Run, Ticks, between, law_of
 from hopform.identify._estimation import Parameter, Solution
 from hopform.identify._fits import Fit, Options, checked, solved
 from hopform.identify._kinds import MOST_KNOWN, Cut, Recordings, cuts_of, files_of, read_some
-from hopform.identify._motion import MAX_PHASES, Array, Values, delayed, held_at, of_scipy
+from hopform.identify._motion import MAX_PHASES, Array, Values, held_at, of_scipy
 from hopform.identify._recordings import (
     DRIVES,
     SI,
@@ -400,21 +400,16 @@ class Modelled(Experiment):
                     return _under_sine(linear, times, base, z, v), FedBack(times, whole - by)
         raise HopformError("the angle under gravity's sine does not settle: these parameters are far from the motion's")
 
-    def response_to(self, values: Values, force: Force, size: float) -> Array:
+    def respond(self, at: Values, steps: Steps, fine: Array, force: Force, size: float) -> Array:
         """As of every rig; 0 of a model of several masses, or without a drive."""
-        letters = self.letters(values)
-        at = in_recorded_time(letters, letters["clock"], self.powers)
-        robot, steps = self.robot(at), delayed(self.steps, letters["delay"])
+        robot, none = self.robot(at), np.zeros(fine.size)
         linear = self.model.linear(robot, self.mass) if len(self.model.masses) == 1 else None
         if linear is None or linear.gain == 0.0:
-            return np.zeros(self.time.size)
+            return none
         try:
             steps = self._with_sine(at, robot, steps)[0] if self.grid is not None else steps
         except HopformError:
-            return np.zeros(self.time.size)
-        finer = max(min(4, records.MOST_STEPS // self.time.size), 1)
-        places = np.arange(finer * (self.time.size - 1) + 1) / finer
-        fine = np.interp(places, np.arange(self.time.size), self.time)
+            return none
         drive = held_at(steps, fine)
 
         def moved(u: Array) -> tuple[Array, Array]:
@@ -423,12 +418,10 @@ class Modelled(Experiment):
             return np.asarray(state.x1), np.asarray(state.v1)
 
         x, v = moved(drive)
-        fastest = float(np.abs(v).max())
-        if fastest == 0.0:
-            return np.zeros(self.time.size)
-        along = linear.along(fine, x, v, drive)
-        shifted, _ = moved(drive - size * force(along) / linear.gain)
-        return np.asarray(letters["gain"] * (shifted - x) / size)[::finer]
+        if not v.any():
+            return none
+        shifted, _ = moved(drive - size * force(linear.along(fine, x, v, drive)) / linear.gain)
+        return (shifted - x) / size
 
 
 @dataclass(frozen=True)
@@ -669,41 +662,6 @@ def setup_of(model: Model, recordings: Recordings, fitted: Sequence[str] | None,
     return Setup(model, several, view, drive, values, names, tied, heavier, _letters(model, view, names, tied))
 
 
-def posed(
-    setup: Setup,
-    known: Given,
-    start: Values | None = None,
-    sine: bool = False,
-    ticks: float = 0.0,
-    loss: str = "linear",
-) -> tuple[Problem, float]:
-    """The least-squares problem of a model, and the share of the accelerations that its best start leaves."""
-    model, values, parameters_of_fit = setup.model, setup.values, setup.parameters
-    motions = [cut for n, each in enumerate(setup.recordings) for cut in _motions(model, each, n)]
-    free, given = setup.begin(start), _given(model, setup.names, start)
-    given = {name: given[letter] for name, letter in parameters_of_fit.items() if letter in given}
-    search = Search(model, motions, setup.letters, setup.heavier, sine)
-    tries, left = search.starts(values, free)
-    if given and left > 0.0:
-        tries.insert(0, search.near(values, free, given) | given)
-    experiments, parameters = list[Experiment](), dict[str, Parameter]()
-    for n, cut in enumerate(motions):
-        of_cut, begins = _posed(model, cut, n, values, setup.letters[cut.number], sine, ticks)
-        experiments += [replace(each, added_mass=cut.recording.added_mass, heavier=setup.heavier) for each in of_cut]
-        parameters |= {p.name: p for p in begins}
-    shared = {name: parameter_of(setup, name, tries[0][name]) for name in parameters_of_fit}
-    first = {name: p.start for name, p in {**shared, **parameters}.items()}
-    said = [_said_of_ticks(each, ticks) for each in setup.recordings] if ticks else []
-    return Problem(
-        "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
-        tuple(first | each | late for late in _delays(motions, ticks) for each in tries), setup.known(known),
-        (*filter(None, said), *(note for cut in motions for note in cut.rests())),
-        tuple(f"{each.source}: {note}" for each in setup.recordings for note in each.notes), parts=(0.35, 1.0),
-        units=setup.units, loss=loss, given=given, tied={n: other for n, other in setup.tied.items() if other in shared},
-        friction=model.friction, files=files_of(setup.files),
-    ), left  # fmt: skip
-
-
 def fit_model(
     core: Core,
     recordings: Recordings,
@@ -720,14 +678,34 @@ def fit_model(
     _refuse(model, sine)
     ticks = _rate(model, rate, several)
     setup = setup_of(model, several, fitted, known)
-    problem, left = posed(setup, known, start, sine, ticks, asked.loss)
+    motions = [cut for n, each in enumerate(setup.recordings) for cut in _motions(model, each, n)]
+    free, given = setup.begin(start), _given(model, setup.names, start)
+    given = {name: given[letter] for name, letter in setup.parameters.items() if letter in given}
+    search = Search(model, motions, setup.letters, setup.heavier, sine)
+    tries, left = search.starts(setup.values, free)
+    if given and left > 0.0:
+        tries.insert(0, search.near(setup.values, free, given) | given)
+    experiments, parameters = list[Experiment](), {name: parameter_of(setup, name, tries[0][name]) for name in free}
+    for n, cut in enumerate(motions):
+        posed, begins = _posed(model, cut, n, setup.values, setup.letters[cut.number], sine, ticks)
+        experiments += [replace(each, added_mass=cut.recording.added_mass, heavier=setup.heavier) for each in posed]
+        parameters |= {p.name: p for p in begins}
+    first = {name: p.start for name, p in parameters.items()}
+    of_ticks = [_said_of_ticks(each, ticks) for each in setup.recordings] if ticks else []
+    problem = Problem(
+        "model", "x1", tuple(experiments), tuple(parameters.values()),
+        tuple(first | each | late for late in _delays(motions, ticks) for each in tries), setup.known(known),
+        (*filter(None, of_ticks), *(note for cut in motions for note in cut.rests())),
+        tuple(f"{each.source}: {note}" for each in setup.recordings for note in each.notes), parts=(0.35, 1.0),
+        units=setup.units, loss=asked.loss, given=given, friction=model.friction, files=files_of(several),
+        tied={name: other for name, other in setup.tied.items() if other in free},
+    )  # fmt: skip
     result = solved(problem, asked)
-    said, driven = list[str](), any(len(each.steps) > 1 for each in problem.experiments)
+    said, driven = list[str](), any(len(each.steps) > 1 for each in experiments)
     if model.law is None and driven and left > _UNDRIVEN and not all(cast(Solution, result.solution).explained):
         said.append(_undriven(model, left))
     said += _scale(model, result, setup.values)
-    base = setup.robot(result.values)
-    return replace(result, statements=(*result.statements, *said), base=base, tied=setup.tied)
+    return replace(result, statements=(*result.statements, *said), base=setup.robot(result.values), tied=setup.tied)
 
 
 def _letters(

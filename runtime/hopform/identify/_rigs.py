@@ -237,8 +237,11 @@ class Experiment:
         finer = max(min(4, records.MOST_STEPS // self.time.size), 1)
         places = np.arange(finer * (self.time.size - 1) + 1) / finer
         fine = np.interp(places, np.arange(self.time.size), self.time)
-        respond = self._response if self.kind == "ground" else self._driven_response
-        return np.asarray(letters["gain"] * respond(at, steps, fine, force, size)[::finer])
+        return np.asarray(letters["gain"] * self.respond(at, steps, fine, force, size)[::finer])
+
+    def respond(self, at: Values, steps: Steps, fine: Array, force: "Force", size: float) -> Array:
+        """The same at times between the samples, too, by letters in recorded time."""
+        return (self._response if self.kind == "ground" else self._driven_response)(at, steps, fine, force, size)
 
     def _response(self, at: Values, steps: Steps, fine: Array, force: "Force", _: float) -> Array:
         """Of a body that is dropped, which sticks once, at its end. With P(t) the derivatives of its state by that at

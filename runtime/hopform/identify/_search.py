@@ -118,14 +118,6 @@ def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:
     return solution if held else _unstuck(linear, _traded(linear, solution))
 
 
-def follow(problem: Problem) -> Solution:
-    """The minimum that a problem's first start leads to, and no other."""
-    solution = (
-        _from(problem, {}, problem.starts[:1]) if problem.loss == "linear" else _without_outliers(problem, follow)
-    )
-    return _moving(_weighed(problem, solution, {}))
-
-
 def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = None) -> Solution:
     """The best minimum from a problem's starts: first over the beginning of each recording, the best of these over more
     and more.
