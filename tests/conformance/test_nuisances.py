@@ -13,7 +13,7 @@ from hopform._front import main
 from hopform.identify import _causes as causes
 from hopform.identify._drop import GROUND, fit_drop_test
 from hopform.identify._force import fit_force
-from hopform.identify._held import DECAY
+from hopform.identify._held import HELD
 from hopform.identify._joint import fit_robot
 from hopform.identify._kinds import problem_of
 from hopform.identify._recordings import Column, Recording, parse_recording
@@ -87,7 +87,7 @@ def test_the_response_to_friction_at_rest_is_that_of_the_motion(rig):
     zero = np.zeros(1500)
     at, high, low = (simulate(replace(rig, stribeck=each, speed=0.1), zero, 500.0) for each in (0.0, 0.01, -0.01))
     text = "\n".join(["time_s,x2_m", *(f"{n / 500.0!r},{x!r}" for n, x in enumerate(at.tolist()))])
-    problem = problem_of({DECAY if rig is BODY else GROUND: parse_recording(text, "still.csv")}, {"m_s": 3.0})
+    problem = problem_of({HELD["decay"] if rig is BODY else GROUND: parse_recording(text, "still.csv")}, {"m_s": 3.0})
     own = problem.experiments[0]
     truth = {"k": 1200.0, "b2": 5.0, "f2": 0.6, "length": 0.4, "impact_loss": 0.05, "rest@0": 0.0}
     recording = parse_recording(text, "still.csv")

@@ -20,7 +20,7 @@ from hopform.identify import _kinds as kinds
 from hopform.identify import _search as search
 from hopform.identify._drop import GROUND, fit_drop_test
 from hopform.identify._force import fit_force
-from hopform.identify._held import DECAY, STEP
+from hopform.identify._held import HELD
 from hopform.identify._joint import fit_robot
 from hopform.identify._recordings import Column, Recording, outliers
 from hopform.identify._synthetic import record
@@ -110,8 +110,8 @@ def test_a_robust_fit_has_the_intervals_of_a_fit_without_outliers_and_they_hold_
 
 def problem_of(case: str, recording: Recording) -> search.Problem:
     if case == "step":
-        return kinds.problem_of({STEP: recording}, {"m_eff": 25.0})
-    return kinds.problem_of({GROUND if case == "drop" else DECAY: recording}, {"m_s": 2.2})
+        return kinds.problem_of({HELD["step"]: recording}, {"m_eff": 25.0})
+    return kinds.problem_of({GROUND if case == "drop" else HELD["decay"]: recording}, {"m_s": 2.2})
 
 
 def minima(problem: search.Problem, found: estimation.Solution) -> Iterator[estimation.Solution]:

@@ -13,7 +13,7 @@ import hopform
 from hopform._front import main
 from hopform.identify._drop import GROUND, fit_drop_test
 from hopform.identify._force import fit_force
-from hopform.identify._held import DECAY
+from hopform.identify._held import HELD
 from hopform.identify._joint import fit_robot
 from hopform.identify._kinds import problem_of
 from hopform.identify._recordings import Column, Recording, parse_recording
@@ -235,7 +235,7 @@ def test_without_a_current_a_free_actuator_identifies_no_force_constant_and_stat
 def test_several_motions_in_a_recording_are_found_and_fitted_together(test, duration):
     """The hand takes the body while it still oscillates, or after it has come to rest."""
     made = record(HOPPER, test, height=0.2 if test == "drop" else 0.04, duration=duration, repeats=3, seed=1)
-    problem = problem_of({DECAY if test == "decay" else GROUND: made}, {"m_s": 3.0})
+    problem = problem_of({HELD["decay"] if test == "decay" else GROUND: made}, {"m_s": 3.0})
     assert [each.label.rpartition(" ")[2] for each in problem.experiments] == ["1", "2", "3"]
     still = 0.2 if test == "drop" else 0.0
     begins = [still + n * (duration + 0.9) for n in range(3)]

@@ -13,7 +13,7 @@ import hopform
 from hopform._front import main
 from hopform.identify._drop import fit_drop_test
 from hopform.identify._force import fit_force
-from hopform.identify._held import DECAY
+from hopform.identify._held import HELD
 from hopform.identify._joint import fit_robot
 from hopform.identify._kinds import problem_of
 from hopform.identify._recordings import (
@@ -45,7 +45,7 @@ def test_noise_and_quantum_are_seen():
 def test_a_decay_shows_its_frequency_and_which_friction_it_has(b2, f2):
     robot = dataclasses.replace(HOPPER, b2=b2, f2=f2)
     recording = record(robot, "decay", height=0.04, noise=1e-5, quantum=0.0, duration=3.0)
-    start = problem_of({DECAY: recording}, {"m_s": 3.0}).starts[0]
+    start = problem_of({HELD["decay"]: recording}, {"m_s": 3.0}).starts[0]
     assert math.sqrt(start["k"] / 3.0) == pytest.approx(20.0, rel=0.02)
     assert start["b2"] == pytest.approx(b2, abs=0.45)
     assert start["f2"] == pytest.approx(f2, abs=0.08)

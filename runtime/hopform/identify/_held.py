@@ -193,6 +193,6 @@ def _decays(recording: Recording, x: Array) -> list[tuple[int, int]]:
     return decays(recording, mended(x))
 
 
-DECAY = HeldKind("decay", "x2", LETTERS["decay"], {"g": 0.0}, (0.3, 1.0))
-STEP = HeldKind("step", "x1", LETTERS["step"], {}, (0.35, 1.0))
-AIR = HeldKind("air", "x1", LETTERS["air"], {}, (0.35, 1.0))
+HELD = {"decay": HeldKind("decay", "x2", LETTERS["decay"], {"g": 0.0}, (0.3, 1.0))}
+HELD |= {role: HeldKind(role, "x1", LETTERS[role], {}, (0.35, 1.0)) for role in ("step", "air")}
+"""The kinds by their roles."""

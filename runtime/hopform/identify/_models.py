@@ -11,7 +11,6 @@ less a twelfth of the second difference of f, which is what mean and hold togeth
 """
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -49,7 +48,18 @@ from hopform.identify._recordings import (
     used_after_all,
     whole_spans,
 )
-from hopform.identify._rigs import SINGULAR, Along, Experiment, Force, Moved, Rates, in_recorded_time
+from hopform.identify._rigs import (
+    SINGULAR,
+    Along,
+    Experiment,
+    Force,
+    Moved,
+    Rates,
+    friction_of,
+    in_recorded_time,
+    named_by_masses,
+    power_of,
+)
 from hopform.identify._search import Problem
 from hopform.identify._segments import CUTOFFS, Filtered, decays, filtered_part
 
@@ -157,23 +167,12 @@ class Model:
         }
 
     def _named(self, key: str) -> set[str]:
-        """The parameters in what the facts of the masses have under a key."""
-        texts = list[str]()
-        for element in self.core.facts.elements:
-            entry: Any = element.get(key, ())
-            texts += map(str, entry.values() if key == "stops" and entry else entry)
-        return {word for text in texts for word in re.findall(r"\w+", text)} & self.parameters.keys()
+        return named_by_masses(self.core.facts, key)
 
     @property
     def friction(self) -> dict[str, str]:
-        """The parameters of friction, by kind: Coulomb's as the facts of the masses name them, viscous ones by their unit."""
-        named, letters = self._named("friction"), dict[str, str]()
-        for name, parameter in self.parameters.items():
-            if name in named and parameter["domain"] != "positive":
-                letters[name] = "coulomb"
-            elif re.match(r"N( m)? s(/|$)", parameter["unit"]):
-                letters[name] = "viscous"
-        return letters
+        """The parameters of friction, by kind."""
+        return friction_of(self.core.facts)
 
     @property
     def powers(self) -> dict[str, int]:
@@ -220,17 +219,6 @@ class Model:
 def _model_again(solver: Solver) -> Model:
     """The model of a pickle."""
     return Model(solver.Robot.solver)
-
-
-def power_of(unit: str) -> int:
-    """The power of 1/s in which a quantity of a unit counts, where N is kg m/s^2: 1 of N s/m, 2 of N/A."""
-    above, _, below = unit.partition("/")
-
-    def of(words: str) -> int:
-        factors = [re.fullmatch(r"(\w+?)(?:\^(\d+))?", each) for each in words.replace("*", " ").split()]
-        return sum({"N": 2, "J": 2, "s": -1}.get(each[1], 0) * int(each[2] or 1) for each in factors if each)
-
-    return of(above) - of(below.replace("/", " "))
 
 
 @dataclass(frozen=True)
