@@ -10,6 +10,7 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from hopform.identify import Fit
 from hopform.identify import _causes as causes
@@ -20,6 +21,7 @@ from tests.conformance import blind
 from tests.conformance.blind import CELLS, EFFECTS, Cell, drawn, fitted, measure, recorded
 from tests.derived import SHIPPED, solver_of
 from tests.fits import ALONE
+from tests.oracle.recordings import Rig, simulate
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -147,6 +149,24 @@ def test_the_response_to_a_force_is_that_of_the_motion(number):
     exact = experiment.response_to(fit.solution.values, lambda _: -wave, 1e-3)
     linear = rivals._carried(at, wave[:, np.newaxis])[:: rivals._every(experiment, at), 0]  # noqa: SLF001
     assert np.abs(linear - exact).max() < 0.02 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("at_link", [0.0, 1.0])
+def test_a_rig_with_a_link_moves_as_two_masses_on_springs(at_link):
+    """By the exponential of their matrix: what is fitted to its recordings is off by the link and not by time steps."""
+    rig = Rig(0.02, 4.5, 0.003, 0.0, start=0.4, link=0.005, link_k=79.0, link_b=0.025, at_link=at_link)
+    rate, count = 200.0, 300
+    rows = np.array([
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+        np.array([-rig.k - rig.link_k, rig.link_k, -rig.b - rig.link_b, rig.link_b]) / rig.mass,
+        np.array([rig.link_k, -rig.link_k, rig.link_b, -rig.link_b]) / rig.link,
+    ])  # fmt: skip
+    step, state, exact = expm(rows / rate), np.array([rig.start, rig.start, 0.0, 0.0]), list[float]()
+    for _ in range(count):
+        exact.append(float(state[int(at_link)]))
+        state = step @ state
+    assert np.abs(simulate(rig, np.zeros(count), rate) - exact).max() < 1e-6
 
 
 def test_every_cell_is_of_an_effect_that_is_drawn():
