@@ -185,6 +185,20 @@ def test_times_in_whole_milliseconds_are_those_of_the_ticks(servo):
     assert fits[1]["J"].value == pytest.approx(fits[0]["J"].value, rel=1e-6)
 
 
+@pytest.mark.sliced
+def test_causes_are_looked_for_where_samples_at_rest_are_left_out(servo):
+    """The load holds the joint at the limit of its current: what moves is known at more ticks than were fitted."""
+    text = controller.log(
+        Servo(load=1.0), chirp(0.3, 0.3, 4.0, 1.5), 1.5, 400.0, np.random.default_rng(5), dead_time=0.005
+    )  # fmt: skip
+    fit = hopform.identify.fit(
+        servo, parse_recording(text, "log.csv"), fitted=[*TRUTH], known=KNOWN, rate=400.0,
+        **{**ALONE, "diagnose": True},
+    )  # fmt: skip
+    assert any("samples repeat others, at rest" in each for each in fit.statements)
+    assert fit.diagnoses and all(math.isinf(each.high) for each in fit.estimates)
+
+
 def changed(recording: Recording, **columns: Any) -> Recording:
     kept = {name: each for name, each in {**recording.columns, **columns}.items() if each is not None}
     return dataclasses.replace(recording, columns=kept)

@@ -446,20 +446,11 @@ def _play(problem: Problem, solution: Solution) -> Iterator[Tried]:
     predicted = [e.measured + part for e, part in zip(problem.experiments, solution.residuals, strict=True)]
     width, after = 1e-6, list[Array]()
     for _ in range(_TURNS):
-        column = np.concatenate([(behind_play(each, width) - each) / width for each in predicted])
+        column = np.concatenate([(rivals.behind_play(each, width) - each) / width for each in predicted])
         (width,), after = _with_columns(solution, column[:, np.newaxis])
         if not width > 0.0:
             return
     yield from _worth("play", {"width": width}, solution, after, explains=_is_noise(solution, after))
-
-
-def behind_play(x: Array, width: float) -> Array:
-    """What a sensor shows that follows a motion through a play of a width [m]."""
-    positions, shown = np.empty(x.size), float(x[0])
-    for n, place in enumerate(x.tolist()):
-        shown = min(max(shown, place - 0.5 * width), place + 0.5 * width)
-        positions[n] = shown
-    return positions
 
 
 # ---- what no element says ----
