@@ -13,8 +13,10 @@ import pytest
 from scipy.linalg import expm
 
 from hopform.identify import Fit
+from hopform.identify import _alternatives as alternatives
 from hopform.identify import _causes as causes
 from hopform.identify import _current_noise as current_noise
+from hopform.identify import _estimation as estimation
 from hopform.identify import _rivals as rivals
 from tests import needs
 from tests.conformance import blind
@@ -147,8 +149,28 @@ def test_the_response_to_a_force_is_that_of_the_motion(number):
     assert ((at.v[:-1] == 0.0) & (at.v[1:] == 0.0)).any() and (at.v[:-1] * at.v[1:] < 0.0).any()
     wave = np.sin(7.0 * at.t)
     exact = experiment.response_to(fit.solution.values, lambda _: -wave, 1e-3)
-    linear = rivals._carried(at, wave[:, np.newaxis])[:: rivals._every(experiment, at), 0]  # noqa: SLF001
+    linear = rivals.seen_at(experiment, at, rivals._carried(at, wave[:, np.newaxis]))[:, 0]  # noqa: SLF001
     assert np.abs(linear - exact).max() < 0.02 * np.abs(exact).max()
+
+
+def test_an_interval_of_a_decay_allows_for_a_link_that_bends():
+    """It makes the inertia seem larger and leaves nothing: that of the model without it is off by 34 half widths."""
+    of, rng = drawn("decay", "link", 523)
+    fit, truth = fitted(of, [recorded(of, rng)], diagnose=False, **QUICK)
+    plain = next(each for each in estimation.estimates(fit.solution)[0] if each.name == "J")
+    off = 0.5 * (plain.low + plain.high) - truth["J"]
+    assert off > 10.0 * (plain.high - plain.low)
+    assert 0.5 * (fit["J"].low + fit["J"].high) - truth["J"] < 2.0 * (fit["J"].high - fit["J"].low)
+    assert any("J" in each and "a link that bends" in each for each in fit.statements)
+
+
+def test_an_interval_allows_for_friction_by_load_that_a_drive_of_one_sign_does_not_show():
+    """It is a smaller force constant, exactly: so is the direction that the fit takes for it."""
+    of, rng = drawn("joint", "loaded", 510)
+    fit, truth = fitted(of, [recorded(of, rng)], diagnose=False, **QUICK)
+    assert intervals(fit, truth) == [True, True, True]
+    loaded = next(each for each in alternatives.missed(fit.solution) if each.of.name == "loaded")
+    assert math.isinf(loaded.error)
 
 
 @pytest.mark.parametrize("at_link", [0.0, 1.0])

@@ -600,10 +600,11 @@ class Linear(NamedTuple):
     def along(self, t: Array, x: Array, v: Array, drive: Array) -> Along:
         """A motion under a drive, for a force along it."""
         pull = self.middle + self.gain * drive - self.stiffness * x
-        largest = max(float(np.abs(self.gain * drive).max()), self.stiffness * float(np.abs(x - self.rest).max()))
+        by_drive, by_spring = np.abs(self.gain * drive), self.stiffness * np.abs(x - self.rest)
+        largest, load = max(float(by_drive.max()), float(by_spring.max())), by_drive + by_spring
         way, level = np.where(v != 0.0, v, pull), np.full(x.size, self.friction)
         fastest = float(np.abs(v).max())
-        return Along(t, x - self.rest, v, way, fastest, level, largest, self.stiffness, self.damping)
+        return Along(t, x - self.rest, v, way, fastest, level, largest, self.stiffness, self.damping, load)
 
 
 # ---- from recordings to a problem ----
