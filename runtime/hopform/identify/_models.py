@@ -30,7 +30,7 @@ from hopform._solver.package import Steps, records
 from hopform.extend import items, positive, shown
 from hopform.identify._closed_loop import MOST_LATE, Law, Loop, Run, Ticks, between, law_of
 from hopform.identify._estimation import Parameter, Solution
-from hopform.identify._fits import Fit, Options, checked, solved
+from hopform.identify._fits import Asked, Fit, Options, checked, solved
 from hopform.identify._kinds import MOST_KNOWN, Cut, Recordings, cuts_of, files_of, read_some
 from hopform.identify._motion import MAX_PHASES, Array, Values, delayed, held_at, of_scipy
 from hopform.identify._recordings import (
@@ -438,11 +438,12 @@ class Modelled(Experiment):
 @dataclass(frozen=True)
 class Controlled(Modelled):
     """A recording of a coordinate under a law that a controller computes at its ticks. period: of these [s]; target: what
-    was logged of it, over times from the first tick on; ticks: how many.
+    was logged of it, over times from the first tick on; differs: whether the law's velocity is a difference of places.
     """
 
     period: float = 0.0
     target: tuple[Array, Array] = (np.empty(0), np.empty(0))
+    differs: bool = False
 
     @property
     def own_letters(self) -> tuple[str, ...]:
@@ -462,7 +463,7 @@ class Controlled(Modelled):
         else:
             cubic = of_scipy("interpolate").PchipInterpolator(times, values)
             read, slope = cubic(inside), cubic(inside, 1)
-        return Ticks(self.period, read), np.where((at < times[0]) | (at > times[-1]), 0.0, slope)
+        return Ticks(self.period, read, self.differs), np.where((at < times[0]) | (at > times[-1]), 0.0, slope)
 
     def _loop(self, at: Values) -> Loop:
         return Loop(self.model.core, cast(Law, self.model.law), self.model.robot(at))
@@ -657,8 +658,10 @@ def fit_model(
         friction=model.friction, files=files_of(several),
     )  # fmt: skip
     result = solved(problem, asked)
+    if model.law is not None and not _explained(result):
+        result = _by_differences(problem, asked, result)
     driven = any(len(each.steps) > 1 for each in experiments)
-    if model.law is None and driven and left > _UNDRIVEN and not all(cast(Solution, result.solution).explained):
+    if model.law is None and driven and left > _UNDRIVEN and not _explained(result):
         result = replace(result, statements=(*result.statements, _undriven(model, left)))
     result = replace(result, statements=(*result.statements, *_scale(model, result, values)))
     ours = {name: float(np.mean([result.values[p] for p, letter in domains.items() if letter == name]))
@@ -735,6 +738,26 @@ def _undriven(model: Model, left: float) -> str:
         f"{name} and the model leave {100.0 * left:.0f} % of the accelerations: is {name} what was commanded, is it late, "
         "or is a term missing? inertia and stiffness are no better than that; a free decay does not need it"
     )
+
+
+def _explained(fit: Fit) -> bool:
+    """Whether the residuals of a fit are noise in all recordings."""
+    return all(cast(Solution, fit.solution).explained)
+
+
+_DIFFERS = (
+    "the controller takes its velocity from the difference of two positions, half a tick late: so it is fitted, and the "
+    "residuals are noise; under the velocity at the tick they are not"
+)
+
+
+def _by_differences(problem: Problem, asked: Asked, plain: Fit) -> Fit:
+    """The fit under a law whose velocity is the difference of two places, where that explains what the plain one leaves:
+    a controller without a sensor of velocity has no other.
+    """
+    differing = tuple(replace(cast(Controlled, each), differs=True) for each in problem.experiments)
+    result = solved(replace(problem, experiments=differing), asked._replace(diagnose=False))
+    return replace(result, statements=(_DIFFERS, *result.statements)) if _explained(result) else plain
 
 
 def _refuse(model: Model, sine: bool) -> None:
