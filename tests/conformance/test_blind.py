@@ -131,6 +131,19 @@ def test_lost_samples_show_as_a_jump_of_the_place_or_of_the_velocity(middle, los
 
 
 @pytest.mark.sliced
+def test_a_load_that_is_neither_fitted_nor_given_is_a_known_value_that_is_off():
+    """The joint has a constant load of a twentieth of its largest torque: as one that a motor lifts."""
+    of, rng = drawn("joint", "sound", 0)
+    more = 0.05 * float(np.abs(of.u).max())
+    made = recorded(dataclasses.replace(of, u=of.u + more), rng)
+    logged = {n: c._replace(values=c.values - more) if c.title == "i_A" else c for n, c in made.columns.items()}
+    fit, _ = fitted(of, [dataclasses.replace(made, columns=logged)], **QUICK)
+    first = fit.diagnoses[0]
+    assert first.name == "known value" and first.option == "fit load, too"
+    assert first.values["load"] == pytest.approx(of.rig.gamma * more, rel=0.02)
+
+
+@pytest.mark.sliced
 def test_a_drive_that_pushes_one_way_cannot_tell_friction_by_load():
     of, rng = drawn("joint", "sound", 0)
     words = "cannot be distinguished from a smaller force constant"

@@ -650,12 +650,20 @@ def fit_model(
     first = {name: p.start for name, p in {**shared, **parameters}.items()}
     warnings = tuple(f"{each.source}: {note}" for each in view for note in each.notes)
     said = tuple(_said_of_ticks(each, ticks) for each in view) if ticks else ()
+    aside = {
+        *(known or {}),
+        *names,
+        *model.excess,
+        *model.stops,
+        *((*model.law.gains, *model.law.motor) if model.law else ()),
+    }
+    defaults = tuple(_parameter(model, n, n, value, units) for n, value in values.items() if n not in aside)
     problem = Problem(
         "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
         tuple(first | each | late for late in _delays(motions, ticks) for each in tries), {n: values[n] for n in known or {} if n in values},
         (*filter(None, said), *(note for cut in motions for note in cut.rests())), warnings, parts=(0.35, 1.0),
         units=units, loss=asked.loss, given=given, tied={n: other for n, other in tied.items() if other in shared},
-        friction=model.friction, files=files_of(several),
+        defaults=defaults, friction=model.friction, files=files_of(several),
     )  # fmt: skip
     result = solved(problem, asked)
     if model.law is not None and not _explained(result):

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hopform.identify._estimation import Solution
-from hopform.identify._motion import Array, of_scipy
+from hopform.identify._motion import Array, Values, of_scipy
 from hopform.identify._recordings import noise_of, quantum_of
 from hopform.identify._rigs import Along, Experiment
 
@@ -70,7 +70,7 @@ def rivals_of(solution: Solution) -> Iterator[list[Rival]]:
 _MOST_JUMPS = 3
 
 
-def along_of(experiment: Experiment, values: dict[str, float]) -> Along | None:
+def along_of(experiment: Experiment, values: Values) -> Along | None:
     """The fitted motion as a force along it sees it; None where the rig has no response to forces."""
     seen = list[Along]()
 
