@@ -193,6 +193,9 @@ def _decays(recording: Recording, x: Array) -> list[tuple[int, int]]:
     return decays(recording, mended(x))
 
 
-HELD = {"decay": HeldKind("decay", "x2", LETTERS["decay"], {"g": 0.0}, (0.3, 1.0))}
-HELD |= {role: HeldKind(role, "x1", LETTERS[role], {}, (0.35, 1.0)) for role in ("step", "air")}
+HELD = {
+    "decay": HeldKind("decay", "x2", LETTERS["decay"], {"g": 0.0}, (0.3, 1.0)),
+    "step": HeldKind("step", "x1", LETTERS["step"], {}, (0.35, 1.0)),
+    "air": HeldKind("air", "x1", LETTERS["air"], {}, (0.35, 1.0)),
+}
 """The kinds by their roles."""

@@ -29,7 +29,7 @@ from hopform._solver.package import Steps
 from hopform.extend import items, positive, shown
 from hopform.identify._closed_loop import MOST_LATE, Law, Loop, Run, Ticks, between, law_of
 from hopform.identify._estimation import Parameter, Solution
-from hopform.identify._fits import Fit, Options, checked, solved
+from hopform.identify._fits import Asked, Fit, Options, checked, solved
 from hopform.identify._kinds import MOST_KNOWN, Cut, Recordings, cuts_of, files_of, read_some
 from hopform.identify._motion import MAX_PHASES, Array, Values, held_at, of_scipy
 from hopform.identify._recordings import (
@@ -415,11 +415,12 @@ class Modelled(Experiment):
 @dataclass(frozen=True)
 class Controlled(Modelled):
     """A recording of a coordinate under a law that a controller computes at its ticks. period: of these [s]; target: what
-    was logged of it, over times from the first tick on; ticks: how many.
+    was logged of it, over times from the first tick on; differs: whether the law's velocity is a difference of places.
     """
 
     period: float = 0.0
     target: tuple[Array, Array] = (np.empty(0), np.empty(0))
+    differs: bool = False
 
     @property
     def own_letters(self) -> tuple[str, ...]:
@@ -439,7 +440,7 @@ class Controlled(Modelled):
         else:
             cubic = of_scipy("interpolate").PchipInterpolator(times, values)
             read, slope = cubic(inside), cubic(inside, 1)
-        return Ticks(self.period, read), np.where((at < times[0]) | (at > times[-1]), 0.0, slope)
+        return Ticks(self.period, read, self.differs), np.where((at < times[0]) | (at > times[-1]), 0.0, slope)
 
     def _loop(self, at: Values) -> Loop:
         return Loop(self.model.core, cast(Law, self.model.law), self.model.robot(at))
@@ -577,10 +578,11 @@ class Linear(NamedTuple):
     def along(self, t: Array, x: Array, v: Array, drive: Array) -> Along:
         """A motion under a drive, for a force along it."""
         pull = self.middle + self.gain * drive - self.stiffness * x
-        largest = max(float(np.abs(self.gain * drive).max()), self.stiffness * float(np.abs(x - self.rest).max()))
+        by_drive, by_spring = np.abs(self.gain * drive), self.stiffness * np.abs(x - self.rest)
+        largest, load = max(float(by_drive.max()), float(by_spring.max())), by_drive + by_spring
         way, level = np.where(v != 0.0, v, pull), np.full(x.size, self.friction)
         fastest = float(np.abs(v).max())
-        return Along(t, x - self.rest, v, way, fastest, level, largest, self.stiffness, self.damping)
+        return Along(t, x - self.rest, v, way, fastest, level, largest, self.stiffness, self.damping, load)
 
 
 # ---- from recordings to a problem ----
@@ -680,17 +682,22 @@ def fit_model(
         parameters |= {p.name: p for p in begins}
     first = {name: p.start for name, p in parameters.items()}
     of_ticks = [_said_of_ticks(each, ticks) for each in setup.recordings] if ticks else []
+    law = {*model.law.gains, *model.law.motor} if model.law else set[str]()
+    aside = {*(known or {}), *setup.names, *model.excess, *model.stops, *law}
+    defaults = tuple(parameter_of(setup, name, value) for name, value in setup.values.items() if name not in aside)
     problem = Problem(
         "model", "x1", tuple(experiments), tuple(parameters.values()),
         tuple(first | each | late for late in _delays(motions, ticks) for each in tries), setup.known(known),
         (*filter(None, of_ticks), *(note for cut in motions for note in cut.rests())),
         tuple(f"{each.source}: {note}" for each in setup.recordings for note in each.notes), parts=(0.35, 1.0),
-        units=setup.units, loss=asked.loss, given=given, friction=model.friction, files=files_of(several),
-        tied={name: other for name, other in setup.tied.items() if other in free},
+        units=setup.units, loss=asked.loss, given=given, defaults=defaults, friction=model.friction,
+        tied={name: other for name, other in setup.tied.items() if other in free}, files=files_of(several),
     )  # fmt: skip
     result = solved(problem, asked)
+    if model.law is not None and not _explained(result):
+        result = _by_differences(problem, asked, result)
     said, driven = list[str](), any(len(each.steps) > 1 for each in experiments)
-    if model.law is None and driven and left > _UNDRIVEN and not all(cast(Solution, result.solution).explained):
+    if model.law is None and driven and left > _UNDRIVEN and not _explained(result):
         said.append(_undriven(model, left))
     said += _scale(model, result, setup.values)
     return replace(result, statements=(*result.statements, *said), base=setup.robot(result.values), tied=setup.tied)
@@ -761,6 +768,26 @@ def _undriven(model: Model, left: float) -> str:
         f"{name} and the model leave {100.0 * left:.0f} % of the accelerations: is {name} what was commanded, is it late, "
         "or is a term missing? inertia and stiffness are no better than that; a free decay does not need it"
     )
+
+
+def _explained(fit: Fit) -> bool:
+    """Whether the residuals of a fit are noise in all recordings."""
+    return all(cast(Solution, fit.solution).explained)
+
+
+_DIFFERS = (
+    "the controller takes its velocity from the difference of two positions, half a tick late: so it is fitted, and the "
+    "residuals are noise; under the velocity at the tick they are not"
+)
+
+
+def _by_differences(problem: Problem, asked: Asked, plain: Fit) -> Fit:
+    """The fit under a law whose velocity is the difference of two places, where that explains what the plain one leaves:
+    a controller without a sensor of velocity has no other.
+    """
+    differing = tuple(replace(cast(Controlled, each), differs=True) for each in problem.experiments)
+    result = solved(replace(problem, experiments=differing), asked._replace(diagnose=False))
+    return replace(result, statements=(_DIFFERS, *result.statements)) if _explained(result) else plain
 
 
 def _refuse(model: Model, sine: bool) -> None:
@@ -1094,7 +1121,7 @@ def _given(model: Model, names: Sequence[str], start: Values | None) -> dict[str
 
 def parameter_of(setup: Setup, name: str, start: float) -> Parameter:
     """A parameter of a fit; that of a place of each recording is that recording's own."""
-    letter = setup.parameters[name]
+    letter = setup.parameters.get(name, name)
     declared = setup.model.parameters[letter]
     domain = declared["domain"] if declared["domain"] in ("positive", "nonnegative", "fraction") else "real"
     scale = abs(start) if domain == "positive" else max(abs(start), 1e-3)

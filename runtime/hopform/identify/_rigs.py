@@ -162,7 +162,8 @@ _NOTHING = Robot(**dict.fromkeys(Robot._fields, 0.0))._replace(
 class Along(NamedTuple):
     """A motion along which a further force acts: times [s], place from the spring's rest [m], velocity [m/s], what has
     the sign of the slip or, at rest, of the pull; the largest velocity, Coulomb friction [m/s^2], the largest force of
-    drive or spring per mass [m/s^2], stiffness per mass [1/s^2], viscous friction per mass [1/s].
+    drive or spring per mass [m/s^2], stiffness per mass [1/s^2], viscous friction per mass [1/s]; sizes of the forces of
+    drive and spring together per mass [m/s^2].
     """
 
     t: Array
@@ -174,6 +175,7 @@ class Along(NamedTuple):
     force: float
     sprung: float
     damping: float
+    load: Array
 
 
 Force = Callable[[Along], Array]
@@ -299,8 +301,10 @@ class Experiment:
         rows = np.stack([-transition[:moves, 0, 1], transition[:moves, 0, 0]], axis=1) / determinant[:moves, np.newaxis]
         mass = at["m_s"] + self.added_mass
         left, square, damping = x - at["length"], at["k"] / mass, at["b2"] / mass
-        largest = square * float(np.abs(left * stance).max())
-        along = Along(fine, left, v, v, float(np.abs(v).max()), at["f2"] * stance, largest, square, damping)
+        load = square * np.abs(left * stance)
+        along = Along(
+            fine, left, v, v, float(np.abs(v).max()), at["f2"] * stance, float(load.max()), square, damping, load
+        )
         if along.fastest == 0.0 or moves == 0:
             return np.zeros(fine.size)
         inside = -rows * force(along)[:moves, np.newaxis]
@@ -326,8 +330,9 @@ class Experiment:
         pull = np.asarray(-at["k"] * spring - drive, dtype=np.float64)
         mass, fastest = at["m_eff"], float(np.abs(v).max())
         way, friction, k = np.where(v != 0.0, v, pull), np.full(x.size, at["f1"]), at["k"]
-        largest = max(float(np.abs(drive).max()), k * float(np.abs(spring).max())) / mass
-        along = Along(fine, spring, v, way, fastest, friction, largest, k / mass, at["b1"] / mass)
+        by_drive, by_spring = np.abs(drive) / mass, k / mass * np.abs(spring)
+        largest, load = max(float(by_drive.max()), float(by_spring.max())), by_drive + by_spring
+        along = Along(fine, spring, v, way, fastest, friction, largest, k / mass, at["b1"] / mass, load)
         if fastest == 0.0:
             return np.zeros(fine.size)
         return np.asarray((moved(drive + size * mass * force(along)) - states)[:, place] / size)

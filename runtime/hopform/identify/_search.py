@@ -46,6 +46,8 @@ class Problem:
     """parameters near which the search is asked to begin: a fit ends no worse than from there"""
     tied: Mapping[str, str] = field(default_factory=dict[str, str])
     """letters that are known to be as a parameter"""
+    defaults: tuple[Parameter, ...] = ()
+    """letters that are neither fitted nor given, as they would be fitted"""
     friction: Mapping[str, str] = field(default_factory=dict[str, str])
     """which kind of friction parameters are, viscous or coulomb"""
 
