@@ -76,7 +76,7 @@ OTHERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
     "read_recording": (hopform.identify.read_recording, {"path": "nowhere.csv"}),
     "fit": (hopform.identify.fit, {"solver": "hopper", "recordings": DECAY, "known": {"q": 1.0}}),
     "fit_drop_test": (hopform.identify.fit_drop_test, {"recordings": DECAY, "known": {"q": 1.0}}),
-    "fit_force": (hopform.identify.fit_force, {"recordings": STEP, "known": {"q": 1.0}}),
+    "fit_force": (hopform.identify.fit_force, {"solver": "slide", "recordings": STEP, "known": {"q": 1.0}}),
     "fit_robot": (hopform.identify.fit_robot, {"decays": [DECAY], "known": {"q": 1.0}}),
     "simulator_file": (hopform.identify.simulator_file, {"fit": FIT, "form": "mjcf"}),
     "heights_of": (hopform.hopping.terrain.heights_of, {"terrain": [0.0]}),

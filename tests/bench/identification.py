@@ -17,7 +17,7 @@ from scipy.optimize import brentq, least_squares
 
 import hopform
 from hopform.identify._drop import fit_drop_test
-from hopform.identify._held import DECAY
+from hopform.identify._held import HELD
 from hopform.identify._joint import fit_robot
 from hopform.identify._kinds import Cut
 from hopform.identify._motion import Array
@@ -122,7 +122,7 @@ def main() -> int:
     recording = record(hopform.load_robot("hopper_c"), "decay", height=0.04, rate=200.0, duration=1.5, seed=1)
     times, x = recording.time, recording.position("x2")
     whole = Cut(recording, 0, "", times, x, 0.0, ((0.0, 0.0),))
-    rig = DECAY.experiment(whole, {each: each for each in LETTERS}, {"m_s": MASS, "g": 0.0})
+    rig = HELD["decay"].experiment(whole, {each: each for each in LETTERS}, {"m_s": MASS, "g": 0.0})
 
     def ours(p: Array) -> tuple[Array, Array]:
         predicted, by = rig.predict(dict(zip(LETTERS, p.tolist(), strict=True)))

@@ -22,13 +22,13 @@ from hopform.identify._recordings import Recording, parse_recording
 CART, TWO_MASSES, SPRING, FORCE_CONSTANT = 0.5685, 0.986, 712.6, 2.0
 DECAYS = ("cart_free_decay_khigh_nomass.csv", "cart_free_decay_khigh_2mass.csv")
 PULSES = {"cart_current_pulses_kmed_nomass.csv": 315.5, "cart_current_pulses_kbig_nomass.csv": 712.6}
-AXIS, AXIS_GAIN = "ball_screw_axis.csv", -35.15
+AXIS, AXIS_GAIN = "ball_screw_axis.csv", 35.15
 PENDULUMS = ("servo_pendulum_kp100_lift_and_drop.csv", "servo_pendulum_kp200_lift_and_drop.csv")
 GRAVITY, LOAD = 0.4807, 0.0049
 """m g l [N m] and m l^2 [kg m^2] of the mass on the pendulum."""
 SMALL = 0.3
 """[rad] the amplitude A from which a pendulum is fitted too: its oscillation shows 1.1 % less stiffness, A^2/8."""
-PUBLISHED = {"m_eff": (95.11, "kg"), "b1": (203.5, "N s/m"), "f1 m_eff": (20.39, "N"), "offset force": (-3.16, "N")}
+PUBLISHED = {"m": (95.11, "kg"), "b": (203.5, "N s/m"), "F": (20.39, "N"), "load": (3.16, "N")}
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def pulses(folder: Path) -> Iterator[Line]:
 
 def axis(folder: Path) -> Iterator[Line]:
     """The fit in force."""
-    fit = fit_force(read_recording(folder / AXIS), known={"gamma2": AXIS_GAIN})
+    fit = fit_force("slide", read_recording(folder / AXIS), fitted=[*PUBLISHED], known={"k_f": AXIS_GAIN})
     for name, (value, unit) in PUBLISHED.items():
         yield near(f"{AXIS}: {name}", fit[name].value, unit, value, 0.005)
     for statement in fit.statements:

@@ -10,16 +10,20 @@ from unittest.mock import patch
 
 import numpy as np
 import pytest
+from scipy.linalg import expm
 
 from hopform.identify import Fit
+from hopform.identify import _alternatives as alternatives
 from hopform.identify import _causes as causes
 from hopform.identify import _current_noise as current_noise
+from hopform.identify import _estimation as estimation
 from hopform.identify import _rivals as rivals
 from tests import needs
 from tests.conformance import blind
 from tests.conformance.blind import CELLS, EFFECTS, Cell, drawn, fitted, measure, recorded
 from tests.derived import SHIPPED, solver_of
 from tests.fits import ALONE
+from tests.oracle.recordings import Rig, simulate
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -127,6 +131,19 @@ def test_lost_samples_show_as_a_jump_of_the_place_or_of_the_velocity(middle, los
 
 
 @pytest.mark.sliced
+def test_a_load_that_is_neither_fitted_nor_given_is_a_known_value_that_is_off():
+    """The joint has a constant load of a twentieth of its largest torque: as one that a motor lifts."""
+    of, rng = drawn("joint", "sound", 0)
+    more = 0.05 * float(np.abs(of.u).max())
+    made = recorded(dataclasses.replace(of, u=of.u + more), rng)
+    logged = {n: c._replace(values=c.values - more) if c.title == "i_A" else c for n, c in made.columns.items()}
+    fit, _ = fitted(of, [dataclasses.replace(made, columns=logged)], **QUICK)
+    first = fit.diagnoses[0]
+    assert first.name == "known value" and first.option == "fit load, too"
+    assert first.values["load"] == pytest.approx(of.rig.gamma * more, rel=0.02)
+
+
+@pytest.mark.sliced
 def test_a_drive_that_pushes_one_way_cannot_tell_friction_by_load():
     of, rng = drawn("joint", "sound", 0)
     words = "cannot be distinguished from a smaller force constant"
@@ -145,8 +162,46 @@ def test_the_response_to_a_force_is_that_of_the_motion(number):
     assert ((at.v[:-1] == 0.0) & (at.v[1:] == 0.0)).any() and (at.v[:-1] * at.v[1:] < 0.0).any()
     wave = np.sin(7.0 * at.t)
     exact = experiment.response_to(fit.solution.values, lambda _: -wave, 1e-3)
-    linear = rivals._carried(at, wave[:, np.newaxis])[:: rivals._every(experiment, at), 0]  # noqa: SLF001
+    linear = rivals.seen_at(experiment, at, rivals._carried(at, wave[:, np.newaxis]))[:, 0]  # noqa: SLF001
     assert np.abs(linear - exact).max() < 0.02 * np.abs(exact).max()
+
+
+def test_an_interval_of_a_decay_allows_for_a_link_that_bends():
+    """It makes the inertia seem larger and leaves nothing: that of the model without it is off by 34 half widths."""
+    of, rng = drawn("decay", "link", 523)
+    fit, truth = fitted(of, [recorded(of, rng)], diagnose=False, **QUICK)
+    plain = next(each for each in estimation.estimates(fit.solution)[0] if each.name == "J")
+    off = 0.5 * (plain.low + plain.high) - truth["J"]
+    assert off > 10.0 * (plain.high - plain.low)
+    assert 0.5 * (fit["J"].low + fit["J"].high) - truth["J"] < 2.0 * (fit["J"].high - fit["J"].low)
+    assert any("J" in each and "a link that bends" in each for each in fit.statements)
+
+
+def test_an_interval_allows_for_friction_by_load_that_a_drive_of_one_sign_does_not_show():
+    """It is a smaller force constant, exactly: so is the direction that the fit takes for it."""
+    of, rng = drawn("joint", "loaded", 510)
+    fit, truth = fitted(of, [recorded(of, rng)], diagnose=False, **QUICK)
+    assert intervals(fit, truth) == [True, True, True]
+    loaded = next(each for each in alternatives.missed(fit.solution) if each.of.name == "loaded")
+    assert math.isinf(loaded.error)
+
+
+@pytest.mark.parametrize("at_link", [0.0, 1.0])
+def test_a_rig_with_a_link_moves_as_two_masses_on_springs(at_link):
+    """By the exponential of their matrix: what is fitted to its recordings is off by the link and not by time steps."""
+    rig = Rig(0.02, 4.5, 0.003, 0.0, start=0.4, link=0.005, link_k=79.0, link_b=0.025, at_link=at_link)
+    rate, count = 200.0, 300
+    rows = np.array([
+        [0.0, 0.0, 1.0, 0.0],
+        [0.0, 0.0, 0.0, 1.0],
+        np.array([-rig.k - rig.link_k, rig.link_k, -rig.b - rig.link_b, rig.link_b]) / rig.mass,
+        np.array([rig.link_k, -rig.link_k, rig.link_b, -rig.link_b]) / rig.link,
+    ])  # fmt: skip
+    step, state, exact = expm(rows / rate), np.array([rig.start, rig.start, 0.0, 0.0]), list[float]()
+    for _ in range(count):
+        exact.append(float(state[int(at_link)]))
+        state = step @ state
+    assert np.abs(simulate(rig, np.zeros(count), rate) - exact).max() < 1e-6
 
 
 def test_every_cell_is_of_an_effect_that_is_drawn():

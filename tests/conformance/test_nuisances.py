@@ -13,7 +13,7 @@ from hopform._front import main
 from hopform.identify import _causes as causes
 from hopform.identify._drop import GROUND, fit_drop_test
 from hopform.identify._force import fit_force
-from hopform.identify._held import DECAY
+from hopform.identify._held import HELD
 from hopform.identify._joint import fit_robot
 from hopform.identify._kinds import problem_of
 from hopform.identify._recordings import Column, Recording, parse_recording
@@ -87,7 +87,7 @@ def test_the_response_to_friction_at_rest_is_that_of_the_motion(rig):
     zero = np.zeros(1500)
     at, high, low = (simulate(replace(rig, stribeck=each, speed=0.1), zero, 500.0) for each in (0.0, 0.01, -0.01))
     text = "\n".join(["time_s,x2_m", *(f"{n / 500.0!r},{x!r}" for n, x in enumerate(at.tolist()))])
-    problem = problem_of({DECAY if rig is BODY else GROUND: parse_recording(text, "still.csv")}, {"m_s": 3.0})
+    problem = problem_of({HELD["decay"] if rig is BODY else GROUND: parse_recording(text, "still.csv")}, {"m_s": 3.0})
     own = problem.experiments[0]
     truth = {"k": 1200.0, "b2": 5.0, "f2": 0.6, "length": 0.4, "impact_loss": 0.05, "rest@0": 0.0}
     recording = parse_recording(text, "still.csv")
@@ -130,27 +130,28 @@ def axis(amplitude: float, noise: float = 2e-6, **changes: float) -> Recording:
     return parse_recording("\n".join(["time_s,x_m,voltage_V", *(",".join(map(repr, row)) for row in rows)]), "axis.csv")
 
 
-@pytest.mark.parametrize("known", [{"gamma2": -35.0}, {"m_eff": 95.0}], ids=str)
+@pytest.mark.parametrize("known", [{"k_f": 35.0}, {"m": 95.0}], ids=str)
 @pytest.mark.parametrize("loss", ["linear", "huber"])
 def test_a_fit_in_force_has_the_delay(known, loss):
     """The voltage of the recording is held from sample to sample, which the equation knows."""
-    fit = fit_force(axis(10.0, delay=0.006), known=known, position=False, loss=loss)
+    fitted = [name for name in ("m", "b", "F", "load", "k_f") if name not in known]
+    fit = fit_force("slide", axis(10.0, delay=0.006), fitted=fitted, known=known, loss=loss)
     assert fit["delay"].value == pytest.approx(0.006, abs=3e-5)
-    off = {name: abs(fit[name].value - value) for name, value in (("b1", 200.0), ("f1", 0.2))}
+    off = {name: abs(fit[name].value - value) for name, value in (("b", 200.0), ("F", 95.0 * 0.2))}
     assert all(each <= 3.0 * fit[name].stderr for name, each in off.items())
 
 
 def test_a_fit_in_force_names_friction_at_rest_and_nothing_else():
     """Nor has it intervals then, whether or not its causes were looked for."""
-    how = {"known": {"gamma2": -35.0}, "position": False}
-    assert not fit_force(axis(4.0), **how).diagnoses
-    stiff = fit_force(axis(4.0, stribeck=1.0, speed=0.1), **how)
+    how = {"fitted": ["m", "b", "F", "load"], "known": {"k_f": 35.0}}
+    assert not fit_force("slide", axis(4.0), **how).diagnoses
+    stiff = fit_force("slide", axis(4.0, stribeck=1.0, speed=0.1), **how)
     assert [each.name for each in stiff.diagnoses] == ["Stribeck"]
     assert 0.5 < stiff.diagnoses[0].values["level"] < 1.5
-    unasked = fit_force(axis(4.0, stribeck=1.0, speed=0.1), diagnose=False, **how)
+    unasked = fit_force("slide", axis(4.0, stribeck=1.0, speed=0.1), diagnose=False, **how)
     assert all(each.method == "not explained" for fit in (stiff, unasked) for each in fit.estimates)
     with pytest.raises(hopform.HopformError, match="a fit in force takes none, got gain"):
-        fit_force(axis(4.0), nuisances=["gain"], **how)
+        fit_force("slide", axis(4.0), nuisances=["gain"], **how)
 
 
 @pytest.mark.sliced

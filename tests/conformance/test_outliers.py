@@ -9,6 +9,7 @@ import dataclasses
 import math
 from collections.abc import Iterator
 from functools import cache
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,7 +20,7 @@ from hopform.identify import _kinds as kinds
 from hopform.identify import _search as search
 from hopform.identify._drop import GROUND, fit_drop_test
 from hopform.identify._force import fit_force
-from hopform.identify._held import DECAY, STEP
+from hopform.identify._held import HELD
 from hopform.identify._joint import fit_robot
 from hopform.identify._recordings import Column, Recording, outliers
 from hopform.identify._synthetic import record
@@ -109,8 +110,8 @@ def test_a_robust_fit_has_the_intervals_of_a_fit_without_outliers_and_they_hold_
 
 def problem_of(case: str, recording: Recording) -> search.Problem:
     if case == "step":
-        return kinds.problem_of({STEP: recording}, {"m_eff": 25.0})
-    return kinds.problem_of({GROUND if case == "drop" else DECAY: recording}, {"m_s": 2.2})
+        return kinds.problem_of({HELD["step"]: recording}, {"m_eff": 25.0})
+    return kinds.problem_of({GROUND if case == "drop" else HELD["decay"]: recording}, {"m_s": 2.2})
 
 
 def minima(problem: search.Problem, found: estimation.Solution) -> Iterator[estimation.Solution]:
@@ -234,19 +235,15 @@ def closed_loop(seed: int) -> Recording:
     return Recording("axis", time, {"x1": Column("x1_m", "length", 2, x), "current": Column("u_A", "current", 3, u)})
 
 
+IN_FORCE: dict[str, Any] = {"fitted": ["m", "b", "F", "load"], "known": {"k_f": 35.15}}
+
+
 @pytest.mark.parametrize("loss", LOSSES)
 def test_a_fit_in_force_withstands_outliers_of_the_current(loss):
     for seed in range(2):
-        fit = fit_force(closed_loop(seed), known={"gamma2": -35.15}, loss=loss, position=False)
-        truth = {"m_eff": 95.0, "b1": 204.0, "f1 m_eff": 20.4, "offset force": -3.2}
+        fit = fit_force("slide", closed_loop(seed), **IN_FORCE, loss=loss)
+        truth = {"m": 95.0, "b": 204.0, "F": 20.4, "load": 3.2}
         within(fit, truth, errors=1.0)
-
-
-@pytest.mark.sliced
-def test_the_fit_in_position_beside_that_in_force_withstands_outliers():
-    fit = fit_force(closed_loop(0), known={"gamma2": -35.15}, loss="soft_l1")
-    said = next(each for each in fit.statements if "rms " in each)
-    assert float(said.partition("rms ")[2].split()[0]) < 3.0  # [mm], 20 mm off are 60 of 12000 samples
 
 
 def test_a_fall_with_outliers_about_its_release_is_one():

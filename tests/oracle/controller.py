@@ -2,7 +2,8 @@
 
     J v' = k i + load - b v - F(v),    i_k = sat((K_p (target_k - x_k) - K_d v_k)/k)
 
-Each current acts from a dead time after its tick on. Nothing here is hopform's.
+Each current acts from a dead time after its tick on. Where the controller differentiates, (x_k - x_(k-1))/T stands in
+place of v_k. Nothing here is hopform's.
 """
 
 import math
@@ -52,14 +53,15 @@ def section(rig: Servo, x: Any, v: Any, i: Any, length: Any, maths: ModuleType |
 
 def moved(
     rig: Servo, target: Callable[[Any], Any], start: tuple[Any, Any], count: int, period: Any, dead_time: Any = 0.0,
-    delay: Any = 0.0, maths: ModuleType | Any = math,
+    delay: Any = 0.0, maths: ModuleType | Any = math, differs: bool = False,
 ) -> list[tuple[Any, Any]]:  # fmt: skip
     """States at the ticks 0 to count; the first current acts also before it would."""
     states, currents, (x, v) = [start], list[Any](), start
     late = int(dead_time / period + 1e-9)
     rest = dead_time - late * period
     for k in range(count):
-        asked = (rig.K_p * (target(k * period - delay) - x) - rig.K_d * v) / rig.k_t
+        seen = (x - states[-2][0]) / period if differs and k else v
+        asked = (rig.K_p * (target(k * period - delay) - x) - rig.K_d * seen) / rig.k_t
         currents.append(min(max(asked, -rig.i_max), rig.i_max))
         if rest > 1e-9 * period:
             x, v = section(rig, x, v, currents[max(k - late - 1, 0)], rest, maths)
@@ -73,10 +75,11 @@ def moved(
 def log(
     rig: Servo, target: Callable[[Any], Any], duration: float, rate: float, rng: np.random.Generator, *,
     dead_time: float = 0.0, delay: float = 0.0, noise: float = 2e-4, quantum: float = 2.0 * math.pi / 16384.0, every: int = 1,
+    differs: bool = False,
 ) -> str:  # fmt: skip
     """What a logger writes of it: time, goal and position of every so manyth tick."""
     count = round(duration * rate)
-    states = moved(rig, lambda t: target(max(t, 0.0)), (0.0, 0.0), count, 1.0 / rate, dead_time, delay)
+    states = moved(rig, lambda t: target(max(t, 0.0)), (0.0, 0.0), count, 1.0 / rate, dead_time, delay, differs=differs)
     x = np.array([float(x) for x, _ in states]) + noise * rng.standard_normal(count + 1)
     x = quantum * np.round(x / quantum)
     rows: Sequence[str] = [

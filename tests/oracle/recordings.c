@@ -48,7 +48,7 @@ static void slide(const Rig *rig, State *s, double u, double h) {
     }
     double drag = copysign(level, s->v != 0.0 ? s->v : free);
     double middle = s->v + 0.5 * h * (free - drag);
-    double level_there = copysign(friction(rig, s->x, middle, u), drag);
+    double level_there = copysign(friction(rig, s->x + 0.5 * h * s->v, middle, u), drag);
     double after = s->v + h * (pull(rig, s, s->x + 0.5 * h * s->v, middle, u) - level_there);
     if (after * drag < 0.0 && s->v * drag > 0.0) {
         double turn = h * s->v / (s->v - after);
@@ -84,19 +84,34 @@ static void fall(const Rig *rig, State *s, double h) {
     }
 }
 
+/* Half a step of the link before that of the mass, and its mirror image after it: together they are of second order. One
+ * step of the link after one of the mass would be of first order: the spring between both, late by half a step, would
+ * drive the mass as a negative damping of link_k h/2. */
+static void link_begins(const Rig *rig, State *s, double half) {
+    s->w -= half * (rig->link_k * (s->p - s->x) + rig->link_b * (s->w - s->v)) / rig->link;
+    s->p += half * s->w;
+}
+
+static void link_ends(const Rig *rig, State *s, double half) {
+    s->p += half * s->w;
+    s->w -= half * (rig->link_k * (s->p - s->x) + rig->link_b * (s->w - s->v)) / (rig->link + half * rig->link_b);
+}
+
 static void advance(const Rig *rig, State *s, double u, double time) {
     int count = (int)ceil(time / STEP);
     double h = count > 0 ? time / count : 0.0, decay = rig->lag > 0.0 ? exp(-h / rig->lag) : 0.0;
     for (int n = 0; n < count; n++) {
         double before = s->x;
+        if (rig->link > 0.0) {
+            link_begins(rig, s, 0.5 * h);
+        }
         if (rig->drops != 0.0) {
             fall(rig, s, h);
         } else {
             slide(rig, s, u, h);
         }
         if (rig->link > 0.0) {
-            s->w -= h * (rig->link_k * (s->p - s->x) + rig->link_b * (s->w - s->v)) / rig->link;
-            s->p += h * s->w;
+            link_ends(rig, s, 0.5 * h);
         }
         s->t += h;
         if (s->x > rig->stop) {

@@ -59,43 +59,47 @@ def loop_of(servo: Any, rig: Servo) -> tuple[Loop, Any]:
     return Loop(core, law, robot), robot
 
 
-def ticks_of(delay: float = 0.0) -> Ticks:
-    return Ticks(PERIOD, np.array([target(k * PERIOD - delay) for k in range(COUNT)]))
+def ticks_of(differs: bool) -> Ticks:
+    return Ticks(PERIOD, np.array([target(k * PERIOD) for k in range(COUNT)]), differs)
 
 
 ROUNDING = 1e-12
 """[rad, rad/s] what rounding adds up to over the ticks, in which errors of a current are fed back."""
 
 
-def exactly(dead_time: float, start: tuple[float, float], count: int) -> np.ndarray:
+def exactly(dead_time: float, start: tuple[float, float], count: int, differs: bool = False) -> np.ndarray:
     """States at the ticks, in 30 digits."""
     with mpmath.workdps(30):
         rig = Servo(**{name: mpmath.mpf(value) for name, value in dataclasses.asdict(RIG).items()})
         begin = mpmath.mpf(start[0]), mpmath.mpf(start[1])
-        return np.array(controller.moved(rig, target, begin, count, mpmath.mpf(PERIOD), dead_time, maths=mpmath), float)
+        moved = controller.moved(
+            rig, target, begin, count, mpmath.mpf(PERIOD), dead_time, maths=mpmath, differs=differs
+        )  # fmt: skip
+        return np.array(moved, float)
 
 
-DEAD_TIMES = (0.0, 2.0 * PERIOD, 0.4 * PERIOD, 1.7 * PERIOD)
+DEAD_TIMES = ((0.0, False), (2.0 * PERIOD, True), (0.4 * PERIOD, False), (1.7 * PERIOD, True))
+"""Each with whether the velocity of the law is a difference of places."""
 
 
-@pytest.mark.parametrize("dead_time", DEAD_TIMES)
-def test_states_at_ticks_are_those_of_the_joint_tick_by_tick(servo, dead_time):
+@pytest.mark.parametrize(("dead_time", "differs"), DEAD_TIMES)
+def test_states_at_ticks_are_those_of_the_joint_tick_by_tick(servo, dead_time, differs):
     """To rounding, through turns, rests, starts and the limit of the current."""
     loop, _ = loop_of(servo, RIG)
-    run = loop.run(ticks_of(), (0.02, 0.0), dead_time)
-    exact = exactly(dead_time, (0.02, 0.0), COUNT)
+    run = loop.run(ticks_of(differs), (0.02, 0.0), dead_time)
+    exact = exactly(dead_time, (0.02, 0.0), COUNT, differs)
     np.testing.assert_allclose(run.states, exact, rtol=0.0, atol=ROUNDING)
     held = [int(np.count_nonzero(each.kinds == 0)) for each in run.sections]
     assert min(held) > 10 and sum(len(each.solved) for each in run.sections) >= 2 and run.beyond.any()
 
 
-@pytest.mark.parametrize("dead_time", DEAD_TIMES[2:])
-def test_derivatives_are_those_of_50_digits(servo, dead_time):
+@pytest.mark.parametrize(("dead_time", "differs"), DEAD_TIMES[2:])
+def test_derivatives_are_those_of_50_digits(servo, dead_time, differs):
     """By the start, every parameter, the delay of the target and the dead time, against differences of the joint
     solved tick by tick in 50 digits.
     """
     loop, robot = loop_of(servo, RIG)
-    ticks, start = ticks_of(), (0.02, 0.3)
+    ticks, start = ticks_of(differs), (0.02, 0.3)
     run = loop.run(ticks, start, dead_time)
     slope = np.array([slope_of(k * PERIOD) for k in range(COUNT)])
     letters = ("J", "b", "F_p", "F_m", "F_sp", "load", "k_t", "K_p", "K_d", "i_max")
@@ -111,7 +115,8 @@ def test_derivatives_are_those_of_50_digits(servo, dead_time):
             rig = Servo(**{name: place[name] for name in exact})
             now = place["x"], place["v"]
             late = place["dead_time"], place["delay"]
-            return np.array(controller.moved(rig, target, now, COUNT, mpmath.mpf(PERIOD), *late, maths=mpmath))
+            period = mpmath.mpf(PERIOD)
+            return np.array(controller.moved(rig, target, now, COUNT, period, *late, maths=mpmath, differs=differs))
 
         for name in (*letters, *whole):
             difference = (states({name: at[name] + step}) - states({name: at[name] - step})) / (2 * step)
@@ -183,6 +188,28 @@ def test_times_in_whole_milliseconds_are_those_of_the_ticks(servo):
         for each in (text, rounded)
     ]
     assert fits[1]["J"].value == pytest.approx(fits[0]["J"].value, rel=1e-6)
+
+
+@pytest.mark.sliced
+def test_a_controller_that_takes_its_velocity_from_two_positions_is_fitted_as_one(servo):
+    """Under the velocity at the tick residuals are not noise; a note says which law it was."""
+    recording = logged(6, duration=3.0, dead_time=0.005, differs=True)
+    fit = hopform.identify.fit(servo, recording, fitted=[*TRUTH], known=KNOWN, rate=400.0, **ALONE)
+    assert not fit.warnings and any("from the difference of two positions" in each for each in fit.statements)
+    assert holds(fit, **TRUTH, dead_time=0.005) == []
+
+
+@pytest.mark.sliced
+def test_causes_are_looked_for_where_samples_at_rest_are_left_out(servo):
+    """A joint that has arrived: what moves is known at more ticks than were fitted."""
+    sweep = chirp(0.3, 0.3, 4.0, 2.0)
+    text = controller.log(
+        Servo(), lambda t: sweep(min(t, 1.0)), 1.6, 400.0, np.random.default_rng(5), noise=1e-5, quantum=1e-3
+    )  # fmt: skip
+    how = {**ALONE, "diagnose": True}
+    fit = hopform.identify.fit(servo, parse_recording(text, "log.csv"), fitted=[*TRUTH], known=KNOWN, rate=400.0, **how)
+    assert any("samples repeat others, at rest" in each for each in fit.statements)
+    assert fit.traces[0].tests.rms < 1e-3
 
 
 def changed(recording: Recording, **columns: Any) -> Recording:

@@ -16,7 +16,7 @@ from hopform.identify import _fits as fits
 from hopform.identify._drop import fit_drop_test
 from hopform.identify._estimation import Parameter
 from hopform.identify._fits import fit as fit_of
-from hopform.identify._held import DECAY
+from hopform.identify._held import HELD
 from hopform.identify._joint import fit_robot
 from hopform.identify._search import Problem
 from hopform.identify._segments import low_passed
@@ -197,7 +197,7 @@ def test_correlations_and_hold_out_are_those_of_the_data(monkeypatch):
         tuple(Parameter(name, "m", 0.0, 0.1) for name in experiment.design), ({},), {}, (), (),
     )  # fmt: skip
     monkeypatch.setattr(fits, "problem_of", lambda *_: problem)
-    fit = fit_of({DECAY: record(hopform.load_robot("hopper_c"), "decay", seed=1)}, diagnose=False)
+    fit = fit_of({HELD["decay"]: record(hopform.load_robot("hopper_c"), "decay", seed=1)}, diagnose=False)
     _, covariance, _ = closed_form(Line(experiment.design, shifted))
     expected = covariance[0, 1] / math.sqrt(covariance[0, 0] * covariance[1, 1])
     assert fit.correlations["a", "b"] == pytest.approx(expected, rel=1e-6)

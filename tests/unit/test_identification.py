@@ -13,7 +13,7 @@ import hopform
 from hopform._front import main
 from hopform.identify._drop import GROUND, fit_drop_test
 from hopform.identify._force import fit_force
-from hopform.identify._held import DECAY
+from hopform.identify._held import HELD
 from hopform.identify._joint import fit_robot
 from hopform.identify._kinds import problem_of
 from hopform.identify._recordings import Column, Recording, parse_recording
@@ -125,6 +125,14 @@ def test_uneven_time_stamps_and_a_gap_do_no_harm():
     assert any("gap" in each for each in fit.warnings)
 
 
+AXIS = {"m": 95.0, "b": 204.0, "F": 20.4, "k_f": 35.15, "load": 3.2}
+"""A slide in closed loop."""
+
+
+def free_of(known: dict[str, float]) -> list[str]:
+    return [name for name in AXIS if name not in known]
+
+
 def closed_loop(rng, late: float = 0.0) -> Recording:
     """An axis that follows a reference, 1 kHz: the current is what its motion takes `late` [s] later, noise on both."""
     time = np.arange(12000) / 1000.0
@@ -132,31 +140,33 @@ def closed_loop(rng, late: float = 0.0) -> Recording:
     then = time + late
     v = 0.2 * np.sin(1.3 * then) + 0.1 * np.sin(4.1 * then)
     a = 0.26 * np.cos(1.3 * then) + 0.41 * np.cos(4.1 * then)
-    force = 95.0 * a + 204.0 * v + 20.4 * np.sign(v) - 3.2
+    force = AXIS["m"] * a + AXIS["b"] * v + AXIS["F"] * np.sign(v) - AXIS["load"]
     columns = {
         "x1": Column("x1_m", "length", 2, x + 1e-6 * rng.standard_normal(x.size)),
-        "current": Column("current_A", "current", 3, force / 35.15 + 0.02 * rng.standard_normal(x.size)),
+        "current": Column("current_A", "current", 3, force / AXIS["k_f"] + 0.02 * rng.standard_normal(x.size)),
     }
     return Recording("axis", time, columns)
 
 
 def test_a_closed_loop_is_fitted_in_force():
-    fit = fit_force(closed_loop(np.random.default_rng(1)), known={"gamma2": -35.15}, position=False)
-    truth = {"m_eff": 95.0, "b1": 204.0, "f1": 20.4 / 95.0, "f1 m_eff": 20.4, "offset force": -3.2}
-    for name, value in truth.items():
-        assert fit[name].value == pytest.approx(value, rel=0.01), name
-    other = fit_force(closed_loop(np.random.default_rng(1)), known={"m_eff": 95.0}, position=False)
-    assert other["gamma2"].value == pytest.approx(-35.15, rel=0.01)
+    """The scale of all forces is that of the force per current, or of the mass."""
+    for known in {"k_f": 35.15}, {"m": 95.0}:
+        fit = fit_force("slide", closed_loop(np.random.default_rng(1)), fitted=free_of(known), known=known)
+        for name, value in AXIS.items():
+            assert fit.values[name] == pytest.approx(value, rel=0.01), name
+    with pytest.raises(hopform.HopformError, match="needs the scale of all forces: k_f, an inertia or a spring"):
+        fit_force("slide", closed_loop(np.random.default_rng(1)), fitted=[*AXIS])
 
 
 @pytest.mark.parametrize("late", [0.0, 0.003])
 def test_a_fit_in_force_has_a_delay_where_the_recording_shows_one(late):
     """Half a sample less than the current is late: the delay counts from a drive that holds from sample to sample."""
-    fit = fit_force(closed_loop(np.random.default_rng(1), late), known={"gamma2": -35.15}, position=False)
+    known = {"k_f": 35.15}
+    fit = fit_force("slide", closed_loop(np.random.default_rng(1), late), fitted=free_of(known), known=known)
     delays = [each.value for each in fit.estimates if each.name == "delay"]
     assert delays == ([pytest.approx(late - 0.0005, abs=3e-4)] if late else [])
     assert ["no delay of the drive is seen" in each for each in fit.statements] == ([] if late else [True])
-    assert fit["b1"].value == pytest.approx(204.0, rel=2e-3)
+    assert fit["b"].value == pytest.approx(204.0, rel=2e-3)
 
 
 @pytest.mark.sliced
@@ -225,7 +235,7 @@ def test_without_a_current_a_free_actuator_identifies_no_force_constant_and_stat
 def test_several_motions_in_a_recording_are_found_and_fitted_together(test, duration):
     """The hand takes the body while it still oscillates, or after it has come to rest."""
     made = record(HOPPER, test, height=0.2 if test == "drop" else 0.04, duration=duration, repeats=3, seed=1)
-    problem = problem_of({DECAY if test == "decay" else GROUND: made}, {"m_s": 3.0})
+    problem = problem_of({HELD["decay"] if test == "decay" else GROUND: made}, {"m_s": 3.0})
     assert [each.label.rpartition(" ")[2] for each in problem.experiments] == ["1", "2", "3"]
     still = 0.2 if test == "drop" else 0.0
     begins = [still + n * (duration + 0.9) for n in range(3)]
@@ -251,9 +261,10 @@ def test_a_closed_loop_with_gaps_uneven_times_and_outliers_is_fitted_in_force():
         "current": whole.columns["current"]._replace(values=whole.current()[kept]),
     }
     torn = Recording("torn", whole.time[kept], columns)
-    fit = fit_force(torn, known={"gamma2": -35.15}, position=False, loss="soft_l1")
-    for name, value in {"m_eff": 95.0, "b1": 204.0, "f1 m_eff": 20.4, "offset force": -3.2}.items():
-        assert fit[name].value == pytest.approx(value, rel=0.03), name
+    known = {"k_f": 35.15}
+    fit = fit_force("slide", torn, fitted=free_of(known), known=known, loss="soft_l1")
+    for name, value in AXIS.items():
+        assert fit.values[name] == pytest.approx(value, rel=0.03), name
 
 
 # ---- the command line ----

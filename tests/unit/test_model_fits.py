@@ -15,6 +15,7 @@ import hopform
 import hopform.identify
 from hopform.identify import _models as models
 from hopform.identify._recordings import parse_recording
+from hopform.identify._rigs import power_of
 from tests.derived import solver_of
 from tests.fits import ALONE
 from tests.oracle.recordings import Rig, simulate
@@ -262,7 +263,7 @@ def test_columns_that_are_not_the_model_s_are_refused(joint):
 
 def test_the_power_of_time_of_a_parameter_follows_from_its_unit():
     units = {"kg m^2": 0, "N m/rad": 2, "N m s/rad": 1, "N m": 2, "N m/A": 2, "m/s^2": 2, "N s/m": 1, "rad": 0, "s": -1}
-    assert {unit: models.power_of(unit) for unit in units} == units
+    assert {unit: power_of(unit) for unit in units} == units
 
 
 # ---- in MuJoCo ----

@@ -31,8 +31,8 @@ def quick_answers():
     """One fit and one picture for all: what is tried is what stands around them."""
     fit = fit_robot(decays=DECAY, holdout=False, compare=False)
     with pytest.MonkeyPatch.context() as patch:
-        for one in "fit", "fit_force":
-            patch.setattr(identify_command, one, lambda *_, **__: fit)
+        patch.setattr(identify_command, "fit", lambda *_, **__: fit)
+        patch.setattr("hopform.identify._fit_command.fit_force", lambda *_, **__: replace(fit, base=HOPPER))
         patch.setattr("hopform.identify._models.fit_model", lambda *_, **__: replace(fit, base=HOPPER))
         patch.setattr("hopform._figures.plots.render", lambda figure, suffix: b"<svg>new</svg>")
         yield

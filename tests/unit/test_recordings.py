@@ -13,7 +13,7 @@ import hopform
 from hopform._front import main
 from hopform.identify._drop import fit_drop_test
 from hopform.identify._force import fit_force
-from hopform.identify._held import DECAY
+from hopform.identify._held import HELD
 from hopform.identify._joint import fit_robot
 from hopform.identify._kinds import problem_of
 from hopform.identify._recordings import (
@@ -45,7 +45,7 @@ def test_noise_and_quantum_are_seen():
 def test_a_decay_shows_its_frequency_and_which_friction_it_has(b2, f2):
     robot = dataclasses.replace(HOPPER, b2=b2, f2=f2)
     recording = record(robot, "decay", height=0.04, noise=1e-5, quantum=0.0, duration=3.0)
-    start = problem_of({DECAY: recording}, {"m_s": 3.0}).starts[0]
+    start = problem_of({HELD["decay"]: recording}, {"m_s": 3.0}).starts[0]
     assert math.sqrt(start["k"] / 3.0) == pytest.approx(20.0, rel=0.02)
     assert start["b2"] == pytest.approx(b2, abs=0.45)
     assert start["f2"] == pytest.approx(f2, abs=0.08)
@@ -279,26 +279,35 @@ def test_a_motion_that_identifies_no_friction_is_refused_in_force():
     rising = np.linspace(0.0, 0.5, step.time.size) ** 2
     one_way = dataclasses.replace(step, columns={**step.columns, "x1": step.columns["x1"]._replace(values=rising)})
     with pytest.raises(
-        hopform.HopformError, match=r"line 2, column 'x1_m': does not distinguish friction, mass and load"
+        hopform.HopformError, match=r"line 2, column 'x1_m': does not distinguish F, load: move both ways"
     ):
-        fit_force(one_way, known={"gamma2": -65.0}, position=False)
+        fit_force("slide", one_way, fitted=["m", "b", "F", "load"], known={"k_f": 65.0})
 
 
 def refused(path, kind, *options, capsys) -> str:
     """What is said of a file of a kind that is refused: one line, and nothing written."""
-    kind, *ask = {
-        "free": ("drop", "--free", str(path)),
-        "drop": ("drop", str(path)),
-        "force": ("force", str(path)),
-    }.get(kind, ("all", f"{kind}:{path}"))
+    ask = {
+        "free": ("identify", "drop", "--free", str(path)),
+        "drop": ("identify", "drop", str(path)),
+        "force": ("--solver", "slide", "fit", str(path), "--in-force", "--fitted", "m,b,F,load"),
+    }.get(kind, ("identify", "all", f"{kind}:{path}"))
     out, report = path.with_name("mine.toml"), path.with_name("report.html")
     capsys.readouterr()
-    assert main(["identify", kind, *ask, *options, "--out", str(out), "--report", str(report)]) == 2
+    assert main([*ask, *options, "--out", str(out), "--report", str(report)]) == 2
     said = capsys.readouterr()
     assert said.out == ""
     assert said.err.count("\n") == 1
     assert sorted(each.name for each in path.parent.iterdir()) == [path.name]
     return said.err
+
+
+@pytest.mark.parametrize("word", ["decay", "force", "anything"])
+def test_what_cannot_be_identified_is_refused_with_what_can(word, capsys):
+    assert main(["identify", word, "log.csv"]) == 2
+    said = capsys.readouterr().err
+    assert (
+        said.startswith(f"hopform: identify takes drop, all or check, got '{word}': a decay,") and said.count("\n") == 1
+    )
 
 
 def with_column(recording, name, values) -> str:
@@ -330,7 +339,7 @@ def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kin
     }
     path = tmp_path / "mixed.csv"
     path.write_text(with_column(made, "current", currents[other]))
-    known = "gamma2=-65" if kind == "force" else "m_eff=25"
+    known = "k_f=65" if kind == "force" else "m_eff=25"
     said = refused(path, kind, "--known", known, capsys=capsys)
     if other == "of another run" and kind == "step":  # a delay explains just enough of it
         assert "mixed.csv: the fit misses the recording by 13 % of its motion: it is of another rig" in said

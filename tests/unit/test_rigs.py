@@ -39,7 +39,7 @@ RIGS = {
 }  # fmt: skip
 
 
-ROLES = {"decay": held.DECAY, "step": held.STEP, "air": held.AIR}
+ROLES = held.HELD
 
 
 def experiment(kind: str, times: int = 301) -> Experiment:

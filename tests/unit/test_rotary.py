@@ -108,13 +108,13 @@ def test_a_torque_is_a_known_drive():
 def test_a_fit_in_force_is_one_in_torque():
     drive = 0.3 * np.sin(9.0 * TIME) + 0.2 * np.sin(31.0 * TIME)  # of one frequency a delay is viscous friction
     x = simulate(SERVO, drive, RATE)
-    fit = fit_force(recorded("time_s,position_rad,torque_Nm", x, 0.05 * drive), known={}, position=False)
+    log, fitted = recorded("time_s,position_rad,torque_Nm", x, 0.05 * drive), ["J", "b", "F_p", "load"]
+    fit = fit_force("joint", log, fitted=fitted, known={"F_m": "F_p"})
     assert {each.name: each.unit for each in fit.estimates} == {
-        "m_eff": "kg m^2", "b1": "N m s/rad", "f1": "rad/s^2", "offset": "N m", "f1 m_eff": "N m",
-        "offset force": "N m", "delay": "s",
+        "J": "kg m^2", "b": "N m s/rad", "F_p": "N m", "load": "N m", "delay": "s",
     }  # fmt: skip
-    assert fit["b1"].value == pytest.approx(SERVO.b, rel=0.1)
-    assert fit["f1 m_eff"].value == pytest.approx(0.004, rel=0.1)
+    assert fit["b"].value == pytest.approx(SERVO.b, rel=0.1)
+    assert fit["F_p"].value == pytest.approx(0.004, rel=0.1)
 
 
 @pytest.mark.parametrize(

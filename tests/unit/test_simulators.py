@@ -219,7 +219,9 @@ def test_the_force_of_a_fit_in_force_is_what_mujoco_s_inverse_dynamics_asks_for(
     the sign of v."""
     x = moved(scattered(SERVO, seed), DRIVE, 0.0, seed)
     made = recorded("time_s,position_rad,torque_Nm", x, 0.05 * DRIVE)
-    fit, rows = fit_force(made, known={}, position=False), filtered(made)
+    known = {"F_m": "F_p"}
+    fit = fit_force("joint", made, fitted=["J", "b", "F_p", "load"], known=known)
+    rows = filtered(made)
     model, asked = of_mjcf(fit).model, []
     data = mujoco.MjData(model)
     for state in zip(rows.x, rows.v, rows.acceleration, strict=True):
@@ -244,8 +246,9 @@ def test_what_a_simulator_reads_are_forces_and_their_intervals():
     assert friction.high - friction.value == pytest.approx(1.96 * stderr)
     assert friction.low < 0.004 < friction.high
     assert found["gear"].value == 0.05
-    assert (found["damping"].low, found["damping"].high) == (air()["b1"].low, air()["b1"].high)
-    assert [each.unit for each in found.values()] == ["kg m^2", "N m s/rad", "N m/V", "V", "N m"]
+    ends = found["damping"].low, found["damping"].high
+    assert ends == pytest.approx((air()["b1"].low, air()["b1"].high), rel=1e-12)
+    assert [each.unit for each in found.values()] == ["kg m^2", "N m s/rad", "N m", "N m/V", "V"]
 
 
 def test_mujoco_reads_back_what_was_fitted():
@@ -256,7 +259,9 @@ def test_mujoco_reads_back_what_was_fitted():
     assert model.actuator_gear[0, 0] == found["gear"].value
     hung = of_mjcf(decay()).model
     assert hung.jnt_stiffness.ravel()[0] == 0.4807
-    assert hung.qpos_spring[0] == decay()["rest@0"].value  # in radians: MJCF's default is degrees
+    assert hung.qpos_spring[0] == pytest.approx(
+        decay()["rest@0"].value, rel=1e-12
+    )  # in radians: MJCF's default is degrees
 
 
 @pytest.mark.parametrize(

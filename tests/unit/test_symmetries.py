@@ -14,7 +14,7 @@ import hopform
 from hopform.identify._drop import fit_drop_test
 from hopform.identify._fits import Fit
 from hopform.identify._force import fit_force
-from hopform.identify._held import STEP
+from hopform.identify._held import HELD
 from hopform.identify._joint import fit_robot
 from hopform.identify._kinds import problem_of
 from hopform.identify._recordings import Column, Recording
@@ -68,7 +68,7 @@ def test_a_spring_that_is_relaxed_far_from_the_motion_is_found(rest):
 
 def test_a_start_that_fails_is_no_answer():
     """Under friction that is none the leg takes off from every start."""
-    made = dataclasses.replace(problem_of({STEP: recording(PLAIN, CURRENT)}, {"m_eff": 25.0}))
+    made = dataclasses.replace(problem_of({HELD["step"]: recording(PLAIN, CURRENT)}, {"m_eff": 25.0}))
     broken = [dataclasses.replace(each, time=np.append(each.time[:-1], math.inf)) for each in made.experiments]
     with pytest.raises(hopform.HopformError, match=r"^log\.csv: .*from no start does the fit find a motion"):
         minimise(dataclasses.replace(made, experiments=tuple(broken)))
@@ -105,7 +105,7 @@ def test_a_long_recording_is_fitted_with_all_that_a_fit_says():
 def test_as_many_samples_as_the_pages_promise_are_taken_and_one_more_is_refused():
     u = np.repeat([0.0, 3.0, -3.0], 65535 // 3)
     x = np.interp(np.arange(u.size), np.arange(0, u.size, 655), simulate(RIG, u[::655], 40.0))
-    assert problem_of({STEP: recording(x, u, 40.0 * RATE)}, {"m_eff": 25.0}).experiments[0].time.size > 0
+    assert problem_of({HELD["step"]: recording(x, u, 40.0 * RATE)}, {"m_eff": 25.0}).experiments[0].time.size > 0
     longer = recording(np.append(x, 0.0), np.append(u, 0.0), 40.0 * RATE)
     with pytest.raises(hopform.HopformError, match=r"log\.csv, .*has 65536 samples; .* up to 65535"):
         fitted(longer)
@@ -137,11 +137,10 @@ def test_a_held_drive_is_half_a_sample_late_in_a_fit_in_force():
         "x1": Column("x1_rad", "angle", 2, np.array(places)),
         "torque": Column("u_Nm", "torque", 3, np.array(torques)),
     }
-    fit = fit_force(
-        Recording("log.csv", np.arange(1600) / rate, columns), known={"gamma2": -1.0}, position=False, **ALONE
-    )
-    assert fit["b1"].value == pytest.approx(0.02, rel=0.015)
-    assert fit["m_eff"].value == pytest.approx(0.005, rel=0.01)
+    log, known = Recording("log.csv", np.arange(1600) / rate, columns), {"k_t": 1.0, "F_m": "F_p"}
+    fit = fit_force("joint", log, fitted=["J", "b", "F_p", "load"], known=known, **ALONE)
+    assert fit["b"].value == pytest.approx(0.02, rel=0.015)
+    assert fit["J"].value == pytest.approx(0.005, rel=0.01)
 
 
 @pytest.mark.nightly

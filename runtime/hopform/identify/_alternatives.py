@@ -1,16 +1,13 @@
-"""What a fit could have missed without leaving a trace: drag of the air, friction that is higher at rest, a lag.
+"""What a fit could have missed without leaving a trace: drag of the air, friction that is higher at rest, a lag, a link.
 
 Each is a direction c of the prediction. The fitted parameters follow most of it, J b = -c, and the rest r is all that
 the samples show of it: a size s with the standard error sigma/|r|. Of an undetected s the parameters are off by b s.
 
-| of a cause | then |
-|---|---|
-| whose size differs from 0 by more than noise | the fit is not explained |
-| which would be seen at a plausible size | it is not there |
-| which would not be seen | the intervals of the parameters allow for it |
-
-An interval that allows for a cause is the one of a fit with its size as a further parameter, as far as sizes up to the
-largest plausible one can move the parameter at all. Causes come one at a time: the interval holds those of all.
+Where s differs from 0 by more than noise, the fit is not explained. Elsewhere no s is known to be 0: a size within the
+noise moves the parameters by up to as much as noise does, or by far more where r is small. So the intervals of the
+parameters allow for each cause: the interval is the one of a fit with its size as a further parameter, as far as sizes
+up to the largest plausible one can move the parameter at all. Causes come one at a time: the interval holds those of
+all.
 """
 
 import math
@@ -24,18 +21,15 @@ from hopform.identify import _estimation as estimation
 from hopform.identify._estimation import LEVEL, Estimate, Solution, Spread
 from hopform.identify._motion import Array, Values
 from hopform.identify._rigs import Along, Experiment, Force
-from hopform.identify._rivals import slow
+from hopform.identify._rivals import along_of, behind_play, bending, seen_at, slow
 
 
 class Alternative(NamedTuple):
-    """A cause: what it is called, the force that it is if it is one, the least size that is plausible where it is there
-    at all, and the largest.
-    """
+    """A cause: what it is called, the force that it is if it is one, and its largest plausible size."""
 
     name: str
     words: str
     force: Force | None
-    least: float
     most: float
 
 
@@ -54,22 +48,21 @@ class Missed(NamedTuple):
         """Whether the samples show more of the cause than noise would."""
         return abs(self.size) > _NOISE * self.error
 
-    @property
-    def hidden(self) -> bool:
-        """Whether a plausible size of the cause could stay unseen."""
-        return self.of.least < _SEEN * self.error
-
 
 _NOISE = 3.3
 """Standard errors up to which a size is noise: 1 of 1000 is beyond."""
-_SEEN = _NOISE + 1.7
-"""Standard errors of a size that is seen in 19 of 20 cases."""
-_TRACE = 1e-6
+_TRACE = 1e-4
 """Share of a direction that the parameters leave at least, else the samples show nothing of it."""
 _WIDER = 1.4
 """A 99 % interval over one of 95 %, rounded up: of where a parameter can be without further causes."""
+_SMALL = 1e-4
+"""Share of the largest plausible size at which the direction of a cause is taken: its difference quotient is off by as
+little as leaves no trace.
+"""
 _LAG = 1e-3
-"""[s] at which the direction of a lag is taken."""
+"""[s] at which that of a lag is taken: a smaller one is a delay, which is fitted."""
+_LINKS = (10.0, 20.0, 40.0)
+"""[Hz] of links. Off resonance what one does falls with the square of its frequency, and so does what is seen of it."""
 
 
 def drag(at: Along) -> Array:
@@ -84,10 +77,7 @@ def friction_at_rest(share: float) -> Force:
 
 def friction_by_load(at: Along) -> Array:
     """Friction that grows with the load: a share of the force of drive and spring."""
-    rate = np.gradient(at.v, at.t)
-    moving = at.friction * np.sign(at.v)
-    drive = np.where(at.v != 0.0, rate + moving, 0.0) + at.damping * at.v + at.sprung * at.x
-    return np.asarray((np.abs(drive) + np.abs(at.sprung * at.x)) * np.sign(at.way))
+    return np.asarray(at.load * np.sign(at.way))
 
 
 def hardening(at: Along) -> Array:
@@ -95,18 +85,32 @@ def hardening(at: Along) -> Array:
     return np.asarray(at.sprung * at.x**3 / max(float(np.abs(at.x).max()), 1e-300) ** 2)
 
 
+def link(frequency: float) -> Force:
+    """What a link of all the inertia takes off the motion beyond what it does as a rigid part."""
+    return lambda at: np.asarray(-np.gradient(at.v, at.t) - bending(at, frequency)[1])
+
+
+def _behind(frequency: float) -> Force:
+    """How far the end of a link is off the motion."""
+    return lambda at: bending(at, frequency)[0]
+
+
 ALTERNATIVES = (
-    Alternative("drag", "a drag of the air", drag, 0.1, 0.5),
-    Alternative("Stribeck", "friction that is higher at rest", friction_at_rest(0.06), 0.2, 1.0),
-    Alternative("Stribeck", "friction that is higher at rest", friction_at_rest(0.2), 0.2, 1.0),
-    Alternative("lag", "a lag of the sensor", None, 1e-3, 1e-2),
-    Alternative("loaded", "friction that grows with the load", friction_by_load, 2e-3, 0.05),
-    Alternative("hardening", "a spring that hardens", hardening, 2e-3, 0.1),
-    Alternative("line", "a drift of the sensor", None, 5e-4, 0.03),
-    Alternative("bow", "a drift of the sensor", None, 5e-4, 0.03),
+    Alternative("drag", "a drag of the air", drag, 0.5),
+    Alternative("Stribeck", "friction that is higher at rest", friction_at_rest(0.06), 1.0),
+    Alternative("Stribeck", "friction that is higher at rest", friction_at_rest(0.2), 1.0),
+    Alternative("lag", "a lag of the sensor", None, 1e-2),
+    Alternative("loaded", "friction that grows with the load", friction_by_load, 0.3),
+    Alternative("hardening", "a spring that hardens", hardening, 0.1),
+    Alternative("line", "a drift of the sensor", None, 0.03),
+    Alternative("bow", "a drift of the sensor", None, 0.03),
+    Alternative("play", "a play", None, 0.02),
+    *(Alternative("link", "a link that bends", link(each), 0.5) for each in _LINKS),
+    *(Alternative("bent", "a link that bends", _behind(each), 1.0) for each in _LINKS),
 )
 """Sizes are shares of the friction at the largest velocity, of Coulomb friction, s, shares of the force of drive and
-spring, of the spring's alone, and of the motion.
+spring (gears lose up to 30 %), of the spring's alone, of the motion, and of the inertia; of a sensor behind a link it is
+1 or 0.
 """
 _SLOW = {"line": 0, "bow": 2}
 """Which of the slow changes of the position a drift is."""
@@ -138,41 +142,48 @@ def missed(solution: Solution) -> list[Missed]:
 
 def _direction(experiment: Experiment, values: Values, cause: Alternative) -> Array:
     """The change of a prediction by a cause, per its size."""
+    if cause.name == "bent" and cause.force is not None:
+        at = along_of(experiment, values)
+        return seen_at(experiment, at, cause.force(at)) if at is not None else np.zeros(experiment.time.size)
     if cause.force is not None:
-        return experiment.response_to(values, cause.force, cause.least)
+        return experiment.response_to(values, cause.force, _SMALL * cause.most)
     if cause.name in _SLOW:
         return np.asarray(float(np.ptp(experiment.measured)) * slow(experiment.time)[:, _SLOW[cause.name]])
-    if "lag" in experiment.names:
+    if cause.name == "lag" and "lag" in experiment.names:
         return np.zeros(experiment.time.size)
+    predicted = experiment.predict(values)[0]
+    if cause.name == "play":
+        size = _SMALL * cause.most
+        return np.asarray((behind_play(predicted, size * float(np.ptp(experiment.measured))) - predicted) / size)
     late = replace(experiment, constants={**experiment.constants, "lag": _LAG})
-    return np.asarray((late.predict(values)[0] - experiment.predict(values)[0]) / _LAG)
+    return np.asarray((late.predict(values)[0] - predicted) / _LAG)
 
 
 _METHODS = {each: f"{each}, allowing for causes" for each in ("profile", "t")}
-_NOTED = 1.05
+_NOTED = 1.5
 """Times its width by which an interval grows, from where it is said."""
 
 
 def allowing(
     solution: Solution, estimates: Sequence[Estimate], spread: Spread, some: Sequence[Missed]
 ) -> tuple[tuple[Estimate, ...], Spread, list[str]]:
-    """Estimates whose intervals allow for what could be hidden, their covariance, and what is said of it."""
-    hidden = [each for each in some if each.hidden]
-    if not hidden:
+    """Estimates whose intervals allow for causes, their covariance, and what is said of it."""
+    if not some:
         return tuple(estimates), spread, []
     widened, wider = list[Estimate](), dict[str, list[str]]()
-    covariance = _widened(solution, spread.covariance, hidden)
+    covariance = _widened(solution, spread.covariance, some)
     errors = np.sqrt(np.diag(covariance)).tolist()
     for n, estimate in enumerate(estimates):
         widened.append(estimate._replace(stderr=errors[n]) if math.isfinite(estimate.stderr) else estimate)
         if estimate.own or not math.isfinite(estimate.high - estimate.low) or not estimate.stderr > 0.0:
             continue
-        of_each = [ends(solution, n, estimate, one) for one in hidden]
+        of_each = [ends(solution, n, estimate, one) for one in some]
         low, high = min(estimate.value, *(a for a, _ in of_each)), max(estimate.value, *(b for _, b in of_each))
+        widened[-1] = widened[-1]._replace(low=low, high=high)
         if high - low < _NOTED * (estimate.high - estimate.low):
             continue
-        widened[-1] = widened[-1]._replace(low=low, high=high, method=_METHODS.get(estimate.method, estimate.method))
-        for one, (a, b) in zip(hidden, of_each, strict=True):
+        widened[-1] = widened[-1]._replace(method=_METHODS.get(estimate.method, estimate.method))
+        for one, (a, b) in zip(some, of_each, strict=True):
             if b - a > 0.5 * (high - low) and estimate.name not in wider.setdefault(one.of.words, []):
                 wider[one.of.words].append(estimate.name)
     return tuple(widened), spread._replace(covariance=covariance), _said(wider)
@@ -195,12 +206,12 @@ def ends(solution: Solution, n: int, estimate: Estimate, cause: Missed) -> tuple
     return place.out(low), place.out(high)
 
 
-def _widened(solution: Solution, covariance: Array, hidden: Sequence[Missed]) -> Array:
+def _widened(solution: Solution, covariance: Array, some: Sequence[Missed]) -> Array:
     """The covariance with what the cause may do that moves the parameters most, but for those of where a motion begins."""
     size = np.maximum(np.diag(covariance), 1e-300)
     shared = np.array([not p.own for p in solution.parameters]) & np.isfinite(size)
     slopes = estimation.slopes(solution) * shared
-    shifts = [np.outer(one.moves * slopes, one.moves * slopes) * min(one.error, one.of.most) ** 2 for one in hidden]
+    shifts = [np.outer(one.moves * slopes, one.moves * slopes) * min(one.error, one.of.most) ** 2 for one in some]
     return covariance + max(shifts, key=lambda more: float((np.diag(more) / size).sum()))
 
 
@@ -210,6 +221,6 @@ def _said(wider: Mapping[str, Sequence[str]]) -> list[str]:
     for words, names in wider.items():
         causes.setdefault(", ".join(names), []).append(words)
     return [
-        f"the intervals of {names} allow for {' or '.join(words)} of a size that these recordings would not show"
+        f"the intervals of {names} allow for {' or '.join(words)} of a size that these recordings do not show"
         for names, words in causes.items()
     ]

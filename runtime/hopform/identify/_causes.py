@@ -208,7 +208,9 @@ def _is_noise(solution: Solution, residuals: Parts) -> bool:
 
 
 def _known(problem: Problem, solution: Solution) -> Iterator[Tried]:
-    """Known values that are off: where another one explains what is left. The fit of a model takes it as a start."""
+    """Known values and defaults that are off: where another one explains what is left. The fit of a model takes a known one
+    as a start, and fits a default where it is told to.
+    """
 
     def near(tried: Tried) -> Tried:
         if problem.kind != "model":
@@ -219,9 +221,14 @@ def _known(problem: Problem, solution: Solution) -> Iterator[Tried]:
 
     for letter, value in problem.known.items():
         if (letter in _RELEASED or problem.kind == "model") and letter not in solution.values:
-            wider = _released(problem, letter, value)
+            kind = "positive" if value > 0.0 else "real"
+            wider = _released(problem, Parameter(letter, "", value, max(abs(value), 1e-9), kind))
             if wider is not None:
                 yield from map(near, _fitted("known value", letter, wider, solution))
+    for default in problem.defaults:
+        wider = _released(problem, default)
+        for tried in _fitted("known value", default.name, wider, solution) if wider is not None else ():
+            yield tried._replace(diagnosis=tried.diagnosis._replace(option=f"fit {default.name}, too"))
     for letter, name in problem.tied.items():
         yield from map(near, _fitted("known value", letter, _untied(problem, letter, name, solution), solution))
 
@@ -238,8 +245,9 @@ _RELEASED = ("m_s", "m_eff", "k", "gamma2", "b1", "b2", "length")
 """Letters whose known value a scale, a drawing or a data sheet gives, and may be off."""
 
 
-def _released(problem: Problem, letter: str, value: float) -> Problem | None:
-    """A problem with a known value among its parameters; None where no recording has it."""
+def _released(problem: Problem, parameter: Parameter) -> Problem | None:
+    """A problem with what is known among its parameters; None where no recording has it."""
+    letter = parameter.name
     if not any(letter in each.constants for each in problem.experiments):
         return None
 
@@ -249,8 +257,6 @@ def _released(problem: Problem, letter: str, value: float) -> Problem | None:
         constants = {name: own for name, own in experiment.constants.items() if name != letter}
         return replace(experiment, names={**experiment.names, letter: letter}, constants=constants)
 
-    kind = "positive" if value > 0.0 else "real"
-    parameter = Parameter(letter, "", value, max(abs(value), 1e-9), kind)
     return replace(
         problem, experiments=tuple(map(freed, problem.experiments)), parameters=(*problem.parameters, parameter)
     )
@@ -446,20 +452,11 @@ def _play(problem: Problem, solution: Solution) -> Iterator[Tried]:
     predicted = [e.measured + part for e, part in zip(problem.experiments, solution.residuals, strict=True)]
     width, after = 1e-6, list[Array]()
     for _ in range(_TURNS):
-        column = np.concatenate([(behind_play(each, width) - each) / width for each in predicted])
+        column = np.concatenate([(rivals.behind_play(each, width) - each) / width for each in predicted])
         (width,), after = _with_columns(solution, column[:, np.newaxis])
         if not width > 0.0:
             return
     yield from _worth("play", {"width": width}, solution, after, explains=_is_noise(solution, after))
-
-
-def behind_play(x: Array, width: float) -> Array:
-    """What a sensor shows that follows a motion through a play of a width [m]."""
-    positions, shown = np.empty(x.size), float(x[0])
-    for n, place in enumerate(x.tolist()):
-        shown = min(max(shown, place - 0.5 * width), place + 0.5 * width)
-        positions[n] = shown
-    return positions
 
 
 # ---- what no element says ----

@@ -4,7 +4,8 @@ At tick k, at t_k = k T, the controller reads target, place and velocity; the cu
 
     i_k = sat(law(target(t_k - delay), x_k, v_k)),
 
-acts from t_k + dead time on, up to where the next one does. Before the first one that one acts. Between two changes of
+acts from t_k + dead time on, up to where the next one does. Before the first one that one acts. A controller without a
+sensor of velocity has (x_k - x_(k-1))/T in place of v_k. Between two changes of
 the current the motion is that of the mechanism under a constant current. That is the model's own motion at a limit of
 its law, where the current is that limit, so each section of a tick is solved by the model's library.
 
@@ -17,7 +18,7 @@ Derivatives are handed on from tick to tick. With s_k those of the state (x, v) 
 
     s_(k+1) = P_k s_k + R_k i'_(k-m-1) + Q_k i'_(k-m) + h_k,    i_k' = (di/dx, di/dv) s_k + e_k
 
-m the ticks in the dead time: one banded system for all columns. A dead time that is longer by d moves the change of
+(of a difference of places s_(k-1) is in i_k', too), m the ticks in the dead time: one banded system for all columns. A dead time that is longer by d moves the change of
 current in a tick by d, which changes the state there by the difference of both accelerations.
 """
 
@@ -74,10 +75,18 @@ def law_of(core: Solver) -> Law | None:
 
 
 class Ticks(NamedTuple):
-    """A controller's ticks: their period [s], and the target that it reads at each."""
+    """A controller's ticks: their period [s], the target that it reads at each, and whether the velocity of its law is the
+    difference of the place at a tick and at the one before, over the period.
+    """
 
     period: float
     target: Array
+    differs: bool = False
+
+    def velocities(self, states: Array) -> Array:
+        """What the law takes for the velocity at each tick, of the states there; at the first one it is the velocity."""
+        x, v = states[: self.target.size].T
+        return np.append(v[:1], np.diff(x) / self.period) if self.differs else v
 
 
 class _Map(NamedTuple):
@@ -215,8 +224,9 @@ class Loop:
         begins, kinds, solved = list[tuple[float, float, float]](), list[int](), dict[int, Array]()
         held = math.nan, math.inf, -math.inf  # place, and currents between which friction holds the mass there
         for k, (target, push) in enumerate(zip(ticks.target.tolist(), pushes, strict=True)):
+            seen = (x - states[-1][0]) / ticks.period if ticks.differs and states else v
             states.append((x, v))
-            asked.append(self.zero + self.by_x * x + self.by_v * v + self.by_target * target)
+            asked.append(self.zero + self.by_x * x + self.by_v * seen + self.by_target * target)
             currents.append(self.limited(asked[-1]))
             for length, forwards, backwards, behind in parts:
                 i = currents[max(k - behind, 0)] + push
@@ -262,14 +272,18 @@ class Loop:
         for section_rows in rows:
             section_rows[:, :, 3:][:, :, [n for n, column in enumerate(taken) if column == self.of_limit]] = 0.0
         count, size = ticks.target.size, len(letters) + 2
-        inside, (x, v) = ~run.beyond, run.states[:-1].T
+        inside, x, seen = ~run.beyond, run.states[:-1, 0], ticks.velocities(run.states)
         asks = np.zeros((count, size))
         for n, letter in enumerate(letters):
-            asks[:, n] = inside * self._asked_by(letter, x, v, ticks.target)
+            asks[:, n] = inside * self._asked_by(letter, x, seen, ticks.target)
             if taken[n] == self.of_limit:
                 asks[:, n] = np.where(inside, 0.0, np.sign(run.currents))
         asks[:, -2] = np.where(inside, -self.by_target * slope, 0.0)
         by_state = inside[:, np.newaxis] * np.array([self.by_x, self.by_v])
+        by_before = np.zeros_like(by_state)
+        if ticks.differs:
+            by_before[1:, 0] = inside[1:] * (-self.by_v / ticks.period)
+            by_state[1:] = inside[1:, np.newaxis] * np.array([self.by_x + self.by_v / ticks.period, 0.0])
         # By sections: s' = phi s + push i' + more.
         first, last = rows[0], rows[-1]
         places = np.arange(count)
@@ -288,7 +302,7 @@ class Loop:
             phi = np.einsum("kij,kjn->kin", phi, first[:, :, :2])
         driven = np.zeros((count, 2, size))
         driven[:, :, :-2], driven[:, :, -1] = more, late
-        lower = 2 * (run.late + 2) + 1
+        lower = 2 * (run.late + 3) + 1
         band = np.zeros((lower + 1, 2 * (count + 1)))  # row i - j, column j
         band[0] = 1.0
 
@@ -300,6 +314,7 @@ class Loop:
         put(phi, places)
         for computed, by_current in pushes:
             put(by_current[:, :, np.newaxis] * by_state[computed][:, np.newaxis, :], computed)
+            put(by_current[:, :, np.newaxis] * by_before[computed][:, np.newaxis, :], np.maximum(computed - 1, 0))
             driven += by_current[:, :, np.newaxis] * asks[computed][:, np.newaxis, :]
         right = np.zeros((2 * (count + 1), size + 2))
         right[2:, :size] = driven.reshape(2 * count, size)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from enum import StrEnum
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import typer
@@ -17,7 +17,7 @@ import typer
 from hopform import HopformError, Robot
 from hopform._checks import number_of
 from hopform._cli.output import deliver, picture, show
-from hopform._cli.use import robot_in_use, start_in_use
+from hopform._cli.use import core, robot_in_use, start_in_use
 from hopform._errors import printable
 from hopform._files import Named
 from hopform._solver.package import records
@@ -26,8 +26,7 @@ from hopform.identify import _report as reports
 from hopform.identify import _synthetic as synthetic
 from hopform.identify._causes import said
 from hopform.identify._fits import Fit, Options, Trace, fit, is_no_fit, missed
-from hopform.identify._force import fit_force
-from hopform.identify._joint import KINDS, LETTERS, Check, check
+from hopform.identify._joint import KINDS, Check, check
 from hopform.identify._joint import plan as planned
 from hopform.identify._kinds import cuts_by_kind
 from hopform.identify._motion import Values
@@ -36,12 +35,24 @@ from hopform.identify._simulators import exported, notes
 
 SimulatorFormat = StrEnum("SimulatorFormat", ["mjcf", "urdf", "isaac"])
 Recordable = StrEnum("Recordable", ["drop", "free", "decay", "step", "air", "all", "motion"])
-Identification = StrEnum("Identification", ["drop", "all", "force", "check"])
+Identification = StrEnum("Identification", ["drop", "all", "check"])
+
+
+def _refuse_kind(word: str) -> None:
+    """HopformError for what `identify` has not."""
+    if word not in Identification.__members__:
+        raise HopformError(
+            f"identify takes drop, all or check, got {shown(word)}: a decay, a step response or the leg in the air is a file "
+            "of all, as in identify all decay:FILE, and any motion by itself is one of a model, as in --solver slide fit FILE"
+        )
+
 
 OPTIONS: dict[str, dict[str, Any]] = {
     "Arguments": {
         "test": typer.Argument(help="the test; `hopform fit` takes a motion, of any model"),
-        "kind": typer.Argument(help="drops, all that was recorded of a robot, or a fit in force; check says what they could tell"),
+        "kind": typer.Argument(
+            metavar="{drop|all|check}", help="drops, or all that was recorded of a robot; check says what they could tell",
+        ),
         "files": typer.Argument(
             metavar="FILES", help="CSV; with `all` or `check`, each may be ROLE:FILE, drop|free|decay|step|air"
         ),
@@ -86,6 +97,7 @@ OPTIONS: dict[str, dict[str, Any]] = {
         "near": option("near which value the search for a parameter begins; repeatable", metavar="NAME=VALUE"),
         "fit.rate": option("of a model with a law: the rate of its controller", unit="Hz"),
         "sine": option("the spring of an angle is gravity's sine"),
+        "in_force": option("fit the equation of motion itself, for a recording in closed loop"),
         "identify.free": option("the actuator is free: it moves under the recorded current, within its stops"),
         "gain": option("fit the gain of each position's sensor"),
         "clock": option("fit the speed of the recording's clock"),
@@ -120,18 +132,25 @@ STAGES = 6
 """Of a fit, about: it, the old model, intervals, what is left out."""
 
 
-def known_values(pairs: Sequence[str]) -> dict[str, float]:
-    """Known parameters from name=value."""
-    values = dict[str, float]()
-    for pair in pairs:
-        name, equals, value = pair.partition("=")
-        number = number_of(value)
-        if not equals or number is None or not math.isfinite(number):
-            raise HopformError(f"--known takes name=value in SI units, as in m_s=3.0, got {shown(pair)}")
-        if name not in LETTERS:
-            raise HopformError(f"--known: there is no parameter {shown(name)}; there are {', '.join(LETTERS)}")
-        values[name] = number
+def pairs_of(option: str, pairs: Sequence[str] | None, names_too: bool = False) -> dict[str, float | str]:
+    """What an option NAME=VALUE has; names_too: a value may be the name of a fitted parameter."""
+    values = dict[str, float | str]()
+    for pair in pairs or ():
+        name, equals, text = pair.partition("=")
+        value = number_of(text)
+        if not equals or not (names_too and text.isidentifier() if value is None else math.isfinite(value)):
+            first = core().facts.parameters[0]["name"]
+            tied = ", or the name of one that is fitted" if names_too else ""
+            raise HopformError(f"{option} takes NAME=VALUE in SI units, as in {first}=0.1{tied}, got {shown(pair)}")
+        if name in values:
+            raise HopformError(f"{option}: {shown(name)} is given twice")
+        values[name] = text if value is None else value
     return values
+
+
+def known_numbers(pairs: Sequence[str] | None) -> dict[str, float]:
+    """What --known has where each value is a number."""
+    return cast("dict[str, float]", pairs_of("--known", pairs))
 
 
 def ranges_of(pairs: Sequence[str]) -> dict[str, tuple[float, float]]:
@@ -176,16 +195,13 @@ def added_masses(text: str, count: int) -> tuple[float, ...]:
 def answer_to(
     kind: str, files: Sequence[str], read: Sequence[tuple[str, Recording]], known: Values, how: Options
 ) -> reports.Answer:
-    """The answer to recordings by their roles, or in force; HopformError names what is wrong with a file."""
+    """The answer to recordings by their roles; HopformError names what is wrong with a file."""
     recordings = [recording for _, recording in read]
     by_role: dict[str, list[Recording]] = {role: [one for own, one in read if own == role] for role in synthetic.TESTS}
     try:
         if kind == "check":
             return check(by_role, known)
-        if kind == "force":
-            result = fit_force(recordings, known=known, **how)
-        else:
-            result = fit({of: by_role[role] for role, of in KINDS.items() if by_role[role]}, known, **how)
+        result = fit({of: by_role[role] for role, of in KINDS.items() if by_role[role]}, known, **how)
     except HopformError as error:
         hints = [
             f"; it was taken for a {role}: name its kind, as in {_OTHER[role]}:{name}"
@@ -352,22 +368,23 @@ def give(
 
 
 def identify(
-    kind: Identification, files: list[str], known: list[str] | None = None, free: bool = False,
+    kind: str, files: list[str], known: list[str] | None = None, free: bool = False,
     gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "",
     loss: str = "linear", robot: str | None = None, values: list[str] | None = None, out: Path | None = None, export: SimulatorFormat | None = None,
     report: Path | None = None, json: bool = False, plot: Path | None = None,
 ) -> None:  # fmt: skip
     """Identify a robot from CSV recordings.
 
-    They are drops, or all that was recorded of it; force fits an actuator in closed loop. Any other mechanism, a cart, an
-    axis, a joint: hopform --solver slide fit.
+    They are drops, or all that was recorded of it. Any other mechanism, a cart, an axis, a joint: hopform --solver slide
+    fit.
     """
-    if free and str(kind) != "drop":
+    _refuse_kind(kind)
+    if free and kind != "drop":
         raise HopformError("--free is for drops; of all each file may be ROLE:FILE, as in free:drop.csv")
     read = (("the recording", role_and_path(each)[1]) for each in files)
     check_fit_outputs([("--robot", in_use().robot_file(robot)), *read], json, out, export, report, plot)
     base = robot_in_use(robot, values, "identify")
-    masses, given = added_masses(added_mass, len(files)), known_values(known or [])
+    masses, given = added_masses(added_mass, len(files)), known_numbers(known)
     with progress_bar("identification") as advance:
         how = options_of(loss, {"gain": gain, "clock": clock, "lag": lag}, advance)
         answer = answer_to(kind, files, [*_read(kind, free, files, masses)], given, how)
@@ -399,7 +416,7 @@ def record(
     if (ranges and not every) or (every and not plan):
         raise HopformError("record all, and ranges, are for a plan: `record all --plan --ranges NAME=LOW:HIGH`")
     if every:
-        show(reports.plan_of(planned(base, ranges_of(ranges or []), known_values(known or []) or None, seed or 0)))
+        show(reports.plan_of(planned(base, ranges_of(ranges or []), known_numbers(known) or None, seed or 0)))
         return
     recording = synthetic.record(
         base, str(test), duration=duration, rate=rate, noise=noise, quantum=quantum, height=height, current=current,
@@ -409,7 +426,7 @@ def record(
     )  # fmt: skip
     if plan:
         weighed = "m_eff" if test in ("step", "air") else "m_s"  # what is taken as known if nothing is given
-        given = known_values(known or []) or {weighed: getattr(base, weighed)}
+        given = known_numbers(known) or {weighed: getattr(base, weighed)}
         letters = {field.name: getattr(base, field.name) for field in base.fields()} | {"length": base.L0 + base.c}
         show(reports.tables_of(check({str(test): [recording]}, given, letters)))
         return

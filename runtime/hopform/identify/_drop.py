@@ -302,7 +302,7 @@ def _pushed(tries: list[Guess]) -> list[Guess]:
     return tries
 
 
-GROUND = _Body("drop", "ground", "x2", LETTERS["ground"], {"g": 9.81}, (0.35, 0.65, 1.0))
-FREE = _Body("drop", "free", "x2", LETTERS["free"], {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf},
+GROUND = _Body("ground", "x2", LETTERS["ground"], {"g": 9.81}, (0.35, 0.65, 1.0))
+FREE = _Body("free", "x2", LETTERS["free"], {"g": 9.81, "x1_min": -math.inf, "x1_max": math.inf},
              (0.25, 0.45, 0.7, 1.0))  # fmt: skip
 """Of a leg a fit is followed over more and more: each hop multiplies what is wrong about the one before."""

@@ -1,15 +1,12 @@
 """`hopform --solver DIR|NAME fit`: the parameters of any model from recordings of its motion, as `hopform.identify.fit` has them."""
 
-import math
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import cast
 
 from hopform import HopformError
-from hopform._checks import number_of
 from hopform._cli.use import core
-from hopform.extend import in_use, progress_bar, shown
+from hopform.extend import in_use, progress_bar
 from hopform.identify import _commands
 from hopform.identify._commands import (
     SimulatorFormat,
@@ -19,8 +16,10 @@ from hopform.identify._commands import (
     give,
     model_of,
     options_of,
+    pairs_of,
     refuse_no_fit,
 )
+from hopform.identify._force import fit_force
 from hopform.identify._models import fit as fit_model_of
 from hopform.identify._models import seen_by
 from hopform.identify._motion import Values
@@ -31,7 +30,7 @@ OPTIONS, EXAMPLES = _commands.OPTIONS, _commands.EXAMPLES
 
 def fit(
     files: list[str], fitted: str | None = None, known: list[str] | None = None, near: list[str] | None = None,
-    sine: bool = False, rate: float | None = None, gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "", loss: str = "linear",
+    sine: bool = False, rate: float | None = None, in_force: bool = False, gain: bool = False, clock: bool = False, lag: bool = False, added_mass: str = "", loss: str = "linear",
     out: Path | None = None, export: SimulatorFormat | None = None, report: Path | None = None, json: bool = False,
     plot: Path | None = None,
 ) -> None:  # fmt: skip
@@ -47,27 +46,18 @@ def fit(
     with progress_bar("identification") as advance:
         how = options_of(loss, {"gain": gain, "clock": clock, "lag": lag}, advance)
         recordings = [replace(read_recording(name), added_mass=mass) for name, mass in zip(files, masses, strict=True)]
-        result = fit_model_of(
-            in_use(), recordings, fitted=names, known=given, start=starts, sine=sine, rate=rate, **how
-        )
+        if in_force:
+            if starts or sine or rate is not None:
+                raise HopformError(
+                    "--in-force is a linear fit under the recorded input: without --near, --sine and --rate"
+                )
+            result = fit_force(in_use(), recordings, fitted=names, known=given, **how)
+        else:
+            result = fit_model_of(
+                in_use(), recordings, fitted=names, known=given, start=starts, sine=sine, rate=rate, **how
+            )
         stops = [each["name"] for each in core().facts.parameters if each["domain"] in ("lower", "upper")]
         refuse_no_fit(result, [seen_by(core(), each) for each in recordings], stops)
         model, more = model_of(result, export)
         written = files_of(result, None, out, report, plot, model)
     give(result, written, more, "" if out else model, json)
-
-
-def pairs_of(option: str, pairs: Sequence[str] | None, names_too: bool = False) -> dict[str, float | str]:
-    """What an option NAME=VALUE has; names_too: a value may be the name of a fitted parameter."""
-    values = dict[str, float | str]()
-    for pair in pairs or ():
-        name, equals, text = pair.partition("=")
-        value = number_of(text)
-        if not equals or not (names_too and text.isidentifier() if value is None else math.isfinite(value)):
-            first = core().facts.parameters[0]["name"]
-            tied = ", or the name of one that is fitted" if names_too else ""
-            raise HopformError(f"{option} takes NAME=VALUE in SI units, as in {first}=0.1{tied}, got {shown(pair)}")
-        if name in values:
-            raise HopformError(f"{option}: {shown(name)} is given twice")
-        values[name] = text if value is None else value
-    return values

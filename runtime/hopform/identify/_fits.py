@@ -33,7 +33,7 @@ from hopform.identify._repeats import Repeat
 from hopform.identify._rigs import NoMotion
 from hopform.identify._search import Problem, is_noise, least_squares, minimise, part_of, selected, settled
 
-TITLES = {"drop": "drop test", "step": "step response", "force": "in force", "robot": "all recordings together"}
+TITLES = {"drop": "drop test", "robot": "all recordings together"}
 """Headings by kind of answer; that of a model is its name."""
 _RIVALS = "viscous friction alone", "with Coulomb friction"
 _EQUATIONS = "(1), (2)", "(3), (4)"
@@ -85,7 +85,7 @@ class Trace:
 class Fit(Shown):
     """A fit. `values` has every parameter, `estimates` their intervals, `traces` a recording each.
 
-    kind: drop, step, force, robot. correlations: of the fitted parameters that belong to no single recording.
+    kind: drop, robot, model, force. correlations: of the fitted parameters that belong to no single recording.
     statements: what the data identify and what they do not, and which recording would help. warnings: what was odd
     about the data.
     """
@@ -153,7 +153,8 @@ class Fit(Shown):
     @property
     def title(self) -> str:
         """What the fit is of."""
-        return TITLES[self.kind] if self.base is None else f"model {self.base.solver.name}"
+        of_model = "" if self.base is None else f"model {self.base.solver.name}"
+        return TITLES.get(self.kind, of_model + ", in force" * (self.kind == "force"))
 
     @property
     def rivals(self) -> tuple[str, str]:

@@ -66,6 +66,11 @@ class Held(Modelled):
         }  # fmt: skip
         return self.model.robot({**_defaults(), **values})
 
+    def words(self, values: Values) -> dict[str, float]:
+        """What a simulator calls the numbers of what moves, without a mass that was added."""
+        words = self.model.words(replace(self, added_mass=0.0).robot(self.letters(values)))
+        return words if "gamma2" in self.own_letters else {n: each for n, each in words.items() if n != "gear"}
+
     def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
         (states, by), rates = super().moved(at, steps, time)
         mass, viscous, coulomb = _NAMES[self.kind]
@@ -188,6 +193,9 @@ def _decays(recording: Recording, x: Array) -> list[tuple[int, int]]:
     return decays(recording, mended(x))
 
 
-DECAY = HeldKind("drop", "decay", "x2", LETTERS["decay"], {"g": 0.0}, (0.3, 1.0))
-STEP = HeldKind("step", "step", "x1", LETTERS["step"], {}, (0.35, 1.0))
-AIR = HeldKind("step", "air", "x1", LETTERS["air"], {}, (0.35, 1.0))
+HELD = {
+    "decay": HeldKind("decay", "x2", LETTERS["decay"], {"g": 0.0}, (0.3, 1.0)),
+    "step": HeldKind("step", "x1", LETTERS["step"], {}, (0.35, 1.0)),
+    "air": HeldKind("air", "x1", LETTERS["air"], {}, (0.35, 1.0)),
+}
+"""The kinds by their roles."""

@@ -26,7 +26,7 @@ from hopform.identify import _estimation as estimation
 from hopform.identify._drop import FREE, GROUND
 from hopform.identify._estimation import Estimate, Solution
 from hopform.identify._fits import Fit, Options, blind, fit
-from hopform.identify._held import AIR, DECAY, STEP
+from hopform.identify._held import HELD
 from hopform.identify._kinds import Recordings, problem_of, read_several
 from hopform.identify._motion import Array, Values
 from hopform.identify._nuisances import DELAY, with_nuisances
@@ -35,9 +35,8 @@ from hopform.identify._rigs import UNITS
 from hopform.identify._search import Problem, minimise
 from hopform.identify._synthetic import hardest, record
 
-KINDS = {"drop": GROUND, "decay": DECAY, "step": STEP, "air": AIR, "free": FREE}
+KINDS = {"drop": GROUND, **HELD, "free": FREE}
 """Of each role its kind; a free drop comes late, since it shows least about its starts."""
-LETTERS = tuple(dict.fromkeys(letter for kind in (GROUND, FREE) for letter in (*kind.letters, *kind.defaults)))
 
 
 def fit_robot(
@@ -59,11 +58,9 @@ def fit_robot(
     taken as 1 kg. options: `Options`.
     Raises HopformError where a recording cannot be what it is given as, or none is given.
     """
-    handed = {
-        "drops": (GROUND, drops), "decays": (DECAY, decays), "steps": (STEP, steps), "air": (AIR, air),
-        "free_drops": (FREE, free_drops),
-    }  # fmt: skip
-    return fit({kind: read_several(some, name) for name, (kind, some) in handed.items()}, known, **options)
+    handed = {"drops": drops, "decays": decays, "steps": steps, "air": air, "free_drops": free_drops}
+    several = [read_several(some, name) for name, some in handed.items()]
+    return fit(dict(zip(KINDS.values(), several, strict=True)), known, **options)
 
 
 # ---- before a fit: telemetry, excitation, and the intervals to expect ----

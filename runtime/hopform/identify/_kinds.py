@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from hopform import HopformError
 from hopform._checks import mapping, nonnegative, real
+from hopform._solver.choice import DEFAULT
 from hopform._solver.package import Steps, records
 from hopform.extend import items, positive, shown
 from hopform.identify._estimation import Parameter
@@ -31,7 +32,7 @@ from hopform.identify._recordings import (
     steps_of,
     units_of,
 )
-from hopform.identify._rigs import UNITS, Experiment
+from hopform.identify._rigs import UNITS, Experiment, friction_of
 from hopform.identify._rigs import Kind as Rig
 from hopform.identify._search import Problem
 
@@ -132,7 +133,6 @@ class Kind:
     with their values where these are not given, over how much of a recording a fit is followed at first, and then.
     """
 
-    answer: str
     rig: Rig
     position: Literal["x1", "x2"]
     every: tuple[str, ...]
@@ -202,11 +202,11 @@ class Kind:
                 beside = cut.x1[cut.independent()]
                 experiments.append(replace(experiments[-1], label=f"{cut.label}, x1", measured=beside, of="x1"))
         return Problem(
-            self.answer, self.position, tuple(experiments), tuple(parameters.values()), tuple(self.further(starts)),
+            "drop", self.position, tuple(experiments), tuple(parameters.values()), tuple(self.further(starts)),
             {name: value for name, value in group.known.items() if math.isfinite(value)},
             (*group.statements, *(note for cut in group.cuts for note in cut.rests())),
             tuple(f"{each.source}: {note}" for each in group.recordings for note in each.notes),
-            parts=self.parts, units=group.units, scale=group.scale, loss=group.loss, files=files_of(group.recordings),
+            parts=self.parts, units=group.units, scale=group.scale, loss=group.loss, files=files_of(group.recordings), friction=FRICTION,
         )  # fmt: skip
 
 
@@ -295,6 +295,8 @@ def cuts_by_kind(given: Given, known: Known = None, loss: str = "linear") -> Ite
         motions += len(segmented.cuts)
 
 
+FRICTION = friction_of(DEFAULT.facts)
+"""Kinds of friction of the hopper."""
 _OWN = ("rest", "x", "v", "x1", "v1")
 """Letters of the beginning of a motion."""
 _SCALED: tuple[str, ...] = ("m_eff", "k", "b1", "gamma2")
@@ -363,7 +365,7 @@ def _merged(problems: Sequence[Problem]) -> Problem:
         parts=max((p.parts for p in problems), key=len),
         units=next((each.units for each in problems if each.quantity == "x1"), problems[0].units),
         scale=all(p.scale for p in problems), loss=problems[0].loss,
-        files=tuple(dict.fromkeys(each for p in problems for each in p.files)),
+        files=tuple(dict.fromkeys(each for p in problems for each in p.files)), friction=FRICTION,
     )  # fmt: skip
 
 

@@ -11,7 +11,6 @@ less a twelfth of the second difference of f, which is what mean and hold togeth
 """
 
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -26,13 +25,13 @@ from hopform._motion import DOUBLE
 from hopform._robots import attribute_of, checked_value, robot_class
 from hopform._sensitivities import STARTS, in_coordinates
 from hopform._solver.choice import Solver as Core
-from hopform._solver.package import Steps, records
+from hopform._solver.package import Steps
 from hopform.extend import items, positive, shown
 from hopform.identify._closed_loop import MOST_LATE, Law, Loop, Run, Ticks, between, law_of
 from hopform.identify._estimation import Parameter, Solution
-from hopform.identify._fits import Fit, Options, checked, solved
+from hopform.identify._fits import Asked, Fit, Options, checked, solved
 from hopform.identify._kinds import MOST_KNOWN, Cut, Recordings, cuts_of, files_of, read_some
-from hopform.identify._motion import MAX_PHASES, Array, Values, delayed, held_at, of_scipy
+from hopform.identify._motion import MAX_PHASES, Array, Values, held_at, of_scipy
 from hopform.identify._recordings import (
     DRIVES,
     SI,
@@ -49,7 +48,18 @@ from hopform.identify._recordings import (
     used_after_all,
     whole_spans,
 )
-from hopform.identify._rigs import SINGULAR, Along, Experiment, Force, Moved, Rates, in_recorded_time
+from hopform.identify._rigs import (
+    SINGULAR,
+    Along,
+    Experiment,
+    Force,
+    Moved,
+    Rates,
+    friction_of,
+    in_recorded_time,
+    named_by_masses,
+    power_of,
+)
 from hopform.identify._search import Problem
 from hopform.identify._segments import CUTOFFS, Filtered, decays, filtered_part
 
@@ -102,6 +112,30 @@ class Model:
         speeds_of = self.formulas.speeds_of(rates, drive, *forces, state)
         return speeds_of.v1_rate if number == 1 else speeds_of.v2_rate
 
+    def linear(self, robot: Any, number: int) -> "Linear":
+        """What the accelerations of a mass that is alone are made of."""
+
+        def a(x: float = 0.0, v: float = 0.0, u: float = 0.0, side: float = 1.0) -> float:
+            return float(self.accelerations(robot, number, [np.asarray(x)], [np.asarray(v)], u, [side]))
+
+        up, down = a(), a(side=-1.0)
+        stiffness, damping, gain = up - a(x=1.0), up - a(v=1.0), a(u=1.0) - up
+        friction, middle = 0.5 * (down - up), 0.5 * (up + down)
+        robot = robot._replace(**dict.fromkeys(self.coulomb, 0.0))
+        rest = a() / stiffness if stiffness > 0.0 else 0.0
+        return Linear(stiffness, damping, gain, rest, friction, middle)
+
+    def words(self, robot: Any) -> dict[str, float]:
+        """What a simulator calls the numbers of the only mass: the inertia from the kinetic energy, all else times it."""
+        inertia, linear = self.moving(robot), self.linear(robot, self.masses[0].number)
+        values = {"inertia": inertia, "damping": linear.damping * inertia, "frictionloss": linear.friction * inertia}
+        if linear.stiffness > 0.0:
+            values |= {"stiffness": linear.stiffness * inertia, "springref": linear.middle / linear.stiffness}
+        if self.input is not None and linear.gain != 0.0:
+            values |= {"gear": linear.gain * inertia}
+            values |= {} if linear.stiffness > 0.0 else {"bias": linear.middle / linear.gain}
+        return values
+
     def driving(self, robot: Any, x: Array, v: Array, u: Array) -> Array:
         """What drives a mass at places and velocities under the input: this, or the current that a law makes of it."""
         if self.law is None:
@@ -133,23 +167,12 @@ class Model:
         }
 
     def _named(self, key: str) -> set[str]:
-        """The parameters in what the facts of the masses have under a key."""
-        texts = list[str]()
-        for element in self.core.facts.elements:
-            entry: Any = element.get(key, ())
-            texts += map(str, entry.values() if key == "stops" and entry else entry)
-        return {word for text in texts for word in re.findall(r"\w+", text)} & self.parameters.keys()
+        return named_by_masses(self.core.facts, key)
 
     @property
     def friction(self) -> dict[str, str]:
-        """The parameters of friction, by kind: Coulomb's as the facts of the masses name them, viscous ones by their unit."""
-        named, letters = self._named("friction"), dict[str, str]()
-        for name, parameter in self.parameters.items():
-            if name in named and parameter["domain"] != "positive":
-                letters[name] = "coulomb"
-            elif re.match(r"N( m)? s(/|$)", parameter["unit"]):
-                letters[name] = "viscous"
-        return letters
+        """The parameters of friction, by kind."""
+        return friction_of(self.core.facts)
 
     @property
     def powers(self) -> dict[str, int]:
@@ -198,17 +221,6 @@ def _model_again(solver: Solver) -> Model:
     return Model(solver.Robot.solver)
 
 
-def power_of(unit: str) -> int:
-    """The power of 1/s in which a quantity of a unit counts, where N is kg m/s^2: 1 of N s/m, 2 of N/A."""
-    above, _, below = unit.partition("/")
-
-    def of(words: str) -> int:
-        factors = [re.fullmatch(r"(\w+?)(?:\^(\d+))?", each) for each in words.replace("*", " ").split()]
-        return sum({"N": 2, "J": 2, "s": -1}.get(each[1], 0) * int(each[2] or 1) for each in factors if each)
-
-    return of(above) - of(below.replace("/", " "))
-
-
 @dataclass(frozen=True)
 class Modelled(Experiment):
     """A recording of a coordinate of a model. grid: times of all samples, between which gravity's sine is constant, if it
@@ -241,9 +253,7 @@ class Modelled(Experiment):
 
     def loaded(self, at: Values) -> Values:
         """The parameters with the mass that was added."""
-        if self.added_mass == 0.0:
-            return at
-        return {**at, self.heavier: at[self.heavier] + self.added_mass}
+        return _heavier(dict(at), self.heavier, self.added_mass) if self.added_mass else at
 
     def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
         model, robot = self.model, self.robot(at)
@@ -313,20 +323,7 @@ class Modelled(Experiment):
                  for each, pair in zip(self.model.masses, pairs, strict=True)]  # fmt: skip
         return float(self.model.accelerations(robot, number, x, v, u, sides))
 
-    # ---- of one mass: its accelerations as numbers ----
-
-    def _linear(self, robot: Any) -> "Linear":
-        """Of a model of one mass what its accelerations are made of."""
-
-        def a(x: float = 0.0, v: float = 0.0, u: float = 0.0, side: float = 1.0) -> float:
-            return float(self.model.accelerations(robot, self.mass, [np.asarray(x)], [np.asarray(v)], u, [side]))
-
-        up, down = a(), a(side=-1.0)
-        stiffness, damping, gain = up - a(x=1.0), up - a(v=1.0), a(u=1.0) - up
-        friction, middle = 0.5 * (down - up), 0.5 * (up + down)
-        robot = robot._replace(**dict.fromkeys(self.model.coulomb, 0.0))
-        rest = a() / stiffness if stiffness > 0.0 else 0.0
-        return Linear(stiffness, damping, gain, rest, friction, middle)
+    # ---- gravity's sine, and forces along a motion ----
 
     def _slopes(self, at: Values, linear: "Linear", letters: Sequence[str]) -> tuple[Array, Array]:
         """By each letter the derivatives of what gravity's sine is less than its spring, s (z - sin z), s the stiffness
@@ -338,7 +335,7 @@ class Modelled(Experiment):
                 positive = self.model.parameters[letter]["domain"] == "positive"
                 step = _STEP * (at[letter] if positive else max(abs(at[letter]), 1.0))
                 ends = (at[letter] + 0.5 * step, at[letter] - 0.5 * step)
-                above, below = (self._linear(self.robot({**at, letter: end})) for end in ends)
+                above, below = (self.model.linear(self.robot({**at, letter: end}), self.mass) for end in ends)
                 stiffness, gain = (above.stiffness - below.stiffness) / step, (above.gain - below.gain) / step
                 pull = (above.stiffness * above.rest - below.stiffness * below.rest) / step
                 stiffening[n], shift[n] = (
@@ -347,24 +344,11 @@ class Modelled(Experiment):
                 )
         return stiffening, shift
 
-    def words(self, at: Values) -> dict[str, float]:
-        """What a simulator calls the numbers of a joint: the inertia from the kinetic energy, all else times it."""
-        robot = self.model.robot(at)
-        inertia = self.model.moving(robot)
-        linear = self._linear(robot)
-        values = {"inertia": inertia, "damping": linear.damping * inertia, "frictionloss": linear.friction * inertia}
-        if linear.stiffness > 0.0:
-            values |= {"stiffness": linear.stiffness * inertia, "springref": linear.middle / linear.stiffness}
-        if self.model.input is not None and linear.gain != 0.0:
-            values |= {"gear": linear.gain * inertia}
-            values |= {} if linear.stiffness > 0.0 else {"bias": linear.middle / linear.gain}
-        return values
-
     def _with_sine(self, at: Values, robot: Any, steps: Steps) -> "tuple[Steps, FedBack]":
         """The drive with what gravity's sine is less than its spring, of the angle that it leads to, and by how much more
         this changes the derivatives. First by Newton's steps, then, where these lead nowhere, by those of Picard.
         """
-        linear, grid = self._linear(robot), cast(Array, self.grid)
+        linear, grid = self.model.linear(robot, self.mass), cast(Array, self.grid)
         if linear.gain == 0.0:
             raise HopformError("gravity's sine is a further drive, and the model's has no force here")
         begins = np.array(steps, dtype=float)[:, 0]
@@ -404,21 +388,16 @@ class Modelled(Experiment):
                     return _under_sine(linear, times, base, z, v), FedBack(times, whole - by)
         raise HopformError("the angle under gravity's sine does not settle: these parameters are far from the motion's")
 
-    def response_to(self, values: Values, force: Force, size: float) -> Array:
+    def respond(self, at: Values, steps: Steps, fine: Array, force: Force, size: float) -> Array:
         """As of every rig; 0 of a model of several masses, or without a drive."""
-        letters = self.letters(values)
-        at = in_recorded_time(letters, letters["clock"], self.powers)
-        robot, steps = self.robot(at), delayed(self.steps, letters["delay"])
-        linear = self._linear(robot) if len(self.model.masses) == 1 else None
+        robot, none = self.robot(at), np.zeros(fine.size)
+        linear = self.model.linear(robot, self.mass) if len(self.model.masses) == 1 else None
         if linear is None or linear.gain == 0.0:
-            return np.zeros(self.time.size)
+            return none
         try:
             steps = self._with_sine(at, robot, steps)[0] if self.grid is not None else steps
         except HopformError:
-            return np.zeros(self.time.size)
-        finer = max(min(4, records.MOST_STEPS // self.time.size), 1)
-        places = np.arange(finer * (self.time.size - 1) + 1) / finer
-        fine = np.interp(places, np.arange(self.time.size), self.time)
+            return none
         drive = held_at(steps, fine)
 
         def moved(u: Array) -> tuple[Array, Array]:
@@ -427,22 +406,21 @@ class Modelled(Experiment):
             return np.asarray(state.x1), np.asarray(state.v1)
 
         x, v = moved(drive)
-        fastest = float(np.abs(v).max())
-        if fastest == 0.0:
-            return np.zeros(self.time.size)
-        along = linear.along(fine, x, v, drive)
-        shifted, _ = moved(drive - size * force(along) / linear.gain)
-        return np.asarray(letters["gain"] * (shifted - x) / size)[::finer]
+        if not v.any():
+            return none
+        shifted, _ = moved(drive - size * force(linear.along(fine, x, v, drive)) / linear.gain)
+        return (shifted - x) / size
 
 
 @dataclass(frozen=True)
 class Controlled(Modelled):
     """A recording of a coordinate under a law that a controller computes at its ticks. period: of these [s]; target: what
-    was logged of it, over times from the first tick on; ticks: how many.
+    was logged of it, over times from the first tick on; differs: whether the law's velocity is a difference of places.
     """
 
     period: float = 0.0
     target: tuple[Array, Array] = (np.empty(0), np.empty(0))
+    differs: bool = False
 
     @property
     def own_letters(self) -> tuple[str, ...]:
@@ -462,7 +440,7 @@ class Controlled(Modelled):
         else:
             cubic = of_scipy("interpolate").PchipInterpolator(times, values)
             read, slope = cubic(inside), cubic(inside, 1)
-        return Ticks(self.period, read), np.where((at < times[0]) | (at > times[-1]), 0.0, slope)
+        return Ticks(self.period, read, self.differs), np.where((at < times[0]) | (at > times[-1]), 0.0, slope)
 
     def _loop(self, at: Values) -> Loop:
         return Loop(self.model.core, cast(Law, self.model.law), self.model.robot(at))
@@ -479,7 +457,7 @@ class Controlled(Modelled):
         """As of every rig, in closed loop: the force is held from tick to tick."""
         letters = self.letters(values)
         at = in_recorded_time(letters, letters["clock"], self.powers)
-        loop, linear = self._loop(at), self._linear(self.model.robot(at))
+        loop, linear = self._loop(at), self.model.linear(self.model.robot(at), self.mass)
         ticks, _ = self._ticks(at["delay"], float(self.time[-1]))
 
         def moved(further: Array | None = None) -> Run:
@@ -600,13 +578,78 @@ class Linear(NamedTuple):
     def along(self, t: Array, x: Array, v: Array, drive: Array) -> Along:
         """A motion under a drive, for a force along it."""
         pull = self.middle + self.gain * drive - self.stiffness * x
-        largest = max(float(np.abs(self.gain * drive).max()), self.stiffness * float(np.abs(x - self.rest).max()))
+        by_drive, by_spring = np.abs(self.gain * drive), self.stiffness * np.abs(x - self.rest)
+        largest, load = max(float(by_drive.max()), float(by_spring.max())), by_drive + by_spring
         way, level = np.where(v != 0.0, v, pull), np.full(x.size, self.friction)
         fastest = float(np.abs(v).max())
-        return Along(t, x - self.rest, v, way, fastest, level, largest, self.stiffness, self.damping)
+        return Along(t, x - self.rest, v, way, fastest, level, largest, self.stiffness, self.damping, load)
 
 
 # ---- from recordings to a problem ----
+
+
+class Setup(NamedTuple):
+    """What is to be fitted of which recordings: as they are, and with the columns of the model alone; the unit of what
+    drives; values of what is not fitted, names of what is, and which are as one of these; the parameter to which masses
+    were added; of each recording which parameter of the fit each letter is.
+    """
+
+    model: Model
+    files: Sequence[Recording]
+    recordings: Sequence[Recording]
+    drive: str
+    values: Values
+    names: Sequence[str]
+    tied: Mapping[str, str]
+    heavier: str
+    letters: Mapping[int, Mapping[str, str]]
+
+    @property
+    def units(self) -> Units:
+        """Those of the first mass and of its drive."""
+        return Units(self.model.masses[0].unit, self.drive)
+
+    @property
+    def parameters(self) -> dict[str, str]:
+        """The parameters of the fit, each with its letter."""
+        of_each = (each.items() for each in self.letters.values())
+        return {name: letter for pairs in of_each for letter, name in pairs if letter in self.names}
+
+    def begin(self, start: Values | None) -> dict[str, float]:
+        """Where the search for a start begins."""
+        return {name: begin_of_search(self.model, letter, start) for name, letter in self.parameters.items()}
+
+    def at(self, values: Values, number: int) -> dict[str, float]:
+        """The letters of a recording under values of the parameters, with the mass that was added."""
+        at = {**self.values, **{letter: values[name] for letter, name in self.letters[number].items()}}
+        return _heavier(at, self.heavier, self.recordings[number].added_mass)
+
+    def robot(self, values: Values) -> Any:
+        """The robot of a fit; of a place of each recording it has the mean."""
+        ours = {name: float(np.mean([values[p] for p, letter in self.parameters.items() if letter == name]))
+                for name in self.names}  # fmt: skip
+        every = {**self.values, **ours, **{name: ours[other] for name, other in self.tied.items()}}
+        kind, core = robot_class(self.model.core), self.model.core
+        values_of_robot: dict[str, Any] = {attribute_of(kind, name): value for name, value in every.items()}
+        return kind(**values_of_robot, name=core.name)
+
+    def known(self, given: Given) -> dict[str, float]:
+        """What was given as known, without what is as another one."""
+        return {name: self.values[name] for name in given or {} if name in self.values}
+
+
+def _heavier(at: dict[str, float], heavier: str, added: float) -> dict[str, float]:
+    return {**at, heavier: at[heavier] + added} if heavier else at
+
+
+def setup_of(model: Model, recordings: Recordings, fitted: Sequence[str] | None, known: Given) -> Setup:
+    """What of a model is to be fitted; HopformError for recordings that are not of it, and for names that it has not."""
+    several = read_some(recordings)
+    view = [_view(model, each) for each in several]
+    drive = _drive(model, view)
+    values, names, tied = _chosen(model, fitted, _with_force(model, drive, fitted, known))
+    heavier = model.inertia(values) if any(each.added_mass for each in view) else ""
+    return Setup(model, several, view, drive, values, names, tied, heavier, _letters(model, view, names, tied))
 
 
 def fit_model(
@@ -624,49 +667,40 @@ def fit_model(
     several = read_some(recordings)
     _refuse(model, sine)
     ticks = _rate(model, rate, several)
-    view = [_view(model, each) for each in several]
-    drive = _drive(model, view)
-    values, names, tied = _chosen(model, fitted, _with_force(model, drive, fitted, known))
-    heavier = model.inertia(values) if any(each.added_mass for each in view) else ""
-    motions = [cut for n, each in enumerate(view) for cut in _motions(model, each, n)]
-    letters = _letters(model, view, names, tied)
-    domains = {parameter: letter for each in letters.values() for letter, parameter in each.items() if letter in names}
-    free = {parameter: begin_of_search(model, letter, start) for parameter, letter in domains.items()}
-    given = _given(model, names, start)
-    given = {parameter: given[letter] for parameter, letter in domains.items() if letter in given}
-    search = Search(model, motions, letters, heavier, sine)
-    tries, left = search.starts(values, free)
+    setup = setup_of(model, several, fitted, known)
+    motions = [cut for n, each in enumerate(setup.recordings) for cut in _motions(model, each, n)]
+    free, given = setup.begin(start), _given(model, setup.names, start)
+    given = {name: given[letter] for name, letter in setup.parameters.items() if letter in given}
+    search = Search(model, motions, setup.letters, setup.heavier, sine)
+    tries, left = search.starts(setup.values, free)
     if given and left > 0.0:
-        tries.insert(0, search.near(values, free, given) | given)
-    experiments, parameters = list[Experiment](), dict[str, Parameter]()
+        tries.insert(0, search.near(setup.values, free, given) | given)
+    experiments, parameters = list[Experiment](), {name: parameter_of(setup, name, tries[0][name]) for name in free}
     for n, cut in enumerate(motions):
-        posed, parameters_of_cut = _posed(model, cut, n, values, letters[cut.number], sine, ticks)
-        experiments += [replace(each, added_mass=cut.recording.added_mass, heavier=heavier) for each in posed]
-        parameters |= {p.name: p for p in parameters_of_cut}
-    units = Units(model.masses[0].unit, drive)
-    shared = {each: _parameter(model, letter, each, tries[0][each], units) for each, letter in domains.items()}
-    first = {name: p.start for name, p in {**shared, **parameters}.items()}
-    warnings = tuple(f"{each.source}: {note}" for each in view for note in each.notes)
-    said = tuple(_said_of_ticks(each, ticks) for each in view) if ticks else ()
+        posed, begins = _posed(model, cut, n, setup.values, setup.letters[cut.number], sine, ticks)
+        experiments += [replace(each, added_mass=cut.recording.added_mass, heavier=setup.heavier) for each in posed]
+        parameters |= {p.name: p for p in begins}
+    first = {name: p.start for name, p in parameters.items()}
+    of_ticks = [_said_of_ticks(each, ticks) for each in setup.recordings] if ticks else []
+    law = {*model.law.gains, *model.law.motor} if model.law else set[str]()
+    aside = {*(known or {}), *setup.names, *model.excess, *model.stops, *law}
+    defaults = tuple(parameter_of(setup, name, value) for name, value in setup.values.items() if name not in aside)
     problem = Problem(
-        "model", "x1", tuple(experiments), (*shared.values(), *parameters.values()),
-        tuple(first | each | late for late in _delays(motions, ticks) for each in tries), {n: values[n] for n in known or {} if n in values},
-        (*filter(None, said), *(note for cut in motions for note in cut.rests())), warnings, parts=(0.35, 1.0),
-        units=units, loss=asked.loss, given=given, tied={n: other for n, other in tied.items() if other in shared},
-        friction=model.friction, files=files_of(several),
+        "model", "x1", tuple(experiments), tuple(parameters.values()),
+        tuple(first | each | late for late in _delays(motions, ticks) for each in tries), setup.known(known),
+        (*filter(None, of_ticks), *(note for cut in motions for note in cut.rests())),
+        tuple(f"{each.source}: {note}" for each in setup.recordings for note in each.notes), parts=(0.35, 1.0),
+        units=setup.units, loss=asked.loss, given=given, defaults=defaults, friction=model.friction,
+        tied={name: other for name, other in setup.tied.items() if other in free}, files=files_of(several),
     )  # fmt: skip
     result = solved(problem, asked)
-    driven = any(len(each.steps) > 1 for each in experiments)
-    if model.law is None and driven and left > _UNDRIVEN and not all(cast(Solution, result.solution).explained):
-        result = replace(result, statements=(*result.statements, _undriven(model, left)))
-    result = replace(result, statements=(*result.statements, *_scale(model, result, values)))
-    ours = {name: float(np.mean([result.values[p] for p, letter in domains.items() if letter == name]))
-            for name in names}  # fmt: skip
-    every = values | ours | {name: ours[other] for name, other in tied.items()}
-    kind = robot_class(core)
-    values_of_robot: dict[str, Any] = {attribute_of(kind, name): value for name, value in every.items()}
-    base: Any = kind(**values_of_robot, name=core.name)
-    return replace(result, base=base, tied=tied)
+    if model.law is not None and not _explained(result):
+        result = _by_differences(problem, asked, result)
+    said, driven = list[str](), any(len(each.steps) > 1 for each in experiments)
+    if model.law is None and driven and left > _UNDRIVEN and not _explained(result):
+        said.append(_undriven(model, left))
+    said += _scale(model, result, setup.values)
+    return replace(result, statements=(*result.statements, *said), base=setup.robot(result.values), tied=setup.tied)
 
 
 def _letters(
@@ -734,6 +768,26 @@ def _undriven(model: Model, left: float) -> str:
         f"{name} and the model leave {100.0 * left:.0f} % of the accelerations: is {name} what was commanded, is it late, "
         "or is a term missing? inertia and stiffness are no better than that; a free decay does not need it"
     )
+
+
+def _explained(fit: Fit) -> bool:
+    """Whether the residuals of a fit are noise in all recordings."""
+    return all(cast(Solution, fit.solution).explained)
+
+
+_DIFFERS = (
+    "the controller takes its velocity from the difference of two positions, half a tick late: so it is fitted, and the "
+    "residuals are noise; under the velocity at the tick they are not"
+)
+
+
+def _by_differences(problem: Problem, asked: Asked, plain: Fit) -> Fit:
+    """The fit under a law whose velocity is the difference of two places, where that explains what the plain one leaves:
+    a controller without a sensor of velocity has no other.
+    """
+    differing = tuple(replace(cast(Controlled, each), differs=True) for each in problem.experiments)
+    result = solved(replace(problem, experiments=differing), asked._replace(diagnose=False))
+    return replace(result, statements=(_DIFFERS, *result.statements)) if _explained(result) else plain
 
 
 def _refuse(model: Model, sine: bool) -> None:
@@ -1065,13 +1119,14 @@ def _given(model: Model, names: Sequence[str], start: Values | None) -> dict[str
     return {n: real(f"start: {n}", given[n], model.parameters[n]["unit"]) for n in names if n in given}
 
 
-def _parameter(model: Model, letter: str, name: str, start: float, units: Units) -> Parameter:
-    """The parameter of a fit that a letter of the model is; of a place of each recording it is that recording's own."""
-    declared = model.parameters[letter]
+def parameter_of(setup: Setup, name: str, start: float) -> Parameter:
+    """A parameter of a fit; that of a place of each recording is that recording's own."""
+    letter = setup.parameters.get(name, name)
+    declared = setup.model.parameters[letter]
     domain = declared["domain"] if declared["domain"] in ("positive", "nonnegative", "fraction") else "real"
     scale = abs(start) if domain == "positive" else max(abs(start), 1e-3)
-    is_own = name != letter and letter in model.places
-    unit = units.of("N/A") if letter == model.per_drive else declared["unit"]
+    is_own = name != letter and letter in setup.model.places
+    unit = setup.units.of("N/A") if letter == setup.model.per_drive else declared["unit"]
     return Parameter(name, unit, start, scale, domain, profiled=not is_own, own=is_own)
 
 
@@ -1159,9 +1214,7 @@ class Search(NamedTuple):
             free_values, parts = out(z), list[Array]()
             for row, motion in zip(rows, self.motions, strict=True):
                 at = {**values, **{n: free_values[name] for n, name in self.letters[motion.number].items()}}
-                if self.heavier:
-                    at[self.heavier] += motion.recording.added_mass
-                robot = model.robot(at)
+                robot = model.robot(_heavier(at, self.heavier, motion.recording.added_mass))
                 moving = np.all([np.abs(v) > 0.05 * np.abs(v).max() for v in row.v], axis=0)
                 x, v = [p[moving] for p in row.x], [p[moving] for p in row.v]
                 for mass, a in zip(model.masses, row.a, strict=True):

@@ -708,24 +708,21 @@ def _notes(time: Array, columns: Mapping[str, Column]) -> tuple[str, ...]:
 
 def whole_spans(recording: Recording) -> list[tuple[int, int]]:
     """Spans of samples, end exclusive, without a gap in time; what is too short to be fitted is left out."""
-    broken = np.flatnonzero(np.diff(recording.time) > _GAP * float(np.median(np.diff(recording.time)))) + 1
-    ends = [0, *broken.tolist(), recording.time.size]
-    spans = [(begin, end) for begin, end in pairwise(ends) if end - begin >= FEWEST]
-    if not spans:
-        raise recording.error(f"between its gaps there are never {FEWEST} samples", recording.line)
-    return spans
+    return _spans(recording, np.full(recording.time.size - 1, True), "")
 
 
 def known_spans(recording: Recording) -> list[tuple[int, int]]:
-    """Spans of samples, end exclusive, in which the current is known: a gap over which it changes parts them. What is
-    too short to be fitted is left out."""
-    time, u = recording.time, recording.current()
-    broken = (np.diff(time) > _GAP * float(np.median(np.diff(time)))) & (np.diff(u) != 0.0)
-    ends = [0, *(np.flatnonzero(broken) + 1).tolist(), time.size]
+    """Those in which the current is known: a gap over which it changes parts them."""
+    return _spans(recording, np.diff(recording.current()) != 0.0, ", and over each the current changes")
+
+
+def _spans(recording: Recording, parts: NDArray[np.bool_], why: str) -> list[tuple[int, int]]:
+    steps = np.diff(recording.time)
+    broken = (steps > _GAP * float(np.median(steps))) & parts
+    ends = [0, *(np.flatnonzero(broken) + 1).tolist(), recording.time.size]
     spans = [(begin, end) for begin, end in pairwise(ends) if end - begin >= FEWEST]
     if not spans:
-        message = f"is unknown in the gaps of time, and no part between them has {FEWEST} samples"
-        raise recording.error_of("u", message)
+        raise recording.error(f"between its gaps there are never {FEWEST} samples{why}", recording.line)
     return spans
 
 

@@ -22,15 +22,17 @@ samples.
 """
 
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from typing import Literal, NamedTuple, Self
+from typing import Any, Literal, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hopform import BackendError, HopformError
+from hopform._solver.folder import Facts
 from hopform._solver.package import Steps, records
 from hopform.identify import _motion as motion
 from hopform.identify._motion import AT, STATE, Array, Motion, Robot, Values, delayed, held_at, of_scipy
@@ -38,8 +40,40 @@ from hopform.identify._motion import AT, STATE, Array, Motion, Robot, Values, de
 Moved = tuple[Array, dict[str, Array]]
 """Position and velocity at the samples, (samples, 2), and their derivatives by each letter."""
 
-POWERS = {"k": 2, "b1": 1, "b2": 1, "f1": 2, "f2": 2, "g": 2, "gamma2": 2}
-"""The powers of 1/s in which a letter counts, masses and lengths apart."""
+
+def power_of(unit: str) -> int:
+    """The power of 1/s in which a quantity of a unit counts, where N is kg m/s^2: 1 of N s/m, 2 of N/A."""
+    above, _, below = unit.partition("/")
+
+    def of(words: str) -> int:
+        factors = [re.fullmatch(r"(\w+?)(?:\^(\d+))?", each) for each in words.replace("*", " ").split()]
+        return sum({"N": 2, "J": 2, "s": -1}.get(each[1], 0) * int(each[2] or 1) for each in factors if each)
+
+    return of(above) - of(below.replace("/", " "))
+
+
+def named_by_masses(facts: Facts, key: str) -> set[str]:
+    """The parameters in what the facts of a model's masses have under a key."""
+    texts = list[str]()
+    for element in facts.elements:
+        entry: Any = element.get(key, ())
+        texts += map(str, entry.values() if key == "stops" and entry else entry)
+    return {word for text in texts for word in re.findall(r"\w+", text)} & {each["name"] for each in facts.parameters}
+
+
+def friction_of(facts: Facts) -> dict[str, str]:
+    """The parameters of friction, by kind: Coulomb's as the facts of the masses name them, viscous ones by their unit."""
+    named, letters = named_by_masses(facts, "friction"), dict[str, str]()
+    for parameter in facts.parameters:
+        if parameter["name"] in named and parameter["domain"] != "positive":
+            letters[parameter["name"]] = "coulomb"
+        elif re.match(r"N( m)? s(/|$)", parameter["unit"]):
+            letters[parameter["name"]] = "viscous"
+    return letters
+
+
+POWERS = {each.name: power for each in records.ROBOT_FIELDS if (power := power_of(each.unit))}
+"""The powers of 1/s in which a letter of the hopper counts."""
 
 
 SENSOR = {"delay": 0.0, "gain": 1.0, "clock": 1.0, "lag": 0.0}
@@ -128,7 +162,8 @@ _NOTHING = Robot(**dict.fromkeys(Robot._fields, 0.0))._replace(
 class Along(NamedTuple):
     """A motion along which a further force acts: times [s], place from the spring's rest [m], velocity [m/s], what has
     the sign of the slip or, at rest, of the pull; the largest velocity, Coulomb friction [m/s^2], the largest force of
-    drive or spring per mass [m/s^2], stiffness per mass [1/s^2], viscous friction per mass [1/s].
+    drive or spring per mass [m/s^2], stiffness per mass [1/s^2], viscous friction per mass [1/s]; sizes of the forces of
+    drive and spring together per mass [m/s^2].
     """
 
     t: Array
@@ -140,6 +175,7 @@ class Along(NamedTuple):
     force: float
     sprung: float
     damping: float
+    load: Array
 
 
 Force = Callable[[Along], Array]
@@ -225,7 +261,17 @@ class Experiment:
 
     def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, "Rates"]:
         """The motion at times by letters in recorded time, under a current, with the rates of the letters of its start."""
-        return _PREDICT[self.kind](self, at, steps, time)
+        if self.kind == "ground":
+            at, steps = {**_LOCKED, **at}, ((0.0, 0.0),)
+        steps = tuple((t, u + at["offset"]) for t, u in steps)
+        solved = _dropped(_leg_robot(self, at), (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes())
+        pull = -(at["b1"] * at["v1"] + at["gamma2"] * steps[0][1]) / at["m_eff"]
+        onto_a_stop = (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
+        first = 0.0 if at["v1"] == 0.0 and onto_a_stop else _first_acceleration(pull, at["v1"], at["f1"])
+        place = STATE.index(self.of)
+        both = slice(place, place + 2)
+        by = {letter: solved.by[:, both, AT[_OF_BODY.get(letter, letter)]] for letter in LETTERS["free"]}
+        return (solved.states[:, both], by), {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
 
     def response_to(self, values: Values, force: "Force", size: float) -> Array:
         """The change of the prediction by a force against the motion, times a size, per this: on the actuator where both
@@ -237,14 +283,17 @@ class Experiment:
         finer = max(min(4, records.MOST_STEPS // self.time.size), 1)
         places = np.arange(finer * (self.time.size - 1) + 1) / finer
         fine = np.interp(places, np.arange(self.time.size), self.time)
-        respond = self._response if self.kind == "ground" else self._driven_response
-        return np.asarray(letters["gain"] * respond(at, steps, fine, force, size)[::finer])
+        return np.asarray(letters["gain"] * self.respond(at, steps, fine, force, size)[::finer])
+
+    def respond(self, at: Values, steps: Steps, fine: Array, force: "Force", size: float) -> Array:
+        """The same at times between the samples, too, by letters in recorded time."""
+        return (self._response if self.kind == "ground" else self._driven_response)(at, steps, fine, force, size)
 
     def _response(self, at: Values, steps: Steps, fine: Array, force: "Force", _: float) -> Array:
         """Of a body that is dropped, which sticks once, at its end. With P(t) the derivatives of its state by that at
         the start it is P(t) int P(s)^-1 (0, e(s)) ds, through touchdowns and reversals, up to where it sticks.
         """
-        states, by = _PREDICT[self.kind](self, at, steps, fine)[0]
+        states, by = self.moved(at, steps, fine)[0]
         (x, v), transition = states.T, np.stack([by["x"], by["v"]], axis=2)
         determinant = transition[:, 0, 0] * transition[:, 1, 1] - transition[:, 0, 1] * transition[:, 1, 0]
         moves = int(np.argmax(np.append(np.abs(determinant) < SINGULAR, True)))
@@ -252,8 +301,10 @@ class Experiment:
         rows = np.stack([-transition[:moves, 0, 1], transition[:moves, 0, 0]], axis=1) / determinant[:moves, np.newaxis]
         mass = at["m_s"] + self.added_mass
         left, square, damping = x - at["length"], at["k"] / mass, at["b2"] / mass
-        largest = square * float(np.abs(left * stance).max())
-        along = Along(fine, left, v, v, float(np.abs(v).max()), at["f2"] * stance, largest, square, damping)
+        load = square * np.abs(left * stance)
+        along = Along(
+            fine, left, v, v, float(np.abs(v).max()), at["f2"] * stance, float(load.max()), square, damping, load
+        )
         if along.fastest == 0.0 or moves == 0:
             return np.zeros(fine.size)
         inside = -rows * force(along)[:moves, np.newaxis]
@@ -279,8 +330,9 @@ class Experiment:
         pull = np.asarray(-at["k"] * spring - drive, dtype=np.float64)
         mass, fastest = at["m_eff"], float(np.abs(v).max())
         way, friction, k = np.where(v != 0.0, v, pull), np.full(x.size, at["f1"]), at["k"]
-        largest = max(float(np.abs(drive).max()), k * float(np.abs(spring).max())) / mass
-        along = Along(fine, spring, v, way, fastest, friction, largest, k / mass, at["b1"] / mass)
+        by_drive, by_spring = np.abs(drive) / mass, k / mass * np.abs(spring)
+        largest, load = max(float(by_drive.max()), float(by_spring.max())), by_drive + by_spring
+        along = Along(fine, spring, v, way, fastest, friction, largest, k / mass, at["b1"] / mass, load)
         if fastest == 0.0:
             return np.zeros(fine.size)
         return np.asarray((moved(drive + size * mass * force(along)) - states)[:, place] / size)
@@ -314,18 +366,8 @@ _OF_BODY = {"length": "L0", "x": "x2", "v": "v2", "offset": "u"}
 """Columns of derivatives by letters that are not named as they are."""
 
 
-def _rows(kind: Kind, moved: Motion, place: int, names: Mapping[str, str]) -> Moved:
-    """Position and velocity of one mass, and their derivatives by the letters of a rig."""
-    both, letters = slice(place, place + 2), LETTERS[kind]
-    return moved.states[:, both], {letter: moved.by[:, both, AT[names.get(letter, letter)]] for letter in letters}
-
-
 _LOCKED = dict.fromkeys(("b1", "f1", "gamma2", "offset", "x1", "v1", "x1_min", "x1_max"), 0.0) | {"m_eff": 1.0}
 """The letters of an actuator that is held."""
-
-
-def _ground(experiment: Experiment, at: Values, _: Steps, time: Array) -> tuple[Moved, Rates]:
-    return _free(replace(experiment, of="x2"), _LOCKED | dict(at), ((0.0, 0.0),), time)
 
 
 @lru_cache(maxsize=2)
@@ -337,18 +379,3 @@ def _dropped(robot: Robot, start: tuple[float, ...], steps: Steps, times: bytes)
 def _leg_robot(experiment: Experiment, at: Values) -> Robot:
     values = {letter: value for letter, value in at.items() if letter in Robot._fields}
     return _NOTHING._replace(**values | {"m_s": at["m_s"] + experiment.added_mass, "L0": at["length"]})
-
-
-def _free(experiment: Experiment, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
-    steps = tuple((t, u + at["offset"]) for t, u in steps)
-    moved = _dropped(_leg_robot(experiment, at), (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes())
-    pull = -(at["b1"] * at["v1"] + at["gamma2"] * steps[0][1]) / at["m_eff"]
-    onto_a_stop = (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
-    first = 0.0 if at["v1"] == 0.0 and onto_a_stop else _first_acceleration(pull, at["v1"], at["f1"])
-    rates = {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
-    return _rows("free", moved, STATE.index(experiment.of), _OF_BODY), rates
-
-
-_PREDICT: Mapping[Kind, Callable[[Experiment, Values, Steps, Array], tuple[Moved, Rates]]] = {
-    "ground": _ground, "free": _free,
-}  # fmt: skip

@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hopform.identify._estimation import Solution
-from hopform.identify._motion import Array, of_scipy
+from hopform.identify._motion import Array, Values, of_scipy
 from hopform.identify._recordings import noise_of, quantum_of
 from hopform.identify._rigs import Along, Experiment
 
@@ -70,7 +70,7 @@ def rivals_of(solution: Solution) -> Iterator[list[Rival]]:
 _MOST_JUMPS = 3
 
 
-def along_of(experiment: Experiment, values: dict[str, float]) -> Along | None:
+def along_of(experiment: Experiment, values: Values) -> Along | None:
     """The fitted motion as a force along it sees it; None where the rig has no response to forces."""
     seen = list[Along]()
 
@@ -82,9 +82,12 @@ def along_of(experiment: Experiment, values: dict[str, float]) -> Along | None:
     return seen[-1] if seen else None
 
 
-def _every(experiment: Experiment, at: Along) -> int:
-    """Times of a motion per sample."""
-    return max((at.t.size - 1) // max(experiment.time.size - 1, 1), 1)
+def seen_at(experiment: Experiment, at: Along, columns: Array) -> Array:
+    """What is known at the times of a motion, at a recording's samples."""
+    n = np.clip(np.searchsorted(at.t, experiment.time), 1, at.t.size - 1)
+    share = (experiment.time - at.t[n - 1]) / np.maximum(at.t[n] - at.t[n - 1], 1e-300)
+    share = share.reshape(-1, *[1] * (columns.ndim - 1))
+    return np.asarray(columns[n - 1] + share * (columns[n] - columns[n - 1]))
 
 
 def _stacked(parts: Sequence[Array]) -> Array:
@@ -105,6 +108,15 @@ def slow(time: Array) -> Array:
     """Slow changes over a recording: a line and two half waves."""
     share = (time - time[0]) / max(float(time[-1] - time[0]), 1e-9)
     return np.stack([share, np.cos(math.pi * share), np.cos(2.0 * math.pi * share)], axis=1)
+
+
+def behind_play(x: Array, width: float) -> Array:
+    """What a sensor shows that follows a motion through a play of a width [m]."""
+    positions, shown = np.empty(x.size), float(x[0])
+    for n, place in enumerate(x.tolist()):
+        shown = min(max(shown, place - 0.5 * width), place + 0.5 * width)
+        positions[n] = shown
+    return positions
 
 
 def _drifts(several: Sequence[Experiment]) -> Array:
@@ -200,9 +212,8 @@ def _propagator(stiffness: float, damping: float, h: float) -> tuple[tuple[float
 def _kicked(carried: Sequence[tuple[Experiment, Along]], number: int, jump: Jump) -> Array:
     """Another place and velocity of one recording from a jump on."""
     experiment, at = carried[number]
-    every = _every(experiment, at)
-    kicks = jump.sample * every, np.eye(2) * np.array([1.0, at.fastest])
-    columns = _carried(at, np.zeros((at.t.size, 2)), kicks)[::every]
+    kicks = int(np.searchsorted(at.t, jump.before)), np.eye(2) * np.array([1.0, at.fastest])
+    columns = seen_at(experiment, at, _carried(at, np.zeros((at.t.size, 2)), kicks))
     # the jump is between two samples
     columns[: jump.sample + 1] = 0.0
     return _blocks([each for each, _ in carried], number, columns)
@@ -219,7 +230,7 @@ def _ripples(carried: Sequence[tuple[Experiment, Along]]) -> list[Rival]:
     for experiment, at in carried:
         phase = 2.0 * math.pi * np.outer(at.x, _PITCHES) / max(way, 1e-300)
         forces = at.force * np.hstack([np.sin(phase), np.cos(phase)])
-        parts.append(_carried(at, forces)[:: _every(experiment, at)])
+        parts.append(seen_at(experiment, at, _carried(at, forces)))
     whole, count = np.concatenate(parts), _PITCHES.size
     return [Rival("ripple", way / float(each), whole[:, [n, count + n]]) for n, each in enumerate(_PITCHES)]
 
@@ -235,32 +246,36 @@ def _links(carried: Sequence[tuple[Experiment, Along]]) -> list[Rival]:
     shapes = [(f, z) for f in np.geomspace(_LEAST_LINK, max(most, 2.0 * _LEAST_LINK), _LINKS).tolist() for z in _DAMPED]
     seen, felt = list[Array](), list[Array]()
     for experiment, at in carried:
-        rate = np.gradient(at.v, at.t)
-        bends, reacts = _oscillators(at.t, rate, shapes)
-        every = _every(experiment, at)
-        seen.append(bends[::every])
-        felt.append(_carried(at, reacts)[::every])
+        bends, reacts = _oscillators(at, shapes)
+        seen.append(seen_at(experiment, at, bends))
+        felt.append(seen_at(experiment, at, _carried(at, reacts)))
     left, right = np.concatenate(seen), np.concatenate(felt)
     return [Rival("link", f, np.stack([left[:, n], right[:, n]], axis=1)) for n, (f, _) in enumerate(shapes)]
 
 
-def _oscillators(time: Array, rate: Array, shapes: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
-    """How far oscillators of frequencies [Hz] and damping ratios are off a base with an acceleration, and what their
-    acceleration takes off that of the base.
+def _oscillators(at: Along, shapes: Sequence[tuple[float, float]]) -> tuple[Array, Array]:
+    """How far oscillators of frequencies [Hz] and damping ratios are off a base that moves, and what their acceleration
+    takes off that of the base.
+
+    Of e'' + d e' + w^2 e = -a, z = e' + d/2 e + i o e with o^2 = w^2 - d^2/4 has z' = (i o - d/2) z - a: a step is
+    z exp((i o - d/2) h) under the mean of a, and all steps are one system of two diagonals.
     """
-    omega = 2.0 * math.pi * np.array([f for f, _ in shapes])
-    damping = 2.0 * omega * np.array([z for _, z in shapes])
-    off, speed = np.zeros(omega.size), np.zeros(omega.size)
-    bends = np.zeros((time.size, omega.size))
-    tables = dict[float, list[Array]]()
+    rate, steps = np.gradient(at.v, at.t), np.diff(at.t)
     means = 0.5 * (rate[1:] + rate[:-1])
-    speeds = np.zeros_like(bends)
-    for n, h in enumerate(np.round(np.diff(time), 9).tolist()):
-        if h not in tables:
-            rows = [_propagator(w * w, d, h) for w, d in zip(omega.tolist(), damping.tolist(), strict=True)]
-            tables[h] = [np.array([row[i][j] for row in rows]) for i in range(3) for j in range(2)]
-        a, b, c, d, e, f = tables[h]
-        off, speed = a * off + b * speed - e * means[n], c * off + d * speed - f * means[n]
-        bends[n + 1], speeds[n + 1] = off, speed
-    reacts = omega**2 * bends + damping * speeds
+    bends, reacts = np.zeros((2, at.t.size, len(shapes)))
+    for n, (frequency, ratio) in enumerate(shapes):
+        omega = 2.0 * math.pi * frequency
+        turning = omega * complex(-ratio, math.sqrt(1.0 - ratio**2))
+        turned = np.exp(turning * steps)
+        band = np.stack([np.ones(at.t.size, complex), np.append(-turned, 0.0)])
+        pushed = np.append(0.0, means * (1.0 - turned) / turning)
+        z = of_scipy("linalg").solve_banded((1, 0), band, pushed, check_finite=False)
+        bends[:, n] = z.imag / turning.imag
+        reacts[:, n] = omega**2 * bends[:, n] + 2.0 * ratio * omega * (z.real - ratio * omega * bends[:, n])
     return bends, reacts
+
+
+def bending(at: Along, frequency: float) -> tuple[Array, Array]:
+    """How far a link of a frequency [Hz] is off a motion, and what its acceleration takes off that of the motion."""
+    bends, reacts = _oscillators(at, [(frequency, _DAMPED[-1])])
+    return bends[:, 0], reacts[:, 0]

@@ -46,26 +46,23 @@ class Problem:
     """parameters near which the search is asked to begin: a fit ends no worse than from there"""
     tied: Mapping[str, str] = field(default_factory=dict[str, str])
     """letters that are known to be as a parameter"""
-    friction: Mapping[str, str] | None = None
-    """which kind of friction parameters are, viscous or coulomb; if not given by the first letter of their names"""
+    defaults: tuple[Parameter, ...] = ()
+    """letters that are neither fitted nor given, as they would be fitted"""
+    friction: Mapping[str, str] = field(default_factory=dict[str, str])
+    """which kind of friction parameters are, viscous or coulomb"""
 
     @property
     def coulomb(self) -> list[str]:
         """Names of the parameters of Coulomb friction, which the old model lacks."""
-        return self._of("coulomb", "f")
+        return self._of("coulomb")
 
     @property
     def viscous(self) -> list[str]:
         """Names of the parameters of viscous friction."""
-        return self._of("viscous", "b")
+        return self._of("viscous")
 
-    def _of(self, kind: str, letter: str) -> list[str]:
-        given, names = self.friction, [p.name for p in self.parameters]
-        return [
-            name
-            for name in names
-            if (name[:1] == letter if given is None else given.get(name.partition("@")[0]) == kind)
-        ]
+    def _of(self, kind: str) -> list[str]:
+        return [p.name for p in self.parameters if self.friction.get(p.name.partition("@")[0]) == kind]
 
 
 def minimise(problem: Problem) -> Solution:
@@ -116,14 +113,6 @@ def least_squares(problem: Problem, fixed: Values | None = None) -> Solution:
     linear, held = replace(problem, loss="linear"), dict(fixed or {})
     solution = _searched(linear, held)
     return solution if held else _unstuck(linear, _traded(linear, solution))
-
-
-def follow(problem: Problem) -> Solution:
-    """The minimum that a problem's first start leads to, and no other."""
-    solution = (
-        _from(problem, {}, problem.starts[:1]) if problem.loss == "linear" else _without_outliers(problem, follow)
-    )
-    return _moving(_weighed(problem, solution, {}))
 
 
 def _searched(problem: Problem, held: Values, sigma: Sequence[float] | None = None) -> Solution:

@@ -25,10 +25,10 @@ import numpy as np
 from hopform import HopformError
 from hopform._checks import instance, word
 from hopform._texts import comment_of_xml, line
-from hopform.identify._fits import Fit, mean_of
-from hopform.identify._models import Modelled
+from hopform.identify._fits import Fit
+from hopform.identify._held import Held
+from hopform.identify._models import Model, Modelled
 from hopform.identify._motion import Array, Values
-from hopform.identify._rigs import UNITS
 
 NAME = "identified"
 _G = 9.81
@@ -76,69 +76,70 @@ def exported(fit: Fit, form: str) -> str:
 
 
 def quantities(fit: Fit) -> dict[str, Quantity]:
-    """What of `exported`'s words a fit has."""
-    if fit.kind == "model":
-        return _of_model(fit)
-    values = {name.partition("@")[0] for name in fit.values}
-    actuator = {"m_eff", "b1", "f1"} <= values
-    if not actuator and (not {"m_s", "b2", "f2"} <= values or "length" in values):
-        raise HopformError("--export takes the fit of an actuator or a joint: a decay, step, air or force recording")
-    mass, damping, friction = ("m_eff", "b1", "f1") if actuator else ("m_s", "b2", "f2")
-    words = {"inertia": mass, "damping": damping} | ({"gear": "gamma2", "bias": "offset"} if actuator else {})
-    values_by_word = {word: _single(fit, letter) for word, letter in words.items() if letter in values}
-    rests = _rests(fit, "x1" if actuator else "x2")
-    if rests.any():
-        _refuse_blind(fit, "rest")
-        m, k, g = values_by_word["inertia"].value, _single(fit, "k"), 0.0 if actuator else fit.known["g"]
-        rest = float(rests @ [each.value for each in fit.estimates])
-        slope = rests - g / k.value * _weights(fit, mass) + m * g / k.value**2 * _weights(fit, "k")
-        values_by_word |= {"stiffness": k, "springref": _spread(fit, rest - m * g / k.value, slope, fit.units.position)}
-    m, f = values_by_word["inertia"].value, _single(fit, friction).value
-    slope = f * _weights(fit, mass) + m * _weights(fit, friction)
-    loss = _spread(fit, m * f, slope, fit.units.force)
-    values_by_word["frictionloss"] = loss._replace(low=max(loss.low, 0.0)) if math.isfinite(loss.low) else loss
-    if "gear" in values_by_word:
-        gear = values_by_word["gear"]
-        values_by_word["gear"] = Quantity(-gear.value, -gear.high, -gear.low, gear.unit)
-    return values_by_word
-
-
-def _modelled(fit: Fit) -> Modelled:
-    """The recording of a model's fit; HopformError for a model of several masses."""
-    experiment = fit.solution.experiments[0] if fit.solution else None
-    if not isinstance(experiment, Modelled) or len(experiment.model.masses) > 1:
-        raise HopformError("a simulator's file takes the fit of one mass")
-    return experiment
-
-
-def _of_model(fit: Fit) -> dict[str, Quantity]:
-    """The words of a model's fit, from its energy and its accelerations; intervals to first order."""
-    experiment, units = _modelled(fit), fit.units
-    blind = [each.name for each in fit.estimates if each.method == "not identifiable"]
-    if blind:
-        raise HopformError(f"--export needs {blind[0]}, which these recordings do not identify: see the notes")
-
-    def words(values: Values) -> dict[str, float]:
-        return experiment.words(experiment.letters(values))
-
-    values = {each.name: each.value for each in fit.estimates}
-    slopes: dict[str, list[float]] = {name: [] for name in words(values)}
+    """What of `exported`'s words a fit has, from energy and accelerations of what moves. A word that one estimate alone
+    gives has its interval; others have theirs to first order.
+    """
+    words, values = _words(fit), {each.name: each.value for each in fit.estimates}
+    at, slopes = words(values), dict[str, list[float]]()
     for estimate in fit.estimates:
         step = 1e-6 * max(abs(estimate.value), 1e-3)
         ends = [words({**values, estimate.name: estimate.value + side * step}) for side in (1.0, -1.0)]
-        for name, rows in slopes.items():
-            rows.append((ends[0][name] - ends[1][name]) / (2.0 * step))
-    unit = {
-        "inertia": "kg", "damping": "N s/m", "frictionloss": "N", "gear": "N/A", "bias": "A", "stiffness": "N/m",
-        "springref": "m",
-    }  # fmt: skip
-    return {name: _spread(fit, value, np.array(slopes[name]), units.of(unit[name]))
-            for name, value in words(values).items()}  # fmt: skip
+        for name in at:
+            slope = (ends[0][name] - ends[1][name]) / (2.0 * step)
+            felt = abs(slope * step) > _FELT * abs(at[name]) or (at[name] == 0.0 and slope != 0.0)
+            slopes.setdefault(name, []).append(slope if felt else 0.0)
+            if felt and estimate.method == "not identifiable":
+                raise HopformError(
+                    f"--export needs {estimate.name}, which these recordings do not identify: see the notes"
+                )
+    return {name: _spread(fit, value, np.array(slopes[name]), fit.units.of(_UNITS[name])) for name, value in at.items()}
+
+
+_FELT = 1e-12
+"""Share of a word that a millionth of an estimate moves at least: else it is rounding."""
+_UNITS = {
+    "inertia": "kg", "damping": "N s/m", "gear": "N/A", "bias": "A", "stiffness": "N/m", "springref": "m", "frictionloss": "N",
+}  # fmt: skip
+
+
+def _words(fit: Fit) -> Callable[[Values], dict[str, float]]:
+    """The words of a fit under values of its estimates: of a model by its robot, of the hopper's actuator, or of its body
+    on a spring, by their motions. HopformError for a fit of no single mass.
+    """
+    if fit.base is not None:
+        model = Model(fit.base.solver)
+        if len(model.masses) > 1:
+            raise HopformError("a simulator's file takes the fit of one mass")
+
+        def of_robot(values: Values) -> dict[str, float]:
+            several = dict[str, list[float]]()
+            for name, value in values.items():
+                several.setdefault(name.partition("@")[0], []).append(value)
+            ours = {name: sum(each) / len(each) for name, each in several.items() if name in model.parameters}
+            return model.words(
+                fit.base.parameters._replace(**ours, **{n: ours[other] for n, other in fit.tied.items()})
+            )
+
+        return of_robot
+    moving = [each for each in (fit.solution.experiments if fit.solution else ()) if isinstance(each, Held)]
+    some = [each for each in moving if each.driven] or [each for each in moving if "length" not in fit.values]
+    if not some:
+        raise HopformError("--export takes the fit of an actuator or a joint: a decay, step, air or force recording")
+
+    def of_motions(values: Values) -> dict[str, float]:
+        several = dict[str, list[float]]()
+        for experiment in some:
+            for name, value in experiment.words(values).items():
+                several.setdefault(name, []).append(value)
+        return {name: sum(each) / len(each) for name, each in several.items()}
+
+    return of_motions
 
 
 def _swings(fit: Fit) -> bool:
     """Whether gravity's sine is the spring."""
-    return fit.kind == "model" and _modelled(fit).grid is not None
+    first = fit.solution.experiments[0] if fit.solution else None
+    return isinstance(first, Modelled) and first.grid is not None
 
 
 def notes(fit: Fit) -> list[str]:
@@ -149,34 +150,13 @@ def notes(fit: Fit) -> list[str]:
     return [f"stiffness is exported as a torsion spring; {gravity}"]
 
 
-def _refuse_blind(fit: Fit, letter: str) -> None:
-    of_letter = (each for each in fit.estimates if each.name.partition("@")[0] == letter)
-    blind = [each.name for each in of_letter if each.method == "not identifiable"]
-    if blind:
-        raise HopformError(f"--export needs {blind[0]}, which these recordings do not identify: see the notes")
-
-
-def _single(fit: Fit, letter: str) -> Quantity:
-    """A letter with its interval, the mean over recordings where each has its own."""
-    _refuse_blind(fit, letter)
-    fixed = (fit.known[letter], math.nan, math.nan) if letter in fit.known else None
-    value, low, high = fixed or mean_of(fit.estimates, letter)[1].tolist()
-    return Quantity(value, low, high, fit.units.of(UNITS[letter]))
-
-
-def _weights(fit: Fit, letter: str) -> Array:
-    return mean_of(fit.estimates, letter)[0]
-
-
-def _rests(fit: Fit, quantity: str) -> Array:
-    """Weights of the estimates in the mean rest of the motions of one mass; a motion's number is that of its trace."""
-    numbered = [each.name.partition("@") for each in fit.estimates]
-    is_rest = [name == "rest" and fit.traces[int(n)].quantity == quantity for name, _, n in numbered]
-    return np.array(is_rest, dtype=float) / max(sum(is_rest), 1)
-
-
 def _spread(fit: Fit, value: float, slope: Array, unit: str) -> Quantity:
     """A function of the estimates, of which slope has the derivatives: its interval to first order."""
+    alone = np.flatnonzero(slope)
+    if alone.size == 1 and fit.estimates[int(alone[0])].method != "not explained":
+        one, by = fit.estimates[int(alone[0])], float(slope[alone[0]])
+        low, high = sorted(value + by * (end - one.value) for end in (one.low, one.high))
+        return Quantity(value, low, high, unit)
     spread = np.where(np.isfinite(fit.covariance), fit.covariance, 0.0)
     half = 1.96 * math.sqrt(max(float(slope @ spread @ slope), 0.0)) if slope.any() else math.nan
     if any(each.method == "not explained" for each, own in zip(fit.estimates, slope, strict=True) if own):
@@ -240,8 +220,8 @@ def _mjcf(fit: Fit, by_word: Mapping[str, Quantity]) -> str:
 def _keyframe(fit: Fit, by_word: Mapping[str, Quantity]) -> list[str]:
     """Where each motion of the recordings begins by the fit, as a key to replay it from."""
     place, speed, position = "x", "v", "x1" if "gear" in by_word else "x2"
-    if fit.kind == "model":
-        mass = _modelled(fit).model.masses[0]
+    if fit.base is not None:
+        mass = Model(fit.base.solver).masses[0]
         place, speed, position = mass.coordinate, mass.velocity, f"x{mass.number}"
     keys = list[str]()
     for n, trace in enumerate(fit.traces):
