@@ -425,8 +425,7 @@ SELDOM_f32 void enter_modes_f32(stance_chain_f32 *chain, stance_search_f32 *sear
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_by_rates_f32(const stance_chain_f32 *chain) {
-    return alone_of_mode_f32(chain->mode) < 0 && !rests_of_mode_f32(chain->mode) && chain->plan->transition.h > 0.0f
-           && chain->observer == NULL;
+    return alone_of_mode_f32(chain->mode) < 0 && !rests_of_mode_f32(chain->mode) && chain->observer == NULL;
 }
 
 /* The first of two derivatives that is not zero. */
@@ -482,7 +481,7 @@ static inline void begin_node_search_f32(const stance_chain_f32 *chain, node_sea
     search->gap = gap_ahead_f32(chain);
     search->first = 1;
     search->is_beyond = false;
-    search->from_the_end = false;
+    search->is_from_the_end = false;
 #if HOPFORM_HAS_CONTACT
     if (falls_of_mode_f32(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f || HOPFORM_CONTACT_IS_ROW) {
         search->first = 0;
@@ -500,6 +499,7 @@ static inline void begin_node_search_f32(const stance_chain_f32 *chain, node_sea
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
         const float z = chain->at.of[axis_of_function_f32[n]];
         search->rounded[n] = fabs_f32(z);
+        search->from_the_end[n] = false;
         low->value[n] = above_zero_f32(search, n, search->sign[n] * z);
         low->rate[n] = search->sign[n] * search->w.of[n];
         low->deflated[n] = search->sign[n] * d.of[n];

@@ -425,8 +425,7 @@ SELDOM_f64 void enter_modes_f64(stance_chain_f64 *chain, stance_search_f64 *sear
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_by_rates_f64(const stance_chain_f64 *chain) {
-    return alone_of_mode_f64(chain->mode) < 0 && !rests_of_mode_f64(chain->mode) && chain->plan->transition.h > 0.0
-           && chain->observer == NULL;
+    return alone_of_mode_f64(chain->mode) < 0 && !rests_of_mode_f64(chain->mode) && chain->observer == NULL;
 }
 
 /* The first of two derivatives that is not zero. */
@@ -482,7 +481,7 @@ static inline void begin_node_search_f64(const stance_chain_f64 *chain, node_sea
     search->gap = gap_ahead_f64(chain);
     search->first = 1;
     search->is_beyond = false;
-    search->from_the_end = false;
+    search->is_from_the_end = false;
 #if HOPFORM_HAS_CONTACT
     if (falls_of_mode_f64(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 || HOPFORM_CONTACT_IS_ROW) {
         search->first = 0;
@@ -500,6 +499,7 @@ static inline void begin_node_search_f64(const stance_chain_f64 *chain, node_sea
     for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
         const double z = chain->at.of[axis_of_function_f64[n]];
         search->rounded[n] = fabs_f64(z);
+        search->from_the_end[n] = false;
         low->value[n] = above_zero_f64(search, n, search->sign[n] * z);
         low->rate[n] = search->sign[n] * search->w.of[n];
         low->deflated[n] = search->sign[n] * d.of[n];

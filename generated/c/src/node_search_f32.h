@@ -45,8 +45,10 @@ typedef struct {
     bool rings;                     /* the pair */
     bool stiff;                     /* the real pole beside it */
     float limit;
-    float gap;          /* to the stop ahead; NEVER without one */
-    bool from_the_end; /* a value is z where both elements end, and what has not yet faded */
+    float gap; /* to the stop ahead; NEVER without one */
+    bool
+        is_from_the_end; /* a value of some of the functions is z where both elements end, and what has not yet faded */
+    bool from_the_end[NODE_FUNCTIONS_f32]; /* of which */
     core_by_row_f32 end;
     search_node_f32 node[2]; /* the ends of the interval */
     search_node_f32 *low, *high;
@@ -88,10 +90,11 @@ SELDOM_f32 void put_values_from_the_end_f32(const node_search_f32 *search, searc
     core_by_row_f32 left;
     left.named = unsettled_of_both_f32(&search->plan->rates[0], &to->w.named);
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
-        to->value[n] =
-            search->sign[n] * (function_of_f32(search, n, search->end.of) + function_of_f32(search, n, left.of));
+        if (!search->from_the_end[n]) { continue; }
+        const float value = function_of_f32(search, n, search->end.of) + function_of_f32(search, n, left.of);
+        to->value[n] = search->sign[n] * value;
+        to->y = n == 0 ? search->end.of[0] + left.of[0] : to->y;
     }
-    to->y = search->end.of[0] + left.of[0];
 }
 
 /* A node that is a gain away from another. */
@@ -107,7 +110,7 @@ ALWAYS_f32 void put_node_f32(const node_search_f32 *search, const search_node_f3
         to->deflated[n] = search->sign[n] * function_of_f32(search, n, d.of);
     }
     if (HOPFORM_CONTACT_IS_ROW) { to->y = from->y + gained->z[0]; }
-    if (search->from_the_end) { put_values_from_the_end_f32(search, to); }
+    if (search->is_from_the_end) { put_values_from_the_end_f32(search, to); }
 }
 
 ALWAYS_f32 float velocity_of_node_f32(const node_search_f32 *search, const search_node_f32 *at) {
@@ -142,10 +145,10 @@ static inline float gained_terms_f32(const hopform_transition_f32 *transition, i
  * then, or will bring until the end; what rings brings no more than in two nodes and a half. */
 static inline float terms_of_node_f32(const node_search_f32 *search, int n, const search_node_f32 *at) {
     const hopform_transition_f32 *transition = &search->plan->transition;
-    const rates_by_row_f32 *w = search->from_the_end ? &at->w : &search->w;
+    const rates_by_row_f32 *w = search->from_the_end[n] ? &at->w : &search->w;
     const float t = at->t - search->from;
     const float turned = 1.3f * t * transition->fastest;
-    const float share = turned < 1.0f && !search->from_the_end ? turned : 1.0f;
+    const float share = turned < 1.0f && !search->from_the_end[n] ? turned : 1.0f;
     float sum = gained_terms_f32(transition, n, w, share);
     if (HOPFORM_CONTACT_IS_ROW && n == 0) {
         const float terms[3] = {sum, gained_terms_f32(transition, 1, w, share),
@@ -153,7 +156,7 @@ static inline float terms_of_node_f32(const node_search_f32 *search, int n, cons
         sum = function_terms_f32(search, 0, terms);
     }
     const float nodes = t / transition->h;
-    return search->rounded[n] + sum * (nodes < 2.5f && !search->from_the_end ? nodes : 2.5f);
+    return search->rounded[n] + sum * (nodes < 2.5f && !search->from_the_end[n] ? nodes : 2.5f);
 }
 
 /* The bound of what rounding has done to a function. */
@@ -411,7 +414,7 @@ SELDOM_f32 void put_root_f32(const node_search_f32 *search, int n, search_node_f
     const float h = high_end->t - low_end->t;
     const jet_f32 from = jet_at_node_f32(search, low_end, n);
     const jet_f32 to = jet_at_node_f32(search, high_end, n);
-    const bool is_short = !search->from_the_end && h * search->plan->transition.fastest <= 0.8f;
+    const bool is_short = !search->is_from_the_end && h <= 0.8f * search->plan->transition.is_short_over;
     const float rates = poles->q + poles->a * poles->a;
     float t = h * rough_root_f32(&from, &to, h);
     if (search->plan->transition.apart && n != STOP_AHEAD_f32) {
@@ -564,33 +567,36 @@ ALWAYS_f32 void begin_next_interval_f32(node_search_f32 *search) {
     if (!search->rings) { count_from_here_f32(search); }
 }
 
-/* Values counted from where both elements end, once those are the smaller numbers: what has faded keeps its digits. */
+/* Values counted from where both elements end, of each function of which those are the smaller numbers: what has faded
+ * keeps its digits. Beside a fast pole that has faded its rate has no others. */
 SELDOM_f32 void count_from_the_end_f32(node_search_f32 *search, const core_f32 *end) {
     search_node_f32 *low = search->low;
     core_by_row_f32 left;
     left.named = unsettled_of_both_f32(&search->plan->rates[0], &low->w.named);
     search->end.named = *end;
-    float terms[NODE_FUNCTIONS_f32];
-    bool worse = false;
-    bool better = false; /* one that ends near zero has no sign else */
+    const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5f;
+    const float most = has_faded ? 8.0f : 0.25f; /* times what they are now */
+    float terms[NODE_FUNCTIONS_f32], before[NODE_FUNCTIONS_f32];
+    bool any = false;
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
         terms[n] = function_terms_f32(search, n, search->end.of) + function_terms_f32(search, n, left.of);
-        const float before = terms_of_node_f32(search, n, low);
-        worse = worse || terms[n] > before;
-        better = better || terms[n] < 0.25f * before;
+        before[n] = terms_of_node_f32(search, n, low);
+        any = any || terms[n] < most * before[n];
     }
-    const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5f;
-    if (!has_faded && (worse || !better)) { return; }
+    if (!any) { return; }
     NODE_COUNT(from_the_end);
     search->from = low->t;
     search->w = low->w;
-    search->from_the_end = search->stiff;
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
-        search->rounded[n] = search->from_the_end ? function_terms_f32(search, n, search->end.of) : terms[n];
+        search->rounded[n] = before[n];
+        if (!(terms[n] < most * before[n])) { continue; }
+        search->from_the_end[n] = search->stiff;
+        search->rounded[n] = search->stiff ? function_terms_f32(search, n, search->end.of) : terms[n];
         const float value = function_of_f32(search, n, search->end.of) + function_of_f32(search, n, left.of);
         low->value[n] = above_zero_f32(search, n, search->sign[n] * value);
+        low->y = n == 0 ? search->end.of[0] + left.of[0] : low->y;
     }
-    low->y = search->end.of[0] + left.of[0];
+    search->is_from_the_end = search->stiff;
 }
 #endif
 

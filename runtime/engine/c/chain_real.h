@@ -425,8 +425,7 @@ SELDOM_real void enter_modes_real(stance_chain_real *chain, stance_search_real *
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_by_rates_real(const stance_chain_real *chain) {
-    return alone_of_mode_real(chain->mode) < 0 && !rests_of_mode_real(chain->mode) && chain->plan->transition.h > 0.0
-           && chain->observer == NULL;
+    return alone_of_mode_real(chain->mode) < 0 && !rests_of_mode_real(chain->mode) && chain->observer == NULL;
 }
 
 /* The first of two derivatives that is not zero. */
@@ -482,7 +481,7 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
     search->gap = gap_ahead_real(chain);
     search->first = 1;
     search->is_beyond = false;
-    search->from_the_end = false;
+    search->is_from_the_end = false;
 #if HOPFORM_HAS_CONTACT
     if (falls_of_mode_real(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 || HOPFORM_CONTACT_IS_ROW) {
         search->first = 0;
@@ -500,6 +499,7 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
         const real z = chain->at.of[axis_of_function_real[n]];
         search->rounded[n] = fabs_real(z);
+        search->from_the_end[n] = false;
         low->value[n] = above_zero_real(search, n, search->sign[n] * z);
         low->rate[n] = search->sign[n] * search->w.of[n];
         low->deflated[n] = search->sign[n] * d.of[n];

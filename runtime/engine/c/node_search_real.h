@@ -45,8 +45,10 @@ typedef struct {
     bool rings;                     /* the pair */
     bool stiff;                     /* the real pole beside it */
     real limit;
-    real gap;          /* to the stop ahead; NEVER without one */
-    bool from_the_end; /* a value is z where both elements end, and what has not yet faded */
+    real gap; /* to the stop ahead; NEVER without one */
+    bool
+        is_from_the_end; /* a value of some of the functions is z where both elements end, and what has not yet faded */
+    bool from_the_end[NODE_FUNCTIONS_real]; /* of which */
     core_by_row_real end;
     search_node_real node[2]; /* the ends of the interval */
     search_node_real *low, *high;
@@ -88,10 +90,11 @@ SELDOM_real void put_values_from_the_end_real(const node_search_real *search, se
     core_by_row_real left;
     left.named = unsettled_of_both_real(&search->plan->rates[0], &to->w.named);
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
-        to->value[n] =
-            search->sign[n] * (function_of_real(search, n, search->end.of) + function_of_real(search, n, left.of));
+        if (!search->from_the_end[n]) { continue; }
+        const real value = function_of_real(search, n, search->end.of) + function_of_real(search, n, left.of);
+        to->value[n] = search->sign[n] * value;
+        to->y = n == 0 ? search->end.of[0] + left.of[0] : to->y;
     }
-    to->y = search->end.of[0] + left.of[0];
 }
 
 /* A node that is a gain away from another. */
@@ -107,7 +110,7 @@ ALWAYS_real void put_node_real(const node_search_real *search, const search_node
         to->deflated[n] = search->sign[n] * function_of_real(search, n, d.of);
     }
     if (HOPFORM_CONTACT_IS_ROW) { to->y = from->y + gained->z[0]; }
-    if (search->from_the_end) { put_values_from_the_end_real(search, to); }
+    if (search->is_from_the_end) { put_values_from_the_end_real(search, to); }
 }
 
 ALWAYS_real real velocity_of_node_real(const node_search_real *search, const search_node_real *at) {
@@ -142,10 +145,10 @@ static inline real gained_terms_real(const hopform_transition_real *transition, 
  * then, or will bring until the end; what rings brings no more than in two nodes and a half. */
 static inline real terms_of_node_real(const node_search_real *search, int n, const search_node_real *at) {
     const hopform_transition_real *transition = &search->plan->transition;
-    const rates_by_row_real *w = search->from_the_end ? &at->w : &search->w;
+    const rates_by_row_real *w = search->from_the_end[n] ? &at->w : &search->w;
     const real t = at->t - search->from;
     const real turned = 1.3 * t * transition->fastest;
-    const real share = turned < 1.0 && !search->from_the_end ? turned : 1.0;
+    const real share = turned < 1.0 && !search->from_the_end[n] ? turned : 1.0;
     real sum = gained_terms_real(transition, n, w, share);
     if (HOPFORM_CONTACT_IS_ROW && n == 0) {
         const real terms[3] = {sum, gained_terms_real(transition, 1, w, share),
@@ -153,7 +156,7 @@ static inline real terms_of_node_real(const node_search_real *search, int n, con
         sum = function_terms_real(search, 0, terms);
     }
     const real nodes = t / transition->h;
-    return search->rounded[n] + sum * (nodes < 2.5 && !search->from_the_end ? nodes : 2.5);
+    return search->rounded[n] + sum * (nodes < 2.5 && !search->from_the_end[n] ? nodes : 2.5);
 }
 
 /* The bound of what rounding has done to a function. */
@@ -411,7 +414,7 @@ SELDOM_real void put_root_real(const node_search_real *search, int n, search_nod
     const real h = high_end->t - low_end->t;
     const jet_real from = jet_at_node_real(search, low_end, n);
     const jet_real to = jet_at_node_real(search, high_end, n);
-    const bool is_short = !search->from_the_end && h * search->plan->transition.fastest <= 0.8;
+    const bool is_short = !search->is_from_the_end && h <= 0.8 * search->plan->transition.is_short_over;
     const real rates = poles->q + poles->a * poles->a;
     real t = h * rough_root_real(&from, &to, h);
     if (search->plan->transition.apart && n != STOP_AHEAD_real) {
@@ -564,33 +567,36 @@ ALWAYS_real void begin_next_interval_real(node_search_real *search) {
     if (!search->rings) { count_from_here_real(search); }
 }
 
-/* Values counted from where both elements end, once those are the smaller numbers: what has faded keeps its digits. */
+/* Values counted from where both elements end, of each function of which those are the smaller numbers: what has faded
+ * keeps its digits. Beside a fast pole that has faded its rate has no others. */
 SELDOM_real void count_from_the_end_real(node_search_real *search, const core_real *end) {
     search_node_real *low = search->low;
     core_by_row_real left;
     left.named = unsettled_of_both_real(&search->plan->rates[0], &low->w.named);
     search->end.named = *end;
-    real terms[NODE_FUNCTIONS_real];
-    bool worse = false;
-    bool better = false; /* one that ends near zero has no sign else */
+    const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5;
+    const real most = has_faded ? 8.0 : 0.25; /* times what they are now */
+    real terms[NODE_FUNCTIONS_real], before[NODE_FUNCTIONS_real];
+    bool any = false;
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
         terms[n] = function_terms_real(search, n, search->end.of) + function_terms_real(search, n, left.of);
-        const real before = terms_of_node_real(search, n, low);
-        worse = worse || terms[n] > before;
-        better = better || terms[n] < 0.25 * before;
+        before[n] = terms_of_node_real(search, n, low);
+        any = any || terms[n] < most * before[n];
     }
-    const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5;
-    if (!has_faded && (worse || !better)) { return; }
+    if (!any) { return; }
     NODE_COUNT(from_the_end);
     search->from = low->t;
     search->w = low->w;
-    search->from_the_end = search->stiff;
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
-        search->rounded[n] = search->from_the_end ? function_terms_real(search, n, search->end.of) : terms[n];
+        search->rounded[n] = before[n];
+        if (!(terms[n] < most * before[n])) { continue; }
+        search->from_the_end[n] = search->stiff;
+        search->rounded[n] = search->stiff ? function_terms_real(search, n, search->end.of) : terms[n];
         const real value = function_of_real(search, n, search->end.of) + function_of_real(search, n, left.of);
         low->value[n] = above_zero_real(search, n, search->sign[n] * value);
+        low->y = n == 0 ? search->end.of[0] + left.of[0] : low->y;
     }
-    low->y = search->end.of[0] + left.of[0];
+    search->is_from_the_end = search->stiff;
 }
 #endif
 
