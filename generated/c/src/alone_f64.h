@@ -14,12 +14,16 @@
 #define HOPFORM_ALONE_H_f64
 
 #include "certificate_f64.h"
+#include "transition_f64.h"
 
 /* Whether a library solves so (HOPFORM_BY_NODES, one switch for both), and has a model all of whose event functions are
  * linear in s. */
 #define HOPFORM_HAS_ALONE                                                                                              \
     (HOPFORM_BY_NODES && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                    \
      && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
+
+/* Whether it searches by W, too, but for the few phases that someone follows: then the plan has W at the node. */
+#define HOPFORM_SEARCHES_BY_W (!HOPFORM_HAS_ALONE || !(HOPFORM_HAS_NODES || HOPFORM_MOVES_ALONE))
 
 #if HOPFORM_HAS_ALONE
 /* Its pair of poles: both are slower than the root of `square`. */

@@ -309,7 +309,7 @@ static inline void end_first_interval_f64(const event_set_f64 *set, interval_f64
     const hopform_node_f64 *node = set->node;
     if (!HOPFORM_MOVES_ALONE && node->modal < HOPFORM_NEVER_f64) {
         end_interval_at_f64(set, in, lesser_f64(node->modal, limit));
-    } else if (node->t < limit) {
+    } else if (HOPFORM_SEARCHES_BY_W && node->t < limit) {
         const basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f64(set->poles, node->t, &basis);
     } else {

@@ -309,7 +309,7 @@ static inline void end_first_interval_real(const event_set_real *set, interval_r
     const hopform_node_real *node = set->node;
     if (!HOPFORM_MOVES_ALONE && node->modal < HOPFORM_NEVER_real) {
         end_interval_at_real(set, in, lesser_real(node->modal, limit));
-    } else if (node->t < limit) {
+    } else if (HOPFORM_SEARCHES_BY_W && node->t < limit) {
         const basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_real(set->poles, node->t, &basis);
     } else {
