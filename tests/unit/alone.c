@@ -5,6 +5,7 @@
 typedef struct {
   double p, q;                  /* the poles */
   double velocity, draw, until; /* v, and v' + p v, at the start */
+  double rounding;              /* of the draw */
   double guard[2];              /* displacements; below 0: none */
 } question;
 
@@ -28,8 +29,8 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
     search.count = 0;
     search.rest_time = HOPFORM_NEVER_f32;
     search.rests = NO_OWNER_f32;
-    search.start =
-        (alone_f32){0.0f, 0.0f, (float)q->velocity, (float)q->draw};
+    search.start = alone_start_f32(&search.pair, (float)q->velocity,
+                                   (float)q->draw, (float)q->rounding);
     for (int n = 0; n < 2; n++) {
       if (q->guard[n] >= 0.0) {
         (void)add_alone_guard_f32(&search, (float)q->guard[n], 2 * n);

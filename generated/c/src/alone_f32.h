@@ -104,6 +104,19 @@ static inline known_pair_f32 response_over_f32(const alone_pair_f32 *pair, float
     return halves ? response_over_twice_f32(pair, &response) : response;
 }
 
+/* The start of a motion whose draw is known within a rounding. Two real poles settle, as do those that ring so slowly
+ * that nothing is left after half a period: where no more than rounding is left of draw and velocity, what is left fades
+ * with the slow pole, draw = fast v. By a draw that is rounding alone the element would rest, or turn. */
+static inline alone_f32 alone_start_f32(const alone_pair_f32 *pair, float v, float draw, float rounding) {
+    alone_f32 start = {0.0f, 0.0f, v, draw};
+    if (fabs_f32(draw) + pair->p * v < rounding) {
+        const float mean = 0.5f * pair->p;
+        const float square = mean * mean - pair->q;
+        if (square > -0.002f * pair->q) { start.draw = v * (mean + sqrt_f32(greater_f32(square, 0.0f))); }
+    }
+    return start;
+}
+
 /* The motion at another time, by the response to the time between. */
 ALWAYS_f32 alone_f32 alone_after_f32(const alone_pair_f32 *pair, const alone_f32 *from, float t,
                                         const known_pair_f32 *response) {

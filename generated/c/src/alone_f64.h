@@ -104,6 +104,19 @@ static inline known_pair_f64 response_over_f64(const alone_pair_f64 *pair, doubl
     return halves ? response_over_twice_f64(pair, &response) : response;
 }
 
+/* The start of a motion whose draw is known within a rounding. Two real poles settle, as do those that ring so slowly
+ * that nothing is left after half a period: where no more than rounding is left of draw and velocity, what is left fades
+ * with the slow pole, draw = fast v. By a draw that is rounding alone the element would rest, or turn. */
+static inline alone_f64 alone_start_f64(const alone_pair_f64 *pair, double v, double draw, double rounding) {
+    alone_f64 start = {0.0, 0.0, v, draw};
+    if (fabs_f64(draw) + pair->p * v < rounding) {
+        const double mean = 0.5 * pair->p;
+        const double square = mean * mean - pair->q;
+        if (square > -0.002 * pair->q) { start.draw = v * (mean + sqrt_f64(greater_f64(square, 0.0))); }
+    }
+    return start;
+}
+
 /* The motion at another time, by the response to the time between. */
 ALWAYS_f64 alone_f64 alone_after_f64(const alone_pair_f64 *pair, const alone_f64 *from, double t,
                                         const known_pair_f64 *response) {

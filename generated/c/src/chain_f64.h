@@ -666,9 +666,10 @@ static inline void put_alone_velocity_f64(alone_search_f64 *search, const stance
     const double side = (double)side_of_mode_f64(chain->mode, alone);
     const double draw =
         chain->numerators.of.stretch.H2 / (double)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f64(chain), alone);
-    const alone_f64 start = {0.0, 0.0, greater_f64(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
-                              side * draw};
-    search->start = start;
+    const double stretched = chain->most_stretched + fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]);
+    const double terms = fabs_f64(chain->drive.of[alone]) + search->pair.q * stretched;
+    search->start = alone_start_f64(&search->pair, greater_f64(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
+                                     side * draw, 16.0 * HOPFORM_EPS_f64 * terms);
 }
 
 /* The threshold to which the free acceleration of what is held goes. */

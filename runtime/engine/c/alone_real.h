@@ -104,6 +104,19 @@ static inline known_pair_real response_over_real(const alone_pair_real *pair, re
     return halves ? response_over_twice_real(pair, &response) : response;
 }
 
+/* The start of a motion whose draw is known within a rounding. Two real poles settle, as do those that ring so slowly
+ * that nothing is left after half a period: where no more than rounding is left of draw and velocity, what is left fades
+ * with the slow pole, draw = fast v. By a draw that is rounding alone the element would rest, or turn. */
+static inline alone_real alone_start_real(const alone_pair_real *pair, real v, real draw, real rounding) {
+    alone_real start = {0.0, 0.0, v, draw};
+    if (fabs_real(draw) + pair->p * v < rounding) {
+        const real mean = 0.5 * pair->p;
+        const real square = mean * mean - pair->q;
+        if (square > -0.002 * pair->q) { start.draw = v * (mean + sqrt_real(greater_real(square, 0.0))); }
+    }
+    return start;
+}
+
 /* The motion at another time, by the response to the time between. */
 ALWAYS_real alone_real alone_after_real(const alone_pair_real *pair, const alone_real *from, real t,
                                         const known_pair_real *response) {

@@ -666,9 +666,10 @@ static inline void put_alone_velocity_real(alone_search_real *search, const stan
     const real side = (real)side_of_mode_real(chain->mode, alone);
     const real draw =
         chain->numerators.of.stretch.H2 / (real)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_real(chain), alone);
-    const alone_real start = {0.0, 0.0, greater_real(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
-                              side * draw};
-    search->start = start;
+    const real stretched = chain->most_stretched + fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]);
+    const real terms = fabs_real(chain->drive.of[alone]) + search->pair.q * stretched;
+    search->start = alone_start_real(&search->pair, greater_real(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
+                                     side * draw, 16.0 * HOPFORM_EPS_real * terms);
 }
 
 /* The threshold to which the free acceleration of what is held goes. */
