@@ -104,15 +104,18 @@ SELDOM_f64 void put_node_after_f64(const node_search_f64 *search, const search_n
     put_node_f64(search, from, &gained, from->t + later, to);
 }
 
-/* The magnitudes that a function is a sum of at a time: what it is counted from, and what rates have brought since
- * then, or will bring until the end; what rings brings no more than in two nodes and a half. */
+/* The magnitudes that a function is a sum of at a time: where it ends, and how far it is from there; or what it is
+ * counted from, and what rates have brought since then, which is, of what rings, no more than in two nodes and a half. */
 static inline double terms_of_node_f64(const node_search_f64 *search, int n, const search_node_f64 *at) {
+    if (search->from_the_end) {
+        return search->rounded[n] + fabs_f64(search->sign[n] * at->value[n] - search->end.of[n]);
+    }
     const hopform_transition_f64 *transition = &search->plan->transition;
     const double *gains = transition->gains + 3 * n;
-    const rates_by_row_f64 *w = search->from_the_end ? &at->w : &search->w;
-    const double sum = fabs_f64(gains[0] * w->of[0]) + fabs_f64(gains[1] * w->of[1]) + fabs_f64(gains[2] * w->of[2]);
+    const double *w = search->w.of;
+    const double sum = fabs_f64(gains[0] * w[0]) + fabs_f64(gains[1] * w[1]) + fabs_f64(gains[2] * w[2]);
     const double nodes = (at->t - search->from) / transition->h;
-    return search->rounded[n] + sum * (nodes < 2.5 && !search->from_the_end ? nodes : 2.5);
+    return search->rounded[n] + sum * lesser_f64(nodes, 2.5);
 }
 
 /* The bound of what rounding has done to a function. */

@@ -104,15 +104,18 @@ SELDOM_real void put_node_after_real(const node_search_real *search, const searc
     put_node_real(search, from, &gained, from->t + later, to);
 }
 
-/* The magnitudes that a function is a sum of at a time: what it is counted from, and what rates have brought since
- * then, or will bring until the end; what rings brings no more than in two nodes and a half. */
+/* The magnitudes that a function is a sum of at a time: where it ends, and how far it is from there; or what it is
+ * counted from, and what rates have brought since then, which is, of what rings, no more than in two nodes and a half. */
 static inline real terms_of_node_real(const node_search_real *search, int n, const search_node_real *at) {
+    if (search->from_the_end) {
+        return search->rounded[n] + fabs_real(search->sign[n] * at->value[n] - search->end.of[n]);
+    }
     const hopform_transition_real *transition = &search->plan->transition;
     const real *gains = transition->gains + 3 * n;
-    const rates_by_row_real *w = search->from_the_end ? &at->w : &search->w;
-    const real sum = fabs_real(gains[0] * w->of[0]) + fabs_real(gains[1] * w->of[1]) + fabs_real(gains[2] * w->of[2]);
+    const real *w = search->w.of;
+    const real sum = fabs_real(gains[0] * w[0]) + fabs_real(gains[1] * w[1]) + fabs_real(gains[2] * w[2]);
     const real nodes = (at->t - search->from) / transition->h;
-    return search->rounded[n] + sum * (nodes < 2.5 && !search->from_the_end ? nodes : 2.5);
+    return search->rounded[n] + sum * lesser_real(nodes, 2.5);
 }
 
 /* The bound of what rounding has done to a function. */
