@@ -700,9 +700,8 @@ static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase
     const row_f32 mode = mode_of_phase_f32(phase);
     const float first = phase->y;
     if (!stretch_may_turn_f32(mode) || !(t > 0.0f)) { return first; }
-    numerators_by_axis_f32 numerators;
-    numerators.named = motion_in_phase_f32(plan, phase, u);
-    const numerator_f32 *h = &numerators.of.stretch;
+    const course_f32 course = course_of_phase_f32(plan, phase, u);
+    const numerator_f32 *h = &course.numerators.of.stretch;
     const numerator_f32 extension = {-h->H3, -h->H2, -h->H1};
     const hopform_poles_f32 *poles = poles_of_f32(plan, mode);
     const hopform_node_f32 *node = node_of_f32(plan, mode);

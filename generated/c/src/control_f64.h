@@ -700,9 +700,8 @@ static double most_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phas
     const row_f64 mode = mode_of_phase_f64(phase);
     const double first = phase->y;
     if (!stretch_may_turn_f64(mode) || !(t > 0.0)) { return first; }
-    numerators_by_axis_f64 numerators;
-    numerators.named = motion_in_phase_f64(plan, phase, u);
-    const numerator_f64 *h = &numerators.of.stretch;
+    const course_f64 course = course_of_phase_f64(plan, phase, u);
+    const numerator_f64 *h = &course.numerators.of.stretch;
     const numerator_f64 extension = {-h->H3, -h->H2, -h->H1};
     const hopform_poles_f64 *poles = poles_of_f64(plan, mode);
     const hopform_node_f64 *node = node_of_f64(plan, mode);

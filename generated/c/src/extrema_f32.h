@@ -8,10 +8,9 @@
 
 #include "certificate_f32.h"
 
-/* The least of `count` minima, and the propagator there. */
+/* The least of `count` minima, and when it is. */
 typedef struct {
-    float value;
-    basis_f32 basis;
+    float value, t;
     uint32_t count;
 } minima_f32;
 
@@ -23,7 +22,7 @@ static inline void find_minimum_f32(const hopform_poles_f32 *poles, const event_
     const float value = value_at_f32(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
-        least->basis = basis_of_propagator_f32(poles, &at);
+        least->t = at.t;
     }
     least->count++;
 }
@@ -61,7 +60,7 @@ static inline minima_f32 least_minimum_f32(const hopform_poles_f32 *poles, const
     const event_function_f32 *g = &function;
     const jet_f32 from = jet_at_start_f32(poles, g);
     const jet_f32 to = jet_at_f32(poles, g, end);
-    minima_f32 least = {0.0f, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, 0};
+    minima_f32 least = {0.0f, 0.0f, 0};
     const bool turns = from.rate < 0.0f && to.rate > 0.0f;
     const int odd = turns || (from.rate > 0.0f && to.rate < 0.0f) ? 1 : 0;
     const propagator_f32 start = propagator_at_start_f32(poles);

@@ -8,10 +8,9 @@
 
 #include "certificate_f64.h"
 
-/* The least of `count` minima, and the propagator there. */
+/* The least of `count` minima, and when it is. */
 typedef struct {
-    double value;
-    basis_f64 basis;
+    double value, t;
     uint32_t count;
 } minima_f64;
 
@@ -23,7 +22,7 @@ static inline void find_minimum_f64(const hopform_poles_f64 *poles, const event_
     const double value = value_at_f64(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
-        least->basis = basis_of_propagator_f64(poles, &at);
+        least->t = at.t;
     }
     least->count++;
 }
@@ -61,7 +60,7 @@ static inline minima_f64 least_minimum_f64(const hopform_poles_f64 *poles, const
     const event_function_f64 *g = &function;
     const jet_f64 from = jet_at_start_f64(poles, g);
     const jet_f64 to = jet_at_f64(poles, g, end);
-    minima_f64 least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};
+    minima_f64 least = {0.0, 0.0, 0};
     const bool turns = from.rate < 0.0 && to.rate > 0.0;
     const int odd = turns || (from.rate > 0.0 && to.rate < 0.0) ? 1 : 0;
     const propagator_f64 start = propagator_at_start_f64(poles);

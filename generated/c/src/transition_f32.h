@@ -18,7 +18,6 @@
 /* Whether a library solves motions of both so (HOPFORM_BY_NODES), and has a model that may. */
 #define HOPFORM_HAS_NODES (HOPFORM_BY_NODES && HOPFORM_MAY_GO_BY_NODES)
 
-#if HOPFORM_HAS_NODES
 /* Of y, v_1 and v_2; the entries of their transition by rows, as the plan has them. */
 typedef union {
     rate_f32 named;
@@ -38,6 +37,11 @@ typedef union {
     } of;
 } passed_by_row_f32;
 
+ALWAYS_f32 float by_row_f32(const float row[3], const rates_by_row_f32 *w) {
+    return row[0] * w->of[0] + row[1] * w->of[1] + row[2] * w->of[2];
+}
+
+#if HOPFORM_HAS_NODES
 /* A pair that rings turns by a quarter of half a period at most, so that series over a node are short. Two real poles
  * have no period, and intervals grow from their mean on. */
 static inline void put_transition_f32(hopform_plan_f32 *plan) {
@@ -72,10 +76,6 @@ static inline void put_transition_f32(hopform_plan_f32 *plan) {
 /* Whether a pole is so fast that its exponential is no short series over a node. */
 static inline bool fades_in_a_node_f32(const hopform_transition_f32 *transition) {
     return transition->fastest * transition->h > 0.8f;
-}
-
-ALWAYS_f32 float by_row_f32(const float row[3], const rates_by_row_f32 *w) {
-    return row[0] * w->of[0] + row[1] * w->of[1] + row[2] * w->of[2];
 }
 
 /* (M + a) w. */

@@ -700,9 +700,8 @@ static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phas
     const row_real mode = mode_of_phase_real(phase);
     const real first = phase->y;
     if (!stretch_may_turn_real(mode) || !(t > 0.0)) { return first; }
-    numerators_by_axis_real numerators;
-    numerators.named = motion_in_phase_real(plan, phase, u);
-    const numerator_real *h = &numerators.of.stretch;
+    const course_real course = course_of_phase_real(plan, phase, u);
+    const numerator_real *h = &course.numerators.of.stretch;
     const numerator_real extension = {-h->H3, -h->H2, -h->H1};
     const hopform_poles_real *poles = poles_of_real(plan, mode);
     const hopform_node_real *node = node_of_real(plan, mode);

@@ -8,10 +8,9 @@
 
 #include "certificate_real.h"
 
-/* The least of `count` minima, and the propagator there. */
+/* The least of `count` minima, and when it is. */
 typedef struct {
-    real value;
-    basis_real basis;
+    real value, t;
     uint32_t count;
 } minima_real;
 
@@ -23,7 +22,7 @@ static inline void find_minimum_real(const hopform_poles_real *poles, const even
     const real value = value_at_real(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
-        least->basis = basis_of_propagator_real(poles, &at);
+        least->t = at.t;
     }
     least->count++;
 }
@@ -61,7 +60,7 @@ static inline minima_real least_minimum_real(const hopform_poles_real *poles, co
     const event_function_real *g = &function;
     const jet_real from = jet_at_start_real(poles, g);
     const jet_real to = jet_at_real(poles, g, end);
-    minima_real least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};
+    minima_real least = {0.0, 0.0, 0};
     const bool turns = from.rate < 0.0 && to.rate > 0.0;
     const int odd = turns || (from.rate > 0.0 && to.rate < 0.0) ? 1 : 0;
     const propagator_real start = propagator_at_start_real(poles);

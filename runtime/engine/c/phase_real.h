@@ -7,6 +7,7 @@
 
 #include "modal_real.h"
 #include "mode_table_real.h"
+#include "transition_real.h"
 
 #if HOPFORM_HAS_CONTACT
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
@@ -199,34 +200,100 @@ static inline hopform_state_real start_of_phase_real(const hopform_phase_real *p
     return start;
 }
 
-/* The numerators of a phase. */
-static inline numerators_real motion_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
-                                                   real u) {
-    const hopform_state_real start = start_of_phase_real(phase);
-    return motion_of_real(plan, &start, u, mode_of_phase_real(phase));
+/* The course of a motion in a mode from a state on under constant accelerations: of a phase, or of a change of its
+ * state. */
+typedef struct {
+    row_real mode;
+    const hopform_poles_real *poles;
+    const hopform_rates_real *rates;
+    state_by_axis_real start;
+    drive_by_element_real drive;
+    numerators_by_axis_real numerators;
+} course_real;
+
+static inline course_real course_from_real(const hopform_plan_real *plan, row_real mode,
+                                           const hopform_state_real *start, const drive_real *drive) {
+    course_real course;
+    course.mode = mode;
+    course.poles = poles_of_real(plan, mode);
+    course.rates = rates_in_mode_real(plan, mode);
+    course.start.named = *start;
+    course.drive.named = *drive;
+    course.numerators.named = motion_under_real(course.rates, drive, start, mode);
+    return course;
 }
 
-/* The state at time t since a phase with these numerators began. */
-static inline hopform_state_real state_by_motion_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
-                                                      const numerators_real *numerators, real t) {
+static inline course_real course_of_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u) {
     const row_real mode = mode_of_phase_real(phase);
     const hopform_state_real start = start_of_phase_real(phase);
-    if (rests_of_mode_real(mode)) { return start; }
-    const hopform_poles_real *poles = poles_of_real(plan, mode);
-    const hopform_node_real *node = node_of_real(plan, mode);
-    if (t < node->modal) {
-        const basis_real basis = basis_at_real(poles, t);
-        return arrive_real(&start, numerators, &basis, mode);
+    const drive_real drive = drive_in_mode_real(plan, mode, u);
+    return course_from_real(plan, mode, &start, &drive);
+}
+
+/* The axes of y, v_1 and v_2. */
+static const int axis_of_row_real[3] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0), HOPFORM_VELOCITY_AXIS(1)};
+
+/* The rates of y, v_1 and v_2 where the response of the poles is `basis`. */
+static inline rates_by_row_real rates_on_course_real(const course_real *course, const basis_real *basis) {
+    rates_by_row_real w;
+    for (int n = 0; n < 3; n++) {
+        const numerator_real *h = &course->numerators.core[axis_of_row_real[n] - 1];
+        w.of[n] = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
     }
-    const propagator_real at = modes_at_real(poles, node->omega, t);
-    const motion_modes_real modes = modes_of_motion_real(poles, node->omega, &start, numerators);
-    return arrive_at_real(&start, numerators, &modes, &at, mode);
+    return w;
+}
+
+/* Behind the transient of a real pole that is far beyond the pair velocities are small differences of what they were.
+ * What has not yet faded of the rates says how far the state is from where it ends: z is that sum where its terms are
+ * smaller. Rates late in a phase have digits of their own if they are taken in two steps: the first leaves of the
+ * transient its rounding, the second none of that. */
+SELDOM_real void sharpen_late_state_real(const course_real *course, real t, const basis_real *basis,
+                                         state_by_axis_real *at) {
+    const basis_real half = basis_at_real(course->poles, 0.5 * t);
+    const rates_by_row_real middle = rates_on_course_real(course, &half);
+    passed_by_row_real passed;
+    rates_by_row_real w;
+    core_by_row_real end, left;
+    passed.named = transition_of_both_real(course->rates, &half);
+    for (int n = 0; n < 3; n++) {
+        w.of[n] = by_row_real(passed.of.stays + 3 * n, &middle);
+    }
+    end.named = settled_of_both_real(course->rates, &course->drive.named);
+    left.named = unsettled_of_both_real(course->rates, &w.named);
+    for (int n = 0; n < 3; n++) {
+        const int axis = axis_of_row_real[n];
+        const numerator_real *h = &course->numerators.core[axis - 1];
+        const real terms = fabs_real(course->start.of[axis]) + fabs_real(h->H3 * basis->Wd)
+                           + fabs_real(h->H2 * basis->W) + fabs_real(h->H1 * basis->W1);
+        if (fabs_real(end.of[n]) + fabs_real(left.of[n]) < terms) { at->of[axis] = end.of[n] + left.of[n]; }
+    }
+}
+
+/* Whether that is so: the real pole beyond the pair by so much, and its transient over. */
+static inline bool is_late_on_course_real(const course_real *course, real t) {
+    const hopform_poles_real *poles = course->poles;
+    return !HOPFORM_MOVES_ALONE && poles->a * poles->a > HOPFORM_MODAL_real * poles->q && poles->a * t >= 1.0
+           && poles->s_3 > 0.0;
+}
+
+/* The state at time t since a motion began, where the response of the poles is `basis`. */
+static inline hopform_state_real state_where_real(const course_real *course, real t, const basis_real *basis) {
+    state_by_axis_real at;
+    at.named = arrive_real(&course->start.named, &course->numerators.named, basis, course->mode);
+    if (is_late_on_course_real(course, t)) { sharpen_late_state_real(course, t, basis, &at); }
+    return at.named;
+}
+
+static inline hopform_state_real state_on_course_real(const course_real *course, real t) {
+    if (rests_of_mode_real(course->mode)) { return course->start.named; }
+    const basis_real basis = basis_at_real(course->poles, t);
+    return state_where_real(course, t, &basis);
 }
 
 static inline hopform_state_real state_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
                                                      real u, real t) {
-    const numerators_real numerators = motion_in_phase_real(plan, phase, u);
-    return state_by_motion_real(plan, phase, &numerators, t);
+    const course_real course = course_of_phase_real(plan, phase, u);
+    return state_on_course_real(&course, t);
 }
 
 /* The state just before the phase behind another one begins. Nothing jumps there but the velocity that a stop takes. */
@@ -331,12 +398,12 @@ static inline int ended_by_real(const hopform_plan_real *plan, const hopform_pha
 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
-    const numerators_by_axis_real *numerators;
-    const propagator_real *end;     /* where it ends */
-    const motion_modes_real *modes; /* of the motion, if that propagator is modal */
     const state_by_axis_real *start;
     const state_by_axis_real *arrived;
+    const drive_by_element_real *drive;
+    state_by_axis_real begins, ends; /* z' at its start, where an acceleration may be known exactly, and at its end */
     row_real mode;
+    real length;
     int event;   /* with which it began */
     bool leaves; /* it ends as the contact is lost */
 } solved_phase_real;
