@@ -896,6 +896,19 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
     }
 }
 
+/* The state of a phase where a propagator is known; `modes` are read where it is modal. */
+static inline hopform_state_f32 arrive_at_f32(const hopform_state_f32 *state, const numerators_f32 *numerators,
+                                                const motion_modes_f32 *modes, const propagator_f32 *at,
+                                                row_f32 mode) {
+    if (!is_modal_f32(at)) {
+        const basis_f32 basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
+        return arrive_f32(state, numerators, &basis, mode);
+    }
+    state_by_axis_f32 later;
+    later.named = state_by_modes_f32(state, modes, at);
+    return held_in_place_f32(state, &later, mode);
+}
+
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
 static inline void stance_arrive_f32(stance_chain_f32 *chain, const stance_search_f32 *end) {

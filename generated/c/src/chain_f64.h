@@ -896,6 +896,19 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
     }
 }
 
+/* The state of a phase where a propagator is known; `modes` are read where it is modal. */
+static inline hopform_state_f64 arrive_at_f64(const hopform_state_f64 *state, const numerators_f64 *numerators,
+                                                const motion_modes_f64 *modes, const propagator_f64 *at,
+                                                row_f64 mode) {
+    if (!is_modal_f64(at)) {
+        const basis_f64 basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
+        return arrive_f64(state, numerators, &basis, mode);
+    }
+    state_by_axis_f64 later;
+    later.named = state_by_modes_f64(state, modes, at);
+    return held_in_place_f64(state, &later, mode);
+}
+
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
 static inline void stance_arrive_f64(stance_chain_f64 *chain, const stance_search_f64 *end) {

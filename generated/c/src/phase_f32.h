@@ -138,19 +138,6 @@ static inline hopform_state_f32 arrive_f32(const hopform_state_f32 *state, const
     return held_in_place_f32(state, &at, mode);
 }
 
-/* The same where a propagator is known; `modes` are read where it is modal. */
-static inline hopform_state_f32 arrive_at_f32(const hopform_state_f32 *state, const numerators_f32 *numerators,
-                                                const motion_modes_f32 *modes, const propagator_f32 *at,
-                                                row_f32 mode) {
-    if (!is_modal_f32(at)) {
-        const basis_f32 basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-        return arrive_f32(state, numerators, &basis, mode);
-    }
-    state_by_axis_f32 later;
-    later.named = state_by_modes_f32(state, modes, at);
-    return held_in_place_f32(state, &later, mode);
-}
-
 /* A plan that hopform_plan_init made, not memory that holds anything. */
 static inline bool is_made_f32(const hopform_plan_f32 *plan) {
     return plan->made == HOPFORM_PLAN_MADE;
@@ -245,19 +232,10 @@ static inline rates_by_row_f32 rates_on_course_f32(const course_f32 *course, con
 
 /* Behind the transient of a real pole that is far beyond the pair velocities are small differences of what they were.
  * What has not yet faded of the rates says how far the state is from where it ends: z is that sum where its terms are
- * smaller. Rates late in a phase have digits of their own if they are taken in two steps: the first leaves of the
- * transient its rounding, the second none of that. */
-SELDOM_f32 void sharpen_late_state_f32(const course_f32 *course, float t, const basis_f32 *basis,
-                                         state_by_axis_f32 *at) {
-    const basis_f32 half = basis_at_f32(course->poles, 0.5f * t);
-    const rates_by_row_f32 middle = rates_on_course_f32(course, &half);
-    passed_by_row_f32 passed;
-    rates_by_row_f32 w;
+ * smaller. */
+SELDOM_f32 void sharpen_late_state_f32(const course_f32 *course, const basis_f32 *basis, state_by_axis_f32 *at) {
+    const rates_by_row_f32 w = rates_on_course_f32(course, basis);
     core_by_row_f32 end, left;
-    passed.named = transition_of_both_f32(course->rates, &half);
-    for (int n = 0; n < 3; n++) {
-        w.of[n] = by_row_f32(passed.of.stays + 3 * n, &middle);
-    }
     end.named = settled_of_both_f32(course->rates, &course->drive.named);
     left.named = unsettled_of_both_f32(course->rates, &w.named);
     for (int n = 0; n < 3; n++) {
@@ -280,7 +258,7 @@ static inline bool is_late_on_course_f32(const course_f32 *course, float t) {
 static inline hopform_state_f32 state_where_f32(const course_f32 *course, float t, const basis_f32 *basis) {
     state_by_axis_f32 at;
     at.named = arrive_f32(&course->start.named, &course->numerators.named, basis, course->mode);
-    if (is_late_on_course_f32(course, t)) { sharpen_late_state_f32(course, t, basis, &at); }
+    if (is_late_on_course_f32(course, t)) { sharpen_late_state_f32(course, basis, &at); }
     return at.named;
 }
 

@@ -37,10 +37,6 @@ typedef union {
     } of;
 } passed_by_row_f32;
 
-ALWAYS_f32 float by_row_f32(const float row[3], const rates_by_row_f32 *w) {
-    return row[0] * w->of[0] + row[1] * w->of[1] + row[2] * w->of[2];
-}
-
 #if HOPFORM_HAS_NODES
 /* A pair that rings turns by a quarter of half a period at most, so that series over a node are short. Two real poles
  * have no period, and intervals grow from their mean on. */
@@ -76,6 +72,10 @@ static inline void put_transition_f32(hopform_plan_f32 *plan) {
 /* Whether a pole is so fast that its exponential is no short series over a node. */
 static inline bool fades_in_a_node_f32(const hopform_transition_f32 *transition) {
     return transition->fastest * transition->h > 0.8f;
+}
+
+ALWAYS_f32 float by_row_f32(const float row[3], const rates_by_row_f32 *w) {
+    return row[0] * w->of[0] + row[1] * w->of[1] + row[2] * w->of[2];
 }
 
 /* (M + a) w. */

@@ -896,6 +896,19 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
     }
 }
 
+/* The state of a phase where a propagator is known; `modes` are read where it is modal. */
+static inline hopform_state_real arrive_at_real(const hopform_state_real *state, const numerators_real *numerators,
+                                                const motion_modes_real *modes, const propagator_real *at,
+                                                row_real mode) {
+    if (!is_modal_real(at)) {
+        const basis_real basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
+        return arrive_real(state, numerators, &basis, mode);
+    }
+    state_by_axis_real later;
+    later.named = state_by_modes_real(state, modes, at);
+    return held_in_place_real(state, &later, mode);
+}
+
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
  * it is. */
 static inline void stance_arrive_real(stance_chain_real *chain, const stance_search_real *end) {

@@ -138,19 +138,6 @@ static inline hopform_state_real arrive_real(const hopform_state_real *state, co
     return held_in_place_real(state, &at, mode);
 }
 
-/* The same where a propagator is known; `modes` are read where it is modal. */
-static inline hopform_state_real arrive_at_real(const hopform_state_real *state, const numerators_real *numerators,
-                                                const motion_modes_real *modes, const propagator_real *at,
-                                                row_real mode) {
-    if (!is_modal_real(at)) {
-        const basis_real basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-        return arrive_real(state, numerators, &basis, mode);
-    }
-    state_by_axis_real later;
-    later.named = state_by_modes_real(state, modes, at);
-    return held_in_place_real(state, &later, mode);
-}
-
 /* A plan that hopform_plan_init made, not memory that holds anything. */
 static inline bool is_made_real(const hopform_plan_real *plan) {
     return plan->made == HOPFORM_PLAN_MADE;
@@ -245,19 +232,10 @@ static inline rates_by_row_real rates_on_course_real(const course_real *course, 
 
 /* Behind the transient of a real pole that is far beyond the pair velocities are small differences of what they were.
  * What has not yet faded of the rates says how far the state is from where it ends: z is that sum where its terms are
- * smaller. Rates late in a phase have digits of their own if they are taken in two steps: the first leaves of the
- * transient its rounding, the second none of that. */
-SELDOM_real void sharpen_late_state_real(const course_real *course, real t, const basis_real *basis,
-                                         state_by_axis_real *at) {
-    const basis_real half = basis_at_real(course->poles, 0.5 * t);
-    const rates_by_row_real middle = rates_on_course_real(course, &half);
-    passed_by_row_real passed;
-    rates_by_row_real w;
+ * smaller. */
+SELDOM_real void sharpen_late_state_real(const course_real *course, const basis_real *basis, state_by_axis_real *at) {
+    const rates_by_row_real w = rates_on_course_real(course, basis);
     core_by_row_real end, left;
-    passed.named = transition_of_both_real(course->rates, &half);
-    for (int n = 0; n < 3; n++) {
-        w.of[n] = by_row_real(passed.of.stays + 3 * n, &middle);
-    }
     end.named = settled_of_both_real(course->rates, &course->drive.named);
     left.named = unsettled_of_both_real(course->rates, &w.named);
     for (int n = 0; n < 3; n++) {
@@ -280,7 +258,7 @@ static inline bool is_late_on_course_real(const course_real *course, real t) {
 static inline hopform_state_real state_where_real(const course_real *course, real t, const basis_real *basis) {
     state_by_axis_real at;
     at.named = arrive_real(&course->start.named, &course->numerators.named, basis, course->mode);
-    if (is_late_on_course_real(course, t)) { sharpen_late_state_real(course, t, basis, &at); }
+    if (is_late_on_course_real(course, t)) { sharpen_late_state_real(course, basis, &at); }
     return at.named;
 }
 
