@@ -230,6 +230,31 @@ static inline rates_by_row_f32 rates_on_course_f32(const course_f32 *course, con
     return w;
 }
 
+/* z' in a mode, M z' and M^2 z'. */
+typedef struct {
+    state_by_axis_f32 speed, bend, third;
+} derivatives_of_state_f32;
+
+/* M times rates of the axes in a mode. */
+static inline state_by_axis_f32 bend_in_mode_f32(const hopform_rates_f32 *rates, row_f32 mode,
+                                                   const state_by_axis_f32 *w) {
+    const drive_f32 none = {0.0f, 0.0f};
+    state_by_axis_f32 bend;
+    bend.rates =
+        speeds_of_f32(rates, &none, (float)side_of_mode_f32(mode, 0), (float)side_of_mode_f32(mode, 1), &w->named);
+    return bend;
+}
+
+static inline derivatives_of_state_f32 derivatives_in_mode_f32(const hopform_plan_f32 *plan, row_f32 mode,
+                                                                 const state_by_axis_f32 *speed) {
+    const hopform_rates_f32 *rates = rates_in_mode_f32(plan, mode);
+    derivatives_of_state_f32 at;
+    at.speed = *speed;
+    at.bend = bend_in_mode_f32(rates, mode, speed);
+    at.third = bend_in_mode_f32(rates, mode, &at.bend);
+    return at;
+}
+
 /* Behind the transient of a real pole that is far beyond the pair velocities are small differences of what they were.
  * What has not yet faded of the rates says how far the state is from where it ends: z is that sum where its terms are
  * smaller. */
@@ -254,18 +279,14 @@ static inline bool is_late_on_course_f32(const course_f32 *course, float t) {
            && poles->s_3 > 0.0f;
 }
 
-/* The state at time t since a motion began, where the response of the poles is `basis`. */
-static inline hopform_state_f32 state_where_f32(const course_f32 *course, float t, const basis_f32 *basis) {
-    state_by_axis_f32 at;
-    at.named = arrive_f32(&course->start.named, &course->numerators.named, basis, course->mode);
-    if (is_late_on_course_f32(course, t)) { sharpen_late_state_f32(course, basis, &at); }
-    return at.named;
-}
-
+/* The state at time t since a motion began. */
 static inline hopform_state_f32 state_on_course_f32(const course_f32 *course, float t) {
     if (rests_of_mode_f32(course->mode)) { return course->start.named; }
     const basis_f32 basis = basis_at_f32(course->poles, t);
-    return state_where_f32(course, t, &basis);
+    state_by_axis_f32 at;
+    at.named = arrive_f32(&course->start.named, &course->numerators.named, &basis, course->mode);
+    if (is_late_on_course_f32(course, t)) { sharpen_late_state_f32(course, &basis, &at); }
+    return at.named;
 }
 
 static inline hopform_state_f32 state_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,

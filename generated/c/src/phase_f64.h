@@ -230,6 +230,31 @@ static inline rates_by_row_f64 rates_on_course_f64(const course_f64 *course, con
     return w;
 }
 
+/* z' in a mode, M z' and M^2 z'. */
+typedef struct {
+    state_by_axis_f64 speed, bend, third;
+} derivatives_of_state_f64;
+
+/* M times rates of the axes in a mode. */
+static inline state_by_axis_f64 bend_in_mode_f64(const hopform_rates_f64 *rates, row_f64 mode,
+                                                   const state_by_axis_f64 *w) {
+    const drive_f64 none = {0.0, 0.0};
+    state_by_axis_f64 bend;
+    bend.rates =
+        speeds_of_f64(rates, &none, (double)side_of_mode_f64(mode, 0), (double)side_of_mode_f64(mode, 1), &w->named);
+    return bend;
+}
+
+static inline derivatives_of_state_f64 derivatives_in_mode_f64(const hopform_plan_f64 *plan, row_f64 mode,
+                                                                 const state_by_axis_f64 *speed) {
+    const hopform_rates_f64 *rates = rates_in_mode_f64(plan, mode);
+    derivatives_of_state_f64 at;
+    at.speed = *speed;
+    at.bend = bend_in_mode_f64(rates, mode, speed);
+    at.third = bend_in_mode_f64(rates, mode, &at.bend);
+    return at;
+}
+
 /* Behind the transient of a real pole that is far beyond the pair velocities are small differences of what they were.
  * What has not yet faded of the rates says how far the state is from where it ends: z is that sum where its terms are
  * smaller. */
@@ -254,18 +279,14 @@ static inline bool is_late_on_course_f64(const course_f64 *course, double t) {
            && poles->s_3 > 0.0;
 }
 
-/* The state at time t since a motion began, where the response of the poles is `basis`. */
-static inline hopform_state_f64 state_where_f64(const course_f64 *course, double t, const basis_f64 *basis) {
-    state_by_axis_f64 at;
-    at.named = arrive_f64(&course->start.named, &course->numerators.named, basis, course->mode);
-    if (is_late_on_course_f64(course, t)) { sharpen_late_state_f64(course, basis, &at); }
-    return at.named;
-}
-
+/* The state at time t since a motion began. */
 static inline hopform_state_f64 state_on_course_f64(const course_f64 *course, double t) {
     if (rests_of_mode_f64(course->mode)) { return course->start.named; }
     const basis_f64 basis = basis_at_f64(course->poles, t);
-    return state_where_f64(course, t, &basis);
+    state_by_axis_f64 at;
+    at.named = arrive_f64(&course->start.named, &course->numerators.named, &basis, course->mode);
+    if (is_late_on_course_f64(course, t)) { sharpen_late_state_f64(course, &basis, &at); }
+    return at.named;
 }
 
 static inline hopform_state_f64 state_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase,

@@ -130,56 +130,53 @@ static inline void pass_event_f32(current_variation_f32 *variation, const solved
     }
 }
 
+/* The contact force and its derivatives. */
+static inline jet_f32 contact_jet_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state,
+                                        const derivatives_of_state_f32 *at) {
+    const jet_f32 jet = {contact_of_f32(robot, state), contact_slope_f32(robot, &at->speed.named),
+                          contact_slope_f32(robot, &at->bend.named), contact_slope_f32(robot, &at->third.named)};
+    return jet;
+}
+
 /* The minima of the contact force inside a phase. */
 static inline void look_for_minimum_f32(const current_variation_f32 *variation, const solved_phase_f32 *phase,
-                                         const course_f32 *by_u, const basis_f32 *basis) {
-    const hopform_robot_f32 *robot = &variation->plan->robot;
-    const course_f32 course =
-        course_from_f32(variation->plan, phase->mode, &phase->start->named, &phase->drive->named);
+                                         const course_f32 *by_u, const derivatives_of_state_f32 *ends) {
+    const hopform_plan_f32 *plan = variation->plan;
+    const hopform_robot_f32 *robot = &plan->robot;
+    const hopform_node_f32 *node = node_of_f32(plan, phase->mode);
+    const derivatives_of_state_f32 begins = derivatives_in_mode_f32(plan, phase->mode, &phase->begins);
+    const jet_f32 from = contact_jet_f32(robot, &phase->start->named, &begins);
+    const jet_f32 to = contact_jet_f32(robot, &phase->arrived->named, ends);
+    if (turns_as_seen_f32(node, &from, &to, phase->length) && !shows_minimum_f32(&from, &to)) { return; }
+    const course_f32 course = course_from_f32(plan, phase->mode, &phase->start->named, &phase->drive->named);
     const numerator_f32 h = contact_numerator_f32(robot, &course.numerators.named);
-    const propagator_f32 end = propagator_of_f32(course.poles, phase->length, basis);
     const minima_f32 least =
-        least_minimum_f32(course.poles, node_of_f32(variation->plan, phase->mode), &h,
-                           contact_of_f32(robot, &phase->start->named), &end, 64.0f, variation->evaluations);
+        least_minimum_f32(course.poles, node, &h, &from, &to, phase->length, 64.0f, variation->evaluations);
     if (least.count > 0) {
         const hopform_state_f32 there = state_on_course_f32(by_u, least.t);
         note_minimum_f32(variation->trial, least.value, contact_slope_f32(robot, &there), least.count);
     }
 }
 
-/* M w of the rates w of the axes in a mode. */
-static inline state_by_axis_f32 bend_in_mode_f32(const hopform_rates_f32 *rates, row_f32 mode,
-                                                   const state_by_axis_f32 *w) {
-    const drive_f32 none = {0.0f, 0.0f};
-    state_by_axis_f32 bend;
-    bend.rates =
-        speeds_of_f32(rates, &none, (float)side_of_mode_f32(mode, 0), (float)side_of_mode_f32(mode, 1), &w->named);
-    return bend;
-}
-
 /* Where a stance takes off without a minimum of the contact force before, that behind it, by the parabola there: how
  * far below zero the contact force would fall if the contact could pull. Where that is nothing, the stance goes on for
  * another rebound. The change has arrived at the end of the phase. */
 static inline void look_behind_takeoff_f32(const current_variation_f32 *variation, const solved_phase_f32 *phase,
-                                            const course_f32 *by_u) {
+                                            const course_f32 *by_u, const derivatives_of_state_f32 *ends) {
     const hopform_robot_f32 *robot = &variation->plan->robot;
     const row_f32 mode = phase->mode;
-    const state_by_axis_f32 bend = bend_in_mode_f32(by_u->rates, mode, &phase->ends);
-    const float rate = contact_slope_f32(robot, &phase->ends.named);
-    const float curvature = contact_slope_f32(robot, &bend.named);
-    if (!(rate < 0.0f && curvature > 0.0f)) { return; }
-    const state_by_axis_f32 third = bend_in_mode_f32(by_u->rates, mode, &bend);
+    const jet_f32 at = contact_jet_f32(robot, &phase->arrived->named, ends);
+    if (!(at.rate < 0.0f && at.curvature > 0.0f)) { return; }
     state_by_axis_f32 speed_u;
     speed_u.rates = speeds_of_f32(by_u->rates, &by_u->drive.named, (float)side_of_mode_f32(mode, 0),
                                    (float)side_of_mode_f32(mode, 1), &variation->change.named);
     const state_by_axis_f32 bend_u = bend_in_mode_f32(by_u->rates, mode, &speed_u);
     const float value_u = contact_slope_f32(robot, &variation->change.named);
-    const float later = -rate / curvature;
-    const float curvature_u = contact_slope_f32(robot, &bend_u.named)
-                             - contact_slope_f32(robot, &third.named) * value_u / rate; /* where it moves to */
+    const float later = -at.rate / at.curvature;
+    const float curvature_u = contact_slope_f32(robot, &bend_u.named) - at.third * value_u / at.rate; /* and moves */
     const float change = value_u + later * (contact_slope_f32(robot, &speed_u.named) + 0.5f * later * curvature_u);
-    if (0.5f * later * -rate + fabs_f32(change) <= HOPFORM_NEVER_f32) {
-        note_minimum_f32(variation->trial, 0.5f * later * rate, change, 0);
+    if (0.5f * later * -at.rate + fabs_f32(change) <= HOPFORM_NEVER_f32) {
+        note_minimum_f32(variation->trial, 0.5f * later * at.rate, change, 0);
     }
 }
 
@@ -196,10 +193,12 @@ static inline void carry_variation_f32(current_variation_f32 *variation, const s
         drive_by_element_f32 per_ampere = {{0.0f, 0.0f}};
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = rates_in_mode_f32(plan, mode)->a1_u;
         const course_f32 by_u = course_from_f32(plan, mode, &variation->change.named, &per_ampere.named);
-        const basis_f32 basis = basis_at_f32(by_u.poles, phase->length);
-        if (turns) { look_for_minimum_f32(variation, phase, &by_u, &basis); }
-        variation->change.named = state_where_f32(&by_u, phase->length, &basis);
-        if (phase->leaves && variation->trial->minima == 0) { look_behind_takeoff_f32(variation, phase, &by_u); }
+        const derivatives_of_state_f32 ends = derivatives_in_mode_f32(plan, mode, &phase->ends);
+        if (turns) { look_for_minimum_f32(variation, phase, &by_u, &ends); }
+        variation->change.named = state_on_course_f32(&by_u, phase->length);
+        if (phase->leaves && variation->trial->minima == 0) {
+            look_behind_takeoff_f32(variation, phase, &by_u, &ends);
+        }
     }
     variation->arrived = *phase->arrived;
     variation->speed = phase->ends;

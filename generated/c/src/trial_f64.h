@@ -130,56 +130,53 @@ static inline void pass_event_f64(current_variation_f64 *variation, const solved
     }
 }
 
+/* The contact force and its derivatives. */
+static inline jet_f64 contact_jet_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state,
+                                        const derivatives_of_state_f64 *at) {
+    const jet_f64 jet = {contact_of_f64(robot, state), contact_slope_f64(robot, &at->speed.named),
+                          contact_slope_f64(robot, &at->bend.named), contact_slope_f64(robot, &at->third.named)};
+    return jet;
+}
+
 /* The minima of the contact force inside a phase. */
 static inline void look_for_minimum_f64(const current_variation_f64 *variation, const solved_phase_f64 *phase,
-                                         const course_f64 *by_u, const basis_f64 *basis) {
-    const hopform_robot_f64 *robot = &variation->plan->robot;
-    const course_f64 course =
-        course_from_f64(variation->plan, phase->mode, &phase->start->named, &phase->drive->named);
+                                         const course_f64 *by_u, const derivatives_of_state_f64 *ends) {
+    const hopform_plan_f64 *plan = variation->plan;
+    const hopform_robot_f64 *robot = &plan->robot;
+    const hopform_node_f64 *node = node_of_f64(plan, phase->mode);
+    const derivatives_of_state_f64 begins = derivatives_in_mode_f64(plan, phase->mode, &phase->begins);
+    const jet_f64 from = contact_jet_f64(robot, &phase->start->named, &begins);
+    const jet_f64 to = contact_jet_f64(robot, &phase->arrived->named, ends);
+    if (turns_as_seen_f64(node, &from, &to, phase->length) && !shows_minimum_f64(&from, &to)) { return; }
+    const course_f64 course = course_from_f64(plan, phase->mode, &phase->start->named, &phase->drive->named);
     const numerator_f64 h = contact_numerator_f64(robot, &course.numerators.named);
-    const propagator_f64 end = propagator_of_f64(course.poles, phase->length, basis);
     const minima_f64 least =
-        least_minimum_f64(course.poles, node_of_f64(variation->plan, phase->mode), &h,
-                           contact_of_f64(robot, &phase->start->named), &end, 64.0, variation->evaluations);
+        least_minimum_f64(course.poles, node, &h, &from, &to, phase->length, 64.0, variation->evaluations);
     if (least.count > 0) {
         const hopform_state_f64 there = state_on_course_f64(by_u, least.t);
         note_minimum_f64(variation->trial, least.value, contact_slope_f64(robot, &there), least.count);
     }
 }
 
-/* M w of the rates w of the axes in a mode. */
-static inline state_by_axis_f64 bend_in_mode_f64(const hopform_rates_f64 *rates, row_f64 mode,
-                                                   const state_by_axis_f64 *w) {
-    const drive_f64 none = {0.0, 0.0};
-    state_by_axis_f64 bend;
-    bend.rates =
-        speeds_of_f64(rates, &none, (double)side_of_mode_f64(mode, 0), (double)side_of_mode_f64(mode, 1), &w->named);
-    return bend;
-}
-
 /* Where a stance takes off without a minimum of the contact force before, that behind it, by the parabola there: how
  * far below zero the contact force would fall if the contact could pull. Where that is nothing, the stance goes on for
  * another rebound. The change has arrived at the end of the phase. */
 static inline void look_behind_takeoff_f64(const current_variation_f64 *variation, const solved_phase_f64 *phase,
-                                            const course_f64 *by_u) {
+                                            const course_f64 *by_u, const derivatives_of_state_f64 *ends) {
     const hopform_robot_f64 *robot = &variation->plan->robot;
     const row_f64 mode = phase->mode;
-    const state_by_axis_f64 bend = bend_in_mode_f64(by_u->rates, mode, &phase->ends);
-    const double rate = contact_slope_f64(robot, &phase->ends.named);
-    const double curvature = contact_slope_f64(robot, &bend.named);
-    if (!(rate < 0.0 && curvature > 0.0)) { return; }
-    const state_by_axis_f64 third = bend_in_mode_f64(by_u->rates, mode, &bend);
+    const jet_f64 at = contact_jet_f64(robot, &phase->arrived->named, ends);
+    if (!(at.rate < 0.0 && at.curvature > 0.0)) { return; }
     state_by_axis_f64 speed_u;
     speed_u.rates = speeds_of_f64(by_u->rates, &by_u->drive.named, (double)side_of_mode_f64(mode, 0),
                                    (double)side_of_mode_f64(mode, 1), &variation->change.named);
     const state_by_axis_f64 bend_u = bend_in_mode_f64(by_u->rates, mode, &speed_u);
     const double value_u = contact_slope_f64(robot, &variation->change.named);
-    const double later = -rate / curvature;
-    const double curvature_u = contact_slope_f64(robot, &bend_u.named)
-                             - contact_slope_f64(robot, &third.named) * value_u / rate; /* where it moves to */
+    const double later = -at.rate / at.curvature;
+    const double curvature_u = contact_slope_f64(robot, &bend_u.named) - at.third * value_u / at.rate; /* and moves */
     const double change = value_u + later * (contact_slope_f64(robot, &speed_u.named) + 0.5 * later * curvature_u);
-    if (0.5 * later * -rate + fabs_f64(change) <= HOPFORM_NEVER_f64) {
-        note_minimum_f64(variation->trial, 0.5 * later * rate, change, 0);
+    if (0.5 * later * -at.rate + fabs_f64(change) <= HOPFORM_NEVER_f64) {
+        note_minimum_f64(variation->trial, 0.5 * later * at.rate, change, 0);
     }
 }
 
@@ -196,10 +193,12 @@ static inline void carry_variation_f64(current_variation_f64 *variation, const s
         drive_by_element_f64 per_ampere = {{0.0, 0.0}};
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = rates_in_mode_f64(plan, mode)->a1_u;
         const course_f64 by_u = course_from_f64(plan, mode, &variation->change.named, &per_ampere.named);
-        const basis_f64 basis = basis_at_f64(by_u.poles, phase->length);
-        if (turns) { look_for_minimum_f64(variation, phase, &by_u, &basis); }
-        variation->change.named = state_where_f64(&by_u, phase->length, &basis);
-        if (phase->leaves && variation->trial->minima == 0) { look_behind_takeoff_f64(variation, phase, &by_u); }
+        const derivatives_of_state_f64 ends = derivatives_in_mode_f64(plan, mode, &phase->ends);
+        if (turns) { look_for_minimum_f64(variation, phase, &by_u, &ends); }
+        variation->change.named = state_on_course_f64(&by_u, phase->length);
+        if (phase->leaves && variation->trial->minima == 0) {
+            look_behind_takeoff_f64(variation, phase, &by_u, &ends);
+        }
     }
     variation->arrived = *phase->arrived;
     variation->speed = phase->ends;

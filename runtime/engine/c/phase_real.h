@@ -230,6 +230,31 @@ static inline rates_by_row_real rates_on_course_real(const course_real *course, 
     return w;
 }
 
+/* z' in a mode, M z' and M^2 z'. */
+typedef struct {
+    state_by_axis_real speed, bend, third;
+} derivatives_of_state_real;
+
+/* M times rates of the axes in a mode. */
+static inline state_by_axis_real bend_in_mode_real(const hopform_rates_real *rates, row_real mode,
+                                                   const state_by_axis_real *w) {
+    const drive_real none = {0.0, 0.0};
+    state_by_axis_real bend;
+    bend.rates =
+        speeds_of_real(rates, &none, (real)side_of_mode_real(mode, 0), (real)side_of_mode_real(mode, 1), &w->named);
+    return bend;
+}
+
+static inline derivatives_of_state_real derivatives_in_mode_real(const hopform_plan_real *plan, row_real mode,
+                                                                 const state_by_axis_real *speed) {
+    const hopform_rates_real *rates = rates_in_mode_real(plan, mode);
+    derivatives_of_state_real at;
+    at.speed = *speed;
+    at.bend = bend_in_mode_real(rates, mode, speed);
+    at.third = bend_in_mode_real(rates, mode, &at.bend);
+    return at;
+}
+
 /* Behind the transient of a real pole that is far beyond the pair velocities are small differences of what they were.
  * What has not yet faded of the rates says how far the state is from where it ends: z is that sum where its terms are
  * smaller. */
@@ -254,18 +279,14 @@ static inline bool is_late_on_course_real(const course_real *course, real t) {
            && poles->s_3 > 0.0;
 }
 
-/* The state at time t since a motion began, where the response of the poles is `basis`. */
-static inline hopform_state_real state_where_real(const course_real *course, real t, const basis_real *basis) {
-    state_by_axis_real at;
-    at.named = arrive_real(&course->start.named, &course->numerators.named, basis, course->mode);
-    if (is_late_on_course_real(course, t)) { sharpen_late_state_real(course, basis, &at); }
-    return at.named;
-}
-
+/* The state at time t since a motion began. */
 static inline hopform_state_real state_on_course_real(const course_real *course, real t) {
     if (rests_of_mode_real(course->mode)) { return course->start.named; }
     const basis_real basis = basis_at_real(course->poles, t);
-    return state_where_real(course, t, &basis);
+    state_by_axis_real at;
+    at.named = arrive_real(&course->start.named, &course->numerators.named, &basis, course->mode);
+    if (is_late_on_course_real(course, t)) { sharpen_late_state_real(course, &basis, &at); }
+    return at.named;
 }
 
 static inline hopform_state_real state_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,

@@ -130,56 +130,53 @@ static inline void pass_event_real(current_variation_real *variation, const solv
     }
 }
 
+/* The contact force and its derivatives. */
+static inline jet_real contact_jet_real(const hopform_robot_real *robot, const hopform_state_real *state,
+                                        const derivatives_of_state_real *at) {
+    const jet_real jet = {contact_of_real(robot, state), contact_slope_real(robot, &at->speed.named),
+                          contact_slope_real(robot, &at->bend.named), contact_slope_real(robot, &at->third.named)};
+    return jet;
+}
+
 /* The minima of the contact force inside a phase. */
 static inline void look_for_minimum_real(const current_variation_real *variation, const solved_phase_real *phase,
-                                         const course_real *by_u, const basis_real *basis) {
-    const hopform_robot_real *robot = &variation->plan->robot;
-    const course_real course =
-        course_from_real(variation->plan, phase->mode, &phase->start->named, &phase->drive->named);
+                                         const course_real *by_u, const derivatives_of_state_real *ends) {
+    const hopform_plan_real *plan = variation->plan;
+    const hopform_robot_real *robot = &plan->robot;
+    const hopform_node_real *node = node_of_real(plan, phase->mode);
+    const derivatives_of_state_real begins = derivatives_in_mode_real(plan, phase->mode, &phase->begins);
+    const jet_real from = contact_jet_real(robot, &phase->start->named, &begins);
+    const jet_real to = contact_jet_real(robot, &phase->arrived->named, ends);
+    if (turns_as_seen_real(node, &from, &to, phase->length) && !shows_minimum_real(&from, &to)) { return; }
+    const course_real course = course_from_real(plan, phase->mode, &phase->start->named, &phase->drive->named);
     const numerator_real h = contact_numerator_real(robot, &course.numerators.named);
-    const propagator_real end = propagator_of_real(course.poles, phase->length, basis);
     const minima_real least =
-        least_minimum_real(course.poles, node_of_real(variation->plan, phase->mode), &h,
-                           contact_of_real(robot, &phase->start->named), &end, 64.0, variation->evaluations);
+        least_minimum_real(course.poles, node, &h, &from, &to, phase->length, 64.0, variation->evaluations);
     if (least.count > 0) {
         const hopform_state_real there = state_on_course_real(by_u, least.t);
         note_minimum_real(variation->trial, least.value, contact_slope_real(robot, &there), least.count);
     }
 }
 
-/* M w of the rates w of the axes in a mode. */
-static inline state_by_axis_real bend_in_mode_real(const hopform_rates_real *rates, row_real mode,
-                                                   const state_by_axis_real *w) {
-    const drive_real none = {0.0, 0.0};
-    state_by_axis_real bend;
-    bend.rates =
-        speeds_of_real(rates, &none, (real)side_of_mode_real(mode, 0), (real)side_of_mode_real(mode, 1), &w->named);
-    return bend;
-}
-
 /* Where a stance takes off without a minimum of the contact force before, that behind it, by the parabola there: how
  * far below zero the contact force would fall if the contact could pull. Where that is nothing, the stance goes on for
  * another rebound. The change has arrived at the end of the phase. */
 static inline void look_behind_takeoff_real(const current_variation_real *variation, const solved_phase_real *phase,
-                                            const course_real *by_u) {
+                                            const course_real *by_u, const derivatives_of_state_real *ends) {
     const hopform_robot_real *robot = &variation->plan->robot;
     const row_real mode = phase->mode;
-    const state_by_axis_real bend = bend_in_mode_real(by_u->rates, mode, &phase->ends);
-    const real rate = contact_slope_real(robot, &phase->ends.named);
-    const real curvature = contact_slope_real(robot, &bend.named);
-    if (!(rate < 0.0 && curvature > 0.0)) { return; }
-    const state_by_axis_real third = bend_in_mode_real(by_u->rates, mode, &bend);
+    const jet_real at = contact_jet_real(robot, &phase->arrived->named, ends);
+    if (!(at.rate < 0.0 && at.curvature > 0.0)) { return; }
     state_by_axis_real speed_u;
     speed_u.rates = speeds_of_real(by_u->rates, &by_u->drive.named, (real)side_of_mode_real(mode, 0),
                                    (real)side_of_mode_real(mode, 1), &variation->change.named);
     const state_by_axis_real bend_u = bend_in_mode_real(by_u->rates, mode, &speed_u);
     const real value_u = contact_slope_real(robot, &variation->change.named);
-    const real later = -rate / curvature;
-    const real curvature_u = contact_slope_real(robot, &bend_u.named)
-                             - contact_slope_real(robot, &third.named) * value_u / rate; /* where it moves to */
+    const real later = -at.rate / at.curvature;
+    const real curvature_u = contact_slope_real(robot, &bend_u.named) - at.third * value_u / at.rate; /* and moves */
     const real change = value_u + later * (contact_slope_real(robot, &speed_u.named) + 0.5 * later * curvature_u);
-    if (0.5 * later * -rate + fabs_real(change) <= HOPFORM_NEVER_real) {
-        note_minimum_real(variation->trial, 0.5 * later * rate, change, 0);
+    if (0.5 * later * -at.rate + fabs_real(change) <= HOPFORM_NEVER_real) {
+        note_minimum_real(variation->trial, 0.5 * later * at.rate, change, 0);
     }
 }
 
@@ -196,10 +193,12 @@ static inline void carry_variation_real(current_variation_real *variation, const
         drive_by_element_real per_ampere = {{0.0, 0.0}};
         per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = rates_in_mode_real(plan, mode)->a1_u;
         const course_real by_u = course_from_real(plan, mode, &variation->change.named, &per_ampere.named);
-        const basis_real basis = basis_at_real(by_u.poles, phase->length);
-        if (turns) { look_for_minimum_real(variation, phase, &by_u, &basis); }
-        variation->change.named = state_where_real(&by_u, phase->length, &basis);
-        if (phase->leaves && variation->trial->minima == 0) { look_behind_takeoff_real(variation, phase, &by_u); }
+        const derivatives_of_state_real ends = derivatives_in_mode_real(plan, mode, &phase->ends);
+        if (turns) { look_for_minimum_real(variation, phase, &by_u, &ends); }
+        variation->change.named = state_on_course_real(&by_u, phase->length);
+        if (phase->leaves && variation->trial->minima == 0) {
+            look_behind_takeoff_real(variation, phase, &by_u, &ends);
+        }
     }
     variation->arrived = *phase->arrived;
     variation->speed = phase->ends;
