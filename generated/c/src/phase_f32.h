@@ -5,7 +5,6 @@
 #ifndef HOPFORM_PHASE_H_f32
 #define HOPFORM_PHASE_H_f32
 
-#include "modal_f32.h"
 #include "mode_table_f32.h"
 #include "transition_f32.h"
 

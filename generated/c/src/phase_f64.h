@@ -5,7 +5,6 @@
 #ifndef HOPFORM_PHASE_H_f64
 #define HOPFORM_PHASE_H_f64
 
-#include "modal_f64.h"
 #include "mode_table_f64.h"
 #include "transition_f64.h"
 

@@ -5,7 +5,6 @@
 #ifndef HOPFORM_PHASE_H_real
 #define HOPFORM_PHASE_H_real
 
-#include "modal_real.h"
 #include "mode_table_real.h"
 #include "transition_real.h"
 
