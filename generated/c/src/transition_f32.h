@@ -18,7 +18,6 @@
 /* Whether a library solves motions of both so (HOPFORM_BY_NODES), and has a model that may. */
 #define HOPFORM_HAS_NODES (HOPFORM_BY_NODES && HOPFORM_MAY_GO_BY_NODES)
 
-#if HOPFORM_HAS_NODES
 /* Of y, v_1 and v_2; the entries of their transition by rows, as the plan has them. */
 typedef union {
     rate_f32 named;
@@ -38,6 +37,7 @@ typedef union {
     } of;
 } passed_by_row_f32;
 
+#if HOPFORM_HAS_NODES
 /* A pair that rings turns by a quarter of half a period at most, so that series over a node are short. Two real poles
  * have no period, and intervals grow from their mean on. The fourth power of a node is a number. */
 static inline void put_transition_f32(hopform_plan_f32 *plan) {
