@@ -53,8 +53,9 @@ TRANSITION = Struct(
     "Both masses slipping: what their rates and coordinates become from node to node.",
     only_if=ONLY_BY_NODES,
 ).of(
-    Member("h", "real", "from node to node; 0 where the form of W is used", "s"),
+    Member("h", "real", "from node to node", "s"),
     Member("fastest", "real", "no pole is faster", "1/s"),
+    Member("is_short_over", "real", "series are short over it; 0 where their terms would not be numbers", "s"),
     Member("apart", "int32", "1 where the real pole is far beyond a pair that rings"),
     Member("above", "real", "the real pole beyond the rate of each mass alone", "1/s", count=2),
     Member("stays", "real", "of each rate, by rows, in SI units", count=9),

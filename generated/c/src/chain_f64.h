@@ -44,7 +44,7 @@ typedef struct {
     drive_by_element_f64 drive; /* of the phase, as its numerators */
     numerators_by_axis_f64 numerators;
 #if HOPFORM_HAS_NODES
-    rates_by_row_f64 rates; /* in place of the numerators, where both slip and nobody follows */
+    rates_by_row_f64 rates; /* in place of the numerators, where both slip */
 #endif
     motion_modes_f64 modes; /* of the motion, once the modal form is evaluated */
     evaluations_f64 *evaluations;
@@ -423,15 +423,15 @@ SELDOM_f64 void enter_modes_f64(stance_chain_f64 *chain, stance_search_f64 *sear
 #if HOPFORM_HAS_NODES
 /* ---- both slip, by their rates ---- */
 
-/* Whether the phase is solved so: not where someone follows it by its propagator. */
+/* Whether the phase is solved so. */
 static inline bool is_solved_by_rates_f64(const stance_chain_f64 *chain) {
-    return alone_of_mode_f64(chain->mode) < 0 && !rests_of_mode_f64(chain->mode) && chain->plan->transition.h > 0.0
-           && chain->observer == NULL;
+    return alone_of_mode_f64(chain->mode) < 0 && !rests_of_mode_f64(chain->mode);
 }
 
-/* The axis of each event function of the search. */
-static const int axis_of_function_f64[NODE_FUNCTIONS_f64] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0),
-                                                               HOPFORM_VELOCITY_AXIS(1)};
+/* The first of two derivatives that is not zero. */
+static inline double first_of_f64(double rate, double bend) {
+    return fabs_f64(rate) > 0.0 ? rate : bend;
+}
 
 /* How far it is to the stop ahead; NEVER without one. */
 static inline double gap_ahead_f64(const stance_chain_f64 *chain) {
@@ -439,6 +439,30 @@ static inline double gap_ahead_f64(const stance_chain_f64 *chain) {
         side_of_mode_f64(chain->mode, HOPFORM_STOPPED_ELEMENT) > 0 ? -chain->from_upper : chain->from_lower;
     return HOPFORM_HAS_STOPS && is_finite_f64(gap) ? gap : HOPFORM_NEVER_f64;
 }
+
+#if HOPFORM_HAS_CONTACT
+/* The contact force at the start, a row of the state: within the rounding of its terms it is on 0, from where its first
+ * derivative leads. */
+static inline void begin_contact_by_row_f64(const stance_chain_f64 *chain, node_search_f64 *search) {
+    search_node_f64 *low = search->low;
+    for (int axis = 0; axis < 3; axis++) {
+        state_by_axis_f64 one = {{0.0, 0.0, 0.0, 0.0}};
+        one.of[axis_of_row_f64[axis]] = 1.0;
+        search->contact[axis] = contact_slope_f64(&chain->plan->robot, &one.named);
+    }
+    const double force = contact_of_f64(&chain->plan->robot, &chain->at.named);
+    const double terms = terms_of_contact_f64(chain);
+    const rates_by_row_f64 d = deflated_rates_f64(chain->plan, &search->w);
+    low->y = chain->at.of[HOPFORM_STRETCH_AXIS];
+    low->rate[0] = function_of_f64(search, 0, search->w.of);
+    low->deflated[0] = function_of_f64(search, 0, d.of);
+    const double first = first_of_f64(low->rate[0], low->deflated[0]);
+    const bool is_decided = fabs_f64(decided_f64(force, terms)) > 0.0;
+    search->rounded[0] = fabs_f64(force) + 0.25 * terms;
+    search->is_beyond = !(force > 0.0) && (is_decided ? !(first > 0.0) : first < 0.0);
+    low->value[0] = is_decided || first < 0.0 ? greater_f64(force, 0.0) : 0.0;
+}
+#endif
 
 /* The search at the start of the phase. */
 static inline void begin_node_search_f64(const stance_chain_f64 *chain, node_search_f64 *search) {
@@ -452,9 +476,12 @@ static inline void begin_node_search_f64(const stance_chain_f64 *chain, node_sea
     search->limit = end_of_step_f64(chain) - chain->t;
     search->gap = gap_ahead_f64(chain);
     search->first = 1;
-    search->from_the_end = false;
+    search->is_beyond = false;
+    search->is_from_the_end = false;
 #if HOPFORM_HAS_CONTACT
-    if (falls_of_mode_f64(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
+    if (falls_of_mode_f64(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 || HOPFORM_CONTACT_IS_ROW) {
+        search->first = 0;
+    }
 #endif
     search->sign[0] = 1.0;
     search->sign[1] = (double)side_of_mode_f64(chain->mode, 0);
@@ -466,12 +493,20 @@ static inline void begin_node_search_f64(const stance_chain_f64 *chain, node_sea
     low->x = 0.0;
     low->w = search->w;
     for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
-        const double z = chain->at.of[axis_of_function_f64[n]];
+        const double z = chain->at.of[axis_of_row_f64[n]];
         search->rounded[n] = fabs_f64(z);
+        search->from_the_end[n] = false;
         low->value[n] = above_zero_f64(search, n, search->sign[n] * z);
         low->rate[n] = search->sign[n] * search->w.of[n];
         low->deflated[n] = search->sign[n] * d.of[n];
     }
+#if HOPFORM_HAS_CONTACT
+    if (HOPFORM_CONTACT_IS_ROW) {
+        begin_contact_by_row_f64(chain, search);
+    } else if (search->first == 0 && chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) {
+        search->is_beyond = !(first_of_f64(low->rate[0], low->deflated[0]) > 0.0);
+    }
+#endif
     search->count = 0;
     search->evaluations = chain->evaluations;
     use_evaluation_f64(search->evaluations); /* a phase costs as much */
@@ -521,12 +556,13 @@ static inline const search_node_f64 *meet_stop_f64(const node_search_f64 *search
 static inline void arrive_at_node_f64(const node_search_f64 *search, const search_node_f64 *there, int owner,
                                        arrival_f64 *arrival) {
     for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
-        arrival->z[axis_of_function_f64[n]] = search->sign[n] * there->value[n];
+        arrival->z[axis_of_row_f64[n]] = search->sign[n] * there->value[n];
     }
+    if (HOPFORM_CONTACT_IS_ROW) { arrival->z[HOPFORM_STRETCH_AXIS] = there->y; }
     arrival->moved = there->x;
+    arrival->w = there->w;
     if (owner != ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT) { return; }
-    arrival->rate = there->w.of[1 + HOPFORM_STOPPED_ELEMENT];
-    arrival->terms = fabs_f64(arrival->rate)
+    arrival->terms = fabs_f64(there->w.of[1 + HOPFORM_STOPPED_ELEMENT])
                      + fabs_f64(there->deflated[1 + HOPFORM_STOPPED_ELEMENT]) / sqrt_f64(search->plan->poles[0].q);
     arrival->stretched = terms_of_node_f64(search, 0, there);
 }
@@ -549,9 +585,10 @@ ALWAYS_f64 void end_next_interval_f64(node_search_f64 *search, double quiet) {
     const hopform_transition_f64 *transition = &search->plan->transition;
     const search_node_f64 *low = search->low;
     const double left = search->limit - low->t;
-    const bool fades = search->stiff && !(low->t > 0.0); /* for as long as that does not */
+    const bool far = search->stiff || (!search->rings && transition->fastest * transition->h > 30.0);
+    const bool fades = far && !(low->t > 0.0); /* for as long as that does not */
     const bool grows = !search->rings && low->t > 0.0;
-    const double one = fades ? 1.0 / pole_of_search_f64(search) : transition->h;
+    const double one = fades ? 1.0 / transition->fastest : (grows && far ? 0.0 : transition->h);
     const double length = greater_f64(quiet, grows ? greater_f64(one, 3.0 * low->t) : one);
     NODE_COUNT(node);
     search->count++;
@@ -586,11 +623,7 @@ static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_s
     end->side = 0;
     end->stops = false;
     end->touches = false;
-#if HOPFORM_HAS_CONTACT
-    const double rate = search.w.of[0];
-    const bool rises = fabs_f64(rate) > 0.0 ? rate > 0.0 : search.low->deflated[0] > 0.0;
-    if (search.first == 0 && chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && !rises) { end->owner = CONTACT_f64; }
-#endif
+    if (search.is_beyond) { end->owner = CONTACT_f64; }
     int32_t nodes = search.stiff || !search.rings ? 7 : 0;
     double quiet = 0.0;
     for (bool open = end->owner < 0 && search.limit > 0.0; open; nodes++) {
@@ -629,10 +662,9 @@ static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_s
 #if HOPFORM_HAS_ALONE
 /* ---- one slips alone, in its own coordinate: how far it has gone to its side ---- */
 
-/* Whether the phase is solved so: not where someone follows it by its propagator. */
+/* Whether the phase is solved so. */
 static inline bool is_solved_alone_f64(const stance_chain_f64 *chain) {
-    return alone_of_mode_f64(chain->mode) >= 0 && !rests_of_mode_f64(chain->mode) && chain->observer == NULL
-           && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && HOPFORM_HAS_CONTACT);
+    return alone_of_mode_f64(chain->mode) >= 0 && !rests_of_mode_f64(chain->mode);
 }
 
 /* How far the stretch goes with it. */
@@ -641,17 +673,44 @@ static inline double stretch_by_displacement_f64(const stance_chain_f64 *chain, 
 }
 
 #if HOPFORM_HAS_CONTACT
+/* Where the forces on the element cancel at no stretch, the contact force rings about 0 as a velocity does: its first
+ * zero is known however far it has faded by then. */
 static inline void put_alone_contact_f64(alone_search_f64 *search, const stance_chain_f64 *chain, int alone) {
-    const double stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const hopform_robot_f64 *robot = &chain->plan->robot;
+    const numerator_f64 h = contact_numerator_f64(robot, &chain->numerators.named);
+    const double force = contact_of_f64(robot, &chain->at.named);
     const double follows = stretch_by_displacement_f64(chain, alone);
-    if (!(fabs_f64(chain->drive.of[alone]) > 0.0)) {
-        search->rest_time = time_to_rest_f64(search->pair.poles, stretch, chain->numerators.of.stretch.H3);
+    if (!(fabs_f64(chain->drive.of[alone]) > 0.0) && !(force < 0.0)) {
+        search->rest_time = time_to_rest_f64(search->pair.poles, force, h.H3);
         search->rests = CONTACT_f64;
+    } else if (!HOPFORM_CONTACT_IS_STRETCH) {
+        const double q = search->pair.q;
+        state_by_axis_f64 settled = {{0.0, 0.0, 0.0, 0.0}};
+        settled.of[HOPFORM_STRETCH_AXIS] =
+            follows * (double)side_of_mode_f64(chain->mode, alone) * chain->drive.of[alone] / (q > 0.0 ? q : 1.0);
+        alone_function_f64 *contact =
+            add_alone_function_f64(search, &h, force, terms_of_contact_f64(chain), 1.0, CONTACT_f64, 0);
+        if (q > 0.0) { contact->settled = contact_of_f64(robot, &settled.named); }
     } else if (follows < 0.0) {
-        (void)add_alone_guard_f64(search, stretch / -follows, CONTACT_f64);
+        (void)add_alone_guard_f64(search, force / -follows, CONTACT_f64);
     }
 }
 #endif
+
+/* The room of the switching function to its levels, or at a limit what it is beyond that. */
+static inline void put_alone_limit_f64(alone_search_f64 *search, const stance_chain_f64 *chain, int alone) {
+    (void)alone; /* the driven one */
+    const int from = limit_of_mode_f64(chain->mode);
+    const switching_at_f64 at = switching_of_chain_f64(chain);
+    const numerator_f64 h = switching_numerator_f64(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
+    for (int limit = -1; limit <= 1; limit += 2) {
+        const double level = level_of_limit_f64(&at, limit);
+        if (is_finite_f64(level) && (from == 0 || limit == from)) {
+            (void)add_alone_function_f64(search, &h, at.value - level, terms_of_room_f64(&at, level),
+                                          (double)(from == 0 ? -limit : limit), LIMIT_f64, from == 0 ? limit : 0);
+        }
+    }
+}
 
 static inline void put_alone_stop_f64(alone_search_f64 *search, const stance_chain_f64 *chain, int alone) {
     const double gap = side_of_mode_f64(chain->mode, alone) > 0 ? -chain->from_upper : chain->from_lower;
@@ -672,9 +731,25 @@ static inline void put_alone_velocity_f64(alone_search_f64 *search, const stance
                                      side * draw, 16.0 * HOPFORM_EPS_f64 * terms);
 }
 
+/* The thresholds of the free acceleration of what is held, on which the velocity acts. */
+static inline void put_alone_thresholds_f64(alone_search_f64 *search, const stance_chain_f64 *chain, int held) {
+    const numerator_f64 h = free_numerator_f64(rates_of_chain_f64(chain), held, &chain->numerators.named);
+    const free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
+    for (int side = -1; side <= 1; side += 2) {
+        if (stance_blocked_f64(chain, held, side)) { continue; }
+        const double level = level_at_rest_f64(&chain->plan->robot, held, side);
+        (void)add_alone_function_f64(search, &h, free.of[held] - (double)side * level,
+                                      terms_of_free_f64(chain, held, level), -(double)side, ELEMENT_f64 + held, side);
+    }
+}
+
 /* The threshold to which the free acceleration of what is held goes. */
 static inline void put_alone_threshold_f64(alone_search_f64 *search, const stance_chain_f64 *chain, int alone) {
     const int held = 1 - alone;
+    if (HOPFORM_IS_COUPLED) {
+        put_alone_thresholds_f64(search, chain, held);
+        return;
+    }
     state_by_axis_f64 change = {{0.0, 0.0, 0.0, 0.0}};
     change.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_f64(chain, alone);
     const double slope = free_slope_f64(rates_of_chain_f64(chain), held, &change);
@@ -697,6 +772,7 @@ static inline void find_end_alone_f64(const stance_chain_f64 *chain, double unti
     search.pair = alone_pair_of_f64(poles_of_f64(chain->plan, chain->mode), search.half_period < HOPFORM_NEVER_f64);
     search.element = alone;
     search.count = 0;
+    search.functions = 0;
     search.rest_time = HOPFORM_NEVER_f64;
     search.rests = NO_OWNER_f64;
 #define PUT_GUARD(kind) put_alone_##kind##_f64(&search, chain, alone);
@@ -859,7 +935,8 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
 #if HOPFORM_HAS_NODES
     if (end->arrival.is_known) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
-            keep_small_acceleration_f64(chain, end->arrival.rate, end->arrival.terms, end->arrival.stretched);
+            keep_small_acceleration_f64(chain, end->arrival.w.of[1 + element], end->arrival.terms,
+                                         end->arrival.stretched);
         }
         return;
     }
@@ -899,6 +976,19 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
                                      fabs_f64(parts[0]) + fabs_f64(parts[1]) + fabs_f64(parts[2]),
                                      terms_of_stretch_f64(chain, &basis));
     }
+}
+
+/* The state of a phase where a propagator is known; `modes` are read where it is modal. */
+static inline hopform_state_f64 arrive_at_f64(const hopform_state_f64 *state, const numerators_f64 *numerators,
+                                                const motion_modes_f64 *modes, const propagator_f64 *at,
+                                                row_f64 mode) {
+    if (!is_modal_f64(at)) {
+        const basis_f64 basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
+        return arrive_f64(state, numerators, &basis, mode);
+    }
+    state_by_axis_f64 later;
+    later.named = state_by_modes_f64(state, modes, at);
+    return held_in_place_f64(state, &later, mode);
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
@@ -1044,12 +1134,68 @@ static inline bool leaves_at_once_f64(const stance_chain_f64 *chain) {
 }
 #endif
 
+/* z' where the phase of the chain begins, at a state. */
+static inline state_by_axis_f64 speeds_at_start_f64(const stance_chain_f64 *chain, const state_by_axis_f64 *start) {
+    state_by_axis_f64 speeds;
+    speeds.of[HOPFORM_POSITION_AXIS] = start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+#if HOPFORM_HAS_NODES
+    if (is_solved_by_rates_f64(chain)) {
+        for (int n = 0; n < 3; n++) {
+            speeds.of[axis_of_row_f64[n]] = chain->rates.of[n];
+        }
+        return speeds;
+    }
+#endif
+    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
+        speeds.of[axis] = chain->numerators.core[axis - 1].H3;
+    }
+    return speeds;
+}
+
+/* z' where it ends, at which the chain has arrived. */
+static inline state_by_axis_f64 speeds_at_end_f64(const stance_chain_f64 *chain, const stance_search_f64 *end) {
+    const propagator_f64 *at = &end->in.high;
+    state_by_axis_f64 speeds = {{0.0, 0.0, 0.0, 0.0}};
+    speeds.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+#if HOPFORM_HAS_ALONE
+    if (end->is_alone) {
+        const int alone = alone_of_mode_f64(chain->mode);
+        const alone_pair_f64 pair = alone_pair_of_f64(poles_of_f64(chain->plan, chain->mode), false);
+        const double side = (double)side_of_mode_f64(chain->mode, alone);
+        speeds.of[HOPFORM_VELOCITY_AXIS(alone)] = side * alone_acceleration_f64(&pair, &end->alone);
+        speeds.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_f64(chain, alone) * end->alone.v;
+        return speeds;
+    }
+#endif
+#if HOPFORM_HAS_NODES
+    if (end->arrival.is_known) {
+        for (int n = 0; n < 3; n++) {
+            speeds.of[axis_of_row_f64[n]] = end->arrival.w.of[n];
+        }
+        return speeds;
+    }
+#endif
+    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
+        const numerator_f64 *by =
+            is_modal_f64(at) ? &chain->modes.by.core[axis - 1] : &chain->numerators.core[axis - 1];
+        speeds.of[axis] = sum_of_parts_f64(by, &at->rate);
+    }
+    return speeds;
+}
+
 /* Pass the finished phase to the observer, if there is one. */
 static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis_f64 *start,
-                               const propagator_f64 *end, bool leaves) {
+                               const stance_search_f64 *end) {
     if (chain->observer != NULL) {
-        const solved_phase_f64 phase = {&chain->numerators, end,         &chain->modes, start,
-                                         &chain->at,         chain->mode, chain->event,  leaves};
+        const solved_phase_f64 phase = {start,
+                                         &chain->at,
+                                         &chain->drive,
+                                         speeds_at_start_f64(chain, start),
+                                         speeds_at_end_f64(chain, end),
+                                         chain->mode,
+                                         end->in.high.t,
+                                         chain->event,
+                                         end->owner == CONTACT_f64};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -1057,9 +1203,11 @@ static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis
 /* The same of a last phase of no duration. */
 static inline void notify_ending_f64(stance_chain_f64 *chain) {
     if (chain->observer != NULL) {
-        const propagator_f64 now = propagator_at_start_f64(&chain->plan->poles[0]);
         stance_begin_phase_f64(chain);
-        notify_f64(chain, &chain->at, &now, false);
+        const state_by_axis_f64 now = speeds_at_start_f64(chain, &chain->at);
+        const solved_phase_f64 phase = {&chain->at,  &chain->at, &chain->drive, now,  now,
+                                         chain->mode, 0.0,        chain->event,  false};
+        chain->observer(chain->variation, &phase);
     }
 }
 
@@ -1112,7 +1260,7 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
     chain->aed += chain->adds_up ? aed_in_phase_f64(chain, length) : 0.0;
 #endif
     stance_arrive_f64(chain, end);
-    notify_f64(chain, &start, &end->in.high, end->owner == CONTACT_f64);
+    notify_f64(chain, &start, end);
     chain->t = passes ? until : lesser_f64(chain->t + length, until); /* not behind it by rounding */
 #if HOPFORM_HAS_CONTACT
     if (end->owner == CONTACT_f64) {

@@ -11,6 +11,7 @@
 #ifndef HOPFORM_EVENT_FUNCTION_H_f32
 #define HOPFORM_EVENT_FUNCTION_H_f32
 
+#include "modal_f32.h"
 #include "phase_f32.h"
 
 /* ---- on a threshold ---- */
@@ -96,6 +97,12 @@ static inline float begins_with_f32(const event_function_f32 *g) {
 static inline void put_on_threshold_f32(event_function_f32 *g, float terms) {
     g->cancels = 0.25f * terms;
     if (!(fabs_f32(decided_f32(g->start, terms)) > 0.0f) && !(begins_with_f32(g) < 0.0f)) { g->start = 0.0f; }
+}
+
+/* Whether a function that begins below zero, or on its threshold, stays there. */
+static inline bool begins_beyond_f32(const event_function_f32 *g) {
+    const float first = begins_with_f32(g);
+    return g->start < 0.0f ? !(first > 0.0f) : first < 0.0f;
 }
 
 /* The modal form of a function in place of its numerator and start. */

@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "157211eea23a738b"
+#define HOPFORM_LAYOUT "0a7a9b51596eb665"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates. */
 #define HOPFORM_STABILITY(X)

@@ -267,12 +267,6 @@ static inline float root_free_until_f32(const event_set_f32 *set, const interval
     return in->low.t + quiet;
 }
 
-/* Whether a function that begins below zero, or on its threshold, stays there. */
-static inline bool begins_beyond_f32(const event_function_f32 *g) {
-    const float first = begins_with_f32(g);
-    return g->start < 0.0f ? !(first > 0.0f) : first < 0.0f;
-}
-
 /* Begin the first interval. A function that falls below zero at once is found; -1 if there is none. */
 static inline int32_t begin_at_start_f32(const event_set_f32 *set, interval_f32 *in) {
     int32_t found = -1;
@@ -309,7 +303,7 @@ static inline void end_first_interval_f32(const event_set_f32 *set, interval_f32
     const hopform_node_f32 *node = set->node;
     if (!HOPFORM_MOVES_ALONE && node->modal < HOPFORM_NEVER_f32) {
         end_interval_at_f32(set, in, lesser_f32(node->modal, limit));
-    } else if (HOPFORM_SEARCHES_BY_W && node->t < limit) {
+    } else if (node->t < limit) {
         const basis_f32 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f32(set->poles, node->t, &basis);
     } else {
@@ -337,14 +331,15 @@ typedef struct {
 } stance_events_f32;
 
 #if HOPFORM_HAS_NODES
-/* Where a phase ends that was solved by its rates: the state, by the axes of the core, how far the position has moved,
- * and the rate of the velocity that has a position. */
+/* Where a phase ends that was solved by its rates: these, the state, by the axes of the core, and how far the position
+ * has moved. */
 typedef struct {
     bool is_known; /* else the propagator says where it ends */
     float z[HOPFORM_AXES];
     float moved;
-    float rate, terms; /* and the magnitudes that this is a sum of */
-    float stretched;   /* those of the stretch */
+    rates_by_row_f32 w;
+    float terms;     /* the magnitudes that the rate of the velocity that has a position is a sum of */
+    float stretched; /* those of the stretch */
 } arrival_f32;
 #endif
 

@@ -267,12 +267,6 @@ static inline double root_free_until_f64(const event_set_f64 *set, const interva
     return in->low.t + quiet;
 }
 
-/* Whether a function that begins below zero, or on its threshold, stays there. */
-static inline bool begins_beyond_f64(const event_function_f64 *g) {
-    const double first = begins_with_f64(g);
-    return g->start < 0.0 ? !(first > 0.0) : first < 0.0;
-}
-
 /* Begin the first interval. A function that falls below zero at once is found; -1 if there is none. */
 static inline int32_t begin_at_start_f64(const event_set_f64 *set, interval_f64 *in) {
     int32_t found = -1;
@@ -309,7 +303,7 @@ static inline void end_first_interval_f64(const event_set_f64 *set, interval_f64
     const hopform_node_f64 *node = set->node;
     if (!HOPFORM_MOVES_ALONE && node->modal < HOPFORM_NEVER_f64) {
         end_interval_at_f64(set, in, lesser_f64(node->modal, limit));
-    } else if (HOPFORM_SEARCHES_BY_W && node->t < limit) {
+    } else if (node->t < limit) {
         const basis_f64 basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_f64(set->poles, node->t, &basis);
     } else {
@@ -337,14 +331,15 @@ typedef struct {
 } stance_events_f64;
 
 #if HOPFORM_HAS_NODES
-/* Where a phase ends that was solved by its rates: the state, by the axes of the core, how far the position has moved,
- * and the rate of the velocity that has a position. */
+/* Where a phase ends that was solved by its rates: these, the state, by the axes of the core, and how far the position
+ * has moved. */
 typedef struct {
     bool is_known; /* else the propagator says where it ends */
     double z[HOPFORM_AXES];
     double moved;
-    double rate, terms; /* and the magnitudes that this is a sum of */
-    double stretched;   /* those of the stretch */
+    rates_by_row_f64 w;
+    double terms;     /* the magnitudes that the rate of the velocity that has a position is a sum of */
+    double stretched; /* those of the stretch */
 } arrival_f64;
 #endif
 

@@ -15,7 +15,7 @@ static inline hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles)
     const bool draws = poles->q > HOPFORM_UNDERFLOW_f32; /* else the node is never reached */
     const float t = draws ? 2.984f / sqrt_f32(poles->q) : HOPFORM_NEVER_f32;
     basis_f32 basis = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-    if (HOPFORM_SEARCHES_BY_W) { basis = basis_at_f32(poles, draws ? t : 0.0f); }
+    if (!HOPFORM_HAS_ALONE) { basis = basis_at_f32(poles, draws ? t : 0.0f); }
     const float mu = 0.5f * poles->p;
     const float square = mu * mu - poles->q;
     hopform_node_f32 node = {

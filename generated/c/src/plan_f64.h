@@ -15,7 +15,7 @@ static inline hopform_node_f64 node_of_poles_f64(const hopform_poles_f64 *poles)
     const bool draws = poles->q > HOPFORM_UNDERFLOW_f64; /* else the node is never reached */
     const double t = draws ? 2.984 / sqrt_f64(poles->q) : HOPFORM_NEVER_f64;
     basis_f64 basis = {1.0, 0.0, 0.0, 0.0, 0.0};
-    if (HOPFORM_SEARCHES_BY_W) { basis = basis_at_f64(poles, draws ? t : 0.0); }
+    if (!HOPFORM_HAS_ALONE) { basis = basis_at_f64(poles, draws ? t : 0.0); }
     const double mu = 0.5 * poles->p;
     const double square = mu * mu - poles->q;
     hopform_node_f64 node = {

@@ -18,7 +18,6 @@
 /* Whether a library solves motions of both so (HOPFORM_BY_NODES), and has a model that may. */
 #define HOPFORM_HAS_NODES (HOPFORM_BY_NODES && HOPFORM_MAY_GO_BY_NODES)
 
-#if HOPFORM_HAS_NODES
 /* Of y, v_1 and v_2; the entries of their transition by rows, as the plan has them. */
 typedef union {
     rate_f32 named;
@@ -38,6 +37,7 @@ typedef union {
     } of;
 } passed_by_row_f32;
 
+#if HOPFORM_HAS_NODES
 /* What a coordinate gains over a time by w, M w and M^2 w; the position by v_1 t, and by the row of v_1 in them, once
  * more integrated. */
 typedef struct {
@@ -96,18 +96,20 @@ static inline basis_f32 basis_over_a_node_f32(const hopform_plan_f32 *plan) {
 }
 
 /* A pair that rings turns by a quarter of half a period at most, so that series over a node are short. Two real poles
- * have no period, and intervals grow from their mean on. */
+ * have no period, and intervals grow from their mean on. The fourth power of a node is a number. */
 static inline void put_transition_f32(hopform_plan_f32 *plan) {
     hopform_transition_f32 *transition = &plan->transition;
     const hopform_poles_f32 *poles = &plan->poles[0]; /* of both */
     const float mean = 0.5f * poles->p;
     const float square = poles->q - mean * mean;
     const float aa = poles->a * poles->a;
-    transition->h = 0.0f;
-    if (!(poles->q * poles->q > HOPFORM_UNDERFLOW_f32 && aa * aa <= HOPFORM_NEVER_f32)) { return; }
     const float root_q = sqrt_f32(poles->q);
     transition->fastest = greater_f32(poles->a, square > 0.0f ? root_q : mean + sqrt_f32(-square));
-    transition->h = (square > 0.0f ? 0.7853982f : 2.984f) / root_q;
+    const float longest = 0.001f * sqrt_f32(sqrt_f32(HOPFORM_NEVER_f32));
+    const float square_of_fastest = transition->fastest * transition->fastest;
+    transition->is_short_over =
+        square_of_fastest * square_of_fastest <= HOPFORM_NEVER_f32 ? 1.0f / transition->fastest : 0.0f;
+    transition->h = lesser_f32((square > 0.0f ? 0.7853982f : 2.984f) / root_q, longest);
     const basis_f32 basis = basis_over_a_node_f32(plan);
     passed_by_row_f32 passed;
     passed.named = transition_of_both_f32(&plan->rates[0], &basis);
@@ -121,7 +123,7 @@ static inline void put_transition_f32(hopform_plan_f32 *plan) {
     const bool far = transition->fastest * transition->h > 1.0f && aa > 4.0f * poles->q;
     transition->apart = far && square > 0.0f;
     above_f32 above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
-    if (!HOPFORM_IS_COUPLED && far) { above = above_alone_f32(&plan->rates[0], poles, residue_f32(poles)); }
+    if (far) { above = above_of_both_f32(&plan->rates[0], poles, residue_f32(poles)); }
     transition->above[0] = above.above_1;
     transition->above[1] = above.above_2;
 }
@@ -199,7 +201,7 @@ ALWAYS_f32 gained_f32 gained_by_rows_f32(const float stays[9], const float gains
 /* Over any time, or one backwards that is short for all poles. */
 SELDOM_f32 gained_f32 gained_over_f32(const hopform_plan_f32 *plan, const rates_by_row_f32 *w, float velocity,
                                          float t) {
-    if (fabs_f32(t) * plan->transition.fastest <= 1.0f) {
+    if (fabs_f32(t) <= plan->transition.is_short_over) {
         const derivatives_of_both_f32 from = derivatives_at_f32(plan, w);
         const powers_f32 powers = powers_over_a_node_f32(&plan->poles[0], t);
         return gained_by_powers_f32(plan, &from, velocity, t, &powers);

@@ -18,7 +18,6 @@
 /* Whether a library solves motions of both so (HOPFORM_BY_NODES), and has a model that may. */
 #define HOPFORM_HAS_NODES (HOPFORM_BY_NODES && HOPFORM_MAY_GO_BY_NODES)
 
-#if HOPFORM_HAS_NODES
 /* Of y, v_1 and v_2; the entries of their transition by rows, as the plan has them. */
 typedef union {
     rate_f64 named;
@@ -38,6 +37,7 @@ typedef union {
     } of;
 } passed_by_row_f64;
 
+#if HOPFORM_HAS_NODES
 /* What a coordinate gains over a time by w, M w and M^2 w; the position by v_1 t, and by the row of v_1 in them, once
  * more integrated. */
 typedef struct {
@@ -96,18 +96,20 @@ static inline basis_f64 basis_over_a_node_f64(const hopform_plan_f64 *plan) {
 }
 
 /* A pair that rings turns by a quarter of half a period at most, so that series over a node are short. Two real poles
- * have no period, and intervals grow from their mean on. */
+ * have no period, and intervals grow from their mean on. The fourth power of a node is a number. */
 static inline void put_transition_f64(hopform_plan_f64 *plan) {
     hopform_transition_f64 *transition = &plan->transition;
     const hopform_poles_f64 *poles = &plan->poles[0]; /* of both */
     const double mean = 0.5 * poles->p;
     const double square = poles->q - mean * mean;
     const double aa = poles->a * poles->a;
-    transition->h = 0.0;
-    if (!(poles->q * poles->q > HOPFORM_UNDERFLOW_f64 && aa * aa <= HOPFORM_NEVER_f64)) { return; }
     const double root_q = sqrt_f64(poles->q);
     transition->fastest = greater_f64(poles->a, square > 0.0 ? root_q : mean + sqrt_f64(-square));
-    transition->h = (square > 0.0 ? 0.7853981633974483 : 2.984) / root_q;
+    const double longest = 0.001 * sqrt_f64(sqrt_f64(HOPFORM_NEVER_f64));
+    const double square_of_fastest = transition->fastest * transition->fastest;
+    transition->is_short_over =
+        square_of_fastest * square_of_fastest <= HOPFORM_NEVER_f64 ? 1.0 / transition->fastest : 0.0;
+    transition->h = lesser_f64((square > 0.0 ? 0.7853981633974483 : 2.984) / root_q, longest);
     const basis_f64 basis = basis_over_a_node_f64(plan);
     passed_by_row_f64 passed;
     passed.named = transition_of_both_f64(&plan->rates[0], &basis);
@@ -121,7 +123,7 @@ static inline void put_transition_f64(hopform_plan_f64 *plan) {
     const bool far = transition->fastest * transition->h > 1.0 && aa > 4.0 * poles->q;
     transition->apart = far && square > 0.0;
     above_f64 above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
-    if (!HOPFORM_IS_COUPLED && far) { above = above_alone_f64(&plan->rates[0], poles, residue_f64(poles)); }
+    if (far) { above = above_of_both_f64(&plan->rates[0], poles, residue_f64(poles)); }
     transition->above[0] = above.above_1;
     transition->above[1] = above.above_2;
 }
@@ -199,7 +201,7 @@ ALWAYS_f64 gained_f64 gained_by_rows_f64(const double stays[9], const double gai
 /* Over any time, or one backwards that is short for all poles. */
 SELDOM_f64 gained_f64 gained_over_f64(const hopform_plan_f64 *plan, const rates_by_row_f64 *w, double velocity,
                                          double t) {
-    if (fabs_f64(t) * plan->transition.fastest <= 1.0) {
+    if (fabs_f64(t) <= plan->transition.is_short_over) {
         const derivatives_of_both_f64 from = derivatives_at_f64(plan, w);
         const powers_f64 powers = powers_over_a_node_f64(&plan->poles[0], t);
         return gained_by_powers_f64(plan, &from, velocity, t, &powers);

@@ -44,7 +44,7 @@ typedef struct {
     drive_by_element_real drive; /* of the phase, as its numerators */
     numerators_by_axis_real numerators;
 #if HOPFORM_HAS_NODES
-    rates_by_row_real rates; /* in place of the numerators, where both slip and nobody follows */
+    rates_by_row_real rates; /* in place of the numerators, where both slip */
 #endif
     motion_modes_real modes; /* of the motion, once the modal form is evaluated */
     evaluations_real *evaluations;
@@ -423,15 +423,15 @@ SELDOM_real void enter_modes_real(stance_chain_real *chain, stance_search_real *
 #if HOPFORM_HAS_NODES
 /* ---- both slip, by their rates ---- */
 
-/* Whether the phase is solved so: not where someone follows it by its propagator. */
+/* Whether the phase is solved so. */
 static inline bool is_solved_by_rates_real(const stance_chain_real *chain) {
-    return alone_of_mode_real(chain->mode) < 0 && !rests_of_mode_real(chain->mode) && chain->plan->transition.h > 0.0
-           && chain->observer == NULL;
+    return alone_of_mode_real(chain->mode) < 0 && !rests_of_mode_real(chain->mode);
 }
 
-/* The axis of each event function of the search. */
-static const int axis_of_function_real[NODE_FUNCTIONS_real] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0),
-                                                               HOPFORM_VELOCITY_AXIS(1)};
+/* The first of two derivatives that is not zero. */
+static inline real first_of_real(real rate, real bend) {
+    return fabs_real(rate) > 0.0 ? rate : bend;
+}
 
 /* How far it is to the stop ahead; NEVER without one. */
 static inline real gap_ahead_real(const stance_chain_real *chain) {
@@ -439,6 +439,30 @@ static inline real gap_ahead_real(const stance_chain_real *chain) {
         side_of_mode_real(chain->mode, HOPFORM_STOPPED_ELEMENT) > 0 ? -chain->from_upper : chain->from_lower;
     return HOPFORM_HAS_STOPS && is_finite_real(gap) ? gap : HOPFORM_NEVER_real;
 }
+
+#if HOPFORM_HAS_CONTACT
+/* The contact force at the start, a row of the state: within the rounding of its terms it is on 0, from where its first
+ * derivative leads. */
+static inline void begin_contact_by_row_real(const stance_chain_real *chain, node_search_real *search) {
+    search_node_real *low = search->low;
+    for (int axis = 0; axis < 3; axis++) {
+        state_by_axis_real one = {{0.0, 0.0, 0.0, 0.0}};
+        one.of[axis_of_row_real[axis]] = 1.0;
+        search->contact[axis] = contact_slope_real(&chain->plan->robot, &one.named);
+    }
+    const real force = contact_of_real(&chain->plan->robot, &chain->at.named);
+    const real terms = terms_of_contact_real(chain);
+    const rates_by_row_real d = deflated_rates_real(chain->plan, &search->w);
+    low->y = chain->at.of[HOPFORM_STRETCH_AXIS];
+    low->rate[0] = function_of_real(search, 0, search->w.of);
+    low->deflated[0] = function_of_real(search, 0, d.of);
+    const real first = first_of_real(low->rate[0], low->deflated[0]);
+    const bool is_decided = fabs_real(decided_real(force, terms)) > 0.0;
+    search->rounded[0] = fabs_real(force) + 0.25 * terms;
+    search->is_beyond = !(force > 0.0) && (is_decided ? !(first > 0.0) : first < 0.0);
+    low->value[0] = is_decided || first < 0.0 ? greater_real(force, 0.0) : 0.0;
+}
+#endif
 
 /* The search at the start of the phase. */
 static inline void begin_node_search_real(const stance_chain_real *chain, node_search_real *search) {
@@ -452,9 +476,12 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
     search->limit = end_of_step_real(chain) - chain->t;
     search->gap = gap_ahead_real(chain);
     search->first = 1;
-    search->from_the_end = false;
+    search->is_beyond = false;
+    search->is_from_the_end = false;
 #if HOPFORM_HAS_CONTACT
-    if (falls_of_mode_real(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
+    if (falls_of_mode_real(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 || HOPFORM_CONTACT_IS_ROW) {
+        search->first = 0;
+    }
 #endif
     search->sign[0] = 1.0;
     search->sign[1] = (real)side_of_mode_real(chain->mode, 0);
@@ -466,12 +493,20 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
     low->x = 0.0;
     low->w = search->w;
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
-        const real z = chain->at.of[axis_of_function_real[n]];
+        const real z = chain->at.of[axis_of_row_real[n]];
         search->rounded[n] = fabs_real(z);
+        search->from_the_end[n] = false;
         low->value[n] = above_zero_real(search, n, search->sign[n] * z);
         low->rate[n] = search->sign[n] * search->w.of[n];
         low->deflated[n] = search->sign[n] * d.of[n];
     }
+#if HOPFORM_HAS_CONTACT
+    if (HOPFORM_CONTACT_IS_ROW) {
+        begin_contact_by_row_real(chain, search);
+    } else if (search->first == 0 && chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) {
+        search->is_beyond = !(first_of_real(low->rate[0], low->deflated[0]) > 0.0);
+    }
+#endif
     search->count = 0;
     search->evaluations = chain->evaluations;
     use_evaluation_real(search->evaluations); /* a phase costs as much */
@@ -521,12 +556,13 @@ static inline const search_node_real *meet_stop_real(const node_search_real *sea
 static inline void arrive_at_node_real(const node_search_real *search, const search_node_real *there, int owner,
                                        arrival_real *arrival) {
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
-        arrival->z[axis_of_function_real[n]] = search->sign[n] * there->value[n];
+        arrival->z[axis_of_row_real[n]] = search->sign[n] * there->value[n];
     }
+    if (HOPFORM_CONTACT_IS_ROW) { arrival->z[HOPFORM_STRETCH_AXIS] = there->y; }
     arrival->moved = there->x;
+    arrival->w = there->w;
     if (owner != ELEMENT_real + HOPFORM_STOPPED_ELEMENT) { return; }
-    arrival->rate = there->w.of[1 + HOPFORM_STOPPED_ELEMENT];
-    arrival->terms = fabs_real(arrival->rate)
+    arrival->terms = fabs_real(there->w.of[1 + HOPFORM_STOPPED_ELEMENT])
                      + fabs_real(there->deflated[1 + HOPFORM_STOPPED_ELEMENT]) / sqrt_real(search->plan->poles[0].q);
     arrival->stretched = terms_of_node_real(search, 0, there);
 }
@@ -549,9 +585,10 @@ ALWAYS_real void end_next_interval_real(node_search_real *search, real quiet) {
     const hopform_transition_real *transition = &search->plan->transition;
     const search_node_real *low = search->low;
     const real left = search->limit - low->t;
-    const bool fades = search->stiff && !(low->t > 0.0); /* for as long as that does not */
+    const bool far = search->stiff || (!search->rings && transition->fastest * transition->h > 30.0);
+    const bool fades = far && !(low->t > 0.0); /* for as long as that does not */
     const bool grows = !search->rings && low->t > 0.0;
-    const real one = fades ? 1.0 / pole_of_search_real(search) : transition->h;
+    const real one = fades ? 1.0 / transition->fastest : (grows && far ? 0.0 : transition->h);
     const real length = greater_real(quiet, grows ? greater_real(one, 3.0 * low->t) : one);
     NODE_COUNT(node);
     search->count++;
@@ -586,11 +623,7 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
     end->side = 0;
     end->stops = false;
     end->touches = false;
-#if HOPFORM_HAS_CONTACT
-    const real rate = search.w.of[0];
-    const bool rises = fabs_real(rate) > 0.0 ? rate > 0.0 : search.low->deflated[0] > 0.0;
-    if (search.first == 0 && chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && !rises) { end->owner = CONTACT_real; }
-#endif
+    if (search.is_beyond) { end->owner = CONTACT_real; }
     int32_t nodes = search.stiff || !search.rings ? 7 : 0;
     real quiet = 0.0;
     for (bool open = end->owner < 0 && search.limit > 0.0; open; nodes++) {
@@ -629,10 +662,9 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
 #if HOPFORM_HAS_ALONE
 /* ---- one slips alone, in its own coordinate: how far it has gone to its side ---- */
 
-/* Whether the phase is solved so: not where someone follows it by its propagator. */
+/* Whether the phase is solved so. */
 static inline bool is_solved_alone_real(const stance_chain_real *chain) {
-    return alone_of_mode_real(chain->mode) >= 0 && !rests_of_mode_real(chain->mode) && chain->observer == NULL
-           && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && HOPFORM_HAS_CONTACT);
+    return alone_of_mode_real(chain->mode) >= 0 && !rests_of_mode_real(chain->mode);
 }
 
 /* How far the stretch goes with it. */
@@ -641,17 +673,44 @@ static inline real stretch_by_displacement_real(const stance_chain_real *chain, 
 }
 
 #if HOPFORM_HAS_CONTACT
+/* Where the forces on the element cancel at no stretch, the contact force rings about 0 as a velocity does: its first
+ * zero is known however far it has faded by then. */
 static inline void put_alone_contact_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
-    const real stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const hopform_robot_real *robot = &chain->plan->robot;
+    const numerator_real h = contact_numerator_real(robot, &chain->numerators.named);
+    const real force = contact_of_real(robot, &chain->at.named);
     const real follows = stretch_by_displacement_real(chain, alone);
-    if (!(fabs_real(chain->drive.of[alone]) > 0.0)) {
-        search->rest_time = time_to_rest_real(search->pair.poles, stretch, chain->numerators.of.stretch.H3);
+    if (!(fabs_real(chain->drive.of[alone]) > 0.0) && !(force < 0.0)) {
+        search->rest_time = time_to_rest_real(search->pair.poles, force, h.H3);
         search->rests = CONTACT_real;
+    } else if (!HOPFORM_CONTACT_IS_STRETCH) {
+        const real q = search->pair.q;
+        state_by_axis_real settled = {{0.0, 0.0, 0.0, 0.0}};
+        settled.of[HOPFORM_STRETCH_AXIS] =
+            follows * (real)side_of_mode_real(chain->mode, alone) * chain->drive.of[alone] / (q > 0.0 ? q : 1.0);
+        alone_function_real *contact =
+            add_alone_function_real(search, &h, force, terms_of_contact_real(chain), 1.0, CONTACT_real, 0);
+        if (q > 0.0) { contact->settled = contact_of_real(robot, &settled.named); }
     } else if (follows < 0.0) {
-        (void)add_alone_guard_real(search, stretch / -follows, CONTACT_real);
+        (void)add_alone_guard_real(search, force / -follows, CONTACT_real);
     }
 }
 #endif
+
+/* The room of the switching function to its levels, or at a limit what it is beyond that. */
+static inline void put_alone_limit_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
+    (void)alone; /* the driven one */
+    const int from = limit_of_mode_real(chain->mode);
+    const switching_at_real at = switching_of_chain_real(chain);
+    const numerator_real h = switching_numerator_real(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
+    for (int limit = -1; limit <= 1; limit += 2) {
+        const real level = level_of_limit_real(&at, limit);
+        if (is_finite_real(level) && (from == 0 || limit == from)) {
+            (void)add_alone_function_real(search, &h, at.value - level, terms_of_room_real(&at, level),
+                                          (real)(from == 0 ? -limit : limit), LIMIT_real, from == 0 ? limit : 0);
+        }
+    }
+}
 
 static inline void put_alone_stop_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
     const real gap = side_of_mode_real(chain->mode, alone) > 0 ? -chain->from_upper : chain->from_lower;
@@ -672,9 +731,25 @@ static inline void put_alone_velocity_real(alone_search_real *search, const stan
                                      side * draw, 16.0 * HOPFORM_EPS_real * terms);
 }
 
+/* The thresholds of the free acceleration of what is held, on which the velocity acts. */
+static inline void put_alone_thresholds_real(alone_search_real *search, const stance_chain_real *chain, int held) {
+    const numerator_real h = free_numerator_real(rates_of_chain_real(chain), held, &chain->numerators.named);
+    const free_by_element_real free = free_of_real(chain, &chain->at.named);
+    for (int side = -1; side <= 1; side += 2) {
+        if (stance_blocked_real(chain, held, side)) { continue; }
+        const real level = level_at_rest_real(&chain->plan->robot, held, side);
+        (void)add_alone_function_real(search, &h, free.of[held] - (real)side * level,
+                                      terms_of_free_real(chain, held, level), -(real)side, ELEMENT_real + held, side);
+    }
+}
+
 /* The threshold to which the free acceleration of what is held goes. */
 static inline void put_alone_threshold_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
     const int held = 1 - alone;
+    if (HOPFORM_IS_COUPLED) {
+        put_alone_thresholds_real(search, chain, held);
+        return;
+    }
     state_by_axis_real change = {{0.0, 0.0, 0.0, 0.0}};
     change.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_real(chain, alone);
     const real slope = free_slope_real(rates_of_chain_real(chain), held, &change);
@@ -697,6 +772,7 @@ static inline void find_end_alone_real(const stance_chain_real *chain, real unti
     search.pair = alone_pair_of_real(poles_of_real(chain->plan, chain->mode), search.half_period < HOPFORM_NEVER_real);
     search.element = alone;
     search.count = 0;
+    search.functions = 0;
     search.rest_time = HOPFORM_NEVER_real;
     search.rests = NO_OWNER_real;
 #define PUT_GUARD(kind) put_alone_##kind##_real(&search, chain, alone);
@@ -859,7 +935,8 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
 #if HOPFORM_HAS_NODES
     if (end->arrival.is_known) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
-            keep_small_acceleration_real(chain, end->arrival.rate, end->arrival.terms, end->arrival.stretched);
+            keep_small_acceleration_real(chain, end->arrival.w.of[1 + element], end->arrival.terms,
+                                         end->arrival.stretched);
         }
         return;
     }
@@ -899,6 +976,19 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
                                      fabs_real(parts[0]) + fabs_real(parts[1]) + fabs_real(parts[2]),
                                      terms_of_stretch_real(chain, &basis));
     }
+}
+
+/* The state of a phase where a propagator is known; `modes` are read where it is modal. */
+static inline hopform_state_real arrive_at_real(const hopform_state_real *state, const numerators_real *numerators,
+                                                const motion_modes_real *modes, const propagator_real *at,
+                                                row_real mode) {
+    if (!is_modal_real(at)) {
+        const basis_real basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
+        return arrive_real(state, numerators, &basis, mode);
+    }
+    state_by_axis_real later;
+    later.named = state_by_modes_real(state, modes, at);
+    return held_in_place_real(state, &later, mode);
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
@@ -1044,12 +1134,68 @@ static inline bool leaves_at_once_real(const stance_chain_real *chain) {
 }
 #endif
 
+/* z' where the phase of the chain begins, at a state. */
+static inline state_by_axis_real speeds_at_start_real(const stance_chain_real *chain, const state_by_axis_real *start) {
+    state_by_axis_real speeds;
+    speeds.of[HOPFORM_POSITION_AXIS] = start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+#if HOPFORM_HAS_NODES
+    if (is_solved_by_rates_real(chain)) {
+        for (int n = 0; n < 3; n++) {
+            speeds.of[axis_of_row_real[n]] = chain->rates.of[n];
+        }
+        return speeds;
+    }
+#endif
+    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
+        speeds.of[axis] = chain->numerators.core[axis - 1].H3;
+    }
+    return speeds;
+}
+
+/* z' where it ends, at which the chain has arrived. */
+static inline state_by_axis_real speeds_at_end_real(const stance_chain_real *chain, const stance_search_real *end) {
+    const propagator_real *at = &end->in.high;
+    state_by_axis_real speeds = {{0.0, 0.0, 0.0, 0.0}};
+    speeds.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+#if HOPFORM_HAS_ALONE
+    if (end->is_alone) {
+        const int alone = alone_of_mode_real(chain->mode);
+        const alone_pair_real pair = alone_pair_of_real(poles_of_real(chain->plan, chain->mode), false);
+        const real side = (real)side_of_mode_real(chain->mode, alone);
+        speeds.of[HOPFORM_VELOCITY_AXIS(alone)] = side * alone_acceleration_real(&pair, &end->alone);
+        speeds.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_real(chain, alone) * end->alone.v;
+        return speeds;
+    }
+#endif
+#if HOPFORM_HAS_NODES
+    if (end->arrival.is_known) {
+        for (int n = 0; n < 3; n++) {
+            speeds.of[axis_of_row_real[n]] = end->arrival.w.of[n];
+        }
+        return speeds;
+    }
+#endif
+    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
+        const numerator_real *by =
+            is_modal_real(at) ? &chain->modes.by.core[axis - 1] : &chain->numerators.core[axis - 1];
+        speeds.of[axis] = sum_of_parts_real(by, &at->rate);
+    }
+    return speeds;
+}
+
 /* Pass the finished phase to the observer, if there is one. */
 static inline void notify_real(const stance_chain_real *chain, const state_by_axis_real *start,
-                               const propagator_real *end, bool leaves) {
+                               const stance_search_real *end) {
     if (chain->observer != NULL) {
-        const solved_phase_real phase = {&chain->numerators, end,         &chain->modes, start,
-                                         &chain->at,         chain->mode, chain->event,  leaves};
+        const solved_phase_real phase = {start,
+                                         &chain->at,
+                                         &chain->drive,
+                                         speeds_at_start_real(chain, start),
+                                         speeds_at_end_real(chain, end),
+                                         chain->mode,
+                                         end->in.high.t,
+                                         chain->event,
+                                         end->owner == CONTACT_real};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -1057,9 +1203,11 @@ static inline void notify_real(const stance_chain_real *chain, const state_by_ax
 /* The same of a last phase of no duration. */
 static inline void notify_ending_real(stance_chain_real *chain) {
     if (chain->observer != NULL) {
-        const propagator_real now = propagator_at_start_real(&chain->plan->poles[0]);
         stance_begin_phase_real(chain);
-        notify_real(chain, &chain->at, &now, false);
+        const state_by_axis_real now = speeds_at_start_real(chain, &chain->at);
+        const solved_phase_real phase = {&chain->at,  &chain->at, &chain->drive, now,  now,
+                                         chain->mode, 0.0,        chain->event,  false};
+        chain->observer(chain->variation, &phase);
     }
 }
 
@@ -1112,7 +1260,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     chain->aed += chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
 #endif
     stance_arrive_real(chain, end);
-    notify_real(chain, &start, &end->in.high, end->owner == CONTACT_real);
+    notify_real(chain, &start, end);
     chain->t = passes ? until : lesser_real(chain->t + length, until); /* not behind it by rounding */
 #if HOPFORM_HAS_CONTACT
     if (end->owner == CONTACT_real) {

@@ -11,6 +11,7 @@
 #ifndef HOPFORM_EVENT_FUNCTION_H_real
 #define HOPFORM_EVENT_FUNCTION_H_real
 
+#include "modal_real.h"
 #include "phase_real.h"
 
 /* ---- on a threshold ---- */
@@ -96,6 +97,12 @@ static inline real begins_with_real(const event_function_real *g) {
 static inline void put_on_threshold_real(event_function_real *g, real terms) {
     g->cancels = 0.25 * terms;
     if (!(fabs_real(decided_real(g->start, terms)) > 0.0) && !(begins_with_real(g) < 0.0)) { g->start = 0.0; }
+}
+
+/* Whether a function that begins below zero, or on its threshold, stays there. */
+static inline bool begins_beyond_real(const event_function_real *g) {
+    const real first = begins_with_real(g);
+    return g->start < 0.0 ? !(first > 0.0) : first < 0.0;
 }
 
 /* The modal form of a function in place of its numerator and start. */

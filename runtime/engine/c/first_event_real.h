@@ -267,12 +267,6 @@ static inline real root_free_until_real(const event_set_real *set, const interva
     return in->low.t + quiet;
 }
 
-/* Whether a function that begins below zero, or on its threshold, stays there. */
-static inline bool begins_beyond_real(const event_function_real *g) {
-    const real first = begins_with_real(g);
-    return g->start < 0.0 ? !(first > 0.0) : first < 0.0;
-}
-
 /* Begin the first interval. A function that falls below zero at once is found; -1 if there is none. */
 static inline int32_t begin_at_start_real(const event_set_real *set, interval_real *in) {
     int32_t found = -1;
@@ -309,7 +303,7 @@ static inline void end_first_interval_real(const event_set_real *set, interval_r
     const hopform_node_real *node = set->node;
     if (!HOPFORM_MOVES_ALONE && node->modal < HOPFORM_NEVER_real) {
         end_interval_at_real(set, in, lesser_real(node->modal, limit));
-    } else if (HOPFORM_SEARCHES_BY_W && node->t < limit) {
+    } else if (node->t < limit) {
         const basis_real basis = {node->Wdd, node->Wd, node->W, node->W1, node->W2};
         in->high = propagator_of_real(set->poles, node->t, &basis);
     } else {
@@ -337,14 +331,15 @@ typedef struct {
 } stance_events_real;
 
 #if HOPFORM_HAS_NODES
-/* Where a phase ends that was solved by its rates: the state, by the axes of the core, how far the position has moved,
- * and the rate of the velocity that has a position. */
+/* Where a phase ends that was solved by its rates: these, the state, by the axes of the core, and how far the position
+ * has moved. */
 typedef struct {
     bool is_known; /* else the propagator says where it ends */
     real z[HOPFORM_AXES];
     real moved;
-    real rate, terms; /* and the magnitudes that this is a sum of */
-    real stretched;   /* those of the stretch */
+    rates_by_row_real w;
+    real terms;     /* the magnitudes that the rate of the velocity that has a position is a sum of */
+    real stretched; /* those of the stretch */
 } arrival_real;
 #endif
 

@@ -15,7 +15,7 @@ static inline hopform_node_real node_of_poles_real(const hopform_poles_real *pol
     const bool draws = poles->q > HOPFORM_UNDERFLOW_real; /* else the node is never reached */
     const real t = draws ? 2.984 / sqrt_real(poles->q) : HOPFORM_NEVER_real;
     basis_real basis = {1.0, 0.0, 0.0, 0.0, 0.0};
-    if (HOPFORM_SEARCHES_BY_W) { basis = basis_at_real(poles, draws ? t : 0.0); }
+    if (!HOPFORM_HAS_ALONE) { basis = basis_at_real(poles, draws ? t : 0.0); }
     const real mu = 0.5 * poles->p;
     const real square = mu * mu - poles->q;
     hopform_node_real node = {

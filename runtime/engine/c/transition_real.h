@@ -18,7 +18,6 @@
 /* Whether a library solves motions of both so (HOPFORM_BY_NODES), and has a model that may. */
 #define HOPFORM_HAS_NODES (HOPFORM_BY_NODES && HOPFORM_MAY_GO_BY_NODES)
 
-#if HOPFORM_HAS_NODES
 /* Of y, v_1 and v_2; the entries of their transition by rows, as the plan has them. */
 typedef union {
     rate_real named;
@@ -38,6 +37,7 @@ typedef union {
     } of;
 } passed_by_row_real;
 
+#if HOPFORM_HAS_NODES
 /* What a coordinate gains over a time by w, M w and M^2 w; the position by v_1 t, and by the row of v_1 in them, once
  * more integrated. */
 typedef struct {
@@ -96,18 +96,20 @@ static inline basis_real basis_over_a_node_real(const hopform_plan_real *plan) {
 }
 
 /* A pair that rings turns by a quarter of half a period at most, so that series over a node are short. Two real poles
- * have no period, and intervals grow from their mean on. */
+ * have no period, and intervals grow from their mean on. The fourth power of a node is a number. */
 static inline void put_transition_real(hopform_plan_real *plan) {
     hopform_transition_real *transition = &plan->transition;
     const hopform_poles_real *poles = &plan->poles[0]; /* of both */
     const real mean = 0.5 * poles->p;
     const real square = poles->q - mean * mean;
     const real aa = poles->a * poles->a;
-    transition->h = 0.0;
-    if (!(poles->q * poles->q > HOPFORM_UNDERFLOW_real && aa * aa <= HOPFORM_NEVER_real)) { return; }
     const real root_q = sqrt_real(poles->q);
     transition->fastest = greater_real(poles->a, square > 0.0 ? root_q : mean + sqrt_real(-square));
-    transition->h = (square > 0.0 ? 0.7853981633974483 : 2.984) / root_q;
+    const real longest = 0.001 * sqrt_real(sqrt_real(HOPFORM_NEVER_real));
+    const real square_of_fastest = transition->fastest * transition->fastest;
+    transition->is_short_over =
+        square_of_fastest * square_of_fastest <= HOPFORM_NEVER_real ? 1.0 / transition->fastest : 0.0;
+    transition->h = lesser_real((square > 0.0 ? 0.7853981633974483 : 2.984) / root_q, longest);
     const basis_real basis = basis_over_a_node_real(plan);
     passed_by_row_real passed;
     passed.named = transition_of_both_real(&plan->rates[0], &basis);
@@ -121,7 +123,7 @@ static inline void put_transition_real(hopform_plan_real *plan) {
     const bool far = transition->fastest * transition->h > 1.0 && aa > 4.0 * poles->q;
     transition->apart = far && square > 0.0;
     above_real above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
-    if (!HOPFORM_IS_COUPLED && far) { above = above_alone_real(&plan->rates[0], poles, residue_real(poles)); }
+    if (far) { above = above_of_both_real(&plan->rates[0], poles, residue_real(poles)); }
     transition->above[0] = above.above_1;
     transition->above[1] = above.above_2;
 }
@@ -199,7 +201,7 @@ ALWAYS_real gained_real gained_by_rows_real(const real stays[9], const real gain
 /* Over any time, or one backwards that is short for all poles. */
 SELDOM_real gained_real gained_over_real(const hopform_plan_real *plan, const rates_by_row_real *w, real velocity,
                                          real t) {
-    if (fabs_real(t) * plan->transition.fastest <= 1.0) {
+    if (fabs_real(t) <= plan->transition.is_short_over) {
         const derivatives_of_both_real from = derivatives_at_real(plan, w);
         const powers_real powers = powers_over_a_node_real(&plan->poles[0], t);
         return gained_by_powers_real(plan, &from, velocity, t, &powers);

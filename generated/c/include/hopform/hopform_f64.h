@@ -152,8 +152,9 @@ typedef struct {
 #if HOPFORM_BY_NODES
 /** Both masses slipping: what their rates and coordinates become from node to node. */
 typedef struct {
-    double h; /**< [s] from node to node; 0 where the form of W is used */
+    double h; /**< [s] from node to node */
     double fastest; /**< [1/s] no pole is faster */
+    double is_short_over; /**< [s] series are short over it; 0 where their terms would not be numbers */
     int32_t apart; /**< 1 where the real pole is far beyond a pair that rings */
     double above[2]; /**< [1/s] the real pole beyond the rate of each mass alone */
     double stays[9]; /**< of each rate, by rows, in SI units */
