@@ -35,3 +35,11 @@ def test_the_page_has_a_line_for_every_switch():
     page = (switchovers.ROOT / "docs" / "evidence" / "switchovers.md").read_text("utf-8")
     for switch in ALL:
         assert switch.where in page, switch.name
+
+
+@pytest.mark.parametrize(("precision", "late"), [("f32", 1e14), ("f64", 1e110)])
+def test_beside_a_pole_at_0_the_response_of_the_other_is_a_number_however_late(precision, late):
+    """Of 1/(s (s + p)), which is held by no spring: exp(-p t), 1/p, (t - 1/p)/p; its integrals are beyond the range."""
+    p = 2.0
+    columns = np.array([[p], [0.0], [0.0], [late]], switchovers.DTYPES[precision])
+    assert switchovers.in_c(columns, precision)[0, :3] == pytest.approx([0.0, 1.0 / p, late / p], rel=1e-6)

@@ -5,13 +5,14 @@
 
 import pytest
 
-from tests.conformance.form_draws import KINDS, Model
+from tests.conformance.form_draws import KINDS, Model, problems
 from tests.conformance.two_forms import NAMES, Pair
 
 COUNT, JUDGED = 200, 6
 """Motions of a draw, and how many lists that differ are judged: as many as may."""
 MANY = {"random": 4000, **dict.fromkeys(("stiff 1e+03", "stiff 1e+04", "stiff 1e+05"), 1000)}
-"""Stances of the hopper, of which hardly any list may differ, and no time."""
+"""Stances of the hopper, of which hardly any list may differ: where a body without friction has settled, and the form
+that ships lets rounding stop or turn it."""
 SLICED = ("hopper", "joint", "rig", "servo")
 """Both masses and one, with a contact and without, and a law; the others by night."""
 SOME_FIRST = [*SLICED, *(pytest.param(name, marks=pytest.mark.nightly) for name in NAMES if name not in SLICED)]
@@ -40,9 +41,24 @@ def test_both_forms_find_the_same_events(store, name):
 @pytest.mark.parametrize("kind", MANY)
 @pytest.mark.parametrize("double", [True, False], ids=["f64", "f32"])
 def test_hardly_any_list_of_many_stances_differs(store, kind, double):
-    found = Pair(store, Model(store, "hopper"), double=double, level="-O0").compare(kind, 77, MANY[kind], most=0)
+    pair = Pair(store, Model(store, "hopper"), double=double, level="-O0")
+    found = pair.compare(kind, 77, MANY[kind], most=100 * double)
     assert found.motions > 0.9 * MANY[kind]
     if double:
-        assert found.differ <= found.motions // 1000 and found.usual < 1e-12, f"{found.row} {found.usual}"
+        assert found.differ <= found.motions // 500 and found.wrong == 0, f"{found.row} {found.cases}"
+        assert found.usual < 1e-12, found.usual
     else:
         assert found.differ <= max(2, found.motions // 200), found.row
+
+
+@pytest.mark.sliced
+def test_a_creeping_actuator_turns_just_before_the_take_off_in_single_precision(store):
+    """Both are some 10 units in the last place of the time apart: where the form that ships finds both, so does the other
+    one, but for a few.
+    """
+    pair = Pair(store, Model(store, "hopper"), double=False, level="-O0")
+    lanes = problems(pair.model, "stiff 1e+05", 7, 4000, double=False)
+    lanes["steps"] = 1
+    on, ships, exact = (form.solve(lanes).lists for form in (pair.on, pair.ships, pair.exact))
+    lost = [n for n, found in enumerate(exact) if ships[n] == found and on[n] != found]
+    assert sum(len(found) > 2 for found in exact) > 2000 and len(lost) <= 3, lost

@@ -5,6 +5,7 @@
 typedef struct {
   double p, q;                  /* the poles */
   double velocity, draw, until; /* v, and v' + p v, at the start */
+  double rounding;              /* of the draw */
   double guard[2];              /* displacements; below 0: none */
 } question;
 
@@ -21,7 +22,7 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
     const hopform_poles_f32 poles = pair_alone_f32((float)q->p, (float)q->q);
     evaluations_f32 evaluations = {1000};
     alone_search_f32 search;
-    search.half_period = node_of_poles_f32(&poles, false).half_period;
+    search.half_period = node_of_poles_f32(&poles).half_period;
     search.pair =
         alone_pair_of_f32(&poles, search.half_period < HOPFORM_NEVER_f32);
     search.element = 0;
@@ -29,8 +30,8 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
     search.functions = 0;
     search.rest_time = HOPFORM_NEVER_f32;
     search.rests = NO_OWNER_f32;
-    search.start =
-        (alone_f32){0.0f, 0.0f, (float)q->velocity, (float)q->draw};
+    search.start = alone_start_f32(&search.pair, (float)q->velocity,
+                                   (float)q->draw, (float)q->rounding);
     for (int n = 0; n < 2; n++) {
       if (q->guard[n] >= 0.0) {
         (void)add_alone_guard_f32(&search, (float)q->guard[n], 2 * n);

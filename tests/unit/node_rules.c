@@ -25,7 +25,8 @@ typedef struct {
                                   as they are rounded */
   double a1_y, a1_v1, a2_y, a2_v2, length; /* of the motion, as they are rounded
                                             */
-  double rounding;
+  double rounding, remainder;
+  double root; /* in the interval, of one that ends below zero; else -1 */
   int32_t refused, signs, amplitude, bernstein;
 } verdict;
 
@@ -72,7 +73,7 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
   for (int64_t i = 0; i < count; i++) {
     const question *q = &questions[i];
     OF(hopform_plan) plan;
-    verdict v = {0};
+    verdict v = {.root = -1};
     v.refused = is_refused(&plan, q->robot);
     if (!v.refused) {
       const int n = q->row;
@@ -120,7 +121,14 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
                                     search.low->deflated[n],
                                     search.high->rate[n],
                                     search.high->deflated[n]);
+      v.remainder =
+          search.rings ? OF(remainder_of_quintic)(&search, n, h, d_rate) : 0;
       v.amplitude = OF(falls_too_little)(&search, n, h, d_rate);
+      if (v.signs && v.end < -v.rounding) {
+        OF(search_node) root;
+        OF(put_root)(&search, n, &root);
+        v.root = root.t;
+      }
       v.bernstein = search.rings && OF(has_no_root_by_bernstein)(
                                         &search, n, h, d_rate, (real)v.rounding);
     }

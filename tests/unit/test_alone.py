@@ -13,7 +13,7 @@ import pytest
 from tests.objects import shared_library
 
 EPS = 2.0**-23
-QUESTION = np.dtype([*((n, "f8") for n in ("p", "q", "velocity", "draw", "until")), ("guard", "f8", 2)])
+QUESTION = np.dtype([*((n, "f8") for n in ("p", "q", "velocity", "draw", "until", "rounding")), ("guard", "f8", 2)])
 VERDICT = np.dtype([*((n, "f8") for n in ("t", "s", "v", "draw", "rest_time")), ("owner", "i4"), ("evaluations", "i4")])
 SOURCES = (Path(__file__).with_name("alone.c"),)
 CONTACT, REST, HELD = 0, 1, 2
@@ -92,6 +92,34 @@ def test_a_lone_mass_rests_where_its_motion_says(library, kind):
     assert (v["draw"] <= 0.0).all()
     if kind == "free":
         assert (v["draw"] == q["draw"]).all(), "nothing but friction has drawn it, all the time"
+
+
+def test_what_settles_does_not_rest_or_turn_by_rounding(library):
+    """Two real poles, or nearly: where no more than rounding is left of draw and velocity nothing happens any more. A draw
+    that is known counts, and of a pair that rings one of rounding, too.
+    """
+    draw = np.random.default_rng(8)
+    q = np.concatenate([drawn(6, "real"), drawn(7, "near")])
+    q = q[0.25 * q["p"] ** 2 > 0.9985 * q["q"]]
+    q["velocity"] = 10.0 ** draw.uniform(-30.0, 0.0, len(q))
+    q = settled_by(q, 1.0)
+    q["draw"] = 0.5 * q["rounding"] * draw.uniform(-1.0, 1.0, len(q)) * (draw.random(len(q)) < 0.9)
+    q["until"] = (10.0 ** draw.uniform(-3.0, 1.0, len(q)) / q["p"]).astype("f4")
+    settles = asked(library, q)
+    assert (settles["owner"] == NONE).all() and (settles["v"] > 0.0).all()
+    known = asked(library, np.concatenate([settled_by(q, 0.0), settled_by(q, 0.1)]))
+    assert (known["owner"] == REST).sum() > 0.2 * len(q), "a draw that is known stops it"
+    assert (known[: len(q)] == known[len(q) :]).all(), "nor a draw that is more than rounding is lost"
+    rings = drawn(3, "rings")
+    rings = rings[0.25 * rings["p"] ** 2 < 0.99 * rings["q"]]
+    assert len(rings) > COUNT // 2 and (asked(library, settled_by(rings, 10.0)) == asked(library, rings)).all()
+
+
+def settled_by(q: Any, share: float) -> Any:
+    """The same with a draw that is rounded by a share of 4 p v."""
+    q = q.copy()
+    q["rounding"] = 4.0 * share * q["p"] * q["velocity"]
+    return q
 
 
 @pytest.mark.parametrize("kind", PAIRS)

@@ -25,7 +25,7 @@ QUESTION = np.dtype(
      ("spare", "i4")]
 )  # fmt: skip
 VERDICT = np.dtype(
-    [*((n, "f8") for n in ("value", "end", "rate_end", "a1_y", "a1_v1", "a2_y", "a2_v2", "length", "rounding")),
+    [*((n, "f8") for n in ("value", "end", "rate_end", "a1_y", "a1_v1", "a2_y", "a2_v2", "length", "rounding", "remainder", "root")),
      *((n, "i4") for n in ("refused", "signs", "amplitude", "bernstein"))]
 )  # fmt: skip
 COUNT = 6000
@@ -92,6 +92,11 @@ class Gains:
         t = self.length[:, None] * share
         return sum((self.parts[:, n, None] * np.expm1(self.rates[:, n, None] * t)).real for n in range(3))
 
+    def derivative(self, order: int, share: float) -> Any:
+        """A derivative, in units of the interval."""
+        rates = self.rates * self.length[:, None]
+        return (self.parts * rates**order * np.exp(rates * share)).sum(axis=1).real
+
 
 def aim(q: Any, matrix: Any) -> None:
     """A quarter of the functions begin with no rate and fall as fast as the amplitude of d allows: d is about the least
@@ -137,7 +142,7 @@ def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
     assert asked_of.sum() > 0.4 * COUNT
     depth = (v["value"] + lowest) / v["rounding"]
     for rule in ("signs", "amplitude", "bernstein"):
-        says = asked_of & (v[rule] != 0)
+        says = (asked_of if rule == "signs" else v["refused"] == 0) & (v[rule] != 0)  # signs alone need the end
         inside = np.minimum(depth[says], np.minimum(v["value"], v["end"])[says] / v["rounding"][says])
         assert says.sum() > SHARES[kind].get(rule, -1.0) * asked_of.sum(), (rule, says.sum(), asked_of.sum())
         assert not says.any() or inside.min() > LEAST[precision], (
@@ -147,3 +152,52 @@ def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
     values = v["value"][falls, None] + gains(GRID[None, :])[falls]
     once = (np.diff(np.sign(values + v["rounding"][falls, None]), axis=1) != 0).sum(axis=1)
     assert falls.sum() > 100 and (once <= 1 + (v["value"][falls] == 0.0)).all(), "what ends below zero has one root"
+
+
+def test_a_function_is_as_near_to_its_quintic_as_the_remainder_says(store):
+    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, "-DHOPFORM_BY_NODES=1")))
+    q = drawn(12, "rings")
+    v = asked(library, q)
+    gains, t = Gains(q, v), GRID[None, :]
+    ends = np.stack([np.zeros(COUNT), gains(np.array([[1.0]]))[:, 0],
+                     *(gains.derivative(order, end) for order in (1, 2) for end in (0.0, 1.0))], axis=1)  # fmt: skip
+    s = 1.0 - t
+    start = [lambda t, s: s**3 * (1.0 + 3.0 * t + 6.0 * t**2), lambda t, s: s**3 * t * (1.0 + 3.0 * t),
+             lambda t, s: 0.5 * s**3 * t**2]  # fmt: skip
+    at_ends = [f(*by) * side for f in start for by, side in (((t, s), 1.0), ((s, t), 1.0))]
+    at_ends[3] = -at_ends[3]
+    quintic = sum(ends[:, n, None] * at_ends[n] for n in range(6))
+    far = np.abs(gains(t) - quintic).max(axis=1)
+    known = (v["refused"] == 0) & (far > 1e-12 * np.abs(ends).max(axis=1))
+    share = far[known] / v["remainder"][known]
+    assert known.sum() > COUNT // 2 and 0.9 < share.max() <= 1.0, f"{share.max():.4f} of the remainder"
+
+
+def test_a_root_just_behind_the_start_has_its_digits_and_no_bound_outgrows_a_short_time(store):
+    """The function begins at zero, with no rate, and turns: c t^2/2 - t^3/6 leads far beyond its root at first."""
+    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, "-DHOPFORM_BY_NODES=1")))
+    q = drawn(13, "rings")
+    q["span"] = 1.0
+    matrix, v = Gains(q, asked(library, q)).matrix, asked(library, q)
+    lanes, sign = np.arange(COUNT), np.where(q["row"] == 0, 1.0, q["sign"])
+    rows = np.stack([np.eye(3)[q["row"]], matrix[lanes, q["row"]], (matrix @ matrix)[lanes, q["row"]]], axis=1)
+    soon = v["length"] * 10.0 ** np.random.default_rng(3).uniform(-2.0, -0.5, COUNT)
+    goes = sign[:, None] * np.stack([np.zeros(COUNT), soon / 3.0, -np.ones(COUNT)], axis=1)
+    known = (v["refused"] == 0) & (np.abs(np.linalg.det(rows)) > 0.0)
+    q["w"][known] = np.linalg.solve(rows[known], goes[known, :, None])[:, :, 0]
+    q["w"][lanes, q["row"]] = 0.0
+    q["w"], q["start"] = q["w"].astype("f4"), 0.0
+    v = asked(library, q)
+    found = known & (v["root"] >= 0.0)
+    assert found.sum() > COUNT // 2
+    gains = Gains(q, v)
+    share = np.clip(v["root"] / np.where(v["length"] > 0.0, v["length"], 1.0), 0.0, 1.0)[:, None]
+    reach = np.abs(gains(share * np.linspace(0.0, 1.0, 21)[None, :])).max(axis=1)
+    off = np.abs(gains(share)[:, 0])[found] / np.maximum(reach, 1e-30)[found]
+    assert np.quantile(off, 0.99) < 1e-3, f"{np.quantile(off, 0.99):.2g} of what it has risen to"
+    q["span"], q["start"] = 0.01, 0.0
+    v, short = asked(library, q), 0.01 * v["length"]
+    by_others = np.abs(rows[:, 1] * q["w"]).sum(axis=1) + v["length"] / 0.01 * np.abs(rows[:, 2] * q["w"]).sum(axis=1)
+    terms = by_others * short**2 + short * np.abs(v["rate_end"])
+    more = v["rounding"][found] / (16.0 * EPS * terms[found])
+    assert more.max() < 4.0, f"{more.max():.3g} of its terms"

@@ -18,6 +18,7 @@
 #define HOPFORM_ALONE_H_f32
 
 #include "certificate_f32.h"
+#include "transition_f32.h"
 
 /* Whether a library solves so: one switch for both. */
 #define HOPFORM_HAS_ALONE HOPFORM_BY_NODES
@@ -25,6 +26,7 @@
 /* Whether a model has event functions that are not linear in s. */
 #define HOPFORM_ALONE_BENDS                                                                                            \
     (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
+
 
 #if HOPFORM_HAS_ALONE
 /* Its pair of poles: both are slower than the root of `square`. */
@@ -103,6 +105,19 @@ static inline known_pair_f32 response_over_f32(const alone_pair_f32 *pair, float
     if (!is_short_f32(pair, 0.5f * t)) { return response_over_long_f32(pair, t); }
     const known_pair_f32 response = response_over_a_node_f32(pair, halves ? 0.5f * t : t);
     return halves ? response_over_twice_f32(pair, &response) : response;
+}
+
+/* The start of a motion whose draw is known within a rounding. Two real poles settle, as do those that ring so slowly
+ * that nothing is left after half a period: where no more than rounding is left of draw and velocity, what is left fades
+ * with the slow pole, draw = fast v. By a draw that is rounding alone the element would rest, or turn. */
+static inline alone_f32 alone_start_f32(const alone_pair_f32 *pair, float v, float draw, float rounding) {
+    alone_f32 start = {0.0f, 0.0f, v, draw};
+    if (fabs_f32(draw) + pair->p * v < rounding) {
+        const float mean = 0.5f * pair->p;
+        const float square = mean * mean - pair->q;
+        if (square > -0.002f * pair->q) { start.draw = v * (mean + sqrt_f32(greater_f32(square, 0.0f))); }
+    }
+    return start;
 }
 
 /* The motion at another time, by the response to the time between. */

@@ -18,6 +18,7 @@
 #define HOPFORM_ALONE_H_f64
 
 #include "certificate_f64.h"
+#include "transition_f64.h"
 
 /* Whether a library solves so: one switch for both. */
 #define HOPFORM_HAS_ALONE HOPFORM_BY_NODES
@@ -25,6 +26,7 @@
 /* Whether a model has event functions that are not linear in s. */
 #define HOPFORM_ALONE_BENDS                                                                                            \
     (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
+
 
 #if HOPFORM_HAS_ALONE
 /* Its pair of poles: both are slower than the root of `square`. */
@@ -103,6 +105,19 @@ static inline known_pair_f64 response_over_f64(const alone_pair_f64 *pair, doubl
     if (!is_short_f64(pair, 0.5 * t)) { return response_over_long_f64(pair, t); }
     const known_pair_f64 response = response_over_a_node_f64(pair, halves ? 0.5 * t : t);
     return halves ? response_over_twice_f64(pair, &response) : response;
+}
+
+/* The start of a motion whose draw is known within a rounding. Two real poles settle, as do those that ring so slowly
+ * that nothing is left after half a period: where no more than rounding is left of draw and velocity, what is left fades
+ * with the slow pole, draw = fast v. By a draw that is rounding alone the element would rest, or turn. */
+static inline alone_f64 alone_start_f64(const alone_pair_f64 *pair, double v, double draw, double rounding) {
+    alone_f64 start = {0.0, 0.0, v, draw};
+    if (fabs_f64(draw) + pair->p * v < rounding) {
+        const double mean = 0.5 * pair->p;
+        const double square = mean * mean - pair->q;
+        if (square > -0.002 * pair->q) { start.draw = v * (mean + sqrt_f64(greater_f64(square, 0.0))); }
+    }
+    return start;
 }
 
 /* The motion at another time, by the response to the time between. */

@@ -156,11 +156,9 @@ static inline bool has_faded_f32(const event_set_f32 *set, const event_function_
 
 /* The time to rest where the pair rings with omega. From rest a mass moves for half a period. */
 static inline float time_to_rest_of_ringing_f32(const hopform_poles_f32 *poles, float omega, float v, float acc) {
-    const float back = v > 0.0f ? -(acc + 0.5f * poles->p * v) / omega : 1.0f;
-    const float slowing = angle_f32(back, v) / omega;
+    if (v > 0.0f) { return angle_f32(-(acc + 0.5f * poles->p * v) / omega, v) / omega; }
     const float at_once = acc < 0.0f ? 0.0f : HOPFORM_NEVER_f32;
-    const float from_rest = acc > 0.0f ? 3.1415927f / omega : at_once;
-    return v > 0.0f ? slowing : from_rest;
+    return acc > 0.0f ? 3.1415927f / omega : at_once;
 }
 
 /* Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.

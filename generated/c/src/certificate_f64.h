@@ -156,11 +156,9 @@ static inline bool has_faded_f64(const event_set_f64 *set, const event_function_
 
 /* The time to rest where the pair rings with omega. From rest a mass moves for half a period. */
 static inline double time_to_rest_of_ringing_f64(const hopform_poles_f64 *poles, double omega, double v, double acc) {
-    const double back = v > 0.0 ? -(acc + 0.5 * poles->p * v) / omega : 1.0;
-    const double slowing = angle_f64(back, v) / omega;
+    if (v > 0.0) { return angle_f64(-(acc + 0.5 * poles->p * v) / omega, v) / omega; }
     const double at_once = acc < 0.0 ? 0.0 : HOPFORM_NEVER_f64;
-    const double from_rest = acc > 0.0 ? 3.141592653589793 / omega : at_once;
-    return v > 0.0 ? slowing : from_rest;
+    return acc > 0.0 ? 3.141592653589793 / omega : at_once;
 }
 
 /* Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.

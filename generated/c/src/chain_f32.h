@@ -44,7 +44,7 @@ typedef struct {
     drive_by_element_f32 drive; /* of the phase, as its numerators */
     numerators_by_axis_f32 numerators;
 #if HOPFORM_HAS_NODES
-    rates_by_row_f32 rates; /* in place of the numerators, where both slip and nobody follows */
+    rates_by_row_f32 rates; /* in place of the numerators, where both slip */
 #endif
     motion_modes_f32 modes; /* of the motion, once the modal form is evaluated */
     evaluations_f32 *evaluations;
@@ -423,19 +423,15 @@ SELDOM_f32 void enter_modes_f32(stance_chain_f32 *chain, stance_search_f32 *sear
 #if HOPFORM_HAS_NODES
 /* ---- both slip, by their rates ---- */
 
-/* Whether the phase is solved so: not where someone follows it by its propagator. */
+/* Whether the phase is solved so. */
 static inline bool is_solved_by_rates_f32(const stance_chain_f32 *chain) {
-    return alone_of_mode_f32(chain->mode) < 0 && !rests_of_mode_f32(chain->mode) && chain->observer == NULL;
+    return alone_of_mode_f32(chain->mode) < 0 && !rests_of_mode_f32(chain->mode);
 }
 
 /* The first of two derivatives that is not zero. */
 static inline float first_of_f32(float rate, float bend) {
     return fabs_f32(rate) > 0.0f ? rate : bend;
 }
-
-/* The axis of each event function of the search. */
-static const int axis_of_function_f32[NODE_FUNCTIONS_f32] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0),
-                                                               HOPFORM_VELOCITY_AXIS(1)};
 
 /* How far it is to the stop ahead; NEVER without one. */
 static inline float gap_ahead_f32(const stance_chain_f32 *chain) {
@@ -451,7 +447,7 @@ static inline void begin_contact_by_row_f32(const stance_chain_f32 *chain, node_
     search_node_f32 *low = search->low;
     for (int axis = 0; axis < 3; axis++) {
         state_by_axis_f32 one = {{0.0f, 0.0f, 0.0f, 0.0f}};
-        one.of[axis_of_function_f32[axis]] = 1.0f;
+        one.of[axis_of_row_f32[axis]] = 1.0f;
         search->contact[axis] = contact_slope_f32(&chain->plan->robot, &one.named);
     }
     const float force = contact_of_f32(&chain->plan->robot, &chain->at.named);
@@ -497,7 +493,7 @@ static inline void begin_node_search_f32(const stance_chain_f32 *chain, node_sea
     low->x = 0.0f;
     low->w = search->w;
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
-        const float z = chain->at.of[axis_of_function_f32[n]];
+        const float z = chain->at.of[axis_of_row_f32[n]];
         search->rounded[n] = fabs_f32(z);
         search->from_the_end[n] = false;
         low->value[n] = above_zero_f32(search, n, search->sign[n] * z);
@@ -560,13 +556,13 @@ static inline const search_node_f32 *meet_stop_f32(const node_search_f32 *search
 static inline void arrive_at_node_f32(const node_search_f32 *search, const search_node_f32 *there, int owner,
                                        arrival_f32 *arrival) {
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
-        arrival->z[axis_of_function_f32[n]] = search->sign[n] * there->value[n];
+        arrival->z[axis_of_row_f32[n]] = search->sign[n] * there->value[n];
     }
     if (HOPFORM_CONTACT_IS_ROW) { arrival->z[HOPFORM_STRETCH_AXIS] = there->y; }
     arrival->moved = there->x;
+    arrival->w = there->w;
     if (owner != ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT) { return; }
-    arrival->rate = there->w.of[1 + HOPFORM_STOPPED_ELEMENT];
-    arrival->terms = fabs_f32(arrival->rate)
+    arrival->terms = fabs_f32(there->w.of[1 + HOPFORM_STOPPED_ELEMENT])
                      + fabs_f32(there->deflated[1 + HOPFORM_STOPPED_ELEMENT]) / sqrt_f32(search->plan->poles[0].q);
     arrival->stretched = terms_of_node_f32(search, 0, there);
 }
@@ -666,9 +662,9 @@ static inline void find_end_by_rates_f32(const stance_chain_f32 *chain, stance_s
 #if HOPFORM_HAS_ALONE
 /* ---- one slips alone, in its own coordinate: how far it has gone to its side ---- */
 
-/* Whether the phase is solved so: not where someone follows it by its propagator. */
+/* Whether the phase is solved so. */
 static inline bool is_solved_alone_f32(const stance_chain_f32 *chain) {
-    return alone_of_mode_f32(chain->mode) >= 0 && !rests_of_mode_f32(chain->mode) && chain->observer == NULL;
+    return alone_of_mode_f32(chain->mode) >= 0 && !rests_of_mode_f32(chain->mode);
 }
 
 /* How far the stretch goes with it. */
@@ -729,9 +725,10 @@ static inline void put_alone_velocity_f32(alone_search_f32 *search, const stance
     const float side = (float)side_of_mode_f32(chain->mode, alone);
     const float draw =
         chain->numerators.of.stretch.H2 / (float)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f32(chain), alone);
-    const alone_f32 start = {0.0f, 0.0f, greater_f32(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0f),
-                              side * draw};
-    search->start = start;
+    const float stretched = chain->most_stretched + fabs_f32(chain->at.of[HOPFORM_STRETCH_AXIS]);
+    const float terms = fabs_f32(chain->drive.of[alone]) + search->pair.q * stretched;
+    search->start = alone_start_f32(&search->pair, greater_f32(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0f),
+                                     side * draw, 16.0f * HOPFORM_EPS_f32 * terms);
 }
 
 /* The thresholds of the free acceleration of what is held, on which the velocity acts. */
@@ -938,7 +935,8 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
 #if HOPFORM_HAS_NODES
     if (end->arrival.is_known) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
-            keep_small_acceleration_f32(chain, end->arrival.rate, end->arrival.terms, end->arrival.stretched);
+            keep_small_acceleration_f32(chain, end->arrival.w.of[1 + element], end->arrival.terms,
+                                         end->arrival.stretched);
         }
         return;
     }
@@ -978,6 +976,19 @@ static inline void keep_free_acceleration_f32(stance_chain_f32 *chain, const sta
                                      fabs_f32(parts[0]) + fabs_f32(parts[1]) + fabs_f32(parts[2]),
                                      terms_of_stretch_f32(chain, &basis));
     }
+}
+
+/* The state of a phase where a propagator is known; `modes` are read where it is modal. */
+static inline hopform_state_f32 arrive_at_f32(const hopform_state_f32 *state, const numerators_f32 *numerators,
+                                                const motion_modes_f32 *modes, const propagator_f32 *at,
+                                                row_f32 mode) {
+    if (!is_modal_f32(at)) {
+        const basis_f32 basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
+        return arrive_f32(state, numerators, &basis, mode);
+    }
+    state_by_axis_f32 later;
+    later.named = state_by_modes_f32(state, modes, at);
+    return held_in_place_f32(state, &later, mode);
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
@@ -1123,12 +1134,68 @@ static inline bool leaves_at_once_f32(const stance_chain_f32 *chain) {
 }
 #endif
 
+/* z' where the phase of the chain begins, at a state. */
+static inline state_by_axis_f32 speeds_at_start_f32(const stance_chain_f32 *chain, const state_by_axis_f32 *start) {
+    state_by_axis_f32 speeds;
+    speeds.of[HOPFORM_POSITION_AXIS] = start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+#if HOPFORM_HAS_NODES
+    if (is_solved_by_rates_f32(chain)) {
+        for (int n = 0; n < 3; n++) {
+            speeds.of[axis_of_row_f32[n]] = chain->rates.of[n];
+        }
+        return speeds;
+    }
+#endif
+    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
+        speeds.of[axis] = chain->numerators.core[axis - 1].H3;
+    }
+    return speeds;
+}
+
+/* z' where it ends, at which the chain has arrived. */
+static inline state_by_axis_f32 speeds_at_end_f32(const stance_chain_f32 *chain, const stance_search_f32 *end) {
+    const propagator_f32 *at = &end->in.high;
+    state_by_axis_f32 speeds = {{0.0f, 0.0f, 0.0f, 0.0f}};
+    speeds.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+#if HOPFORM_HAS_ALONE
+    if (end->is_alone) {
+        const int alone = alone_of_mode_f32(chain->mode);
+        const alone_pair_f32 pair = alone_pair_of_f32(poles_of_f32(chain->plan, chain->mode), false);
+        const float side = (float)side_of_mode_f32(chain->mode, alone);
+        speeds.of[HOPFORM_VELOCITY_AXIS(alone)] = side * alone_acceleration_f32(&pair, &end->alone);
+        speeds.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_f32(chain, alone) * end->alone.v;
+        return speeds;
+    }
+#endif
+#if HOPFORM_HAS_NODES
+    if (end->arrival.is_known) {
+        for (int n = 0; n < 3; n++) {
+            speeds.of[axis_of_row_f32[n]] = end->arrival.w.of[n];
+        }
+        return speeds;
+    }
+#endif
+    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
+        const numerator_f32 *by =
+            is_modal_f32(at) ? &chain->modes.by.core[axis - 1] : &chain->numerators.core[axis - 1];
+        speeds.of[axis] = sum_of_parts_f32(by, &at->rate);
+    }
+    return speeds;
+}
+
 /* Pass the finished phase to the observer, if there is one. */
 static inline void notify_f32(const stance_chain_f32 *chain, const state_by_axis_f32 *start,
-                               const propagator_f32 *end, bool leaves) {
+                               const stance_search_f32 *end) {
     if (chain->observer != NULL) {
-        const solved_phase_f32 phase = {&chain->numerators, end,         &chain->modes, start,
-                                         &chain->at,         chain->mode, chain->event,  leaves};
+        const solved_phase_f32 phase = {start,
+                                         &chain->at,
+                                         &chain->drive,
+                                         speeds_at_start_f32(chain, start),
+                                         speeds_at_end_f32(chain, end),
+                                         chain->mode,
+                                         end->in.high.t,
+                                         chain->event,
+                                         end->owner == CONTACT_f32};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -1136,9 +1203,11 @@ static inline void notify_f32(const stance_chain_f32 *chain, const state_by_axis
 /* The same of a last phase of no duration. */
 static inline void notify_ending_f32(stance_chain_f32 *chain) {
     if (chain->observer != NULL) {
-        const propagator_f32 now = propagator_at_start_f32(&chain->plan->poles[0]);
         stance_begin_phase_f32(chain);
-        notify_f32(chain, &chain->at, &now, false);
+        const state_by_axis_f32 now = speeds_at_start_f32(chain, &chain->at);
+        const solved_phase_f32 phase = {&chain->at,  &chain->at, &chain->drive, now,  now,
+                                         chain->mode, 0.0f,        chain->event,  false};
+        chain->observer(chain->variation, &phase);
     }
 }
 
@@ -1191,7 +1260,7 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
     chain->aed += chain->adds_up ? aed_in_phase_f32(chain, length) : 0.0f;
 #endif
     stance_arrive_f32(chain, end);
-    notify_f32(chain, &start, &end->in.high, end->owner == CONTACT_f32);
+    notify_f32(chain, &start, end);
     chain->t = passes ? until : lesser_f32(chain->t + length, until); /* not behind it by rounding */
 #if HOPFORM_HAS_CONTACT
     if (end->owner == CONTACT_f32) {

@@ -700,15 +700,16 @@ static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase
     const row_f32 mode = mode_of_phase_f32(phase);
     const float first = phase->y;
     if (!stretch_may_turn_f32(mode) || !(t > 0.0f)) { return first; }
-    numerators_by_axis_f32 numerators;
-    numerators.named = motion_in_phase_f32(plan, phase, u);
-    const numerator_f32 *h = &numerators.of.stretch;
+    const course_f32 course = course_of_phase_f32(plan, phase, u);
+    const numerator_f32 *h = &course.numerators.of.stretch;
     const numerator_f32 extension = {-h->H3, -h->H2, -h->H1};
-    const hopform_poles_f32 *poles = poles_of_f32(plan, mode);
-    const hopform_node_f32 *node = node_of_f32(plan, mode);
-    const propagator_f32 end = propagator_at_f32(poles, t);
+    const event_function_f32 g = event_function_of_f32(&extension, -first);
+    const propagator_f32 end = propagator_at_f32(course.poles, t);
+    const jet_f32 from = jet_at_start_f32(course.poles, &g);
+    const jet_f32 to = jet_at_f32(course.poles, &g, &end);
     evaluations_f32 evaluations = {UNBOUNDED_f32};
-    const minima_f32 least = least_minimum_f32(poles, node, &extension, -first, &end, 65536.0f, &evaluations);
+    const minima_f32 least =
+        least_minimum_f32(course.poles, node_of_f32(plan, mode), &extension, &from, &to, t, 65536.0f, &evaluations);
     return greater_f32(first, -least.value);
 }
 

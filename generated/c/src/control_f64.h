@@ -700,15 +700,16 @@ static double most_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phas
     const row_f64 mode = mode_of_phase_f64(phase);
     const double first = phase->y;
     if (!stretch_may_turn_f64(mode) || !(t > 0.0)) { return first; }
-    numerators_by_axis_f64 numerators;
-    numerators.named = motion_in_phase_f64(plan, phase, u);
-    const numerator_f64 *h = &numerators.of.stretch;
+    const course_f64 course = course_of_phase_f64(plan, phase, u);
+    const numerator_f64 *h = &course.numerators.of.stretch;
     const numerator_f64 extension = {-h->H3, -h->H2, -h->H1};
-    const hopform_poles_f64 *poles = poles_of_f64(plan, mode);
-    const hopform_node_f64 *node = node_of_f64(plan, mode);
-    const propagator_f64 end = propagator_at_f64(poles, t);
+    const event_function_f64 g = event_function_of_f64(&extension, -first);
+    const propagator_f64 end = propagator_at_f64(course.poles, t);
+    const jet_f64 from = jet_at_start_f64(course.poles, &g);
+    const jet_f64 to = jet_at_f64(course.poles, &g, &end);
     evaluations_f64 evaluations = {UNBOUNDED_f64};
-    const minima_f64 least = least_minimum_f64(poles, node, &extension, -first, &end, 65536.0, &evaluations);
+    const minima_f64 least =
+        least_minimum_f64(course.poles, node_of_f64(plan, mode), &extension, &from, &to, t, 65536.0, &evaluations);
     return greater_f64(first, -least.value);
 }
 

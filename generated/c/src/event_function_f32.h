@@ -11,6 +11,7 @@
 #ifndef HOPFORM_EVENT_FUNCTION_H_f32
 #define HOPFORM_EVENT_FUNCTION_H_f32
 
+#include "modal_f32.h"
 #include "phase_f32.h"
 
 /* ---- on a threshold ---- */

@@ -11,6 +11,7 @@
 #ifndef HOPFORM_EVENT_FUNCTION_H_f64
 #define HOPFORM_EVENT_FUNCTION_H_f64
 
+#include "modal_f64.h"
 #include "phase_f64.h"
 
 /* ---- on a threshold ---- */

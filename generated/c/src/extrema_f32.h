@@ -8,10 +8,9 @@
 
 #include "certificate_f32.h"
 
-/* The least of `count` minima, and the propagator there. */
+/* The least of `count` minima, and when it is. */
 typedef struct {
-    float value;
-    basis_f32 basis;
+    float value, t;
     uint32_t count;
 } minima_f32;
 
@@ -23,67 +22,65 @@ static inline void find_minimum_f32(const hopform_poles_f32 *poles, const event_
     const float value = value_at_f32(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
-        least->basis = basis_of_propagator_f32(poles, &at);
+        least->t = at.t;
     }
     least->count++;
 }
 
-/* Whether rate and curvature of an event function are more than what rounding may have left of them. */
-static inline bool is_decided_f32(const event_function_f32 *g, const propagator_f32 *at, const jet_f32 *jet) {
-    return fabs_f32(jet->rate) > 64.0f * HOPFORM_EPS_f32 * terms_of_f32(g, &at->rate)
-           && bends_f32(g, at, jet->curvature);
-}
-
-/* d' of an event function, the deflated derivative of its rate. */
-static inline float deflated_rate_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
-                                      const event_function_f32 *g, const propagator_f32 *at) {
-    const deflated_f32 d = deflated_at_f32(poles, node, g, at);
-    return (d.B - d.sum * d.A) * d.Rd - d.product * (d.A * d.R);
-}
-
-/* Rule 2 of docs/explanation/certificate.md for the rate of an event function, which has these jets: how often it may
- * vanish between two times that lie less than half a period of the pair apart; d and d_then are those of the rate. */
-static inline int most_turns_f32(const jet_f32 *from, float d, const jet_f32 *to, float d_then) {
+/* Whether the rate of a function, whose jets at two times so far apart these are, becomes 0 no more often than its
+ * signs there say: rule 2 of docs/explanation/certificate.md for the rate, whose deflated derivative is g''' + l g''.
+ * The times lie less than half a period of the pair apart, and nothing decides that rounding may have left. */
+static inline bool turns_as_seen_f32(const hopform_node_f32 *node, const jet_f32 *from, const jet_f32 *to, float t) {
+    const float bound = 64.0f * HOPFORM_EPS_f32;
+    const float curvature = fabs_f32(from->curvature) + fabs_f32(to->curvature);
+    const float third = fabs_f32(from->third) + fabs_f32(to->third);
+    const float d = from->third + node->pole * from->curvature;
+    const float d_then = to->third + node->pole * to->curvature;
+    const bool decided = fabs_f32(to->rate) > bound * (fabs_f32(from->rate) + fabs_f32(to->rate) + t * curvature)
+                         && fabs_f32(to->curvature) > bound * (curvature + t * third)
+                         && lesser_f32(fabs_f32(d), fabs_f32(d_then)) > bound * (third + node->pole * curvature)
+                         && fabs_f32(from->rate) > 0.0f && fabs_f32(from->curvature) > 0.0f;
     const int variations = (from->rate * from->curvature < 0.0f ? 1 : 0) + (from->curvature * d < 0.0f ? 1 : 0);
     const int variations_then = (to->rate * to->curvature < 0.0f ? 1 : 0) + (to->curvature * d_then < 0.0f ? 1 : 0);
-    const bool decided = fabs_f32(from->rate) > 0.0f && fabs_f32(from->curvature) > 0.0f && fabs_f32(d * d_then) > 0.0f;
-    return decided ? variations - variations_then + (d * d_then < 0.0f ? 1 : 0) : 3;
+    const int odd = from->rate * to->rate < 0.0f ? 1 : 0;
+    return t < 0.95f * node->half_period && decided
+           && variations - variations_then + (d * d_then < 0.0f ? 1 : 0) <= 1 + odd;
 }
 
-/* The minima inside a phase that ends at `end`, of a function of time by its numerator and its value at the start.
- * Where more than one is possible its rate is evaluated at times that double until they are a quarter of half a period
- * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
- * back. */
+/* Whether the jets at two times show a minimum between them. */
+static inline bool shows_minimum_f32(const jet_f32 *from, const jet_f32 *to) {
+    return from->rate < 0.0f && to->rate > 0.0f;
+}
+
+/* The minima inside a phase of length t, of a function of time by its numerator and its jets at both ends. Where more
+ * than one is possible its rate is evaluated at times that double until they are a quarter of half a period of the pair
+ * apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes back. */
 static inline minima_f32 least_minimum_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
-                                             const numerator_f32 *h, float value, const propagator_f32 *end, float most,
-                                             evaluations_f32 *evaluations) {
-    const event_function_f32 function = event_function_of_f32(h, value);
+                                             const numerator_f32 *h, const jet_f32 *start, const jet_f32 *to,
+                                             float length, float most, evaluations_f32 *evaluations) {
+    const event_function_f32 function = event_function_of_f32(h, start->value);
     const event_function_f32 *g = &function;
-    const jet_f32 from = jet_at_start_f32(poles, g);
-    const jet_f32 to = jet_at_f32(poles, g, end);
-    minima_f32 least = {0.0f, {0.0f, 0.0f, 0.0f, 0.0f, 0.0f}, 0};
-    const bool turns = from.rate < 0.0f && to.rate > 0.0f;
-    const int odd = turns || (from.rate > 0.0f && to.rate < 0.0f) ? 1 : 0;
-    const propagator_f32 start = propagator_at_start_f32(poles);
-    const float d = deflated_rate_f32(poles, node, g, &start);
-    if (end->t < 0.95f * node->half_period && is_decided_f32(g, end, &to)
-        && most_turns_f32(&from, d, &to, deflated_rate_f32(poles, node, g, end)) <= 1 + odd) {
-        if (turns) { find_minimum_f32(poles, g, &from, 0.0f, &to, end->t, &least, evaluations); }
+    minima_f32 least = {0.0f, 0.0f, 0};
+    if (turns_as_seen_f32(node, start, to, length)) {
+        if (shows_minimum_f32(start, to)) { find_minimum_f32(poles, g, start, 0.0f, to, length, &least, evaluations); }
         return least;
     }
-    const float longest = greater_f32(end->t / most, 0.77f / sqrt_f32(poles->q));
+    const float longest = greater_f32(length / most, 0.77f / sqrt_f32(poles->q));
     float apart = lesser_f32(0.5f / (poles->s_1 + sqrt_f32(poles->s_2)), longest);
     float earlier = 0.0f; /* times of the jets before and last */
     float t = 0.0f;
-    jet_f32 before = from;
-    jet_f32 last = from;
+    jet_f32 before = *start;
+    jet_f32 last = *start;
     bool ends = false;
     while (!ends) {
         use_evaluation_f32(evaluations);
-        ends = !(t + 1.5f * apart < end->t && evaluations->left > 0);
-        const float next = ends ? end->t : t + apart;
-        const propagator_f32 at = ends ? *end : propagator_at_f32(poles, next);
-        const jet_f32 now = ends ? to : jet_at_f32(poles, g, &at);
+        ends = !(t + 1.5f * apart < length && evaluations->left > 0);
+        const float next = ends ? length : t + apart;
+        jet_f32 now = *to;
+        if (!ends) {
+            const propagator_f32 at = propagator_at_f32(poles, next);
+            now = jet_at_f32(poles, g, &at);
+        }
         if (last.rate < 0.0f && now.rate >= 0.0f) {
             find_minimum_f32(poles, g, &last, t, &now, next, &least, evaluations);
         } else if (t > 0.0f && last.rate < 0.0f && last.rate > before.rate && last.rate > now.rate) {

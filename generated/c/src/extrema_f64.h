@@ -8,10 +8,9 @@
 
 #include "certificate_f64.h"
 
-/* The least of `count` minima, and the propagator there. */
+/* The least of `count` minima, and when it is. */
 typedef struct {
-    double value;
-    basis_f64 basis;
+    double value, t;
     uint32_t count;
 } minima_f64;
 
@@ -23,67 +22,65 @@ static inline void find_minimum_f64(const hopform_poles_f64 *poles, const event_
     const double value = value_at_f64(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
-        least->basis = basis_of_propagator_f64(poles, &at);
+        least->t = at.t;
     }
     least->count++;
 }
 
-/* Whether rate and curvature of an event function are more than what rounding may have left of them. */
-static inline bool is_decided_f64(const event_function_f64 *g, const propagator_f64 *at, const jet_f64 *jet) {
-    return fabs_f64(jet->rate) > 64.0 * HOPFORM_EPS_f64 * terms_of_f64(g, &at->rate)
-           && bends_f64(g, at, jet->curvature);
-}
-
-/* d' of an event function, the deflated derivative of its rate. */
-static inline double deflated_rate_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
-                                      const event_function_f64 *g, const propagator_f64 *at) {
-    const deflated_f64 d = deflated_at_f64(poles, node, g, at);
-    return (d.B - d.sum * d.A) * d.Rd - d.product * (d.A * d.R);
-}
-
-/* Rule 2 of docs/explanation/certificate.md for the rate of an event function, which has these jets: how often it may
- * vanish between two times that lie less than half a period of the pair apart; d and d_then are those of the rate. */
-static inline int most_turns_f64(const jet_f64 *from, double d, const jet_f64 *to, double d_then) {
+/* Whether the rate of a function, whose jets at two times so far apart these are, becomes 0 no more often than its
+ * signs there say: rule 2 of docs/explanation/certificate.md for the rate, whose deflated derivative is g''' + l g''.
+ * The times lie less than half a period of the pair apart, and nothing decides that rounding may have left. */
+static inline bool turns_as_seen_f64(const hopform_node_f64 *node, const jet_f64 *from, const jet_f64 *to, double t) {
+    const double bound = 64.0 * HOPFORM_EPS_f64;
+    const double curvature = fabs_f64(from->curvature) + fabs_f64(to->curvature);
+    const double third = fabs_f64(from->third) + fabs_f64(to->third);
+    const double d = from->third + node->pole * from->curvature;
+    const double d_then = to->third + node->pole * to->curvature;
+    const bool decided = fabs_f64(to->rate) > bound * (fabs_f64(from->rate) + fabs_f64(to->rate) + t * curvature)
+                         && fabs_f64(to->curvature) > bound * (curvature + t * third)
+                         && lesser_f64(fabs_f64(d), fabs_f64(d_then)) > bound * (third + node->pole * curvature)
+                         && fabs_f64(from->rate) > 0.0 && fabs_f64(from->curvature) > 0.0;
     const int variations = (from->rate * from->curvature < 0.0 ? 1 : 0) + (from->curvature * d < 0.0 ? 1 : 0);
     const int variations_then = (to->rate * to->curvature < 0.0 ? 1 : 0) + (to->curvature * d_then < 0.0 ? 1 : 0);
-    const bool decided = fabs_f64(from->rate) > 0.0 && fabs_f64(from->curvature) > 0.0 && fabs_f64(d * d_then) > 0.0;
-    return decided ? variations - variations_then + (d * d_then < 0.0 ? 1 : 0) : 3;
+    const int odd = from->rate * to->rate < 0.0 ? 1 : 0;
+    return t < 0.95 * node->half_period && decided
+           && variations - variations_then + (d * d_then < 0.0 ? 1 : 0) <= 1 + odd;
 }
 
-/* The minima inside a phase that ends at `end`, of a function of time by its numerator and its value at the start.
- * Where more than one is possible its rate is evaluated at times that double until they are a quarter of half a period
- * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
- * back. */
+/* Whether the jets at two times show a minimum between them. */
+static inline bool shows_minimum_f64(const jet_f64 *from, const jet_f64 *to) {
+    return from->rate < 0.0 && to->rate > 0.0;
+}
+
+/* The minima inside a phase of length t, of a function of time by its numerator and its jets at both ends. Where more
+ * than one is possible its rate is evaluated at times that double until they are a quarter of half a period of the pair
+ * apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes back. */
 static inline minima_f64 least_minimum_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
-                                             const numerator_f64 *h, double value, const propagator_f64 *end, double most,
-                                             evaluations_f64 *evaluations) {
-    const event_function_f64 function = event_function_of_f64(h, value);
+                                             const numerator_f64 *h, const jet_f64 *start, const jet_f64 *to,
+                                             double length, double most, evaluations_f64 *evaluations) {
+    const event_function_f64 function = event_function_of_f64(h, start->value);
     const event_function_f64 *g = &function;
-    const jet_f64 from = jet_at_start_f64(poles, g);
-    const jet_f64 to = jet_at_f64(poles, g, end);
-    minima_f64 least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};
-    const bool turns = from.rate < 0.0 && to.rate > 0.0;
-    const int odd = turns || (from.rate > 0.0 && to.rate < 0.0) ? 1 : 0;
-    const propagator_f64 start = propagator_at_start_f64(poles);
-    const double d = deflated_rate_f64(poles, node, g, &start);
-    if (end->t < 0.95 * node->half_period && is_decided_f64(g, end, &to)
-        && most_turns_f64(&from, d, &to, deflated_rate_f64(poles, node, g, end)) <= 1 + odd) {
-        if (turns) { find_minimum_f64(poles, g, &from, 0.0, &to, end->t, &least, evaluations); }
+    minima_f64 least = {0.0, 0.0, 0};
+    if (turns_as_seen_f64(node, start, to, length)) {
+        if (shows_minimum_f64(start, to)) { find_minimum_f64(poles, g, start, 0.0, to, length, &least, evaluations); }
         return least;
     }
-    const double longest = greater_f64(end->t / most, 0.77 / sqrt_f64(poles->q));
+    const double longest = greater_f64(length / most, 0.77 / sqrt_f64(poles->q));
     double apart = lesser_f64(0.5 / (poles->s_1 + sqrt_f64(poles->s_2)), longest);
     double earlier = 0.0; /* times of the jets before and last */
     double t = 0.0;
-    jet_f64 before = from;
-    jet_f64 last = from;
+    jet_f64 before = *start;
+    jet_f64 last = *start;
     bool ends = false;
     while (!ends) {
         use_evaluation_f64(evaluations);
-        ends = !(t + 1.5 * apart < end->t && evaluations->left > 0);
-        const double next = ends ? end->t : t + apart;
-        const propagator_f64 at = ends ? *end : propagator_at_f64(poles, next);
-        const jet_f64 now = ends ? to : jet_at_f64(poles, g, &at);
+        ends = !(t + 1.5 * apart < length && evaluations->left > 0);
+        const double next = ends ? length : t + apart;
+        jet_f64 now = *to;
+        if (!ends) {
+            const propagator_f64 at = propagator_at_f64(poles, next);
+            now = jet_at_f64(poles, g, &at);
+        }
         if (last.rate < 0.0 && now.rate >= 0.0) {
             find_minimum_f64(poles, g, &last, t, &now, next, &least, evaluations);
         } else if (t > 0.0 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {

@@ -331,14 +331,15 @@ typedef struct {
 } stance_events_f64;
 
 #if HOPFORM_HAS_NODES
-/* Where a phase ends that was solved by its rates: the state, by the axes of the core, how far the position has moved,
- * and the rate of the velocity that has a position. */
+/* Where a phase ends that was solved by its rates: these, the state, by the axes of the core, and how far the position
+ * has moved. */
 typedef struct {
     bool is_known; /* else the propagator says where it ends */
     double z[HOPFORM_AXES];
     double moved;
-    double rate, terms; /* and the magnitudes that this is a sum of */
-    double stretched;   /* those of the stretch */
+    rates_by_row_f64 w;
+    double terms;     /* the magnitudes that the rate of the velocity that has a position is a sum of */
+    double stretched; /* those of the stretch */
 } arrival_f64;
 #endif
 

@@ -233,12 +233,15 @@ static inline float exponential_f32(float x) {
     return fade_by_f32(x).left;
 }
 
-/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one over t^3. */
+/* exp(-a t) and its integrals t phi_1(-a t), t^2 phi_2(-a t), t^3 phi_3(-a t), from the last one over t^3; where that
+ * is beyond the range, as late beside a pole at 0, the others without it. */
 static inline decay_f32 decay_of_tail_f32(float a, float t, float tail) {
     decay_f32 decay;
     decay.e3 = t * t * t * tail;
-    decay.e2 = 0.5f * t * t - a * decay.e3;
-    decay.e1 = t - a * decay.e2;
+    const bool is_finite = fabs_f32(decay.e3) <= HOPFORM_NEVER_f32;
+    const float second = 0.5f - a * t * tail;
+    decay.e2 = is_finite ? 0.5f * t * t - a * decay.e3 : t * t * second;
+    decay.e1 = is_finite ? t - a * decay.e2 : t * (1.0f - a * t * second);
     decay.e = 1.0f - a * decay.e1;
     return decay;
 }

@@ -141,22 +141,22 @@ static inline float gained_terms_f32(const hopform_transition_f32 *transition, i
     return share * (parts[0] + parts[1] + parts[2]) + (1.0f - share) * parts[n];
 }
 
-/* The magnitudes that a function is a sum of at a time: what it is counted from, and what rates have brought since
- * then, or will bring until the end; what rings brings no more than in two nodes and a half. */
+/* The magnitudes that a function is a sum of at a time: where it ends, and how far it is from there; or what it is
+ * counted from, and what rates have brought since then, which is, of what rings, no more than in two nodes and a half. */
 static inline float terms_of_node_f32(const node_search_f32 *search, int n, const search_node_f32 *at) {
+    if (search->from_the_end[n]) {
+        return search->rounded[n] + fabs_f32(search->sign[n] * at->value[n] - function_of_f32(search, n, search->end.of));
+    }
     const hopform_transition_f32 *transition = &search->plan->transition;
-    const rates_by_row_f32 *w = search->from_the_end[n] ? &at->w : &search->w;
     const float t = at->t - search->from;
-    const float turned = 1.3f * t * transition->fastest;
-    const float share = turned < 1.0f && !search->from_the_end[n] ? turned : 1.0f;
-    float sum = gained_terms_f32(transition, n, w, share);
+    const float share = lesser_f32(1.3f * t * transition->fastest, 1.0f);
+    float sum = gained_terms_f32(transition, n, &search->w, share);
     if (HOPFORM_CONTACT_IS_ROW && n == 0) {
-        const float terms[3] = {sum, gained_terms_f32(transition, 1, w, share),
-                               gained_terms_f32(transition, 2, w, share)};
+        const float terms[3] = {sum, gained_terms_f32(transition, 1, &search->w, share),
+                               gained_terms_f32(transition, 2, &search->w, share)};
         sum = function_terms_f32(search, 0, terms);
     }
-    const float nodes = t / transition->h;
-    return search->rounded[n] + sum * (nodes < 2.5f && !search->from_the_end[n] ? nodes : 2.5f);
+    return search->rounded[n] + sum * lesser_f32(t / transition->h, 2.5f);
 }
 
 /* The bound of what rounding has done to a function. */
@@ -216,16 +216,25 @@ static inline float faded_after_f32(const node_search_f32 *search, float stays, 
                                                       : HOPFORM_NEVER_f32;
 }
 
-/* Rule 1: see stays_positive_by_bernstein. The sixth derivative is the fifth of the rate. */
-static inline bool has_no_root_by_bernstein_f32(const node_search_f32 *search, int n, float h, float d_rate,
-                                                 float rounding) {
+/* How far a function of a pair that rings is at most from the quintic through value, rate and curvature at both ends:
+ * t^3 (h - t)^3/6! of its sixth derivative, the fifth of the rate, whose amplitude does not grow; 43200 for 46080. */
+static inline float remainder_of_quintic_f32(const node_search_f32 *search, int n, float h, float d_rate) {
     const hopform_poles_f32 *poles = &search->plan->poles[0];
-    const search_node_f32 *from = search->low, *to = search->high;
+    const search_node_f32 *from = search->low;
     const float r = rate_of_pair_f32(poles, from->deflated[n], d_rate);
     const float amplitude = amplitude_of_pair_f32(poles, r, from->deflated[n] - poles->a * r);
     const float aa = poles->a * poles->a;
     const float M6 =
         poles->q * poles->q * sqrt_f32(poles->q) * amplitude + aa * aa * poles->a * fabs_f32(from->rate[n] - r);
+    const float hhh = h * h * h;
+    return M6 * hhh * hhh / 4.32e4f;
+}
+
+/* Rule 1: see stays_positive_by_bernstein. */
+static inline bool has_no_root_by_bernstein_f32(const node_search_f32 *search, int n, float h, float d_rate,
+                                                 float rounding) {
+    const hopform_poles_f32 *poles = &search->plan->poles[0];
+    const search_node_f32 *from = search->low, *to = search->high;
     const float f = 0.2f * h;
     const float tw = 0.05f * h * h;
     const float b1 = from->value[n] + f * from->rate[n];
@@ -235,8 +244,7 @@ static inline bool has_no_root_by_bernstein_f32(const node_search_f32 *search, i
     const float inside = lesser_f32(lesser_f32(b1, b2), lesser_f32(b3, b4));
     const float at_start = lesser_f32(inside, from->value[n]);
     const float low = lesser_f32(from->value[n] > 0.0f ? at_start : inside, to->value[n]);
-    const float hhh = h * h * h;
-    return low > M6 * hhh * hhh / 4.32e4f + rounding;
+    return low > remainder_of_quintic_f32(search, n, h, d_rate) + rounding;
 }
 
 /* ---- inside an interval ---- */
@@ -393,6 +401,7 @@ static inline void step_to_root_at_node_f32(const node_search_f32 *search, int n
     const float step = -jet.value / (jet.rate < 0.0f ? jet.rate : -1.0f);
     const float reach = step * search->plan->transition.fastest;
     if (!(jet.rate < 0.0f) || !(fabs_f32(step) < h) || !(reach * reach < HOPFORM_EPS_f32)) { return; }
+    if (!(there->t + step > search->low->t)) { return; }
     const float a = pole_of_search_f32(search);
     there->t += step;
     there->x += step * velocity_of_node_f32(search, there);
@@ -423,12 +432,10 @@ SELDOM_f32 void put_root_f32(const node_search_f32 *search, int n, search_node_f
         const float faded = faded_after_f32(search, from.value - fades, fades);
         t = faded * fabs_f32(r) < 0.25f * fabs_f32(from.value - fades) && faded < h ? faded : t;
     }
-    const bool back = is_short && t > 0.5f * h;
-    const search_node_f32 *base = back ? high_end : low_end;
-    const float t_base = back ? h : 0.0f;
+    const search_node_f32 *base = is_short ? NULL : low_end;
+    float t_base = 0.0f;
     float low = 0.0f, high = h;
     derivatives_of_both_f32 at;
-    if (is_short) { at = derivatives_at_f32(search->plan, &base->w); }
     bool ends = false;
     for (int step = 0; step < 100; step++) {
         if (!ends && (!(t > low && t < high) || (step > 8 && step % 2 == 1))) { t = low + 0.5f * (high - low); }
@@ -438,6 +445,13 @@ SELDOM_f32 void put_root_f32(const node_search_f32 *search, int n, search_node_f
         }
         jet_f32 jet;
         if (is_short) {
+            const bool back = t > 0.5f * h;
+            const search_node_f32 *nearer = back ? high_end : low_end;
+            if (base != nearer) {
+                base = nearer;
+                t_base = back ? h : 0.0f;
+                at = derivatives_at_f32(search->plan, &base->w);
+            }
             use_evaluation_f32(search->evaluations);
             NODE_COUNT(evaluation);
             jet = jet_by_powers_f32(search, base, &at, n, t - t_base);
@@ -453,7 +467,7 @@ SELDOM_f32 void put_root_f32(const node_search_f32 *search, int n, search_node_f
         low = jet.value > 0.0f ? t : low;
         high = jet.value < 0.0f ? t : high;
         t = falls ? t + first : low;
-        if (falls) {
+        if (t > low && t < high) {
             const float bends = first * jet.curvature / jet.rate;
             const float left = first * (0.25f * bends * bends + first * first * rates); /* of Halley's step */
             if (left * left * rates <= HOPFORM_EPS_f32

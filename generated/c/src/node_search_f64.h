@@ -141,22 +141,22 @@ static inline double gained_terms_f64(const hopform_transition_f64 *transition, 
     return share * (parts[0] + parts[1] + parts[2]) + (1.0 - share) * parts[n];
 }
 
-/* The magnitudes that a function is a sum of at a time: what it is counted from, and what rates have brought since
- * then, or will bring until the end; what rings brings no more than in two nodes and a half. */
+/* The magnitudes that a function is a sum of at a time: where it ends, and how far it is from there; or what it is
+ * counted from, and what rates have brought since then, which is, of what rings, no more than in two nodes and a half. */
 static inline double terms_of_node_f64(const node_search_f64 *search, int n, const search_node_f64 *at) {
+    if (search->from_the_end[n]) {
+        return search->rounded[n] + fabs_f64(search->sign[n] * at->value[n] - function_of_f64(search, n, search->end.of));
+    }
     const hopform_transition_f64 *transition = &search->plan->transition;
-    const rates_by_row_f64 *w = search->from_the_end[n] ? &at->w : &search->w;
     const double t = at->t - search->from;
-    const double turned = 1.3 * t * transition->fastest;
-    const double share = turned < 1.0 && !search->from_the_end[n] ? turned : 1.0;
-    double sum = gained_terms_f64(transition, n, w, share);
+    const double share = lesser_f64(1.3 * t * transition->fastest, 1.0);
+    double sum = gained_terms_f64(transition, n, &search->w, share);
     if (HOPFORM_CONTACT_IS_ROW && n == 0) {
-        const double terms[3] = {sum, gained_terms_f64(transition, 1, w, share),
-                               gained_terms_f64(transition, 2, w, share)};
+        const double terms[3] = {sum, gained_terms_f64(transition, 1, &search->w, share),
+                               gained_terms_f64(transition, 2, &search->w, share)};
         sum = function_terms_f64(search, 0, terms);
     }
-    const double nodes = t / transition->h;
-    return search->rounded[n] + sum * (nodes < 2.5 && !search->from_the_end[n] ? nodes : 2.5);
+    return search->rounded[n] + sum * lesser_f64(t / transition->h, 2.5);
 }
 
 /* The bound of what rounding has done to a function. */
@@ -216,16 +216,25 @@ static inline double faded_after_f64(const node_search_f64 *search, double stays
                                                       : HOPFORM_NEVER_f64;
 }
 
-/* Rule 1: see stays_positive_by_bernstein. The sixth derivative is the fifth of the rate. */
-static inline bool has_no_root_by_bernstein_f64(const node_search_f64 *search, int n, double h, double d_rate,
-                                                 double rounding) {
+/* How far a function of a pair that rings is at most from the quintic through value, rate and curvature at both ends:
+ * t^3 (h - t)^3/6! of its sixth derivative, the fifth of the rate, whose amplitude does not grow; 43200 for 46080. */
+static inline double remainder_of_quintic_f64(const node_search_f64 *search, int n, double h, double d_rate) {
     const hopform_poles_f64 *poles = &search->plan->poles[0];
-    const search_node_f64 *from = search->low, *to = search->high;
+    const search_node_f64 *from = search->low;
     const double r = rate_of_pair_f64(poles, from->deflated[n], d_rate);
     const double amplitude = amplitude_of_pair_f64(poles, r, from->deflated[n] - poles->a * r);
     const double aa = poles->a * poles->a;
     const double M6 =
         poles->q * poles->q * sqrt_f64(poles->q) * amplitude + aa * aa * poles->a * fabs_f64(from->rate[n] - r);
+    const double hhh = h * h * h;
+    return M6 * hhh * hhh / 43200.0;
+}
+
+/* Rule 1: see stays_positive_by_bernstein. */
+static inline bool has_no_root_by_bernstein_f64(const node_search_f64 *search, int n, double h, double d_rate,
+                                                 double rounding) {
+    const hopform_poles_f64 *poles = &search->plan->poles[0];
+    const search_node_f64 *from = search->low, *to = search->high;
     const double f = 0.2 * h;
     const double tw = 0.05 * h * h;
     const double b1 = from->value[n] + f * from->rate[n];
@@ -235,8 +244,7 @@ static inline bool has_no_root_by_bernstein_f64(const node_search_f64 *search, i
     const double inside = lesser_f64(lesser_f64(b1, b2), lesser_f64(b3, b4));
     const double at_start = lesser_f64(inside, from->value[n]);
     const double low = lesser_f64(from->value[n] > 0.0 ? at_start : inside, to->value[n]);
-    const double hhh = h * h * h;
-    return low > M6 * hhh * hhh / 43200.0 + rounding;
+    return low > remainder_of_quintic_f64(search, n, h, d_rate) + rounding;
 }
 
 /* ---- inside an interval ---- */
@@ -393,6 +401,7 @@ static inline void step_to_root_at_node_f64(const node_search_f64 *search, int n
     const double step = -jet.value / (jet.rate < 0.0 ? jet.rate : -1.0);
     const double reach = step * search->plan->transition.fastest;
     if (!(jet.rate < 0.0) || !(fabs_f64(step) < h) || !(reach * reach < HOPFORM_EPS_f64)) { return; }
+    if (!(there->t + step > search->low->t)) { return; }
     const double a = pole_of_search_f64(search);
     there->t += step;
     there->x += step * velocity_of_node_f64(search, there);
@@ -423,12 +432,10 @@ SELDOM_f64 void put_root_f64(const node_search_f64 *search, int n, search_node_f
         const double faded = faded_after_f64(search, from.value - fades, fades);
         t = faded * fabs_f64(r) < 0.25 * fabs_f64(from.value - fades) && faded < h ? faded : t;
     }
-    const bool back = is_short && t > 0.5 * h;
-    const search_node_f64 *base = back ? high_end : low_end;
-    const double t_base = back ? h : 0.0;
+    const search_node_f64 *base = is_short ? NULL : low_end;
+    double t_base = 0.0;
     double low = 0.0, high = h;
     derivatives_of_both_f64 at;
-    if (is_short) { at = derivatives_at_f64(search->plan, &base->w); }
     bool ends = false;
     for (int step = 0; step < 100; step++) {
         if (!ends && (!(t > low && t < high) || (step > 8 && step % 2 == 1))) { t = low + 0.5 * (high - low); }
@@ -438,6 +445,13 @@ SELDOM_f64 void put_root_f64(const node_search_f64 *search, int n, search_node_f
         }
         jet_f64 jet;
         if (is_short) {
+            const bool back = t > 0.5 * h;
+            const search_node_f64 *nearer = back ? high_end : low_end;
+            if (base != nearer) {
+                base = nearer;
+                t_base = back ? h : 0.0;
+                at = derivatives_at_f64(search->plan, &base->w);
+            }
             use_evaluation_f64(search->evaluations);
             NODE_COUNT(evaluation);
             jet = jet_by_powers_f64(search, base, &at, n, t - t_base);
@@ -453,7 +467,7 @@ SELDOM_f64 void put_root_f64(const node_search_f64 *search, int n, search_node_f
         low = jet.value > 0.0 ? t : low;
         high = jet.value < 0.0 ? t : high;
         t = falls ? t + first : low;
-        if (falls) {
+        if (t > low && t < high) {
             const double bends = first * jet.curvature / jet.rate;
             const double left = first * (0.25 * bends * bends + first * first * rates); /* of Halley's step */
             if (left * left * rates <= HOPFORM_EPS_f64

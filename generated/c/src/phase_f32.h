@@ -5,8 +5,8 @@
 #ifndef HOPFORM_PHASE_H_f32
 #define HOPFORM_PHASE_H_f32
 
-#include "modal_f32.h"
 #include "mode_table_f32.h"
+#include "transition_f32.h"
 
 #if HOPFORM_HAS_CONTACT
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
@@ -137,19 +137,6 @@ static inline hopform_state_f32 arrive_f32(const hopform_state_f32 *state, const
     return held_in_place_f32(state, &at, mode);
 }
 
-/* The same where a propagator is known; `modes` are read where it is modal. */
-static inline hopform_state_f32 arrive_at_f32(const hopform_state_f32 *state, const numerators_f32 *numerators,
-                                                const motion_modes_f32 *modes, const propagator_f32 *at,
-                                                row_f32 mode) {
-    if (!is_modal_f32(at)) {
-        const basis_f32 basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-        return arrive_f32(state, numerators, &basis, mode);
-    }
-    state_by_axis_f32 later;
-    later.named = state_by_modes_f32(state, modes, at);
-    return held_in_place_f32(state, &later, mode);
-}
-
 /* A plan that hopform_plan_init made, not memory that holds anything. */
 static inline bool is_made_f32(const hopform_plan_f32 *plan) {
     return plan->made == HOPFORM_PLAN_MADE;
@@ -199,34 +186,112 @@ static inline hopform_state_f32 start_of_phase_f32(const hopform_phase_f32 *phas
     return start;
 }
 
-/* The numerators of a phase. */
-static inline numerators_f32 motion_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
-                                                   float u) {
-    const hopform_state_f32 start = start_of_phase_f32(phase);
-    return motion_of_f32(plan, &start, u, mode_of_phase_f32(phase));
+/* The course of a motion in a mode from a state on under constant accelerations: of a phase, or of a change of its
+ * state. */
+typedef struct {
+    row_f32 mode;
+    const hopform_poles_f32 *poles;
+    const hopform_rates_f32 *rates;
+    state_by_axis_f32 start;
+    drive_by_element_f32 drive;
+    numerators_by_axis_f32 numerators;
+} course_f32;
+
+static inline course_f32 course_from_f32(const hopform_plan_f32 *plan, row_f32 mode,
+                                           const hopform_state_f32 *start, const drive_f32 *drive) {
+    course_f32 course;
+    course.mode = mode;
+    course.poles = poles_of_f32(plan, mode);
+    course.rates = rates_in_mode_f32(plan, mode);
+    course.start.named = *start;
+    course.drive.named = *drive;
+    course.numerators.named = motion_under_f32(course.rates, drive, start, mode);
+    return course;
 }
 
-/* The state at time t since a phase with these numerators began. */
-static inline hopform_state_f32 state_by_motion_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
-                                                      const numerators_f32 *numerators, float t) {
+static inline course_f32 course_of_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u) {
     const row_f32 mode = mode_of_phase_f32(phase);
     const hopform_state_f32 start = start_of_phase_f32(phase);
-    if (rests_of_mode_f32(mode)) { return start; }
-    const hopform_poles_f32 *poles = poles_of_f32(plan, mode);
-    const hopform_node_f32 *node = node_of_f32(plan, mode);
-    if (t < node->modal) {
-        const basis_f32 basis = basis_at_f32(poles, t);
-        return arrive_f32(&start, numerators, &basis, mode);
+    const drive_f32 drive = drive_in_mode_f32(plan, mode, u);
+    return course_from_f32(plan, mode, &start, &drive);
+}
+
+/* The axes of y, v_1 and v_2. */
+static const int axis_of_row_f32[3] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0), HOPFORM_VELOCITY_AXIS(1)};
+
+/* The rates of y, v_1 and v_2 where the response of the poles is `basis`. */
+static inline rates_by_row_f32 rates_on_course_f32(const course_f32 *course, const basis_f32 *basis) {
+    rates_by_row_f32 w;
+    for (int n = 0; n < 3; n++) {
+        const numerator_f32 *h = &course->numerators.core[axis_of_row_f32[n] - 1];
+        w.of[n] = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
     }
-    const propagator_f32 at = modes_at_f32(poles, node->omega, t);
-    const motion_modes_f32 modes = modes_of_motion_f32(poles, node->omega, &start, numerators);
-    return arrive_at_f32(&start, numerators, &modes, &at, mode);
+    return w;
+}
+
+/* z' in a mode, M z' and M^2 z'. */
+typedef struct {
+    state_by_axis_f32 speed, bend, third;
+} derivatives_of_state_f32;
+
+/* M times rates of the axes in a mode. */
+static inline state_by_axis_f32 bend_in_mode_f32(const hopform_rates_f32 *rates, row_f32 mode,
+                                                   const state_by_axis_f32 *w) {
+    const drive_f32 none = {0.0f, 0.0f};
+    state_by_axis_f32 bend;
+    bend.rates =
+        speeds_of_f32(rates, &none, (float)side_of_mode_f32(mode, 0), (float)side_of_mode_f32(mode, 1), &w->named);
+    return bend;
+}
+
+static inline derivatives_of_state_f32 derivatives_in_mode_f32(const hopform_plan_f32 *plan, row_f32 mode,
+                                                                 const state_by_axis_f32 *speed) {
+    const hopform_rates_f32 *rates = rates_in_mode_f32(plan, mode);
+    derivatives_of_state_f32 at;
+    at.speed = *speed;
+    at.bend = bend_in_mode_f32(rates, mode, speed);
+    at.third = bend_in_mode_f32(rates, mode, &at.bend);
+    return at;
+}
+
+/* Behind the transient of a real pole that is far beyond the pair velocities are small differences of what they were.
+ * What has not yet faded of the rates says how far the state is from where it ends: z is that sum where its terms are
+ * smaller. */
+SELDOM_f32 void sharpen_late_state_f32(const course_f32 *course, const basis_f32 *basis, state_by_axis_f32 *at) {
+    const rates_by_row_f32 w = rates_on_course_f32(course, basis);
+    core_by_row_f32 end, left;
+    end.named = settled_of_both_f32(course->rates, &course->drive.named);
+    left.named = unsettled_of_both_f32(course->rates, &w.named);
+    for (int n = 0; n < 3; n++) {
+        const int axis = axis_of_row_f32[n];
+        const numerator_f32 *h = &course->numerators.core[axis - 1];
+        const float terms = fabs_f32(course->start.of[axis]) + fabs_f32(h->H3 * basis->Wd)
+                           + fabs_f32(h->H2 * basis->W) + fabs_f32(h->H1 * basis->W1);
+        if (fabs_f32(end.of[n]) + fabs_f32(left.of[n]) < terms) { at->of[axis] = end.of[n] + left.of[n]; }
+    }
+}
+
+/* Whether that is so: the real pole beyond the pair by so much, and its transient over. */
+static inline bool is_late_on_course_f32(const course_f32 *course, float t) {
+    const hopform_poles_f32 *poles = course->poles;
+    return !HOPFORM_MOVES_ALONE && poles->a * poles->a > HOPFORM_MODAL_f32 * poles->q && poles->a * t >= 1.0f
+           && poles->s_3 > 0.0f;
+}
+
+/* The state at time t since a motion began. */
+static inline hopform_state_f32 state_on_course_f32(const course_f32 *course, float t) {
+    if (rests_of_mode_f32(course->mode)) { return course->start.named; }
+    const basis_f32 basis = basis_at_f32(course->poles, t);
+    state_by_axis_f32 at;
+    at.named = arrive_f32(&course->start.named, &course->numerators.named, &basis, course->mode);
+    if (is_late_on_course_f32(course, t)) { sharpen_late_state_f32(course, &basis, &at); }
+    return at.named;
 }
 
 static inline hopform_state_f32 state_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
                                                      float u, float t) {
-    const numerators_f32 numerators = motion_in_phase_f32(plan, phase, u);
-    return state_by_motion_f32(plan, phase, &numerators, t);
+    const course_f32 course = course_of_phase_f32(plan, phase, u);
+    return state_on_course_f32(&course, t);
 }
 
 /* The state just before the phase behind another one begins. Nothing jumps there but the velocity that a stop takes. */
@@ -331,12 +396,12 @@ static inline int ended_by_f32(const hopform_plan_f32 *plan, const hopform_phase
 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
-    const numerators_by_axis_f32 *numerators;
-    const propagator_f32 *end;     /* where it ends */
-    const motion_modes_f32 *modes; /* of the motion, if that propagator is modal */
     const state_by_axis_f32 *start;
     const state_by_axis_f32 *arrived;
+    const drive_by_element_f32 *drive;
+    state_by_axis_f32 begins, ends; /* z' at its start, where an acceleration may be known exactly, and at its end */
     row_f32 mode;
+    float length;
     int event;   /* with which it began */
     bool leaves; /* it ends as the contact is lost */
 } solved_phase_f32;

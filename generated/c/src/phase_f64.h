@@ -5,8 +5,8 @@
 #ifndef HOPFORM_PHASE_H_f64
 #define HOPFORM_PHASE_H_f64
 
-#include "modal_f64.h"
 #include "mode_table_f64.h"
+#include "transition_f64.h"
 
 #if HOPFORM_HAS_CONTACT
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
@@ -137,19 +137,6 @@ static inline hopform_state_f64 arrive_f64(const hopform_state_f64 *state, const
     return held_in_place_f64(state, &at, mode);
 }
 
-/* The same where a propagator is known; `modes` are read where it is modal. */
-static inline hopform_state_f64 arrive_at_f64(const hopform_state_f64 *state, const numerators_f64 *numerators,
-                                                const motion_modes_f64 *modes, const propagator_f64 *at,
-                                                row_f64 mode) {
-    if (!is_modal_f64(at)) {
-        const basis_f64 basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-        return arrive_f64(state, numerators, &basis, mode);
-    }
-    state_by_axis_f64 later;
-    later.named = state_by_modes_f64(state, modes, at);
-    return held_in_place_f64(state, &later, mode);
-}
-
 /* A plan that hopform_plan_init made, not memory that holds anything. */
 static inline bool is_made_f64(const hopform_plan_f64 *plan) {
     return plan->made == HOPFORM_PLAN_MADE;
@@ -199,34 +186,112 @@ static inline hopform_state_f64 start_of_phase_f64(const hopform_phase_f64 *phas
     return start;
 }
 
-/* The numerators of a phase. */
-static inline numerators_f64 motion_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase,
-                                                   double u) {
-    const hopform_state_f64 start = start_of_phase_f64(phase);
-    return motion_of_f64(plan, &start, u, mode_of_phase_f64(phase));
+/* The course of a motion in a mode from a state on under constant accelerations: of a phase, or of a change of its
+ * state. */
+typedef struct {
+    row_f64 mode;
+    const hopform_poles_f64 *poles;
+    const hopform_rates_f64 *rates;
+    state_by_axis_f64 start;
+    drive_by_element_f64 drive;
+    numerators_by_axis_f64 numerators;
+} course_f64;
+
+static inline course_f64 course_from_f64(const hopform_plan_f64 *plan, row_f64 mode,
+                                           const hopform_state_f64 *start, const drive_f64 *drive) {
+    course_f64 course;
+    course.mode = mode;
+    course.poles = poles_of_f64(plan, mode);
+    course.rates = rates_in_mode_f64(plan, mode);
+    course.start.named = *start;
+    course.drive.named = *drive;
+    course.numerators.named = motion_under_f64(course.rates, drive, start, mode);
+    return course;
 }
 
-/* The state at time t since a phase with these numerators began. */
-static inline hopform_state_f64 state_by_motion_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase,
-                                                      const numerators_f64 *numerators, double t) {
+static inline course_f64 course_of_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u) {
     const row_f64 mode = mode_of_phase_f64(phase);
     const hopform_state_f64 start = start_of_phase_f64(phase);
-    if (rests_of_mode_f64(mode)) { return start; }
-    const hopform_poles_f64 *poles = poles_of_f64(plan, mode);
-    const hopform_node_f64 *node = node_of_f64(plan, mode);
-    if (t < node->modal) {
-        const basis_f64 basis = basis_at_f64(poles, t);
-        return arrive_f64(&start, numerators, &basis, mode);
+    const drive_f64 drive = drive_in_mode_f64(plan, mode, u);
+    return course_from_f64(plan, mode, &start, &drive);
+}
+
+/* The axes of y, v_1 and v_2. */
+static const int axis_of_row_f64[3] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0), HOPFORM_VELOCITY_AXIS(1)};
+
+/* The rates of y, v_1 and v_2 where the response of the poles is `basis`. */
+static inline rates_by_row_f64 rates_on_course_f64(const course_f64 *course, const basis_f64 *basis) {
+    rates_by_row_f64 w;
+    for (int n = 0; n < 3; n++) {
+        const numerator_f64 *h = &course->numerators.core[axis_of_row_f64[n] - 1];
+        w.of[n] = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
     }
-    const propagator_f64 at = modes_at_f64(poles, node->omega, t);
-    const motion_modes_f64 modes = modes_of_motion_f64(poles, node->omega, &start, numerators);
-    return arrive_at_f64(&start, numerators, &modes, &at, mode);
+    return w;
+}
+
+/* z' in a mode, M z' and M^2 z'. */
+typedef struct {
+    state_by_axis_f64 speed, bend, third;
+} derivatives_of_state_f64;
+
+/* M times rates of the axes in a mode. */
+static inline state_by_axis_f64 bend_in_mode_f64(const hopform_rates_f64 *rates, row_f64 mode,
+                                                   const state_by_axis_f64 *w) {
+    const drive_f64 none = {0.0, 0.0};
+    state_by_axis_f64 bend;
+    bend.rates =
+        speeds_of_f64(rates, &none, (double)side_of_mode_f64(mode, 0), (double)side_of_mode_f64(mode, 1), &w->named);
+    return bend;
+}
+
+static inline derivatives_of_state_f64 derivatives_in_mode_f64(const hopform_plan_f64 *plan, row_f64 mode,
+                                                                 const state_by_axis_f64 *speed) {
+    const hopform_rates_f64 *rates = rates_in_mode_f64(plan, mode);
+    derivatives_of_state_f64 at;
+    at.speed = *speed;
+    at.bend = bend_in_mode_f64(rates, mode, speed);
+    at.third = bend_in_mode_f64(rates, mode, &at.bend);
+    return at;
+}
+
+/* Behind the transient of a real pole that is far beyond the pair velocities are small differences of what they were.
+ * What has not yet faded of the rates says how far the state is from where it ends: z is that sum where its terms are
+ * smaller. */
+SELDOM_f64 void sharpen_late_state_f64(const course_f64 *course, const basis_f64 *basis, state_by_axis_f64 *at) {
+    const rates_by_row_f64 w = rates_on_course_f64(course, basis);
+    core_by_row_f64 end, left;
+    end.named = settled_of_both_f64(course->rates, &course->drive.named);
+    left.named = unsettled_of_both_f64(course->rates, &w.named);
+    for (int n = 0; n < 3; n++) {
+        const int axis = axis_of_row_f64[n];
+        const numerator_f64 *h = &course->numerators.core[axis - 1];
+        const double terms = fabs_f64(course->start.of[axis]) + fabs_f64(h->H3 * basis->Wd)
+                           + fabs_f64(h->H2 * basis->W) + fabs_f64(h->H1 * basis->W1);
+        if (fabs_f64(end.of[n]) + fabs_f64(left.of[n]) < terms) { at->of[axis] = end.of[n] + left.of[n]; }
+    }
+}
+
+/* Whether that is so: the real pole beyond the pair by so much, and its transient over. */
+static inline bool is_late_on_course_f64(const course_f64 *course, double t) {
+    const hopform_poles_f64 *poles = course->poles;
+    return !HOPFORM_MOVES_ALONE && poles->a * poles->a > HOPFORM_MODAL_f64 * poles->q && poles->a * t >= 1.0
+           && poles->s_3 > 0.0;
+}
+
+/* The state at time t since a motion began. */
+static inline hopform_state_f64 state_on_course_f64(const course_f64 *course, double t) {
+    if (rests_of_mode_f64(course->mode)) { return course->start.named; }
+    const basis_f64 basis = basis_at_f64(course->poles, t);
+    state_by_axis_f64 at;
+    at.named = arrive_f64(&course->start.named, &course->numerators.named, &basis, course->mode);
+    if (is_late_on_course_f64(course, t)) { sharpen_late_state_f64(course, &basis, &at); }
+    return at.named;
 }
 
 static inline hopform_state_f64 state_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase,
                                                      double u, double t) {
-    const numerators_f64 numerators = motion_in_phase_f64(plan, phase, u);
-    return state_by_motion_f64(plan, phase, &numerators, t);
+    const course_f64 course = course_of_phase_f64(plan, phase, u);
+    return state_on_course_f64(&course, t);
 }
 
 /* The state just before the phase behind another one begins. Nothing jumps there but the velocity that a stop takes. */
@@ -331,12 +396,12 @@ static inline int ended_by_f64(const hopform_plan_f64 *plan, const hopform_phase
 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
-    const numerators_by_axis_f64 *numerators;
-    const propagator_f64 *end;     /* where it ends */
-    const motion_modes_f64 *modes; /* of the motion, if that propagator is modal */
     const state_by_axis_f64 *start;
     const state_by_axis_f64 *arrived;
+    const drive_by_element_f64 *drive;
+    state_by_axis_f64 begins, ends; /* z' at its start, where an acceleration may be known exactly, and at its end */
     row_f64 mode;
+    double length;
     int event;   /* with which it began */
     bool leaves; /* it ends as the contact is lost */
 } solved_phase_f64;

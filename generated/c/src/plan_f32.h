@@ -5,16 +5,17 @@
 #ifndef HOPFORM_PLAN_H_f32
 #define HOPFORM_PLAN_H_f32
 
+#include "alone_f32.h"
 #include "phase_f32.h"
 #include "transition_f32.h"
 
 /* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
- * propagator is evaluated there, if that is wanted. */
-static inline hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles, bool whole) {
+ * propagator is evaluated there, if searches start from it. */
+static inline hopform_node_f32 node_of_poles_f32(const hopform_poles_f32 *poles) {
     const bool draws = poles->q > HOPFORM_UNDERFLOW_f32; /* else the node is never reached */
     const float t = draws ? 2.984f / sqrt_f32(poles->q) : HOPFORM_NEVER_f32;
     basis_f32 basis = {1.0f, 0.0f, 0.0f, 0.0f, 0.0f};
-    if (whole) { basis = basis_at_f32(poles, draws ? t : 0.0f); }
+    if (!HOPFORM_HAS_ALONE) { basis = basis_at_f32(poles, draws ? t : 0.0f); }
     const float mu = 0.5f * poles->p;
     const float square = mu * mu - poles->q;
     hopform_node_f32 node = {
@@ -69,8 +70,8 @@ static inline bool are_finite_f32(const hopform_rates_f32 *rates) {
            && is_finite_f32(rates->a1_u);
 }
 
-/* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
-static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_poles_f32 *both, bool whole) {
+/* The poles of a plan, once those of the cubic are known, and its nodes. */
+static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_poles_f32 *both) {
     bool finite = true;
     for (int n = 0; n < HOPFORM_RATES; n++) {
         finite = finite && are_finite_f32(&plan->rates[n]);
@@ -85,12 +86,12 @@ static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_po
 #undef PUT_BOTH
 #undef PUT_PAIR
     for (int form = 0; form < HOPFORM_POLES; form++) {
-        plan->node[form] = node_of_poles_f32(&plan->poles[form], whole);
+        plan->node[form] = node_of_poles_f32(&plan->poles[form]);
     }
 #if HOPFORM_HAS_NODES
     put_transition_f32(plan);
 #endif
-    plan->made = whole ? HOPFORM_PLAN_MADE : 0;
+    plan->made = HOPFORM_PLAN_MADE;
     return HOPFORM_OK;
 }
 

@@ -33,7 +33,7 @@ static int32_t fill_plan_f32(hopform_plan_f32 *plan) {
     const hopform_rates_f32 *rates = &plan->rates[0];
     hopform_poles_f32 both = {0};
     if (!HOPFORM_MOVES_ALONE) { both = factor_cubic_f32(rates->s_1, rates->s_2, rates->s_3); }
-    const int32_t made = poles_of_plan_f32(plan, &both, true);
+    const int32_t made = poles_of_plan_f32(plan, &both);
     return made == HOPFORM_OK && is_stiff_f32(plan) ? HOPFORM_ILL_CONDITIONED : made;
 }
 

@@ -169,17 +169,17 @@ int32_t hopform_stance_states_f32(const hopform_plan_f32 *plan, const hopform_st
     float *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
     int32_t prepared = 0; /* the phase whose motion is made: once for times that follow each other in it */
-    numerators_f32 numerators = motion_in_phase_f32(plan, phases, input_of_phase_f32(plan, steps, phases));
+    course_f32 course = course_of_phase_f32(plan, phases, input_of_phase_f32(plan, steps, phases));
     for (int32_t i = 0; i < count; i++) {
         const float within = lesser_f32(times[i], stance->duration);
         const int32_t n = phase_index_f32(phases, stance->phases_kept, within);
         const hopform_phase_f32 *phase = &phases[n];
         if (n != prepared) {
-            numerators = motion_in_phase_f32(plan, phase, input_of_phase_f32(plan, steps, phase));
+            course = course_of_phase_f32(plan, phase, input_of_phase_f32(plan, steps, phase));
             prepared = n;
         }
         state_by_axis_f32 state;
-        state.named = state_by_motion_f32(plan, phase, &numerators, within - phase->t);
+        state.named = state_on_course_f32(&course, within - phase->t);
         for (int axis = 0; axis < HOPFORM_AXES; axis++) {
             column[axis][i] = state.of[axis];
         }

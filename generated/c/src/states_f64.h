@@ -169,17 +169,17 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
     double *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
     int32_t prepared = 0; /* the phase whose motion is made: once for times that follow each other in it */
-    numerators_f64 numerators = motion_in_phase_f64(plan, phases, input_of_phase_f64(plan, steps, phases));
+    course_f64 course = course_of_phase_f64(plan, phases, input_of_phase_f64(plan, steps, phases));
     for (int32_t i = 0; i < count; i++) {
         const double within = lesser_f64(times[i], stance->duration);
         const int32_t n = phase_index_f64(phases, stance->phases_kept, within);
         const hopform_phase_f64 *phase = &phases[n];
         if (n != prepared) {
-            numerators = motion_in_phase_f64(plan, phase, input_of_phase_f64(plan, steps, phase));
+            course = course_of_phase_f64(plan, phase, input_of_phase_f64(plan, steps, phase));
             prepared = n;
         }
         state_by_axis_f64 state;
-        state.named = state_by_motion_f64(plan, phase, &numerators, within - phase->t);
+        state.named = state_on_course_f64(&course, within - phase->t);
         for (int axis = 0; axis < HOPFORM_AXES; axis++) {
             column[axis][i] = state.of[axis];
         }

@@ -18,7 +18,6 @@
 /* Whether a library solves motions of both so (HOPFORM_BY_NODES), and has a model that may. */
 #define HOPFORM_HAS_NODES (HOPFORM_BY_NODES && HOPFORM_MAY_GO_BY_NODES)
 
-#if HOPFORM_HAS_NODES
 /* Of y, v_1 and v_2; the entries of their transition by rows, as the plan has them. */
 typedef union {
     rate_f32 named;
@@ -38,63 +37,7 @@ typedef union {
     } of;
 } passed_by_row_f32;
 
-/* A pair that rings turns by a quarter of half a period at most, so that series over a node are short. Two real poles
- * have no period, and intervals grow from their mean on. The fourth power of a node is a number. */
-static inline void put_transition_f32(hopform_plan_f32 *plan) {
-    hopform_transition_f32 *transition = &plan->transition;
-    const hopform_poles_f32 *poles = &plan->poles[0]; /* of both */
-    const float mean = 0.5f * poles->p;
-    const float square = poles->q - mean * mean;
-    const float aa = poles->a * poles->a;
-    const float root_q = sqrt_f32(poles->q);
-    transition->fastest = greater_f32(poles->a, square > 0.0f ? root_q : mean + sqrt_f32(-square));
-    const float longest = 0.001f * sqrt_f32(sqrt_f32(HOPFORM_NEVER_f32));
-    const float square_of_fastest = transition->fastest * transition->fastest;
-    transition->is_short_over =
-        square_of_fastest * square_of_fastest <= HOPFORM_NEVER_f32 ? 1.0f / transition->fastest : 0.0f;
-    transition->h = lesser_f32((square > 0.0f ? 0.7853982f : 2.984f) / root_q, longest);
-    const basis_f32 basis = basis_at_f32(poles, transition->h);
-    passed_by_row_f32 passed;
-    passed.named = transition_of_both_f32(&plan->rates[0], &basis);
-    for (int n = 0; n < 9; n++) {
-        transition->stays[n] = passed.of.stays[n];
-        transition->gains[n] = passed.of.gains[n];
-    }
-    for (int n = 0; n < 3; n++) {
-        transition->moves[n] = passed.of.moves[n];
-    }
-    const bool far = transition->fastest * transition->h > 1.0f && aa > 4.0f * poles->q;
-    transition->apart = far && square > 0.0f;
-    above_f32 above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
-    if (far) { above = above_of_both_f32(&plan->rates[0], poles, residue_f32(poles)); }
-    transition->above[0] = above.above_1;
-    transition->above[1] = above.above_2;
-}
-
-/* Whether a pole is so fast that its exponential is no short series over a node. */
-static inline bool fades_in_a_node_f32(const hopform_transition_f32 *transition) {
-    return transition->fastest * transition->h > 0.8f;
-}
-
-ALWAYS_f32 float by_row_f32(const float row[3], const rates_by_row_f32 *w) {
-    return row[0] * w->of[0] + row[1] * w->of[1] + row[2] * w->of[2];
-}
-
-/* (M + a) w. */
-ALWAYS_f32 rates_by_row_f32 deflated_rates_f32(const hopform_plan_f32 *plan, const rates_by_row_f32 *w) {
-    const above_f32 above = {plan->transition.above[0], plan->transition.above[1]};
-    rates_by_row_f32 d;
-    d.bend = deflated_of_both_f32(&plan->rates[0], &plan->poles[0], &above, &w->named);
-    return d;
-}
-
-/* M w. */
-ALWAYS_f32 rates_by_row_f32 bend_rates_f32(const hopform_plan_f32 *plan, const rates_by_row_f32 *w) {
-    rates_by_row_f32 bend;
-    bend.bend = bends_of_both_f32(&plan->rates[0], &w->named);
-    return bend;
-}
-
+#if HOPFORM_HAS_NODES
 /* What a coordinate gains over a time by w, M w and M^2 w; the position by v_1 t, and by the row of v_1 in them, once
  * more integrated. */
 typedef struct {
@@ -129,6 +72,80 @@ DEFINE_POWERS(a_node, HOPFORM_NODE)
 #undef ADD_TERM
 #undef TAKE_TERM
 #undef DEFINE_POWERS
+
+/* W over the same time, by these: t phi_1(M t) is W' + W (M + s_1) + W1 N, and the last is W2. */
+static inline basis_f32 basis_of_powers_f32(const hopform_poles_f32 *poles, const powers_f32 *powers) {
+    const float W = powers->second - poles->s_1 * powers->third;
+    const float Wd = powers->first - (poles->s_1 * W + poles->s_2 * powers->third);
+    const float Wdd = 1.0f - (poles->s_1 * Wd + poles->s_2 * W + poles->s_3 * powers->third);
+    const basis_f32 basis = {Wdd, Wd, W, powers->third, powers->last};
+    return basis;
+}
+
+/* Whether a pole is so fast that its exponential is no short series over a node. */
+static inline bool fades_in_a_node_f32(const hopform_transition_f32 *transition) {
+    return transition->fastest * transition->h > 0.8f;
+}
+
+static inline basis_f32 basis_over_a_node_f32(const hopform_plan_f32 *plan) {
+    const hopform_poles_f32 *poles = &plan->poles[0];
+    const float h = plan->transition.h;
+    if (fades_in_a_node_f32(&plan->transition)) { return basis_at_f32(poles, h); }
+    const powers_f32 powers = powers_over_a_node_f32(poles, h);
+    return basis_of_powers_f32(poles, &powers);
+}
+
+/* A pair that rings turns by a quarter of half a period at most, so that series over a node are short. Two real poles
+ * have no period, and intervals grow from their mean on. The fourth power of a node is a number. */
+static inline void put_transition_f32(hopform_plan_f32 *plan) {
+    hopform_transition_f32 *transition = &plan->transition;
+    const hopform_poles_f32 *poles = &plan->poles[0]; /* of both */
+    const float mean = 0.5f * poles->p;
+    const float square = poles->q - mean * mean;
+    const float aa = poles->a * poles->a;
+    const float root_q = sqrt_f32(poles->q);
+    transition->fastest = greater_f32(poles->a, square > 0.0f ? root_q : mean + sqrt_f32(-square));
+    const float longest = 0.001f * sqrt_f32(sqrt_f32(HOPFORM_NEVER_f32));
+    const float square_of_fastest = transition->fastest * transition->fastest;
+    transition->is_short_over =
+        square_of_fastest * square_of_fastest <= HOPFORM_NEVER_f32 ? 1.0f / transition->fastest : 0.0f;
+    transition->h = lesser_f32((square > 0.0f ? 0.7853982f : 2.984f) / root_q, longest);
+    const basis_f32 basis = basis_over_a_node_f32(plan);
+    passed_by_row_f32 passed;
+    passed.named = transition_of_both_f32(&plan->rates[0], &basis);
+    for (int n = 0; n < 9; n++) {
+        transition->stays[n] = passed.of.stays[n];
+        transition->gains[n] = passed.of.gains[n];
+    }
+    for (int n = 0; n < 3; n++) {
+        transition->moves[n] = passed.of.moves[n];
+    }
+    const bool far = transition->fastest * transition->h > 1.0f && aa > 4.0f * poles->q;
+    transition->apart = far && square > 0.0f;
+    above_f32 above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
+    if (far) { above = above_of_both_f32(&plan->rates[0], poles, residue_f32(poles)); }
+    transition->above[0] = above.above_1;
+    transition->above[1] = above.above_2;
+}
+
+ALWAYS_f32 float by_row_f32(const float row[3], const rates_by_row_f32 *w) {
+    return row[0] * w->of[0] + row[1] * w->of[1] + row[2] * w->of[2];
+}
+
+/* (M + a) w. */
+ALWAYS_f32 rates_by_row_f32 deflated_rates_f32(const hopform_plan_f32 *plan, const rates_by_row_f32 *w) {
+    const above_f32 above = {plan->transition.above[0], plan->transition.above[1]};
+    rates_by_row_f32 d;
+    d.bend = deflated_of_both_f32(&plan->rates[0], &plan->poles[0], &above, &w->named);
+    return d;
+}
+
+/* M w. */
+ALWAYS_f32 rates_by_row_f32 bend_rates_f32(const hopform_plan_f32 *plan, const rates_by_row_f32 *w) {
+    rates_by_row_f32 bend;
+    bend.bend = bends_of_both_f32(&plan->rates[0], &w->named);
+    return bend;
+}
 
 /* w, M w and M^2 w. */
 typedef struct {

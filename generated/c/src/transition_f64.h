@@ -18,7 +18,6 @@
 /* Whether a library solves motions of both so (HOPFORM_BY_NODES), and has a model that may. */
 #define HOPFORM_HAS_NODES (HOPFORM_BY_NODES && HOPFORM_MAY_GO_BY_NODES)
 
-#if HOPFORM_HAS_NODES
 /* Of y, v_1 and v_2; the entries of their transition by rows, as the plan has them. */
 typedef union {
     rate_f64 named;
@@ -38,63 +37,7 @@ typedef union {
     } of;
 } passed_by_row_f64;
 
-/* A pair that rings turns by a quarter of half a period at most, so that series over a node are short. Two real poles
- * have no period, and intervals grow from their mean on. The fourth power of a node is a number. */
-static inline void put_transition_f64(hopform_plan_f64 *plan) {
-    hopform_transition_f64 *transition = &plan->transition;
-    const hopform_poles_f64 *poles = &plan->poles[0]; /* of both */
-    const double mean = 0.5 * poles->p;
-    const double square = poles->q - mean * mean;
-    const double aa = poles->a * poles->a;
-    const double root_q = sqrt_f64(poles->q);
-    transition->fastest = greater_f64(poles->a, square > 0.0 ? root_q : mean + sqrt_f64(-square));
-    const double longest = 0.001 * sqrt_f64(sqrt_f64(HOPFORM_NEVER_f64));
-    const double square_of_fastest = transition->fastest * transition->fastest;
-    transition->is_short_over =
-        square_of_fastest * square_of_fastest <= HOPFORM_NEVER_f64 ? 1.0 / transition->fastest : 0.0;
-    transition->h = lesser_f64((square > 0.0 ? 0.7853981633974483 : 2.984) / root_q, longest);
-    const basis_f64 basis = basis_at_f64(poles, transition->h);
-    passed_by_row_f64 passed;
-    passed.named = transition_of_both_f64(&plan->rates[0], &basis);
-    for (int n = 0; n < 9; n++) {
-        transition->stays[n] = passed.of.stays[n];
-        transition->gains[n] = passed.of.gains[n];
-    }
-    for (int n = 0; n < 3; n++) {
-        transition->moves[n] = passed.of.moves[n];
-    }
-    const bool far = transition->fastest * transition->h > 1.0 && aa > 4.0 * poles->q;
-    transition->apart = far && square > 0.0;
-    above_f64 above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
-    if (far) { above = above_of_both_f64(&plan->rates[0], poles, residue_f64(poles)); }
-    transition->above[0] = above.above_1;
-    transition->above[1] = above.above_2;
-}
-
-/* Whether a pole is so fast that its exponential is no short series over a node. */
-static inline bool fades_in_a_node_f64(const hopform_transition_f64 *transition) {
-    return transition->fastest * transition->h > 0.8;
-}
-
-ALWAYS_f64 double by_row_f64(const double row[3], const rates_by_row_f64 *w) {
-    return row[0] * w->of[0] + row[1] * w->of[1] + row[2] * w->of[2];
-}
-
-/* (M + a) w. */
-ALWAYS_f64 rates_by_row_f64 deflated_rates_f64(const hopform_plan_f64 *plan, const rates_by_row_f64 *w) {
-    const above_f64 above = {plan->transition.above[0], plan->transition.above[1]};
-    rates_by_row_f64 d;
-    d.bend = deflated_of_both_f64(&plan->rates[0], &plan->poles[0], &above, &w->named);
-    return d;
-}
-
-/* M w. */
-ALWAYS_f64 rates_by_row_f64 bend_rates_f64(const hopform_plan_f64 *plan, const rates_by_row_f64 *w) {
-    rates_by_row_f64 bend;
-    bend.bend = bends_of_both_f64(&plan->rates[0], &w->named);
-    return bend;
-}
-
+#if HOPFORM_HAS_NODES
 /* What a coordinate gains over a time by w, M w and M^2 w; the position by v_1 t, and by the row of v_1 in them, once
  * more integrated. */
 typedef struct {
@@ -129,6 +72,80 @@ DEFINE_POWERS(a_node, HOPFORM_NODE)
 #undef ADD_TERM
 #undef TAKE_TERM
 #undef DEFINE_POWERS
+
+/* W over the same time, by these: t phi_1(M t) is W' + W (M + s_1) + W1 N, and the last is W2. */
+static inline basis_f64 basis_of_powers_f64(const hopform_poles_f64 *poles, const powers_f64 *powers) {
+    const double W = powers->second - poles->s_1 * powers->third;
+    const double Wd = powers->first - (poles->s_1 * W + poles->s_2 * powers->third);
+    const double Wdd = 1.0 - (poles->s_1 * Wd + poles->s_2 * W + poles->s_3 * powers->third);
+    const basis_f64 basis = {Wdd, Wd, W, powers->third, powers->last};
+    return basis;
+}
+
+/* Whether a pole is so fast that its exponential is no short series over a node. */
+static inline bool fades_in_a_node_f64(const hopform_transition_f64 *transition) {
+    return transition->fastest * transition->h > 0.8;
+}
+
+static inline basis_f64 basis_over_a_node_f64(const hopform_plan_f64 *plan) {
+    const hopform_poles_f64 *poles = &plan->poles[0];
+    const double h = plan->transition.h;
+    if (fades_in_a_node_f64(&plan->transition)) { return basis_at_f64(poles, h); }
+    const powers_f64 powers = powers_over_a_node_f64(poles, h);
+    return basis_of_powers_f64(poles, &powers);
+}
+
+/* A pair that rings turns by a quarter of half a period at most, so that series over a node are short. Two real poles
+ * have no period, and intervals grow from their mean on. The fourth power of a node is a number. */
+static inline void put_transition_f64(hopform_plan_f64 *plan) {
+    hopform_transition_f64 *transition = &plan->transition;
+    const hopform_poles_f64 *poles = &plan->poles[0]; /* of both */
+    const double mean = 0.5 * poles->p;
+    const double square = poles->q - mean * mean;
+    const double aa = poles->a * poles->a;
+    const double root_q = sqrt_f64(poles->q);
+    transition->fastest = greater_f64(poles->a, square > 0.0 ? root_q : mean + sqrt_f64(-square));
+    const double longest = 0.001 * sqrt_f64(sqrt_f64(HOPFORM_NEVER_f64));
+    const double square_of_fastest = transition->fastest * transition->fastest;
+    transition->is_short_over =
+        square_of_fastest * square_of_fastest <= HOPFORM_NEVER_f64 ? 1.0 / transition->fastest : 0.0;
+    transition->h = lesser_f64((square > 0.0 ? 0.7853981633974483 : 2.984) / root_q, longest);
+    const basis_f64 basis = basis_over_a_node_f64(plan);
+    passed_by_row_f64 passed;
+    passed.named = transition_of_both_f64(&plan->rates[0], &basis);
+    for (int n = 0; n < 9; n++) {
+        transition->stays[n] = passed.of.stays[n];
+        transition->gains[n] = passed.of.gains[n];
+    }
+    for (int n = 0; n < 3; n++) {
+        transition->moves[n] = passed.of.moves[n];
+    }
+    const bool far = transition->fastest * transition->h > 1.0 && aa > 4.0 * poles->q;
+    transition->apart = far && square > 0.0;
+    above_f64 above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
+    if (far) { above = above_of_both_f64(&plan->rates[0], poles, residue_f64(poles)); }
+    transition->above[0] = above.above_1;
+    transition->above[1] = above.above_2;
+}
+
+ALWAYS_f64 double by_row_f64(const double row[3], const rates_by_row_f64 *w) {
+    return row[0] * w->of[0] + row[1] * w->of[1] + row[2] * w->of[2];
+}
+
+/* (M + a) w. */
+ALWAYS_f64 rates_by_row_f64 deflated_rates_f64(const hopform_plan_f64 *plan, const rates_by_row_f64 *w) {
+    const above_f64 above = {plan->transition.above[0], plan->transition.above[1]};
+    rates_by_row_f64 d;
+    d.bend = deflated_of_both_f64(&plan->rates[0], &plan->poles[0], &above, &w->named);
+    return d;
+}
+
+/* M w. */
+ALWAYS_f64 rates_by_row_f64 bend_rates_f64(const hopform_plan_f64 *plan, const rates_by_row_f64 *w) {
+    rates_by_row_f64 bend;
+    bend.bend = bends_of_both_f64(&plan->rates[0], &w->named);
+    return bend;
+}
 
 /* w, M w and M^2 w. */
 typedef struct {

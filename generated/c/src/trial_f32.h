@@ -5,8 +5,8 @@
  * events.
  *
  * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under
- * the acceleration that 1 A gives. Extrema of the position and of the contact force move to first order as if their
- * time stood still; where they jump, at a stop, the time counts.
+ * the acceleration that 1 A gives: it is a motion in the same mode. Extrema of the position and of the contact force
+ * move to first order as if their time stood still; where they jump, at a stop, the time counts.
  */
 #ifndef HOPFORM_TRIAL_H_f32
 #define HOPFORM_TRIAL_H_f32
@@ -93,14 +93,10 @@ static inline bool turns_up_f32(const current_variation_f32 *variation, const so
 static inline void pass_event_f32(current_variation_f32 *variation, const solved_phase_f32 *now) {
     const hopform_robot_f32 *robot = &variation->plan->robot;
     const state_by_axis_f32 *before = &variation->speed;
-    state_by_axis_f32 after; /* z' right after it, where W'' is 1, and W', W are 0 */
+    const state_by_axis_f32 *after = &now->begins;
     state_by_axis_f32 *change = &variation->change;
     const int axis = axis_of_event_f32(now->event);
     float late = 0.0f;
-    after.of[HOPFORM_POSITION_AXIS] = now->start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
-    for (int i = 1; i < HOPFORM_AXES; i++) {
-        after.of[i] = now->numerators->core[i - 1].H3;
-    }
     if (axis >= 0) {
         if (fabs_f32(before->of[axis]) > 0.0f) {
             late = -change->of[axis] / before->of[axis];
@@ -111,7 +107,7 @@ static inline void pass_event_f32(current_variation_f32 *variation, const solved
             const state_by_axis_f32 met = change_at_event_f32(change, before, late);
             note_hit_f32(variation, &met);
         }
-        pass_event_at_axis_f32(change->of, before->of, after.of, axis, 0.0f, late);
+        pass_event_at_axis_f32(change->of, before->of, after->of, axis, 0.0f, late);
     }
     const int slips = slips_at_event_f32(now->event);
     if (slips >= 0 && excess_to_side_f32(robot, slips, side_of_mode_f32(now->mode, slips)) > 0.0f) {
@@ -123,49 +119,64 @@ static inline void pass_event_f32(current_variation_f32 *variation, const solved
         } else {
             variation->trial->smooth = false;
         }
-        pass_slip_f32(change->of, slips, now->numerators->of.velocity[slips].H3, late);
+        pass_slip_f32(change->of, slips, after->of[HOPFORM_VELOCITY_AXIS(slips)], late);
     }
     variation->late = late;
     note_largest_f32(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
-    if (turns_up_f32(variation, now, contact_slope_f32(robot, &after.named))) {
-        const state_by_axis_f32 met = change_at_event_f32(change, &after, late);
+    if (turns_up_f32(variation, now, contact_slope_f32(robot, &after->named))) {
+        const state_by_axis_f32 met = change_at_event_f32(change, after, late);
         note_minimum_f32(variation->trial, contact_of_f32(robot, &now->start->named),
                           contact_slope_f32(robot, &met.named), 1);
     }
 }
 
-/* The minima of the contact force inside a phase; where the stance takes off at its end without one, that behind it, by
- * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
- * the stance goes on for another rebound. */
-static inline void look_for_minimum_f32(current_variation_f32 *variation, const solved_phase_f32 *phase,
-                                         const numerators_f32 *by_u, const basis_f32 *w, bool turns) {
-    const hopform_robot_f32 *robot = &variation->plan->robot;
-    const hopform_poles_f32 *poles = poles_of_f32(variation->plan, phase->mode);
-    const numerator_f32 h = contact_numerator_f32(robot, &phase->numerators->named);
-    const propagator_f32 end = propagator_of_f32(poles, phase->end->t, w);
-    if (turns) {
-        const minima_f32 least =
-            least_minimum_f32(poles, node_of_f32(variation->plan, phase->mode), &h,
-                               contact_of_f32(robot, &phase->start->named), &end, 64.0f, variation->evaluations);
-        if (least.count > 0) {
-            const hopform_state_f32 there = arrive_f32(&variation->change.named, by_u, &least.basis, phase->mode);
-            note_minimum_f32(variation->trial, least.value, contact_slope_f32(robot, &there), least.count);
-        }
+/* The contact force and its derivatives. */
+static inline jet_f32 contact_jet_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state,
+                                        const derivatives_of_state_f32 *at) {
+    const jet_f32 jet = {contact_of_f32(robot, state), contact_slope_f32(robot, &at->speed.named),
+                          contact_slope_f32(robot, &at->bend.named), contact_slope_f32(robot, &at->third.named)};
+    return jet;
+}
+
+/* The minima of the contact force inside a phase. */
+static inline void look_for_minimum_f32(const current_variation_f32 *variation, const solved_phase_f32 *phase,
+                                         const course_f32 *by_u, const derivatives_of_state_f32 *ends) {
+    const hopform_plan_f32 *plan = variation->plan;
+    const hopform_robot_f32 *robot = &plan->robot;
+    const hopform_node_f32 *node = node_of_f32(plan, phase->mode);
+    const derivatives_of_state_f32 begins = derivatives_in_mode_f32(plan, phase->mode, &phase->begins);
+    const jet_f32 from = contact_jet_f32(robot, &phase->start->named, &begins);
+    const jet_f32 to = contact_jet_f32(robot, &phase->arrived->named, ends);
+    if (turns_as_seen_f32(node, &from, &to, phase->length) && !shows_minimum_f32(&from, &to)) { return; }
+    const course_f32 course = course_from_f32(plan, phase->mode, &phase->start->named, &phase->drive->named);
+    const numerator_f32 h = contact_numerator_f32(robot, &course.numerators.named);
+    const minima_f32 least =
+        least_minimum_f32(course.poles, node, &h, &from, &to, phase->length, 64.0f, variation->evaluations);
+    if (least.count > 0) {
+        const hopform_state_f32 there = state_on_course_f32(by_u, least.t);
+        note_minimum_f32(variation->trial, least.value, contact_slope_f32(robot, &there), least.count);
     }
-    if (!phase->leaves || variation->trial->minima > 0) { return; }
-    const numerator_f32 h_u = contact_numerator_f32(robot, by_u);
-    const event_function_f32 contact = event_function_of_f32(&h, 0.0f);
-    const event_function_f32 contact_u =
-        event_function_of_f32(&h_u, contact_slope_f32(robot, &variation->change.named));
-    const jet_f32 at = jet_at_f32(poles, &contact, &end);
-    const jet_f32 at_u = short_jet_at_f32(&contact_u, &end);
-    if (at.rate < 0.0f && at.curvature > 0.0f) {
-        const float later = -at.rate / at.curvature;
-        const float curvature_u = at_u.curvature - at.third * at_u.value / at.rate; /* where the take-off moves to */
-        const float change = at_u.value + later * (at_u.rate + 0.5f * later * curvature_u);
-        if (0.5f * later * -at.rate + fabs_f32(change) <= HOPFORM_NEVER_f32) {
-            note_minimum_f32(variation->trial, 0.5f * later * at.rate, change, 0);
-        }
+}
+
+/* Where a stance takes off without a minimum of the contact force before, that behind it, by the parabola there: how
+ * far below zero the contact force would fall if the contact could pull. Where that is nothing, the stance goes on for
+ * another rebound. The change has arrived at the end of the phase. */
+static inline void look_behind_takeoff_f32(const current_variation_f32 *variation, const solved_phase_f32 *phase,
+                                            const course_f32 *by_u, const derivatives_of_state_f32 *ends) {
+    const hopform_robot_f32 *robot = &variation->plan->robot;
+    const row_f32 mode = phase->mode;
+    const jet_f32 at = contact_jet_f32(robot, &phase->arrived->named, ends);
+    if (!(at.rate < 0.0f && at.curvature > 0.0f)) { return; }
+    state_by_axis_f32 speed_u;
+    speed_u.rates = speeds_of_f32(by_u->rates, &by_u->drive.named, (float)side_of_mode_f32(mode, 0),
+                                   (float)side_of_mode_f32(mode, 1), &variation->change.named);
+    const state_by_axis_f32 bend_u = bend_in_mode_f32(by_u->rates, mode, &speed_u);
+    const float value_u = contact_slope_f32(robot, &variation->change.named);
+    const float later = -at.rate / at.curvature;
+    const float curvature_u = contact_slope_f32(robot, &bend_u.named) - at.third * value_u / at.rate; /* and moves */
+    const float change = value_u + later * (contact_slope_f32(robot, &speed_u.named) + 0.5f * later * curvature_u);
+    if (0.5f * later * -at.rate + fabs_f32(change) <= HOPFORM_NEVER_f32) {
+        note_minimum_f32(variation->trial, 0.5f * later * at.rate, change, 0);
     }
 }
 
@@ -175,26 +186,22 @@ static inline void look_for_minimum_f32(current_variation_f32 *variation, const 
 static inline void carry_variation_f32(current_variation_f32 *variation, const solved_phase_f32 *phase) {
     const hopform_plan_f32 *plan = variation->plan;
     const row_f32 mode = phase->mode;
-    const hopform_poles_f32 *poles = poles_of_f32(plan, mode);
-    const hopform_rates_f32 *rates = rates_in_mode_f32(plan, mode);
-    const basis_f32 w = basis_of_propagator_f32(poles, phase->end);
     if (HOPFORM_IS_EVENT(phase->event)) { pass_event_f32(variation, phase); }
     variation->moves = variation->moves || side_of_mode_f32(mode, HOPFORM_DRIVEN_ELEMENT) != 0;
     const bool turns = !HOPFORM_CONTACT_IS_STRETCH || stretch_may_turn_f32(mode);
     if (variation->moves || turns) {
         drive_by_element_f32 per_ampere = {{0.0f, 0.0f}};
-        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = rates->a1_u;
-        const numerators_f32 by_u = motion_under_f32(rates, &per_ampere.named, &variation->change.named, mode);
-        if (turns || phase->leaves) { look_for_minimum_f32(variation, phase, &by_u, &w, turns); }
-        variation->change.named = arrive_f32(&variation->change.named, &by_u, &w, mode);
+        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = rates_in_mode_f32(plan, mode)->a1_u;
+        const course_f32 by_u = course_from_f32(plan, mode, &variation->change.named, &per_ampere.named);
+        const derivatives_of_state_f32 ends = derivatives_in_mode_f32(plan, mode, &phase->ends);
+        if (turns) { look_for_minimum_f32(variation, phase, &by_u, &ends); }
+        variation->change.named = state_on_course_f32(&by_u, phase->length);
+        if (phase->leaves && variation->trial->minima == 0) {
+            look_behind_takeoff_f32(variation, phase, &by_u, &ends);
+        }
     }
     variation->arrived = *phase->arrived;
-    variation->speed.of[HOPFORM_POSITION_AXIS] = phase->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
-    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
-        const numerator_f32 *by =
-            is_modal_f32(phase->end) ? &phase->modes->by.core[axis - 1] : &phase->numerators->core[axis - 1];
-        variation->speed.of[axis] = sum_of_parts_f32(by, &phase->end->rate);
-    }
+    variation->speed = phase->ends;
     variation->mode = mode;
 }
 

@@ -18,6 +18,7 @@
 #define HOPFORM_ALONE_H_real
 
 #include "certificate_real.h"
+#include "transition_real.h"
 
 /* Whether a library solves so: one switch for both. */
 #define HOPFORM_HAS_ALONE HOPFORM_BY_NODES
@@ -25,6 +26,7 @@
 /* Whether a model has event functions that are not linear in s. */
 #define HOPFORM_ALONE_BENDS                                                                                            \
     (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
+
 
 #if HOPFORM_HAS_ALONE
 /* Its pair of poles: both are slower than the root of `square`. */
@@ -103,6 +105,19 @@ static inline known_pair_real response_over_real(const alone_pair_real *pair, re
     if (!is_short_real(pair, 0.5 * t)) { return response_over_long_real(pair, t); }
     const known_pair_real response = response_over_a_node_real(pair, halves ? 0.5 * t : t);
     return halves ? response_over_twice_real(pair, &response) : response;
+}
+
+/* The start of a motion whose draw is known within a rounding. Two real poles settle, as do those that ring so slowly
+ * that nothing is left after half a period: where no more than rounding is left of draw and velocity, what is left fades
+ * with the slow pole, draw = fast v. By a draw that is rounding alone the element would rest, or turn. */
+static inline alone_real alone_start_real(const alone_pair_real *pair, real v, real draw, real rounding) {
+    alone_real start = {0.0, 0.0, v, draw};
+    if (fabs_real(draw) + pair->p * v < rounding) {
+        const real mean = 0.5 * pair->p;
+        const real square = mean * mean - pair->q;
+        if (square > -0.002 * pair->q) { start.draw = v * (mean + sqrt_real(greater_real(square, 0.0))); }
+    }
+    return start;
 }
 
 /* The motion at another time, by the response to the time between. */

@@ -156,11 +156,9 @@ static inline bool has_faded_real(const event_set_real *set, const event_functio
 
 /* The time to rest where the pair rings with omega. From rest a mass moves for half a period. */
 static inline real time_to_rest_of_ringing_real(const hopform_poles_real *poles, real omega, real v, real acc) {
-    const real back = v > 0.0 ? -(acc + 0.5 * poles->p * v) / omega : 1.0;
-    const real slowing = angle_real(back, v) / omega;
+    if (v > 0.0) { return angle_real(-(acc + 0.5 * poles->p * v) / omega, v) / omega; }
     const real at_once = acc < 0.0 ? 0.0 : HOPFORM_NEVER_real;
-    const real from_rest = acc > 0.0 ? 3.141592653589793 / omega : at_once;
-    return v > 0.0 ? slowing : from_rest;
+    return acc > 0.0 ? 3.141592653589793 / omega : at_once;
 }
 
 /* Rule 3: when a mass that slips alone comes to rest, NEVER if it does not: v and v' = acc at t = 0, times its sign.

@@ -44,7 +44,7 @@ typedef struct {
     drive_by_element_real drive; /* of the phase, as its numerators */
     numerators_by_axis_real numerators;
 #if HOPFORM_HAS_NODES
-    rates_by_row_real rates; /* in place of the numerators, where both slip and nobody follows */
+    rates_by_row_real rates; /* in place of the numerators, where both slip */
 #endif
     motion_modes_real modes; /* of the motion, once the modal form is evaluated */
     evaluations_real *evaluations;
@@ -423,19 +423,15 @@ SELDOM_real void enter_modes_real(stance_chain_real *chain, stance_search_real *
 #if HOPFORM_HAS_NODES
 /* ---- both slip, by their rates ---- */
 
-/* Whether the phase is solved so: not where someone follows it by its propagator. */
+/* Whether the phase is solved so. */
 static inline bool is_solved_by_rates_real(const stance_chain_real *chain) {
-    return alone_of_mode_real(chain->mode) < 0 && !rests_of_mode_real(chain->mode) && chain->observer == NULL;
+    return alone_of_mode_real(chain->mode) < 0 && !rests_of_mode_real(chain->mode);
 }
 
 /* The first of two derivatives that is not zero. */
 static inline real first_of_real(real rate, real bend) {
     return fabs_real(rate) > 0.0 ? rate : bend;
 }
-
-/* The axis of each event function of the search. */
-static const int axis_of_function_real[NODE_FUNCTIONS_real] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0),
-                                                               HOPFORM_VELOCITY_AXIS(1)};
 
 /* How far it is to the stop ahead; NEVER without one. */
 static inline real gap_ahead_real(const stance_chain_real *chain) {
@@ -451,7 +447,7 @@ static inline void begin_contact_by_row_real(const stance_chain_real *chain, nod
     search_node_real *low = search->low;
     for (int axis = 0; axis < 3; axis++) {
         state_by_axis_real one = {{0.0, 0.0, 0.0, 0.0}};
-        one.of[axis_of_function_real[axis]] = 1.0;
+        one.of[axis_of_row_real[axis]] = 1.0;
         search->contact[axis] = contact_slope_real(&chain->plan->robot, &one.named);
     }
     const real force = contact_of_real(&chain->plan->robot, &chain->at.named);
@@ -497,7 +493,7 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
     low->x = 0.0;
     low->w = search->w;
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
-        const real z = chain->at.of[axis_of_function_real[n]];
+        const real z = chain->at.of[axis_of_row_real[n]];
         search->rounded[n] = fabs_real(z);
         search->from_the_end[n] = false;
         low->value[n] = above_zero_real(search, n, search->sign[n] * z);
@@ -560,13 +556,13 @@ static inline const search_node_real *meet_stop_real(const node_search_real *sea
 static inline void arrive_at_node_real(const node_search_real *search, const search_node_real *there, int owner,
                                        arrival_real *arrival) {
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
-        arrival->z[axis_of_function_real[n]] = search->sign[n] * there->value[n];
+        arrival->z[axis_of_row_real[n]] = search->sign[n] * there->value[n];
     }
     if (HOPFORM_CONTACT_IS_ROW) { arrival->z[HOPFORM_STRETCH_AXIS] = there->y; }
     arrival->moved = there->x;
+    arrival->w = there->w;
     if (owner != ELEMENT_real + HOPFORM_STOPPED_ELEMENT) { return; }
-    arrival->rate = there->w.of[1 + HOPFORM_STOPPED_ELEMENT];
-    arrival->terms = fabs_real(arrival->rate)
+    arrival->terms = fabs_real(there->w.of[1 + HOPFORM_STOPPED_ELEMENT])
                      + fabs_real(there->deflated[1 + HOPFORM_STOPPED_ELEMENT]) / sqrt_real(search->plan->poles[0].q);
     arrival->stretched = terms_of_node_real(search, 0, there);
 }
@@ -666,9 +662,9 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
 #if HOPFORM_HAS_ALONE
 /* ---- one slips alone, in its own coordinate: how far it has gone to its side ---- */
 
-/* Whether the phase is solved so: not where someone follows it by its propagator. */
+/* Whether the phase is solved so. */
 static inline bool is_solved_alone_real(const stance_chain_real *chain) {
-    return alone_of_mode_real(chain->mode) >= 0 && !rests_of_mode_real(chain->mode) && chain->observer == NULL;
+    return alone_of_mode_real(chain->mode) >= 0 && !rests_of_mode_real(chain->mode);
 }
 
 /* How far the stretch goes with it. */
@@ -729,9 +725,10 @@ static inline void put_alone_velocity_real(alone_search_real *search, const stan
     const real side = (real)side_of_mode_real(chain->mode, alone);
     const real draw =
         chain->numerators.of.stretch.H2 / (real)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_real(chain), alone);
-    const alone_real start = {0.0, 0.0, greater_real(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
-                              side * draw};
-    search->start = start;
+    const real stretched = chain->most_stretched + fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]);
+    const real terms = fabs_real(chain->drive.of[alone]) + search->pair.q * stretched;
+    search->start = alone_start_real(&search->pair, greater_real(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
+                                     side * draw, 16.0 * HOPFORM_EPS_real * terms);
 }
 
 /* The thresholds of the free acceleration of what is held, on which the velocity acts. */
@@ -938,7 +935,8 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
 #if HOPFORM_HAS_NODES
     if (end->arrival.is_known) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
-            keep_small_acceleration_real(chain, end->arrival.rate, end->arrival.terms, end->arrival.stretched);
+            keep_small_acceleration_real(chain, end->arrival.w.of[1 + element], end->arrival.terms,
+                                         end->arrival.stretched);
         }
         return;
     }
@@ -978,6 +976,19 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
                                      fabs_real(parts[0]) + fabs_real(parts[1]) + fabs_real(parts[2]),
                                      terms_of_stretch_real(chain, &basis));
     }
+}
+
+/* The state of a phase where a propagator is known; `modes` are read where it is modal. */
+static inline hopform_state_real arrive_at_real(const hopform_state_real *state, const numerators_real *numerators,
+                                                const motion_modes_real *modes, const propagator_real *at,
+                                                row_real mode) {
+    if (!is_modal_real(at)) {
+        const basis_real basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
+        return arrive_real(state, numerators, &basis, mode);
+    }
+    state_by_axis_real later;
+    later.named = state_by_modes_real(state, modes, at);
+    return held_in_place_real(state, &later, mode);
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
@@ -1123,12 +1134,68 @@ static inline bool leaves_at_once_real(const stance_chain_real *chain) {
 }
 #endif
 
+/* z' where the phase of the chain begins, at a state. */
+static inline state_by_axis_real speeds_at_start_real(const stance_chain_real *chain, const state_by_axis_real *start) {
+    state_by_axis_real speeds;
+    speeds.of[HOPFORM_POSITION_AXIS] = start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+#if HOPFORM_HAS_NODES
+    if (is_solved_by_rates_real(chain)) {
+        for (int n = 0; n < 3; n++) {
+            speeds.of[axis_of_row_real[n]] = chain->rates.of[n];
+        }
+        return speeds;
+    }
+#endif
+    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
+        speeds.of[axis] = chain->numerators.core[axis - 1].H3;
+    }
+    return speeds;
+}
+
+/* z' where it ends, at which the chain has arrived. */
+static inline state_by_axis_real speeds_at_end_real(const stance_chain_real *chain, const stance_search_real *end) {
+    const propagator_real *at = &end->in.high;
+    state_by_axis_real speeds = {{0.0, 0.0, 0.0, 0.0}};
+    speeds.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+#if HOPFORM_HAS_ALONE
+    if (end->is_alone) {
+        const int alone = alone_of_mode_real(chain->mode);
+        const alone_pair_real pair = alone_pair_of_real(poles_of_real(chain->plan, chain->mode), false);
+        const real side = (real)side_of_mode_real(chain->mode, alone);
+        speeds.of[HOPFORM_VELOCITY_AXIS(alone)] = side * alone_acceleration_real(&pair, &end->alone);
+        speeds.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_real(chain, alone) * end->alone.v;
+        return speeds;
+    }
+#endif
+#if HOPFORM_HAS_NODES
+    if (end->arrival.is_known) {
+        for (int n = 0; n < 3; n++) {
+            speeds.of[axis_of_row_real[n]] = end->arrival.w.of[n];
+        }
+        return speeds;
+    }
+#endif
+    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
+        const numerator_real *by =
+            is_modal_real(at) ? &chain->modes.by.core[axis - 1] : &chain->numerators.core[axis - 1];
+        speeds.of[axis] = sum_of_parts_real(by, &at->rate);
+    }
+    return speeds;
+}
+
 /* Pass the finished phase to the observer, if there is one. */
 static inline void notify_real(const stance_chain_real *chain, const state_by_axis_real *start,
-                               const propagator_real *end, bool leaves) {
+                               const stance_search_real *end) {
     if (chain->observer != NULL) {
-        const solved_phase_real phase = {&chain->numerators, end,         &chain->modes, start,
-                                         &chain->at,         chain->mode, chain->event,  leaves};
+        const solved_phase_real phase = {start,
+                                         &chain->at,
+                                         &chain->drive,
+                                         speeds_at_start_real(chain, start),
+                                         speeds_at_end_real(chain, end),
+                                         chain->mode,
+                                         end->in.high.t,
+                                         chain->event,
+                                         end->owner == CONTACT_real};
         chain->observer(chain->variation, &phase);
     }
 }
@@ -1136,9 +1203,11 @@ static inline void notify_real(const stance_chain_real *chain, const state_by_ax
 /* The same of a last phase of no duration. */
 static inline void notify_ending_real(stance_chain_real *chain) {
     if (chain->observer != NULL) {
-        const propagator_real now = propagator_at_start_real(&chain->plan->poles[0]);
         stance_begin_phase_real(chain);
-        notify_real(chain, &chain->at, &now, false);
+        const state_by_axis_real now = speeds_at_start_real(chain, &chain->at);
+        const solved_phase_real phase = {&chain->at,  &chain->at, &chain->drive, now,  now,
+                                         chain->mode, 0.0,        chain->event,  false};
+        chain->observer(chain->variation, &phase);
     }
 }
 
@@ -1191,7 +1260,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     chain->aed += chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
 #endif
     stance_arrive_real(chain, end);
-    notify_real(chain, &start, &end->in.high, end->owner == CONTACT_real);
+    notify_real(chain, &start, end);
     chain->t = passes ? until : lesser_real(chain->t + length, until); /* not behind it by rounding */
 #if HOPFORM_HAS_CONTACT
     if (end->owner == CONTACT_real) {

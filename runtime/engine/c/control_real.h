@@ -700,15 +700,16 @@ static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phas
     const row_real mode = mode_of_phase_real(phase);
     const real first = phase->y;
     if (!stretch_may_turn_real(mode) || !(t > 0.0)) { return first; }
-    numerators_by_axis_real numerators;
-    numerators.named = motion_in_phase_real(plan, phase, u);
-    const numerator_real *h = &numerators.of.stretch;
+    const course_real course = course_of_phase_real(plan, phase, u);
+    const numerator_real *h = &course.numerators.of.stretch;
     const numerator_real extension = {-h->H3, -h->H2, -h->H1};
-    const hopform_poles_real *poles = poles_of_real(plan, mode);
-    const hopform_node_real *node = node_of_real(plan, mode);
-    const propagator_real end = propagator_at_real(poles, t);
+    const event_function_real g = event_function_of_real(&extension, -first);
+    const propagator_real end = propagator_at_real(course.poles, t);
+    const jet_real from = jet_at_start_real(course.poles, &g);
+    const jet_real to = jet_at_real(course.poles, &g, &end);
     evaluations_real evaluations = {UNBOUNDED_real};
-    const minima_real least = least_minimum_real(poles, node, &extension, -first, &end, 65536.0, &evaluations);
+    const minima_real least =
+        least_minimum_real(course.poles, node_of_real(plan, mode), &extension, &from, &to, t, 65536.0, &evaluations);
     return greater_real(first, -least.value);
 }
 

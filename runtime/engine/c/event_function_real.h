@@ -11,6 +11,7 @@
 #ifndef HOPFORM_EVENT_FUNCTION_H_real
 #define HOPFORM_EVENT_FUNCTION_H_real
 
+#include "modal_real.h"
 #include "phase_real.h"
 
 /* ---- on a threshold ---- */

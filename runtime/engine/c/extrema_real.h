@@ -8,10 +8,9 @@
 
 #include "certificate_real.h"
 
-/* The least of `count` minima, and the propagator there. */
+/* The least of `count` minima, and when it is. */
 typedef struct {
-    real value;
-    basis_real basis;
+    real value, t;
     uint32_t count;
 } minima_real;
 
@@ -23,67 +22,65 @@ static inline void find_minimum_real(const hopform_poles_real *poles, const even
     const real value = value_at_real(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
-        least->basis = basis_of_propagator_real(poles, &at);
+        least->t = at.t;
     }
     least->count++;
 }
 
-/* Whether rate and curvature of an event function are more than what rounding may have left of them. */
-static inline bool is_decided_real(const event_function_real *g, const propagator_real *at, const jet_real *jet) {
-    return fabs_real(jet->rate) > 64.0 * HOPFORM_EPS_real * terms_of_real(g, &at->rate)
-           && bends_real(g, at, jet->curvature);
-}
-
-/* d' of an event function, the deflated derivative of its rate. */
-static inline real deflated_rate_real(const hopform_poles_real *poles, const hopform_node_real *node,
-                                      const event_function_real *g, const propagator_real *at) {
-    const deflated_real d = deflated_at_real(poles, node, g, at);
-    return (d.B - d.sum * d.A) * d.Rd - d.product * (d.A * d.R);
-}
-
-/* Rule 2 of docs/explanation/certificate.md for the rate of an event function, which has these jets: how often it may
- * vanish between two times that lie less than half a period of the pair apart; d and d_then are those of the rate. */
-static inline int most_turns_real(const jet_real *from, real d, const jet_real *to, real d_then) {
+/* Whether the rate of a function, whose jets at two times so far apart these are, becomes 0 no more often than its
+ * signs there say: rule 2 of docs/explanation/certificate.md for the rate, whose deflated derivative is g''' + l g''.
+ * The times lie less than half a period of the pair apart, and nothing decides that rounding may have left. */
+static inline bool turns_as_seen_real(const hopform_node_real *node, const jet_real *from, const jet_real *to, real t) {
+    const real bound = 64.0 * HOPFORM_EPS_real;
+    const real curvature = fabs_real(from->curvature) + fabs_real(to->curvature);
+    const real third = fabs_real(from->third) + fabs_real(to->third);
+    const real d = from->third + node->pole * from->curvature;
+    const real d_then = to->third + node->pole * to->curvature;
+    const bool decided = fabs_real(to->rate) > bound * (fabs_real(from->rate) + fabs_real(to->rate) + t * curvature)
+                         && fabs_real(to->curvature) > bound * (curvature + t * third)
+                         && lesser_real(fabs_real(d), fabs_real(d_then)) > bound * (third + node->pole * curvature)
+                         && fabs_real(from->rate) > 0.0 && fabs_real(from->curvature) > 0.0;
     const int variations = (from->rate * from->curvature < 0.0 ? 1 : 0) + (from->curvature * d < 0.0 ? 1 : 0);
     const int variations_then = (to->rate * to->curvature < 0.0 ? 1 : 0) + (to->curvature * d_then < 0.0 ? 1 : 0);
-    const bool decided = fabs_real(from->rate) > 0.0 && fabs_real(from->curvature) > 0.0 && fabs_real(d * d_then) > 0.0;
-    return decided ? variations - variations_then + (d * d_then < 0.0 ? 1 : 0) : 3;
+    const int odd = from->rate * to->rate < 0.0 ? 1 : 0;
+    return t < 0.95 * node->half_period && decided
+           && variations - variations_then + (d * d_then < 0.0 ? 1 : 0) <= 1 + odd;
 }
 
-/* The minima inside a phase that ends at `end`, of a function of time by its numerator and its value at the start.
- * Where more than one is possible its rate is evaluated at times that double until they are a quarter of half a period
- * of the pair apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes
- * back. */
+/* Whether the jets at two times show a minimum between them. */
+static inline bool shows_minimum_real(const jet_real *from, const jet_real *to) {
+    return from->rate < 0.0 && to->rate > 0.0;
+}
+
+/* The minima inside a phase of length t, of a function of time by its numerator and its jets at both ends. Where more
+ * than one is possible its rate is evaluated at times that double until they are a quarter of half a period of the pair
+ * apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes back. */
 static inline minima_real least_minimum_real(const hopform_poles_real *poles, const hopform_node_real *node,
-                                             const numerator_real *h, real value, const propagator_real *end, real most,
-                                             evaluations_real *evaluations) {
-    const event_function_real function = event_function_of_real(h, value);
+                                             const numerator_real *h, const jet_real *start, const jet_real *to,
+                                             real length, real most, evaluations_real *evaluations) {
+    const event_function_real function = event_function_of_real(h, start->value);
     const event_function_real *g = &function;
-    const jet_real from = jet_at_start_real(poles, g);
-    const jet_real to = jet_at_real(poles, g, end);
-    minima_real least = {0.0, {0.0, 0.0, 0.0, 0.0, 0.0}, 0};
-    const bool turns = from.rate < 0.0 && to.rate > 0.0;
-    const int odd = turns || (from.rate > 0.0 && to.rate < 0.0) ? 1 : 0;
-    const propagator_real start = propagator_at_start_real(poles);
-    const real d = deflated_rate_real(poles, node, g, &start);
-    if (end->t < 0.95 * node->half_period && is_decided_real(g, end, &to)
-        && most_turns_real(&from, d, &to, deflated_rate_real(poles, node, g, end)) <= 1 + odd) {
-        if (turns) { find_minimum_real(poles, g, &from, 0.0, &to, end->t, &least, evaluations); }
+    minima_real least = {0.0, 0.0, 0};
+    if (turns_as_seen_real(node, start, to, length)) {
+        if (shows_minimum_real(start, to)) { find_minimum_real(poles, g, start, 0.0, to, length, &least, evaluations); }
         return least;
     }
-    const real longest = greater_real(end->t / most, 0.77 / sqrt_real(poles->q));
+    const real longest = greater_real(length / most, 0.77 / sqrt_real(poles->q));
     real apart = lesser_real(0.5 / (poles->s_1 + sqrt_real(poles->s_2)), longest);
     real earlier = 0.0; /* times of the jets before and last */
     real t = 0.0;
-    jet_real before = from;
-    jet_real last = from;
+    jet_real before = *start;
+    jet_real last = *start;
     bool ends = false;
     while (!ends) {
         use_evaluation_real(evaluations);
-        ends = !(t + 1.5 * apart < end->t && evaluations->left > 0);
-        const real next = ends ? end->t : t + apart;
-        const propagator_real at = ends ? *end : propagator_at_real(poles, next);
-        const jet_real now = ends ? to : jet_at_real(poles, g, &at);
+        ends = !(t + 1.5 * apart < length && evaluations->left > 0);
+        const real next = ends ? length : t + apart;
+        jet_real now = *to;
+        if (!ends) {
+            const propagator_real at = propagator_at_real(poles, next);
+            now = jet_at_real(poles, g, &at);
+        }
         if (last.rate < 0.0 && now.rate >= 0.0) {
             find_minimum_real(poles, g, &last, t, &now, next, &least, evaluations);
         } else if (t > 0.0 && last.rate < 0.0 && last.rate > before.rate && last.rate > now.rate) {

@@ -141,22 +141,22 @@ static inline real gained_terms_real(const hopform_transition_real *transition, 
     return share * (parts[0] + parts[1] + parts[2]) + (1.0 - share) * parts[n];
 }
 
-/* The magnitudes that a function is a sum of at a time: what it is counted from, and what rates have brought since
- * then, or will bring until the end; what rings brings no more than in two nodes and a half. */
+/* The magnitudes that a function is a sum of at a time: where it ends, and how far it is from there; or what it is
+ * counted from, and what rates have brought since then, which is, of what rings, no more than in two nodes and a half. */
 static inline real terms_of_node_real(const node_search_real *search, int n, const search_node_real *at) {
+    if (search->from_the_end[n]) {
+        return search->rounded[n] + fabs_real(search->sign[n] * at->value[n] - function_of_real(search, n, search->end.of));
+    }
     const hopform_transition_real *transition = &search->plan->transition;
-    const rates_by_row_real *w = search->from_the_end[n] ? &at->w : &search->w;
     const real t = at->t - search->from;
-    const real turned = 1.3 * t * transition->fastest;
-    const real share = turned < 1.0 && !search->from_the_end[n] ? turned : 1.0;
-    real sum = gained_terms_real(transition, n, w, share);
+    const real share = lesser_real(1.3 * t * transition->fastest, 1.0);
+    real sum = gained_terms_real(transition, n, &search->w, share);
     if (HOPFORM_CONTACT_IS_ROW && n == 0) {
-        const real terms[3] = {sum, gained_terms_real(transition, 1, w, share),
-                               gained_terms_real(transition, 2, w, share)};
+        const real terms[3] = {sum, gained_terms_real(transition, 1, &search->w, share),
+                               gained_terms_real(transition, 2, &search->w, share)};
         sum = function_terms_real(search, 0, terms);
     }
-    const real nodes = t / transition->h;
-    return search->rounded[n] + sum * (nodes < 2.5 && !search->from_the_end[n] ? nodes : 2.5);
+    return search->rounded[n] + sum * lesser_real(t / transition->h, 2.5);
 }
 
 /* The bound of what rounding has done to a function. */
@@ -216,16 +216,25 @@ static inline real faded_after_real(const node_search_real *search, real stays, 
                                                       : HOPFORM_NEVER_real;
 }
 
-/* Rule 1: see stays_positive_by_bernstein. The sixth derivative is the fifth of the rate. */
-static inline bool has_no_root_by_bernstein_real(const node_search_real *search, int n, real h, real d_rate,
-                                                 real rounding) {
+/* How far a function of a pair that rings is at most from the quintic through value, rate and curvature at both ends:
+ * t^3 (h - t)^3/6! of its sixth derivative, the fifth of the rate, whose amplitude does not grow; 43200 for 46080. */
+static inline real remainder_of_quintic_real(const node_search_real *search, int n, real h, real d_rate) {
     const hopform_poles_real *poles = &search->plan->poles[0];
-    const search_node_real *from = search->low, *to = search->high;
+    const search_node_real *from = search->low;
     const real r = rate_of_pair_real(poles, from->deflated[n], d_rate);
     const real amplitude = amplitude_of_pair_real(poles, r, from->deflated[n] - poles->a * r);
     const real aa = poles->a * poles->a;
     const real M6 =
         poles->q * poles->q * sqrt_real(poles->q) * amplitude + aa * aa * poles->a * fabs_real(from->rate[n] - r);
+    const real hhh = h * h * h;
+    return M6 * hhh * hhh / 43200.0;
+}
+
+/* Rule 1: see stays_positive_by_bernstein. */
+static inline bool has_no_root_by_bernstein_real(const node_search_real *search, int n, real h, real d_rate,
+                                                 real rounding) {
+    const hopform_poles_real *poles = &search->plan->poles[0];
+    const search_node_real *from = search->low, *to = search->high;
     const real f = 0.2 * h;
     const real tw = 0.05 * h * h;
     const real b1 = from->value[n] + f * from->rate[n];
@@ -235,8 +244,7 @@ static inline bool has_no_root_by_bernstein_real(const node_search_real *search,
     const real inside = lesser_real(lesser_real(b1, b2), lesser_real(b3, b4));
     const real at_start = lesser_real(inside, from->value[n]);
     const real low = lesser_real(from->value[n] > 0.0 ? at_start : inside, to->value[n]);
-    const real hhh = h * h * h;
-    return low > M6 * hhh * hhh / 43200.0 + rounding;
+    return low > remainder_of_quintic_real(search, n, h, d_rate) + rounding;
 }
 
 /* ---- inside an interval ---- */
@@ -393,6 +401,7 @@ static inline void step_to_root_at_node_real(const node_search_real *search, int
     const real step = -jet.value / (jet.rate < 0.0 ? jet.rate : -1.0);
     const real reach = step * search->plan->transition.fastest;
     if (!(jet.rate < 0.0) || !(fabs_real(step) < h) || !(reach * reach < HOPFORM_EPS_real)) { return; }
+    if (!(there->t + step > search->low->t)) { return; }
     const real a = pole_of_search_real(search);
     there->t += step;
     there->x += step * velocity_of_node_real(search, there);
@@ -423,12 +432,10 @@ SELDOM_real void put_root_real(const node_search_real *search, int n, search_nod
         const real faded = faded_after_real(search, from.value - fades, fades);
         t = faded * fabs_real(r) < 0.25 * fabs_real(from.value - fades) && faded < h ? faded : t;
     }
-    const bool back = is_short && t > 0.5 * h;
-    const search_node_real *base = back ? high_end : low_end;
-    const real t_base = back ? h : 0.0;
+    const search_node_real *base = is_short ? NULL : low_end;
+    real t_base = 0.0;
     real low = 0.0, high = h;
     derivatives_of_both_real at;
-    if (is_short) { at = derivatives_at_real(search->plan, &base->w); }
     bool ends = false;
     for (int step = 0; step < 100; step++) {
         if (!ends && (!(t > low && t < high) || (step > 8 && step % 2 == 1))) { t = low + 0.5 * (high - low); }
@@ -438,6 +445,13 @@ SELDOM_real void put_root_real(const node_search_real *search, int n, search_nod
         }
         jet_real jet;
         if (is_short) {
+            const bool back = t > 0.5 * h;
+            const search_node_real *nearer = back ? high_end : low_end;
+            if (base != nearer) {
+                base = nearer;
+                t_base = back ? h : 0.0;
+                at = derivatives_at_real(search->plan, &base->w);
+            }
             use_evaluation_real(search->evaluations);
             NODE_COUNT(evaluation);
             jet = jet_by_powers_real(search, base, &at, n, t - t_base);
@@ -453,7 +467,7 @@ SELDOM_real void put_root_real(const node_search_real *search, int n, search_nod
         low = jet.value > 0.0 ? t : low;
         high = jet.value < 0.0 ? t : high;
         t = falls ? t + first : low;
-        if (falls) {
+        if (t > low && t < high) {
             const real bends = first * jet.curvature / jet.rate;
             const real left = first * (0.25 * bends * bends + first * first * rates); /* of Halley's step */
             if (left * left * rates <= HOPFORM_EPS_real

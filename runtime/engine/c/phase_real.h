@@ -5,8 +5,8 @@
 #ifndef HOPFORM_PHASE_H_real
 #define HOPFORM_PHASE_H_real
 
-#include "modal_real.h"
 #include "mode_table_real.h"
+#include "transition_real.h"
 
 #if HOPFORM_HAS_CONTACT
 /* True where the AED is a small difference of two energies of the body, and added up from the ledger instead. */
@@ -137,19 +137,6 @@ static inline hopform_state_real arrive_real(const hopform_state_real *state, co
     return held_in_place_real(state, &at, mode);
 }
 
-/* The same where a propagator is known; `modes` are read where it is modal. */
-static inline hopform_state_real arrive_at_real(const hopform_state_real *state, const numerators_real *numerators,
-                                                const motion_modes_real *modes, const propagator_real *at,
-                                                row_real mode) {
-    if (!is_modal_real(at)) {
-        const basis_real basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-        return arrive_real(state, numerators, &basis, mode);
-    }
-    state_by_axis_real later;
-    later.named = state_by_modes_real(state, modes, at);
-    return held_in_place_real(state, &later, mode);
-}
-
 /* A plan that hopform_plan_init made, not memory that holds anything. */
 static inline bool is_made_real(const hopform_plan_real *plan) {
     return plan->made == HOPFORM_PLAN_MADE;
@@ -199,34 +186,112 @@ static inline hopform_state_real start_of_phase_real(const hopform_phase_real *p
     return start;
 }
 
-/* The numerators of a phase. */
-static inline numerators_real motion_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
-                                                   real u) {
-    const hopform_state_real start = start_of_phase_real(phase);
-    return motion_of_real(plan, &start, u, mode_of_phase_real(phase));
+/* The course of a motion in a mode from a state on under constant accelerations: of a phase, or of a change of its
+ * state. */
+typedef struct {
+    row_real mode;
+    const hopform_poles_real *poles;
+    const hopform_rates_real *rates;
+    state_by_axis_real start;
+    drive_by_element_real drive;
+    numerators_by_axis_real numerators;
+} course_real;
+
+static inline course_real course_from_real(const hopform_plan_real *plan, row_real mode,
+                                           const hopform_state_real *start, const drive_real *drive) {
+    course_real course;
+    course.mode = mode;
+    course.poles = poles_of_real(plan, mode);
+    course.rates = rates_in_mode_real(plan, mode);
+    course.start.named = *start;
+    course.drive.named = *drive;
+    course.numerators.named = motion_under_real(course.rates, drive, start, mode);
+    return course;
 }
 
-/* The state at time t since a phase with these numerators began. */
-static inline hopform_state_real state_by_motion_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
-                                                      const numerators_real *numerators, real t) {
+static inline course_real course_of_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u) {
     const row_real mode = mode_of_phase_real(phase);
     const hopform_state_real start = start_of_phase_real(phase);
-    if (rests_of_mode_real(mode)) { return start; }
-    const hopform_poles_real *poles = poles_of_real(plan, mode);
-    const hopform_node_real *node = node_of_real(plan, mode);
-    if (t < node->modal) {
-        const basis_real basis = basis_at_real(poles, t);
-        return arrive_real(&start, numerators, &basis, mode);
+    const drive_real drive = drive_in_mode_real(plan, mode, u);
+    return course_from_real(plan, mode, &start, &drive);
+}
+
+/* The axes of y, v_1 and v_2. */
+static const int axis_of_row_real[3] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0), HOPFORM_VELOCITY_AXIS(1)};
+
+/* The rates of y, v_1 and v_2 where the response of the poles is `basis`. */
+static inline rates_by_row_real rates_on_course_real(const course_real *course, const basis_real *basis) {
+    rates_by_row_real w;
+    for (int n = 0; n < 3; n++) {
+        const numerator_real *h = &course->numerators.core[axis_of_row_real[n] - 1];
+        w.of[n] = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
     }
-    const propagator_real at = modes_at_real(poles, node->omega, t);
-    const motion_modes_real modes = modes_of_motion_real(poles, node->omega, &start, numerators);
-    return arrive_at_real(&start, numerators, &modes, &at, mode);
+    return w;
+}
+
+/* z' in a mode, M z' and M^2 z'. */
+typedef struct {
+    state_by_axis_real speed, bend, third;
+} derivatives_of_state_real;
+
+/* M times rates of the axes in a mode. */
+static inline state_by_axis_real bend_in_mode_real(const hopform_rates_real *rates, row_real mode,
+                                                   const state_by_axis_real *w) {
+    const drive_real none = {0.0, 0.0};
+    state_by_axis_real bend;
+    bend.rates =
+        speeds_of_real(rates, &none, (real)side_of_mode_real(mode, 0), (real)side_of_mode_real(mode, 1), &w->named);
+    return bend;
+}
+
+static inline derivatives_of_state_real derivatives_in_mode_real(const hopform_plan_real *plan, row_real mode,
+                                                                 const state_by_axis_real *speed) {
+    const hopform_rates_real *rates = rates_in_mode_real(plan, mode);
+    derivatives_of_state_real at;
+    at.speed = *speed;
+    at.bend = bend_in_mode_real(rates, mode, speed);
+    at.third = bend_in_mode_real(rates, mode, &at.bend);
+    return at;
+}
+
+/* Behind the transient of a real pole that is far beyond the pair velocities are small differences of what they were.
+ * What has not yet faded of the rates says how far the state is from where it ends: z is that sum where its terms are
+ * smaller. */
+SELDOM_real void sharpen_late_state_real(const course_real *course, const basis_real *basis, state_by_axis_real *at) {
+    const rates_by_row_real w = rates_on_course_real(course, basis);
+    core_by_row_real end, left;
+    end.named = settled_of_both_real(course->rates, &course->drive.named);
+    left.named = unsettled_of_both_real(course->rates, &w.named);
+    for (int n = 0; n < 3; n++) {
+        const int axis = axis_of_row_real[n];
+        const numerator_real *h = &course->numerators.core[axis - 1];
+        const real terms = fabs_real(course->start.of[axis]) + fabs_real(h->H3 * basis->Wd)
+                           + fabs_real(h->H2 * basis->W) + fabs_real(h->H1 * basis->W1);
+        if (fabs_real(end.of[n]) + fabs_real(left.of[n]) < terms) { at->of[axis] = end.of[n] + left.of[n]; }
+    }
+}
+
+/* Whether that is so: the real pole beyond the pair by so much, and its transient over. */
+static inline bool is_late_on_course_real(const course_real *course, real t) {
+    const hopform_poles_real *poles = course->poles;
+    return !HOPFORM_MOVES_ALONE && poles->a * poles->a > HOPFORM_MODAL_real * poles->q && poles->a * t >= 1.0
+           && poles->s_3 > 0.0;
+}
+
+/* The state at time t since a motion began. */
+static inline hopform_state_real state_on_course_real(const course_real *course, real t) {
+    if (rests_of_mode_real(course->mode)) { return course->start.named; }
+    const basis_real basis = basis_at_real(course->poles, t);
+    state_by_axis_real at;
+    at.named = arrive_real(&course->start.named, &course->numerators.named, &basis, course->mode);
+    if (is_late_on_course_real(course, t)) { sharpen_late_state_real(course, &basis, &at); }
+    return at.named;
 }
 
 static inline hopform_state_real state_in_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
                                                      real u, real t) {
-    const numerators_real numerators = motion_in_phase_real(plan, phase, u);
-    return state_by_motion_real(plan, phase, &numerators, t);
+    const course_real course = course_of_phase_real(plan, phase, u);
+    return state_on_course_real(&course, t);
 }
 
 /* The state just before the phase behind another one begins. Nothing jumps there but the velocity that a stop takes. */
@@ -331,12 +396,12 @@ static inline int ended_by_real(const hopform_plan_real *plan, const hopform_pha
 
 /* A phase that has been solved, before the event that ends it. */
 typedef struct {
-    const numerators_by_axis_real *numerators;
-    const propagator_real *end;     /* where it ends */
-    const motion_modes_real *modes; /* of the motion, if that propagator is modal */
     const state_by_axis_real *start;
     const state_by_axis_real *arrived;
+    const drive_by_element_real *drive;
+    state_by_axis_real begins, ends; /* z' at its start, where an acceleration may be known exactly, and at its end */
     row_real mode;
+    real length;
     int event;   /* with which it began */
     bool leaves; /* it ends as the contact is lost */
 } solved_phase_real;

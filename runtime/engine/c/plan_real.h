@@ -5,16 +5,17 @@
 #ifndef HOPFORM_PLAN_H_real
 #define HOPFORM_PLAN_H_real
 
+#include "alone_real.h"
 #include "phase_real.h"
 #include "transition_real.h"
 
 /* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
- * propagator is evaluated there, if that is wanted. */
-static inline hopform_node_real node_of_poles_real(const hopform_poles_real *poles, bool whole) {
+ * propagator is evaluated there, if searches start from it. */
+static inline hopform_node_real node_of_poles_real(const hopform_poles_real *poles) {
     const bool draws = poles->q > HOPFORM_UNDERFLOW_real; /* else the node is never reached */
     const real t = draws ? 2.984 / sqrt_real(poles->q) : HOPFORM_NEVER_real;
     basis_real basis = {1.0, 0.0, 0.0, 0.0, 0.0};
-    if (whole) { basis = basis_at_real(poles, draws ? t : 0.0); }
+    if (!HOPFORM_HAS_ALONE) { basis = basis_at_real(poles, draws ? t : 0.0); }
     const real mu = 0.5 * poles->p;
     const real square = mu * mu - poles->q;
     hopform_node_real node = {
@@ -69,8 +70,8 @@ static inline bool are_finite_real(const hopform_rates_real *rates) {
            && is_finite_real(rates->a1_u);
 }
 
-/* The poles of a plan, once those of the cubic are known, and its nodes; it is made if they are whole. */
-static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_poles_real *both, bool whole) {
+/* The poles of a plan, once those of the cubic are known, and its nodes. */
+static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_poles_real *both) {
     bool finite = true;
     for (int n = 0; n < HOPFORM_RATES; n++) {
         finite = finite && are_finite_real(&plan->rates[n]);
@@ -85,12 +86,12 @@ static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_
 #undef PUT_BOTH
 #undef PUT_PAIR
     for (int form = 0; form < HOPFORM_POLES; form++) {
-        plan->node[form] = node_of_poles_real(&plan->poles[form], whole);
+        plan->node[form] = node_of_poles_real(&plan->poles[form]);
     }
 #if HOPFORM_HAS_NODES
     put_transition_real(plan);
 #endif
-    plan->made = whole ? HOPFORM_PLAN_MADE : 0;
+    plan->made = HOPFORM_PLAN_MADE;
     return HOPFORM_OK;
 }
 

@@ -33,7 +33,7 @@ static int32_t fill_plan_real(hopform_plan_real *plan) {
     const hopform_rates_real *rates = &plan->rates[0];
     hopform_poles_real both = {0};
     if (!HOPFORM_MOVES_ALONE) { both = factor_cubic_real(rates->s_1, rates->s_2, rates->s_3); }
-    const int32_t made = poles_of_plan_real(plan, &both, true);
+    const int32_t made = poles_of_plan_real(plan, &both);
     return made == HOPFORM_OK && is_stiff_real(plan) ? HOPFORM_ILL_CONDITIONED : made;
 }
 

@@ -169,17 +169,17 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
     real *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
     int32_t prepared = 0; /* the phase whose motion is made: once for times that follow each other in it */
-    numerators_real numerators = motion_in_phase_real(plan, phases, input_of_phase_real(plan, steps, phases));
+    course_real course = course_of_phase_real(plan, phases, input_of_phase_real(plan, steps, phases));
     for (int32_t i = 0; i < count; i++) {
         const real within = lesser_real(times[i], stance->duration);
         const int32_t n = phase_index_real(phases, stance->phases_kept, within);
         const hopform_phase_real *phase = &phases[n];
         if (n != prepared) {
-            numerators = motion_in_phase_real(plan, phase, input_of_phase_real(plan, steps, phase));
+            course = course_of_phase_real(plan, phase, input_of_phase_real(plan, steps, phase));
             prepared = n;
         }
         state_by_axis_real state;
-        state.named = state_by_motion_real(plan, phase, &numerators, within - phase->t);
+        state.named = state_on_course_real(&course, within - phase->t);
         for (int axis = 0; axis < HOPFORM_AXES; axis++) {
             column[axis][i] = state.of[axis];
         }

@@ -18,7 +18,6 @@
 /* Whether a library solves motions of both so (HOPFORM_BY_NODES), and has a model that may. */
 #define HOPFORM_HAS_NODES (HOPFORM_BY_NODES && HOPFORM_MAY_GO_BY_NODES)
 
-#if HOPFORM_HAS_NODES
 /* Of y, v_1 and v_2; the entries of their transition by rows, as the plan has them. */
 typedef union {
     rate_real named;
@@ -38,63 +37,7 @@ typedef union {
     } of;
 } passed_by_row_real;
 
-/* A pair that rings turns by a quarter of half a period at most, so that series over a node are short. Two real poles
- * have no period, and intervals grow from their mean on. The fourth power of a node is a number. */
-static inline void put_transition_real(hopform_plan_real *plan) {
-    hopform_transition_real *transition = &plan->transition;
-    const hopform_poles_real *poles = &plan->poles[0]; /* of both */
-    const real mean = 0.5 * poles->p;
-    const real square = poles->q - mean * mean;
-    const real aa = poles->a * poles->a;
-    const real root_q = sqrt_real(poles->q);
-    transition->fastest = greater_real(poles->a, square > 0.0 ? root_q : mean + sqrt_real(-square));
-    const real longest = 0.001 * sqrt_real(sqrt_real(HOPFORM_NEVER_real));
-    const real square_of_fastest = transition->fastest * transition->fastest;
-    transition->is_short_over =
-        square_of_fastest * square_of_fastest <= HOPFORM_NEVER_real ? 1.0 / transition->fastest : 0.0;
-    transition->h = lesser_real((square > 0.0 ? 0.7853981633974483 : 2.984) / root_q, longest);
-    const basis_real basis = basis_at_real(poles, transition->h);
-    passed_by_row_real passed;
-    passed.named = transition_of_both_real(&plan->rates[0], &basis);
-    for (int n = 0; n < 9; n++) {
-        transition->stays[n] = passed.of.stays[n];
-        transition->gains[n] = passed.of.gains[n];
-    }
-    for (int n = 0; n < 3; n++) {
-        transition->moves[n] = passed.of.moves[n];
-    }
-    const bool far = transition->fastest * transition->h > 1.0 && aa > 4.0 * poles->q;
-    transition->apart = far && square > 0.0;
-    above_real above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
-    if (far) { above = above_of_both_real(&plan->rates[0], poles, residue_real(poles)); }
-    transition->above[0] = above.above_1;
-    transition->above[1] = above.above_2;
-}
-
-/* Whether a pole is so fast that its exponential is no short series over a node. */
-static inline bool fades_in_a_node_real(const hopform_transition_real *transition) {
-    return transition->fastest * transition->h > 0.8;
-}
-
-ALWAYS_real real by_row_real(const real row[3], const rates_by_row_real *w) {
-    return row[0] * w->of[0] + row[1] * w->of[1] + row[2] * w->of[2];
-}
-
-/* (M + a) w. */
-ALWAYS_real rates_by_row_real deflated_rates_real(const hopform_plan_real *plan, const rates_by_row_real *w) {
-    const above_real above = {plan->transition.above[0], plan->transition.above[1]};
-    rates_by_row_real d;
-    d.bend = deflated_of_both_real(&plan->rates[0], &plan->poles[0], &above, &w->named);
-    return d;
-}
-
-/* M w. */
-ALWAYS_real rates_by_row_real bend_rates_real(const hopform_plan_real *plan, const rates_by_row_real *w) {
-    rates_by_row_real bend;
-    bend.bend = bends_of_both_real(&plan->rates[0], &w->named);
-    return bend;
-}
-
+#if HOPFORM_HAS_NODES
 /* What a coordinate gains over a time by w, M w and M^2 w; the position by v_1 t, and by the row of v_1 in them, once
  * more integrated. */
 typedef struct {
@@ -129,6 +72,80 @@ DEFINE_POWERS(a_node, HOPFORM_NODE)
 #undef ADD_TERM
 #undef TAKE_TERM
 #undef DEFINE_POWERS
+
+/* W over the same time, by these: t phi_1(M t) is W' + W (M + s_1) + W1 N, and the last is W2. */
+static inline basis_real basis_of_powers_real(const hopform_poles_real *poles, const powers_real *powers) {
+    const real W = powers->second - poles->s_1 * powers->third;
+    const real Wd = powers->first - (poles->s_1 * W + poles->s_2 * powers->third);
+    const real Wdd = 1.0 - (poles->s_1 * Wd + poles->s_2 * W + poles->s_3 * powers->third);
+    const basis_real basis = {Wdd, Wd, W, powers->third, powers->last};
+    return basis;
+}
+
+/* Whether a pole is so fast that its exponential is no short series over a node. */
+static inline bool fades_in_a_node_real(const hopform_transition_real *transition) {
+    return transition->fastest * transition->h > 0.8;
+}
+
+static inline basis_real basis_over_a_node_real(const hopform_plan_real *plan) {
+    const hopform_poles_real *poles = &plan->poles[0];
+    const real h = plan->transition.h;
+    if (fades_in_a_node_real(&plan->transition)) { return basis_at_real(poles, h); }
+    const powers_real powers = powers_over_a_node_real(poles, h);
+    return basis_of_powers_real(poles, &powers);
+}
+
+/* A pair that rings turns by a quarter of half a period at most, so that series over a node are short. Two real poles
+ * have no period, and intervals grow from their mean on. The fourth power of a node is a number. */
+static inline void put_transition_real(hopform_plan_real *plan) {
+    hopform_transition_real *transition = &plan->transition;
+    const hopform_poles_real *poles = &plan->poles[0]; /* of both */
+    const real mean = 0.5 * poles->p;
+    const real square = poles->q - mean * mean;
+    const real aa = poles->a * poles->a;
+    const real root_q = sqrt_real(poles->q);
+    transition->fastest = greater_real(poles->a, square > 0.0 ? root_q : mean + sqrt_real(-square));
+    const real longest = 0.001 * sqrt_real(sqrt_real(HOPFORM_NEVER_real));
+    const real square_of_fastest = transition->fastest * transition->fastest;
+    transition->is_short_over =
+        square_of_fastest * square_of_fastest <= HOPFORM_NEVER_real ? 1.0 / transition->fastest : 0.0;
+    transition->h = lesser_real((square > 0.0 ? 0.7853981633974483 : 2.984) / root_q, longest);
+    const basis_real basis = basis_over_a_node_real(plan);
+    passed_by_row_real passed;
+    passed.named = transition_of_both_real(&plan->rates[0], &basis);
+    for (int n = 0; n < 9; n++) {
+        transition->stays[n] = passed.of.stays[n];
+        transition->gains[n] = passed.of.gains[n];
+    }
+    for (int n = 0; n < 3; n++) {
+        transition->moves[n] = passed.of.moves[n];
+    }
+    const bool far = transition->fastest * transition->h > 1.0 && aa > 4.0 * poles->q;
+    transition->apart = far && square > 0.0;
+    above_real above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
+    if (far) { above = above_of_both_real(&plan->rates[0], poles, residue_real(poles)); }
+    transition->above[0] = above.above_1;
+    transition->above[1] = above.above_2;
+}
+
+ALWAYS_real real by_row_real(const real row[3], const rates_by_row_real *w) {
+    return row[0] * w->of[0] + row[1] * w->of[1] + row[2] * w->of[2];
+}
+
+/* (M + a) w. */
+ALWAYS_real rates_by_row_real deflated_rates_real(const hopform_plan_real *plan, const rates_by_row_real *w) {
+    const above_real above = {plan->transition.above[0], plan->transition.above[1]};
+    rates_by_row_real d;
+    d.bend = deflated_of_both_real(&plan->rates[0], &plan->poles[0], &above, &w->named);
+    return d;
+}
+
+/* M w. */
+ALWAYS_real rates_by_row_real bend_rates_real(const hopform_plan_real *plan, const rates_by_row_real *w) {
+    rates_by_row_real bend;
+    bend.bend = bends_of_both_real(&plan->rates[0], &w->named);
+    return bend;
+}
 
 /* w, M w and M^2 w. */
 typedef struct {

@@ -5,8 +5,8 @@
  * events.
  *
  * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under
- * the acceleration that 1 A gives. Extrema of the position and of the contact force move to first order as if their
- * time stood still; where they jump, at a stop, the time counts.
+ * the acceleration that 1 A gives: it is a motion in the same mode. Extrema of the position and of the contact force
+ * move to first order as if their time stood still; where they jump, at a stop, the time counts.
  */
 #ifndef HOPFORM_TRIAL_H_real
 #define HOPFORM_TRIAL_H_real
@@ -93,14 +93,10 @@ static inline bool turns_up_real(const current_variation_real *variation, const 
 static inline void pass_event_real(current_variation_real *variation, const solved_phase_real *now) {
     const hopform_robot_real *robot = &variation->plan->robot;
     const state_by_axis_real *before = &variation->speed;
-    state_by_axis_real after; /* z' right after it, where W'' is 1, and W', W are 0 */
+    const state_by_axis_real *after = &now->begins;
     state_by_axis_real *change = &variation->change;
     const int axis = axis_of_event_real(now->event);
     real late = 0.0;
-    after.of[HOPFORM_POSITION_AXIS] = now->start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
-    for (int i = 1; i < HOPFORM_AXES; i++) {
-        after.of[i] = now->numerators->core[i - 1].H3;
-    }
     if (axis >= 0) {
         if (fabs_real(before->of[axis]) > 0.0) {
             late = -change->of[axis] / before->of[axis];
@@ -111,7 +107,7 @@ static inline void pass_event_real(current_variation_real *variation, const solv
             const state_by_axis_real met = change_at_event_real(change, before, late);
             note_hit_real(variation, &met);
         }
-        pass_event_at_axis_real(change->of, before->of, after.of, axis, 0.0, late);
+        pass_event_at_axis_real(change->of, before->of, after->of, axis, 0.0, late);
     }
     const int slips = slips_at_event_real(now->event);
     if (slips >= 0 && excess_to_side_real(robot, slips, side_of_mode_real(now->mode, slips)) > 0.0) {
@@ -123,49 +119,64 @@ static inline void pass_event_real(current_variation_real *variation, const solv
         } else {
             variation->trial->smooth = false;
         }
-        pass_slip_real(change->of, slips, now->numerators->of.velocity[slips].H3, late);
+        pass_slip_real(change->of, slips, after->of[HOPFORM_VELOCITY_AXIS(slips)], late);
     }
     variation->late = late;
     note_largest_real(variation->trial, now->start->of[HOPFORM_POSITION_AXIS], change->of[HOPFORM_POSITION_AXIS]);
-    if (turns_up_real(variation, now, contact_slope_real(robot, &after.named))) {
-        const state_by_axis_real met = change_at_event_real(change, &after, late);
+    if (turns_up_real(variation, now, contact_slope_real(robot, &after->named))) {
+        const state_by_axis_real met = change_at_event_real(change, after, late);
         note_minimum_real(variation->trial, contact_of_real(robot, &now->start->named),
                           contact_slope_real(robot, &met.named), 1);
     }
 }
 
-/* The minima of the contact force inside a phase; where the stance takes off at its end without one, that behind it, by
- * the parabola there: how far below zero the contact force would fall if the contact could pull. Where that is nothing,
- * the stance goes on for another rebound. */
-static inline void look_for_minimum_real(current_variation_real *variation, const solved_phase_real *phase,
-                                         const numerators_real *by_u, const basis_real *w, bool turns) {
-    const hopform_robot_real *robot = &variation->plan->robot;
-    const hopform_poles_real *poles = poles_of_real(variation->plan, phase->mode);
-    const numerator_real h = contact_numerator_real(robot, &phase->numerators->named);
-    const propagator_real end = propagator_of_real(poles, phase->end->t, w);
-    if (turns) {
-        const minima_real least =
-            least_minimum_real(poles, node_of_real(variation->plan, phase->mode), &h,
-                               contact_of_real(robot, &phase->start->named), &end, 64.0, variation->evaluations);
-        if (least.count > 0) {
-            const hopform_state_real there = arrive_real(&variation->change.named, by_u, &least.basis, phase->mode);
-            note_minimum_real(variation->trial, least.value, contact_slope_real(robot, &there), least.count);
-        }
+/* The contact force and its derivatives. */
+static inline jet_real contact_jet_real(const hopform_robot_real *robot, const hopform_state_real *state,
+                                        const derivatives_of_state_real *at) {
+    const jet_real jet = {contact_of_real(robot, state), contact_slope_real(robot, &at->speed.named),
+                          contact_slope_real(robot, &at->bend.named), contact_slope_real(robot, &at->third.named)};
+    return jet;
+}
+
+/* The minima of the contact force inside a phase. */
+static inline void look_for_minimum_real(const current_variation_real *variation, const solved_phase_real *phase,
+                                         const course_real *by_u, const derivatives_of_state_real *ends) {
+    const hopform_plan_real *plan = variation->plan;
+    const hopform_robot_real *robot = &plan->robot;
+    const hopform_node_real *node = node_of_real(plan, phase->mode);
+    const derivatives_of_state_real begins = derivatives_in_mode_real(plan, phase->mode, &phase->begins);
+    const jet_real from = contact_jet_real(robot, &phase->start->named, &begins);
+    const jet_real to = contact_jet_real(robot, &phase->arrived->named, ends);
+    if (turns_as_seen_real(node, &from, &to, phase->length) && !shows_minimum_real(&from, &to)) { return; }
+    const course_real course = course_from_real(plan, phase->mode, &phase->start->named, &phase->drive->named);
+    const numerator_real h = contact_numerator_real(robot, &course.numerators.named);
+    const minima_real least =
+        least_minimum_real(course.poles, node, &h, &from, &to, phase->length, 64.0, variation->evaluations);
+    if (least.count > 0) {
+        const hopform_state_real there = state_on_course_real(by_u, least.t);
+        note_minimum_real(variation->trial, least.value, contact_slope_real(robot, &there), least.count);
     }
-    if (!phase->leaves || variation->trial->minima > 0) { return; }
-    const numerator_real h_u = contact_numerator_real(robot, by_u);
-    const event_function_real contact = event_function_of_real(&h, 0.0);
-    const event_function_real contact_u =
-        event_function_of_real(&h_u, contact_slope_real(robot, &variation->change.named));
-    const jet_real at = jet_at_real(poles, &contact, &end);
-    const jet_real at_u = short_jet_at_real(&contact_u, &end);
-    if (at.rate < 0.0 && at.curvature > 0.0) {
-        const real later = -at.rate / at.curvature;
-        const real curvature_u = at_u.curvature - at.third * at_u.value / at.rate; /* where the take-off moves to */
-        const real change = at_u.value + later * (at_u.rate + 0.5 * later * curvature_u);
-        if (0.5 * later * -at.rate + fabs_real(change) <= HOPFORM_NEVER_real) {
-            note_minimum_real(variation->trial, 0.5 * later * at.rate, change, 0);
-        }
+}
+
+/* Where a stance takes off without a minimum of the contact force before, that behind it, by the parabola there: how
+ * far below zero the contact force would fall if the contact could pull. Where that is nothing, the stance goes on for
+ * another rebound. The change has arrived at the end of the phase. */
+static inline void look_behind_takeoff_real(const current_variation_real *variation, const solved_phase_real *phase,
+                                            const course_real *by_u, const derivatives_of_state_real *ends) {
+    const hopform_robot_real *robot = &variation->plan->robot;
+    const row_real mode = phase->mode;
+    const jet_real at = contact_jet_real(robot, &phase->arrived->named, ends);
+    if (!(at.rate < 0.0 && at.curvature > 0.0)) { return; }
+    state_by_axis_real speed_u;
+    speed_u.rates = speeds_of_real(by_u->rates, &by_u->drive.named, (real)side_of_mode_real(mode, 0),
+                                   (real)side_of_mode_real(mode, 1), &variation->change.named);
+    const state_by_axis_real bend_u = bend_in_mode_real(by_u->rates, mode, &speed_u);
+    const real value_u = contact_slope_real(robot, &variation->change.named);
+    const real later = -at.rate / at.curvature;
+    const real curvature_u = contact_slope_real(robot, &bend_u.named) - at.third * value_u / at.rate; /* and moves */
+    const real change = value_u + later * (contact_slope_real(robot, &speed_u.named) + 0.5 * later * curvature_u);
+    if (0.5 * later * -at.rate + fabs_real(change) <= HOPFORM_NEVER_real) {
+        note_minimum_real(variation->trial, 0.5 * later * at.rate, change, 0);
     }
 }
 
@@ -175,26 +186,22 @@ static inline void look_for_minimum_real(current_variation_real *variation, cons
 static inline void carry_variation_real(current_variation_real *variation, const solved_phase_real *phase) {
     const hopform_plan_real *plan = variation->plan;
     const row_real mode = phase->mode;
-    const hopform_poles_real *poles = poles_of_real(plan, mode);
-    const hopform_rates_real *rates = rates_in_mode_real(plan, mode);
-    const basis_real w = basis_of_propagator_real(poles, phase->end);
     if (HOPFORM_IS_EVENT(phase->event)) { pass_event_real(variation, phase); }
     variation->moves = variation->moves || side_of_mode_real(mode, HOPFORM_DRIVEN_ELEMENT) != 0;
     const bool turns = !HOPFORM_CONTACT_IS_STRETCH || stretch_may_turn_real(mode);
     if (variation->moves || turns) {
         drive_by_element_real per_ampere = {{0.0, 0.0}};
-        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = rates->a1_u;
-        const numerators_real by_u = motion_under_real(rates, &per_ampere.named, &variation->change.named, mode);
-        if (turns || phase->leaves) { look_for_minimum_real(variation, phase, &by_u, &w, turns); }
-        variation->change.named = arrive_real(&variation->change.named, &by_u, &w, mode);
+        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = rates_in_mode_real(plan, mode)->a1_u;
+        const course_real by_u = course_from_real(plan, mode, &variation->change.named, &per_ampere.named);
+        const derivatives_of_state_real ends = derivatives_in_mode_real(plan, mode, &phase->ends);
+        if (turns) { look_for_minimum_real(variation, phase, &by_u, &ends); }
+        variation->change.named = state_on_course_real(&by_u, phase->length);
+        if (phase->leaves && variation->trial->minima == 0) {
+            look_behind_takeoff_real(variation, phase, &by_u, &ends);
+        }
     }
     variation->arrived = *phase->arrived;
-    variation->speed.of[HOPFORM_POSITION_AXIS] = phase->arrived->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
-    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
-        const numerator_real *by =
-            is_modal_real(phase->end) ? &phase->modes->by.core[axis - 1] : &phase->numerators->core[axis - 1];
-        variation->speed.of[axis] = sum_of_parts_real(by, &phase->end->rate);
-    }
+    variation->speed = phase->ends;
     variation->mode = mode;
 }
 
