@@ -490,7 +490,7 @@ def main() -> int:
             model = Model(store, name)
             before = tree and generated_by(tree, store, model)
             for double in [each for each in (True, False) if (each or not chosen.f64) and not (each and chosen.f32)]:
-                judge = Judge(store, model, double=double, level="-O2", flags=chosen.cflags.split(), before=before)
+                judge = Judge(store, model, double=double, level="-O1", flags=chosen.cflags.split(), before=before)
                 for kind in chosen.draw or KINDS:
                     total = row_of(judge, kind, chosen.seed, chosen.count, chosen.most)
                     row = total.row_before if before else total.row
