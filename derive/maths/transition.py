@@ -17,9 +17,7 @@ import sympy as sp
 from ..ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.equations import Model
 from ..model.quantities import *
-from .contact import is_compression
 from .laplace import CONSTANT, START, matrix_of, s, without_cancelling
-from .modes import is_coupled
 
 ROWS = ("y", "1", "2")
 """Of the compression and of the velocities, in order of tie-break priority."""
@@ -67,11 +65,8 @@ w = sp.Matrix(RATE.symbols)
 
 
 def may_go_by_nodes(model: Model) -> bool:
-    """Whether both masses move, under no law, without a gear or a velocity in the other's equation, which are not yet
-    compared to the end, and the contact force is that of the spring.
-    """
-    alone = len(model.moving) == 2 and not (is_coupled(model) or model.is_geared or model.has_law)
-    return alone and (is_compression(model) or not model.has_contact)
+    """Whether both masses move."""
+    return len(model.moving) == 2
 
 
 ALONE = {0: (s_1, damping), 1: (p_2, q_2), 2: (p_1, q_1)}
@@ -124,19 +119,22 @@ def bends_of_both(model: Model) -> Steps:
 
 
 @function(takes=(RATES, POLES, CHI), returns=ABOVE)
-def above_alone() -> Steps:
+def above_of_both(model: Model) -> Steps:
     """How far the real pole is beyond p_i, with digits of its own: by one step of Newton's on the cubic.
 
-    Where neither velocity stands in the other's equation; a is far above the pair.
+    The residual det(M + a) is a sum of products with what is near 0 where a is far above the pair.
     """
-    for name, rate, other, k, k_other in zip(
-        ABOVE.symbols, (p_1, p_2), (p_2, p_1), (q_1, q_2), (q_2, q_1), strict=True
-    ):
-        near, beside = sp.symbols(f"near_{name} beside_{name}", real=True)
-        yield Step(near, a - rate, "(11) at s = -a")
-        yield Step(beside, other - rate - near, "(11) at s = -a")
-        residual = k_other * near - k * beside - (rate + near) * beside * near
-        yield Step(name, near - residual / chi, "(11) at s = -a, polished")
+    near = sp.symbols("near_1 near_2", real=True)
+    residual = sp.Symbol("residual", real=True)
+    for name, rate in zip(near, (p_1, p_2), strict=True):
+        yield Step(name, a - rate, "(11) at s = -a")
+    matrix = matrix_of(model)
+    gear, (per_y_1, _, across_1), (per_y_2, across_2, _) = matrix[0, 1], *(matrix.row(n) for n in (1, 2))
+    of_velocities = near[0] * near[1] - across_1 * across_2
+    of_spring = per_y_2 * (near[0] + gear * across_1) - per_y_1 * (gear * near[1] + across_2)
+    yield Step(residual, a * of_velocities + of_spring, "(11) at s = -a")
+    for name, close in zip(ABOVE.symbols, near, strict=True):
+        yield Step(name, close - residual / chi, "(11) at s = -a, polished")
 
 
 @function(takes=(RATES, POLES, ABOVE, RATE), returns=BEND)

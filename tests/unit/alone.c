@@ -26,6 +26,7 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
         alone_pair_of_f32(&poles, search.half_period < HOPFORM_NEVER_f32);
     search.element = 0;
     search.count = 0;
+    search.functions = 0;
     search.rest_time = HOPFORM_NEVER_f32;
     search.rests = NO_OWNER_f32;
     search.start =

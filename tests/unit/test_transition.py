@@ -26,6 +26,7 @@ from derive.model.quantities import (
     a1_v2,
     a2_v1,
     a2_v2,
+    chi,
     damping,
     drift_1,
     drift_2,
@@ -103,6 +104,17 @@ def test_rates_give_the_state_where_it_ends(name):
     above = dict(zip(transition.ABOVE.symbols, (a + a1_v1, a + a2_v2), strict=True))
     deflated = sp.Matrix([step.value for step in transition.deflated_of_both(model)]).subs(above)
     assert (deflated - (matrix + a * sp.eye(3)) * transition.w).applyfunc(sp.expand).is_zero_matrix
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_the_real_pole_is_polished_by_a_step_of_newtons_on_the_cubic(name):
+    model = read_model(model_file(name))
+    matrix = laplace.matrix_of(model)
+    own = {p_1: -a1_v1, p_2: -a2_v2}
+    polynomial = sp.expand((laplace.s * sp.eye(3) - matrix).det().subs(laplace.s, -a))
+    for step, diagonal in zip(list(transition.above_of_both(model))[-2:], (a1_v1, a2_v2), strict=True):
+        value = values(transition.above_of_both(model))[step.symbol].subs(own)
+        assert sp.expand((value - a - diagonal) * chi - polynomial) == 0
 
 
 def robots(kind: str) -> Iterator[dict[str, float]]:

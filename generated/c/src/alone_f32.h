@@ -5,21 +5,26 @@
  *
  *     s' = v        v' = draw - p v        draw' = -q v
  *
- * v keeps its sign until the element rests, and s grows. Where velocities do not couple, all event functions of the
- * phase are linear in s: the stretch of a contact, the distance to a stop, the free acceleration of what is held. So
- * the first event is that of the least displacement, it comes if the element goes so far before it rests, and one root
- * is looked for, of a monotone function.
+ * v keeps its sign until the element rests, and s grows. The distance to a stop is linear in s, and so are the stretch
+ * of a contact and, where velocities do not couple, the free acceleration of what is held. So of these the first event
+ * is that of the least displacement, it comes if the element goes so far before it rests, and one root is looked for,
+ * of a monotone function.
+ *
+ * A function of s and v is a motion of the same pair: what it falls by obeys the equations of s. Its rate has one zero
+ * at most until the element rests, because zeros of two motions of a pair lie between each other, and this zero has the
+ * closed form of a time to rest. So the function is monotone before it and behind it, and one root is looked for.
  */
 #ifndef HOPFORM_ALONE_H_f32
 #define HOPFORM_ALONE_H_f32
 
 #include "certificate_f32.h"
 
-/* Whether a library solves so (HOPFORM_BY_NODES, one switch for both), and has a model all of whose event functions are
- * linear in s. */
-#define HOPFORM_HAS_ALONE                                                                                              \
-    (HOPFORM_BY_NODES && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                    \
-     && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
+/* Whether a library solves so: one switch for both. */
+#define HOPFORM_HAS_ALONE HOPFORM_BY_NODES
+
+/* Whether a model has event functions that are not linear in s. */
+#define HOPFORM_ALONE_BENDS                                                                                            \
+    (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
 
 #if HOPFORM_HAS_ALONE
 /* Its pair of poles: both are slower than the root of `square`. */
@@ -144,6 +149,15 @@ typedef struct {
 
 enum { MOST_ALONE_GUARDS_f32 = 3 };
 
+/* An event function of s and v: its value at the start, and what it falls by, a motion of the pair from 0 on. */
+typedef struct {
+    float value, cancels; /* as of event_function_f32 */
+    float settled;        /* where it ends, if it is known with digits of its own; else NEVER */
+    alone_f32 fall;
+    bool is_beyond; /* at the start, and stays so */
+    int owner, side;
+} alone_function_f32;
+
 /* The guards of a phase in order of tie-break priority, and what ends it in closed form. */
 typedef struct {
     alone_pair_f32 pair;
@@ -154,7 +168,10 @@ typedef struct {
     int rests;
     int count;
     alone_guard_f32 guard[MOST_ALONE_GUARDS_f32];
+    int functions;
+    alone_function_f32 function[MOST_EVENT_FUNCTIONS_f32];
     int owner, side; /* of what ends it: NO_OWNER where nothing happens until then */
+    float slack;      /* by how much an event of another owner may be later and wins a tie */
     bool stops, touches, certified;
 } alone_search_f32;
 
@@ -220,11 +237,10 @@ SELDOM_f32 float guessed_late_f32(const alone_pair_f32 *pair, const alone_f32 *f
 }
 
 /* The motion where the displacement is s, greater than 0, from where it is known: the start, or where the element
- * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Until `high` it
- * is reached. */
+ * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Between `low` and
+ * `high` it is reached. */
 static inline alone_f32 alone_at_displacement_f32(const alone_pair_f32 *pair, const alone_f32 *from, float s,
-                                                    float high, evaluations_f32 *evaluations) {
-    float low = 0.0f;
+                                                    float low, float high, evaluations_f32 *evaluations) {
     float t = from->t
              + (pair->rings ? guessed_time_f32(pair, from, s - from->s) : guessed_late_f32(pair, from, s - from->s));
     alone_f32 at = *from;
@@ -321,9 +337,8 @@ static inline bool is_passed_soon_f32(const alone_search_f32 *search, const alon
            && search->rests == NO_OWNER_f32;
 }
 
-/* When the element rests. */
-static inline float alone_time_to_rest_f32(const alone_search_f32 *search) {
-    const alone_f32 *start = &search->start;
+/* When a motion of the pair rests. */
+static inline float alone_time_to_rest_f32(const alone_search_f32 *search, const alone_f32 *start) {
     const float acc = alone_acceleration_f32(&search->pair, start);
     if (search->pair.rings && !(start->v > 0.0f) && acc > 0.0f) { return search->half_period; }
     return time_to_rest_f32(search->pair.poles, start->v, acc);
@@ -331,7 +346,7 @@ static inline float alone_time_to_rest_f32(const alone_search_f32 *search) {
 
 /* The end of the phase without a guard: where the element rests, or the time that it lasts until. */
 static inline void end_without_guard_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
-    const float rest = alone_time_to_rest_f32(search);
+    const float rest = alone_time_to_rest_f32(search, &search->start);
     if (search->rests == NO_OWNER_f32 || !(search->rest_time <= rest)) {
         search->rest_time = rest;
         search->rests = ELEMENT_f32 + search->element;
@@ -346,17 +361,208 @@ static inline void end_without_guard_f32(alone_search_f32 *search, float until, 
     }
 }
 
-/* The first event of the phase, which lasts until a time at most. */
-static inline void find_alone_event_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
+/* An event has the owner of a guard. */
+static inline void take_guard_f32(alone_search_f32 *search, const alone_guard_f32 *guard) {
+    search->owner = guard->owner;
+    search->side = guard->side;
+    search->stops = guard->stops;
+}
+
+/* ---- event functions of s and v ---- */
+
+/* Adds a function of a numerator, whose value at the start is a difference of terms, the sum of whose magnitudes is
+ * given. */
+static inline alone_function_f32 *add_alone_function_f32(alone_search_f32 *search, const numerator_f32 *h,
+                                                           float start, float terms, float sign, int owner, int side) {
+    alone_function_f32 *function = &search->function[search->functions++];
+    const numerator_f32 along = {sign * h->H3, sign * h->H2, 0.0f};
+    event_function_f32 g = event_function_of_f32(&along, sign * start);
+    put_on_threshold_f32(&g, terms);
+    const alone_f32 fall = {0.0f, 0.0f, -g.H3, -g.H2};
+    function->value = greater_f32(g.start, 0.0f);
+    function->cancels = g.cancels;
+    function->settled = HOPFORM_NEVER_f32;
+    function->fall = fall;
+    function->is_beyond = (g.start < 0.0f || (g.cancels > 0.0f && !(g.start > 0.0f))) && begins_beyond_f32(&g);
+    function->owner = owner;
+    function->side = side;
+    return function;
+}
+
+/* Whether a function is beyond its zero as the phase begins: the first one is the event. */
+static inline bool is_beyond_at_once_f32(alone_search_f32 *search) {
+    for (int n = 0; n < search->functions; n++) {
+        if (search->function[n].is_beyond) {
+            search->owner = search->function[n].owner;
+            search->side = search->function[n].side;
+            search->stops = false;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* A function at a time. */
+typedef struct {
+    float value, rounding;
+    alone_f32 fall;
+} alone_function_at_f32;
+
+static inline alone_function_at_f32 alone_function_after_f32(const alone_pair_f32 *pair,
+                                                               const alone_function_f32 *function, float t,
+                                                               const known_pair_f32 *response) {
+    alone_function_at_f32 at;
+    at.fall = alone_after_f32(pair, &function->fall, t, response);
+    at.value = function->value - at.fall.s;
+    at.rounding = 16.0f * HOPFORM_EPS_f32
+                  * (function->value + function->cancels + fabs_f32(response->R * function->fall.v)
+                     + fabs_f32(response->R1 * function->fall.draw) + t * fabs_f32(at.fall.v));
+    return at;
+}
+
+/* Whether it has crossed zero, h since it began to fall: by more than rounding, or so steeply that the root is near. */
+static inline bool has_alone_function_crossed_f32(const alone_function_at_f32 *at, float h) {
+    return at->value < 0.0f && (at->value < -at->rounding || at->fall.v * h > at->rounding);
+}
+
+/* The first root of a function until a time at which it is known: what it falls by there; the time is NEVER without
+ * one. */
+SELDOM_f32 alone_f32 alone_root_f32(const alone_search_f32 *search, const alone_function_f32 *function,
+                                       const alone_function_at_f32 *end, evaluations_f32 *evaluations) {
+    const alone_pair_f32 *pair = &search->pair;
+    const alone_f32 none = {HOPFORM_NEVER_f32, 0.0f, 0.0f, 0.0f};
+    const alone_f32 *start = &function->fall;
+    const float limit = end->fall.t;
+    const float acc = alone_acceleration_f32(pair, start);
+    if (start->v > 0.0f || (!(start->v < 0.0f) && acc > 0.0f)) {
+        float high = limit;
+        if (!has_alone_function_crossed_f32(end, limit)) {
+            if (!(end->value < 0.0f) && end->fall.v > 0.0f) { return none; } /* it has fallen all the time */
+            high = alone_time_to_rest_f32(search, start);
+            if (!(high < limit)) { return none; }
+            const known_pair_f32 response = response_over_f32(pair, high);
+            const alone_function_at_f32 least = alone_function_after_f32(pair, function, high, &response);
+            use_evaluation_f32(evaluations);
+            if (!(least.value < -least.rounding)) { return none; }
+        }
+        return alone_at_displacement_f32(pair, start, function->value, 0.0f, high, evaluations);
+    }
+    if (!(end->value < 0.0f)) { return none; }
+    const alone_f32 rise = {0.0f, 0.0f, -start->v, -start->draw};
+    const float low = alone_time_to_rest_f32(search, &rise);
+    if (!(low < limit) || !has_alone_function_crossed_f32(end, limit - low)) { return none; }
+    const alone_f32 most = alone_at_rest_f32(pair, &rise, low);
+    const alone_f32 from = {low, -most.s, 0.0f, -most.draw};
+    return alone_at_displacement_f32(pair, &from, function->value, low, limit, evaluations);
+}
+
+/* A root late in a phase, by where the function ends and what has not yet faded of its fall, once these are the smaller
+ * numbers. */
+SELDOM_f32 void sharpen_alone_root_f32(const alone_search_f32 *search, const alone_function_f32 *function,
+                                         float limit, alone_f32 *root) {
+    const alone_pair_f32 *pair = &search->pair;
+    const alone_f32 *start = &function->fall;
+    const float end = function->settled;
+    if (!(fabs_f32(end) < HOPFORM_NEVER_f32) || is_short_f32(pair, root->t)) { return; }
+    for (int n = 0; n < 4; n++) {
+        const float t = root->t;
+        const known_pair_f32 by = response_over_f32(pair, t);
+        const float parts[2] = {start->draw * (by.Rd + pair->p * by.R) / pair->q, start->v * by.R};
+        const float rate = by.Rd * start->v + by.R * start->draw;
+        const float of_time = t * fabs_f32(rate);
+        const float from_start = function->value + fabs_f32(by.R * start->v) + fabs_f32(by.R1 * start->draw) + of_time;
+        const float from_end = fabs_f32(end) + fabs_f32(parts[0]) + fabs_f32(parts[1]) + of_time;
+        const float value = end + (parts[0] - parts[1]);
+        const bool better =
+            (rate > 0.0f) & (from_end < 0.25f * from_start) & (fabs_f32(value) <= 16.0f * HOPFORM_EPS_f32 * from_start);
+        const float later = better ? value / rate : 0.0f;
+        const bool counts = fabs_f32(later) < 0.01f * t && fabs_f32(later) > 16.0f * HOPFORM_EPS_f32 * t;
+        if (!counts || t + later > limit) { return; }
+        root->t = t + later;
+        root->v = rate;
+    }
+}
+
+/* The owner that comes before that of the event, and has its own within rounding of it: so much later, if it wins the
+ * tie, and so near that its rate does not change until then. */
+static inline void settle_alone_tie_f32(alone_search_f32 *search, int before, bool is_tight) {
+    const alone_pair_f32 *pair = &search->pair;
+    alone_f32 *end = &search->end;
+    const known_pair_f32 response = response_over_f32(pair, end->t);
+    float later = 0.0f;
+    for (int n = 0; n < search->functions; n++) {
+        const alone_function_f32 *function = &search->function[n];
+        if (!(function->owner < before)) { continue; }
+        const alone_function_at_f32 at = alone_function_after_f32(pair, function, end->t, &response);
+        const float rate = at.fall.v;
+        const bool bends = at.value > 0.0f && !(pair->square * at.value * at.value < 0.015625f * rate * rate);
+        if (bends || !(rate * end->t > 16.0f * at.rounding)) { continue; }
+        if (at.value < rate * search->slack + (is_tight ? 0.0f : 4.0f * at.rounding)) {
+            before = function->owner;
+            search->owner = before;
+            search->side = function->side;
+            search->stops = false;
+            later = greater_f32(at.value / rate, 0.0f);
+        }
+    }
+    for (int n = 0; n < search->count && !is_tight; n++) {
+        const alone_guard_f32 *guard = &search->guard[n];
+        const float rounding = alone_rounding_f32(guard, end);
+        const float further = guard->s - end->s;
+        if (guard->owner < before && end->v * end->t > 16.0f * rounding
+            && further < end->v * search->slack + 4.0f * rounding) {
+            before = guard->owner;
+            take_guard_f32(search, guard);
+            later = greater_f32(further / end->v, 0.0f);
+        }
+    }
+    end->t += later;
+    end->s += later * end->v;
+    end->v += later * alone_acceleration_f32(pair, end);
+}
+
+/* The functions, once it is known how the phase ends without them. */
+static inline void meet_functions_f32(alone_search_f32 *search, bool rests, evaluations_f32 *evaluations) {
+    const alone_pair_f32 *pair = &search->pair;
+    const float limit = search->end.t;
+    const known_pair_f32 response = response_over_f32(pair, limit);
+    use_evaluation_f32(evaluations);
+    int found = -1;
+    alone_f32 root;
+    for (int n = 0; n < search->functions; n++) {
+        const alone_function_at_f32 end = alone_function_after_f32(pair, &search->function[n], limit, &response);
+        alone_f32 at = alone_root_f32(search, &search->function[n], &end, evaluations);
+        if (at.t <= limit) { sharpen_alone_root_f32(search, &search->function[n], limit, &at); }
+        if (at.t <= limit && (found < 0 || at.t < root.t)) {
+            found = n;
+            root = at;
+        }
+    }
+    bool is_tight = rests || search->stops || search->owner == NO_OWNER_f32;
+    if (found >= 0) {
+        const alone_function_f32 *function = &search->function[found];
+        if (rests && search->owner < function->owner && !(root.t < limit * (1.0f - 8.0f * HOPFORM_EPS_f32))) { return; }
+        const known_pair_f32 until = response_over_f32(pair, root.t);
+        const alone_function_at_f32 at = alone_function_after_f32(pair, function, root.t, &until);
+        search->end = alone_after_f32(pair, &search->start, root.t, &until);
+        search->owner = function->owner;
+        search->side = function->side;
+        search->stops = false;
+        search->slack = root.v > 0.0f ? at.rounding / root.v : 0.0f;
+        is_tight = false;
+    }
+    settle_alone_tie_f32(search, search->owner == NO_OWNER_f32 ? ELEMENT_f32 : search->owner, is_tight);
+}
+
+/* The first of the guards, or the rest, until a time at most; true if the element rests. */
+static inline bool meet_guards_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
     const alone_pair_f32 *pair = &search->pair;
     const int nearest = nearest_alone_guard_f32(search);
     const alone_guard_f32 *guard = &search->guard[nearest < 0 ? 0 : nearest];
     int found = -1;
     bool rests = false;
-    use_evaluation_f32(evaluations); /* a phase costs as much */
-    search->end = search->start;
     if (nearest >= 0 && is_passed_soon_f32(search, guard)) {
-        search->end = alone_at_displacement_f32(pair, &search->start, guard->s, HOPFORM_NEVER_f32, evaluations);
+        search->end = alone_at_displacement_f32(pair, &search->start, guard->s, 0.0f, HOPFORM_NEVER_f32, evaluations);
         found = search->end.t < until ? nearest : -1;
     }
     if (found < 0) {
@@ -366,8 +572,8 @@ static inline void find_alone_event_f32(alone_search_f32 *search, float until, e
             const bool soon = search->start.draw > pair->q * guard->s || guard->s < 0.5f * search->end.s || !pair->rings;
             const alone_f32 from = soon ? search->start : search->end;
             found = nearest;
-            search->end =
-                guard->s > 0.0f ? alone_at_displacement_f32(pair, &from, guard->s, limit, evaluations) : search->start;
+            search->end = guard->s > 0.0f ? alone_at_displacement_f32(pair, &from, guard->s, 0.0f, limit, evaluations)
+                                         : search->start;
         } else {
             found = alone_guard_at_limit_f32(search);
         }
@@ -377,10 +583,21 @@ static inline void find_alone_event_f32(alone_search_f32 *search, float until, e
     search->owner = rests ? search->rests : NO_OWNER_f32;
     search->side = 0;
     search->stops = false;
+    search->slack = 8.0f * HOPFORM_EPS_f32 * search->end.t;
     if (found >= 0 && (!rests || search->rests >= search->guard[found].owner)) {
-        search->owner = search->guard[found].owner;
-        search->side = search->guard[found].side;
-        search->stops = search->guard[found].stops;
+        take_guard_f32(search, &search->guard[found]);
+        rests = false;
+    }
+    return rests;
+}
+
+/* The first event of the phase, which lasts until a time at most. */
+static inline void find_alone_event_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
+    use_evaluation_f32(evaluations); /* a phase costs as much */
+    search->end = search->start;
+    if (!HOPFORM_ALONE_BENDS || !is_beyond_at_once_f32(search)) {
+        const bool rests = meet_guards_f32(search, until, evaluations);
+        if (HOPFORM_ALONE_BENDS && search->functions > 0) { meet_functions_f32(search, rests, evaluations); }
     }
     search->touches = search->owner > CONTACT_f32 && is_alone_at_stop_f32(search);
     search->certified = evaluations->left > 0;

@@ -5,21 +5,26 @@
  *
  *     s' = v        v' = draw - p v        draw' = -q v
  *
- * v keeps its sign until the element rests, and s grows. Where velocities do not couple, all event functions of the
- * phase are linear in s: the stretch of a contact, the distance to a stop, the free acceleration of what is held. So
- * the first event is that of the least displacement, it comes if the element goes so far before it rests, and one root
- * is looked for, of a monotone function.
+ * v keeps its sign until the element rests, and s grows. The distance to a stop is linear in s, and so are the stretch
+ * of a contact and, where velocities do not couple, the free acceleration of what is held. So of these the first event
+ * is that of the least displacement, it comes if the element goes so far before it rests, and one root is looked for,
+ * of a monotone function.
+ *
+ * A function of s and v is a motion of the same pair: what it falls by obeys the equations of s. Its rate has one zero
+ * at most until the element rests, because zeros of two motions of a pair lie between each other, and this zero has the
+ * closed form of a time to rest. So the function is monotone before it and behind it, and one root is looked for.
  */
 #ifndef HOPFORM_ALONE_H_f64
 #define HOPFORM_ALONE_H_f64
 
 #include "certificate_f64.h"
 
-/* Whether a library solves so (HOPFORM_BY_NODES, one switch for both), and has a model all of whose event functions are
- * linear in s. */
-#define HOPFORM_HAS_ALONE                                                                                              \
-    (HOPFORM_BY_NODES && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                    \
-     && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
+/* Whether a library solves so: one switch for both. */
+#define HOPFORM_HAS_ALONE HOPFORM_BY_NODES
+
+/* Whether a model has event functions that are not linear in s. */
+#define HOPFORM_ALONE_BENDS                                                                                            \
+    (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
 
 #if HOPFORM_HAS_ALONE
 /* Its pair of poles: both are slower than the root of `square`. */
@@ -144,6 +149,15 @@ typedef struct {
 
 enum { MOST_ALONE_GUARDS_f64 = 3 };
 
+/* An event function of s and v: its value at the start, and what it falls by, a motion of the pair from 0 on. */
+typedef struct {
+    double value, cancels; /* as of event_function_f64 */
+    double settled;        /* where it ends, if it is known with digits of its own; else NEVER */
+    alone_f64 fall;
+    bool is_beyond; /* at the start, and stays so */
+    int owner, side;
+} alone_function_f64;
+
 /* The guards of a phase in order of tie-break priority, and what ends it in closed form. */
 typedef struct {
     alone_pair_f64 pair;
@@ -154,7 +168,10 @@ typedef struct {
     int rests;
     int count;
     alone_guard_f64 guard[MOST_ALONE_GUARDS_f64];
+    int functions;
+    alone_function_f64 function[MOST_EVENT_FUNCTIONS_f64];
     int owner, side; /* of what ends it: NO_OWNER where nothing happens until then */
+    double slack;      /* by how much an event of another owner may be later and wins a tie */
     bool stops, touches, certified;
 } alone_search_f64;
 
@@ -220,11 +237,10 @@ SELDOM_f64 double guessed_late_f64(const alone_pair_f64 *pair, const alone_f64 *
 }
 
 /* The motion where the displacement is s, greater than 0, from where it is known: the start, or where the element
- * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Until `high` it
- * is reached. */
+ * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Between `low` and
+ * `high` it is reached. */
 static inline alone_f64 alone_at_displacement_f64(const alone_pair_f64 *pair, const alone_f64 *from, double s,
-                                                    double high, evaluations_f64 *evaluations) {
-    double low = 0.0;
+                                                    double low, double high, evaluations_f64 *evaluations) {
     double t = from->t
              + (pair->rings ? guessed_time_f64(pair, from, s - from->s) : guessed_late_f64(pair, from, s - from->s));
     alone_f64 at = *from;
@@ -321,9 +337,8 @@ static inline bool is_passed_soon_f64(const alone_search_f64 *search, const alon
            && search->rests == NO_OWNER_f64;
 }
 
-/* When the element rests. */
-static inline double alone_time_to_rest_f64(const alone_search_f64 *search) {
-    const alone_f64 *start = &search->start;
+/* When a motion of the pair rests. */
+static inline double alone_time_to_rest_f64(const alone_search_f64 *search, const alone_f64 *start) {
     const double acc = alone_acceleration_f64(&search->pair, start);
     if (search->pair.rings && !(start->v > 0.0) && acc > 0.0) { return search->half_period; }
     return time_to_rest_f64(search->pair.poles, start->v, acc);
@@ -331,7 +346,7 @@ static inline double alone_time_to_rest_f64(const alone_search_f64 *search) {
 
 /* The end of the phase without a guard: where the element rests, or the time that it lasts until. */
 static inline void end_without_guard_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
-    const double rest = alone_time_to_rest_f64(search);
+    const double rest = alone_time_to_rest_f64(search, &search->start);
     if (search->rests == NO_OWNER_f64 || !(search->rest_time <= rest)) {
         search->rest_time = rest;
         search->rests = ELEMENT_f64 + search->element;
@@ -346,17 +361,208 @@ static inline void end_without_guard_f64(alone_search_f64 *search, double until,
     }
 }
 
-/* The first event of the phase, which lasts until a time at most. */
-static inline void find_alone_event_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
+/* An event has the owner of a guard. */
+static inline void take_guard_f64(alone_search_f64 *search, const alone_guard_f64 *guard) {
+    search->owner = guard->owner;
+    search->side = guard->side;
+    search->stops = guard->stops;
+}
+
+/* ---- event functions of s and v ---- */
+
+/* Adds a function of a numerator, whose value at the start is a difference of terms, the sum of whose magnitudes is
+ * given. */
+static inline alone_function_f64 *add_alone_function_f64(alone_search_f64 *search, const numerator_f64 *h,
+                                                           double start, double terms, double sign, int owner, int side) {
+    alone_function_f64 *function = &search->function[search->functions++];
+    const numerator_f64 along = {sign * h->H3, sign * h->H2, 0.0};
+    event_function_f64 g = event_function_of_f64(&along, sign * start);
+    put_on_threshold_f64(&g, terms);
+    const alone_f64 fall = {0.0, 0.0, -g.H3, -g.H2};
+    function->value = greater_f64(g.start, 0.0);
+    function->cancels = g.cancels;
+    function->settled = HOPFORM_NEVER_f64;
+    function->fall = fall;
+    function->is_beyond = (g.start < 0.0 || (g.cancels > 0.0 && !(g.start > 0.0))) && begins_beyond_f64(&g);
+    function->owner = owner;
+    function->side = side;
+    return function;
+}
+
+/* Whether a function is beyond its zero as the phase begins: the first one is the event. */
+static inline bool is_beyond_at_once_f64(alone_search_f64 *search) {
+    for (int n = 0; n < search->functions; n++) {
+        if (search->function[n].is_beyond) {
+            search->owner = search->function[n].owner;
+            search->side = search->function[n].side;
+            search->stops = false;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* A function at a time. */
+typedef struct {
+    double value, rounding;
+    alone_f64 fall;
+} alone_function_at_f64;
+
+static inline alone_function_at_f64 alone_function_after_f64(const alone_pair_f64 *pair,
+                                                               const alone_function_f64 *function, double t,
+                                                               const known_pair_f64 *response) {
+    alone_function_at_f64 at;
+    at.fall = alone_after_f64(pair, &function->fall, t, response);
+    at.value = function->value - at.fall.s;
+    at.rounding = 16.0 * HOPFORM_EPS_f64
+                  * (function->value + function->cancels + fabs_f64(response->R * function->fall.v)
+                     + fabs_f64(response->R1 * function->fall.draw) + t * fabs_f64(at.fall.v));
+    return at;
+}
+
+/* Whether it has crossed zero, h since it began to fall: by more than rounding, or so steeply that the root is near. */
+static inline bool has_alone_function_crossed_f64(const alone_function_at_f64 *at, double h) {
+    return at->value < 0.0 && (at->value < -at->rounding || at->fall.v * h > at->rounding);
+}
+
+/* The first root of a function until a time at which it is known: what it falls by there; the time is NEVER without
+ * one. */
+SELDOM_f64 alone_f64 alone_root_f64(const alone_search_f64 *search, const alone_function_f64 *function,
+                                       const alone_function_at_f64 *end, evaluations_f64 *evaluations) {
+    const alone_pair_f64 *pair = &search->pair;
+    const alone_f64 none = {HOPFORM_NEVER_f64, 0.0, 0.0, 0.0};
+    const alone_f64 *start = &function->fall;
+    const double limit = end->fall.t;
+    const double acc = alone_acceleration_f64(pair, start);
+    if (start->v > 0.0 || (!(start->v < 0.0) && acc > 0.0)) {
+        double high = limit;
+        if (!has_alone_function_crossed_f64(end, limit)) {
+            if (!(end->value < 0.0) && end->fall.v > 0.0) { return none; } /* it has fallen all the time */
+            high = alone_time_to_rest_f64(search, start);
+            if (!(high < limit)) { return none; }
+            const known_pair_f64 response = response_over_f64(pair, high);
+            const alone_function_at_f64 least = alone_function_after_f64(pair, function, high, &response);
+            use_evaluation_f64(evaluations);
+            if (!(least.value < -least.rounding)) { return none; }
+        }
+        return alone_at_displacement_f64(pair, start, function->value, 0.0, high, evaluations);
+    }
+    if (!(end->value < 0.0)) { return none; }
+    const alone_f64 rise = {0.0, 0.0, -start->v, -start->draw};
+    const double low = alone_time_to_rest_f64(search, &rise);
+    if (!(low < limit) || !has_alone_function_crossed_f64(end, limit - low)) { return none; }
+    const alone_f64 most = alone_at_rest_f64(pair, &rise, low);
+    const alone_f64 from = {low, -most.s, 0.0, -most.draw};
+    return alone_at_displacement_f64(pair, &from, function->value, low, limit, evaluations);
+}
+
+/* A root late in a phase, by where the function ends and what has not yet faded of its fall, once these are the smaller
+ * numbers. */
+SELDOM_f64 void sharpen_alone_root_f64(const alone_search_f64 *search, const alone_function_f64 *function,
+                                         double limit, alone_f64 *root) {
+    const alone_pair_f64 *pair = &search->pair;
+    const alone_f64 *start = &function->fall;
+    const double end = function->settled;
+    if (!(fabs_f64(end) < HOPFORM_NEVER_f64) || is_short_f64(pair, root->t)) { return; }
+    for (int n = 0; n < 4; n++) {
+        const double t = root->t;
+        const known_pair_f64 by = response_over_f64(pair, t);
+        const double parts[2] = {start->draw * (by.Rd + pair->p * by.R) / pair->q, start->v * by.R};
+        const double rate = by.Rd * start->v + by.R * start->draw;
+        const double of_time = t * fabs_f64(rate);
+        const double from_start = function->value + fabs_f64(by.R * start->v) + fabs_f64(by.R1 * start->draw) + of_time;
+        const double from_end = fabs_f64(end) + fabs_f64(parts[0]) + fabs_f64(parts[1]) + of_time;
+        const double value = end + (parts[0] - parts[1]);
+        const bool better =
+            (rate > 0.0) & (from_end < 0.25 * from_start) & (fabs_f64(value) <= 16.0 * HOPFORM_EPS_f64 * from_start);
+        const double later = better ? value / rate : 0.0;
+        const bool counts = fabs_f64(later) < 0.01 * t && fabs_f64(later) > 16.0 * HOPFORM_EPS_f64 * t;
+        if (!counts || t + later > limit) { return; }
+        root->t = t + later;
+        root->v = rate;
+    }
+}
+
+/* The owner that comes before that of the event, and has its own within rounding of it: so much later, if it wins the
+ * tie, and so near that its rate does not change until then. */
+static inline void settle_alone_tie_f64(alone_search_f64 *search, int before, bool is_tight) {
+    const alone_pair_f64 *pair = &search->pair;
+    alone_f64 *end = &search->end;
+    const known_pair_f64 response = response_over_f64(pair, end->t);
+    double later = 0.0;
+    for (int n = 0; n < search->functions; n++) {
+        const alone_function_f64 *function = &search->function[n];
+        if (!(function->owner < before)) { continue; }
+        const alone_function_at_f64 at = alone_function_after_f64(pair, function, end->t, &response);
+        const double rate = at.fall.v;
+        const bool bends = at.value > 0.0 && !(pair->square * at.value * at.value < 0.015625 * rate * rate);
+        if (bends || !(rate * end->t > 16.0 * at.rounding)) { continue; }
+        if (at.value < rate * search->slack + (is_tight ? 0.0 : 4.0 * at.rounding)) {
+            before = function->owner;
+            search->owner = before;
+            search->side = function->side;
+            search->stops = false;
+            later = greater_f64(at.value / rate, 0.0);
+        }
+    }
+    for (int n = 0; n < search->count && !is_tight; n++) {
+        const alone_guard_f64 *guard = &search->guard[n];
+        const double rounding = alone_rounding_f64(guard, end);
+        const double further = guard->s - end->s;
+        if (guard->owner < before && end->v * end->t > 16.0 * rounding
+            && further < end->v * search->slack + 4.0 * rounding) {
+            before = guard->owner;
+            take_guard_f64(search, guard);
+            later = greater_f64(further / end->v, 0.0);
+        }
+    }
+    end->t += later;
+    end->s += later * end->v;
+    end->v += later * alone_acceleration_f64(pair, end);
+}
+
+/* The functions, once it is known how the phase ends without them. */
+static inline void meet_functions_f64(alone_search_f64 *search, bool rests, evaluations_f64 *evaluations) {
+    const alone_pair_f64 *pair = &search->pair;
+    const double limit = search->end.t;
+    const known_pair_f64 response = response_over_f64(pair, limit);
+    use_evaluation_f64(evaluations);
+    int found = -1;
+    alone_f64 root;
+    for (int n = 0; n < search->functions; n++) {
+        const alone_function_at_f64 end = alone_function_after_f64(pair, &search->function[n], limit, &response);
+        alone_f64 at = alone_root_f64(search, &search->function[n], &end, evaluations);
+        if (at.t <= limit) { sharpen_alone_root_f64(search, &search->function[n], limit, &at); }
+        if (at.t <= limit && (found < 0 || at.t < root.t)) {
+            found = n;
+            root = at;
+        }
+    }
+    bool is_tight = rests || search->stops || search->owner == NO_OWNER_f64;
+    if (found >= 0) {
+        const alone_function_f64 *function = &search->function[found];
+        if (rests && search->owner < function->owner && !(root.t < limit * (1.0 - 8.0 * HOPFORM_EPS_f64))) { return; }
+        const known_pair_f64 until = response_over_f64(pair, root.t);
+        const alone_function_at_f64 at = alone_function_after_f64(pair, function, root.t, &until);
+        search->end = alone_after_f64(pair, &search->start, root.t, &until);
+        search->owner = function->owner;
+        search->side = function->side;
+        search->stops = false;
+        search->slack = root.v > 0.0 ? at.rounding / root.v : 0.0;
+        is_tight = false;
+    }
+    settle_alone_tie_f64(search, search->owner == NO_OWNER_f64 ? ELEMENT_f64 : search->owner, is_tight);
+}
+
+/* The first of the guards, or the rest, until a time at most; true if the element rests. */
+static inline bool meet_guards_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
     const alone_pair_f64 *pair = &search->pair;
     const int nearest = nearest_alone_guard_f64(search);
     const alone_guard_f64 *guard = &search->guard[nearest < 0 ? 0 : nearest];
     int found = -1;
     bool rests = false;
-    use_evaluation_f64(evaluations); /* a phase costs as much */
-    search->end = search->start;
     if (nearest >= 0 && is_passed_soon_f64(search, guard)) {
-        search->end = alone_at_displacement_f64(pair, &search->start, guard->s, HOPFORM_NEVER_f64, evaluations);
+        search->end = alone_at_displacement_f64(pair, &search->start, guard->s, 0.0, HOPFORM_NEVER_f64, evaluations);
         found = search->end.t < until ? nearest : -1;
     }
     if (found < 0) {
@@ -366,8 +572,8 @@ static inline void find_alone_event_f64(alone_search_f64 *search, double until, 
             const bool soon = search->start.draw > pair->q * guard->s || guard->s < 0.5 * search->end.s || !pair->rings;
             const alone_f64 from = soon ? search->start : search->end;
             found = nearest;
-            search->end =
-                guard->s > 0.0 ? alone_at_displacement_f64(pair, &from, guard->s, limit, evaluations) : search->start;
+            search->end = guard->s > 0.0 ? alone_at_displacement_f64(pair, &from, guard->s, 0.0, limit, evaluations)
+                                         : search->start;
         } else {
             found = alone_guard_at_limit_f64(search);
         }
@@ -377,10 +583,21 @@ static inline void find_alone_event_f64(alone_search_f64 *search, double until, 
     search->owner = rests ? search->rests : NO_OWNER_f64;
     search->side = 0;
     search->stops = false;
+    search->slack = 8.0 * HOPFORM_EPS_f64 * search->end.t;
     if (found >= 0 && (!rests || search->rests >= search->guard[found].owner)) {
-        search->owner = search->guard[found].owner;
-        search->side = search->guard[found].side;
-        search->stops = search->guard[found].stops;
+        take_guard_f64(search, &search->guard[found]);
+        rests = false;
+    }
+    return rests;
+}
+
+/* The first event of the phase, which lasts until a time at most. */
+static inline void find_alone_event_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
+    use_evaluation_f64(evaluations); /* a phase costs as much */
+    search->end = search->start;
+    if (!HOPFORM_ALONE_BENDS || !is_beyond_at_once_f64(search)) {
+        const bool rests = meet_guards_f64(search, until, evaluations);
+        if (HOPFORM_ALONE_BENDS && search->functions > 0) { meet_functions_f64(search, rests, evaluations); }
     }
     search->touches = search->owner > CONTACT_f64 && is_alone_at_stop_f64(search);
     search->certified = evaluations->left > 0;

@@ -429,6 +429,11 @@ static inline bool is_solved_by_rates_f32(const stance_chain_f32 *chain) {
            && chain->observer == NULL;
 }
 
+/* The first of two derivatives that is not zero. */
+static inline float first_of_f32(float rate, float bend) {
+    return fabs_f32(rate) > 0.0f ? rate : bend;
+}
+
 /* The axis of each event function of the search. */
 static const int axis_of_function_f32[NODE_FUNCTIONS_f32] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0),
                                                                HOPFORM_VELOCITY_AXIS(1)};
@@ -439,6 +444,30 @@ static inline float gap_ahead_f32(const stance_chain_f32 *chain) {
         side_of_mode_f32(chain->mode, HOPFORM_STOPPED_ELEMENT) > 0 ? -chain->from_upper : chain->from_lower;
     return HOPFORM_HAS_STOPS && is_finite_f32(gap) ? gap : HOPFORM_NEVER_f32;
 }
+
+#if HOPFORM_HAS_CONTACT
+/* The contact force at the start, a row of the state: within the rounding of its terms it is on 0, from where its first
+ * derivative leads. */
+static inline void begin_contact_by_row_f32(const stance_chain_f32 *chain, node_search_f32 *search) {
+    search_node_f32 *low = search->low;
+    for (int axis = 0; axis < 3; axis++) {
+        state_by_axis_f32 one = {{0.0f, 0.0f, 0.0f, 0.0f}};
+        one.of[axis_of_function_f32[axis]] = 1.0f;
+        search->contact[axis] = contact_slope_f32(&chain->plan->robot, &one.named);
+    }
+    const float force = contact_of_f32(&chain->plan->robot, &chain->at.named);
+    const float terms = terms_of_contact_f32(chain);
+    const rates_by_row_f32 d = deflated_rates_f32(chain->plan, &search->w);
+    low->y = chain->at.of[HOPFORM_STRETCH_AXIS];
+    low->rate[0] = function_of_f32(search, 0, search->w.of);
+    low->deflated[0] = function_of_f32(search, 0, d.of);
+    const float first = first_of_f32(low->rate[0], low->deflated[0]);
+    const bool is_decided = fabs_f32(decided_f32(force, terms)) > 0.0f;
+    search->rounded[0] = fabs_f32(force) + 0.25f * terms;
+    search->is_beyond = !(force > 0.0f) && (is_decided ? !(first > 0.0f) : first < 0.0f);
+    low->value[0] = is_decided || first < 0.0f ? greater_f32(force, 0.0f) : 0.0f;
+}
+#endif
 
 /* The search at the start of the phase. */
 static inline void begin_node_search_f32(const stance_chain_f32 *chain, node_search_f32 *search) {
@@ -452,9 +481,12 @@ static inline void begin_node_search_f32(const stance_chain_f32 *chain, node_sea
     search->limit = end_of_step_f32(chain) - chain->t;
     search->gap = gap_ahead_f32(chain);
     search->first = 1;
+    search->is_beyond = false;
     search->from_the_end = false;
 #if HOPFORM_HAS_CONTACT
-    if (falls_of_mode_f32(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f) { search->first = 0; }
+    if (falls_of_mode_f32(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f || HOPFORM_CONTACT_IS_ROW) {
+        search->first = 0;
+    }
 #endif
     search->sign[0] = 1.0f;
     search->sign[1] = (float)side_of_mode_f32(chain->mode, 0);
@@ -472,6 +504,13 @@ static inline void begin_node_search_f32(const stance_chain_f32 *chain, node_sea
         low->rate[n] = search->sign[n] * search->w.of[n];
         low->deflated[n] = search->sign[n] * d.of[n];
     }
+#if HOPFORM_HAS_CONTACT
+    if (HOPFORM_CONTACT_IS_ROW) {
+        begin_contact_by_row_f32(chain, search);
+    } else if (search->first == 0 && chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f) {
+        search->is_beyond = !(first_of_f32(low->rate[0], low->deflated[0]) > 0.0f);
+    }
+#endif
     search->count = 0;
     search->evaluations = chain->evaluations;
     use_evaluation_f32(search->evaluations); /* a phase costs as much */
@@ -523,6 +562,7 @@ static inline void arrive_at_node_f32(const node_search_f32 *search, const searc
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
         arrival->z[axis_of_function_f32[n]] = search->sign[n] * there->value[n];
     }
+    if (HOPFORM_CONTACT_IS_ROW) { arrival->z[HOPFORM_STRETCH_AXIS] = there->y; }
     arrival->moved = there->x;
     if (owner != ELEMENT_f32 + HOPFORM_STOPPED_ELEMENT) { return; }
     arrival->rate = there->w.of[1 + HOPFORM_STOPPED_ELEMENT];
@@ -549,9 +589,10 @@ ALWAYS_f32 void end_next_interval_f32(node_search_f32 *search, float quiet) {
     const hopform_transition_f32 *transition = &search->plan->transition;
     const search_node_f32 *low = search->low;
     const float left = search->limit - low->t;
-    const bool fades = search->stiff && !(low->t > 0.0f); /* for as long as that does not */
+    const bool far = search->stiff || (!search->rings && transition->fastest * transition->h > 3e1f);
+    const bool fades = far && !(low->t > 0.0f); /* for as long as that does not */
     const bool grows = !search->rings && low->t > 0.0f;
-    const float one = fades ? 1.0f / pole_of_search_f32(search) : transition->h;
+    const float one = fades ? 1.0f / transition->fastest : (grows && far ? 0.0f : transition->h);
     const float length = greater_f32(quiet, grows ? greater_f32(one, 3.0f * low->t) : one);
     NODE_COUNT(node);
     search->count++;
@@ -586,11 +627,7 @@ static inline void find_end_by_rates_f32(const stance_chain_f32 *chain, stance_s
     end->side = 0;
     end->stops = false;
     end->touches = false;
-#if HOPFORM_HAS_CONTACT
-    const float rate = search.w.of[0];
-    const bool rises = fabs_f32(rate) > 0.0f ? rate > 0.0f : search.low->deflated[0] > 0.0f;
-    if (search.first == 0 && chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f && !rises) { end->owner = CONTACT_f32; }
-#endif
+    if (search.is_beyond) { end->owner = CONTACT_f32; }
     int32_t nodes = search.stiff || !search.rings ? 7 : 0;
     float quiet = 0.0f;
     for (bool open = end->owner < 0 && search.limit > 0.0f; open; nodes++) {
@@ -631,8 +668,7 @@ static inline void find_end_by_rates_f32(const stance_chain_f32 *chain, stance_s
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_alone_f32(const stance_chain_f32 *chain) {
-    return alone_of_mode_f32(chain->mode) >= 0 && !rests_of_mode_f32(chain->mode) && chain->observer == NULL
-           && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f && HOPFORM_HAS_CONTACT);
+    return alone_of_mode_f32(chain->mode) >= 0 && !rests_of_mode_f32(chain->mode) && chain->observer == NULL;
 }
 
 /* How far the stretch goes with it. */
@@ -641,17 +677,44 @@ static inline float stretch_by_displacement_f32(const stance_chain_f32 *chain, i
 }
 
 #if HOPFORM_HAS_CONTACT
+/* Where the forces on the element cancel at no stretch, the contact force rings about 0 as a velocity does: its first
+ * zero is known however far it has faded by then. */
 static inline void put_alone_contact_f32(alone_search_f32 *search, const stance_chain_f32 *chain, int alone) {
-    const float stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const hopform_robot_f32 *robot = &chain->plan->robot;
+    const numerator_f32 h = contact_numerator_f32(robot, &chain->numerators.named);
+    const float force = contact_of_f32(robot, &chain->at.named);
     const float follows = stretch_by_displacement_f32(chain, alone);
-    if (!(fabs_f32(chain->drive.of[alone]) > 0.0f)) {
-        search->rest_time = time_to_rest_f32(search->pair.poles, stretch, chain->numerators.of.stretch.H3);
+    if (!(fabs_f32(chain->drive.of[alone]) > 0.0f) && !(force < 0.0f)) {
+        search->rest_time = time_to_rest_f32(search->pair.poles, force, h.H3);
         search->rests = CONTACT_f32;
+    } else if (!HOPFORM_CONTACT_IS_STRETCH) {
+        const float q = search->pair.q;
+        state_by_axis_f32 settled = {{0.0f, 0.0f, 0.0f, 0.0f}};
+        settled.of[HOPFORM_STRETCH_AXIS] =
+            follows * (float)side_of_mode_f32(chain->mode, alone) * chain->drive.of[alone] / (q > 0.0f ? q : 1.0f);
+        alone_function_f32 *contact =
+            add_alone_function_f32(search, &h, force, terms_of_contact_f32(chain), 1.0f, CONTACT_f32, 0);
+        if (q > 0.0f) { contact->settled = contact_of_f32(robot, &settled.named); }
     } else if (follows < 0.0f) {
-        (void)add_alone_guard_f32(search, stretch / -follows, CONTACT_f32);
+        (void)add_alone_guard_f32(search, force / -follows, CONTACT_f32);
     }
 }
 #endif
+
+/* The room of the switching function to its levels, or at a limit what it is beyond that. */
+static inline void put_alone_limit_f32(alone_search_f32 *search, const stance_chain_f32 *chain, int alone) {
+    (void)alone; /* the driven one */
+    const int from = limit_of_mode_f32(chain->mode);
+    const switching_at_f32 at = switching_of_chain_f32(chain);
+    const numerator_f32 h = switching_numerator_f32(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
+    for (int limit = -1; limit <= 1; limit += 2) {
+        const float level = level_of_limit_f32(&at, limit);
+        if (is_finite_f32(level) && (from == 0 || limit == from)) {
+            (void)add_alone_function_f32(search, &h, at.value - level, terms_of_room_f32(&at, level),
+                                          (float)(from == 0 ? -limit : limit), LIMIT_f32, from == 0 ? limit : 0);
+        }
+    }
+}
 
 static inline void put_alone_stop_f32(alone_search_f32 *search, const stance_chain_f32 *chain, int alone) {
     const float gap = side_of_mode_f32(chain->mode, alone) > 0 ? -chain->from_upper : chain->from_lower;
@@ -671,9 +734,25 @@ static inline void put_alone_velocity_f32(alone_search_f32 *search, const stance
     search->start = start;
 }
 
+/* The thresholds of the free acceleration of what is held, on which the velocity acts. */
+static inline void put_alone_thresholds_f32(alone_search_f32 *search, const stance_chain_f32 *chain, int held) {
+    const numerator_f32 h = free_numerator_f32(rates_of_chain_f32(chain), held, &chain->numerators.named);
+    const free_by_element_f32 free = free_of_f32(chain, &chain->at.named);
+    for (int side = -1; side <= 1; side += 2) {
+        if (stance_blocked_f32(chain, held, side)) { continue; }
+        const float level = level_at_rest_f32(&chain->plan->robot, held, side);
+        (void)add_alone_function_f32(search, &h, free.of[held] - (float)side * level,
+                                      terms_of_free_f32(chain, held, level), -(float)side, ELEMENT_f32 + held, side);
+    }
+}
+
 /* The threshold to which the free acceleration of what is held goes. */
 static inline void put_alone_threshold_f32(alone_search_f32 *search, const stance_chain_f32 *chain, int alone) {
     const int held = 1 - alone;
+    if (HOPFORM_IS_COUPLED) {
+        put_alone_thresholds_f32(search, chain, held);
+        return;
+    }
     state_by_axis_f32 change = {{0.0f, 0.0f, 0.0f, 0.0f}};
     change.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_f32(chain, alone);
     const float slope = free_slope_f32(rates_of_chain_f32(chain), held, &change);
@@ -696,6 +775,7 @@ static inline void find_end_alone_f32(const stance_chain_f32 *chain, float until
     search.pair = alone_pair_of_f32(poles_of_f32(chain->plan, chain->mode), search.half_period < HOPFORM_NEVER_f32);
     search.element = alone;
     search.count = 0;
+    search.functions = 0;
     search.rest_time = HOPFORM_NEVER_f32;
     search.rests = NO_OWNER_f32;
 #define PUT_GUARD(kind) put_alone_##kind##_f32(&search, chain, alone);

@@ -98,6 +98,12 @@ static inline void put_on_threshold_f32(event_function_f32 *g, float terms) {
     if (!(fabs_f32(decided_f32(g->start, terms)) > 0.0f) && !(begins_with_f32(g) < 0.0f)) { g->start = 0.0f; }
 }
 
+/* Whether a function that begins below zero, or on its threshold, stays there. */
+static inline bool begins_beyond_f32(const event_function_f32 *g) {
+    const float first = begins_with_f32(g);
+    return g->start < 0.0f ? !(first > 0.0f) : first < 0.0f;
+}
+
 /* The modal form of a function in place of its numerator and start. */
 static inline void take_modes_f32(event_function_f32 *g, const numerator_f32 *modes, float final, float drift,
                                    float sign) {

@@ -98,6 +98,12 @@ static inline void put_on_threshold_f64(event_function_f64 *g, double terms) {
     if (!(fabs_f64(decided_f64(g->start, terms)) > 0.0) && !(begins_with_f64(g) < 0.0)) { g->start = 0.0; }
 }
 
+/* Whether a function that begins below zero, or on its threshold, stays there. */
+static inline bool begins_beyond_f64(const event_function_f64 *g) {
+    const double first = begins_with_f64(g);
+    return g->start < 0.0 ? !(first > 0.0) : first < 0.0;
+}
+
 /* The modal form of a function in place of its numerator and start. */
 static inline void take_modes_f64(event_function_f64 *g, const numerator_f64 *modes, double final, double drift,
                                    double sign) {

@@ -267,12 +267,6 @@ static inline float root_free_until_f32(const event_set_f32 *set, const interval
     return in->low.t + quiet;
 }
 
-/* Whether a function that begins below zero, or on its threshold, stays there. */
-static inline bool begins_beyond_f32(const event_function_f32 *g) {
-    const float first = begins_with_f32(g);
-    return g->start < 0.0f ? !(first > 0.0f) : first < 0.0f;
-}
-
 /* Begin the first interval. A function that falls below zero at once is found; -1 if there is none. */
 static inline int32_t begin_at_start_f32(const event_set_f32 *set, interval_f32 *in) {
     int32_t found = -1;

@@ -267,12 +267,6 @@ static inline double root_free_until_f64(const event_set_f64 *set, const interva
     return in->low.t + quiet;
 }
 
-/* Whether a function that begins below zero, or on its threshold, stays there. */
-static inline bool begins_beyond_f64(const event_function_f64 *g) {
-    const double first = begins_with_f64(g);
-    return g->start < 0.0 ? !(first > 0.0) : first < 0.0;
-}
-
 /* Begin the first interval. A function that falls below zero at once is found; -1 if there is none. */
 static inline int32_t begin_at_start_f64(const event_set_f64 *set, interval_f64 *in) {
     int32_t found = -1;

@@ -1023,18 +1023,17 @@ static inline bend_f32 bends_of_both_f32(const hopform_rates_f32 *rates, const r
 }
 
 /* How far the real pole is beyond p_i, with digits of its own: by one step of Newton's on the cubic. */
-static inline above_f32 above_alone_f32(const hopform_rates_f32 *rates,
+static inline above_f32 above_of_both_f32(const hopform_rates_f32 *rates,
     const hopform_poles_f32 *poles,
     float chi)
 {
-    const float p_1 = rates->p_1, q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
+    const float a1_y = rates->a1_y, a2_y = rates->a2_y, p_1 = rates->p_1, p_2 = rates->p_2;
     const float a = poles->a;
-    const float near_above_1 = a - p_1;                                                                                                   /* (11) at s = -a */
-    const float beside_above_1 = p_2 - near_above_1 - p_1;                                                                                /* (11) at s = -a */
-    const float above_1 = near_above_1 - (near_above_1*q_2 - beside_above_1*q_1 - beside_above_1*near_above_1*(near_above_1 + p_1))/chi;  /* (11) at s = -a, polished */
-    const float near_above_2 = a - p_2;                                                                                                   /* (11) at s = -a */
-    const float beside_above_2 = p_1 - near_above_2 - p_2;                                                                                /* (11) at s = -a */
-    const float above_2 = near_above_2 - (near_above_2*q_1 - beside_above_2*q_2 - beside_above_2*near_above_2*(near_above_2 + p_2))/chi;  /* (11) at s = -a, polished */
+    const float near_1 = a - p_1;                                        /* (11) at s = -a */
+    const float near_2 = a - p_2;                                        /* (11) at s = -a */
+    const float residual = a2_y*near_1 + a*near_1*near_2 - a1_y*near_2;  /* (11) at s = -a */
+    const float above_1 = near_1 - residual/chi;                         /* (11) at s = -a, polished */
+    const float above_2 = near_2 - residual/chi;                         /* (11) at s = -a, polished */
     const above_f32 result = {above_1, above_2};
     return result;
 }

@@ -1023,18 +1023,17 @@ static inline bend_f64 bends_of_both_f64(const hopform_rates_f64 *rates, const r
 }
 
 /* How far the real pole is beyond p_i, with digits of its own: by one step of Newton's on the cubic. */
-static inline above_f64 above_alone_f64(const hopform_rates_f64 *rates,
+static inline above_f64 above_of_both_f64(const hopform_rates_f64 *rates,
     const hopform_poles_f64 *poles,
     double chi)
 {
-    const double p_1 = rates->p_1, q_1 = rates->q_1, p_2 = rates->p_2, q_2 = rates->q_2;
+    const double a1_y = rates->a1_y, a2_y = rates->a2_y, p_1 = rates->p_1, p_2 = rates->p_2;
     const double a = poles->a;
-    const double near_above_1 = a - p_1;                                                                                                   /* (11) at s = -a */
-    const double beside_above_1 = p_2 - near_above_1 - p_1;                                                                                /* (11) at s = -a */
-    const double above_1 = near_above_1 - (near_above_1*q_2 - beside_above_1*q_1 - beside_above_1*near_above_1*(near_above_1 + p_1))/chi;  /* (11) at s = -a, polished */
-    const double near_above_2 = a - p_2;                                                                                                   /* (11) at s = -a */
-    const double beside_above_2 = p_1 - near_above_2 - p_2;                                                                                /* (11) at s = -a */
-    const double above_2 = near_above_2 - (near_above_2*q_1 - beside_above_2*q_2 - beside_above_2*near_above_2*(near_above_2 + p_2))/chi;  /* (11) at s = -a, polished */
+    const double near_1 = a - p_1;                                        /* (11) at s = -a */
+    const double near_2 = a - p_2;                                        /* (11) at s = -a */
+    const double residual = a2_y*near_1 + a*near_1*near_2 - a1_y*near_2;  /* (11) at s = -a */
+    const double above_1 = near_1 - residual/chi;                         /* (11) at s = -a, polished */
+    const double above_2 = near_2 - residual/chi;                         /* (11) at s = -a, polished */
     const above_f64 result = {above_1, above_2};
     return result;
 }

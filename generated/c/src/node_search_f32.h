@@ -3,10 +3,11 @@
  * The first event of a phase in which both elements slip, by their rates: from node to node, each an interval in which
  * the event functions are certified to have no root but the one that is located.
  *
- * An event function g is the stretch, or a velocity times its side. d = g'' + a g' is a motion of the pair alone. An
- * interval is shorter than half a period of the pair, or the pair has two real poles: where d has one sign at both ends
- * it has it in between, and else it changes it once. e^(at) g' grows where d is positive and falls where it is
- * negative. All rules follow from that. The distance to a stop ahead only falls: its sign at the end says all.
+ * An event function g is the contact force, or a velocity times its side: a row of numbers times (y, v_1, v_2). Its
+ * rate is this row times w, and d = g'' + a g' the row times (M + a) w, a motion of the pair alone. An interval is
+ * shorter than half a period of the pair, or the pair has two real poles: where d has one sign at both ends it has it
+ * in between, and else it changes it once. e^(at) g' grows where d is positive and falls where it is negative. All
+ * rules follow from that. The distance to a stop ahead only falls: its sign at the end says all.
  */
 #ifndef HOPFORM_NODE_SEARCH_H_f32
 #define HOPFORM_NODE_SEARCH_H_f32
@@ -19,6 +20,9 @@
 #define NODE_COUNT(what) (void)0
 #endif
 
+/* Whether the contact force is not the stretch, and so a row of several numbers. */
+#define HOPFORM_CONTACT_IS_ROW (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH)
+
 /* The event functions in order of tie-break priority, each the owner of its event; the distance to a stop is behind
  * them. */
 enum { NODE_FUNCTIONS_f32 = 3, STOP_AHEAD_f32 = NODE_FUNCTIONS_f32 };
@@ -29,12 +33,15 @@ typedef struct {
     rates_by_row_f32 w;
     float value[NODE_FUNCTIONS_f32], rate[NODE_FUNCTIONS_f32], deflated[NODE_FUNCTIONS_f32]; /* of the functions */
     float x; /* how far the position has moved */
+    float y; /* the stretch, where that is no event function */
 } search_node_f32;
 
 typedef struct {
     const hopform_plan_f32 *plan;
     float sign[NODE_FUNCTIONS_f32]; /* of each function */
+    float contact[3];                /* the row of the contact force */
     int first;                      /* 1 where the stretch only grows, else 0 */
+    bool is_beyond;                 /* the contact force, at the start, and stays so */
     bool rings;                     /* the pair */
     bool stiff;                     /* the real pole beside it */
     float limit;
@@ -57,6 +64,20 @@ static inline float pole_of_search_f32(const node_search_f32 *search) {
     return search->plan->poles[0].a;
 }
 
+/* What a function is of a state, or of its rates. */
+ALWAYS_f32 float function_of_f32(const node_search_f32 *search, int n, const float of[3]) {
+    const float *row = search->contact;
+    return HOPFORM_CONTACT_IS_ROW && n == 0 ? row[0] * of[0] + row[1] * of[1] + row[2] * of[2] : of[n];
+}
+
+/* The sum of the magnitudes of its terms. */
+static inline float function_terms_f32(const node_search_f32 *search, int n, const float of[3]) {
+    const float *row = search->contact;
+    return HOPFORM_CONTACT_IS_ROW && n == 0
+               ? fabs_f32(row[0] * of[0]) + fabs_f32(row[1] * of[1]) + fabs_f32(row[2] * of[2])
+               : fabs_f32(of[n]);
+}
+
 /* A value where an interval begins: of an event function one that is rounding below zero counts as 0. */
 static inline float above_zero_f32(const node_search_f32 *search, int n, float value) {
     return n < search->first ? value : greater_f32(value, 0.0f);
@@ -67,8 +88,10 @@ SELDOM_f32 void put_values_from_the_end_f32(const node_search_f32 *search, searc
     core_by_row_f32 left;
     left.named = unsettled_of_both_f32(&search->plan->rates[0], &to->w.named);
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
-        to->value[n] = search->sign[n] * (search->end.of[n] + left.of[n]);
+        to->value[n] =
+            search->sign[n] * (function_of_f32(search, n, search->end.of) + function_of_f32(search, n, left.of));
     }
+    to->y = search->end.of[0] + left.of[0];
 }
 
 /* A node that is a gain away from another. */
@@ -79,10 +102,11 @@ ALWAYS_f32 void put_node_f32(const node_search_f32 *search, const search_node_f3
     to->x = from->x + gained->x;
     const rates_by_row_f32 d = deflated_rates_f32(search->plan, &to->w);
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
-        to->value[n] = from->value[n] + search->sign[n] * gained->z[n];
-        to->rate[n] = search->sign[n] * to->w.of[n];
-        to->deflated[n] = search->sign[n] * d.of[n];
+        to->value[n] = from->value[n] + search->sign[n] * function_of_f32(search, n, gained->z);
+        to->rate[n] = search->sign[n] * function_of_f32(search, n, to->w.of);
+        to->deflated[n] = search->sign[n] * function_of_f32(search, n, d.of);
     }
+    if (HOPFORM_CONTACT_IS_ROW) { to->y = from->y + gained->z[0]; }
     if (search->from_the_end) { put_values_from_the_end_f32(search, to); }
 }
 
@@ -104,14 +128,31 @@ SELDOM_f32 void put_node_after_f32(const node_search_f32 *search, const search_n
     put_node_f32(search, from, &gained, from->t + later, to);
 }
 
+/* The magnitudes that the gain of a coordinate over a node is a sum of; over a shorter time, in which rates have hardly
+ * become those of others, a share of these. */
+static inline float gained_terms_f32(const hopform_transition_f32 *transition, int n, const rates_by_row_f32 *w,
+                                     float share) {
+    const float *gains = transition->gains + 3 * n;
+    const float parts[3] = {fabs_f32(gains[0] * w->of[0]), fabs_f32(gains[1] * w->of[1]),
+                           fabs_f32(gains[2] * w->of[2])};
+    return share * (parts[0] + parts[1] + parts[2]) + (1.0f - share) * parts[n];
+}
+
 /* The magnitudes that a function is a sum of at a time: what it is counted from, and what rates have brought since
  * then, or will bring until the end; what rings brings no more than in two nodes and a half. */
 static inline float terms_of_node_f32(const node_search_f32 *search, int n, const search_node_f32 *at) {
     const hopform_transition_f32 *transition = &search->plan->transition;
-    const float *gains = transition->gains + 3 * n;
     const rates_by_row_f32 *w = search->from_the_end ? &at->w : &search->w;
-    const float sum = fabs_f32(gains[0] * w->of[0]) + fabs_f32(gains[1] * w->of[1]) + fabs_f32(gains[2] * w->of[2]);
-    const float nodes = (at->t - search->from) / transition->h;
+    const float t = at->t - search->from;
+    const float turned = 1.3f * t * transition->fastest;
+    const float share = turned < 1.0f && !search->from_the_end ? turned : 1.0f;
+    float sum = gained_terms_f32(transition, n, w, share);
+    if (HOPFORM_CONTACT_IS_ROW && n == 0) {
+        const float terms[3] = {sum, gained_terms_f32(transition, 1, w, share),
+                               gained_terms_f32(transition, 2, w, share)};
+        sum = function_terms_f32(search, 0, terms);
+    }
+    const float nodes = t / transition->h;
     return search->rounded[n] + sum * (nodes < 2.5f && !search->from_the_end ? nodes : 2.5f);
 }
 
@@ -136,8 +177,9 @@ static inline float rate_of_deflated_f32(const node_search_f32 *search, int n) {
     for (int i = 0; i < NODE_FUNCTIONS_f32; i++) {
         d.of[i] = search->sign[i] * search->low->deflated[i];
     }
+    if (HOPFORM_CONTACT_IS_ROW) { d = deflated_rates_f32(search->plan, &search->low->w); }
     const rates_by_row_f32 bend = bend_rates_f32(search->plan, &d);
-    return search->sign[n] * bend.of[n];
+    return search->sign[n] * function_of_f32(search, n, bend.of);
 }
 
 /* Rule 2, whatever the sign of d: q d^2 + d'^2 does not grow, so g' falls by no more than that amplitude of d times the
@@ -323,7 +365,9 @@ ALWAYS_f32 jet_f32 jet_by_powers_f32(const node_search_f32 *search, const search
     const bool stop = n == STOP_AHEAD_f32;
     const int row = stop ? 1 + HOPFORM_STOPPED_ELEMENT : n;
     const float sign = stop ? -search->sign[row] : search->sign[row];
-    const float k_1 = sign * at->w.of[row], k_2 = sign * at->bend.of[row], k_3 = sign * at->third.of[row];
+    const float k_1 = sign * function_of_f32(search, row, at->w.of);
+    const float k_2 = sign * function_of_f32(search, row, at->bend.of);
+    const float k_3 = sign * function_of_f32(search, row, at->third.of);
     const float k_4 = -(poles->s_1 * k_3 + poles->s_2 * k_2 + poles->s_3 * k_1);
     const float first = by.first * k_1 + by.second * k_2 + by.third * k_3;
     const float second = k_1 + (by.first * k_2 + by.second * k_3 + by.third * k_4);
@@ -349,11 +393,13 @@ static inline void step_to_root_at_node_f32(const node_search_f32 *search, int n
     const float a = pole_of_search_f32(search);
     there->t += step;
     there->x += step * velocity_of_node_f32(search, there);
+    const rates_by_row_f32 bends = bend_rates_f32(search->plan, &there->w);
+    there->y += HOPFORM_CONTACT_IS_ROW ? step * there->w.of[0] : 0.0f;
     for (int i = 0; i < NODE_FUNCTIONS_f32; i++) {
         const float bend = there->deflated[i] - a * there->rate[i];
         there->value[i] += step * there->rate[i];
         there->rate[i] += step * bend;
-        there->w.of[i] += step * (search->sign[i] * bend);
+        there->w.of[i] += step * (HOPFORM_CONTACT_IS_ROW ? bends.of[i] : search->sign[i] * bend);
     }
 }
 
@@ -426,8 +472,8 @@ SELDOM_f32 void put_root_f32(const node_search_f32 *search, int n, search_node_f
     step_to_root_at_node_f32(search, n, h, there);
 }
 
-/* Two roots within rounding are at the same time, and the owner that comes first wins, at its own root, the later one.
- */
+/* Two roots within rounding are at the same time, and the owner that comes first wins, at its own root, the later one:
+ * so near that its rate does not change until then. */
 static inline int tie_at_node_f32(const node_search_f32 *search, int found, search_node_f32 *root) {
     const float other = root->rate[found];
     const float bound = 0.125f * rounding_at_node_f32(search, found, root, other); /* as of the modal form */
@@ -436,6 +482,7 @@ static inline int tie_at_node_f32(const node_search_f32 *search, int found, sear
         const float rounding = 0.125f * rounding_at_node_f32(search, n, root, rate);
         if (!(rate * (search->high->t - search->low->t) < -16.0f * rounding)) { continue; }
         const float value = root->value[n];
+        if (!(value * search->plan->transition.fastest < 0.125f * fabs_f32(rate))) { continue; }
         if ((value - 4.0f * rounding) * fabs_f32(other) < fabs_f32(rate) * bound) {
             if (value > 0.0f) { /* so little later that no series is needed */
                 const search_node_f32 at = *root;
@@ -493,6 +540,19 @@ SELDOM_f32 float quiet_time_at_node_f32(const node_search_f32 *search) {
     return quiet;
 }
 
+/* The bound of rounding counted from where the interval begins: where intervals grow, rates have faded since then. */
+SELDOM_f32 void count_from_here_f32(node_search_f32 *search) {
+    float terms[NODE_FUNCTIONS_f32];
+    for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
+        terms[n] = terms_of_node_f32(search, n, search->low);
+    }
+    for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
+        search->rounded[n] = terms[n];
+    }
+    search->from = search->low->t;
+    search->w = search->low->w;
+}
+
 /* The next interval begins where this one has ended; a value that is rounding below zero counts as 0. */
 ALWAYS_f32 void begin_next_interval_f32(node_search_f32 *search) {
     search_node_f32 *low = search->high;
@@ -501,6 +561,7 @@ ALWAYS_f32 void begin_next_interval_f32(node_search_f32 *search) {
     for (int n = search->first; n < NODE_FUNCTIONS_f32; n++) {
         if (low->value[n] < 0.0f) { low->value[n] = 0.0f; }
     }
+    if (!search->rings) { count_from_here_f32(search); }
 }
 
 /* Values counted from where both elements end, once those are the smaller numbers: what has faded keeps its digits. */
@@ -513,20 +574,23 @@ SELDOM_f32 void count_from_the_end_f32(node_search_f32 *search, const core_f32 *
     bool worse = false;
     bool better = false; /* one that ends near zero has no sign else */
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
-        terms[n] = fabs_f32(search->end.of[n]) + fabs_f32(left.of[n]);
+        terms[n] = function_terms_f32(search, n, search->end.of) + function_terms_f32(search, n, left.of);
         const float before = terms_of_node_f32(search, n, low);
         worse = worse || terms[n] > before;
         better = better || terms[n] < 0.25f * before;
     }
-    if (!search->stiff && (worse || !better)) { return; }
+    const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5f;
+    if (!has_faded && (worse || !better)) { return; }
     NODE_COUNT(from_the_end);
     search->from = low->t;
     search->w = low->w;
     search->from_the_end = search->stiff;
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
-        search->rounded[n] = search->from_the_end ? fabs_f32(search->end.of[n]) : terms[n];
-        low->value[n] = above_zero_f32(search, n, search->sign[n] * (search->end.of[n] + left.of[n]));
+        search->rounded[n] = search->from_the_end ? function_terms_f32(search, n, search->end.of) : terms[n];
+        const float value = function_of_f32(search, n, search->end.of) + function_of_f32(search, n, left.of);
+        low->value[n] = above_zero_f32(search, n, search->sign[n] * value);
     }
+    low->y = search->end.of[0] + left.of[0];
 }
 #endif
 

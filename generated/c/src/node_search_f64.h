@@ -3,10 +3,11 @@
  * The first event of a phase in which both elements slip, by their rates: from node to node, each an interval in which
  * the event functions are certified to have no root but the one that is located.
  *
- * An event function g is the stretch, or a velocity times its side. d = g'' + a g' is a motion of the pair alone. An
- * interval is shorter than half a period of the pair, or the pair has two real poles: where d has one sign at both ends
- * it has it in between, and else it changes it once. e^(at) g' grows where d is positive and falls where it is
- * negative. All rules follow from that. The distance to a stop ahead only falls: its sign at the end says all.
+ * An event function g is the contact force, or a velocity times its side: a row of numbers times (y, v_1, v_2). Its
+ * rate is this row times w, and d = g'' + a g' the row times (M + a) w, a motion of the pair alone. An interval is
+ * shorter than half a period of the pair, or the pair has two real poles: where d has one sign at both ends it has it
+ * in between, and else it changes it once. e^(at) g' grows where d is positive and falls where it is negative. All
+ * rules follow from that. The distance to a stop ahead only falls: its sign at the end says all.
  */
 #ifndef HOPFORM_NODE_SEARCH_H_f64
 #define HOPFORM_NODE_SEARCH_H_f64
@@ -19,6 +20,9 @@
 #define NODE_COUNT(what) (void)0
 #endif
 
+/* Whether the contact force is not the stretch, and so a row of several numbers. */
+#define HOPFORM_CONTACT_IS_ROW (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH)
+
 /* The event functions in order of tie-break priority, each the owner of its event; the distance to a stop is behind
  * them. */
 enum { NODE_FUNCTIONS_f64 = 3, STOP_AHEAD_f64 = NODE_FUNCTIONS_f64 };
@@ -29,12 +33,15 @@ typedef struct {
     rates_by_row_f64 w;
     double value[NODE_FUNCTIONS_f64], rate[NODE_FUNCTIONS_f64], deflated[NODE_FUNCTIONS_f64]; /* of the functions */
     double x; /* how far the position has moved */
+    double y; /* the stretch, where that is no event function */
 } search_node_f64;
 
 typedef struct {
     const hopform_plan_f64 *plan;
     double sign[NODE_FUNCTIONS_f64]; /* of each function */
+    double contact[3];                /* the row of the contact force */
     int first;                      /* 1 where the stretch only grows, else 0 */
+    bool is_beyond;                 /* the contact force, at the start, and stays so */
     bool rings;                     /* the pair */
     bool stiff;                     /* the real pole beside it */
     double limit;
@@ -57,6 +64,20 @@ static inline double pole_of_search_f64(const node_search_f64 *search) {
     return search->plan->poles[0].a;
 }
 
+/* What a function is of a state, or of its rates. */
+ALWAYS_f64 double function_of_f64(const node_search_f64 *search, int n, const double of[3]) {
+    const double *row = search->contact;
+    return HOPFORM_CONTACT_IS_ROW && n == 0 ? row[0] * of[0] + row[1] * of[1] + row[2] * of[2] : of[n];
+}
+
+/* The sum of the magnitudes of its terms. */
+static inline double function_terms_f64(const node_search_f64 *search, int n, const double of[3]) {
+    const double *row = search->contact;
+    return HOPFORM_CONTACT_IS_ROW && n == 0
+               ? fabs_f64(row[0] * of[0]) + fabs_f64(row[1] * of[1]) + fabs_f64(row[2] * of[2])
+               : fabs_f64(of[n]);
+}
+
 /* A value where an interval begins: of an event function one that is rounding below zero counts as 0. */
 static inline double above_zero_f64(const node_search_f64 *search, int n, double value) {
     return n < search->first ? value : greater_f64(value, 0.0);
@@ -67,8 +88,10 @@ SELDOM_f64 void put_values_from_the_end_f64(const node_search_f64 *search, searc
     core_by_row_f64 left;
     left.named = unsettled_of_both_f64(&search->plan->rates[0], &to->w.named);
     for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
-        to->value[n] = search->sign[n] * (search->end.of[n] + left.of[n]);
+        to->value[n] =
+            search->sign[n] * (function_of_f64(search, n, search->end.of) + function_of_f64(search, n, left.of));
     }
+    to->y = search->end.of[0] + left.of[0];
 }
 
 /* A node that is a gain away from another. */
@@ -79,10 +102,11 @@ ALWAYS_f64 void put_node_f64(const node_search_f64 *search, const search_node_f6
     to->x = from->x + gained->x;
     const rates_by_row_f64 d = deflated_rates_f64(search->plan, &to->w);
     for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
-        to->value[n] = from->value[n] + search->sign[n] * gained->z[n];
-        to->rate[n] = search->sign[n] * to->w.of[n];
-        to->deflated[n] = search->sign[n] * d.of[n];
+        to->value[n] = from->value[n] + search->sign[n] * function_of_f64(search, n, gained->z);
+        to->rate[n] = search->sign[n] * function_of_f64(search, n, to->w.of);
+        to->deflated[n] = search->sign[n] * function_of_f64(search, n, d.of);
     }
+    if (HOPFORM_CONTACT_IS_ROW) { to->y = from->y + gained->z[0]; }
     if (search->from_the_end) { put_values_from_the_end_f64(search, to); }
 }
 
@@ -104,14 +128,31 @@ SELDOM_f64 void put_node_after_f64(const node_search_f64 *search, const search_n
     put_node_f64(search, from, &gained, from->t + later, to);
 }
 
+/* The magnitudes that the gain of a coordinate over a node is a sum of; over a shorter time, in which rates have hardly
+ * become those of others, a share of these. */
+static inline double gained_terms_f64(const hopform_transition_f64 *transition, int n, const rates_by_row_f64 *w,
+                                     double share) {
+    const double *gains = transition->gains + 3 * n;
+    const double parts[3] = {fabs_f64(gains[0] * w->of[0]), fabs_f64(gains[1] * w->of[1]),
+                           fabs_f64(gains[2] * w->of[2])};
+    return share * (parts[0] + parts[1] + parts[2]) + (1.0 - share) * parts[n];
+}
+
 /* The magnitudes that a function is a sum of at a time: what it is counted from, and what rates have brought since
  * then, or will bring until the end; what rings brings no more than in two nodes and a half. */
 static inline double terms_of_node_f64(const node_search_f64 *search, int n, const search_node_f64 *at) {
     const hopform_transition_f64 *transition = &search->plan->transition;
-    const double *gains = transition->gains + 3 * n;
     const rates_by_row_f64 *w = search->from_the_end ? &at->w : &search->w;
-    const double sum = fabs_f64(gains[0] * w->of[0]) + fabs_f64(gains[1] * w->of[1]) + fabs_f64(gains[2] * w->of[2]);
-    const double nodes = (at->t - search->from) / transition->h;
+    const double t = at->t - search->from;
+    const double turned = 1.3 * t * transition->fastest;
+    const double share = turned < 1.0 && !search->from_the_end ? turned : 1.0;
+    double sum = gained_terms_f64(transition, n, w, share);
+    if (HOPFORM_CONTACT_IS_ROW && n == 0) {
+        const double terms[3] = {sum, gained_terms_f64(transition, 1, w, share),
+                               gained_terms_f64(transition, 2, w, share)};
+        sum = function_terms_f64(search, 0, terms);
+    }
+    const double nodes = t / transition->h;
     return search->rounded[n] + sum * (nodes < 2.5 && !search->from_the_end ? nodes : 2.5);
 }
 
@@ -136,8 +177,9 @@ static inline double rate_of_deflated_f64(const node_search_f64 *search, int n) 
     for (int i = 0; i < NODE_FUNCTIONS_f64; i++) {
         d.of[i] = search->sign[i] * search->low->deflated[i];
     }
+    if (HOPFORM_CONTACT_IS_ROW) { d = deflated_rates_f64(search->plan, &search->low->w); }
     const rates_by_row_f64 bend = bend_rates_f64(search->plan, &d);
-    return search->sign[n] * bend.of[n];
+    return search->sign[n] * function_of_f64(search, n, bend.of);
 }
 
 /* Rule 2, whatever the sign of d: q d^2 + d'^2 does not grow, so g' falls by no more than that amplitude of d times the
@@ -323,7 +365,9 @@ ALWAYS_f64 jet_f64 jet_by_powers_f64(const node_search_f64 *search, const search
     const bool stop = n == STOP_AHEAD_f64;
     const int row = stop ? 1 + HOPFORM_STOPPED_ELEMENT : n;
     const double sign = stop ? -search->sign[row] : search->sign[row];
-    const double k_1 = sign * at->w.of[row], k_2 = sign * at->bend.of[row], k_3 = sign * at->third.of[row];
+    const double k_1 = sign * function_of_f64(search, row, at->w.of);
+    const double k_2 = sign * function_of_f64(search, row, at->bend.of);
+    const double k_3 = sign * function_of_f64(search, row, at->third.of);
     const double k_4 = -(poles->s_1 * k_3 + poles->s_2 * k_2 + poles->s_3 * k_1);
     const double first = by.first * k_1 + by.second * k_2 + by.third * k_3;
     const double second = k_1 + (by.first * k_2 + by.second * k_3 + by.third * k_4);
@@ -349,11 +393,13 @@ static inline void step_to_root_at_node_f64(const node_search_f64 *search, int n
     const double a = pole_of_search_f64(search);
     there->t += step;
     there->x += step * velocity_of_node_f64(search, there);
+    const rates_by_row_f64 bends = bend_rates_f64(search->plan, &there->w);
+    there->y += HOPFORM_CONTACT_IS_ROW ? step * there->w.of[0] : 0.0;
     for (int i = 0; i < NODE_FUNCTIONS_f64; i++) {
         const double bend = there->deflated[i] - a * there->rate[i];
         there->value[i] += step * there->rate[i];
         there->rate[i] += step * bend;
-        there->w.of[i] += step * (search->sign[i] * bend);
+        there->w.of[i] += step * (HOPFORM_CONTACT_IS_ROW ? bends.of[i] : search->sign[i] * bend);
     }
 }
 
@@ -426,8 +472,8 @@ SELDOM_f64 void put_root_f64(const node_search_f64 *search, int n, search_node_f
     step_to_root_at_node_f64(search, n, h, there);
 }
 
-/* Two roots within rounding are at the same time, and the owner that comes first wins, at its own root, the later one.
- */
+/* Two roots within rounding are at the same time, and the owner that comes first wins, at its own root, the later one:
+ * so near that its rate does not change until then. */
 static inline int tie_at_node_f64(const node_search_f64 *search, int found, search_node_f64 *root) {
     const double other = root->rate[found];
     const double bound = 0.125 * rounding_at_node_f64(search, found, root, other); /* as of the modal form */
@@ -436,6 +482,7 @@ static inline int tie_at_node_f64(const node_search_f64 *search, int found, sear
         const double rounding = 0.125 * rounding_at_node_f64(search, n, root, rate);
         if (!(rate * (search->high->t - search->low->t) < -16.0 * rounding)) { continue; }
         const double value = root->value[n];
+        if (!(value * search->plan->transition.fastest < 0.125 * fabs_f64(rate))) { continue; }
         if ((value - 4.0 * rounding) * fabs_f64(other) < fabs_f64(rate) * bound) {
             if (value > 0.0) { /* so little later that no series is needed */
                 const search_node_f64 at = *root;
@@ -493,6 +540,19 @@ SELDOM_f64 double quiet_time_at_node_f64(const node_search_f64 *search) {
     return quiet;
 }
 
+/* The bound of rounding counted from where the interval begins: where intervals grow, rates have faded since then. */
+SELDOM_f64 void count_from_here_f64(node_search_f64 *search) {
+    double terms[NODE_FUNCTIONS_f64];
+    for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
+        terms[n] = terms_of_node_f64(search, n, search->low);
+    }
+    for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
+        search->rounded[n] = terms[n];
+    }
+    search->from = search->low->t;
+    search->w = search->low->w;
+}
+
 /* The next interval begins where this one has ended; a value that is rounding below zero counts as 0. */
 ALWAYS_f64 void begin_next_interval_f64(node_search_f64 *search) {
     search_node_f64 *low = search->high;
@@ -501,6 +561,7 @@ ALWAYS_f64 void begin_next_interval_f64(node_search_f64 *search) {
     for (int n = search->first; n < NODE_FUNCTIONS_f64; n++) {
         if (low->value[n] < 0.0) { low->value[n] = 0.0; }
     }
+    if (!search->rings) { count_from_here_f64(search); }
 }
 
 /* Values counted from where both elements end, once those are the smaller numbers: what has faded keeps its digits. */
@@ -513,20 +574,23 @@ SELDOM_f64 void count_from_the_end_f64(node_search_f64 *search, const core_f64 *
     bool worse = false;
     bool better = false; /* one that ends near zero has no sign else */
     for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
-        terms[n] = fabs_f64(search->end.of[n]) + fabs_f64(left.of[n]);
+        terms[n] = function_terms_f64(search, n, search->end.of) + function_terms_f64(search, n, left.of);
         const double before = terms_of_node_f64(search, n, low);
         worse = worse || terms[n] > before;
         better = better || terms[n] < 0.25 * before;
     }
-    if (!search->stiff && (worse || !better)) { return; }
+    const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5;
+    if (!has_faded && (worse || !better)) { return; }
     NODE_COUNT(from_the_end);
     search->from = low->t;
     search->w = low->w;
     search->from_the_end = search->stiff;
     for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
-        search->rounded[n] = search->from_the_end ? fabs_f64(search->end.of[n]) : terms[n];
-        low->value[n] = above_zero_f64(search, n, search->sign[n] * (search->end.of[n] + left.of[n]));
+        search->rounded[n] = search->from_the_end ? function_terms_f64(search, n, search->end.of) : terms[n];
+        const double value = function_of_f64(search, n, search->end.of) + function_of_f64(search, n, left.of);
+        low->value[n] = above_zero_f64(search, n, search->sign[n] * value);
     }
+    low->y = search->end.of[0] + left.of[0];
 }
 #endif
 

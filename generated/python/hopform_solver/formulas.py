@@ -799,19 +799,18 @@ def bends_of_both(rates: Rates, rate: Rate) -> Bend:
     return Bend(bend_y, bend_1, bend_2)
 
 
-def above_alone(rates: Rates, poles: Poles, chi: Real) -> Above:
+def above_of_both(rates: Rates, poles: Poles, chi: Real) -> Above:
     """How far the real pole is beyond p_i, with digits of its own: by one step of Newton's on the cubic.
 
     chi [1/s^2] s^2 + p s + q at s = -a: what (18) divides by.
     """
-    p_1, q_1, p_2, q_2 = rates.p_1, rates.q_1, rates.p_2, rates.q_2
+    a1_y, a2_y, p_1, p_2 = rates.a1_y, rates.a2_y, rates.p_1, rates.p_2
     a = poles.a
-    near_above_1 = a - p_1                                                                                                   # (11) at s = -a
-    beside_above_1 = p_2 - near_above_1 - p_1                                                                                # (11) at s = -a
-    above_1 = near_above_1 - (near_above_1*q_2 - beside_above_1*q_1 - beside_above_1*near_above_1*(near_above_1 + p_1))/chi  # (11) at s = -a, polished
-    near_above_2 = a - p_2                                                                                                   # (11) at s = -a
-    beside_above_2 = p_1 - near_above_2 - p_2                                                                                # (11) at s = -a
-    above_2 = near_above_2 - (near_above_2*q_1 - beside_above_2*q_2 - beside_above_2*near_above_2*(near_above_2 + p_2))/chi  # (11) at s = -a, polished
+    near_1 = a - p_1                                        # (11) at s = -a
+    near_2 = a - p_2                                        # (11) at s = -a
+    residual = a2_y*near_1 + a*near_1*near_2 - a1_y*near_2  # (11) at s = -a
+    above_1 = near_1 - residual/chi                         # (11) at s = -a, polished
+    above_2 = near_2 - residual/chi                         # (11) at s = -a, polished
     return Above(above_1, above_2)
 
 

@@ -5,21 +5,26 @@
  *
  *     s' = v        v' = draw - p v        draw' = -q v
  *
- * v keeps its sign until the element rests, and s grows. Where velocities do not couple, all event functions of the
- * phase are linear in s: the stretch of a contact, the distance to a stop, the free acceleration of what is held. So
- * the first event is that of the least displacement, it comes if the element goes so far before it rests, and one root
- * is looked for, of a monotone function.
+ * v keeps its sign until the element rests, and s grows. The distance to a stop is linear in s, and so are the stretch
+ * of a contact and, where velocities do not couple, the free acceleration of what is held. So of these the first event
+ * is that of the least displacement, it comes if the element goes so far before it rests, and one root is looked for,
+ * of a monotone function.
+ *
+ * A function of s and v is a motion of the same pair: what it falls by obeys the equations of s. Its rate has one zero
+ * at most until the element rests, because zeros of two motions of a pair lie between each other, and this zero has the
+ * closed form of a time to rest. So the function is monotone before it and behind it, and one root is looked for.
  */
 #ifndef HOPFORM_ALONE_H_real
 #define HOPFORM_ALONE_H_real
 
 #include "certificate_real.h"
 
-/* Whether a library solves so (HOPFORM_BY_NODES, one switch for both), and has a model all of whose event functions are
- * linear in s. */
-#define HOPFORM_HAS_ALONE                                                                                              \
-    (HOPFORM_BY_NODES && !HOPFORM_IS_COUPLED && !HOPFORM_HAS_LIMITS                                                    \
-     && (HOPFORM_CONTACT_IS_STRETCH || !HOPFORM_HAS_CONTACT))
+/* Whether a library solves so: one switch for both. */
+#define HOPFORM_HAS_ALONE HOPFORM_BY_NODES
+
+/* Whether a model has event functions that are not linear in s. */
+#define HOPFORM_ALONE_BENDS                                                                                            \
+    (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
 
 #if HOPFORM_HAS_ALONE
 /* Its pair of poles: both are slower than the root of `square`. */
@@ -144,6 +149,15 @@ typedef struct {
 
 enum { MOST_ALONE_GUARDS_real = 3 };
 
+/* An event function of s and v: its value at the start, and what it falls by, a motion of the pair from 0 on. */
+typedef struct {
+    real value, cancels; /* as of event_function_real */
+    real settled;        /* where it ends, if it is known with digits of its own; else NEVER */
+    alone_real fall;
+    bool is_beyond; /* at the start, and stays so */
+    int owner, side;
+} alone_function_real;
+
 /* The guards of a phase in order of tie-break priority, and what ends it in closed form. */
 typedef struct {
     alone_pair_real pair;
@@ -154,7 +168,10 @@ typedef struct {
     int rests;
     int count;
     alone_guard_real guard[MOST_ALONE_GUARDS_real];
+    int functions;
+    alone_function_real function[MOST_EVENT_FUNCTIONS_real];
     int owner, side; /* of what ends it: NO_OWNER where nothing happens until then */
+    real slack;      /* by how much an event of another owner may be later and wins a tie */
     bool stops, touches, certified;
 } alone_search_real;
 
@@ -220,11 +237,10 @@ SELDOM_real real guessed_late_real(const alone_pair_real *pair, const alone_real
 }
 
 /* The motion where the displacement is s, greater than 0, from where it is known: the start, or where the element
- * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Until `high` it
- * is reached. */
+ * rests, which is later than the root. Halley's steps, the last one by a short series, then Newton's. Between `low` and
+ * `high` it is reached. */
 static inline alone_real alone_at_displacement_real(const alone_pair_real *pair, const alone_real *from, real s,
-                                                    real high, evaluations_real *evaluations) {
-    real low = 0.0;
+                                                    real low, real high, evaluations_real *evaluations) {
     real t = from->t
              + (pair->rings ? guessed_time_real(pair, from, s - from->s) : guessed_late_real(pair, from, s - from->s));
     alone_real at = *from;
@@ -321,9 +337,8 @@ static inline bool is_passed_soon_real(const alone_search_real *search, const al
            && search->rests == NO_OWNER_real;
 }
 
-/* When the element rests. */
-static inline real alone_time_to_rest_real(const alone_search_real *search) {
-    const alone_real *start = &search->start;
+/* When a motion of the pair rests. */
+static inline real alone_time_to_rest_real(const alone_search_real *search, const alone_real *start) {
     const real acc = alone_acceleration_real(&search->pair, start);
     if (search->pair.rings && !(start->v > 0.0) && acc > 0.0) { return search->half_period; }
     return time_to_rest_real(search->pair.poles, start->v, acc);
@@ -331,7 +346,7 @@ static inline real alone_time_to_rest_real(const alone_search_real *search) {
 
 /* The end of the phase without a guard: where the element rests, or the time that it lasts until. */
 static inline void end_without_guard_real(alone_search_real *search, real until, evaluations_real *evaluations) {
-    const real rest = alone_time_to_rest_real(search);
+    const real rest = alone_time_to_rest_real(search, &search->start);
     if (search->rests == NO_OWNER_real || !(search->rest_time <= rest)) {
         search->rest_time = rest;
         search->rests = ELEMENT_real + search->element;
@@ -346,17 +361,208 @@ static inline void end_without_guard_real(alone_search_real *search, real until,
     }
 }
 
-/* The first event of the phase, which lasts until a time at most. */
-static inline void find_alone_event_real(alone_search_real *search, real until, evaluations_real *evaluations) {
+/* An event has the owner of a guard. */
+static inline void take_guard_real(alone_search_real *search, const alone_guard_real *guard) {
+    search->owner = guard->owner;
+    search->side = guard->side;
+    search->stops = guard->stops;
+}
+
+/* ---- event functions of s and v ---- */
+
+/* Adds a function of a numerator, whose value at the start is a difference of terms, the sum of whose magnitudes is
+ * given. */
+static inline alone_function_real *add_alone_function_real(alone_search_real *search, const numerator_real *h,
+                                                           real start, real terms, real sign, int owner, int side) {
+    alone_function_real *function = &search->function[search->functions++];
+    const numerator_real along = {sign * h->H3, sign * h->H2, 0.0};
+    event_function_real g = event_function_of_real(&along, sign * start);
+    put_on_threshold_real(&g, terms);
+    const alone_real fall = {0.0, 0.0, -g.H3, -g.H2};
+    function->value = greater_real(g.start, 0.0);
+    function->cancels = g.cancels;
+    function->settled = HOPFORM_NEVER_real;
+    function->fall = fall;
+    function->is_beyond = (g.start < 0.0 || (g.cancels > 0.0 && !(g.start > 0.0))) && begins_beyond_real(&g);
+    function->owner = owner;
+    function->side = side;
+    return function;
+}
+
+/* Whether a function is beyond its zero as the phase begins: the first one is the event. */
+static inline bool is_beyond_at_once_real(alone_search_real *search) {
+    for (int n = 0; n < search->functions; n++) {
+        if (search->function[n].is_beyond) {
+            search->owner = search->function[n].owner;
+            search->side = search->function[n].side;
+            search->stops = false;
+            return true;
+        }
+    }
+    return false;
+}
+
+/* A function at a time. */
+typedef struct {
+    real value, rounding;
+    alone_real fall;
+} alone_function_at_real;
+
+static inline alone_function_at_real alone_function_after_real(const alone_pair_real *pair,
+                                                               const alone_function_real *function, real t,
+                                                               const known_pair_real *response) {
+    alone_function_at_real at;
+    at.fall = alone_after_real(pair, &function->fall, t, response);
+    at.value = function->value - at.fall.s;
+    at.rounding = 16.0 * HOPFORM_EPS_real
+                  * (function->value + function->cancels + fabs_real(response->R * function->fall.v)
+                     + fabs_real(response->R1 * function->fall.draw) + t * fabs_real(at.fall.v));
+    return at;
+}
+
+/* Whether it has crossed zero, h since it began to fall: by more than rounding, or so steeply that the root is near. */
+static inline bool has_alone_function_crossed_real(const alone_function_at_real *at, real h) {
+    return at->value < 0.0 && (at->value < -at->rounding || at->fall.v * h > at->rounding);
+}
+
+/* The first root of a function until a time at which it is known: what it falls by there; the time is NEVER without
+ * one. */
+SELDOM_real alone_real alone_root_real(const alone_search_real *search, const alone_function_real *function,
+                                       const alone_function_at_real *end, evaluations_real *evaluations) {
+    const alone_pair_real *pair = &search->pair;
+    const alone_real none = {HOPFORM_NEVER_real, 0.0, 0.0, 0.0};
+    const alone_real *start = &function->fall;
+    const real limit = end->fall.t;
+    const real acc = alone_acceleration_real(pair, start);
+    if (start->v > 0.0 || (!(start->v < 0.0) && acc > 0.0)) {
+        real high = limit;
+        if (!has_alone_function_crossed_real(end, limit)) {
+            if (!(end->value < 0.0) && end->fall.v > 0.0) { return none; } /* it has fallen all the time */
+            high = alone_time_to_rest_real(search, start);
+            if (!(high < limit)) { return none; }
+            const known_pair_real response = response_over_real(pair, high);
+            const alone_function_at_real least = alone_function_after_real(pair, function, high, &response);
+            use_evaluation_real(evaluations);
+            if (!(least.value < -least.rounding)) { return none; }
+        }
+        return alone_at_displacement_real(pair, start, function->value, 0.0, high, evaluations);
+    }
+    if (!(end->value < 0.0)) { return none; }
+    const alone_real rise = {0.0, 0.0, -start->v, -start->draw};
+    const real low = alone_time_to_rest_real(search, &rise);
+    if (!(low < limit) || !has_alone_function_crossed_real(end, limit - low)) { return none; }
+    const alone_real most = alone_at_rest_real(pair, &rise, low);
+    const alone_real from = {low, -most.s, 0.0, -most.draw};
+    return alone_at_displacement_real(pair, &from, function->value, low, limit, evaluations);
+}
+
+/* A root late in a phase, by where the function ends and what has not yet faded of its fall, once these are the smaller
+ * numbers. */
+SELDOM_real void sharpen_alone_root_real(const alone_search_real *search, const alone_function_real *function,
+                                         real limit, alone_real *root) {
+    const alone_pair_real *pair = &search->pair;
+    const alone_real *start = &function->fall;
+    const real end = function->settled;
+    if (!(fabs_real(end) < HOPFORM_NEVER_real) || is_short_real(pair, root->t)) { return; }
+    for (int n = 0; n < 4; n++) {
+        const real t = root->t;
+        const known_pair_real by = response_over_real(pair, t);
+        const real parts[2] = {start->draw * (by.Rd + pair->p * by.R) / pair->q, start->v * by.R};
+        const real rate = by.Rd * start->v + by.R * start->draw;
+        const real of_time = t * fabs_real(rate);
+        const real from_start = function->value + fabs_real(by.R * start->v) + fabs_real(by.R1 * start->draw) + of_time;
+        const real from_end = fabs_real(end) + fabs_real(parts[0]) + fabs_real(parts[1]) + of_time;
+        const real value = end + (parts[0] - parts[1]);
+        const bool better =
+            (rate > 0.0) & (from_end < 0.25 * from_start) & (fabs_real(value) <= 16.0 * HOPFORM_EPS_real * from_start);
+        const real later = better ? value / rate : 0.0;
+        const bool counts = fabs_real(later) < 0.01 * t && fabs_real(later) > 16.0 * HOPFORM_EPS_real * t;
+        if (!counts || t + later > limit) { return; }
+        root->t = t + later;
+        root->v = rate;
+    }
+}
+
+/* The owner that comes before that of the event, and has its own within rounding of it: so much later, if it wins the
+ * tie, and so near that its rate does not change until then. */
+static inline void settle_alone_tie_real(alone_search_real *search, int before, bool is_tight) {
+    const alone_pair_real *pair = &search->pair;
+    alone_real *end = &search->end;
+    const known_pair_real response = response_over_real(pair, end->t);
+    real later = 0.0;
+    for (int n = 0; n < search->functions; n++) {
+        const alone_function_real *function = &search->function[n];
+        if (!(function->owner < before)) { continue; }
+        const alone_function_at_real at = alone_function_after_real(pair, function, end->t, &response);
+        const real rate = at.fall.v;
+        const bool bends = at.value > 0.0 && !(pair->square * at.value * at.value < 0.015625 * rate * rate);
+        if (bends || !(rate * end->t > 16.0 * at.rounding)) { continue; }
+        if (at.value < rate * search->slack + (is_tight ? 0.0 : 4.0 * at.rounding)) {
+            before = function->owner;
+            search->owner = before;
+            search->side = function->side;
+            search->stops = false;
+            later = greater_real(at.value / rate, 0.0);
+        }
+    }
+    for (int n = 0; n < search->count && !is_tight; n++) {
+        const alone_guard_real *guard = &search->guard[n];
+        const real rounding = alone_rounding_real(guard, end);
+        const real further = guard->s - end->s;
+        if (guard->owner < before && end->v * end->t > 16.0 * rounding
+            && further < end->v * search->slack + 4.0 * rounding) {
+            before = guard->owner;
+            take_guard_real(search, guard);
+            later = greater_real(further / end->v, 0.0);
+        }
+    }
+    end->t += later;
+    end->s += later * end->v;
+    end->v += later * alone_acceleration_real(pair, end);
+}
+
+/* The functions, once it is known how the phase ends without them. */
+static inline void meet_functions_real(alone_search_real *search, bool rests, evaluations_real *evaluations) {
+    const alone_pair_real *pair = &search->pair;
+    const real limit = search->end.t;
+    const known_pair_real response = response_over_real(pair, limit);
+    use_evaluation_real(evaluations);
+    int found = -1;
+    alone_real root;
+    for (int n = 0; n < search->functions; n++) {
+        const alone_function_at_real end = alone_function_after_real(pair, &search->function[n], limit, &response);
+        alone_real at = alone_root_real(search, &search->function[n], &end, evaluations);
+        if (at.t <= limit) { sharpen_alone_root_real(search, &search->function[n], limit, &at); }
+        if (at.t <= limit && (found < 0 || at.t < root.t)) {
+            found = n;
+            root = at;
+        }
+    }
+    bool is_tight = rests || search->stops || search->owner == NO_OWNER_real;
+    if (found >= 0) {
+        const alone_function_real *function = &search->function[found];
+        if (rests && search->owner < function->owner && !(root.t < limit * (1.0 - 8.0 * HOPFORM_EPS_real))) { return; }
+        const known_pair_real until = response_over_real(pair, root.t);
+        const alone_function_at_real at = alone_function_after_real(pair, function, root.t, &until);
+        search->end = alone_after_real(pair, &search->start, root.t, &until);
+        search->owner = function->owner;
+        search->side = function->side;
+        search->stops = false;
+        search->slack = root.v > 0.0 ? at.rounding / root.v : 0.0;
+        is_tight = false;
+    }
+    settle_alone_tie_real(search, search->owner == NO_OWNER_real ? ELEMENT_real : search->owner, is_tight);
+}
+
+/* The first of the guards, or the rest, until a time at most; true if the element rests. */
+static inline bool meet_guards_real(alone_search_real *search, real until, evaluations_real *evaluations) {
     const alone_pair_real *pair = &search->pair;
     const int nearest = nearest_alone_guard_real(search);
     const alone_guard_real *guard = &search->guard[nearest < 0 ? 0 : nearest];
     int found = -1;
     bool rests = false;
-    use_evaluation_real(evaluations); /* a phase costs as much */
-    search->end = search->start;
     if (nearest >= 0 && is_passed_soon_real(search, guard)) {
-        search->end = alone_at_displacement_real(pair, &search->start, guard->s, HOPFORM_NEVER_real, evaluations);
+        search->end = alone_at_displacement_real(pair, &search->start, guard->s, 0.0, HOPFORM_NEVER_real, evaluations);
         found = search->end.t < until ? nearest : -1;
     }
     if (found < 0) {
@@ -366,8 +572,8 @@ static inline void find_alone_event_real(alone_search_real *search, real until, 
             const bool soon = search->start.draw > pair->q * guard->s || guard->s < 0.5 * search->end.s || !pair->rings;
             const alone_real from = soon ? search->start : search->end;
             found = nearest;
-            search->end =
-                guard->s > 0.0 ? alone_at_displacement_real(pair, &from, guard->s, limit, evaluations) : search->start;
+            search->end = guard->s > 0.0 ? alone_at_displacement_real(pair, &from, guard->s, 0.0, limit, evaluations)
+                                         : search->start;
         } else {
             found = alone_guard_at_limit_real(search);
         }
@@ -377,10 +583,21 @@ static inline void find_alone_event_real(alone_search_real *search, real until, 
     search->owner = rests ? search->rests : NO_OWNER_real;
     search->side = 0;
     search->stops = false;
+    search->slack = 8.0 * HOPFORM_EPS_real * search->end.t;
     if (found >= 0 && (!rests || search->rests >= search->guard[found].owner)) {
-        search->owner = search->guard[found].owner;
-        search->side = search->guard[found].side;
-        search->stops = search->guard[found].stops;
+        take_guard_real(search, &search->guard[found]);
+        rests = false;
+    }
+    return rests;
+}
+
+/* The first event of the phase, which lasts until a time at most. */
+static inline void find_alone_event_real(alone_search_real *search, real until, evaluations_real *evaluations) {
+    use_evaluation_real(evaluations); /* a phase costs as much */
+    search->end = search->start;
+    if (!HOPFORM_ALONE_BENDS || !is_beyond_at_once_real(search)) {
+        const bool rests = meet_guards_real(search, until, evaluations);
+        if (HOPFORM_ALONE_BENDS && search->functions > 0) { meet_functions_real(search, rests, evaluations); }
     }
     search->touches = search->owner > CONTACT_real && is_alone_at_stop_real(search);
     search->certified = evaluations->left > 0;

@@ -429,6 +429,11 @@ static inline bool is_solved_by_rates_real(const stance_chain_real *chain) {
            && chain->observer == NULL;
 }
 
+/* The first of two derivatives that is not zero. */
+static inline real first_of_real(real rate, real bend) {
+    return fabs_real(rate) > 0.0 ? rate : bend;
+}
+
 /* The axis of each event function of the search. */
 static const int axis_of_function_real[NODE_FUNCTIONS_real] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AXIS(0),
                                                                HOPFORM_VELOCITY_AXIS(1)};
@@ -439,6 +444,30 @@ static inline real gap_ahead_real(const stance_chain_real *chain) {
         side_of_mode_real(chain->mode, HOPFORM_STOPPED_ELEMENT) > 0 ? -chain->from_upper : chain->from_lower;
     return HOPFORM_HAS_STOPS && is_finite_real(gap) ? gap : HOPFORM_NEVER_real;
 }
+
+#if HOPFORM_HAS_CONTACT
+/* The contact force at the start, a row of the state: within the rounding of its terms it is on 0, from where its first
+ * derivative leads. */
+static inline void begin_contact_by_row_real(const stance_chain_real *chain, node_search_real *search) {
+    search_node_real *low = search->low;
+    for (int axis = 0; axis < 3; axis++) {
+        state_by_axis_real one = {{0.0, 0.0, 0.0, 0.0}};
+        one.of[axis_of_function_real[axis]] = 1.0;
+        search->contact[axis] = contact_slope_real(&chain->plan->robot, &one.named);
+    }
+    const real force = contact_of_real(&chain->plan->robot, &chain->at.named);
+    const real terms = terms_of_contact_real(chain);
+    const rates_by_row_real d = deflated_rates_real(chain->plan, &search->w);
+    low->y = chain->at.of[HOPFORM_STRETCH_AXIS];
+    low->rate[0] = function_of_real(search, 0, search->w.of);
+    low->deflated[0] = function_of_real(search, 0, d.of);
+    const real first = first_of_real(low->rate[0], low->deflated[0]);
+    const bool is_decided = fabs_real(decided_real(force, terms)) > 0.0;
+    search->rounded[0] = fabs_real(force) + 0.25 * terms;
+    search->is_beyond = !(force > 0.0) && (is_decided ? !(first > 0.0) : first < 0.0);
+    low->value[0] = is_decided || first < 0.0 ? greater_real(force, 0.0) : 0.0;
+}
+#endif
 
 /* The search at the start of the phase. */
 static inline void begin_node_search_real(const stance_chain_real *chain, node_search_real *search) {
@@ -452,9 +481,12 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
     search->limit = end_of_step_real(chain) - chain->t;
     search->gap = gap_ahead_real(chain);
     search->first = 1;
+    search->is_beyond = false;
     search->from_the_end = false;
 #if HOPFORM_HAS_CONTACT
-    if (falls_of_mode_real(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) { search->first = 0; }
+    if (falls_of_mode_real(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 || HOPFORM_CONTACT_IS_ROW) {
+        search->first = 0;
+    }
 #endif
     search->sign[0] = 1.0;
     search->sign[1] = (real)side_of_mode_real(chain->mode, 0);
@@ -472,6 +504,13 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
         low->rate[n] = search->sign[n] * search->w.of[n];
         low->deflated[n] = search->sign[n] * d.of[n];
     }
+#if HOPFORM_HAS_CONTACT
+    if (HOPFORM_CONTACT_IS_ROW) {
+        begin_contact_by_row_real(chain, search);
+    } else if (search->first == 0 && chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0) {
+        search->is_beyond = !(first_of_real(low->rate[0], low->deflated[0]) > 0.0);
+    }
+#endif
     search->count = 0;
     search->evaluations = chain->evaluations;
     use_evaluation_real(search->evaluations); /* a phase costs as much */
@@ -523,6 +562,7 @@ static inline void arrive_at_node_real(const node_search_real *search, const sea
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
         arrival->z[axis_of_function_real[n]] = search->sign[n] * there->value[n];
     }
+    if (HOPFORM_CONTACT_IS_ROW) { arrival->z[HOPFORM_STRETCH_AXIS] = there->y; }
     arrival->moved = there->x;
     if (owner != ELEMENT_real + HOPFORM_STOPPED_ELEMENT) { return; }
     arrival->rate = there->w.of[1 + HOPFORM_STOPPED_ELEMENT];
@@ -549,9 +589,10 @@ ALWAYS_real void end_next_interval_real(node_search_real *search, real quiet) {
     const hopform_transition_real *transition = &search->plan->transition;
     const search_node_real *low = search->low;
     const real left = search->limit - low->t;
-    const bool fades = search->stiff && !(low->t > 0.0); /* for as long as that does not */
+    const bool far = search->stiff || (!search->rings && transition->fastest * transition->h > 30.0);
+    const bool fades = far && !(low->t > 0.0); /* for as long as that does not */
     const bool grows = !search->rings && low->t > 0.0;
-    const real one = fades ? 1.0 / pole_of_search_real(search) : transition->h;
+    const real one = fades ? 1.0 / transition->fastest : (grows && far ? 0.0 : transition->h);
     const real length = greater_real(quiet, grows ? greater_real(one, 3.0 * low->t) : one);
     NODE_COUNT(node);
     search->count++;
@@ -586,11 +627,7 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
     end->side = 0;
     end->stops = false;
     end->touches = false;
-#if HOPFORM_HAS_CONTACT
-    const real rate = search.w.of[0];
-    const bool rises = fabs_real(rate) > 0.0 ? rate > 0.0 : search.low->deflated[0] > 0.0;
-    if (search.first == 0 && chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && !rises) { end->owner = CONTACT_real; }
-#endif
+    if (search.is_beyond) { end->owner = CONTACT_real; }
     int32_t nodes = search.stiff || !search.rings ? 7 : 0;
     real quiet = 0.0;
     for (bool open = end->owner < 0 && search.limit > 0.0; open; nodes++) {
@@ -631,8 +668,7 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
 
 /* Whether the phase is solved so: not where someone follows it by its propagator. */
 static inline bool is_solved_alone_real(const stance_chain_real *chain) {
-    return alone_of_mode_real(chain->mode) >= 0 && !rests_of_mode_real(chain->mode) && chain->observer == NULL
-           && !(chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 && HOPFORM_HAS_CONTACT);
+    return alone_of_mode_real(chain->mode) >= 0 && !rests_of_mode_real(chain->mode) && chain->observer == NULL;
 }
 
 /* How far the stretch goes with it. */
@@ -641,17 +677,44 @@ static inline real stretch_by_displacement_real(const stance_chain_real *chain, 
 }
 
 #if HOPFORM_HAS_CONTACT
+/* Where the forces on the element cancel at no stretch, the contact force rings about 0 as a velocity does: its first
+ * zero is known however far it has faded by then. */
 static inline void put_alone_contact_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
-    const real stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
+    const hopform_robot_real *robot = &chain->plan->robot;
+    const numerator_real h = contact_numerator_real(robot, &chain->numerators.named);
+    const real force = contact_of_real(robot, &chain->at.named);
     const real follows = stretch_by_displacement_real(chain, alone);
-    if (!(fabs_real(chain->drive.of[alone]) > 0.0)) {
-        search->rest_time = time_to_rest_real(search->pair.poles, stretch, chain->numerators.of.stretch.H3);
+    if (!(fabs_real(chain->drive.of[alone]) > 0.0) && !(force < 0.0)) {
+        search->rest_time = time_to_rest_real(search->pair.poles, force, h.H3);
         search->rests = CONTACT_real;
+    } else if (!HOPFORM_CONTACT_IS_STRETCH) {
+        const real q = search->pair.q;
+        state_by_axis_real settled = {{0.0, 0.0, 0.0, 0.0}};
+        settled.of[HOPFORM_STRETCH_AXIS] =
+            follows * (real)side_of_mode_real(chain->mode, alone) * chain->drive.of[alone] / (q > 0.0 ? q : 1.0);
+        alone_function_real *contact =
+            add_alone_function_real(search, &h, force, terms_of_contact_real(chain), 1.0, CONTACT_real, 0);
+        if (q > 0.0) { contact->settled = contact_of_real(robot, &settled.named); }
     } else if (follows < 0.0) {
-        (void)add_alone_guard_real(search, stretch / -follows, CONTACT_real);
+        (void)add_alone_guard_real(search, force / -follows, CONTACT_real);
     }
 }
 #endif
+
+/* The room of the switching function to its levels, or at a limit what it is beyond that. */
+static inline void put_alone_limit_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
+    (void)alone; /* the driven one */
+    const int from = limit_of_mode_real(chain->mode);
+    const switching_at_real at = switching_of_chain_real(chain);
+    const numerator_real h = switching_numerator_real(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
+    for (int limit = -1; limit <= 1; limit += 2) {
+        const real level = level_of_limit_real(&at, limit);
+        if (is_finite_real(level) && (from == 0 || limit == from)) {
+            (void)add_alone_function_real(search, &h, at.value - level, terms_of_room_real(&at, level),
+                                          (real)(from == 0 ? -limit : limit), LIMIT_real, from == 0 ? limit : 0);
+        }
+    }
+}
 
 static inline void put_alone_stop_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
     const real gap = side_of_mode_real(chain->mode, alone) > 0 ? -chain->from_upper : chain->from_lower;
@@ -671,9 +734,25 @@ static inline void put_alone_velocity_real(alone_search_real *search, const stan
     search->start = start;
 }
 
+/* The thresholds of the free acceleration of what is held, on which the velocity acts. */
+static inline void put_alone_thresholds_real(alone_search_real *search, const stance_chain_real *chain, int held) {
+    const numerator_real h = free_numerator_real(rates_of_chain_real(chain), held, &chain->numerators.named);
+    const free_by_element_real free = free_of_real(chain, &chain->at.named);
+    for (int side = -1; side <= 1; side += 2) {
+        if (stance_blocked_real(chain, held, side)) { continue; }
+        const real level = level_at_rest_real(&chain->plan->robot, held, side);
+        (void)add_alone_function_real(search, &h, free.of[held] - (real)side * level,
+                                      terms_of_free_real(chain, held, level), -(real)side, ELEMENT_real + held, side);
+    }
+}
+
 /* The threshold to which the free acceleration of what is held goes. */
 static inline void put_alone_threshold_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
     const int held = 1 - alone;
+    if (HOPFORM_IS_COUPLED) {
+        put_alone_thresholds_real(search, chain, held);
+        return;
+    }
     state_by_axis_real change = {{0.0, 0.0, 0.0, 0.0}};
     change.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_real(chain, alone);
     const real slope = free_slope_real(rates_of_chain_real(chain), held, &change);
@@ -696,6 +775,7 @@ static inline void find_end_alone_real(const stance_chain_real *chain, real unti
     search.pair = alone_pair_of_real(poles_of_real(chain->plan, chain->mode), search.half_period < HOPFORM_NEVER_real);
     search.element = alone;
     search.count = 0;
+    search.functions = 0;
     search.rest_time = HOPFORM_NEVER_real;
     search.rests = NO_OWNER_real;
 #define PUT_GUARD(kind) put_alone_##kind##_real(&search, chain, alone);

@@ -98,6 +98,12 @@ static inline void put_on_threshold_real(event_function_real *g, real terms) {
     if (!(fabs_real(decided_real(g->start, terms)) > 0.0) && !(begins_with_real(g) < 0.0)) { g->start = 0.0; }
 }
 
+/* Whether a function that begins below zero, or on its threshold, stays there. */
+static inline bool begins_beyond_real(const event_function_real *g) {
+    const real first = begins_with_real(g);
+    return g->start < 0.0 ? !(first > 0.0) : first < 0.0;
+}
+
 /* The modal form of a function in place of its numerator and start. */
 static inline void take_modes_real(event_function_real *g, const numerator_real *modes, real final, real drift,
                                    real sign) {

@@ -267,12 +267,6 @@ static inline real root_free_until_real(const event_set_real *set, const interva
     return in->low.t + quiet;
 }
 
-/* Whether a function that begins below zero, or on its threshold, stays there. */
-static inline bool begins_beyond_real(const event_function_real *g) {
-    const real first = begins_with_real(g);
-    return g->start < 0.0 ? !(first > 0.0) : first < 0.0;
-}
-
 /* Begin the first interval. A function that falls below zero at once is found; -1 if there is none. */
 static inline int32_t begin_at_start_real(const event_set_real *set, interval_real *in) {
     int32_t found = -1;

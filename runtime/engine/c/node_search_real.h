@@ -3,10 +3,11 @@
  * The first event of a phase in which both elements slip, by their rates: from node to node, each an interval in which
  * the event functions are certified to have no root but the one that is located.
  *
- * An event function g is the stretch, or a velocity times its side. d = g'' + a g' is a motion of the pair alone. An
- * interval is shorter than half a period of the pair, or the pair has two real poles: where d has one sign at both ends
- * it has it in between, and else it changes it once. e^(at) g' grows where d is positive and falls where it is
- * negative. All rules follow from that. The distance to a stop ahead only falls: its sign at the end says all.
+ * An event function g is the contact force, or a velocity times its side: a row of numbers times (y, v_1, v_2). Its
+ * rate is this row times w, and d = g'' + a g' the row times (M + a) w, a motion of the pair alone. An interval is
+ * shorter than half a period of the pair, or the pair has two real poles: where d has one sign at both ends it has it
+ * in between, and else it changes it once. e^(at) g' grows where d is positive and falls where it is negative. All
+ * rules follow from that. The distance to a stop ahead only falls: its sign at the end says all.
  */
 #ifndef HOPFORM_NODE_SEARCH_H_real
 #define HOPFORM_NODE_SEARCH_H_real
@@ -19,6 +20,9 @@
 #define NODE_COUNT(what) (void)0
 #endif
 
+/* Whether the contact force is not the stretch, and so a row of several numbers. */
+#define HOPFORM_CONTACT_IS_ROW (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH)
+
 /* The event functions in order of tie-break priority, each the owner of its event; the distance to a stop is behind
  * them. */
 enum { NODE_FUNCTIONS_real = 3, STOP_AHEAD_real = NODE_FUNCTIONS_real };
@@ -29,12 +33,15 @@ typedef struct {
     rates_by_row_real w;
     real value[NODE_FUNCTIONS_real], rate[NODE_FUNCTIONS_real], deflated[NODE_FUNCTIONS_real]; /* of the functions */
     real x; /* how far the position has moved */
+    real y; /* the stretch, where that is no event function */
 } search_node_real;
 
 typedef struct {
     const hopform_plan_real *plan;
     real sign[NODE_FUNCTIONS_real]; /* of each function */
+    real contact[3];                /* the row of the contact force */
     int first;                      /* 1 where the stretch only grows, else 0 */
+    bool is_beyond;                 /* the contact force, at the start, and stays so */
     bool rings;                     /* the pair */
     bool stiff;                     /* the real pole beside it */
     real limit;
@@ -57,6 +64,20 @@ static inline real pole_of_search_real(const node_search_real *search) {
     return search->plan->poles[0].a;
 }
 
+/* What a function is of a state, or of its rates. */
+ALWAYS_real real function_of_real(const node_search_real *search, int n, const real of[3]) {
+    const real *row = search->contact;
+    return HOPFORM_CONTACT_IS_ROW && n == 0 ? row[0] * of[0] + row[1] * of[1] + row[2] * of[2] : of[n];
+}
+
+/* The sum of the magnitudes of its terms. */
+static inline real function_terms_real(const node_search_real *search, int n, const real of[3]) {
+    const real *row = search->contact;
+    return HOPFORM_CONTACT_IS_ROW && n == 0
+               ? fabs_real(row[0] * of[0]) + fabs_real(row[1] * of[1]) + fabs_real(row[2] * of[2])
+               : fabs_real(of[n]);
+}
+
 /* A value where an interval begins: of an event function one that is rounding below zero counts as 0. */
 static inline real above_zero_real(const node_search_real *search, int n, real value) {
     return n < search->first ? value : greater_real(value, 0.0);
@@ -67,8 +88,10 @@ SELDOM_real void put_values_from_the_end_real(const node_search_real *search, se
     core_by_row_real left;
     left.named = unsettled_of_both_real(&search->plan->rates[0], &to->w.named);
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
-        to->value[n] = search->sign[n] * (search->end.of[n] + left.of[n]);
+        to->value[n] =
+            search->sign[n] * (function_of_real(search, n, search->end.of) + function_of_real(search, n, left.of));
     }
+    to->y = search->end.of[0] + left.of[0];
 }
 
 /* A node that is a gain away from another. */
@@ -79,10 +102,11 @@ ALWAYS_real void put_node_real(const node_search_real *search, const search_node
     to->x = from->x + gained->x;
     const rates_by_row_real d = deflated_rates_real(search->plan, &to->w);
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
-        to->value[n] = from->value[n] + search->sign[n] * gained->z[n];
-        to->rate[n] = search->sign[n] * to->w.of[n];
-        to->deflated[n] = search->sign[n] * d.of[n];
+        to->value[n] = from->value[n] + search->sign[n] * function_of_real(search, n, gained->z);
+        to->rate[n] = search->sign[n] * function_of_real(search, n, to->w.of);
+        to->deflated[n] = search->sign[n] * function_of_real(search, n, d.of);
     }
+    if (HOPFORM_CONTACT_IS_ROW) { to->y = from->y + gained->z[0]; }
     if (search->from_the_end) { put_values_from_the_end_real(search, to); }
 }
 
@@ -104,14 +128,31 @@ SELDOM_real void put_node_after_real(const node_search_real *search, const searc
     put_node_real(search, from, &gained, from->t + later, to);
 }
 
+/* The magnitudes that the gain of a coordinate over a node is a sum of; over a shorter time, in which rates have hardly
+ * become those of others, a share of these. */
+static inline real gained_terms_real(const hopform_transition_real *transition, int n, const rates_by_row_real *w,
+                                     real share) {
+    const real *gains = transition->gains + 3 * n;
+    const real parts[3] = {fabs_real(gains[0] * w->of[0]), fabs_real(gains[1] * w->of[1]),
+                           fabs_real(gains[2] * w->of[2])};
+    return share * (parts[0] + parts[1] + parts[2]) + (1.0 - share) * parts[n];
+}
+
 /* The magnitudes that a function is a sum of at a time: what it is counted from, and what rates have brought since
  * then, or will bring until the end; what rings brings no more than in two nodes and a half. */
 static inline real terms_of_node_real(const node_search_real *search, int n, const search_node_real *at) {
     const hopform_transition_real *transition = &search->plan->transition;
-    const real *gains = transition->gains + 3 * n;
     const rates_by_row_real *w = search->from_the_end ? &at->w : &search->w;
-    const real sum = fabs_real(gains[0] * w->of[0]) + fabs_real(gains[1] * w->of[1]) + fabs_real(gains[2] * w->of[2]);
-    const real nodes = (at->t - search->from) / transition->h;
+    const real t = at->t - search->from;
+    const real turned = 1.3 * t * transition->fastest;
+    const real share = turned < 1.0 && !search->from_the_end ? turned : 1.0;
+    real sum = gained_terms_real(transition, n, w, share);
+    if (HOPFORM_CONTACT_IS_ROW && n == 0) {
+        const real terms[3] = {sum, gained_terms_real(transition, 1, w, share),
+                               gained_terms_real(transition, 2, w, share)};
+        sum = function_terms_real(search, 0, terms);
+    }
+    const real nodes = t / transition->h;
     return search->rounded[n] + sum * (nodes < 2.5 && !search->from_the_end ? nodes : 2.5);
 }
 
@@ -136,8 +177,9 @@ static inline real rate_of_deflated_real(const node_search_real *search, int n) 
     for (int i = 0; i < NODE_FUNCTIONS_real; i++) {
         d.of[i] = search->sign[i] * search->low->deflated[i];
     }
+    if (HOPFORM_CONTACT_IS_ROW) { d = deflated_rates_real(search->plan, &search->low->w); }
     const rates_by_row_real bend = bend_rates_real(search->plan, &d);
-    return search->sign[n] * bend.of[n];
+    return search->sign[n] * function_of_real(search, n, bend.of);
 }
 
 /* Rule 2, whatever the sign of d: q d^2 + d'^2 does not grow, so g' falls by no more than that amplitude of d times the
@@ -323,7 +365,9 @@ ALWAYS_real jet_real jet_by_powers_real(const node_search_real *search, const se
     const bool stop = n == STOP_AHEAD_real;
     const int row = stop ? 1 + HOPFORM_STOPPED_ELEMENT : n;
     const real sign = stop ? -search->sign[row] : search->sign[row];
-    const real k_1 = sign * at->w.of[row], k_2 = sign * at->bend.of[row], k_3 = sign * at->third.of[row];
+    const real k_1 = sign * function_of_real(search, row, at->w.of);
+    const real k_2 = sign * function_of_real(search, row, at->bend.of);
+    const real k_3 = sign * function_of_real(search, row, at->third.of);
     const real k_4 = -(poles->s_1 * k_3 + poles->s_2 * k_2 + poles->s_3 * k_1);
     const real first = by.first * k_1 + by.second * k_2 + by.third * k_3;
     const real second = k_1 + (by.first * k_2 + by.second * k_3 + by.third * k_4);
@@ -349,11 +393,13 @@ static inline void step_to_root_at_node_real(const node_search_real *search, int
     const real a = pole_of_search_real(search);
     there->t += step;
     there->x += step * velocity_of_node_real(search, there);
+    const rates_by_row_real bends = bend_rates_real(search->plan, &there->w);
+    there->y += HOPFORM_CONTACT_IS_ROW ? step * there->w.of[0] : 0.0;
     for (int i = 0; i < NODE_FUNCTIONS_real; i++) {
         const real bend = there->deflated[i] - a * there->rate[i];
         there->value[i] += step * there->rate[i];
         there->rate[i] += step * bend;
-        there->w.of[i] += step * (search->sign[i] * bend);
+        there->w.of[i] += step * (HOPFORM_CONTACT_IS_ROW ? bends.of[i] : search->sign[i] * bend);
     }
 }
 
@@ -426,8 +472,8 @@ SELDOM_real void put_root_real(const node_search_real *search, int n, search_nod
     step_to_root_at_node_real(search, n, h, there);
 }
 
-/* Two roots within rounding are at the same time, and the owner that comes first wins, at its own root, the later one.
- */
+/* Two roots within rounding are at the same time, and the owner that comes first wins, at its own root, the later one:
+ * so near that its rate does not change until then. */
 static inline int tie_at_node_real(const node_search_real *search, int found, search_node_real *root) {
     const real other = root->rate[found];
     const real bound = 0.125 * rounding_at_node_real(search, found, root, other); /* as of the modal form */
@@ -436,6 +482,7 @@ static inline int tie_at_node_real(const node_search_real *search, int found, se
         const real rounding = 0.125 * rounding_at_node_real(search, n, root, rate);
         if (!(rate * (search->high->t - search->low->t) < -16.0 * rounding)) { continue; }
         const real value = root->value[n];
+        if (!(value * search->plan->transition.fastest < 0.125 * fabs_real(rate))) { continue; }
         if ((value - 4.0 * rounding) * fabs_real(other) < fabs_real(rate) * bound) {
             if (value > 0.0) { /* so little later that no series is needed */
                 const search_node_real at = *root;
@@ -493,6 +540,19 @@ SELDOM_real real quiet_time_at_node_real(const node_search_real *search) {
     return quiet;
 }
 
+/* The bound of rounding counted from where the interval begins: where intervals grow, rates have faded since then. */
+SELDOM_real void count_from_here_real(node_search_real *search) {
+    real terms[NODE_FUNCTIONS_real];
+    for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
+        terms[n] = terms_of_node_real(search, n, search->low);
+    }
+    for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
+        search->rounded[n] = terms[n];
+    }
+    search->from = search->low->t;
+    search->w = search->low->w;
+}
+
 /* The next interval begins where this one has ended; a value that is rounding below zero counts as 0. */
 ALWAYS_real void begin_next_interval_real(node_search_real *search) {
     search_node_real *low = search->high;
@@ -501,6 +561,7 @@ ALWAYS_real void begin_next_interval_real(node_search_real *search) {
     for (int n = search->first; n < NODE_FUNCTIONS_real; n++) {
         if (low->value[n] < 0.0) { low->value[n] = 0.0; }
     }
+    if (!search->rings) { count_from_here_real(search); }
 }
 
 /* Values counted from where both elements end, once those are the smaller numbers: what has faded keeps its digits. */
@@ -513,20 +574,23 @@ SELDOM_real void count_from_the_end_real(node_search_real *search, const core_re
     bool worse = false;
     bool better = false; /* one that ends near zero has no sign else */
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
-        terms[n] = fabs_real(search->end.of[n]) + fabs_real(left.of[n]);
+        terms[n] = function_terms_real(search, n, search->end.of) + function_terms_real(search, n, left.of);
         const real before = terms_of_node_real(search, n, low);
         worse = worse || terms[n] > before;
         better = better || terms[n] < 0.25 * before;
     }
-    if (!search->stiff && (worse || !better)) { return; }
+    const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5;
+    if (!has_faded && (worse || !better)) { return; }
     NODE_COUNT(from_the_end);
     search->from = low->t;
     search->w = low->w;
     search->from_the_end = search->stiff;
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
-        search->rounded[n] = search->from_the_end ? fabs_real(search->end.of[n]) : terms[n];
-        low->value[n] = above_zero_real(search, n, search->sign[n] * (search->end.of[n] + left.of[n]));
+        search->rounded[n] = search->from_the_end ? function_terms_real(search, n, search->end.of) : terms[n];
+        const real value = function_of_real(search, n, search->end.of) + function_of_real(search, n, left.of);
+        low->value[n] = above_zero_real(search, n, search->sign[n] * value);
     }
+    low->y = search->end.of[0] + left.of[0];
 }
 #endif
 
