@@ -374,10 +374,10 @@ int checker_first_zero(const spectrum *s, const watched *g, quad T, quad *zero, 
         }
         const outlook o = ahead(s, &at);
         h = 4 * h < T - t ? 4 * h : T - t;
-        while (h > (quad)1e-15 * T && !is_clear(s, &at, &o, h, floor)) {
+        while (h > (quad)1e-28 * T && !is_clear(s, &at, &o, h, floor)) {
             h /= 2;
         }
-        if (!(h > (quad)1e-15 * T)) {
+        if (!(h > (quad)1e-28 * T)) {
             return absolute(at.value) + still_to_come(s, &at, &o, T - t) < 100 * floor ? NO_ZERO : UNKNOWN;
         }
         if (h >= T - t) {

@@ -428,7 +428,7 @@ static int first_end(walk *w, const mode *m, const flow *f, const function *g, i
         return -1;
     }
     derivatives(w, f, z, size);
-    for (int i = 0; i < count; i++) {
+    for (int i = 0; i < count && *T > 0; i++) {
         const watched at = along(&g[i], z, size);
         quad zero;
         const quad within = found < 0 ? whole : *T * (1 + (quad)1e-12);
@@ -442,7 +442,7 @@ static int first_end(walk *w, const mode *m, const flow *f, const function *g, i
             *due = g[found];
         }
     }
-    for (int e = 0; e < w->p->size; e++) {
+    for (int e = 0; e < w->p->size && *T > 0; e++) {
         quad when;
         if (m->side[e] && limit_before(w, f, e, m->side[e], *T, &when)) {
             next = found >= 0 && *T - when < next ? *T - when : next;
@@ -451,7 +451,7 @@ static int first_end(walk *w, const mode *m, const flow *f, const function *g, i
             *due = (function){.what = OF_LIMIT, .mass = e, .side = m->side[e]};
         }
     }
-    if (found >= 0 && (next <= (quad)1e-12 * *T || (*T != whole && whole - *T <= (quad)1e-12 * whole))) {
+    if (found >= 0 && *T > 0 && (next <= (quad)1e-12 * *T || (*T != whole && whole - *T <= (quad)1e-12 * whole))) {
         gives_up(w, UNSETTLED_TIE);
     }
     return found;
