@@ -59,8 +59,8 @@ MOST, SECONDS = 12, 15.0
 LONG = 0.9
 """[MAX_PHASES] So many phases of an exact motion are more than the engine has."""
 DIGITS = {True: 53, False: 24}
-LATE = 1e-2
-"""[duration] A time that is further off is late."""
+LATE, SHORTEST = 1e-2, 1e-6
+"""[duration] A time that is further off is late; a duration counts as so much of the horizon at least."""
 ANSWER = np.dtype([("duration", "f8"), ("end", "f8", 4), ("ending", "i8"), ("count", "i8"), ("first", "i8")])
 EVENT = np.dtype([("t", "f8"), ("kind", "i8")])
 
@@ -219,7 +219,7 @@ class Tally:
     """How far all but one in a thousand of the times are off at most, of a batch."""
     latest: tuple[int, int] = (0, 0)
     cases: list[tuple[int, int, str]] = field(default_factory=list)
-    """Seed, lane and verdict of what was judged."""
+    """Seed, lane and verdict of what was judged: its list is unlike a settled one, or the checker leaves it unsettled."""
 
     def add(self, other: "Tally") -> None:
         if other.times > self.times:
@@ -267,7 +267,7 @@ class Judge:
         gave_up = found.answers["ending"] == TOO_MANY
         same &= ~gave_up | (known.phases >= LONG * MAX_PHASES)
         tally = Tally(len(lanes), found_exactly=int((known.answers["ending"] != UNSETTLED).sum()))
-        late = self.measure(tally, found, known, same & ~gave_up, seed, at)
+        late = self.measure(tally, found, known, lanes, same & ~gave_up, (seed, at))
         differ = np.union1d(np.flatnonzero(~same), late if self.double else late[:0])
         tally.differ, tally.late = len(differ), len(late)
         tally.stuck, stuck_before = (
@@ -277,7 +277,8 @@ class Judge:
         tally.stuck_before = stuck_before if self.before else 0
         for lane in differ[:most]:
             said = [self.answer(each, lane) for each in ((found, known) if self.before else (found,))]
-            self.settle(tally, lanes[lane], said, (seed, int(at[lane])))
+            unlike = known.answers["ending"][lane] != UNSETTLED
+            self.settle(tally, lanes[lane], said, (seed, int(at[lane])), "unlike" if unlike else "where unsettled")
         return tally
 
     def known(self, lanes: Any) -> Motions:
@@ -290,8 +291,10 @@ class Judge:
         gave_up = found.answers["ending"] == TOO_MANY
         return replace(found, phases=np.where(gave_up, MAX_PHASES, 0))
 
-    def measure(self, tally: Tally, found: Motions, known: Motions, same: Any, seed: int, numbers: Any) -> Any:
-        """How far times of equal lists are off; the lanes in which one is late."""
+    def measure(
+        self, tally: Tally, found: Motions, known: Motions, lanes: Any, same: Any, drawn: tuple[int, Any]
+    ) -> Any:
+        """How far times of equal lists are off; the lanes in which one is late. drawn: the seed, and numbers of lanes."""
         at = np.flatnonzero(same & (known.answers["duration"] > 0.0))
         if not len(at):
             return at
@@ -305,9 +308,9 @@ class Judge:
             np.r_[each.events["t"][a["first"][owner] + within], a["duration"]] for each, a in ((found, p), (known, q))
         ]
         owner = np.r_[owner, np.arange(len(at))]
-        off = np.abs(times[0] - times[1]) / q["duration"][owner]
+        off = np.abs(times[0] - times[1]) / np.maximum(q["duration"], SHORTEST * lanes["horizon"][at])[owner]
         worst, tally.usual = int(np.argmax(off)), float(np.quantile(off, 0.999))
-        tally.times, tally.latest = float(off[worst]), (seed, int(numbers[at[owner[worst]]]))
+        tally.times, tally.latest = float(off[worst]), (drawn[0], int(drawn[1][at[owner[worst]]]))
         return np.unique(at[owner[off > LATE]])
 
     # ---- whether a list is right ----
@@ -320,19 +323,19 @@ class Judge:
         status = records.ENDINGS[int(of["ending"])]
         return Answer(status, float(of["duration"]), list(zip(times, kinds, strict=True)), {}, {})
 
-    def settle(self, tally: Tally, lane: Any, said: list[Answer], place: tuple[int, int]) -> None:
-        """Count what is wrong of the engine's answer, and of that before."""
+    def settle(self, tally: Tally, lane: Any, said: list[Answer], place: tuple[int, int], how: str) -> None:
+        """Count what is wrong of the engine's answer, and of that before; `how` it differs."""
         tally.judged += 1
         try:
             with at_most(SECONDS * len(said)):
                 verdicts = [self.verdict(lane, each) for each in said]
         except (TimeoutError, ArithmeticError, ValueError, AssertionError) as error:
             tally.unsettled += 1
-            tally.cases.append((*place, f"undecided: {type(error).__name__} {error}"[:80]))
+            tally.cases.append((*place, f"{how}: undecided, {type(error).__name__} {error}"[:90]))
             return
         tally.wrong += verdicts[0] == WRONG
         tally.wrong_before += verdicts[-1] == WRONG and len(verdicts) > 1
-        tally.cases.append((*place, ", before ".join(verdicts)))
+        tally.cases.append((*place, f"{how}: {', before '.join(verdicts)}"))
 
     def verdict(self, lane: Any, said: Answer) -> str:
         problem = self.problem(lane)
@@ -349,7 +352,7 @@ class Judge:
             return False
         times = zip(exact.events, said.events, strict=True)
         off = max([abs(event.time - t) for event, (t, _) in times], default=0)
-        return bool(off <= LATE * exact.duration) or not self.double
+        return bool(off <= LATE * max(exact.duration, SHORTEST * exact.problem.horizon)) or not self.double
 
     def neighbours(self, lane: Any) -> set[tuple[str, ...]]:
         """Lists of motions whose inputs differ by up to 32 units in the last place; equal numbers stay equal."""
@@ -495,7 +498,7 @@ def main() -> int:
                     total = row_of(judge, kind, chosen.seed, chosen.count, chosen.most)
                     row = total.row_before if before else total.row
                     print(f"{name:15} {kind:12} {'f64' if double else 'f32'} {row}", flush=True)
-                    for case in [each for each in total.cases if each[2] != RIGHT][:5]:
+                    for case in [each for each in total.cases if not each[2].endswith(RIGHT)][:5]:
                         print(f"{'':15} seed {case[0]} lane {case[1]}: {case[2]}")
                     bad |= total.stuck > total.stuck_before
                     bad |= total.wrong > total.wrong_before and (double or before is not None)
