@@ -26,7 +26,10 @@ typedef struct {
   double a1_y, a1_v1, a2_y, a2_v2, length; /* of the motion, as they are rounded
                                             */
   double rounding, remainder;
-  double root; /* in the interval, of one that ends below zero; else -1 */
+  double root;  /* in the interval, of one that ends below zero; else -1 */
+  double quiet; /* how long no function has a root, by rule 5 */
+  double least; /* how much later its minimum is located, by rule 4; below 0: it
+                    is not asked */
   int32_t refused, signs, amplitude, bernstein;
 } verdict;
 
@@ -131,6 +134,15 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
       }
       v.bernstein = search.rings && OF(has_no_root_by_bernstein)(
                                         &search, n, h, d_rate, (real)v.rounding);
+      for (int k = 0; k < 3; k++) { /* the others are nowhere near zero */
+        search.low->value[k] = k == n ? search.low->value[k] : (real)1e30;
+      }
+      v.quiet = search.rings ? OF(quiet_time_at_node)(&search) : 0;
+      v.least = -1;
+      if (search.low->rate[n] < 0 && !(search.high->rate[n] < 0)) {
+        OF(cut_at_minimum)(&search, n);
+        v.least = search.high->t;
+      }
     }
     verdicts[i] = v;
   }

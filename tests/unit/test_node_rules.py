@@ -25,7 +25,8 @@ QUESTION = np.dtype(
      ("spare", "i4")]
 )  # fmt: skip
 VERDICT = np.dtype(
-    [*((n, "f8") for n in ("value", "end", "rate_end", "a1_y", "a1_v1", "a2_y", "a2_v2", "length", "rounding", "remainder", "root")),
+    [*((n, "f8") for n in ("value", "end", "rate_end", "a1_y", "a1_v1", "a2_y", "a2_v2", "length", "rounding",
+                            "remainder", "root", "quiet", "least")),
      *((n, "i4") for n in ("refused", "signs", "amplitude", "bernstein"))]
 )  # fmt: skip
 COUNT = 6000
@@ -34,10 +35,13 @@ SOURCES = (Path(__file__).with_name("node_rules.c"),)
 DAMPED = {"rings": ((1e-4, 0.8), (1e-4, 0.3)), "stiff": ((5.0, 500.0), (1e-4, 0.3)), "real": ((1.5, 30.0), (1.5, 30.0))}
 """Of both masses, in critical damping: a pair that rings, one beside a fast real pole, three real poles."""
 SHARES = {
-    "rings": {"signs": 0.8, "amplitude": 0.2, "bernstein": 0.6}, "stiff": {"signs": 0.7, "amplitude": 0.15},
+    "rings": {"signs": 0.8, "amplitude": 0.2, "bernstein": 0.6, "quiet": 0.05},
+    "stiff": {"signs": 0.7, "amplitude": 0.15, "quiet": 0.06},
     "real": {"signs": 0.7, "amplitude": 0.15},
 }  # fmt: skip
 """Of how many intervals a rule says yes at least."""
+AHEAD = 6.0
+"""[interval] So far a quiet time is followed."""
 
 
 def drawn(seed: int, kind: str) -> Any:
@@ -148,6 +152,18 @@ def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
         assert not says.any() or inside.min() > LEAST[precision], (
             f"{rule} says so of {says.sum()}: a minimum {inside.min():.2f} bounds below zero"
         )
+    quiet = asked_of & (v["quiet"] > 0.0)
+    length = np.where(v["length"] > 0.0, v["length"], 1.0)
+    until = np.where(quiet, np.minimum(v["quiet"] / length, AHEAD), 0.0)
+    inside = (v["value"] + gains(GRID[None, :] * until[:, None]).min(axis=1))[quiet] / v["rounding"][quiet]
+    assert quiet.sum() >= SHARES[kind].get("quiet", 0.0) * asked_of.sum(), (quiet.sum(), asked_of.sum())
+    assert not quiet.any() or inside.min() > LEAST[precision], f"a root {inside.min():.2f} bounds below zero is quiet"
+    turns = asked_of & (v["least"] >= 0.0)
+    there = gains((np.maximum(v["least"], 0.0) / length)[:, None])[:, 0]
+    assert turns.sum() > 0.1 * asked_of.sum(), turns.sum()
+    assert ((there - lowest)[turns] / v["rounding"][turns]).max() < -LEAST[precision], (
+        "a minimum is located where g is least"
+    )
     falls = (v["refused"] == 0) & (v["end"] < -v["rounding"]) & (v["signs"] != 0)
     values = v["value"][falls, None] + gains(GRID[None, :])[falls]
     once = (np.diff(np.sign(values + v["rounding"][falls, None]), axis=1) != 0).sum(axis=1)

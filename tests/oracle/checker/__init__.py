@@ -1,7 +1,8 @@
 """The checker: judges stances in 113 bits, in C of its own that shares nothing with the solvers.
 
 checker.c follows the chain of phases and the rules, walk.h pushes the state, bounds.c proves that nothing happens
-between two events, poles.c finds the poles. `certify` compiles it with $CC when it is first used.
+between two events, poles.c finds the poles. motion.c finds the events of a motion of any mechanism of one or two
+masses, by the same bounds. `certify` and `motions` compile them with $CC when they are first used.
 """
 
 import ctypes
@@ -53,6 +54,33 @@ VERDICT = np.dtype(
     ]
 )
 
+MASSES, STEPS = 2, 6
+MOTION_PROBLEM = np.dtype(
+    [
+        *(
+            (name, np.longdouble, shape)
+            for name, shape in {
+                "m": MASSES, "K": (MASSES, MASSES), "B": (MASSES, MASSES), "F": MASSES, "F_size": MASSES, "g": MASSES,
+                "slides": (MASSES, 2), "rests": (MASSES, 2), "low": MASSES, "high": MASSES, "lift": 2 * MASSES,
+                "lift_0": (), "p": (), "d": (), "limit": (), "q": (), "v": MASSES, "horizon": (), "t": STEPS, "u": STEPS,
+            }.items()
+        ),
+        *((name, "i8") for name in ("size", "stands", "lawful", "steps")),
+    ],
+    align=True,
+)  # fmt: skip
+"""A motion from q(0): motion.c has the equation; places and limits less q(0), forces at the start."""
+MOTION_EVENT = np.dtype([("t", "f8"), ("kind", "i8")])
+MOTION_ANSWER = np.dtype(
+    [("duration", "f8"), *((name, "i8") for name in ("ending", "outcome", "count", "first", "phases", "windows"))]
+)
+MOTION_KINDS = ("reverses", "sticks", "slips", "hits_stop")
+"""Of mass n an event is len(MOTION_KINDS) n + its place here."""
+MOTION_OUTCOMES = ("found", "mode", "zero", "tie", "poles")
+"""What stays unsettled in a motion, but for the first."""
+MOST_EVENTS = 400
+"""Of a motion: two in each of the phases after which motion.c gives up."""
+
 CERTIFIED, UNSETTLED, WRONG = range(3)
 REASONS = ("", "modes at the start", "take-off at 0", "an event these modes cannot have", "no zero where the event is",
            "time runs back", "hold rule", "a crossing that is none", "a stop passed", "an event missed", "no rest",
@@ -79,3 +107,17 @@ def certify(problems: Any, answers: Any, phases: Any, condition: bool = True) ->
         ctypes.c_int32(condition), ctypes.c_void_p(verdicts.ctypes.data),
     )  # fmt: skip
     return verdicts
+
+
+def motions(problems: Any) -> tuple[Any, Any]:
+    """A MOTION_ANSWER per MOTION_PROBLEM, and the MOTION_EVENTs of all."""
+    given = np.ascontiguousarray(problems, MOTION_PROBLEM)
+    answers, events = np.zeros(len(given), MOTION_ANSWER), np.zeros(MOST_EVENTS * len(given), MOTION_EVENT)
+    find = _library().checker_motions
+    find.restype = ctypes.c_int64
+    count = find(
+        *(ctypes.c_void_p(given.ctypes.data), ctypes.c_int64(len(given)), ctypes.c_void_p(answers.ctypes.data)),
+        *(ctypes.c_void_p(events.ctypes.data), ctypes.c_int64(len(events))),
+    )
+    assert count <= len(events)
+    return answers, events[:count]

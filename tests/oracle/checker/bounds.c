@@ -11,7 +11,7 @@
  */
 #include "checker.h"
 
-enum { LONGEST = 400000 };
+enum { LONGEST = 400000, MOST_OF_A_MOTION = 20000 };
 
 /* g at the time t that has been reached. */
 typedef struct {
@@ -289,4 +289,102 @@ int checker_stays_positive(const spectrum *s, const watched *g, quad T, int32_t 
         advance(s, &at, h);
     }
     return UNSETTLED;
+}
+
+static quad slope_of(const spectrum *s, const place *at)
+{
+    quad sum = s->tripled ? at->d1 : s->paired ? at->rate : 0;
+    for (int j = 0; j < s->alone; j++) {
+        sum += at->slope[j];
+    }
+    return sum;
+}
+
+/* The zero to which g falls from a place without rising, to 14 digits; 0 if Newton's steps do not prove one. */
+static int falls_to_zero(const spectrum *s, const place *at, quad within, quad *h)
+{
+    const quad bend = bound(s, at, 2), slope = slope_of(s, at);
+    *h = slope < 0 ? -at->value / slope : within;
+    if (!(*h < within) || bend * *h > -2 * slope) {
+        return 0;
+    }
+    for (int n = 0; n < 12; n++) {
+        place there = *at;
+        advance(s, &there, *h);
+        const quad rate = slope_of(s, &there), step = rate < 0 ? -there.value / rate : -*h;
+        *h += step;
+        if (!(*h > 0 && *h < within)) {
+            return 0;
+        }
+        if (absolute(step) <= (quad)1e-14 * *h) {
+            return -rate > bend * *h / 2; /* g > (-rate) x - bend x^2/2 at x before its zero */
+        }
+    }
+    return 0;
+}
+
+/* g = d[0] + d[1] t + d[2] t^2/2: both rates are 0. */
+static int zero_of_parabola(const watched *g, quad T, quad *zero)
+{
+    const quad c = g->d[0], b = g->d[1], a = g->d[2] / 2, inside = b * b - 4 * a * c;
+    if (inside < 0 || (a == 0 && b >= 0)) {
+        return NO_ZERO;
+    }
+    const quad root = checker_sqrt(inside);
+    *zero = b < 0 ? 2 * c / (root - b) : a < 0 ? -(b + root) / (2 * a) : T;
+    return *zero < T ? A_ZERO : NO_ZERO;
+}
+
+int checker_first_zero(const spectrum *s, const watched *g, quad T, quad *zero, int32_t *windows)
+{
+    const quad nothing = (quad)1e-26;
+    int order = 0;
+    while (order < 4 && absolute(g->d[order]) <= nothing * g->scale[order]) {
+        order++;
+    }
+    *zero = T;
+    if (order == 4) {
+        return NO_ZERO;
+    }
+    if (g->d[order] < 0) {
+        *zero = 0;
+        return A_ZERO;
+    }
+    if (s->paired && s->q == 0) {
+        return zero_of_parabola(g, T, zero);
+    }
+    place at;
+    split(s, g, &at);
+    quad t = 0, h = T;
+    if (order > 0) {
+        const quad most = bound(s, &at, order + 1);
+        t = most > 0 ? g->d[order] * (order + 1) / most / 2 : T;
+        if (t >= T) {
+            return NO_ZERO;
+        }
+        advance(s, &at, t);
+        h = t;
+    }
+    const quad floor = nothing * g->scale[0];
+    for (; *windows < MOST_OF_A_MOTION; ++*windows) {
+        quad ahead_of_it;
+        if (falls_to_zero(s, &at, T - t, &ahead_of_it)) {
+            *zero = t + ahead_of_it;
+            return A_ZERO;
+        }
+        const outlook o = ahead(s, &at);
+        h = 4 * h < T - t ? 4 * h : T - t;
+        while (h > (quad)1e-28 * T && !is_clear(s, &at, &o, h, floor)) {
+            h /= 2;
+        }
+        if (!(h > (quad)1e-28 * T)) {
+            return absolute(at.value) + still_to_come(s, &at, &o, T - t) < 100 * floor ? NO_ZERO : UNKNOWN;
+        }
+        if (h >= T - t) {
+            return NO_ZERO;
+        }
+        t += h;
+        advance(s, &at, h);
+    }
+    return UNKNOWN;
 }

@@ -102,4 +102,9 @@ typedef struct {
 /* CERTIFIED if it is positive in between; it may be zero at either end. */
 int checker_stays_positive(const spectrum *poles, const watched *g, quad T, int32_t *windows);
 
+enum { NO_ZERO, A_ZERO, UNKNOWN };
+
+/* Whether it has a zero in [0, T), and the first one to 14 digits; it may be zero at 0 and rise from there. */
+int checker_first_zero(const spectrum *poles, const watched *g, quad T, quad *zero, int32_t *windows);
+
 #endif

@@ -1,12 +1,10 @@
-/* The motions of a problem by a library of one form of a model: UNIT is the
+/* The motions of a problem by the engine of a model: UNIT is the
  * header of its chain, SOLVE and MOTION its function and what that fills; in
  * double precision with -DDOUBLE. Numbers of f32 go in and come out as double.
  */
 #include <stdint.h>
 #include <string.h>
 
-static int64_t counted;
-#define NODE_COUNT(what) (void)counted++
 #include "facts.h"
 #include UNIT
 
@@ -93,8 +91,3 @@ int64_t solve(const problem *problems, int64_t count, answer *answers,
   }
   return first;
 }
-
-int64_t plan_size(void) { return (int64_t)sizeof(OF(hopform_plan)); }
-
-/* What the form behind the switch has counted so far: nodes, evaluations, rules asked. */
-int64_t asked(void) { return counted; }
