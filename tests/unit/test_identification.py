@@ -196,7 +196,7 @@ def test_what_nothing_was_recorded_of_is_said():
 
 @pytest.mark.nightly
 def test_intervals_hold_the_truth_in_19_of_20_cases():
-    """50 random robots, parameters of one fall together: 88 to 99 %;
+    """By noise alone: 50 random robots, parameters of one fall together: 88 to 99 %;
     `make test-exhaustive-identification` holds 92 to 97.
     """
     count = confidence.measure(seed=1, robots=50)
