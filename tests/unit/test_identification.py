@@ -315,7 +315,7 @@ def test_identify_all_finds_out_what_each_file_is(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--known", "m_s"), "name=value"),
+        (("--known", "m_s"), "--known takes NAME=VALUE in SI units, as in m_eff=0.1, got"),
         (("--known", "mass=3"), "no parameter 'mass'"),
         (("--added-mass", "1,2"), "2 masses for 1 files"),
         (("--loss", "square"), "loss must be"),

@@ -295,7 +295,7 @@ def cuts_by_kind(given: Given, known: Known = None, loss: str = "linear") -> Ite
         motions += len(segmented.cuts)
 
 
-FRICTION = friction_of(DEFAULT.facts)
+FRICTION = friction_of(DEFAULT)
 """Kinds of friction of the hopper."""
 _OWN = ("rest", "x", "v", "x1", "v1")
 """Letters of the beginning of a motion."""

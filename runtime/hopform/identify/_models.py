@@ -167,12 +167,12 @@ class Model:
         }
 
     def _named(self, key: str) -> set[str]:
-        return named_by_masses(self.core.facts, key)
+        return named_by_masses(self.core, key)
 
     @property
     def friction(self) -> dict[str, str]:
         """The parameters of friction, by kind."""
-        return friction_of(self.core.facts)
+        return friction_of(self.core)
 
     @property
     def powers(self) -> dict[str, int]:

@@ -32,7 +32,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hopform import BackendError, HopformError
-from hopform._solver.folder import Facts
+from hopform._solver.choice import Solver
 from hopform._solver.package import Steps, records
 from hopform.identify import _motion as motion
 from hopform.identify._motion import AT, STATE, Array, Motion, Robot, Values, delayed, held_at, of_scipy
@@ -52,19 +52,21 @@ def power_of(unit: str) -> int:
     return of(above) - of(below.replace("/", " "))
 
 
-def named_by_masses(facts: Facts, key: str) -> set[str]:
+def named_by_masses(core: Solver, key: str) -> set[str]:
     """The parameters in what the facts of a model's masses have under a key."""
     texts = list[str]()
-    for element in facts.elements:
+    for element in core.facts.elements:
         entry: Any = element.get(key, ())
         texts += map(str, entry.values() if key == "stops" and entry else entry)
-    return {word for text in texts for word in re.findall(r"\w+", text)} & {each["name"] for each in facts.parameters}
+    return {word for text in texts for word in re.findall(r"\w+", text)} & {
+        each["name"] for each in core.facts.parameters
+    }
 
 
-def friction_of(facts: Facts) -> dict[str, str]:
+def friction_of(core: Solver) -> dict[str, str]:
     """The parameters of friction, by kind: Coulomb's as the facts of the masses name them, viscous ones by their unit."""
-    named, letters = named_by_masses(facts, "friction"), dict[str, str]()
-    for parameter in facts.parameters:
+    named, letters = named_by_masses(core, "friction"), dict[str, str]()
+    for parameter in core.facts.parameters:
         if parameter["name"] in named and parameter["domain"] != "positive":
             letters[parameter["name"]] = "coulomb"
         elif re.match(r"N( m)? s(/|$)", parameter["unit"]):
