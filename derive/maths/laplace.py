@@ -11,6 +11,7 @@ counted from x_2(0) and v_2(0): no large numbers are subtracted, and b_1 = b_2 =
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
+from functools import lru_cache
 
 import sympy as sp
 
@@ -61,6 +62,7 @@ def matrix_of(model: Model) -> sp.Matrix:
     return MATRIX.subs(y_v1, model.rate_of_gear)
 
 
+@lru_cache(maxsize=32)  # a solver asks some 25 times
 def _rates(model: Model, accelerations: tuple[sp.Expr, sp.Expr]) -> Steps:
     smooth = [acc.subs({side_1: 0, side_2: 0}) for acc in accelerations]
     constant = [acc.subs({y: 0, v1: 0, v2: 0, u: 0}) for acc in smooth]

@@ -15,6 +15,7 @@ and the conditions of one mass moving alone imply those of both.
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import sympy as sp
 
@@ -64,6 +65,7 @@ def poles_of(denominator: sp.Poly, values: Mapping[str, float]) -> tuple[complex
     return tuple(sorted(roots, key=lambda root: (root.imag != 0.0, -root.real, -root.imag)))
 
 
+@lru_cache(maxsize=32)  # a solver asks for each of its modes
 def open_conditions(model: Model) -> tuple[Condition, ...]:
     """The conditions that some robot of the model may violate though it obeys the others."""
     masses = (m_eff, m_s)

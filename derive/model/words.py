@@ -141,9 +141,10 @@ def _apart(model: Model, latex: str) -> str:
     theirs |= {named.glyph for named in model.names if named is not None}
     theirs |= {driven.glyph for driven in (model.input, model.driven_by) if driven is not None}
     for letter in sorted(theirs - {Q.TIME.glyph}, key=len, reverse=True):  # time is tau where t is taken
-        alone = rf"(?<![A-Za-z\\])(?<!\\hat{{)(?<!\\mathcal{{){re.escape(letter)}(?![A-Za-z0-9_{{])"
-        told_apart = over(letter, "tilde").replace("\\", r"\\")
-        latex = re.sub(alone, told_apart, latex)
+        if letter in latex:
+            alone = rf"(?<![A-Za-z\\])(?<!\\hat{{)(?<!\\mathcal{{){re.escape(letter)}(?![A-Za-z0-9_{{])"
+            told_apart = over(letter, "tilde").replace("\\", r"\\")
+            latex = re.sub(alone, told_apart, latex)
     return latex
 
 
