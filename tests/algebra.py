@@ -8,6 +8,8 @@ What follows is derived from (3), (4), never from what is printed. In the expres
     U of (22)-(24)     its time derivative, a power
 """
 
+from functools import cache
+
 import sympy as sp
 
 from derive.maths import control, energy, laplace
@@ -46,6 +48,7 @@ A, B, C, D, E = sp.symbols("A B C D E")
 HATS = sp.symbols("A_hat B_hat C_hat D_hat E_hat F_hat G_hat")
 
 
+@cache
 def _transformed(number: int) -> sp.Expr:
     """The transform of (3) or (4), solved for X_1 or X_2 with the other one left in it."""
     return sp.solve(laplace.transforms(HOPPER)[number - 1], (X1, X2)[number - 1])[0]

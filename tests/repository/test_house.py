@@ -42,6 +42,7 @@ ROOT = Path(__file__).resolve().parents[2]
 DERIVE, TEMPLATES, RUNTIME = ROOT / "derive", ROOT / "templates", ROOT / "runtime" / "hopform"
 ENGINE = ROOT / "runtime" / "engine"
 SOLVER, C = GENERATED / "python" / "hopform_solver", GENERATED / "c"
+PROGRAM = program()
 
 
 def modules(folder: Path) -> list[Path]:
@@ -223,7 +224,7 @@ def test_every_program_for_a_board_is_of_some_model():
 
 
 def of_the_hopper() -> Solver:
-    return Solver(HOPPER, PRECISIONS, program(), NO_LAYOUT)
+    return Solver(HOPPER, PRECISIONS, PROGRAM, NO_LAYOUT)
 
 
 def files(folder: Path) -> list[Path]:
@@ -294,7 +295,7 @@ def members(struct: str) -> list[str]:
     return re.findall(r"(\w+);", body)
 
 
-@pytest.mark.parametrize("record", program().records, ids=lambda record: record.name)
+@pytest.mark.parametrize("record", PROGRAM.records, ids=lambda record: record.name)
 def test_a_record_has_its_fields_in_the_same_order_in_python_and_c(record):
     names = [quantity.name for quantity in record.quantities]
     assert list(getattr(records, record.in_python)._fields) == names
@@ -335,7 +336,7 @@ def definitions(path: Path, opening: str) -> dict[str, str]:
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
-@pytest.mark.parametrize("function", program().functions, ids=lambda function: function.name)
+@pytest.mark.parametrize("function", PROGRAM.functions, ids=lambda function: function.name)
 def test_a_formula_is_the_same_lines_in_python_and_c(function: Function):
     """Step by step the same name, the same expression, the same source; only the punctuation differs. C has those that
     the engine calls.

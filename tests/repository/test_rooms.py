@@ -82,6 +82,7 @@ MODULES = {
 OF_HOPFORM = [name for name in MODULES if name.split(".")[0] == "hopform"]
 
 
+@cache
 def tree(name: str) -> ast.Module:
     return ast.parse(MODULES[name].read_text("utf-8"))
 

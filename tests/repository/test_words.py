@@ -119,9 +119,11 @@ def public_names() -> str:
 
 def coined(text: str, words: dict[str, str] = COINED) -> dict[str, str]:
     """The coined words of a text, with the field's words for them; the text may have them with spaces in between."""
-    flat = re.sub(r"[\s*]+", " ", text)
+    flat = re.sub(r"[\s*]+", " ", text).lower()
     return {
-        word: field for word, field in words.items() if re.search(rf"(?<![\w-]){word}(?![\w-])", flat, re.IGNORECASE)
+        word: field
+        for word, field in words.items()
+        if word in flat and re.search(rf"(?<![\w-]){re.escape(word)}(?![\w-])", flat)
     }
 
 
