@@ -2,6 +2,8 @@
 # Set PYTHON to choose the interpreter that makes .venv, CC to choose the compiler.
 PY = .venv/bin/python
 export CC
+# Of tests: one thread each, and what one process has compiled of Python the next one reads, whatever a shell says.
+EACH = OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 PYTHONDONTWRITEBYTECODE=
 
 FIRST = run|play|test|smoke|precheck|format|docs|generate|check|lint|bench|firmware-test|nightly|wheel|clean|help-all
 help:
@@ -27,11 +29,11 @@ run: compiler venv ## set up .venv, derive and compile the formulas, solve stanc
 
 test: compiler venv-dev ## prove it: the derivation, the generated code against the symbols, the house rules
 	$(PY) tools/build_library.py
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -n auto --dist loadfile --no-loadscope-reorder
+	$(EACH) $(PY) -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 durations: compiler venv-dev ## write tests/durations.json, the slow tests of `make test` by name
 	$(PY) tools/build_library.py
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -q -n auto --dist loadfile --no-loadscope-reorder --write-durations
+	$(EACH) $(PY) -m pytest -q -n auto --dist loadfile --no-loadscope-reorder --write-durations
 
 smoke: compiler venv-dev ## in a minute: one derivation, the digests of this computer, 1 000 stances against 50 digits
 	$(PY) -m derive --check
@@ -47,7 +49,7 @@ precheck: compiler venv-dev ## in 20 s what most changes are refused for: style,
 	sh tools/lint_c.sh format
 	$(PY) -m derive --check
 	$(PY) tools/build_library.py
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -q -n auto -p no:cacheprovider -k "not builds" $(QUICK_TESTS)
+	$(EACH) $(PY) -m pytest -q -n auto -p no:cacheprovider -k "not builds" $(QUICK_TESTS)
 
 format: venv-dev ## let the formatters write: ruff, clang-format
 	$(PY) -m ruff check --fix .
@@ -75,7 +77,7 @@ SLOW = sliced and not nightly
 SLICES = tests/bench tests/conformance tests/oracle tests/unit tests/repository --ignore tests/repository/test_package.py
 test-slices: compiler venv-dev ## the slower tests, or those in the files SLICES; the slowest run at night alone
 	$(PY) tools/build_library.py
-	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 $(PY) -m pytest -m "$(SLOW)" -n auto --dist loadfile --no-loadscope-reorder \
+	$(EACH) $(PY) -m pytest -m "$(SLOW)" -n auto --dist loadfile --no-loadscope-reorder \
 	    $(SLICES)
 
 docs: compiler doxygen venv-docs ## build the site into out/site, the page to play with in it; warnings are errors
