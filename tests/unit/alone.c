@@ -6,6 +6,8 @@ typedef struct {
   double p, q;                  /* the poles */
   double velocity, draw, until; /* v, and v' + p v, at the start */
   double guard[2];              /* displacements; below 0: none */
+  double value, rate, bend;     /* of a function of s and v, its numerator;
+                                   below 0: none */
 } question;
 
 typedef struct {
@@ -14,7 +16,7 @@ typedef struct {
 } verdict;
 
 /* The owner of a guard is its index, that of a rest 1: after a contact, before
- * what is held. */
+ * what is held. That of a function is the last. */
 void ask(const question *questions, int64_t count, verdict *verdicts) {
   for (int64_t i = 0; i < count; i++) {
     const question *q = &questions[i];
@@ -29,17 +31,20 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
     search.functions = 0;
     search.rest_time = HOPFORM_NEVER_f32;
     search.rests = NO_OWNER_f32;
-    search.start =
-        (alone_f32){0.0f, 0.0f, (float)q->velocity, (float)q->draw};
+    search.start = (alone_f32){0.0f, 0.0f, (float)q->velocity, (float)q->draw};
     for (int n = 0; n < 2; n++) {
       if (q->guard[n] >= 0.0) {
         (void)add_alone_guard_f32(&search, (float)q->guard[n], 2 * n);
       }
     }
+    if (q->value >= 0.0) {
+      const numerator_f32 h = {(float)q->rate, (float)q->bend, 0.0f};
+      (void)add_alone_function_f32(&search, &h, (float)q->value, 0.0f, 1.0f,
+                                   LIMIT_f32, 0);
+    }
     find_alone_event_f32(&search, (float)q->until, &evaluations);
-    verdicts[i] = (verdict){search.end.t,     search.end.s,
-                            search.end.v,     search.end.draw,
-                            search.rest_time, search.owner,
-                            1000 - evaluations.left};
+    verdicts[i] = (verdict){
+        search.end.t,     search.end.s, search.end.v,           search.end.draw,
+        search.rest_time, search.owner, 1000 - evaluations.left};
   }
 }
