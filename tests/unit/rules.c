@@ -396,3 +396,50 @@ void judge_rest(const slipping *cases, int32_t count, double eps, said *verdicts
         verdicts[i] = it;
     }
 }
+
+/* ---- how often a rate may vanish between two times, by its jets there ---- */
+
+typedef struct {
+    double a, p, q, zeros[2], length; /* where the rate vanishes */
+} turning;
+
+enum { PLACES = 64 };
+
+void judge_turns(const turning *cases, int32_t count, said *verdicts)
+{
+    for (int32_t i = 0; i < count; i++) {
+        const real a = (real)cases[i].a, p = (real)cases[i].p, q = (real)cases[i].q, length = (real)cases[i].length;
+        const OF(hopform_poles) poles = OF(factor_cubic)(a + p, q + a * p, a * q); /* the most isolated one alone */
+        const OF(hopform_node) node = OF(node_of_poles)(&poles, false);
+        const quad alone = poles.a;
+        exact it = {.s1 = alone + poles.p, .s2 = poles.q + alone * poles.p, .s3 = alone * poles.q};
+        const response w = response_at(&it, cases[i].zeros[0]), v = response_at(&it, cases[i].zeros[1]);
+        const quad H[3] = {w.Wd * v.W - w.W * v.Wd, w.W * v.Wdd - w.Wdd * v.W, w.Wdd * v.Wd - w.Wd * v.Wdd};
+        const quad size = absolute(H[0]) + absolute(H[1]) + absolute(H[2]);
+        const OF(numerator) h = {(real)(H[0] / size), (real)(H[1] / size), (real)(H[2] / size)};
+        const OF(event_function) g = OF(event_function_of)(&h, 0);
+        const OF(propagator) end = OF(propagator_at)(&poles, length);
+        const OF(jet) from = OF(jet_at_start)(&poles, &g), to = OF(jet_at)(&poles, &g, &end);
+        it.H3 = h.H3;
+        it.H2 = h.H2;
+        it.H1 = h.H1;
+        const response step = response_at(&it, (quad)length / PLACES);
+        const quad w2 = step.W, w1 = step.Wd, w0 = step.Wdd;
+        const quad later[3][3] = {{w0 + it.s1 * w1 + it.s2 * w2, w1 + it.s1 * w2, w2},
+                                  {-it.s3 * w2, w0 + it.s1 * w1, w1},
+                                  {-it.s3 * w1, -it.s2 * w1 - it.s3 * w2, w0}};
+        quad y[3] = {it.H3, it.H2 - it.s1 * it.H3, 0}; /* the rate and its derivatives */
+        y[2] = it.H1 - it.s1 * y[1] - it.s2 * y[0];
+        int changes = 0;
+        for (int n = 1; n <= PLACES; n++) {
+            const quad from_here[3] = {y[0], y[1], y[2]};
+            for (int row = 0; row < 3; row++) {
+                y[row] = later[row][0] * from_here[0] + later[row][1] * from_here[1] + later[row][2] * from_here[2];
+            }
+            changes += from_here[0] * y[0] < 0;
+        }
+        const int says = OF(turns_as_seen)(&node, &from, &to, length);
+        const said verdict = {changes, says, says && changes != (from.rate * to.rate < 0)};
+        verdicts[i] = verdict;
+    }
+}

@@ -35,6 +35,7 @@ SAID = np.dtype([(name, "i4") for name in ("asked", "says", "wrong")])
 RULES = ("signs", "slope", "bernstein", "quiet", "still", "minimum", "search")
 """In the page's numbers: 2, and where d is not negative; 1; 5, and of all functions; 4; all of them, in their order."""
 VERDICT = np.dtype([("asked", "i4"), ("intervals", "i4"), ("of", SAID, len(RULES))])
+TURNING = np.dtype([("a", "f8"), ("p", "f8"), ("q", "f8"), ("zeros", "f8", 2), ("length", "f8")])
 SLIPPING = np.dtype([(name, "f8") for name in ("p", "q", "v", "acceleration")])
 SOURCES = (
     Path(__file__).with_name("rules.c"),
@@ -233,3 +234,22 @@ def test_a_mass_that_slips_alone_rests_when_rule_3_says_so(rules: Any, precision
     )  # fmt: skip
     assert not said["wrong"].any()
     assert 0.5 * draw.count < said["says"].sum() < 0.95 * draw.count
+
+
+def test_a_rate_turns_as_its_jets_show_where_the_rule_says_so(rules: Any, precision: str) -> None:
+    """Rates with two zeros, of which none, one or both are inside, of pairs that ring and of three real poles; 64 places
+    of each in 113 bits."""
+    draw = Draw(12, 8 * COUNT)
+    w, rings = draw.over(1.0, 100.0), draw.some(0.6)
+    mu = w * np.where(rings, draw.over(1e-3, 0.9), draw.over(1.1, 10.0))
+    cases, said = np.zeros(draw.count, TURNING), np.zeros(draw.count, SAID)
+    cases["a"] = w * draw.over(1e-2, 30.0)
+    cases["p"], cases["q"] = 2.0 * mu, w**2
+    half = math.pi / np.sqrt(np.abs(w**2 - mu**2))
+    cases["length"] = np.where(rings, half * draw.rng.uniform(0.1, 1.3, draw.count), draw.over(0.3, 10.0) / w)
+    cases["zeros"] = cases["length"][:, np.newaxis] * draw.rng.uniform(0.05, 1.6, (draw.count, 2))
+    rules.judge_turns(ctypes.c_void_p(cases.ctypes.data), ctypes.c_int32(draw.count), ctypes.c_void_p(said.ctypes.data))
+    assert not said["wrong"].any()
+    assert (said["asked"] == 2).sum() > 0.15 * draw.count, "that turn twice"
+    few = said["says"][said["asked"] < 2]
+    assert few.mean() > {"SINGLE": 0.54, "DOUBLE": 0.735}[precision], few.mean()
