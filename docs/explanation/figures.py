@@ -115,9 +115,7 @@ def last_current_with_a_dip(low: float, high: float) -> float:
 
 
 def in_one_interval(u: float) -> tuple[Any, Any, Any, Any]:
-    """Times in 0.95 of a half period about the minimum of y; y there, its rate and deflated derivative, continued past
-    a take-off.
-    """
+    """Times of a node about the minimum of y; y there, its rate and deflated derivative, continued past a take-off."""
     stance = hopform.solve_stance(RINGING, v2=V2, u=u)
     phase = next(found for found in stance.phases if found.start < 0.13 < found.end)
     state = phase.state
@@ -125,9 +123,9 @@ def in_one_interval(u: float) -> tuple[Any, Any, Any, Any]:
     chain = solver.Chain(RINGING.parameters, [(0.0, phase.u)], records.LegState(state.x1, state.v1, state.v2, y))
     form = chain.closed_form((phase.mode_1, phase.mode_2))
     poles, numerator = form.poles, formulas.contact_numerator(RINGING.parameters, form.numerators)
-    half_period = np.pi / np.sqrt(poles.q - poles.p**2 / 4.0)
-    start = 0.143 - 0.475 * half_period
-    t = np.linspace(start, start + 0.95 * half_period, 801)
+    node = np.pi / 4.0 / np.sqrt(poles.q)
+    start = 0.143 - 0.5 * node
+    t = np.linspace(start, start + node, 801)
     lanes = records.Poles(*(np.full(t.shape, value) for value in poles))
     w = kernels.basis_at(lanes, t - phase.start)
     H3, H2, H1 = numerator

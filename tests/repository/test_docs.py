@@ -259,17 +259,26 @@ def certificate() -> tuple[str, dict[str, str]]:
 
 
 def test_the_page_of_the_certificate_has_its_rules_by_name_in_the_order_of_the_code():
-    code = (ENGINE / "certificate_real.h").read_text("utf-8")
-    said = r"^/\* Rule (\d)\b(?:(?!\*/).)*?\*/\nstatic inline \w+ (\w+)_real\("
-    rules = [(name, number) for number, name in re.findall(said, code, re.MULTILINE | re.DOTALL)]
-    assert len(rules) >= 7
-    assert list(certificate()[1].items()) == rules
+    """Those of a node, and the closed form of one mass alone."""
+    said = r"^/\* Rule (\d)\b(?:(?!\*/).)*?\*/\n(?:static inline|ALWAYS_real|SELDOM_real) \w+ (\w+)_real\("
+    of_nodes, before = (
+        re.findall(said, (ENGINE / name).read_text("utf-8"), re.MULTILINE | re.DOTALL)
+        for name in ("node_search_real.h", "certificate_real.h")
+    )
+    rules = [*of_nodes, *(rule for rule in before if rule[0] == "3")]
+    assert len(rules) == 6
+    assert list(certificate()[1].items()) == [(name, number) for number, name in rules]
 
 
 def test_the_page_of_the_certificate_asks_the_rules_in_the_order_of_the_search():
     page, rules = certificate()
-    code = (ENGINE / "first_event_real.h").read_text("utf-8")
-    body = code[code.index(" is_certified_real(") : code.index(" are_certified_real(")]
-    asked = [name for name in re.findall(r"(\w+)_real\(", body) if name in rules]
+    code = (ENGINE / "node_search_real.h").read_text("utf-8")
+    outside, inside = (
+        [name for name in re.findall(r"(\w+)_real\(", code[code.index(first) : code.index(end)]) if name in rules]
+        for first, end in (
+            (" certify_interval_real(", "/* ---- the root ---- */"),
+            (" is_settled_inside_real(", " stays_above_real("),
+        )
+    )
     (row,) = re.findall(r"^\| certify \|.*$", page, re.MULTILINE)
-    assert re.findall(r"`(\w+)`", row) == asked
+    assert re.findall(r"`(\w+)`", row) == [*outside, *inside]
