@@ -163,23 +163,24 @@ def like(robot: hopform.Robot, **changes: float) -> hopform.Robot:
 
 
 @cache
-def modal_from(dtype: Any) -> float:
-    """The damping of the actuator of `hopper_c` from which on its stances are evaluated in modal form: of the precision,
-    to its last bit, so that it is found where the plans change."""
+def fast_from(dtype: Any) -> float:
+    """The damping of the actuator of `hopper_c` from which on the real pole a is too fast for a short series: over a
+    node, in numbers of the precision, to its last bit."""
     types = native.library().types(np.dtype(dtype))
     plan, robot = types.Plan(), hopform.load_robot("hopper_c")
 
-    def is_modal(b1: Any) -> bool:
+    def is_fast(b1: Any) -> bool:
         known = rounded(like(robot, b1=float(b1)), dtype)
         made = types.Robot(*(known[name] for name, *_ in types.Robot._fields_))
         native.library().call("plan_init", types, ctypes.byref(plan), ctypes.byref(made))
-        return bool(plan.node[0].modal < plan.node[0].half_period)
+        a, q = dtype(plan.poles[0].a), dtype(plan.poles[0].q)
+        return bool(a * (dtype(np.pi / 4.0) / np.sqrt(q)) > dtype(0.8))
 
-    low, high = dtype(1e3), dtype(1e6)
-    assert is_modal(high) and not is_modal(low)
+    low, high = dtype(1e2), dtype(1e6)
+    assert is_fast(high) and not is_fast(low)
     while np.nextafter(low, high) < high:
         middle = dtype(0.5) * (low + high)
-        low, high = (low, middle) if is_modal(middle) else (middle, high)
+        low, high = (low, middle) if is_fast(middle) else (middle, high)
     return float(low)
 
 
@@ -210,7 +211,7 @@ STANCES = (
                  {"v2": -1.3, "v1": 0.2, "u": 0.4}, 0.7),
     StanceSwitch("stance: a locked leg, critically damped", "b2^2 = 4 k m_s", constant(20.0),
                  lambda b2: like(HELD, b2=b2), {"v2": -1.3, "horizon": 0.4}, 0.7),
-    StanceSwitch("stance: W | modal form", "a^2 = 1e4 q (f32: 1e3 q)", modal_from,
+    StanceSwitch("stance: short series | E and Phi", "a h = 0.8, h = pi/(4 sqrt(q))", fast_from,
                  lambda b1: like(hopform.load_robot("hopper_c"), b1=b1), {"v2": -1.9, "v1": 0.3, "u": 2.0}),
     StanceSwitch("stance: friction | none", "b1 + b2 down to 0 over", lambda dtype: 1e4 * float(np.finfo(dtype).tiny),
                  lambda b: like(hopform.load_robot("hopper_c"), b1=b, b2=b), {"v2": -1.9, "u": 2.0}, 85.0),
