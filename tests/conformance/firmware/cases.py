@@ -28,8 +28,7 @@ REGIMES = (
     ("friction_at_rest", HOPPER_C | {"f1_excess": 0.4, "f2_excess": 0.3}),
 )
 """Robots between the same stops, a their real pole and w = sqrt(q) the frequency of their pair: `hopper_c` with ever more
-viscous friction of the actuator, past the threshold of the modal form in single precision, and those of other poles and
-friction."""
+viscous friction of the actuator, and those of other poles and friction."""
 
 HOPS = (0.15, 0.15, 0.12, 0.1, 0.12, 0.15, 0.18, 0.2, 0.17, 0.14, 0.11, 0.12)
 """[m] Heights that `hopper_c` is asked for one after the other, thrown up by the first."""

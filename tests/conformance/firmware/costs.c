@@ -1,8 +1,7 @@
 /* Instructions and painted stack of each call, over a stated set: what the selftest solves, which visits every mode;
  * drops of both hoppers; drops of a robot of each regime of its poles; the flights of a run of hops.
  *
- * A line is `name set count mean max stack`; instructions as counted by the machine, less those of counting. `modal set`
- * says whether the robot of a regime is evaluated in modal form.
+ * A line is `name set count mean max stack`; instructions as counted by the machine, less those of counting.
  */
 #include <stddef.h>
 
@@ -191,11 +190,6 @@ static void measure_regime(const cost_regime *of)
     phase.stack = solve.stack;
     print_tally(&solve, of->name);
     print_tally(&phase, of->name);
-    board_text("modal ");
-    board_text(of->name);
-    board_text(" ");
-    board_number(plan.node[0].modal < plan.node[0].half_period);
-    board_text("\n");
 }
 
 /* The flights of a run of hops: from take-offs with the actuator out and moving, back to where it stood. */
