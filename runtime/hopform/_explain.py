@@ -20,25 +20,22 @@ from hopform._solver.package import LegState, Precision, Steps
 from hopform._words import change_of_limit, limit_in, modes_of
 
 MONOTONE = "monotone, so its end says all"
+SIGNS, QUIET = "rule 2, signs", "rule 5, quiet time"
 RULES = {
-    "stays_positive_by_bernstein": "rule 1, Bernstein coefficients",
-    "has_no_root": "rule 2, signs",
-    "stays_positive_by_slope": "rule 2, slope",
-    "has_faded": "rule 2, amplitude",
-    "minimum_between": "rule 4, the minimum",
-    "quiet_time": "rule 5, quiet time",
-    "too_short": "too short to be cut",
+    "has_no_root_by_bernstein": "rule 1, Bernstein coefficients",
+    "falls_too_little": "rule 2, fall",
+    "cut_at_minimum": "rule 4, the minimum",
 }
-"""What certifies a function in an interval, by the engine's word for it. Rule 3 has closed forms in place of
-intervals."""
-CLOSED = "rule 3, closed form"
+"""What certifies a function in an interval in place of signs, by the engine's word for it. Rule 3 has closed forms in
+place of intervals."""
+CLOSED, PIECES = "rule 3, closed form", "rule 3, two monotone pieces"
 KINDS = ("contact", "limit", "stop", "threshold", "velocity")
 """The engine's words for what an event function is."""
 FIRST_ROOM = 1024
 """Notes that are kept at first; hardly any stance has more."""
 
 NOTE = (
-    "Proven by the theorems of rules 1 to 5: no zero is stepped over, for poles and numerators as they are rounded.",
+    "Proven by the theorems of rules 1 to 5: no zero is stepped over, for poles and rates as they are rounded.",
     "Measured, not proven: what counts as above zero. docs/explanation/certificate.md has the bound and its figures.",
 )
 
@@ -125,10 +122,10 @@ def noted(
 class Noted:
     """What has been noted of the phase that is being solved."""
 
-    intervals: list[tuple[int | None, Interval]] = field(default_factory=list[tuple[int | None, Interval]])
-    """by event function, or of all that need a certificate"""
-    found: dict[int, str] = field(default_factory=dict[int, str])
-    """by event function: the rule that certified it, in the interval that is being looked at"""
+    intervals: list[tuple[float, dict[int, str]]] = field(default_factory=list[tuple[float, dict[int, str]]])
+    """when each begins, and in it by event function the rule that certified it; -1 for all; else signs did"""
+    quiet: bool = False
+    """whether the next interval ends where rule 5 says"""
     cuts: int = 0
     facts: dict[tuple[str, int], tuple[float, float]] = field(
         default_factory=dict[tuple[str, int], tuple[float, float]]
@@ -137,15 +134,16 @@ class Noted:
 
     def take(self, note: Note) -> None:
         what, n, start, end = note
-        if what in RULES:
-            self.found[n] = RULES[what]
-        elif what == "certified":  # all functions, by the rules that were noted
-            self.intervals += ((each, Interval(start, end, rule)) for each, rule in self.found.items())
-            self.found = {}
+        if what == "node":
+            self.intervals.append((start, {-1: QUIET} if self.quiet else {}))
+            self.quiet = False
+        elif what == "quiet_time_at_node":
+            self.quiet = True
+        elif what in RULES:
+            self.intervals[-1][1][n] = RULES[what]
         elif what == "cut":
-            self.cuts, self.found = self.cuts + 1, {}
-        elif what == "all_quiet":
-            self.intervals.append((None, Interval(start, end, RULES["quiet_time"])))
+            self.cuts += 1
+            self.intervals[-1][1].clear()
         else:
             self.facts[what, n] = start, end
 
@@ -166,14 +164,17 @@ class Noted:
         return EventFunction(name, unit, *self.facts["values", n], intervals, zero, ("ends", n) in self.facts)
 
     def _intervals(self, n: int, length: float) -> tuple[Interval, ...]:
-        """Of a function; what is certified anew from a time on is so further, or less far."""
-        if ("monotone", n) in self.facts:
-            return (Interval(*self.facts["monotone", n], MONOTONE),)
+        """Of a function; those that follow each other by the same rule are one."""
+        for what, rule in (("monotone", MONOTONE), ("pieces", PIECES)):
+            if (what, n) in self.facts:
+                return (Interval(*self.facts[what, n], rule),)
         kept: list[Interval] = []
-        for of, interval in self.intervals:
-            if of in (n, None):
-                kept = [*(each for each in kept if each.start < interval.start), interval]
-        return tuple(each._replace(end=min(each.end, length)) for each in kept if each.start < length)
+        for start, by in self.intervals:
+            rule = by.get(n, by.get(-1, SIGNS))
+            if kept and kept[-1].rule == rule:
+                continue
+            kept = [*kept[:-1], *(each._replace(end=start) for each in kept[-1:]), Interval(start, length, rule)]
+        return tuple(each for each in kept if each.start < length)
 
     def _named(self, n: int, kind: str) -> tuple[str, str]:
         """Name and unit of an event function."""

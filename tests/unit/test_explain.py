@@ -109,7 +109,7 @@ def test_a_minimum_above_zero_is_told_by_rule_4(figures):  # noqa: F811
     u = figures["last_current_with_a_dip"](0.36, 0.38) + 0.002
     stance = hopform.solve_stance(figures["RINGING"], v2=figures["V2"], u=u)
     assert "N/k" in (text := stance.explain())
-    assert RULES["minimum_between"] in text
+    assert RULES["cut_at_minimum"] in text
 
 
 def test_the_poles_of_a_mode_are_the_roots_of_its_polynomial(page):

@@ -31,65 +31,126 @@ static bool note_f32(evaluations_f32 *evaluations, const char *what, int32_t fun
     return true;
 }
 
-#define NOTE_f32(rule, function, from, to) note_f32(in->evaluations, #rule, function, from, to)
+/* What a search from node to node counts is noted of its interval, or of function n of it. */
+#define NODE_NOTE_f32(rule, function, to) (void)note_f32(search->evaluations, rule, function, search->low->t, to)
+#define NODE_COUNT_node NODE_NOTE_f32("node", -1, search->low->t)
+#define NODE_COUNT_amplitude NODE_NOTE_f32("falls_too_little", n, search->high->t)
+#define NODE_COUNT_bernstein NODE_NOTE_f32("has_no_root_by_bernstein", n, search->high->t)
+#define NODE_COUNT_minimum NODE_NOTE_f32("cut_at_minimum", n, search->high->t)
+#define NODE_COUNT_cut NODE_NOTE_f32("cut", n, search->high->t)
+#define NODE_COUNT_quiet NODE_NOTE_f32("quiet_time_at_node", -1, search->low->t + quiet)
+#define NODE_COUNT_evaluation (void)0
+#define NODE_COUNT_inside (void)0
+#define NODE_COUNT_from_the_end (void)0
+#define NODE_COUNT(what) NODE_COUNT_##what
 #include "chain_f32.h"
 
-/* The value of an event function, or 0 if that is within its rounding bound. */
-static float sure_value_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const float value = value_at_f32(g, at);
-    return fabs_f32(value) > rounding_of_f32(g, at, 0.0f) ? value : 0.0f;
-}
+/* ---- the event functions of a phase: kind, element and side; values at the start and at the end ---- */
 
-static bool is_threshold_f32(const stance_chain_f32 *chain, const event_function_f32 *g) {
-    const bool of_element = g->owner != CONTACT_f32 && !(HOPFORM_HAS_LIMITS && g->owner == LIMIT_f32);
-    return of_element && !g->touch_is_no_event && side_of_mode_f32(chain->mode, g->owner - ELEMENT_f32) == 0;
-}
-
-static const char *kind_of_function_f32(const stance_chain_f32 *chain, const event_function_f32 *g) {
-    if (g->owner == CONTACT_f32) { return "contact"; }
-    if (HOPFORM_HAS_LIMITS && g->owner == LIMIT_f32) { return "limit"; }
-    if (g->touch_is_no_event) { return "stop"; }
-    return is_threshold_f32(chain, g) ? "threshold" : "velocity";
-}
-
-/* An event function that is searched: its kind, element and side, and its values. */
-static void note_function_f32(const stance_chain_f32 *chain, const stance_search_f32 *search, int32_t n) {
+/* Of a phase; `ends` the one whose zero ends it. */
+static void note_function_f32(const stance_chain_f32 *chain, int32_t n, const char *kind, int element, int side,
+                               float start, float end, bool ends, float length) {
     evaluations_f32 *notes = chain->evaluations;
-    const event_function_f32 *g = &search->events.set.function[n];
-    const propagator_f32 *end = &search->in.high;
-    const int element = g->owner - ELEMENT_f32;
-    (void)note_f32(notes, kind_of_function_f32(chain, g), n, (float)element, (float)g->side);
-    if (is_threshold_f32(chain, g)) {
-        (void)note_f32(notes, "excess", n, excess_to_side_f32(&chain->plan->robot, element, g->side), 0.0f);
-    }
-    /* in the modal form `start` is the final value, and at the start exp(-a t) = cos = 1 */
-    const float start = is_modal_f32(end) ? g->start + g->H3 + g->H2 : g->start;
-    (void)note_f32(notes, "values", n, start, sure_value_f32(g, end));
-    if (!g->needs_certificate) { (void)note_f32(notes, "monotone", n, 0.0f, end->t); }
-    if (g->owner == search->owner && n == search->in.found) { (void)note_f32(notes, "ends", n, 0.0f, end->t); }
+    (void)note_f32(notes, kind, n, (float)element, (float)side);
+    (void)note_f32(notes, "values", n, start, ends ? 0.0f : end);
+    if (ends) { (void)note_f32(notes, "ends", n, 0.0f, length); }
 }
 
-/* That whose first zero has a closed form: the velocity of what slips alone, or the stretch. */
-static void note_closed_form_f32(const stance_chain_f32 *chain, const stance_search_f32 *search) {
+#if HOPFORM_HAS_NODES
+/* Both slip: the contact, if it can be lost, the distance to a stop ahead, the velocities. */
+static void note_both_f32(const stance_chain_f32 *chain, const stance_search_f32 *search) {
     evaluations_f32 *notes = chain->evaluations;
-    const stance_events_f32 *events = &search->events;
-    const propagator_f32 *end = &search->in.high;
-    if (events->rests == NO_OWNER_f32) { return; }
-    const int32_t n = events->set.count;
-    const bool contact = events->rests == CONTACT_f32;
-    const int element = contact ? 0 : events->rests - ELEMENT_f32;
-    const int axis = contact ? HOPFORM_STRETCH_AXIS : HOPFORM_VELOCITY_AXIS(element);
-    const float sign = contact ? 1.0f : (float)side_of_mode_f32(chain->mode, element);
-    const numerator_f32 *h = contact ? &chain->numerators.of.stretch : &chain->numerators.of.velocity[element];
-    const numerator_f32 towards = {sign * h->H3, sign * h->H2, sign * h->H1};
-    const event_function_f32 g = event_function_of_f32(&towards, sign * chain->at.of[axis]);
-    (void)note_f32(notes, contact ? "contact" : "velocity", n, (float)element, 0.0f);
-    (void)note_f32(notes, "values", n, g.start, sure_value_f32(&g, end));
-    const bool never = !(events->rest_time < HOPFORM_NEVER_f32);
-    (void)note_f32(notes, never ? "no_zero" : "zero", n, 0.0f, events->rest_time);
-    if (search->owner == events->rests && !(events->rest_time > end->t)) {
-        (void)note_f32(notes, "ends", n, 0.0f, end->t);
+    const float length = search->in.high.t;
+    state_by_axis_f32 end = chain->at;
+    for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
+        end.of[axis_of_row_f32[n]] = search->arrival.z[axis_of_row_f32[n]];
     }
+#if HOPFORM_HAS_CONTACT
+    const hopform_robot_f32 *robot = &chain->plan->robot;
+    if (falls_of_mode_f32(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f || HOPFORM_CONTACT_IS_ROW) {
+        note_function_f32(chain, 0, "contact", 0, 0, contact_of_f32(robot, &chain->at.named),
+                           contact_of_f32(robot, &end.named), search->owner == CONTACT_f32, length);
+    }
+#endif
+    const float gap = gap_ahead_f32(chain);
+    if (gap < HOPFORM_NEVER_f32) {
+        const int side = side_of_mode_f32(chain->mode, HOPFORM_STOPPED_ELEMENT);
+        note_function_f32(chain, STOP_AHEAD_f32, "stop", HOPFORM_STOPPED_ELEMENT, 0, gap,
+                           gap - (float)side * search->arrival.moved, search->stops, length);
+        (void)note_f32(notes, "monotone", STOP_AHEAD_f32, 0.0f, length);
+    }
+    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS; element++) {
+        const int axis = HOPFORM_VELOCITY_AXIS(element);
+        const float side = (float)side_of_mode_f32(chain->mode, element);
+        note_function_f32(chain, 1 + element, "velocity", element, 0, side * chain->at.of[axis], side * end.of[axis],
+                           search->owner == ELEMENT_f32 + element && !search->stops, length);
+    }
+}
+#endif
+
+/* The kind of a guard or a function of one that slips alone. */
+static const char *kind_of_owner_f32(int owner) {
+    if (owner == CONTACT_f32) { return "contact"; }
+    return HOPFORM_HAS_LIMITS && owner == LIMIT_f32 ? "limit" : "threshold";
+}
+
+/* Notes the excess of friction at rest where there is one to tell. */
+static void note_excess_f32(const stance_chain_f32 *chain, int32_t n, int owner, int side) {
+    if (owner == CONTACT_f32 || (HOPFORM_HAS_LIMITS && owner == LIMIT_f32)) { return; }
+    (void)note_f32(chain->evaluations, "excess", n,
+                    excess_to_side_f32(&chain->plan->robot, owner - ELEMENT_f32, side), 0.0f);
+}
+
+/* What a displacement of one that slips alone is of the function of a guard. */
+static float scale_of_guard_f32(const stance_chain_f32 *chain, int alone, const alone_guard_f32 *guard) {
+    const int held = 1 - alone;
+    if (guard->owner != ELEMENT_f32 + held) { return 1.0f; }
+    state_by_axis_f32 change = {{0.0f, 0.0f, 0.0f, 0.0f}};
+    change.of[HOPFORM_STRETCH_AXIS] = 1.0f;
+    return fabs_f32(free_slope_f32(rates_of_chain_f32(chain), held, &change));
+}
+
+/* One slips alone: guards by its displacement, functions of that and of its velocity, and what rests in closed form. */
+static void note_alone_f32(const stance_chain_f32 *chain, const stance_search_f32 *found) {
+    evaluations_f32 *notes = chain->evaluations;
+    const int alone = alone_of_mode_f32(chain->mode);
+    const alone_f32 *end = &found->alone;
+    alone_search_f32 search;
+    put_alone_search_f32(chain, &search);
+    int32_t n = 0;
+    for (int m = 0; m < search.count; m++, n++) {
+        const alone_guard_f32 *guard = &search.guard[m];
+        const float scale = scale_of_guard_f32(chain, alone, guard);
+        const int element = guard->owner == CONTACT_f32 ? 0 : guard->owner - ELEMENT_f32;
+        const bool ends = found->owner == guard->owner && found->stops == guard->stops && found->side == guard->side;
+        note_function_f32(chain, n, guard->stops ? "stop" : kind_of_owner_f32(guard->owner), element, guard->side,
+                           scale * guard->s, scale * (guard->s - end->s), ends, end->t);
+        if (!guard->stops) { note_excess_f32(chain, n, guard->owner, guard->side); }
+        (void)note_f32(notes, "monotone", n, 0.0f, end->t);
+    }
+    for (int m = 0; m < search.functions; m++, n++) {
+        const alone_function_f32 *function = &search.function[m];
+        const int element = function->owner < ELEMENT_f32 ? 0 : function->owner - ELEMENT_f32;
+        const known_pair_f32 response = response_over_f32(&search.pair, end->t);
+        const float fall = alone_after_f32(&search.pair, &function->fall, end->t, &response).s;
+        note_function_f32(chain, n, kind_of_owner_f32(function->owner), element, function->side, function->value,
+                           function->value - fall, found->owner == function->owner && found->side == function->side,
+                           end->t);
+        note_excess_f32(chain, n, function->owner, function->side);
+        (void)note_f32(notes, "pieces", n, 0.0f, end->t);
+    }
+    if (search.rests == CONTACT_f32) {
+        const float start = chain->at.of[HOPFORM_STRETCH_AXIS];
+        note_function_f32(chain, n, "contact", 0, 0, start,
+                           start + stretch_by_displacement_f32(chain, alone) * end->s, found->owner == CONTACT_f32,
+                           end->t);
+        (void)note_f32(notes, search.rest_time < HOPFORM_NEVER_f32 ? "zero" : "no_zero", n, 0.0f, search.rest_time);
+        n++;
+    }
+    const float rest = alone_time_to_rest_f32(&search, &search.start);
+    note_function_f32(chain, n, "velocity", alone, 0, search.start.v, end->v,
+                       found->owner == ELEMENT_f32 + alone && !found->stops, end->t);
+    (void)note_f32(notes, rest < HOPFORM_NEVER_f32 ? "zero" : "no_zero", n, 0.0f, rest);
 }
 
 /* Finds the end of a phase, and describes the phase: its number is that of its row. */
@@ -97,15 +158,15 @@ static void note_phase_f32(stance_chain_f32 *chain, stance_search_f32 *search) {
     evaluations_f32 *notes = chain->evaluations;
     stance_find_end_f32(chain, search);
     if (!rests_of_mode_f32(chain->mode)) {
-        const hopform_poles_f32 *poles = search->events.set.poles;
+        const hopform_poles_f32 *poles = poles_of_f32(chain->plan, chain->mode);
         if (several_of_mode_f32(chain->mode)) { (void)note_f32(notes, "pole", -1, poles->a, 0.0f); }
         (void)note_f32(notes, "pair", -1, poles->p, poles->q);
         (void)note_f32(notes, "sides", -1, (float)side_of_mode_f32(chain->mode, 0),
                         (float)side_of_mode_f32(chain->mode, 1));
-        for (int32_t n = 0; n < search->events.set.count; n++) {
-            note_function_f32(chain, search, n);
-        }
-        note_closed_form_f32(chain, search);
+#if HOPFORM_HAS_NODES
+        if (!search->is_alone) { note_both_f32(chain, search); }
+#endif
+        if (search->is_alone) { note_alone_f32(chain, search); }
     }
     (void)note_f32(notes, "phase", chain->count - 1, 0.0f, search->in.high.t);
 }

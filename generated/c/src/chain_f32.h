@@ -764,20 +764,26 @@ static inline void put_alone_threshold_f32(alone_search_f32 *search, const stanc
     guard->side = side;
 }
 
-/* The first event of the phase. */
-static inline void find_end_alone_f32(const stance_chain_f32 *chain, float until, stance_search_f32 *end) {
+/* The search at the start of the phase. */
+ALWAYS_f32 void put_alone_search_f32(const stance_chain_f32 *chain, alone_search_f32 *search) {
     const int alone = alone_of_mode_f32(chain->mode);
-    alone_search_f32 search;
-    search.half_period = node_of_f32(chain->plan, chain->mode)->half_period;
-    search.pair = alone_pair_of_f32(poles_of_f32(chain->plan, chain->mode), search.half_period < HOPFORM_NEVER_f32);
-    search.element = alone;
-    search.count = 0;
-    search.functions = 0;
-    search.rest_time = HOPFORM_NEVER_f32;
-    search.rests = NO_OWNER_f32;
-#define PUT_GUARD(kind) put_alone_##kind##_f32(&search, chain, alone);
+    search->half_period = node_of_f32(chain->plan, chain->mode)->half_period;
+    search->pair =
+        alone_pair_of_f32(poles_of_f32(chain->plan, chain->mode), search->half_period < HOPFORM_NEVER_f32);
+    search->element = alone;
+    search->count = 0;
+    search->functions = 0;
+    search->rest_time = HOPFORM_NEVER_f32;
+    search->rests = NO_OWNER_f32;
+#define PUT_GUARD(kind) put_alone_##kind##_f32(search, chain, alone);
     HOPFORM_GUARDS(PUT_GUARD)
 #undef PUT_GUARD
+}
+
+/* The first event of the phase. */
+static inline void find_end_alone_f32(const stance_chain_f32 *chain, float until, stance_search_f32 *end) {
+    alone_search_f32 search;
+    put_alone_search_f32(chain, &search);
     find_alone_event_f32(&search, until, chain->evaluations);
     end->alone = search.end;
     end->in.high.t = search.end.t;

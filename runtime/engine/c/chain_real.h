@@ -764,20 +764,26 @@ static inline void put_alone_threshold_real(alone_search_real *search, const sta
     guard->side = side;
 }
 
-/* The first event of the phase. */
-static inline void find_end_alone_real(const stance_chain_real *chain, real until, stance_search_real *end) {
+/* The search at the start of the phase. */
+ALWAYS_real void put_alone_search_real(const stance_chain_real *chain, alone_search_real *search) {
     const int alone = alone_of_mode_real(chain->mode);
-    alone_search_real search;
-    search.half_period = node_of_real(chain->plan, chain->mode)->half_period;
-    search.pair = alone_pair_of_real(poles_of_real(chain->plan, chain->mode), search.half_period < HOPFORM_NEVER_real);
-    search.element = alone;
-    search.count = 0;
-    search.functions = 0;
-    search.rest_time = HOPFORM_NEVER_real;
-    search.rests = NO_OWNER_real;
-#define PUT_GUARD(kind) put_alone_##kind##_real(&search, chain, alone);
+    search->half_period = node_of_real(chain->plan, chain->mode)->half_period;
+    search->pair =
+        alone_pair_of_real(poles_of_real(chain->plan, chain->mode), search->half_period < HOPFORM_NEVER_real);
+    search->element = alone;
+    search->count = 0;
+    search->functions = 0;
+    search->rest_time = HOPFORM_NEVER_real;
+    search->rests = NO_OWNER_real;
+#define PUT_GUARD(kind) put_alone_##kind##_real(search, chain, alone);
     HOPFORM_GUARDS(PUT_GUARD)
 #undef PUT_GUARD
+}
+
+/* The first event of the phase. */
+static inline void find_end_alone_real(const stance_chain_real *chain, real until, stance_search_real *end) {
+    alone_search_real search;
+    put_alone_search_real(chain, &search);
     find_alone_event_real(&search, until, chain->evaluations);
     end->alone = search.end;
     end->in.high.t = search.end.t;
