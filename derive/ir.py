@@ -191,8 +191,6 @@ class Member:
     count: int = 1
     is_array: bool = False
     """Whether C declares an array also of one."""
-    only_if: str = ""
-    """The macro that has to be 1 for the member to be there; nothing but C has such a one."""
 
     @property
     def comment(self) -> str:
@@ -207,8 +205,6 @@ class Struct:
     name: str
     meaning: str
     members: tuple[Member, ...] = ()
-    only_if: str = ""
-    """The macro that has to be 1 for the struct to be there."""
 
     def of(self, *members: Member) -> "Struct":
         """The struct with these members."""

@@ -13,7 +13,6 @@ from typing import Any
 import sympy as sp
 
 from ..ir import SCALARS, Authored, Domain, Function, Member, Program, Quantity, Record, Struct
-from ..maths.transition import may_go_by_nodes
 from ..model.equations import Model
 from ..model.kinds import Kind, Word
 from ..model.names import in_c
@@ -45,7 +44,6 @@ def public_structs(model: Model, program: Program) -> list[Struct]:
             model.moving,
             has_law=model.has_law,
             has_contact=model.has_contact,
-            may_go_by_nodes=may_go_by_nodes(model),
         )
     )
     quantities = (*STATE.quantities, BODY_HEIGHT)
@@ -118,26 +116,7 @@ def members(struct: Struct) -> Iterator[str]:
     ]
     if all(member.type == "real" for member in struct.members):
         return aligned(lines)
-    guards = ((_guarded(member), member) for member in struct.members)
-    return (
-        f"{before.replace(chr(10), chr(10) + '    ')}{declared} {comment}".rstrip() + after.replace("\n", "\n    ")
-        for ((before, after), _), (declared, comment) in zip(guards, lines, strict=True)
-    )
-
-
-def _guarded(part: Member | Struct) -> tuple[str, str]:
-    """The lines around what is there only if a macro is 1."""
-    return (f"#if {part.only_if}\n", "\n#endif") if part.only_if else ("", "")
-
-
-def opens(struct: Struct) -> str:
-    """The line before a struct that is there only if a macro is 1."""
-    return _guarded(struct)[0]
-
-
-def closes(struct: Struct) -> str:
-    """The line behind it."""
-    return _guarded(struct)[1]
+    return (f"{declared} {comment}".rstrip() for declared, comment in lines)
 
 
 def _member(member: Member) -> str:

@@ -78,10 +78,6 @@ PART: Part = {
         "model": solver.model, "numpy": numpy, "stability": stability
     },
     "python/hopform_solver/structs.py": lambda solver: {
-        "public_structs": [
-            replace(struct, members=tuple(member for member in struct.members if not member.only_if))
-            for struct in c.public_structs(solver.model, solver.program)
-            if not struct.only_if
-        ]
+        "public_structs": c.public_structs(solver.model, solver.program)
     },
 }  # fmt: skip

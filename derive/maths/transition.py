@@ -64,11 +64,6 @@ CORE = Record("Core", "y, v_1 and v_2.").of(
 w = sp.Matrix(RATE.symbols)
 
 
-def may_go_by_nodes(model: Model) -> bool:
-    """Whether both masses move."""
-    return len(model.moving) == 2
-
-
 ALONE = {0: (s_1, damping), 1: (p_2, q_2), 2: (p_1, q_1)}
 """Of adj(s - M), by row, the coefficients on the diagonal behind s^2: nothing cancels in these rates."""
 

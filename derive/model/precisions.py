@@ -86,9 +86,8 @@ def _carried(precision: Precision) -> float:
 
 TERMS = Constant("TERMS", 24, 40, "terms of the power series of W")
 SHORT = Constant("SHORT", 1e-3, 1e-5, "the square of a step, in rates, that a short series carries")
-MODAL = Constant("MODAL", 1e3, 1e4, "a^2/q above which a phase is evaluated in modal form from 1/a on")
-"""W leaves a velocity that has faded an error of a^2/q eps, and the modal form costs 1.4 times as much. Measured, with a
-table of others, in docs/explanation/decisions.md, Regimes of W."""
+FAR = Constant("FAR", 1e3, 1e4, "a^2/q above which a state late in a phase is counted from where the phase ends")
+"""By W alone a velocity that has faded has an error of a^2/q eps. Chosen; docs/explanation/decisions.md."""
 
 LIMITS = (
     _each("EPS", lambda p: p.epsilon, "distance from 1 to the next number"),
@@ -101,8 +100,8 @@ LIMITS = (
     Constant(
         "STIFFEST", 1e3, 1e7, "a real pole this many times the frequency of mass 2 on the spring: ill-conditioned"
     ),
-    MODAL,
     TERMS,
+    FAR,
     Constant("SMALLEST_EXPONENT", -87.0, -708.0, "exp of less counts as 0"),
     Constant("PREDICTION", 0.1, 0.1, "a shorter step, of the share, predicts a root well enough"),
 )

@@ -36,22 +36,13 @@ def struct_of(record: Record) -> Struct:
 SEARCH_CANDIDATES = 15
 """Currents that a search remembers: the ends of the intervals that wait."""
 
-NODE = Struct("Node", "A mode's propagator where a phase is looked at first, and constants of the certificate.").of(
+TIMESCALES = Struct("Timescales", "Of the poles of a mode.").of(
     Member("half_period", "real", "of the pair; HOPFORM_NEVER where its poles are real", "s"),
-    Member("fades", "real", "from then on the pair is nothing beside the real pole", "s"),
-    Member("pole", "real", "the real pole that is removed from a derivative: the fastest of three", "1/s"),
-    Member("second", "real", "of three real poles; 0 of a pair that rings", "1/s"),
-    Member("third", "real", "the slowest of three", "1/s"),
-    Member("modal", "real", "from then on the modal form is evaluated; HOPFORM_NEVER where W does as well", "s"),
-    Member("omega", "real", "frequency of the pair, where the modal form is evaluated", "1/s"),
-    *of_quantities((TIME, *BASIS.quantities)),
+    Member("pole", "real", "the fastest real pole", "1/s"),
 )
-ONLY_BY_NODES = "HOPFORM_BY_NODES"
-"""The macro with which a library is compiled that solves motions of both masses by their rates, from node to node."""
 TRANSITION = Struct(
     "Transition",
     "Both masses slipping: what their rates and coordinates become from node to node.",
-    only_if=ONLY_BY_NODES,
 ).of(
     Member("h", "real", "from node to node", "s"),
     Member("fastest", "real", "no pole is faster", "1/s"),
@@ -63,7 +54,7 @@ TRANSITION = Struct(
     Member("moves", "real", "what the position gains beyond v_1 h, in SI units", count=3),
 )
 PLAN = Struct(
-    "Plan", "What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode."
+    "Plan", "What is computed once per robot: coefficients of the equations of motion, poles of each mode, and a node."
 )
 STEP = Struct("Step", "A step of the input: u from time t on.").of(
     Member("t", "real", "", "s"), Member("u", "real", "", CURRENT.unit)
@@ -243,8 +234,8 @@ ENDING_OF_CONTACT = ("apex", "aed")
 """Members of what is solved that a contact brings."""
 
 
-def plan_of(moving: tuple[int, ...] = (1, 2), *, has_law: bool = False, may_go_by_nodes: bool = True) -> Struct:
-    """The plan of a model: rates, and poles with their nodes for each form of its modes."""
+def plan_of(moving: tuple[int, ...] = (1, 2), *, has_law: bool = False) -> Struct:
+    """The plan of a model: rates, and poles for each form of its modes; where two masses move the constants of a node."""
     alone = [f"mass {n} slips alone" for n in moving]
     forms = [
         *(["both masses slip"] if len(moving) == 2 else []),
@@ -256,8 +247,8 @@ def plan_of(moving: tuple[int, ...] = (1, 2), *, has_law: bool = False, may_go_b
         Member("robot", "Robot"),
         Member("rates", "Rates", "; ".join(rates), count=len(rates), is_array=True),
         Member("poles", "Poles", "; ".join(forms), count=len(forms), is_array=True),
-        Member("node", "Node", "of each", count=len(forms), is_array=True),
-        *((Member("transition", "Transition", only_if=ONLY_BY_NODES),) if may_go_by_nodes else ()),
+        Member("timescales", "Timescales", "of each", count=len(forms), is_array=True),
+        *((Member("transition", "Transition"),) if len(moving) == 2 else ()),
         Member("made", "uint32", "HOPFORM_PLAN_MADE once hopform_plan_init was content"),
     )
 
@@ -268,13 +259,12 @@ def structs(
     *,
     has_law: bool = False,
     has_contact: bool = True,
-    may_go_by_nodes: bool = True,
 ) -> tuple[Struct, ...]:
     """The structs of the interface that are no records, each behind those that it holds: what a model has."""
     declared = [value for value in globals().values() if isinstance(value, Struct)]
-    of_model = {PLAN.name: plan_of(moving, has_law=has_law, may_go_by_nodes=may_go_by_nodes)}
-    if not may_go_by_nodes:
-        declared = [each for each in declared if each.only_if != ONLY_BY_NODES]
+    of_model = {PLAN.name: plan_of(moving, has_law=has_law)}
+    if len(moving) < 2:
+        declared.remove(TRANSITION)
     if not has_contact:
         declared = [each for each in declared if each.name not in OF_CONTACT]
         of_model |= {

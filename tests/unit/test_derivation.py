@@ -483,44 +483,6 @@ def test_deflation_leaves_a_numerator_over_the_pair_alone():
 # ---- (18): the paper's coefficients where they exist ----
 
 
-def in_modes(final, fading, cosine, sine):
-    """The transform of final + fading exp(-a t) + exp(-p t/2) (cosine cos(w t) + sine sin(w t))."""
-    return final / s + fading / (s + Q.a) + (cosine * (s + Q.p / 2) + sine * Q.omega_p) / D
-
-
-FREQUENCY = sp.sqrt(Q.q - Q.p**2 / 4)
-
-
-def known_modes():
-    made = values(partial_fractions.modes_of())
-    exact = {Q.chi: partial_fractions.residue()[0].value, Q.omega_p: FREQUENCY}
-    return [made[symbol].subs(exact) for symbol in partial_fractions.MODES.symbols]
-
-
-def test_the_modal_form_is_the_partial_fractions_of_a_coordinate():
-    N3, N2, N1, N0 = partial_fractions.WHOLE.symbols
-    whole = (N3 * s**3 + N2 * s**2 + N1 * s + N0) / (s * P)
-    assert is_zero((in_modes(*known_modes()) - whole).subs(Q.omega_p, FREQUENCY))
-
-
-def test_the_integral_of_a_modal_form_is_that_of_its_parts():
-    parts = partial_fractions.MODES.symbols
-    made = values(partial_fractions.integrated_modes())
-    offset, fading, cosine, sine = (made[symbol] for symbol in partial_fractions.INTEGRATED.symbols)
-    later = in_modes(offset, fading, cosine, sine) + parts[0] / s**2
-    assert is_zero((later - in_modes(*parts) / s).subs(Q.omega_p, FREQUENCY))
-
-
-def test_a_modal_form_is_deflated_to_the_same_numerator():
-    h_end, h_fade, h_cos, h_sin = partial_fractions.MODES.symbols
-    made = values(partial_fractions.deflated_modes())
-    rate = s * in_modes(h_end, h_fade, h_cos, h_sin) - (h_end + h_fade + h_cos)
-    start = sp.limit(s * rate, s, sp.oo)
-    left = (s + Q.a) * rate - start
-    expected = (made[partial_fractions.A] * s + made[partial_fractions.B]) / D
-    assert is_zero((left - expected).subs(Q.omega_p, FREQUENCY))
-
-
 def test_18_comes_back_for_distinct_poles():
     """A + B t + C exp(-a t) + D exp(-b t) + E exp(-c t), its coefficients those of (11) by partial fractions."""
     a, b, c, t = sp.symbols("a b c t", positive=True)

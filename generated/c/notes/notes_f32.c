@@ -56,11 +56,11 @@ static void note_function_f32(const stance_chain_f32 *chain, int32_t n, const ch
     if (ends) { (void)note_f32(notes, "ends", n, 0.0f, length); }
 }
 
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
 /* Both slip: the contact, if it can be lost, the distance to a stop ahead, the velocities. */
 static void note_both_f32(const stance_chain_f32 *chain, const stance_search_f32 *search) {
     evaluations_f32 *notes = chain->evaluations;
-    const float length = search->in.high.t;
+    const float length = search->t;
     state_by_axis_f32 end = chain->at;
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
         end.of[axis_of_row_f32[n]] = search->arrival.z[axis_of_row_f32[n]];
@@ -163,12 +163,12 @@ static void note_phase_f32(stance_chain_f32 *chain, stance_search_f32 *search) {
         (void)note_f32(notes, "pair", -1, poles->p, poles->q);
         (void)note_f32(notes, "sides", -1, (float)side_of_mode_f32(chain->mode, 0),
                         (float)side_of_mode_f32(chain->mode, 1));
-#if HOPFORM_HAS_NODES
-        if (!search->is_alone) { note_both_f32(chain, search); }
+#if !HOPFORM_MOVES_ALONE
+        if (several_of_mode_f32(chain->mode)) { note_both_f32(chain, search); }
 #endif
-        if (search->is_alone) { note_alone_f32(chain, search); }
+        if (alone_of_mode_f32(chain->mode) >= 0) { note_alone_f32(chain, search); }
     }
-    (void)note_f32(notes, "phase", chain->count - 1, 0.0f, search->in.high.t);
+    (void)note_f32(notes, "phase", chain->count - 1, 0.0f, search->t);
 }
 
 /* A stance comes by here where it looks for the end of a phase. */

@@ -56,11 +56,11 @@ static void note_function_f64(const stance_chain_f64 *chain, int32_t n, const ch
     if (ends) { (void)note_f64(notes, "ends", n, 0.0, length); }
 }
 
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
 /* Both slip: the contact, if it can be lost, the distance to a stop ahead, the velocities. */
 static void note_both_f64(const stance_chain_f64 *chain, const stance_search_f64 *search) {
     evaluations_f64 *notes = chain->evaluations;
-    const double length = search->in.high.t;
+    const double length = search->t;
     state_by_axis_f64 end = chain->at;
     for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
         end.of[axis_of_row_f64[n]] = search->arrival.z[axis_of_row_f64[n]];
@@ -163,12 +163,12 @@ static void note_phase_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
         (void)note_f64(notes, "pair", -1, poles->p, poles->q);
         (void)note_f64(notes, "sides", -1, (double)side_of_mode_f64(chain->mode, 0),
                         (double)side_of_mode_f64(chain->mode, 1));
-#if HOPFORM_HAS_NODES
-        if (!search->is_alone) { note_both_f64(chain, search); }
+#if !HOPFORM_MOVES_ALONE
+        if (several_of_mode_f64(chain->mode)) { note_both_f64(chain, search); }
 #endif
-        if (search->is_alone) { note_alone_f64(chain, search); }
+        if (alone_of_mode_f64(chain->mode) >= 0) { note_alone_f64(chain, search); }
     }
-    (void)note_f64(notes, "phase", chain->count - 1, 0.0, search->in.high.t);
+    (void)note_f64(notes, "phase", chain->count - 1, 0.0, search->t);
 }
 
 /* A stance comes by here where it looks for the end of a phase. */

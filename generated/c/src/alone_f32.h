@@ -20,9 +20,6 @@
 #include "certificate_f32.h"
 #include "transition_f32.h"
 
-/* Whether a library solves so: one switch for both. */
-#define HOPFORM_HAS_ALONE HOPFORM_BY_NODES
-
 /* Whether a model has event functions that are not linear in s. */
 #ifndef HOPFORM_ALONE_BENDS
 #define HOPFORM_ALONE_BENDS                                                                                            \
@@ -30,7 +27,6 @@
 #endif
 
 
-#if HOPFORM_HAS_ALONE
 /* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
     const hopform_poles_f32 *poles;
@@ -623,6 +619,5 @@ static inline void find_alone_event_f32(alone_search_f32 *search, float until, e
         search->owner = NO_OWNER_f32;
     }
 }
-#endif
 
 #endif

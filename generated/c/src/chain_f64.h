@@ -6,10 +6,46 @@
 #ifndef HOPFORM_CHAIN_H_f64
 #define HOPFORM_CHAIN_H_f64
 
-#include "first_event_f64.h"
+#include "alone_f64.h"
 #include "ledger_f64.h"
 #include "node_search_f64.h"
 #include "overlap_f64.h"
+
+/* ---- what ends a phase ---- */
+
+#if !HOPFORM_MOVES_ALONE
+/* Where a phase of both ends: their rates, the state, by the axes of the core, and how far the position has moved. */
+typedef struct {
+    double z[HOPFORM_AXES];
+    double moved;
+    rates_by_row_f64 w;
+    double terms;     /* the magnitudes that the rate of the velocity that has a position is a sum of */
+    double stretched; /* those of the stretch */
+} arrival_f64;
+#endif
+
+/* When a phase ends, since it began, and what ends it. */
+typedef struct {
+    double t;
+    bool certified; /* else the first event is not known: the phase is, up to then */
+    bool stops;     /* the element has met a stop */
+    int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
+    int side;       /* of an element that slips: where it goes */
+    bool touches;   /* the element that comes to rest is at a stop within rounding */
+#if !HOPFORM_MOVES_ALONE
+    arrival_f64 arrival; /* of both */
+#endif
+    alone_f64 alone; /* of one: its motion where the phase ends */
+} stance_search_f64;
+
+/* Search a phase in which nothing moves: nothing happens until t. */
+static inline void search_rest_f64(stance_search_f64 *search, double t) {
+    search->t = t;
+    search->owner = NO_OWNER_f64;
+    search->stops = false;
+    search->touches = false;
+    search->certified = true;
+}
 
 /* The chain while it grows. */
 typedef struct {
@@ -43,10 +79,9 @@ typedef struct {
     int event;                   /* with which the phase began */
     drive_by_element_f64 drive; /* of the phase, as its numerators */
     numerators_by_axis_f64 numerators;
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
     rates_by_row_f64 rates; /* in place of the numerators, where both slip */
 #endif
-    motion_modes_f64 modes; /* of the motion, once the modal form is evaluated */
     evaluations_f64 *evaluations;
     observer_f64 *observer;
     current_variation_f64 *variation;
@@ -224,28 +259,6 @@ static inline double end_of_step_f64(const stance_chain_f64 *chain) {
 
 /* ---- the end of a phase ---- */
 
-/* A held element slips where its free acceleration leaves [-f_s, f_s]; a stop holds on its side whatever the force.
- * While another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one
- * side. */
-static inline void add_thresholds_f64(const stance_chain_f64 *chain, int element, bool needs_certificate,
-                                       event_set_f64 *set) {
-    const bool open[] = {!stance_blocked_f64(chain, element, -1), !stance_blocked_f64(chain, element, 1)};
-    if (!open[0] && !open[1]) { return; }
-    const numerator_f64 h = free_numerator_f64(rates_of_chain_f64(chain), element, &chain->numerators.named);
-    const double drift = first_derivative_f64(&h);
-    const free_by_element_f64 free = free_of_f64(chain, &chain->at.named);
-    for (int side = -1; side <= 1; side += 2) {
-        const double sign = (double)side;
-        if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
-            const double level = level_at_rest_f64(&chain->plan->robot, element, side);
-            event_function_f64 *slips = add_event_function_f64(set, &h, free.of[element] - sign * level, -sign,
-                                                                 ELEMENT_f64 + element, needs_certificate);
-            put_on_threshold_f64(slips, terms_of_free_f64(chain, element, level));
-            slips->side = side;
-        }
-    }
-}
-
 #if HOPFORM_HAS_CONTACT
 /* The magnitudes that the contact force is a sum of; 0 where it is the stretch alone. */
 static inline double terms_of_contact_f64(const stance_chain_f64 *chain) {
@@ -253,180 +266,8 @@ static inline double terms_of_contact_f64(const stance_chain_f64 *chain) {
 }
 #endif
 
-/* ---- the event functions of a phase, by the kinds of guards: each puts those that are active in the mode ---- */
-
-/* Whether all but a velocity is monotone until the end of the phase. */
-static inline bool is_monotone_f64(row_f64 mode) {
-    return alone_of_mode_f64(mode) >= 0 && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
-}
-
-#if HOPFORM_HAS_CONTACT
-/* Where one element slips alone and the forces on it cancel at no stretch, the stretch of a contact rings about 0 as a
- * velocity does: its first zero is known however far it has faded by then. Else it is one of those that are searched,
- * unless it is the contact force and only rises, from 0 on. */
-static inline void put_contact_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
-    const row_f64 mode = chain->mode;
-    const double stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
-    const int alone = alone_of_mode_f64(mode);
-    const bool may_ring = HOPFORM_CONTACT_IS_STRETCH && alone >= 0 && !(stretch < 0.0);
-    if (may_ring && !(fabs_f64(chain->drive.of[alone]) > 0.0)) {
-        events->rest_time = time_to_rest_f64(events->set.poles, stretch, chain->numerators.of.stretch.H3);
-        events->rests = CONTACT_f64;
-    } else if (falls_of_mode_f64(mode) || stretch < 0.0 || !HOPFORM_CONTACT_IS_STRETCH) {
-        const numerator_f64 h = contact_numerator_f64(&chain->plan->robot, &chain->numerators.named);
-        const double start = contact_of_f64(&chain->plan->robot, &chain->at.named);
-        event_function_f64 *contact =
-            add_event_function_f64(&events->set, &h, start, 1.0, CONTACT_f64, !is_monotone_f64(mode));
-        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_f64(contact, terms_of_contact_f64(chain)); }
-    }
-}
-#endif
-
-/* How far the position is from the stop ahead, if there is one. */
-static inline void put_stop_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
-    const int side = side_of_mode_f64(chain->mode, HOPFORM_STOPPED_ELEMENT);
-    const double gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (side == 0 || !is_finite_f64(gap)) { return; }
-    const double away = -(double)side;
-    const numerator_f64 *h = &chain->numerators.of.position;
-    const numerator_f64 first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
-    event_function_f64 *stop =
-        add_event_function_f64(&events->set, &first, away * gap, away, ELEMENT_f64 + HOPFORM_STOPPED_ELEMENT, false);
-    stop->touch_is_no_event = true;
-    stop->H0 = away * h->H1;
-}
-
-/* The room of the switching function to its levels, or at a limit what it is beyond that. */
-static inline void put_limit_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
-    const int from = limit_of_mode_f64(chain->mode);
-    const switching_at_f64 at = switching_of_chain_f64(chain);
-    const numerator_f64 h = switching_numerator_f64(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
-    for (int limit = -1; limit <= 1; limit += 2) {
-        const double level = level_of_limit_f64(&at, limit);
-        if (is_finite_f64(level) && (from == 0 || limit == from)) {
-            event_function_f64 *room = add_event_function_f64(&events->set, &h, at.value - level,
-                                                                (double)(from == 0 ? -limit : limit), LIMIT_f64, true);
-            put_on_threshold_f64(room, terms_of_room_f64(&at, level));
-            room->side = from == 0 ? limit : 0;
-        }
-    }
-}
-
-/* The velocity of each that slips beside others; of what slips alone its time to rest, in closed form. */
-static inline void put_velocity_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
-    const row_f64 mode = chain->mode;
-    const int alone = alone_of_mode_f64(mode);
-    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && alone < 0; element++) {
-        (void)add_event_function_f64(&events->set, &chain->numerators.of.velocity[element],
-                                      chain->at.of[HOPFORM_VELOCITY_AXIS(element)],
-                                      (double)side_of_mode_f64(mode, element), ELEMENT_f64 + element, true);
-    }
-    if (alone < 0) { return; }
-    const double sign = (double)side_of_mode_f64(mode, alone);
-    const double rest = time_to_rest_f64(events->set.poles, sign * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)],
-                                        sign * chain->numerators.of.velocity[alone].H3);
-    if (events->rests == NO_OWNER_f64 || !(events->rest_time <= rest)) {
-        events->rest_time = rest;
-        events->rests = ELEMENT_f64 + alone;
-    }
-}
-
-/* What is held while another element slips alone. */
-static inline void put_threshold_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
-    const int alone = alone_of_mode_f64(chain->mode);
-    if (alone >= 0) { add_thresholds_f64(chain, 1 - alone, !is_monotone_f64(chain->mode), &events->set); }
-}
-
-/* The event functions of a phase: of each guard that the model has. */
-static inline void put_events_f64(stance_events_f64 *events, const stance_chain_f64 *chain) {
-    events->set.poles = poles_of_f64(chain->plan, chain->mode);
-    events->set.node = node_of_f64(chain->plan, chain->mode);
-    events->set.count = 0;
-    events->rest_time = HOPFORM_NEVER_f64;
-    events->rests = NO_OWNER_f64;
-#define PUT_GUARD(kind) put_##kind##_f64(events, chain);
-    HOPFORM_GUARDS(PUT_GUARD)
-#undef PUT_GUARD
-}
-
-#if HOPFORM_HAS_CONTACT
-/* True late in a phase, when the steady-state form of the contact force is the more accurate one. */
-static inline bool is_late_f64(const basis_f64 *basis) {
-    return fabs_f64(basis->Wdd) < 0.25;
-}
-
-/* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
- * no more accurate. */
-SELDOM_f64 double later_takeoff_f64(const stance_chain_f64 *chain, const hopform_poles_f64 *poles,
-                                    const event_function_f64 *contact, const basis_f64 *basis, double t) {
-    if (!is_late_f64(basis)) { return 0.0; }
-    state_by_axis_f64 steady = {{0.0, 0.0, 0.0, 0.0}};
-    numerators_by_axis_f64 from_slack;
-    from_slack.named = motion_of_f64(chain->plan, &steady.named, current_of_chain_f64(chain), chain->mode);
-    steady.of[HOPFORM_STRETCH_AXIS] = settled_f64(poles, &from_slack.of.stretch);
-    const double settled = contact_of_f64(&chain->plan->robot, &steady.named);
-    return steady_state_correction_f64(poles, contact, settled, basis, t);
-}
-#endif
-
-/* A root late in a phase, which was found: the interval ends at its time with all its digits. True if that is
- * later, so that something else may come first. */
-static inline bool sharpen_root_f64(const stance_chain_f64 *chain, stance_search_f64 *search) {
-#if HOPFORM_HAS_CONTACT
-    const event_set_f64 *set = &search->events.set;
-    interval_f64 *in = &search->in;
-    const double before = in->high.t;
-    if (in->found != 0 || set->function[0].owner != CONTACT_f64) { return false; }
-    for (int n = 0; n < 4 && !is_modal_f64(&in->high); n++) {
-        const basis_f64 basis = basis_of_propagator_f64(set->poles, &in->high);
-        const double later = later_takeoff_f64(chain, set->poles, &set->function[0], &basis, in->high.t);
-        if (!(fabs_f64(later) > 0.0) || in->high.t + later > search->limit) { break; }
-        end_interval_at_f64(set, in, in->high.t + later);
-        in->found = 0;
-    }
-    return in->high.t > before;
-#else
-    (void)chain;
-    (void)search;
-    return false;
-#endif
-}
-
-/* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is
- * a small difference of large terms of W. A distance to a stop counts from where the phase begins. */
-SELDOM_f64 void enter_modes_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
-    event_set_f64 *set = &search->events.set;
-    motion_modes_f64 *modes = &chain->modes;
-    *modes = modes_of_motion_f64(set->poles, set->node->omega, &chain->at.named, &chain->numerators.named);
-    search->in.high = modes_at_f64(set->poles, set->node->omega, search->in.high.t);
-    for (int32_t n = 0; n < set->count; n++) {
-        event_function_f64 *g = &set->function[n];
-        const int element = g->owner - ELEMENT_f64;
-#if HOPFORM_HAS_CONTACT
-        if (element < 0) {
-            const numerator_f64 by = contact_numerator_f64(&chain->plan->robot, &modes->by.named);
-            take_modes_f64(g, &by, contact_of_f64(&chain->plan->robot, &modes->final.named), 0.0, 1.0);
-            continue;
-        }
-#endif
-        if (g->touch_is_no_event) {
-            const double gap = side_of_mode_f64(chain->mode, element) > 0 ? chain->from_upper : chain->from_lower;
-            take_modes_f64(g, &modes->by.of.position, gap + modes->final.of[HOPFORM_POSITION_AXIS], modes->drift,
-                            -(double)side_of_mode_f64(chain->mode, element));
-        } else {
-            take_modes_f64(g, &modes->by.of.velocity[element], modes->final.of[HOPFORM_VELOCITY_AXIS(element)], 0.0,
-                            (double)side_of_mode_f64(chain->mode, element));
-        }
-    }
-}
-
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
 /* ---- both slip, by their rates ---- */
-
-/* Whether the phase is solved so. */
-static inline bool is_solved_by_rates_f64(const stance_chain_f64 *chain) {
-    return alone_of_mode_f64(chain->mode) < 0 && !rests_of_mode_f64(chain->mode);
-}
 
 /* The first of two derivatives that is not zero. */
 static inline double first_of_f64(double rate, double bend) {
@@ -654,18 +495,12 @@ static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_s
         }
     }
     end->certified = certified;
-    end->in.high.t = there->t;
+    end->t = there->t;
     arrive_at_node_f64(&search, there, end->owner, &end->arrival);
 }
 #endif
 
-#if HOPFORM_HAS_ALONE
 /* ---- one slips alone, in its own coordinate: how far it has gone to its side ---- */
-
-/* Whether the phase is solved so. */
-static inline bool is_solved_alone_f64(const stance_chain_f64 *chain) {
-    return alone_of_mode_f64(chain->mode) >= 0 && !rests_of_mode_f64(chain->mode);
-}
 
 /* How far the stretch goes with it. */
 static inline double stretch_by_displacement_f64(const stance_chain_f64 *chain, int alone) {
@@ -767,7 +602,7 @@ static inline void put_alone_threshold_f64(alone_search_f64 *search, const stanc
 /* The search at the start of the phase. */
 ALWAYS_f64 void put_alone_search_f64(const stance_chain_f64 *chain, alone_search_f64 *search) {
     const int alone = alone_of_mode_f64(chain->mode);
-    search->half_period = node_of_f64(chain->plan, chain->mode)->half_period;
+    search->half_period = timescales_of_f64(chain->plan, chain->mode)->half_period;
     search->pair =
         alone_pair_of_f64(poles_of_f64(chain->plan, chain->mode), search->half_period < HOPFORM_NEVER_f64);
     search->element = alone;
@@ -786,55 +621,28 @@ static inline void find_end_alone_f64(const stance_chain_f64 *chain, double unti
     put_alone_search_f64(chain, &search);
     find_alone_event_f64(&search, until, chain->evaluations);
     end->alone = search.end;
-    end->in.high.t = search.end.t;
+    end->t = search.end.t;
     end->owner = search.owner;
     end->side = search.side;
     end->stops = search.stops;
     end->touches = search.touches;
     end->certified = search.certified;
 }
-#endif
 
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
     const double until = end_of_step_f64(chain) - chain->t;
-#if HOPFORM_HAS_NODES
-    search->arrival.is_known = is_solved_by_rates_f64(chain);
-#endif
-#if HOPFORM_HAS_ALONE
-    search->is_alone = is_solved_alone_f64(chain);
-    if (search->is_alone) {
-        find_end_alone_f64(chain, until, search);
+    if (rests_of_mode_f64(chain->mode)) {
+        search_rest_f64(search, until);
         return;
     }
-#endif
-#if HOPFORM_HAS_NODES
-    if (search->arrival.is_known) {
+#if !HOPFORM_MOVES_ALONE
+    if (several_of_mode_f64(chain->mode)) {
         find_end_by_rates_f64(chain, search);
         return;
     }
 #endif
-    if (rests_of_mode_f64(chain->mode)) {
-        search_rest_f64(search, &chain->plan->poles[0], until);
-        return;
-    }
-    put_events_f64(&search->events, chain);
-    bool open = begin_search_f64(search, until, chain->evaluations);
-    bool quiet = false;
-    bool is_sharp = false; /* the root in the interval: once */
-    while (open) {
-        open = search_interval_f64(search, quiet);
-        if (open) {
-            const bool enters = !HOPFORM_MOVES_ALONE && search->in.high.t >= search->events.set.node->modal;
-            if (enters && !is_modal_f64(&search->in.high)) { enter_modes_f64(chain, search); }
-            quiet = next_interval_f64(search);
-            is_sharp = false;
-        } else {
-            is_sharp = !is_sharp && search->certified && sharpen_root_f64(chain, search);
-            open = is_sharp;
-        }
-    }
-    conclude_f64(search);
+    find_end_alone_f64(chain, until, search);
 }
 
 /* ---- the chain ---- */
@@ -904,13 +712,6 @@ static inline void take_step_f64(stance_chain_f64 *chain) {
     if (chain->count == count) { stance_record_f64(chain, HOPFORM_EVENT_STEP); }
 }
 
-/* The magnitudes that the stretch is a sum of at the end of a phase. */
-static inline double terms_of_stretch_f64(const stance_chain_f64 *chain, const basis_f64 *basis) {
-    const numerator_f64 *h = &chain->numerators.of.stretch;
-    return fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]) + fabs_f64(h->H3 * basis->Wd) + fabs_f64(h->H2 * basis->W)
-           + fabs_f64(h->H1 * basis->W1);
-}
-
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, `rate`, known from the motion where that has faded. `terms` are the
  * magnitudes that it is a sum of, `stretched` those of the stretch. */
@@ -938,8 +739,8 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
         || side_of_mode_f64(chain->mode, element) == 0) {
         return;
     }
-#if HOPFORM_HAS_NODES
-    if (end->arrival.is_known) {
+#if !HOPFORM_MOVES_ALONE
+    if (several_of_mode_f64(chain->mode)) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
             keep_small_acceleration_f64(chain, end->arrival.w.of[1 + element], end->arrival.terms,
                                          end->arrival.stretched);
@@ -947,54 +748,16 @@ static inline void keep_free_acceleration_f64(stance_chain_f64 *chain, const sta
         return;
     }
 #endif
-    const bool alone = alone_of_mode_f64(chain->mode) == element;
-    const bool at_stop = end->stops || end->touches;
-#if HOPFORM_HAS_ALONE
-    if (end->is_alone) {
-        if (at_stop) {
-            const double moved = stretch_by_displacement_f64(chain, element) * end->alone.s;
-            const double stretched =
-                chain->most_stretched + fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]) + fabs_f64(moved);
-            chain->rounded_at_stop = fabs_f64(rates_of_chain_f64(chain)->a1_y * stretched);
-        } else {
-            chain->came_to_rest = element;
-            chain->carried_acceleration =
-                free_after_rest_f64((double)side_of_mode_f64(chain->mode, element),
-                                     level_of_f64(&chain->plan->robot, element), fabs_f64(end->alone.draw));
-        }
-        return;
-    }
-#endif
-    const basis_f64 basis = basis_of_propagator_f64(end->events.set.poles, &end->in.high);
-    if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
-        const double stretched = chain->most_stretched + terms_of_stretch_f64(chain, &basis);
+    if (end->stops || end->touches) { /* beside another one that moves no equilibrium lasts */
+        const double moved = stretch_by_displacement_f64(chain, element) * end->alone.s;
+        const double stretched = chain->most_stretched + fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]) + fabs_f64(moved);
         chain->rounded_at_stop = fabs_f64(rates_of_chain_f64(chain)->a1_y * stretched);
-    }
-    if (alone && !at_stop) {
+    } else {
         chain->came_to_rest = element;
-        chain->carried_acceleration = free_after_motion_f64((double)side_of_mode_f64(chain->mode, element),
-                                                             level_of_f64(&chain->plan->robot, element),
-                                                             &chain->numerators.of.velocity[element], &basis);
-    } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
-        const numerator_f64 *h = &chain->numerators.of.velocity[element];
-        const double parts[] = {h->H3 * basis.Wdd, h->H2 * basis.Wd, h->H1 * basis.W};
-        keep_small_acceleration_f64(chain, parts[0] + parts[1] + parts[2],
-                                     fabs_f64(parts[0]) + fabs_f64(parts[1]) + fabs_f64(parts[2]),
-                                     terms_of_stretch_f64(chain, &basis));
+        chain->carried_acceleration =
+            free_after_rest_f64((double)side_of_mode_f64(chain->mode, element),
+                                 level_of_f64(&chain->plan->robot, element), fabs_f64(end->alone.draw));
     }
-}
-
-/* The state of a phase where a propagator is known; `modes` are read where it is modal. */
-static inline hopform_state_f64 arrive_at_f64(const hopform_state_f64 *state, const numerators_f64 *numerators,
-                                                const motion_modes_f64 *modes, const propagator_f64 *at,
-                                                row_f64 mode) {
-    if (!is_modal_f64(at)) {
-        const basis_f64 basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-        return arrive_f64(state, numerators, &basis, mode);
-    }
-    state_by_axis_f64 later;
-    later.named = state_by_modes_f64(state, modes, at);
-    return held_in_place_f64(state, &later, mode);
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
@@ -1004,27 +767,21 @@ static inline void stance_arrive_f64(stance_chain_f64 *chain, const stance_searc
     const double before = *position;
     chain->most_stretched = greater_f64(chain->most_stretched, fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0;
-#if HOPFORM_HAS_ALONE
-    if (end->is_alone) {
-        const int alone = alone_of_mode_f64(chain->mode);
+    const int alone = alone_of_mode_f64(chain->mode);
+    if (alone >= 0) {
         const double side = (double)side_of_mode_f64(chain->mode, alone);
         chain->at.of[HOPFORM_VELOCITY_AXIS(alone)] = side * end->alone.v;
         chain->at.of[HOPFORM_STRETCH_AXIS] += stretch_by_displacement_f64(chain, alone) * end->alone.s;
         *position = alone == HOPFORM_STOPPED_ELEMENT ? side * end->alone.s : 0.0;
-    } else
-#endif
-#if HOPFORM_HAS_NODES
-        if (end->arrival.is_known) {
+    }
+#if !HOPFORM_MOVES_ALONE
+    if (several_of_mode_f64(chain->mode)) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {
             chain->at.of[axis] = end->arrival.z[axis];
         }
         *position = end->arrival.moved;
-    } else
-#endif
-    {
-        chain->at.named =
-            arrive_at_f64(&chain->at.named, &chain->numerators.named, &chain->modes, &end->in.high, chain->mode);
     }
+#endif
     const double moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -1037,19 +794,7 @@ static inline double acceleration_on_threshold_f64(const stance_chain_f64 *chain
     return (double)side * excess_to_side_f64(&chain->plan->robot, element, side);
 }
 
-/* Put the constant acceleration of an element that starts on its threshold so that its acceleration there is exactly
- * that of the excess, and what follows from it, too: rounding would let it go back at once. */
-static inline void start_on_threshold_f64(stance_chain_f64 *chain) {
-    const int element = chain->just_switched;
-    if (element < 0 || !several_of_mode_f64(chain->mode)) { return; }
-    double *drive = &chain->drive.of[element];
-    *drive = 0.0;
-    numerators_by_axis_f64 others;
-    others.named = motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named, chain->mode);
-    *drive = acceleration_on_threshold_f64(chain, element) - others.of.velocity[element].H3;
-}
-
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
 /* The rates of the phase that begins at the chain's state; of an element that starts on its threshold, or whose
  * acceleration is known from the motion before, they are exactly that. */
 static inline void begin_with_rates_f64(stance_chain_f64 *chain) {
@@ -1069,27 +814,17 @@ static inline void begin_with_rates_f64(stance_chain_f64 *chain) {
 static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     const int element = chain->came_to_rest;
     chain->drive.named = drive_in_mode_f64(chain->plan, chain->mode, current_of_chain_f64(chain));
-#if HOPFORM_HAS_NODES
-    if (is_solved_by_rates_f64(chain)) {
+#if !HOPFORM_MOVES_ALONE
+    if (several_of_mode_f64(chain->mode)) {
         begin_with_rates_f64(chain);
         return;
     }
 #endif
-    start_on_threshold_f64(chain);
     chain->numerators.named =
         motion_under_f64(rates_of_chain_f64(chain), &chain->drive.named, &chain->at.named, chain->mode);
-    const int starts = chain->just_switched;
-    if (starts >= 0 && several_of_mode_f64(chain->mode)) {
-        const double acceleration = acceleration_on_threshold_f64(chain, starts);
-        if (fabs_f64(acceleration) > 0.0) {
-            set_acceleration_from_rest_f64(&chain->numerators, rates_of_chain_f64(chain), starts, false,
-                                            acceleration);
-        }
-    }
     if (element >= 0 && side_of_mode_f64(chain->mode, element) != 0) {
         const double level = (double)side_of_mode_f64(chain->mode, element) * level_of_f64(&chain->plan->robot, element);
         set_acceleration_from_rest_f64(&chain->numerators, rates_of_chain_f64(chain), element,
-                                        alone_of_mode_f64(chain->mode) == element,
                                         chain->carried_acceleration - level);
     }
 }
@@ -1144,8 +879,8 @@ static inline bool leaves_at_once_f64(const stance_chain_f64 *chain) {
 static inline state_by_axis_f64 speeds_at_start_f64(const stance_chain_f64 *chain, const state_by_axis_f64 *start) {
     state_by_axis_f64 speeds;
     speeds.of[HOPFORM_POSITION_AXIS] = start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
-#if HOPFORM_HAS_NODES
-    if (is_solved_by_rates_f64(chain)) {
+#if !HOPFORM_MOVES_ALONE
+    if (several_of_mode_f64(chain->mode)) {
         for (int n = 0; n < 3; n++) {
             speeds.of[axis_of_row_f64[n]] = chain->rates.of[n];
         }
@@ -1160,32 +895,22 @@ static inline state_by_axis_f64 speeds_at_start_f64(const stance_chain_f64 *chai
 
 /* z' where it ends, at which the chain has arrived. */
 static inline state_by_axis_f64 speeds_at_end_f64(const stance_chain_f64 *chain, const stance_search_f64 *end) {
-    const propagator_f64 *at = &end->in.high;
+    const int alone = alone_of_mode_f64(chain->mode);
     state_by_axis_f64 speeds = {{0.0, 0.0, 0.0, 0.0}};
     speeds.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
-#if HOPFORM_HAS_ALONE
-    if (end->is_alone) {
-        const int alone = alone_of_mode_f64(chain->mode);
+    if (alone >= 0) {
         const alone_pair_f64 pair = alone_pair_of_f64(poles_of_f64(chain->plan, chain->mode), false);
         const double side = (double)side_of_mode_f64(chain->mode, alone);
         speeds.of[HOPFORM_VELOCITY_AXIS(alone)] = side * alone_acceleration_f64(&pair, &end->alone);
         speeds.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_f64(chain, alone) * end->alone.v;
-        return speeds;
     }
-#endif
-#if HOPFORM_HAS_NODES
-    if (end->arrival.is_known) {
+#if !HOPFORM_MOVES_ALONE
+    if (several_of_mode_f64(chain->mode)) {
         for (int n = 0; n < 3; n++) {
             speeds.of[axis_of_row_f64[n]] = end->arrival.w.of[n];
         }
-        return speeds;
     }
 #endif
-    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
-        const numerator_f64 *by =
-            is_modal_f64(at) ? &chain->modes.by.core[axis - 1] : &chain->numerators.core[axis - 1];
-        speeds.of[axis] = sum_of_parts_f64(by, &at->rate);
-    }
     return speeds;
 }
 
@@ -1199,7 +924,7 @@ static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis
                                          speeds_at_start_f64(chain, start),
                                          speeds_at_end_f64(chain, end),
                                          chain->mode,
-                                         end->in.high.t,
+                                         end->t,
                                          chain->event,
                                          end->owner == CONTACT_f64};
         chain->observer(chain->variation, &phase);
@@ -1261,7 +986,7 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
     const double until = end_of_step_f64(chain);
     const state_by_axis_f64 start = chain->at;
     const bool passes = end->owner == NO_OWNER_f64 && end->certified;
-    const double length = end->in.high.t;
+    const double length = end->t;
 #if HOPFORM_HAS_CONTACT
     chain->aed += chain->adds_up ? aed_in_phase_f64(chain, length) : 0.0;
 #endif

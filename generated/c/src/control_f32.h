@@ -709,7 +709,7 @@ static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase
     const jet_f32 to = jet_at_f32(course.poles, &g, &end);
     evaluations_f32 evaluations = {UNBOUNDED_f32};
     const minima_f32 least =
-        least_minimum_f32(course.poles, node_of_f32(plan, mode), &extension, &from, &to, t, 65536.0f, &evaluations);
+        least_minimum_f32(course.poles, timescales_of_f32(plan, mode), &extension, &from, &to, t, 65536.0f, &evaluations);
     return greater_f32(first, -least.value);
 }
 

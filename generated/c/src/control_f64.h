@@ -709,7 +709,7 @@ static double most_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phas
     const jet_f64 to = jet_at_f64(course.poles, &g, &end);
     evaluations_f64 evaluations = {UNBOUNDED_f64};
     const minima_f64 least =
-        least_minimum_f64(course.poles, node_of_f64(plan, mode), &extension, &from, &to, t, 65536.0, &evaluations);
+        least_minimum_f64(course.poles, timescales_of_f64(plan, mode), &extension, &from, &to, t, 65536.0, &evaluations);
     return greater_f64(first, -least.value);
 }
 

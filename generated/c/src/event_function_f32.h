@@ -5,13 +5,13 @@
  *
  *     g(t) = start + H3 W' + H2 W + H1 W1 + H0 W2        W, its derivatives and integrals: those of the phase's poles
  *
- * g is positive right after the start of the phase, and an event is its first root. H0 is 0 but for the distance to a
- * stop and the height of a foot that flies. That no other root comes before it is for certificate_f32.h to say.
+ * g is positive right after the start of the phase, and an event is its first root. H0 is 0 but for the height of a foot
+ * that flies. That no other root comes before it is for the caller to say.
  */
 #ifndef HOPFORM_EVENT_FUNCTION_H_f32
 #define HOPFORM_EVENT_FUNCTION_H_f32
 
-#include "modal_f32.h"
+#include "propagator_f32.h"
 #include "phase_f32.h"
 
 /* ---- on a threshold ---- */
@@ -29,9 +29,6 @@ static inline float first_derivative_f32(const numerator_f32 *h) {
 
 enum { MOST_EVENT_FUNCTIONS_f32 = HOPFORM_MOST_EVENT_FUNCTIONS };
 
-/* Without these no function needs a certificate. */
-#define HOPFORM_CERTIFIES_f32 (!HOPFORM_MOVES_ALONE || HOPFORM_HAS_LIMITS)
-
 /* Owner of an event function: CONTACT, ELEMENT + index, or the LIMIT of a law, in order of tie-break priority. */
 enum {
     NO_OWNER_f32 = -1,
@@ -41,9 +38,8 @@ enum {
     NO_ELEMENT_f32 = -1
 };
 
-/* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
- * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and
- * a touch of it is no event. */
+/* An event function. `owner` and `side` are the caller's. The distance to a stop is monotone until the velocity of its
+ * element vanishes, and a touch of it is no event. */
 typedef struct {
     float H3, H2, H1, H0; /* its numerator */
     float start;
@@ -51,26 +47,24 @@ typedef struct {
     float decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the spring's stretch */
     int32_t owner;
     int32_t side;
-    bool needs_certificate;
     bool touch_is_no_event;
 } event_function_f32;
 
 /* A function with this numerator and value at the start, of which nothing is known. */
 static inline event_function_f32 event_function_of_f32(const numerator_f32 *h, float start) {
-    const event_function_f32 g = {h->H3, h->H2, h->H1, 0.0f, start, 0.0f, 0.0f, 0.0f, 0, 0, true, false};
+    const event_function_f32 g = {h->H3, h->H2, h->H1, 0.0f, start, 0.0f, 0.0f, 0.0f, 0, 0, false};
     return g;
 }
 
 /* The active event functions of a phase, in order of tie-break priority. */
 typedef struct {
     const hopform_poles_f32 *poles;
-    const hopform_node_f32 *node;
     int32_t count;
     event_function_f32 function[MOST_EVENT_FUNCTIONS_f32];
 } event_set_f32;
 
 static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, const numerator_f32 *h, float start,
-                                                           float sign, int owner, bool needs_certificate) {
+                                                           float sign, int owner) {
     event_function_f32 *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
     g->H2 = sign * h->H2;
@@ -81,7 +75,6 @@ static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, con
     g->decaying = 0.0f; /* and its rate is not read */
     g->owner = owner;
     g->side = 0;
-    g->needs_certificate = needs_certificate;
     g->touch_is_no_event = false;
     return g;
 }
@@ -103,16 +96,6 @@ static inline void put_on_threshold_f32(event_function_f32 *g, float terms) {
 static inline bool begins_beyond_f32(const event_function_f32 *g) {
     const float first = begins_with_f32(g);
     return g->start < 0.0f ? !(first > 0.0f) : first < 0.0f;
-}
-
-/* The modal form of a function in place of its numerator and start. */
-static inline void take_modes_f32(event_function_f32 *g, const numerator_f32 *modes, float final, float drift,
-                                   float sign) {
-    g->H3 = sign * modes->H3;
-    g->H2 = sign * modes->H2;
-    g->H1 = sign * modes->H1;
-    g->H0 = sign * drift;
-    g->start = sign * final;
 }
 
 /* ---- its jet ---- */
@@ -152,15 +135,8 @@ static inline float rate_at_f32(const event_function_f32 *g, const propagator_f3
     return with_decay_f32(g, at->t, 1, sum_of_f32(g, &at->rate));
 }
 
-SELDOM_f32 float third_by_modes_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                     const propagator_f32 *at) {
-    const parts_f32 third = turned_parts_f32(poles, at->omega, &at->curvature, 0.0f);
-    return sum_of_f32(g, &third);
-}
-
 static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                  const propagator_f32 *at) {
-    if (is_modal_f32(at)) { return third_by_modes_f32(poles, g, at); }
     const parts_f32 *w = &at->curvature;
     const float fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
     const parts_f32 third = {fourth, w->first, w->second, w->third};
@@ -191,10 +167,8 @@ ALWAYS_f32 jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_functi
 }
 
 /* The fourth derivative of an event function, but for its sign: the poles give it from the others, less what grows. */
-static inline float fourth_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, bool modal,
-                                  const jet_f32 *at) {
-    const float grows = modal ? poles->s_3 * g->H0 : g->H0;
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - grows;
+static inline float fourth_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, const jet_f32 *at) {
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
 }
 
 /* The sum of the magnitudes of what the function or a derivative is a sum of, but for the last. */
@@ -319,35 +293,13 @@ static inline derivatives_f32 carried_f32(const hopform_poles_f32 *poles, const 
         return sum;
 }
 
-/* The propagator d later, at a time t: W by that series, the modes by that of exp. */
+/* The propagator d later, at a time t, by that series. */
 static inline propagator_f32 carried_response_f32(const hopform_poles_f32 *poles, const propagator_f32 *at, float d,
                                                     float t) {
     const derivatives_f32 w = {at->value.last, at->value.third, at->value.second, at->value.first, at->rate.first};
     const derivatives_f32 later = carried_f32(poles, &w, d);
     const basis_f32 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
     return propagator_of_f32(poles, t, &basis);
-}
-
-SELDOM_f32 propagator_f32 carried_modes_f32(const hopform_poles_f32 *poles, const propagator_f32 *at, float d,
-                                               float t) {
-    const float fades = -0.5f * poles->p * d;
-    const float turns = at->omega * d;
-    parts_f32 term = {at->value.first, at->value.second, at->value.third, 0.0f};
-    parts_f32 sum = {term.first, term.second, term.third, t};
-#define ADD_ORDER(inverse)                                                                                             \
-    {                                                                                                                  \
-        const float cosine = fades * term.second - turns * term.third;                                                  \
-        const float sine = turns * term.second + fades * term.third;                                                    \
-        term.first *= -poles->a * d * (inverse);                                                                       \
-        term.second = cosine * (inverse);                                                                              \
-        term.third = sine * (inverse);                                                                                 \
-        sum.first += term.first;                                                                                       \
-        sum.second += term.second;                                                                                     \
-        sum.third += term.third;                                                                                       \
-    }
-    HOPFORM_CARRY_ORDERS_f32(ADD_ORDER)
-#undef ADD_ORDER
-        return propagator_of_modes_f32(poles, at->omega, &sum);
 }
 
 /* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
@@ -390,8 +342,6 @@ static inline void use_evaluation_f32(evaluations_f32 *evaluations) {
  * g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is none. */
 static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, float low,
                                     propagator_f32 *at, float guess, evaluations_f32 *evaluations) {
-    const float omega = at->omega;
-    const bool modal = is_modal_f32(at);
     float high = at->t;
     float t = guess;
     for (int n = 0; n < 100 && evaluations->left > 0; n++) {
@@ -399,47 +349,23 @@ static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_f
         if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
             t = low + 0.5f * (high - low);
             if (!(t > low && t < high)) {
-                *at = propagator_in_form_f32(poles, omega, high);
+                *at = propagator_at_f32(poles, high);
                 return;
             }
         }
-        *at = propagator_in_form_f32(poles, omega, t);
+        *at = propagator_at_f32(poles, t);
         const jet_f32 jet = jet_at_f32(poles, g, at);
         if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) { return; }
-        const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, modal, &jet), t, low, high);
+        const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high);
         /* The rate of the further term is none of the poles: no step is known to land. */
         if (step.lands && !has_decay_f32(g)) {
-            *at = modal ? carried_modes_f32(poles, at, step.next - t, step.next)
-                        : carried_response_f32(poles, at, step.next - t, step.next);
+            *at = carried_response_f32(poles, at, step.next - t, step.next);
             return;
         }
         low = step.low;
         high = step.high;
         t = step.next;
     }
-}
-
-/* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
- * decayed; 0 when it is no more accurate. */
-static inline float steady_state_correction_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                                float settled, const basis_f32 *basis, float t) {
-    const float residual = settled - g->start;
-    const bool slow = poles->s_3 > 0.0f; /* else W does not fade, but is not in it */
-    const float by_2 = residual * poles->s_2;
-    const numerator_f32 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
-    const float value = settled - residual_to_steady_state_f32(poles, &fading, basis, residual);
-    const float rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
-    const float of_time = t * fabs_f32(rate);
-    const float of_rise = fabs_f32(g->start) + fabs_f32(g->H3 * basis->Wd) + fabs_f32(g->H2 * basis->W)
-                         + fabs_f32(g->H1 * basis->W1) + of_time;
-    const float of_residual = fabs_f32(settled) + fabs_f32(residual * basis->Wdd)
-                             + (fabs_f32(g->H3) + fabs_f32(residual * poles->s_1)) * fabs_f32(basis->Wd)
-                             + (slow ? fabs_f32(g->H2) + fabs_f32(by_2) : 0.0f) * fabs_f32(basis->W) + of_time;
-    const bool better =
-        (rate < 0.0f) & (of_residual < 0.25f * of_rise) & (fabs_f32(value) <= 16.0f * HOPFORM_EPS_f32 * of_rise);
-    const float later = -value / (better ? rate : -1.0f);
-    const bool counts = (fabs_f32(later) < 0.01f * t) & (fabs_f32(later) > 16.0f * HOPFORM_EPS_f32 * t);
-    return (better & counts) ? later : 0.0f;
 }
 
 #endif

@@ -5,13 +5,13 @@
  *
  *     g(t) = start + H3 W' + H2 W + H1 W1 + H0 W2        W, its derivatives and integrals: those of the phase's poles
  *
- * g is positive right after the start of the phase, and an event is its first root. H0 is 0 but for the distance to a
- * stop and the height of a foot that flies. That no other root comes before it is for certificate_f64.h to say.
+ * g is positive right after the start of the phase, and an event is its first root. H0 is 0 but for the height of a foot
+ * that flies. That no other root comes before it is for the caller to say.
  */
 #ifndef HOPFORM_EVENT_FUNCTION_H_f64
 #define HOPFORM_EVENT_FUNCTION_H_f64
 
-#include "modal_f64.h"
+#include "propagator_f64.h"
 #include "phase_f64.h"
 
 /* ---- on a threshold ---- */
@@ -29,9 +29,6 @@ static inline double first_derivative_f64(const numerator_f64 *h) {
 
 enum { MOST_EVENT_FUNCTIONS_f64 = HOPFORM_MOST_EVENT_FUNCTIONS };
 
-/* Without these no function needs a certificate. */
-#define HOPFORM_CERTIFIES_f64 (!HOPFORM_MOVES_ALONE || HOPFORM_HAS_LIMITS)
-
 /* Owner of an event function: CONTACT, ELEMENT + index, or the LIMIT of a law, in order of tie-break priority. */
 enum {
     NO_OWNER_f64 = -1,
@@ -41,9 +38,8 @@ enum {
     NO_ELEMENT_f64 = -1
 };
 
-/* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
- * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and
- * a touch of it is no event. */
+/* An event function. `owner` and `side` are the caller's. The distance to a stop is monotone until the velocity of its
+ * element vanishes, and a touch of it is no event. */
 typedef struct {
     double H3, H2, H1, H0; /* its numerator */
     double start;
@@ -51,26 +47,24 @@ typedef struct {
     double decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the spring's stretch */
     int32_t owner;
     int32_t side;
-    bool needs_certificate;
     bool touch_is_no_event;
 } event_function_f64;
 
 /* A function with this numerator and value at the start, of which nothing is known. */
 static inline event_function_f64 event_function_of_f64(const numerator_f64 *h, double start) {
-    const event_function_f64 g = {h->H3, h->H2, h->H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, true, false};
+    const event_function_f64 g = {h->H3, h->H2, h->H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, false};
     return g;
 }
 
 /* The active event functions of a phase, in order of tie-break priority. */
 typedef struct {
     const hopform_poles_f64 *poles;
-    const hopform_node_f64 *node;
     int32_t count;
     event_function_f64 function[MOST_EVENT_FUNCTIONS_f64];
 } event_set_f64;
 
 static inline event_function_f64 *add_event_function_f64(event_set_f64 *set, const numerator_f64 *h, double start,
-                                                           double sign, int owner, bool needs_certificate) {
+                                                           double sign, int owner) {
     event_function_f64 *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
     g->H2 = sign * h->H2;
@@ -81,7 +75,6 @@ static inline event_function_f64 *add_event_function_f64(event_set_f64 *set, con
     g->decaying = 0.0; /* and its rate is not read */
     g->owner = owner;
     g->side = 0;
-    g->needs_certificate = needs_certificate;
     g->touch_is_no_event = false;
     return g;
 }
@@ -103,16 +96,6 @@ static inline void put_on_threshold_f64(event_function_f64 *g, double terms) {
 static inline bool begins_beyond_f64(const event_function_f64 *g) {
     const double first = begins_with_f64(g);
     return g->start < 0.0 ? !(first > 0.0) : first < 0.0;
-}
-
-/* The modal form of a function in place of its numerator and start. */
-static inline void take_modes_f64(event_function_f64 *g, const numerator_f64 *modes, double final, double drift,
-                                   double sign) {
-    g->H3 = sign * modes->H3;
-    g->H2 = sign * modes->H2;
-    g->H1 = sign * modes->H1;
-    g->H0 = sign * drift;
-    g->start = sign * final;
 }
 
 /* ---- its jet ---- */
@@ -152,15 +135,8 @@ static inline double rate_at_f64(const event_function_f64 *g, const propagator_f
     return with_decay_f64(g, at->t, 1, sum_of_f64(g, &at->rate));
 }
 
-SELDOM_f64 double third_by_modes_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                     const propagator_f64 *at) {
-    const parts_f64 third = turned_parts_f64(poles, at->omega, &at->curvature, 0.0);
-    return sum_of_f64(g, &third);
-}
-
 static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                  const propagator_f64 *at) {
-    if (is_modal_f64(at)) { return third_by_modes_f64(poles, g, at); }
     const parts_f64 *w = &at->curvature;
     const double fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
     const parts_f64 third = {fourth, w->first, w->second, w->third};
@@ -191,10 +167,8 @@ ALWAYS_f64 jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_functi
 }
 
 /* The fourth derivative of an event function, but for its sign: the poles give it from the others, less what grows. */
-static inline double fourth_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, bool modal,
-                                  const jet_f64 *at) {
-    const double grows = modal ? poles->s_3 * g->H0 : g->H0;
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - grows;
+static inline double fourth_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, const jet_f64 *at) {
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
 }
 
 /* The sum of the magnitudes of what the function or a derivative is a sum of, but for the last. */
@@ -319,35 +293,13 @@ static inline derivatives_f64 carried_f64(const hopform_poles_f64 *poles, const 
         return sum;
 }
 
-/* The propagator d later, at a time t: W by that series, the modes by that of exp. */
+/* The propagator d later, at a time t, by that series. */
 static inline propagator_f64 carried_response_f64(const hopform_poles_f64 *poles, const propagator_f64 *at, double d,
                                                     double t) {
     const derivatives_f64 w = {at->value.last, at->value.third, at->value.second, at->value.first, at->rate.first};
     const derivatives_f64 later = carried_f64(poles, &w, d);
     const basis_f64 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
     return propagator_of_f64(poles, t, &basis);
-}
-
-SELDOM_f64 propagator_f64 carried_modes_f64(const hopform_poles_f64 *poles, const propagator_f64 *at, double d,
-                                               double t) {
-    const double fades = -0.5 * poles->p * d;
-    const double turns = at->omega * d;
-    parts_f64 term = {at->value.first, at->value.second, at->value.third, 0.0};
-    parts_f64 sum = {term.first, term.second, term.third, t};
-#define ADD_ORDER(inverse)                                                                                             \
-    {                                                                                                                  \
-        const double cosine = fades * term.second - turns * term.third;                                                  \
-        const double sine = turns * term.second + fades * term.third;                                                    \
-        term.first *= -poles->a * d * (inverse);                                                                       \
-        term.second = cosine * (inverse);                                                                              \
-        term.third = sine * (inverse);                                                                                 \
-        sum.first += term.first;                                                                                       \
-        sum.second += term.second;                                                                                     \
-        sum.third += term.third;                                                                                       \
-    }
-    HOPFORM_CARRY_ORDERS_f64(ADD_ORDER)
-#undef ADD_ORDER
-        return propagator_of_modes_f64(poles, at->omega, &sum);
 }
 
 /* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
@@ -390,8 +342,6 @@ static inline void use_evaluation_f64(evaluations_f64 *evaluations) {
  * g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is none. */
 static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, double low,
                                     propagator_f64 *at, double guess, evaluations_f64 *evaluations) {
-    const double omega = at->omega;
-    const bool modal = is_modal_f64(at);
     double high = at->t;
     double t = guess;
     for (int n = 0; n < 100 && evaluations->left > 0; n++) {
@@ -399,47 +349,23 @@ static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_f
         if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
             t = low + 0.5 * (high - low);
             if (!(t > low && t < high)) {
-                *at = propagator_in_form_f64(poles, omega, high);
+                *at = propagator_at_f64(poles, high);
                 return;
             }
         }
-        *at = propagator_in_form_f64(poles, omega, t);
+        *at = propagator_at_f64(poles, t);
         const jet_f64 jet = jet_at_f64(poles, g, at);
         if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) { return; }
-        const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, modal, &jet), t, low, high);
+        const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, &jet), t, low, high);
         /* The rate of the further term is none of the poles: no step is known to land. */
         if (step.lands && !has_decay_f64(g)) {
-            *at = modal ? carried_modes_f64(poles, at, step.next - t, step.next)
-                        : carried_response_f64(poles, at, step.next - t, step.next);
+            *at = carried_response_f64(poles, at, step.next - t, step.next);
             return;
         }
         low = step.low;
         high = step.high;
         t = step.next;
     }
-}
-
-/* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
- * decayed; 0 when it is no more accurate. */
-static inline double steady_state_correction_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                                double settled, const basis_f64 *basis, double t) {
-    const double residual = settled - g->start;
-    const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
-    const double by_2 = residual * poles->s_2;
-    const numerator_f64 fading = {g->H3, slow ? g->H2 : by_2, g->H1};
-    const double value = settled - residual_to_steady_state_f64(poles, &fading, basis, residual);
-    const double rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
-    const double of_time = t * fabs_f64(rate);
-    const double of_rise = fabs_f64(g->start) + fabs_f64(g->H3 * basis->Wd) + fabs_f64(g->H2 * basis->W)
-                         + fabs_f64(g->H1 * basis->W1) + of_time;
-    const double of_residual = fabs_f64(settled) + fabs_f64(residual * basis->Wdd)
-                             + (fabs_f64(g->H3) + fabs_f64(residual * poles->s_1)) * fabs_f64(basis->Wd)
-                             + (slow ? fabs_f64(g->H2) + fabs_f64(by_2) : 0.0) * fabs_f64(basis->W) + of_time;
-    const bool better =
-        (rate < 0.0) & (of_residual < 0.25 * of_rise) & (fabs_f64(value) <= 16.0 * HOPFORM_EPS_f64 * of_rise);
-    const double later = -value / (better ? rate : -1.0);
-    const bool counts = (fabs_f64(later) < 0.01 * t) & (fabs_f64(later) > 16.0 * HOPFORM_EPS_f64 * t);
-    return (better & counts) ? later : 0.0;
 }
 
 #endif

@@ -18,7 +18,7 @@ typedef struct {
 static inline void find_minimum_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                      const jet_f32 *from, float low, const jet_f32 *to, float high, minima_f32 *least,
                                      evaluations_f32 *evaluations) {
-    const propagator_f32 at = minimum_between_f32(poles, g, 0.0f, from, low, to, high, evaluations);
+    const propagator_f32 at = minimum_between_f32(poles, g, from, low, to, high, evaluations);
     const float value = value_at_f32(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
@@ -30,20 +30,20 @@ static inline void find_minimum_f32(const hopform_poles_f32 *poles, const event_
 /* Whether the rate of a function, whose jets at two times so far apart these are, becomes 0 no more often than its
  * signs there say: rule 2 of docs/explanation/certificate.md for the rate, whose deflated derivative is g''' + l g''.
  * The times lie less than half a period of the pair apart, and nothing decides that rounding may have left. */
-static inline bool turns_as_seen_f32(const hopform_node_f32 *node, const jet_f32 *from, const jet_f32 *to, float t) {
+static inline bool turns_as_seen_f32(const hopform_timescales_f32 *scales, const jet_f32 *from, const jet_f32 *to, float t) {
     const float bound = 16.0f * HOPFORM_EPS_f32;
     const float curvature = fabs_f32(from->curvature) + fabs_f32(to->curvature);
     const float third = fabs_f32(from->third) + fabs_f32(to->third);
-    const float d = from->third + node->pole * from->curvature;
-    const float d_then = to->third + node->pole * to->curvature;
+    const float d = from->third + scales->pole * from->curvature;
+    const float d_then = to->third + scales->pole * to->curvature;
     const bool decided = fabs_f32(to->rate) > bound * (fabs_f32(from->rate) + fabs_f32(to->rate) + t * curvature)
                          && fabs_f32(to->curvature) > bound * (curvature + t * third)
-                         && lesser_f32(fabs_f32(d), fabs_f32(d_then)) > bound * (third + node->pole * curvature)
+                         && lesser_f32(fabs_f32(d), fabs_f32(d_then)) > bound * (third + scales->pole * curvature)
                          && fabs_f32(from->rate) > 0.0f && fabs_f32(from->curvature) > 0.0f;
     const int variations = (from->rate * from->curvature < 0.0f ? 1 : 0) + (from->curvature * d < 0.0f ? 1 : 0);
     const int variations_then = (to->rate * to->curvature < 0.0f ? 1 : 0) + (to->curvature * d_then < 0.0f ? 1 : 0);
     const int odd = from->rate * to->rate < 0.0f ? 1 : 0;
-    return t < 0.95f * node->half_period && decided
+    return t < 0.95f * scales->half_period && decided
            && variations - variations_then + (d * d_then < 0.0f ? 1 : 0) <= 1 + odd;
 }
 
@@ -55,13 +55,13 @@ static inline bool shows_minimum_f32(const jet_f32 *from, const jet_f32 *to) {
 /* The minima inside a phase of length t, of a function of time by its numerator and its jets at both ends. Where more
  * than one is possible its rate is evaluated at times that double until they are a quarter of half a period of the pair
  * apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes back. */
-static inline minima_f32 least_minimum_f32(const hopform_poles_f32 *poles, const hopform_node_f32 *node,
+static inline minima_f32 least_minimum_f32(const hopform_poles_f32 *poles, const hopform_timescales_f32 *scales,
                                              const numerator_f32 *h, const jet_f32 *start, const jet_f32 *to,
                                              float length, float most, evaluations_f32 *evaluations) {
     const event_function_f32 function = event_function_of_f32(h, start->value);
     const event_function_f32 *g = &function;
     minima_f32 least = {0.0f, 0.0f, 0};
-    if (turns_as_seen_f32(node, start, to, length)) {
+    if (turns_as_seen_f32(scales, start, to, length)) {
         if (shows_minimum_f32(start, to)) { find_minimum_f32(poles, g, start, 0.0f, to, length, &least, evaluations); }
         return least;
     }

@@ -18,7 +18,7 @@ typedef struct {
 static inline void find_minimum_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                      const jet_f64 *from, double low, const jet_f64 *to, double high, minima_f64 *least,
                                      evaluations_f64 *evaluations) {
-    const propagator_f64 at = minimum_between_f64(poles, g, 0.0, from, low, to, high, evaluations);
+    const propagator_f64 at = minimum_between_f64(poles, g, from, low, to, high, evaluations);
     const double value = value_at_f64(g, &at);
     if (least->count == 0 || value < least->value) {
         least->value = value;
@@ -30,20 +30,20 @@ static inline void find_minimum_f64(const hopform_poles_f64 *poles, const event_
 /* Whether the rate of a function, whose jets at two times so far apart these are, becomes 0 no more often than its
  * signs there say: rule 2 of docs/explanation/certificate.md for the rate, whose deflated derivative is g''' + l g''.
  * The times lie less than half a period of the pair apart, and nothing decides that rounding may have left. */
-static inline bool turns_as_seen_f64(const hopform_node_f64 *node, const jet_f64 *from, const jet_f64 *to, double t) {
+static inline bool turns_as_seen_f64(const hopform_timescales_f64 *scales, const jet_f64 *from, const jet_f64 *to, double t) {
     const double bound = 16.0 * HOPFORM_EPS_f64;
     const double curvature = fabs_f64(from->curvature) + fabs_f64(to->curvature);
     const double third = fabs_f64(from->third) + fabs_f64(to->third);
-    const double d = from->third + node->pole * from->curvature;
-    const double d_then = to->third + node->pole * to->curvature;
+    const double d = from->third + scales->pole * from->curvature;
+    const double d_then = to->third + scales->pole * to->curvature;
     const bool decided = fabs_f64(to->rate) > bound * (fabs_f64(from->rate) + fabs_f64(to->rate) + t * curvature)
                          && fabs_f64(to->curvature) > bound * (curvature + t * third)
-                         && lesser_f64(fabs_f64(d), fabs_f64(d_then)) > bound * (third + node->pole * curvature)
+                         && lesser_f64(fabs_f64(d), fabs_f64(d_then)) > bound * (third + scales->pole * curvature)
                          && fabs_f64(from->rate) > 0.0 && fabs_f64(from->curvature) > 0.0;
     const int variations = (from->rate * from->curvature < 0.0 ? 1 : 0) + (from->curvature * d < 0.0 ? 1 : 0);
     const int variations_then = (to->rate * to->curvature < 0.0 ? 1 : 0) + (to->curvature * d_then < 0.0 ? 1 : 0);
     const int odd = from->rate * to->rate < 0.0 ? 1 : 0;
-    return t < 0.95 * node->half_period && decided
+    return t < 0.95 * scales->half_period && decided
            && variations - variations_then + (d * d_then < 0.0 ? 1 : 0) <= 1 + odd;
 }
 
@@ -55,13 +55,13 @@ static inline bool shows_minimum_f64(const jet_f64 *from, const jet_f64 *to) {
 /* The minima inside a phase of length t, of a function of time by its numerator and its jets at both ends. Where more
  * than one is possible its rate is evaluated at times that double until they are a quarter of half a period of the pair
  * apart, at about `most` of them at most, and between three evaluations where it comes near zero and goes back. */
-static inline minima_f64 least_minimum_f64(const hopform_poles_f64 *poles, const hopform_node_f64 *node,
+static inline minima_f64 least_minimum_f64(const hopform_poles_f64 *poles, const hopform_timescales_f64 *scales,
                                              const numerator_f64 *h, const jet_f64 *start, const jet_f64 *to,
                                              double length, double most, evaluations_f64 *evaluations) {
     const event_function_f64 function = event_function_of_f64(h, start->value);
     const event_function_f64 *g = &function;
     minima_f64 least = {0.0, 0.0, 0};
-    if (turns_as_seen_f64(node, start, to, length)) {
+    if (turns_as_seen_f64(scales, start, to, length)) {
         if (shows_minimum_f64(start, to)) { find_minimum_f64(poles, g, start, 0.0, to, length, &least, evaluations); }
         return least;
     }

@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "0a7a9b51596eb665"
+#define HOPFORM_LAYOUT "54fe53e6c9dd0bd3"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates. */
 #define HOPFORM_STABILITY(X)
@@ -20,8 +20,6 @@
 /* Whether the first element alone ever moves; whether the position of an element has a stop at either end. */
 #define HOPFORM_MOVES_ALONE 0
 #define HOPFORM_HAS_STOPS 1
-/* Whether a library of it may solve phases of both elements slipping from node to node. */
-#define HOPFORM_MAY_GO_BY_NODES 1
 /* X(kind) of each kind of guard in the order in which their event functions are listed; how many these are in a phase at
  * most; whether a mode may be at a limit, and the event in which it goes to one, or back from it, 0. */
 #define HOPFORM_GUARDS(X) X(contact) X(stop) X(velocity) X(threshold)

@@ -14,6 +14,7 @@
 
 #include "chain_f32.h"
 #include "facts.h"
+#include "first_event_f32.h"
 #include "linear_f32.h"
 #include "overlap_f32.h"
 
@@ -150,7 +151,6 @@ static fall_f32 fall_search_f32(const flight_chain_f32 *chain, const event_funct
         -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0f ? displacement[5] + l * displacement[4] : displacement[4]);
     fall_f32 fall;
     fall.set.poles = poles;
-    fall.set.node = NULL;
     fall.set.count = 1;
     fall.set.function[0] = *g;
     fall.is_rate = is_rate;
@@ -279,7 +279,7 @@ static flight_end_f32 end_at_stop_f32(flight_chain_f32 *chain, flight_end_f32 en
     event_set_f32 set;
     set.poles = &chain->poles;
     set.count = 0;
-    event_function_f32 *stop = add_event_function_f32(&set, &displacement, away * gap, away, ELEMENT_f32, false);
+    event_function_f32 *stop = add_event_function_f32(&set, &displacement, away * gap, away, ELEMENT_f32);
     stop->touch_is_no_event = true;
     const float left = value_at_f32(stop, &chain->last);
     const float position = now->x1;
@@ -309,7 +309,7 @@ static flight_end_f32 end_at_pull_f32(flight_chain_f32 *chain, flight_end_f32 en
         set.poles = &chain->poles;
         set.count = 0;
         event_function_f32 *room =
-            add_event_function_f32(&set, &pull, start, (float)(now->limit == 0 ? -side : side), ELEMENT_f32, true);
+            add_event_function_f32(&set, &pull, start, (float)(now->limit == 0 ? -side : side), ELEMENT_f32);
         put_on_threshold_f32(room, terms);
         propagator_f32 at = chain->last;
         if (side != -now->limit && has_root_in_flight_f32(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {

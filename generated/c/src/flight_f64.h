@@ -14,6 +14,7 @@
 
 #include "chain_f64.h"
 #include "facts.h"
+#include "first_event_f64.h"
 #include "linear_f64.h"
 #include "overlap_f64.h"
 
@@ -150,7 +151,6 @@ static fall_f64 fall_search_f64(const flight_chain_f64 *chain, const event_funct
         -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? displacement[5] + l * displacement[4] : displacement[4]);
     fall_f64 fall;
     fall.set.poles = poles;
-    fall.set.node = NULL;
     fall.set.count = 1;
     fall.set.function[0] = *g;
     fall.is_rate = is_rate;
@@ -279,7 +279,7 @@ static flight_end_f64 end_at_stop_f64(flight_chain_f64 *chain, flight_end_f64 en
     event_set_f64 set;
     set.poles = &chain->poles;
     set.count = 0;
-    event_function_f64 *stop = add_event_function_f64(&set, &displacement, away * gap, away, ELEMENT_f64, false);
+    event_function_f64 *stop = add_event_function_f64(&set, &displacement, away * gap, away, ELEMENT_f64);
     stop->touch_is_no_event = true;
     const double left = value_at_f64(stop, &chain->last);
     const double position = now->x1;
@@ -309,7 +309,7 @@ static flight_end_f64 end_at_pull_f64(flight_chain_f64 *chain, flight_end_f64 en
         set.poles = &chain->poles;
         set.count = 0;
         event_function_f64 *room =
-            add_event_function_f64(&set, &pull, start, (double)(now->limit == 0 ? -side : side), ELEMENT_f64, true);
+            add_event_function_f64(&set, &pull, start, (double)(now->limit == 0 ? -side : side), ELEMENT_f64);
         put_on_threshold_f64(room, terms);
         propagator_f64 at = chain->last;
         if (side != -now->limit && has_root_in_flight_f64(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {

@@ -84,12 +84,6 @@ typedef struct {
     float free_2;  /* [m/s^2] free acceleration of the body */
 } free_f32;
 
-/* Deflated numerator, s + a divided out: A s + B over s^2 + p s + q. */
-typedef struct {
-    float A;  /* [1/s^2] terms in s */
-    float B;  /* [1/s^3] constant terms */
-} pair_numerator_f32;
-
 /* Time integrals over a part of a phase; x_1 counts from where the phase starts. */
 typedef struct {
     float int_v1;    /* [m] integral of v_1 */
@@ -229,30 +223,6 @@ typedef struct {
     float W1;  /* [s^3] integral of W */
     float W2;  /* [s^4] integral of W1 */
 } integrals_f32;
-
-/* A function of time as a sum: its final value, the decay, and the pair. */
-typedef struct {
-    float h_end;   /* [1] its final value */
-    float h_fade;  /* [1] of exp(-a t) */
-    float h_cos;   /* [1] of exp(-p t/2) cos(omega t) */
-    float h_sin;   /* [1] of exp(-p t/2) sin(omega t) */
-} modes_f32;
-
-/* The integral of such a sum from 0, less the final value's, which grows with time. */
-typedef struct {
-    float ih_0;     /* [s] what it starts from */
-    float ih_fade;  /* [s] of exp(-a t) */
-    float ih_cos;   /* [s] of the cosine */
-    float ih_sin;   /* [s] of the sine */
-} integrated_f32;
-
-/* A coordinate over s P(s), N_3 s^3 + N_2 s^2 + N_1 s + N_0. */
-typedef struct {
-    float N3;  /* [1] its initial value */
-    float N2;  /* [1/s] terms in s^2 */
-    float N1;  /* [1/s^2] terms in s */
-    float N0;  /* [1/s^3] constant terms */
-} whole_f32;
 
 /* The state at time t of a phase. */
 typedef struct {
@@ -879,69 +849,6 @@ static inline integrals_f32 integrals_by_recursion_f32(const hopform_poles_f32 *
     const float W2 = (t - Wd - W*s_1 - W1*s_2)/s_3;     /* (18) integral of the integral, poles close together */
     const integrals_f32 result = {W1, W2};
     return result;
-}
-
-/* The modal form of a coordinate: its partial fractions at 0, at -a and at a pair that rings. */
-static inline modes_f32 modes_of_f32(const hopform_poles_f32 *poles,
-    float chi,
-    float omega_p,
-    const whole_f32 *whole)
-{
-    const float a = poles->a, p = poles->p, q = poles->q;
-    const float N3 = whole->N3, N2 = whole->N2, N1 = whole->N1, N0 = whole->N0;
-    const float ah_end = N0/q;                            /* (18) a times the final value */
-    const float h_end = ah_end/a;                         /* (18) terms in 1/s */
-    const float f_0 = N2 - ah_end - N3*p;                 /* (18) without the real pole, at the start */
-    const float f_1 = N1 - N2*p - N3*(q - p*p);           /* (18) the rate of that */
-    const float h_cos = (f_0*(a - p) - f_1)/chi;          /* (18) pair, at the start */
-    const float h_swing = (a*f_1 + f_0*q)/chi;            /* (18) pair, its rate at the start */
-    const float h_sin = (h_swing + 0.5f*h_cos*p)/omega_p;  /* (18) pair */
-    const float h_fade = N3 - h_cos - h_end;              /* (18) residue at s = -a */
-    const modes_f32 result = {h_end, h_fade, h_cos, h_sin};
-    return result;
-}
-
-/* The integral of a modal form. */
-static inline integrated_f32 integrated_modes_f32(const hopform_poles_f32 *poles,
-    float omega_p,
-    const modes_f32 *modes)
-{
-    const float a = poles->a, p = poles->p, q = poles->q;
-    const float h_fade = modes->h_fade, h_cos = modes->h_cos, h_sin = modes->h_sin;
-    const float ih_fade = -h_fade/a;                        /* (20) real pole */
-    const float ih_cos = (-0.5f*h_cos*p - h_sin*omega_p)/q;  /* (20) pair */
-    const float ih_sin = (h_cos*omega_p - 0.5f*h_sin*p)/q;   /* (20) pair */
-    const float ih_0 = -ih_cos - ih_fade;                   /* (20) at the start */
-    const integrated_f32 result = {ih_0, ih_fade, ih_cos, ih_sin};
-    return result;
-}
-
-/* Deflated numerator of a modal form. */
-static inline pair_numerator_f32 deflated_modes_f32(const hopform_poles_f32 *poles,
-    float omega_p,
-    const modes_f32 *modes)
-{
-    const float a = poles->a, p = poles->p;
-    const float h_cos = modes->h_cos, h_sin = modes->h_sin;
-    const float d_cos = h_sin*omega_p - 0.5f*h_cos*p;                        /* (18) the pair's rate: of the cosine */
-    const float d_sin = -0.5f*h_sin*p - h_cos*omega_p;                       /* (18) of the sine */
-    const float A = d_sin*omega_p + d_cos*(a - 0.5f*p);                      /* (18) terms in s, pole a removed */
-    const float B = 0.5f*A*p + omega_p*(d_sin*(a - 0.5f*p) - d_cos*omega_p);  /* (18) constant terms, pole a removed */
-    const pair_numerator_f32 result = {A, B};
-    return result;
-}
-
-/* Residual of a function of time to its steady state. */
-static inline float residual_to_steady_state_f32(const hopform_poles_f32 *poles,
-    const numerator_f32 *numerator,
-    const basis_f32 *basis,
-    float residual_0)
-{
-    const float s_1 = poles->s_1, s_2 = poles->s_2;
-    const float H3 = numerator->H3, H2 = numerator->H2;
-    const float Wdd = basis->Wdd, Wd = basis->Wd, W = basis->W;
-    const float residual = Wdd*residual_0 - W*(H2 - residual_0*s_2) - Wd*(H3 - residual_0*s_1);  /* (19), (21) less their final value */
-    return residual;
 }
 
 /* The state at time t of a phase. */

@@ -15,7 +15,7 @@
 #include "first_event_f32.h"
 #include "transition_f32.h"
 
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
 #ifndef NODE_COUNT
 #define NODE_COUNT(what) (void)0
 #endif

@@ -15,13 +15,13 @@ static inline bool stores_much_f32(const hopform_robot_f32 *robot, const hopform
 }
 #endif
 
-/* The poles, their node and the rates of a mode in a plan. */
+/* The poles, their time scales and the rates of a mode in a plan. */
 static inline const hopform_poles_f32 *poles_of_f32(const hopform_plan_f32 *plan, row_f32 mode) {
     return &plan->poles[form_of_mode_f32(mode)];
 }
 
-static inline const hopform_node_f32 *node_of_f32(const hopform_plan_f32 *plan, row_f32 mode) {
-    return &plan->node[form_of_mode_f32(mode)];
+static inline const hopform_timescales_f32 *timescales_of_f32(const hopform_plan_f32 *plan, row_f32 mode) {
+    return &plan->timescales[form_of_mode_f32(mode)];
 }
 
 static inline const hopform_rates_f32 *rates_in_mode_f32(const hopform_plan_f32 *plan, row_f32 mode) {
@@ -49,14 +49,6 @@ static inline numerators_f32 motion_of_f32(const hopform_plan_f32 *plan, const h
                                              row_f32 mode) {
     const drive_f32 drive = drive_in_mode_f32(plan, mode, u);
     return motion_under_f32(rates_in_mode_f32(plan, mode), &drive, state, mode);
-}
-
-/* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
-static inline float settled_f32(const hopform_poles_f32 *poles, const numerator_f32 *h) {
-    const bool slow = poles->s_3 > 0.0f;
-    const float draws = slow ? poles->s_3 : poles->s_2;
-    const float settled = (slow ? h->H1 : h->H2) / (draws > 0.0f ? draws : 1.0f);
-    return draws > 0.0f ? settled : HOPFORM_NEVER_f32;
 }
 
 /* ---- the hold rule ---- */
@@ -97,19 +89,13 @@ static inline float free_after_rest_f32(float side, float friction, float back) 
     return side * (friction - (back > HOPFORM_UNDERFLOW_f32 ? back : HOPFORM_UNDERFLOW_f32));
 }
 
-static inline float free_after_motion_f32(float side, float friction, const numerator_f32 *velocity,
-                                          const basis_f32 *basis) {
-    return free_after_rest_f32(side, friction, fabs_f32(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd));
-}
-
-/* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch
- * follows it. */
+/* Put the acceleration with which an element goes on from rest, alone, in place of that of the state. */
 static inline void set_acceleration_from_rest_f32(numerators_by_axis_f32 *numerators, const hopform_rates_f32 *rates,
-                                                   int element, bool alone, float acceleration) {
+                                                   int element, float acceleration) {
     (void)rates; /* without a gear */
     numerators->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { numerators->of.position.H3 = acceleration; /* its velocity is 0 */ }
-    if (alone) { numerators->of.stretch.H2 = (float)HOPFORM_STRETCH_FOLLOWS(rates, element) * acceleration; }
+    numerators->of.stretch.H2 = (float)HOPFORM_STRETCH_FOLLOWS(rates, element) * acceleration;
 }
 
 /* Whether the stretch may turn inside a phase. */
@@ -274,7 +260,7 @@ SELDOM_f32 void sharpen_late_state_f32(const course_f32 *course, const basis_f32
 /* Whether that is so: the real pole beyond the pair by so much, and its transient over. */
 static inline bool is_late_on_course_f32(const course_f32 *course, float t) {
     const hopform_poles_f32 *poles = course->poles;
-    return !HOPFORM_MOVES_ALONE && poles->a * poles->a > HOPFORM_MODAL_f32 * poles->q && poles->a * t >= 1.0f
+    return !HOPFORM_MOVES_ALONE && poles->a * poles->a > HOPFORM_FAR_f32 * poles->q && poles->a * t >= 1.0f
            && poles->s_3 > 0.0f;
 }
 

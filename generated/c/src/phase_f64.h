@@ -15,13 +15,13 @@ static inline bool stores_much_f64(const hopform_robot_f64 *robot, const hopform
 }
 #endif
 
-/* The poles, their node and the rates of a mode in a plan. */
+/* The poles, their time scales and the rates of a mode in a plan. */
 static inline const hopform_poles_f64 *poles_of_f64(const hopform_plan_f64 *plan, row_f64 mode) {
     return &plan->poles[form_of_mode_f64(mode)];
 }
 
-static inline const hopform_node_f64 *node_of_f64(const hopform_plan_f64 *plan, row_f64 mode) {
-    return &plan->node[form_of_mode_f64(mode)];
+static inline const hopform_timescales_f64 *timescales_of_f64(const hopform_plan_f64 *plan, row_f64 mode) {
+    return &plan->timescales[form_of_mode_f64(mode)];
 }
 
 static inline const hopform_rates_f64 *rates_in_mode_f64(const hopform_plan_f64 *plan, row_f64 mode) {
@@ -49,14 +49,6 @@ static inline numerators_f64 motion_of_f64(const hopform_plan_f64 *plan, const h
                                              row_f64 mode) {
     const drive_f64 drive = drive_in_mode_f64(plan, mode, u);
     return motion_under_f64(rates_in_mode_f64(plan, mode), &drive, state, mode);
-}
-
-/* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
-static inline double settled_f64(const hopform_poles_f64 *poles, const numerator_f64 *h) {
-    const bool slow = poles->s_3 > 0.0;
-    const double draws = slow ? poles->s_3 : poles->s_2;
-    const double settled = (slow ? h->H1 : h->H2) / (draws > 0.0 ? draws : 1.0);
-    return draws > 0.0 ? settled : HOPFORM_NEVER_f64;
 }
 
 /* ---- the hold rule ---- */
@@ -97,19 +89,13 @@ static inline double free_after_rest_f64(double side, double friction, double ba
     return side * (friction - (back > HOPFORM_UNDERFLOW_f64 ? back : HOPFORM_UNDERFLOW_f64));
 }
 
-static inline double free_after_motion_f64(double side, double friction, const numerator_f64 *velocity,
-                                          const basis_f64 *basis) {
-    return free_after_rest_f64(side, friction, fabs_f64(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd));
-}
-
-/* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch
- * follows it. */
+/* Put the acceleration with which an element goes on from rest, alone, in place of that of the state. */
 static inline void set_acceleration_from_rest_f64(numerators_by_axis_f64 *numerators, const hopform_rates_f64 *rates,
-                                                   int element, bool alone, double acceleration) {
+                                                   int element, double acceleration) {
     (void)rates; /* without a gear */
     numerators->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { numerators->of.position.H3 = acceleration; /* its velocity is 0 */ }
-    if (alone) { numerators->of.stretch.H2 = (double)HOPFORM_STRETCH_FOLLOWS(rates, element) * acceleration; }
+    numerators->of.stretch.H2 = (double)HOPFORM_STRETCH_FOLLOWS(rates, element) * acceleration;
 }
 
 /* Whether the stretch may turn inside a phase. */
@@ -274,7 +260,7 @@ SELDOM_f64 void sharpen_late_state_f64(const course_f64 *course, const basis_f64
 /* Whether that is so: the real pole beyond the pair by so much, and its transient over. */
 static inline bool is_late_on_course_f64(const course_f64 *course, double t) {
     const hopform_poles_f64 *poles = course->poles;
-    return !HOPFORM_MOVES_ALONE && poles->a * poles->a > HOPFORM_MODAL_f64 * poles->q && poles->a * t >= 1.0
+    return !HOPFORM_MOVES_ALONE && poles->a * poles->a > HOPFORM_FAR_f64 * poles->q && poles->a * t >= 1.0
            && poles->s_3 > 0.0;
 }
 

@@ -32,8 +32,8 @@ typedef int32_t signed_bits_f32;
 #define HOPFORM_REACHED_WITHIN_f32 1e-6f /* [m] the search for a current ends this near */
 #define HOPFORM_NEAR_WITHIN_f32 4e-6f /* [m] an apex this near is reached */
 #define HOPFORM_STIFFEST_f32 1e3f /* a real pole this many times the frequency of mass 2 on the spring: ill-conditioned */
-#define HOPFORM_MODAL_f32 1e3f /* a^2/q above which a phase is evaluated in modal form from 1/a on */
 #define HOPFORM_TERMS_f32 24 /* terms of the power series of W */
+#define HOPFORM_FAR_f32 1e3f /* a^2/q above which a state late in a phase is counted from where the phase ends */
 #define HOPFORM_SMALLEST_EXPONENT_f32 -87.0f /* exp of less counts as 0 */
 #define HOPFORM_PREDICTION_f32 0.1f /* a shorter step, of the share, predicts a root well enough */
 #define HOPFORM_LOG_2_HIGH_f32 0.69311523f /* leading bits of ln 2 */

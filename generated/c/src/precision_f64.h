@@ -32,8 +32,8 @@ typedef int64_t signed_bits_f64;
 #define HOPFORM_REACHED_WITHIN_f64 1e-14 /* [m] the search for a current ends this near */
 #define HOPFORM_NEAR_WITHIN_f64 2e-10 /* [m] an apex this near is reached */
 #define HOPFORM_STIFFEST_f64 10000000.0 /* a real pole this many times the frequency of mass 2 on the spring: ill-conditioned */
-#define HOPFORM_MODAL_f64 10000.0 /* a^2/q above which a phase is evaluated in modal form from 1/a on */
 #define HOPFORM_TERMS_f64 40 /* terms of the power series of W */
+#define HOPFORM_FAR_f64 10000.0 /* a^2/q above which a state late in a phase is counted from where the phase ends */
 #define HOPFORM_SMALLEST_EXPONENT_f64 -708.0 /* exp of less counts as 0 */
 #define HOPFORM_PREDICTION_f64 0.1 /* a shorter step, of the share, predicts a root well enough */
 #define HOPFORM_LOG_2_HIGH_f64 0.6931471803691238 /* leading bits of ln 2 */

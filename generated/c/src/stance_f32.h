@@ -22,7 +22,7 @@ static bool steps_are_sound_f32(const hopform_step_f32 *steps, int32_t count) {
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_f32(const hopform_plan_f32 *plan) {
-    const float a = plan->node[0].pole;
+    const float a = plan->timescales[0].pole;
     return !HOPFORM_MOVES_ALONE && a * a * a > HOPFORM_STIFFEST_f32 * HOPFORM_STIFFEST_f32 * plan->rates[0].s_3;
 }
 
@@ -66,8 +66,10 @@ static int32_t call_status_f32(const hopform_plan_f32 *plan, const hopform_state
 
 /* Run a chain that has begun to its ending, which is not 0 if it is there already. */
 ALWAYS_f32 int32_t stance_run_f32(stance_chain_f32 *chain, int32_t begun) {
+    const alone_f32 still = {0.0f, 0.0f, 0.0f, 0.0f};
     stance_search_f32 search;
-    search_nothing_f32(&chain->plan->poles[0], &search);
+    search.side = 0;
+    search.alone = still;
     int32_t ending = begun;
     while (ending == 0) {
         stance_begin_phase_f32(chain);

@@ -22,7 +22,7 @@ static bool steps_are_sound_f64(const hopform_step_f64 *steps, int32_t count) {
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_f64(const hopform_plan_f64 *plan) {
-    const double a = plan->node[0].pole;
+    const double a = plan->timescales[0].pole;
     return !HOPFORM_MOVES_ALONE && a * a * a > HOPFORM_STIFFEST_f64 * HOPFORM_STIFFEST_f64 * plan->rates[0].s_3;
 }
 
@@ -66,8 +66,10 @@ static int32_t call_status_f64(const hopform_plan_f64 *plan, const hopform_state
 
 /* Run a chain that has begun to its ending, which is not 0 if it is there already. */
 ALWAYS_f64 int32_t stance_run_f64(stance_chain_f64 *chain, int32_t begun) {
+    const alone_f64 still = {0.0, 0.0, 0.0, 0.0};
     stance_search_f64 search;
-    search_nothing_f64(&chain->plan->poles[0], &search);
+    search.side = 0;
+    search.alone = still;
     int32_t ending = begun;
     while (ending == 0) {
         stance_begin_phase_f64(chain);

@@ -15,9 +15,6 @@
 #include "kernels_f32.h"
 #include "model_f32.h"
 
-/* Whether a library solves motions of both so (HOPFORM_BY_NODES), and has a model that may. */
-#define HOPFORM_HAS_NODES (HOPFORM_BY_NODES && HOPFORM_MAY_GO_BY_NODES)
-
 /* Of y, v_1 and v_2; the entries of their transition by rows, as the plan has them. */
 typedef union {
     rate_f32 named;
@@ -37,7 +34,7 @@ typedef union {
     } of;
 } passed_by_row_f32;
 
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
 /* What a coordinate gains over a time by w, M w and M^2 w; the position by v_1 t, and by the row of v_1 in them, once
  * more integrated. */
 typedef struct {

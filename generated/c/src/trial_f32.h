@@ -143,15 +143,15 @@ static inline void look_for_minimum_f32(const current_variation_f32 *variation, 
                                          const course_f32 *by_u, const derivatives_of_state_f32 *ends) {
     const hopform_plan_f32 *plan = variation->plan;
     const hopform_robot_f32 *robot = &plan->robot;
-    const hopform_node_f32 *node = node_of_f32(plan, phase->mode);
+    const hopform_timescales_f32 *scales = timescales_of_f32(plan, phase->mode);
     const derivatives_of_state_f32 begins = derivatives_in_mode_f32(plan, phase->mode, &phase->begins);
     const jet_f32 from = contact_jet_f32(robot, &phase->start->named, &begins);
     const jet_f32 to = contact_jet_f32(robot, &phase->arrived->named, ends);
-    if (turns_as_seen_f32(node, &from, &to, phase->length) && !shows_minimum_f32(&from, &to)) { return; }
+    if (turns_as_seen_f32(scales, &from, &to, phase->length) && !shows_minimum_f32(&from, &to)) { return; }
     const course_f32 course = course_from_f32(plan, phase->mode, &phase->start->named, &phase->drive->named);
     const numerator_f32 h = contact_numerator_f32(robot, &course.numerators.named);
     const minima_f32 least =
-        least_minimum_f32(course.poles, node, &h, &from, &to, phase->length, 64.0f, variation->evaluations);
+        least_minimum_f32(course.poles, scales, &h, &from, &to, phase->length, 64.0f, variation->evaluations);
     if (least.count > 0) {
         const hopform_state_f32 there = state_on_course_f32(by_u, least.t);
         note_minimum_f32(variation->trial, least.value, contact_slope_f32(robot, &there), least.count);

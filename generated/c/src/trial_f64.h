@@ -143,15 +143,15 @@ static inline void look_for_minimum_f64(const current_variation_f64 *variation, 
                                          const course_f64 *by_u, const derivatives_of_state_f64 *ends) {
     const hopform_plan_f64 *plan = variation->plan;
     const hopform_robot_f64 *robot = &plan->robot;
-    const hopform_node_f64 *node = node_of_f64(plan, phase->mode);
+    const hopform_timescales_f64 *scales = timescales_of_f64(plan, phase->mode);
     const derivatives_of_state_f64 begins = derivatives_in_mode_f64(plan, phase->mode, &phase->begins);
     const jet_f64 from = contact_jet_f64(robot, &phase->start->named, &begins);
     const jet_f64 to = contact_jet_f64(robot, &phase->arrived->named, ends);
-    if (turns_as_seen_f64(node, &from, &to, phase->length) && !shows_minimum_f64(&from, &to)) { return; }
+    if (turns_as_seen_f64(scales, &from, &to, phase->length) && !shows_minimum_f64(&from, &to)) { return; }
     const course_f64 course = course_from_f64(plan, phase->mode, &phase->start->named, &phase->drive->named);
     const numerator_f64 h = contact_numerator_f64(robot, &course.numerators.named);
     const minima_f64 least =
-        least_minimum_f64(course.poles, node, &h, &from, &to, phase->length, 64.0, variation->evaluations);
+        least_minimum_f64(course.poles, scales, &h, &from, &to, phase->length, 64.0, variation->evaluations);
     if (least.count > 0) {
         const hopform_state_f64 there = state_on_course_f64(by_u, least.t);
         note_minimum_f64(variation->trial, least.value, contact_slope_f64(robot, &there), least.count);

@@ -26,13 +26,11 @@ from .records import (
     Friction,
     Gains,
     Integrals,
-    Integrated,
     KnownBasis,
     KnownPair,
     LegState,
     Letters,
     Levels,
-    Modes,
     Moments,
     Numerator,
     Numerators,
@@ -61,7 +59,6 @@ from .records import (
     Start,
     StateChange,
     Transfer,
-    Whole,
     Work,
 )
 
@@ -636,53 +633,6 @@ def deflated_numerator(poles: Poles, numerator: Numerator) -> PairNumerator:
     H3, H2, H1 = numerator.H3, numerator.H2, numerator.H1
     A = H2 - H3*p  # (18) terms in s, pole a removed
     B = H1 - H3*q  # (18) constant terms, pole a removed
-    return PairNumerator(A, B)
-
-
-def modes_of(poles: Poles, chi: Real, omega_p: Real, whole: Whole) -> Modes:
-    """The modal form of a coordinate: its partial fractions at 0, at -a and at a pair that rings.
-
-    chi [1/s^2] s^2 + p s + q at s = -a: what (18) divides by.
-    omega_p [1/s] frequency of a pair that rings.
-    """
-    a, p, q = poles.a, poles.p, poles.q
-    N3, N2, N1, N0 = whole.N3, whole.N2, whole.N1, whole.N0
-    ah_end = N0/q                            # (18) a times the final value
-    h_end = ah_end/a                         # (18) terms in 1/s
-    f_0 = N2 - ah_end - N3*p                 # (18) without the real pole, at the start
-    f_1 = N1 - N2*p - N3*(q - p*p)           # (18) the rate of that
-    h_cos = (f_0*(a - p) - f_1)/chi          # (18) pair, at the start
-    h_swing = (a*f_1 + f_0*q)/chi            # (18) pair, its rate at the start
-    h_sin = (h_swing + 0.5*h_cos*p)/omega_p  # (18) pair
-    h_fade = N3 - h_cos - h_end              # (18) residue at s = -a
-    return Modes(h_end, h_fade, h_cos, h_sin)
-
-
-def integrated_modes(poles: Poles, omega_p: Real, modes: Modes) -> Integrated:
-    """The integral of a modal form.
-
-    omega_p [1/s] frequency of a pair that rings.
-    """
-    a, p, q = poles.a, poles.p, poles.q
-    h_fade, h_cos, h_sin = modes.h_fade, modes.h_cos, modes.h_sin
-    ih_fade = -h_fade/a                        # (20) real pole
-    ih_cos = (-0.5*h_cos*p - h_sin*omega_p)/q  # (20) pair
-    ih_sin = (h_cos*omega_p - 0.5*h_sin*p)/q   # (20) pair
-    ih_0 = -ih_cos - ih_fade                   # (20) at the start
-    return Integrated(ih_0, ih_fade, ih_cos, ih_sin)
-
-
-def deflated_modes(poles: Poles, omega_p: Real, modes: Modes) -> PairNumerator:
-    """Deflated numerator of a modal form.
-
-    omega_p [1/s] frequency of a pair that rings.
-    """
-    a, p = poles.a, poles.p
-    h_cos, h_sin = modes.h_cos, modes.h_sin
-    d_cos = h_sin*omega_p - 0.5*h_cos*p                        # (18) the pair's rate: of the cosine
-    d_sin = -0.5*h_sin*p - h_cos*omega_p                       # (18) of the sine
-    A = d_sin*omega_p + d_cos*(a - 0.5*p)                      # (18) terms in s, pole a removed
-    B = 0.5*A*p + omega_p*(d_sin*(a - 0.5*p) - d_cos*omega_p)  # (18) constant terms, pole a removed
     return PairNumerator(A, B)
 
 

@@ -838,45 +838,6 @@ class Integrals(NamedTuple):
     """[s^4] integral of W1"""
 
 
-class Modes(NamedTuple):
-    """A function of time as a sum: its final value, the decay, and the pair."""
-
-    h_end: Real
-    """[1] its final value"""
-    h_fade: Real
-    """[1] of exp(-a t)"""
-    h_cos: Real
-    """[1] of exp(-p t/2) cos(omega t)"""
-    h_sin: Real
-    """[1] of exp(-p t/2) sin(omega t)"""
-
-
-class Integrated(NamedTuple):
-    """The integral of such a sum from 0, less the final value's, which grows with time."""
-
-    ih_0: Real
-    """[s] what it starts from"""
-    ih_fade: Real
-    """[s] of exp(-a t)"""
-    ih_cos: Real
-    """[s] of the cosine"""
-    ih_sin: Real
-    """[s] of the sine"""
-
-
-class Whole(NamedTuple):
-    """A coordinate over s P(s), N_3 s^3 + N_2 s^2 + N_1 s + N_0."""
-
-    N3: Real
-    """[1] its initial value"""
-    N2: Real
-    """[1/s] terms in s^2"""
-    N1: Real
-    """[1/s^2] terms in s"""
-    N0: Real
-    """[1/s^3] constant terms"""
-
-
 class Propagated(NamedTuple):
     """W, its derivatives and integrals a short time later, by a Taylor step."""
 

@@ -20,9 +20,6 @@
 #include "certificate_real.h"
 #include "transition_real.h"
 
-/* Whether a library solves so: one switch for both. */
-#define HOPFORM_HAS_ALONE HOPFORM_BY_NODES
-
 /* Whether a model has event functions that are not linear in s. */
 #ifndef HOPFORM_ALONE_BENDS
 #define HOPFORM_ALONE_BENDS                                                                                            \
@@ -30,7 +27,6 @@
 #endif
 
 
-#if HOPFORM_HAS_ALONE
 /* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
     const hopform_poles_real *poles;
@@ -623,6 +619,5 @@ static inline void find_alone_event_real(alone_search_real *search, real until, 
         search->owner = NO_OWNER_real;
     }
 }
-#endif
 
 #endif

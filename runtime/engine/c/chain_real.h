@@ -6,10 +6,46 @@
 #ifndef HOPFORM_CHAIN_H_real
 #define HOPFORM_CHAIN_H_real
 
-#include "first_event_real.h"
+#include "alone_real.h"
 #include "ledger_real.h"
 #include "node_search_real.h"
 #include "overlap_real.h"
+
+/* ---- what ends a phase ---- */
+
+#if !HOPFORM_MOVES_ALONE
+/* Where a phase of both ends: their rates, the state, by the axes of the core, and how far the position has moved. */
+typedef struct {
+    real z[HOPFORM_AXES];
+    real moved;
+    rates_by_row_real w;
+    real terms;     /* the magnitudes that the rate of the velocity that has a position is a sum of */
+    real stretched; /* those of the stretch */
+} arrival_real;
+#endif
+
+/* When a phase ends, since it began, and what ends it. */
+typedef struct {
+    real t;
+    bool certified; /* else the first event is not known: the phase is, up to then */
+    bool stops;     /* the element has met a stop */
+    int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
+    int side;       /* of an element that slips: where it goes */
+    bool touches;   /* the element that comes to rest is at a stop within rounding */
+#if !HOPFORM_MOVES_ALONE
+    arrival_real arrival; /* of both */
+#endif
+    alone_real alone; /* of one: its motion where the phase ends */
+} stance_search_real;
+
+/* Search a phase in which nothing moves: nothing happens until t. */
+static inline void search_rest_real(stance_search_real *search, real t) {
+    search->t = t;
+    search->owner = NO_OWNER_real;
+    search->stops = false;
+    search->touches = false;
+    search->certified = true;
+}
 
 /* The chain while it grows. */
 typedef struct {
@@ -43,10 +79,9 @@ typedef struct {
     int event;                   /* with which the phase began */
     drive_by_element_real drive; /* of the phase, as its numerators */
     numerators_by_axis_real numerators;
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
     rates_by_row_real rates; /* in place of the numerators, where both slip */
 #endif
-    motion_modes_real modes; /* of the motion, once the modal form is evaluated */
     evaluations_real *evaluations;
     observer_real *observer;
     current_variation_real *variation;
@@ -224,28 +259,6 @@ static inline real end_of_step_real(const stance_chain_real *chain) {
 
 /* ---- the end of a phase ---- */
 
-/* A held element slips where its free acceleration leaves [-f_s, f_s]; a stop holds on its side whatever the force.
- * While another one slips alone that acceleration is monotone, unless velocities act on it: then it may leave to one
- * side. */
-static inline void add_thresholds_real(const stance_chain_real *chain, int element, bool needs_certificate,
-                                       event_set_real *set) {
-    const bool open[] = {!stance_blocked_real(chain, element, -1), !stance_blocked_real(chain, element, 1)};
-    if (!open[0] && !open[1]) { return; }
-    const numerator_real h = free_numerator_real(rates_of_chain_real(chain), element, &chain->numerators.named);
-    const real drift = first_derivative_real(&h);
-    const free_by_element_real free = free_of_real(chain, &chain->at.named);
-    for (int side = -1; side <= 1; side += 2) {
-        const real sign = (real)side;
-        if (open[side > 0] && (sign * drift > 0.0 || HOPFORM_IS_COUPLED)) {
-            const real level = level_at_rest_real(&chain->plan->robot, element, side);
-            event_function_real *slips = add_event_function_real(set, &h, free.of[element] - sign * level, -sign,
-                                                                 ELEMENT_real + element, needs_certificate);
-            put_on_threshold_real(slips, terms_of_free_real(chain, element, level));
-            slips->side = side;
-        }
-    }
-}
-
 #if HOPFORM_HAS_CONTACT
 /* The magnitudes that the contact force is a sum of; 0 where it is the stretch alone. */
 static inline real terms_of_contact_real(const stance_chain_real *chain) {
@@ -253,180 +266,8 @@ static inline real terms_of_contact_real(const stance_chain_real *chain) {
 }
 #endif
 
-/* ---- the event functions of a phase, by the kinds of guards: each puts those that are active in the mode ---- */
-
-/* Whether all but a velocity is monotone until the end of the phase. */
-static inline bool is_monotone_real(row_real mode) {
-    return alone_of_mode_real(mode) >= 0 && HOPFORM_CONTACT_IS_STRETCH && !HOPFORM_IS_COUPLED;
-}
-
-#if HOPFORM_HAS_CONTACT
-/* Where one element slips alone and the forces on it cancel at no stretch, the stretch of a contact rings about 0 as a
- * velocity does: its first zero is known however far it has faded by then. Else it is one of those that are searched,
- * unless it is the contact force and only rises, from 0 on. */
-static inline void put_contact_real(stance_events_real *events, const stance_chain_real *chain) {
-    const row_real mode = chain->mode;
-    const real stretch = chain->at.of[HOPFORM_STRETCH_AXIS];
-    const int alone = alone_of_mode_real(mode);
-    const bool may_ring = HOPFORM_CONTACT_IS_STRETCH && alone >= 0 && !(stretch < 0.0);
-    if (may_ring && !(fabs_real(chain->drive.of[alone]) > 0.0)) {
-        events->rest_time = time_to_rest_real(events->set.poles, stretch, chain->numerators.of.stretch.H3);
-        events->rests = CONTACT_real;
-    } else if (falls_of_mode_real(mode) || stretch < 0.0 || !HOPFORM_CONTACT_IS_STRETCH) {
-        const numerator_real h = contact_numerator_real(&chain->plan->robot, &chain->numerators.named);
-        const real start = contact_of_real(&chain->plan->robot, &chain->at.named);
-        event_function_real *contact =
-            add_event_function_real(&events->set, &h, start, 1.0, CONTACT_real, !is_monotone_real(mode));
-        if (!HOPFORM_CONTACT_IS_STRETCH) { put_on_threshold_real(contact, terms_of_contact_real(chain)); }
-    }
-}
-#endif
-
-/* How far the position is from the stop ahead, if there is one. */
-static inline void put_stop_real(stance_events_real *events, const stance_chain_real *chain) {
-    const int side = side_of_mode_real(chain->mode, HOPFORM_STOPPED_ELEMENT);
-    const real gap = side > 0 ? -chain->from_upper : chain->from_lower;
-    if (side == 0 || !is_finite_real(gap)) { return; }
-    const real away = -(real)side;
-    const numerator_real *h = &chain->numerators.of.position;
-    const numerator_real first = {chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)], h->H3, h->H2};
-    event_function_real *stop =
-        add_event_function_real(&events->set, &first, away * gap, away, ELEMENT_real + HOPFORM_STOPPED_ELEMENT, false);
-    stop->touch_is_no_event = true;
-    stop->H0 = away * h->H1;
-}
-
-/* The room of the switching function to its levels, or at a limit what it is beyond that. */
-static inline void put_limit_real(stance_events_real *events, const stance_chain_real *chain) {
-    const int from = limit_of_mode_real(chain->mode);
-    const switching_at_real at = switching_of_chain_real(chain);
-    const numerator_real h = switching_numerator_real(&chain->plan->robot, &chain->at.named, &chain->numerators.named);
-    for (int limit = -1; limit <= 1; limit += 2) {
-        const real level = level_of_limit_real(&at, limit);
-        if (is_finite_real(level) && (from == 0 || limit == from)) {
-            event_function_real *room = add_event_function_real(&events->set, &h, at.value - level,
-                                                                (real)(from == 0 ? -limit : limit), LIMIT_real, true);
-            put_on_threshold_real(room, terms_of_room_real(&at, level));
-            room->side = from == 0 ? limit : 0;
-        }
-    }
-}
-
-/* The velocity of each that slips beside others; of what slips alone its time to rest, in closed form. */
-static inline void put_velocity_real(stance_events_real *events, const stance_chain_real *chain) {
-    const row_real mode = chain->mode;
-    const int alone = alone_of_mode_real(mode);
-    for (int element = 0; element < HOPFORM_MOVING_ELEMENTS && alone < 0; element++) {
-        (void)add_event_function_real(&events->set, &chain->numerators.of.velocity[element],
-                                      chain->at.of[HOPFORM_VELOCITY_AXIS(element)],
-                                      (real)side_of_mode_real(mode, element), ELEMENT_real + element, true);
-    }
-    if (alone < 0) { return; }
-    const real sign = (real)side_of_mode_real(mode, alone);
-    const real rest = time_to_rest_real(events->set.poles, sign * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)],
-                                        sign * chain->numerators.of.velocity[alone].H3);
-    if (events->rests == NO_OWNER_real || !(events->rest_time <= rest)) {
-        events->rest_time = rest;
-        events->rests = ELEMENT_real + alone;
-    }
-}
-
-/* What is held while another element slips alone. */
-static inline void put_threshold_real(stance_events_real *events, const stance_chain_real *chain) {
-    const int alone = alone_of_mode_real(chain->mode);
-    if (alone >= 0) { add_thresholds_real(chain, 1 - alone, !is_monotone_real(chain->mode), &events->set); }
-}
-
-/* The event functions of a phase: of each guard that the model has. */
-static inline void put_events_real(stance_events_real *events, const stance_chain_real *chain) {
-    events->set.poles = poles_of_real(chain->plan, chain->mode);
-    events->set.node = node_of_real(chain->plan, chain->mode);
-    events->set.count = 0;
-    events->rest_time = HOPFORM_NEVER_real;
-    events->rests = NO_OWNER_real;
-#define PUT_GUARD(kind) put_##kind##_real(events, chain);
-    HOPFORM_GUARDS(PUT_GUARD)
-#undef PUT_GUARD
-}
-
-#if HOPFORM_HAS_CONTACT
-/* True late in a phase, when the steady-state form of the contact force is the more accurate one. */
-static inline bool is_late_real(const basis_real *basis) {
-    return fabs_real(basis->Wdd) < 0.25;
-}
-
-/* Correction to the time t of a take-off late in a phase, from the steady-state form of the contact force; 0 when it is
- * no more accurate. */
-SELDOM_real real later_takeoff_real(const stance_chain_real *chain, const hopform_poles_real *poles,
-                                    const event_function_real *contact, const basis_real *basis, real t) {
-    if (!is_late_real(basis)) { return 0.0; }
-    state_by_axis_real steady = {{0.0, 0.0, 0.0, 0.0}};
-    numerators_by_axis_real from_slack;
-    from_slack.named = motion_of_real(chain->plan, &steady.named, current_of_chain_real(chain), chain->mode);
-    steady.of[HOPFORM_STRETCH_AXIS] = settled_real(poles, &from_slack.of.stretch);
-    const real settled = contact_of_real(&chain->plan->robot, &steady.named);
-    return steady_state_correction_real(poles, contact, settled, basis, t);
-}
-#endif
-
-/* A root late in a phase, which was found: the interval ends at its time with all its digits. True if that is
- * later, so that something else may come first. */
-static inline bool sharpen_root_real(const stance_chain_real *chain, stance_search_real *search) {
-#if HOPFORM_HAS_CONTACT
-    const event_set_real *set = &search->events.set;
-    interval_real *in = &search->in;
-    const real before = in->high.t;
-    if (in->found != 0 || set->function[0].owner != CONTACT_real) { return false; }
-    for (int n = 0; n < 4 && !is_modal_real(&in->high); n++) {
-        const basis_real basis = basis_of_propagator_real(set->poles, &in->high);
-        const real later = later_takeoff_real(chain, set->poles, &set->function[0], &basis, in->high.t);
-        if (!(fabs_real(later) > 0.0) || in->high.t + later > search->limit) { break; }
-        end_interval_at_real(set, in, in->high.t + later);
-        in->found = 0;
-    }
-    return in->high.t > before;
-#else
-    (void)chain;
-    (void)search;
-    return false;
-#endif
-}
-
-/* Continue in the modal form from where W loses its digits: beside a stiff pole every velocity behind the transient is
- * a small difference of large terms of W. A distance to a stop counts from where the phase begins. */
-SELDOM_real void enter_modes_real(stance_chain_real *chain, stance_search_real *search) {
-    event_set_real *set = &search->events.set;
-    motion_modes_real *modes = &chain->modes;
-    *modes = modes_of_motion_real(set->poles, set->node->omega, &chain->at.named, &chain->numerators.named);
-    search->in.high = modes_at_real(set->poles, set->node->omega, search->in.high.t);
-    for (int32_t n = 0; n < set->count; n++) {
-        event_function_real *g = &set->function[n];
-        const int element = g->owner - ELEMENT_real;
-#if HOPFORM_HAS_CONTACT
-        if (element < 0) {
-            const numerator_real by = contact_numerator_real(&chain->plan->robot, &modes->by.named);
-            take_modes_real(g, &by, contact_of_real(&chain->plan->robot, &modes->final.named), 0.0, 1.0);
-            continue;
-        }
-#endif
-        if (g->touch_is_no_event) {
-            const real gap = side_of_mode_real(chain->mode, element) > 0 ? chain->from_upper : chain->from_lower;
-            take_modes_real(g, &modes->by.of.position, gap + modes->final.of[HOPFORM_POSITION_AXIS], modes->drift,
-                            -(real)side_of_mode_real(chain->mode, element));
-        } else {
-            take_modes_real(g, &modes->by.of.velocity[element], modes->final.of[HOPFORM_VELOCITY_AXIS(element)], 0.0,
-                            (real)side_of_mode_real(chain->mode, element));
-        }
-    }
-}
-
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
 /* ---- both slip, by their rates ---- */
-
-/* Whether the phase is solved so. */
-static inline bool is_solved_by_rates_real(const stance_chain_real *chain) {
-    return alone_of_mode_real(chain->mode) < 0 && !rests_of_mode_real(chain->mode);
-}
 
 /* The first of two derivatives that is not zero. */
 static inline real first_of_real(real rate, real bend) {
@@ -654,18 +495,12 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
         }
     }
     end->certified = certified;
-    end->in.high.t = there->t;
+    end->t = there->t;
     arrive_at_node_real(&search, there, end->owner, &end->arrival);
 }
 #endif
 
-#if HOPFORM_HAS_ALONE
 /* ---- one slips alone, in its own coordinate: how far it has gone to its side ---- */
-
-/* Whether the phase is solved so. */
-static inline bool is_solved_alone_real(const stance_chain_real *chain) {
-    return alone_of_mode_real(chain->mode) >= 0 && !rests_of_mode_real(chain->mode);
-}
 
 /* How far the stretch goes with it. */
 static inline real stretch_by_displacement_real(const stance_chain_real *chain, int alone) {
@@ -767,7 +602,7 @@ static inline void put_alone_threshold_real(alone_search_real *search, const sta
 /* The search at the start of the phase. */
 ALWAYS_real void put_alone_search_real(const stance_chain_real *chain, alone_search_real *search) {
     const int alone = alone_of_mode_real(chain->mode);
-    search->half_period = node_of_real(chain->plan, chain->mode)->half_period;
+    search->half_period = timescales_of_real(chain->plan, chain->mode)->half_period;
     search->pair =
         alone_pair_of_real(poles_of_real(chain->plan, chain->mode), search->half_period < HOPFORM_NEVER_real);
     search->element = alone;
@@ -786,55 +621,28 @@ static inline void find_end_alone_real(const stance_chain_real *chain, real unti
     put_alone_search_real(chain, &search);
     find_alone_event_real(&search, until, chain->evaluations);
     end->alone = search.end;
-    end->in.high.t = search.end.t;
+    end->t = search.end.t;
     end->owner = search.owner;
     end->side = search.side;
     end->stops = search.stops;
     end->touches = search.touches;
     end->certified = search.certified;
 }
-#endif
 
 /* The first event of the phase that starts at the chain's state. */
 static inline void stance_find_end_real(stance_chain_real *chain, stance_search_real *search) {
     const real until = end_of_step_real(chain) - chain->t;
-#if HOPFORM_HAS_NODES
-    search->arrival.is_known = is_solved_by_rates_real(chain);
-#endif
-#if HOPFORM_HAS_ALONE
-    search->is_alone = is_solved_alone_real(chain);
-    if (search->is_alone) {
-        find_end_alone_real(chain, until, search);
+    if (rests_of_mode_real(chain->mode)) {
+        search_rest_real(search, until);
         return;
     }
-#endif
-#if HOPFORM_HAS_NODES
-    if (search->arrival.is_known) {
+#if !HOPFORM_MOVES_ALONE
+    if (several_of_mode_real(chain->mode)) {
         find_end_by_rates_real(chain, search);
         return;
     }
 #endif
-    if (rests_of_mode_real(chain->mode)) {
-        search_rest_real(search, &chain->plan->poles[0], until);
-        return;
-    }
-    put_events_real(&search->events, chain);
-    bool open = begin_search_real(search, until, chain->evaluations);
-    bool quiet = false;
-    bool is_sharp = false; /* the root in the interval: once */
-    while (open) {
-        open = search_interval_real(search, quiet);
-        if (open) {
-            const bool enters = !HOPFORM_MOVES_ALONE && search->in.high.t >= search->events.set.node->modal;
-            if (enters && !is_modal_real(&search->in.high)) { enter_modes_real(chain, search); }
-            quiet = next_interval_real(search);
-            is_sharp = false;
-        } else {
-            is_sharp = !is_sharp && search->certified && sharpen_root_real(chain, search);
-            open = is_sharp;
-        }
-    }
-    conclude_real(search);
+    find_end_alone_real(chain, until, search);
 }
 
 /* ---- the chain ---- */
@@ -904,13 +712,6 @@ static inline void take_step_real(stance_chain_real *chain) {
     if (chain->count == count) { stance_record_real(chain, HOPFORM_EVENT_STEP); }
 }
 
-/* The magnitudes that the stretch is a sum of at the end of a phase. */
-static inline real terms_of_stretch_real(const stance_chain_real *chain, const basis_real *basis) {
-    const numerator_real *h = &chain->numerators.of.stretch;
-    return fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]) + fabs_real(h->H3 * basis->Wd) + fabs_real(h->H2 * basis->W)
-           + fabs_real(h->H1 * basis->W1);
-}
-
 /* The element with stops, without any friction, stops while the forces on it cancel to all digits of the state: what is
  * left of them is its acceleration before, `rate`, known from the motion where that has faded. `terms` are the
  * magnitudes that it is a sum of, `stretched` those of the stretch. */
@@ -938,8 +739,8 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
         || side_of_mode_real(chain->mode, element) == 0) {
         return;
     }
-#if HOPFORM_HAS_NODES
-    if (end->arrival.is_known) {
+#if !HOPFORM_MOVES_ALONE
+    if (several_of_mode_real(chain->mode)) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
             keep_small_acceleration_real(chain, end->arrival.w.of[1 + element], end->arrival.terms,
                                          end->arrival.stretched);
@@ -947,54 +748,16 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
         return;
     }
 #endif
-    const bool alone = alone_of_mode_real(chain->mode) == element;
-    const bool at_stop = end->stops || end->touches;
-#if HOPFORM_HAS_ALONE
-    if (end->is_alone) {
-        if (at_stop) {
-            const real moved = stretch_by_displacement_real(chain, element) * end->alone.s;
-            const real stretched =
-                chain->most_stretched + fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]) + fabs_real(moved);
-            chain->rounded_at_stop = fabs_real(rates_of_chain_real(chain)->a1_y * stretched);
-        } else {
-            chain->came_to_rest = element;
-            chain->carried_acceleration =
-                free_after_rest_real((real)side_of_mode_real(chain->mode, element),
-                                     level_of_real(&chain->plan->robot, element), fabs_real(end->alone.draw));
-        }
-        return;
-    }
-#endif
-    const basis_real basis = basis_of_propagator_real(end->events.set.poles, &end->in.high);
-    if (alone && at_stop) { /* beside another one that moves no equilibrium lasts */
-        const real stretched = chain->most_stretched + terms_of_stretch_real(chain, &basis);
+    if (end->stops || end->touches) { /* beside another one that moves no equilibrium lasts */
+        const real moved = stretch_by_displacement_real(chain, element) * end->alone.s;
+        const real stretched = chain->most_stretched + fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]) + fabs_real(moved);
         chain->rounded_at_stop = fabs_real(rates_of_chain_real(chain)->a1_y * stretched);
-    }
-    if (alone && !at_stop) {
+    } else {
         chain->came_to_rest = element;
-        chain->carried_acceleration = free_after_motion_real((real)side_of_mode_real(chain->mode, element),
-                                                             level_of_real(&chain->plan->robot, element),
-                                                             &chain->numerators.of.velocity[element], &basis);
-    } else if (element == HOPFORM_STOPPED_ELEMENT && !alone) {
-        const numerator_real *h = &chain->numerators.of.velocity[element];
-        const real parts[] = {h->H3 * basis.Wdd, h->H2 * basis.Wd, h->H1 * basis.W};
-        keep_small_acceleration_real(chain, parts[0] + parts[1] + parts[2],
-                                     fabs_real(parts[0]) + fabs_real(parts[1]) + fabs_real(parts[2]),
-                                     terms_of_stretch_real(chain, &basis));
+        chain->carried_acceleration =
+            free_after_rest_real((real)side_of_mode_real(chain->mode, element),
+                                 level_of_real(&chain->plan->robot, element), fabs_real(end->alone.draw));
     }
-}
-
-/* The state of a phase where a propagator is known; `modes` are read where it is modal. */
-static inline hopform_state_real arrive_at_real(const hopform_state_real *state, const numerators_real *numerators,
-                                                const motion_modes_real *modes, const propagator_real *at,
-                                                row_real mode) {
-    if (!is_modal_real(at)) {
-        const basis_real basis = {at->rate.first, at->value.first, at->value.second, at->value.third, at->value.last};
-        return arrive_real(state, numerators, &basis, mode);
-    }
-    state_by_axis_real later;
-    later.named = state_by_modes_real(state, modes, at);
-    return held_in_place_real(state, &later, mode);
 }
 
 /* The state at the end of a phase, and how far from its stops the position is there; what is held stays exactly where
@@ -1004,27 +767,21 @@ static inline void stance_arrive_real(stance_chain_real *chain, const stance_sea
     const real before = *position;
     chain->most_stretched = greater_real(chain->most_stretched, fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]));
     *position = 0.0;
-#if HOPFORM_HAS_ALONE
-    if (end->is_alone) {
-        const int alone = alone_of_mode_real(chain->mode);
+    const int alone = alone_of_mode_real(chain->mode);
+    if (alone >= 0) {
         const real side = (real)side_of_mode_real(chain->mode, alone);
         chain->at.of[HOPFORM_VELOCITY_AXIS(alone)] = side * end->alone.v;
         chain->at.of[HOPFORM_STRETCH_AXIS] += stretch_by_displacement_real(chain, alone) * end->alone.s;
         *position = alone == HOPFORM_STOPPED_ELEMENT ? side * end->alone.s : 0.0;
-    } else
-#endif
-#if HOPFORM_HAS_NODES
-        if (end->arrival.is_known) {
+    }
+#if !HOPFORM_MOVES_ALONE
+    if (several_of_mode_real(chain->mode)) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {
             chain->at.of[axis] = end->arrival.z[axis];
         }
         *position = end->arrival.moved;
-    } else
-#endif
-    {
-        chain->at.named =
-            arrive_at_real(&chain->at.named, &chain->numerators.named, &chain->modes, &end->in.high, chain->mode);
     }
+#endif
     const real moved = *position;
     *position = before + moved;
     chain->from_lower += moved;
@@ -1037,19 +794,7 @@ static inline real acceleration_on_threshold_real(const stance_chain_real *chain
     return (real)side * excess_to_side_real(&chain->plan->robot, element, side);
 }
 
-/* Put the constant acceleration of an element that starts on its threshold so that its acceleration there is exactly
- * that of the excess, and what follows from it, too: rounding would let it go back at once. */
-static inline void start_on_threshold_real(stance_chain_real *chain) {
-    const int element = chain->just_switched;
-    if (element < 0 || !several_of_mode_real(chain->mode)) { return; }
-    real *drive = &chain->drive.of[element];
-    *drive = 0.0;
-    numerators_by_axis_real others;
-    others.named = motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named, chain->mode);
-    *drive = acceleration_on_threshold_real(chain, element) - others.of.velocity[element].H3;
-}
-
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
 /* The rates of the phase that begins at the chain's state; of an element that starts on its threshold, or whose
  * acceleration is known from the motion before, they are exactly that. */
 static inline void begin_with_rates_real(stance_chain_real *chain) {
@@ -1069,27 +814,17 @@ static inline void begin_with_rates_real(stance_chain_real *chain) {
 static inline void stance_begin_phase_real(stance_chain_real *chain) {
     const int element = chain->came_to_rest;
     chain->drive.named = drive_in_mode_real(chain->plan, chain->mode, current_of_chain_real(chain));
-#if HOPFORM_HAS_NODES
-    if (is_solved_by_rates_real(chain)) {
+#if !HOPFORM_MOVES_ALONE
+    if (several_of_mode_real(chain->mode)) {
         begin_with_rates_real(chain);
         return;
     }
 #endif
-    start_on_threshold_real(chain);
     chain->numerators.named =
         motion_under_real(rates_of_chain_real(chain), &chain->drive.named, &chain->at.named, chain->mode);
-    const int starts = chain->just_switched;
-    if (starts >= 0 && several_of_mode_real(chain->mode)) {
-        const real acceleration = acceleration_on_threshold_real(chain, starts);
-        if (fabs_real(acceleration) > 0.0) {
-            set_acceleration_from_rest_real(&chain->numerators, rates_of_chain_real(chain), starts, false,
-                                            acceleration);
-        }
-    }
     if (element >= 0 && side_of_mode_real(chain->mode, element) != 0) {
         const real level = (real)side_of_mode_real(chain->mode, element) * level_of_real(&chain->plan->robot, element);
         set_acceleration_from_rest_real(&chain->numerators, rates_of_chain_real(chain), element,
-                                        alone_of_mode_real(chain->mode) == element,
                                         chain->carried_acceleration - level);
     }
 }
@@ -1144,8 +879,8 @@ static inline bool leaves_at_once_real(const stance_chain_real *chain) {
 static inline state_by_axis_real speeds_at_start_real(const stance_chain_real *chain, const state_by_axis_real *start) {
     state_by_axis_real speeds;
     speeds.of[HOPFORM_POSITION_AXIS] = start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
-#if HOPFORM_HAS_NODES
-    if (is_solved_by_rates_real(chain)) {
+#if !HOPFORM_MOVES_ALONE
+    if (several_of_mode_real(chain->mode)) {
         for (int n = 0; n < 3; n++) {
             speeds.of[axis_of_row_real[n]] = chain->rates.of[n];
         }
@@ -1160,32 +895,22 @@ static inline state_by_axis_real speeds_at_start_real(const stance_chain_real *c
 
 /* z' where it ends, at which the chain has arrived. */
 static inline state_by_axis_real speeds_at_end_real(const stance_chain_real *chain, const stance_search_real *end) {
-    const propagator_real *at = &end->in.high;
+    const int alone = alone_of_mode_real(chain->mode);
     state_by_axis_real speeds = {{0.0, 0.0, 0.0, 0.0}};
     speeds.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
-#if HOPFORM_HAS_ALONE
-    if (end->is_alone) {
-        const int alone = alone_of_mode_real(chain->mode);
+    if (alone >= 0) {
         const alone_pair_real pair = alone_pair_of_real(poles_of_real(chain->plan, chain->mode), false);
         const real side = (real)side_of_mode_real(chain->mode, alone);
         speeds.of[HOPFORM_VELOCITY_AXIS(alone)] = side * alone_acceleration_real(&pair, &end->alone);
         speeds.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_real(chain, alone) * end->alone.v;
-        return speeds;
     }
-#endif
-#if HOPFORM_HAS_NODES
-    if (end->arrival.is_known) {
+#if !HOPFORM_MOVES_ALONE
+    if (several_of_mode_real(chain->mode)) {
         for (int n = 0; n < 3; n++) {
             speeds.of[axis_of_row_real[n]] = end->arrival.w.of[n];
         }
-        return speeds;
     }
 #endif
-    for (int axis = 1; axis < HOPFORM_AXES; axis++) {
-        const numerator_real *by =
-            is_modal_real(at) ? &chain->modes.by.core[axis - 1] : &chain->numerators.core[axis - 1];
-        speeds.of[axis] = sum_of_parts_real(by, &at->rate);
-    }
     return speeds;
 }
 
@@ -1199,7 +924,7 @@ static inline void notify_real(const stance_chain_real *chain, const state_by_ax
                                          speeds_at_start_real(chain, start),
                                          speeds_at_end_real(chain, end),
                                          chain->mode,
-                                         end->in.high.t,
+                                         end->t,
                                          chain->event,
                                          end->owner == CONTACT_real};
         chain->observer(chain->variation, &phase);
@@ -1261,7 +986,7 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
     const real until = end_of_step_real(chain);
     const state_by_axis_real start = chain->at;
     const bool passes = end->owner == NO_OWNER_real && end->certified;
-    const real length = end->in.high.t;
+    const real length = end->t;
 #if HOPFORM_HAS_CONTACT
     chain->aed += chain->adds_up ? aed_in_phase_real(chain, length) : 0.0;
 #endif

@@ -709,7 +709,7 @@ static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phas
     const jet_real to = jet_at_real(course.poles, &g, &end);
     evaluations_real evaluations = {UNBOUNDED_real};
     const minima_real least =
-        least_minimum_real(course.poles, node_of_real(plan, mode), &extension, &from, &to, t, 65536.0, &evaluations);
+        least_minimum_real(course.poles, timescales_of_real(plan, mode), &extension, &from, &to, t, 65536.0, &evaluations);
     return greater_real(first, -least.value);
 }
 

@@ -5,13 +5,13 @@
  *
  *     g(t) = start + H3 W' + H2 W + H1 W1 + H0 W2        W, its derivatives and integrals: those of the phase's poles
  *
- * g is positive right after the start of the phase, and an event is its first root. H0 is 0 but for the distance to a
- * stop and the height of a foot that flies. That no other root comes before it is for certificate_real.h to say.
+ * g is positive right after the start of the phase, and an event is its first root. H0 is 0 but for the height of a foot
+ * that flies. That no other root comes before it is for the caller to say.
  */
 #ifndef HOPFORM_EVENT_FUNCTION_H_real
 #define HOPFORM_EVENT_FUNCTION_H_real
 
-#include "modal_real.h"
+#include "propagator_real.h"
 #include "phase_real.h"
 
 /* ---- on a threshold ---- */
@@ -29,9 +29,6 @@ static inline real first_derivative_real(const numerator_real *h) {
 
 enum { MOST_EVENT_FUNCTIONS_real = HOPFORM_MOST_EVENT_FUNCTIONS };
 
-/* Without these no function needs a certificate. */
-#define HOPFORM_CERTIFIES_real (!HOPFORM_MOVES_ALONE || HOPFORM_HAS_LIMITS)
-
 /* Owner of an event function: CONTACT, ELEMENT + index, or the LIMIT of a law, in order of tie-break priority. */
 enum {
     NO_OWNER_real = -1,
@@ -41,9 +38,8 @@ enum {
     NO_ELEMENT_real = -1
 };
 
-/* An event function. `owner` and `side` are the caller's. One that is monotone until the end of the phase crosses zero
- * once at most and needs no certificate. The distance to a limit is so until the velocity of its element vanishes, and
- * a touch of it is no event. */
+/* An event function. `owner` and `side` are the caller's. The distance to a stop is monotone until the velocity of its
+ * element vanishes, and a touch of it is no event. */
 typedef struct {
     real H3, H2, H1, H0; /* its numerator */
     real start;
@@ -51,26 +47,24 @@ typedef struct {
     real decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the spring's stretch */
     int32_t owner;
     int32_t side;
-    bool needs_certificate;
     bool touch_is_no_event;
 } event_function_real;
 
 /* A function with this numerator and value at the start, of which nothing is known. */
 static inline event_function_real event_function_of_real(const numerator_real *h, real start) {
-    const event_function_real g = {h->H3, h->H2, h->H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, true, false};
+    const event_function_real g = {h->H3, h->H2, h->H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, false};
     return g;
 }
 
 /* The active event functions of a phase, in order of tie-break priority. */
 typedef struct {
     const hopform_poles_real *poles;
-    const hopform_node_real *node;
     int32_t count;
     event_function_real function[MOST_EVENT_FUNCTIONS_real];
 } event_set_real;
 
 static inline event_function_real *add_event_function_real(event_set_real *set, const numerator_real *h, real start,
-                                                           real sign, int owner, bool needs_certificate) {
+                                                           real sign, int owner) {
     event_function_real *g = &set->function[set->count++];
     g->H3 = sign * h->H3;
     g->H2 = sign * h->H2;
@@ -81,7 +75,6 @@ static inline event_function_real *add_event_function_real(event_set_real *set, 
     g->decaying = 0.0; /* and its rate is not read */
     g->owner = owner;
     g->side = 0;
-    g->needs_certificate = needs_certificate;
     g->touch_is_no_event = false;
     return g;
 }
@@ -103,16 +96,6 @@ static inline void put_on_threshold_real(event_function_real *g, real terms) {
 static inline bool begins_beyond_real(const event_function_real *g) {
     const real first = begins_with_real(g);
     return g->start < 0.0 ? !(first > 0.0) : first < 0.0;
-}
-
-/* The modal form of a function in place of its numerator and start. */
-static inline void take_modes_real(event_function_real *g, const numerator_real *modes, real final, real drift,
-                                   real sign) {
-    g->H3 = sign * modes->H3;
-    g->H2 = sign * modes->H2;
-    g->H1 = sign * modes->H1;
-    g->H0 = sign * drift;
-    g->start = sign * final;
 }
 
 /* ---- its jet ---- */
@@ -152,15 +135,8 @@ static inline real rate_at_real(const event_function_real *g, const propagator_r
     return with_decay_real(g, at->t, 1, sum_of_real(g, &at->rate));
 }
 
-SELDOM_real real third_by_modes_real(const hopform_poles_real *poles, const event_function_real *g,
-                                     const propagator_real *at) {
-    const parts_real third = turned_parts_real(poles, at->omega, &at->curvature, 0.0);
-    return sum_of_real(g, &third);
-}
-
 static inline real third_of_real(const hopform_poles_real *poles, const event_function_real *g,
                                  const propagator_real *at) {
-    if (is_modal_real(at)) { return third_by_modes_real(poles, g, at); }
     const parts_real *w = &at->curvature;
     const real fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
     const parts_real third = {fourth, w->first, w->second, w->third};
@@ -191,10 +167,8 @@ ALWAYS_real jet_real jet_at_real(const hopform_poles_real *poles, const event_fu
 }
 
 /* The fourth derivative of an event function, but for its sign: the poles give it from the others, less what grows. */
-static inline real fourth_of_real(const hopform_poles_real *poles, const event_function_real *g, bool modal,
-                                  const jet_real *at) {
-    const real grows = modal ? poles->s_3 * g->H0 : g->H0;
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - grows;
+static inline real fourth_of_real(const hopform_poles_real *poles, const event_function_real *g, const jet_real *at) {
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
 }
 
 /* The sum of the magnitudes of what the function or a derivative is a sum of, but for the last. */
@@ -319,35 +293,13 @@ static inline derivatives_real carried_real(const hopform_poles_real *poles, con
         return sum;
 }
 
-/* The propagator d later, at a time t: W by that series, the modes by that of exp. */
+/* The propagator d later, at a time t, by that series. */
 static inline propagator_real carried_response_real(const hopform_poles_real *poles, const propagator_real *at, real d,
                                                     real t) {
     const derivatives_real w = {at->value.last, at->value.third, at->value.second, at->value.first, at->rate.first};
     const derivatives_real later = carried_real(poles, &w, d);
     const basis_real basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
     return propagator_of_real(poles, t, &basis);
-}
-
-SELDOM_real propagator_real carried_modes_real(const hopform_poles_real *poles, const propagator_real *at, real d,
-                                               real t) {
-    const real fades = -0.5 * poles->p * d;
-    const real turns = at->omega * d;
-    parts_real term = {at->value.first, at->value.second, at->value.third, 0.0};
-    parts_real sum = {term.first, term.second, term.third, t};
-#define ADD_ORDER(inverse)                                                                                             \
-    {                                                                                                                  \
-        const real cosine = fades * term.second - turns * term.third;                                                  \
-        const real sine = turns * term.second + fades * term.third;                                                    \
-        term.first *= -poles->a * d * (inverse);                                                                       \
-        term.second = cosine * (inverse);                                                                              \
-        term.third = sine * (inverse);                                                                                 \
-        sum.first += term.first;                                                                                       \
-        sum.second += term.second;                                                                                     \
-        sum.third += term.third;                                                                                       \
-    }
-    HOPFORM_CARRY_ORDERS_real(ADD_ORDER)
-#undef ADD_ORDER
-        return propagator_of_modes_real(poles, at->omega, &sum);
 }
 
 /* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
@@ -390,8 +342,6 @@ static inline void use_evaluation_real(evaluations_real *evaluations) {
  * g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is none. */
 static inline void locate_root_real(const hopform_poles_real *poles, const event_function_real *g, real low,
                                     propagator_real *at, real guess, evaluations_real *evaluations) {
-    const real omega = at->omega;
-    const bool modal = is_modal_real(at);
     real high = at->t;
     real t = guess;
     for (int n = 0; n < 100 && evaluations->left > 0; n++) {
@@ -399,47 +349,23 @@ static inline void locate_root_real(const hopform_poles_real *poles, const event
         if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
             t = low + 0.5 * (high - low);
             if (!(t > low && t < high)) {
-                *at = propagator_in_form_real(poles, omega, high);
+                *at = propagator_at_real(poles, high);
                 return;
             }
         }
-        *at = propagator_in_form_real(poles, omega, t);
+        *at = propagator_at_real(poles, t);
         const jet_real jet = jet_at_real(poles, g, at);
         if (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate)) { return; }
-        const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, modal, &jet), t, low, high);
+        const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, &jet), t, low, high);
         /* The rate of the further term is none of the poles: no step is known to land. */
         if (step.lands && !has_decay_real(g)) {
-            *at = modal ? carried_modes_real(poles, at, step.next - t, step.next)
-                        : carried_response_real(poles, at, step.next - t, step.next);
+            *at = carried_response_real(poles, at, step.next - t, step.next);
             return;
         }
         low = step.low;
         high = step.high;
         t = step.next;
     }
-}
-
-/* Correction to a root estimate from the steady-state form of g, which keeps its digits after the transients have
- * decayed; 0 when it is no more accurate. */
-static inline real steady_state_correction_real(const hopform_poles_real *poles, const event_function_real *g,
-                                                real settled, const basis_real *basis, real t) {
-    const real residual = settled - g->start;
-    const bool slow = poles->s_3 > 0.0; /* else W does not fade, but is not in it */
-    const real by_2 = residual * poles->s_2;
-    const numerator_real fading = {g->H3, slow ? g->H2 : by_2, g->H1};
-    const real value = settled - residual_to_steady_state_real(poles, &fading, basis, residual);
-    const real rate = g->H3 * basis->Wdd + g->H2 * basis->Wd + g->H1 * basis->W;
-    const real of_time = t * fabs_real(rate);
-    const real of_rise = fabs_real(g->start) + fabs_real(g->H3 * basis->Wd) + fabs_real(g->H2 * basis->W)
-                         + fabs_real(g->H1 * basis->W1) + of_time;
-    const real of_residual = fabs_real(settled) + fabs_real(residual * basis->Wdd)
-                             + (fabs_real(g->H3) + fabs_real(residual * poles->s_1)) * fabs_real(basis->Wd)
-                             + (slow ? fabs_real(g->H2) + fabs_real(by_2) : 0.0) * fabs_real(basis->W) + of_time;
-    const bool better =
-        (rate < 0.0) & (of_residual < 0.25 * of_rise) & (fabs_real(value) <= 16.0 * HOPFORM_EPS_real * of_rise);
-    const real later = -value / (better ? rate : -1.0);
-    const bool counts = (fabs_real(later) < 0.01 * t) & (fabs_real(later) > 16.0 * HOPFORM_EPS_real * t);
-    return (better & counts) ? later : 0.0;
 }
 
 #endif

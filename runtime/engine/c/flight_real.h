@@ -14,6 +14,7 @@
 
 #include "chain_real.h"
 #include "facts.h"
+#include "first_event_real.h"
 #include "linear_real.h"
 #include "overlap_real.h"
 
@@ -150,7 +151,6 @@ static fall_real fall_search_real(const flight_chain_real *chain, const event_fu
         -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? displacement[5] + l * displacement[4] : displacement[4]);
     fall_real fall;
     fall.set.poles = poles;
-    fall.set.node = NULL;
     fall.set.count = 1;
     fall.set.function[0] = *g;
     fall.is_rate = is_rate;
@@ -279,7 +279,7 @@ static flight_end_real end_at_stop_real(flight_chain_real *chain, flight_end_rea
     event_set_real set;
     set.poles = &chain->poles;
     set.count = 0;
-    event_function_real *stop = add_event_function_real(&set, &displacement, away * gap, away, ELEMENT_real, false);
+    event_function_real *stop = add_event_function_real(&set, &displacement, away * gap, away, ELEMENT_real);
     stop->touch_is_no_event = true;
     const real left = value_at_real(stop, &chain->last);
     const real position = now->x1;
@@ -309,7 +309,7 @@ static flight_end_real end_at_pull_real(flight_chain_real *chain, flight_end_rea
         set.poles = &chain->poles;
         set.count = 0;
         event_function_real *room =
-            add_event_function_real(&set, &pull, start, (real)(now->limit == 0 ? -side : side), ELEMENT_real, true);
+            add_event_function_real(&set, &pull, start, (real)(now->limit == 0 ? -side : side), ELEMENT_real);
         put_on_threshold_real(room, terms);
         propagator_real at = chain->last;
         if (side != -now->limit && has_root_in_flight_real(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {

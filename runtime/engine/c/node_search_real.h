@@ -15,7 +15,7 @@
 #include "first_event_real.h"
 #include "transition_real.h"
 
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
 #ifndef NODE_COUNT
 #define NODE_COUNT(what) (void)0
 #endif

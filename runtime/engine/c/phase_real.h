@@ -15,13 +15,13 @@ static inline bool stores_much_real(const hopform_robot_real *robot, const hopfo
 }
 #endif
 
-/* The poles, their node and the rates of a mode in a plan. */
+/* The poles, their time scales and the rates of a mode in a plan. */
 static inline const hopform_poles_real *poles_of_real(const hopform_plan_real *plan, row_real mode) {
     return &plan->poles[form_of_mode_real(mode)];
 }
 
-static inline const hopform_node_real *node_of_real(const hopform_plan_real *plan, row_real mode) {
-    return &plan->node[form_of_mode_real(mode)];
+static inline const hopform_timescales_real *timescales_of_real(const hopform_plan_real *plan, row_real mode) {
+    return &plan->timescales[form_of_mode_real(mode)];
 }
 
 static inline const hopform_rates_real *rates_in_mode_real(const hopform_plan_real *plan, row_real mode) {
@@ -49,14 +49,6 @@ static inline numerators_real motion_of_real(const hopform_plan_real *plan, cons
                                              row_real mode) {
     const drive_real drive = drive_in_mode_real(plan, mode, u);
     return motion_under_real(rates_in_mode_real(plan, mode), &drive, state, mode);
-}
-
-/* Final value minus initial value of a function with this numerator; NEVER if the mode has no restoring force. */
-static inline real settled_real(const hopform_poles_real *poles, const numerator_real *h) {
-    const bool slow = poles->s_3 > 0.0;
-    const real draws = slow ? poles->s_3 : poles->s_2;
-    const real settled = (slow ? h->H1 : h->H2) / (draws > 0.0 ? draws : 1.0);
-    return draws > 0.0 ? settled : HOPFORM_NEVER_real;
 }
 
 /* ---- the hold rule ---- */
@@ -97,19 +89,13 @@ static inline real free_after_rest_real(real side, real friction, real back) {
     return side * (friction - (back > HOPFORM_UNDERFLOW_real ? back : HOPFORM_UNDERFLOW_real));
 }
 
-static inline real free_after_motion_real(real side, real friction, const numerator_real *velocity,
-                                          const basis_real *basis) {
-    return free_after_rest_real(side, friction, fabs_real(velocity->H3 * basis->Wdd + velocity->H2 * basis->Wd));
-}
-
-/* Put the acceleration with which an element goes on from rest in place of that of the state; alone, the stretch
- * follows it. */
+/* Put the acceleration with which an element goes on from rest, alone, in place of that of the state. */
 static inline void set_acceleration_from_rest_real(numerators_by_axis_real *numerators, const hopform_rates_real *rates,
-                                                   int element, bool alone, real acceleration) {
+                                                   int element, real acceleration) {
     (void)rates; /* without a gear */
     numerators->of.velocity[element].H3 = acceleration;
     if (element == HOPFORM_STOPPED_ELEMENT) { numerators->of.position.H3 = acceleration; /* its velocity is 0 */ }
-    if (alone) { numerators->of.stretch.H2 = (real)HOPFORM_STRETCH_FOLLOWS(rates, element) * acceleration; }
+    numerators->of.stretch.H2 = (real)HOPFORM_STRETCH_FOLLOWS(rates, element) * acceleration;
 }
 
 /* Whether the stretch may turn inside a phase. */
@@ -274,7 +260,7 @@ SELDOM_real void sharpen_late_state_real(const course_real *course, const basis_
 /* Whether that is so: the real pole beyond the pair by so much, and its transient over. */
 static inline bool is_late_on_course_real(const course_real *course, real t) {
     const hopform_poles_real *poles = course->poles;
-    return !HOPFORM_MOVES_ALONE && poles->a * poles->a > HOPFORM_MODAL_real * poles->q && poles->a * t >= 1.0
+    return !HOPFORM_MOVES_ALONE && poles->a * poles->a > HOPFORM_FAR_real * poles->q && poles->a * t >= 1.0
            && poles->s_3 > 0.0;
 }
 

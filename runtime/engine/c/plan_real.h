@@ -1,41 +1,21 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * The plan of a robot: its rates, and of each mode the poles, and a node, where the propagator is evaluated in advance.
+ * The plan of a robot: its rates, of each mode the poles, and the constants of a node of both masses.
  */
 #ifndef HOPFORM_PLAN_H_real
 #define HOPFORM_PLAN_H_real
 
-#include "alone_real.h"
 #include "phase_real.h"
 #include "transition_real.h"
 
-/* The node lies at nearly half a period where the pair is not damped, sooner where it is: at 0.95 pi/sqrt(q). The
- * propagator is evaluated there, if searches start from it. */
-static inline hopform_node_real node_of_poles_real(const hopform_poles_real *poles) {
-    const bool draws = poles->q > HOPFORM_UNDERFLOW_real; /* else the node is never reached */
-    const real t = draws ? 2.984 / sqrt_real(poles->q) : HOPFORM_NEVER_real;
-    basis_real basis = {1.0, 0.0, 0.0, 0.0, 0.0};
-    if (!HOPFORM_HAS_ALONE) { basis = basis_at_real(poles, draws ? t : 0.0); }
+/* What is known of poles in advance. */
+static inline hopform_timescales_real timescales_of_poles_real(const hopform_poles_real *poles) {
     const real mu = 0.5 * poles->p;
     const real square = mu * mu - poles->q;
-    hopform_node_real node = {
-        HOPFORM_NEVER_real, HOPFORM_NEVER_real, poles->a, 0.0,      0.0,     HOPFORM_NEVER_real, 0.0, t,
-        basis.Wdd,          basis.Wd,           basis.W,  basis.W1, basis.W2};
-    if (square < 0.0) {
-        node.half_period = 3.14159265358979323846 / sqrt_real(-square);
-        node.fades = poles->a > 0.0 && mu > poles->a ? 10.0 / (mu - poles->a) : HOPFORM_NEVER_real;
-        if (poles->a * poles->a > HOPFORM_MODAL_real * poles->q && -square > 0.0625 * poles->q) {
-            node.modal = 1.0 / poles->a;
-            node.omega = sqrt_real(-square);
-        }
-    } else {
-        const real fast = mu + sqrt_real(square);
-        const real slow = fast > 0.0 ? poles->q / fast : 0.0;
-        node.pole = greater_real(poles->a, fast);
-        node.second = lesser_real(fast, greater_real(poles->a, slow));
-        node.third = lesser_real(poles->a, slow);
-    }
-    return node;
+    const hopform_timescales_real rings = {square < 0.0 ? 3.14159265358979323846 / sqrt_real(-square) : HOPFORM_NEVER_real,
+                                     poles->a};
+    const hopform_timescales_real decays = {HOPFORM_NEVER_real, greater_real(poles->a, mu + sqrt_real(square))};
+    return square < 0.0 ? rings : decays;
 }
 
 /* The rates of a plan's robot, if it is one. */
@@ -86,9 +66,9 @@ static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_
 #undef PUT_BOTH
 #undef PUT_PAIR
     for (int form = 0; form < HOPFORM_POLES; form++) {
-        plan->node[form] = node_of_poles_real(&plan->poles[form]);
+        plan->timescales[form] = timescales_of_poles_real(&plan->poles[form]);
     }
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
     put_transition_real(plan);
 #endif
     plan->made = HOPFORM_PLAN_MADE;

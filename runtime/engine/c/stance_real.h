@@ -22,7 +22,7 @@ static bool steps_are_sound_real(const hopform_step_real *steps, int32_t count) 
 /* Whether what is left of velocities after the fastest pole's transient, w^2/a^2 of them, has no digits to decide
  * events by: a is that pole, a w^2 the product of all three. */
 static bool is_stiff_real(const hopform_plan_real *plan) {
-    const real a = plan->node[0].pole;
+    const real a = plan->timescales[0].pole;
     return !HOPFORM_MOVES_ALONE && a * a * a > HOPFORM_STIFFEST_real * HOPFORM_STIFFEST_real * plan->rates[0].s_3;
 }
 
@@ -66,8 +66,10 @@ static int32_t call_status_real(const hopform_plan_real *plan, const hopform_sta
 
 /* Run a chain that has begun to its ending, which is not 0 if it is there already. */
 ALWAYS_real int32_t stance_run_real(stance_chain_real *chain, int32_t begun) {
+    const alone_real still = {0.0, 0.0, 0.0, 0.0};
     stance_search_real search;
-    search_nothing_real(&chain->plan->poles[0], &search);
+    search.side = 0;
+    search.alone = still;
     int32_t ending = begun;
     while (ending == 0) {
         stance_begin_phase_real(chain);

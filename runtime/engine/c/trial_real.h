@@ -143,15 +143,15 @@ static inline void look_for_minimum_real(const current_variation_real *variation
                                          const course_real *by_u, const derivatives_of_state_real *ends) {
     const hopform_plan_real *plan = variation->plan;
     const hopform_robot_real *robot = &plan->robot;
-    const hopform_node_real *node = node_of_real(plan, phase->mode);
+    const hopform_timescales_real *scales = timescales_of_real(plan, phase->mode);
     const derivatives_of_state_real begins = derivatives_in_mode_real(plan, phase->mode, &phase->begins);
     const jet_real from = contact_jet_real(robot, &phase->start->named, &begins);
     const jet_real to = contact_jet_real(robot, &phase->arrived->named, ends);
-    if (turns_as_seen_real(node, &from, &to, phase->length) && !shows_minimum_real(&from, &to)) { return; }
+    if (turns_as_seen_real(scales, &from, &to, phase->length) && !shows_minimum_real(&from, &to)) { return; }
     const course_real course = course_from_real(plan, phase->mode, &phase->start->named, &phase->drive->named);
     const numerator_real h = contact_numerator_real(robot, &course.numerators.named);
     const minima_real least =
-        least_minimum_real(course.poles, node, &h, &from, &to, phase->length, 64.0, variation->evaluations);
+        least_minimum_real(course.poles, scales, &h, &from, &to, phase->length, 64.0, variation->evaluations);
     if (least.count > 0) {
         const hopform_state_real there = state_on_course_real(by_u, least.t);
         note_minimum_real(variation->trial, least.value, contact_slope_real(robot, &there), least.count);

@@ -10,13 +10,6 @@
 #include <stddef.h>
 #include <stdint.h>
 
-/** 1 of a library that solves phases of both masses slipping by their rates, from node to node, and those of one mass alone
- * by its displacement: in all of its files and in those that include this one. Not finished: it is compared with the
- * other form, which ships. */
-#ifndef HOPFORM_BY_NODES
-#define HOPFORM_BY_NODES 0
-#endif
-
 #ifdef __cplusplus
 extern "C" {
 #endif
@@ -132,24 +125,12 @@ typedef struct {
     double v2;  /**< [m/s] velocity of the body */
 } hopform_start_f64;
 
-/** A mode's propagator where a phase is looked at first, and constants of the certificate. */
+/** Of the poles of a mode. */
 typedef struct {
     double half_period;  /**< [s] of the pair; HOPFORM_NEVER where its poles are real */
-    double fades;        /**< [s] from then on the pair is nothing beside the real pole */
-    double pole;         /**< [1/s] the real pole that is removed from a derivative: the fastest of three */
-    double second;       /**< [1/s] of three real poles; 0 of a pair that rings */
-    double third;        /**< [1/s] the slowest of three */
-    double modal;        /**< [s] from then on the modal form is evaluated; HOPFORM_NEVER where W does as well */
-    double omega;        /**< [1/s] frequency of the pair, where the modal form is evaluated */
-    double t;            /**< [s] time since the phase began */
-    double Wdd;          /**< [1] second derivative of W */
-    double Wd;           /**< [s] derivative of W */
-    double W;            /**< [s^2] response of the three poles to an impulse */
-    double W1;           /**< [s^3] integral of W */
-    double W2;           /**< [s^4] integral of W1 */
-} hopform_node_f64;
+    double pole;         /**< [1/s] the fastest real pole */
+} hopform_timescales_f64;
 
-#if HOPFORM_BY_NODES
 /** Both masses slipping: what their rates and coordinates become from node to node. */
 typedef struct {
     double h; /**< [s] from node to node */
@@ -161,17 +142,14 @@ typedef struct {
     double gains[9]; /**< what each coordinate gains, by rows, in SI units */
     double moves[3]; /**< what the position gains beyond v_1 h, in SI units */
 } hopform_transition_f64;
-#endif
 
-/** What is computed once per robot: coefficients of the equations of motion, poles and a node of each mode. */
+/** What is computed once per robot: coefficients of the equations of motion, poles of each mode, and a node. */
 typedef struct {
     hopform_robot_f64 robot;
     hopform_rates_f64 rates[1]; /**< of the equations of motion */
     hopform_poles_f64 poles[3]; /**< both masses slip; mass 1 slips alone; mass 2 slips alone */
-    hopform_node_f64 node[3]; /**< of each */
-    #if HOPFORM_BY_NODES
+    hopform_timescales_f64 timescales[3]; /**< of each */
     hopform_transition_f64 transition;
-    #endif
     uint32_t made; /**< HOPFORM_PLAN_MADE once hopform_plan_init was content */
 } hopform_plan_f64;
 

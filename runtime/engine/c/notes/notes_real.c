@@ -56,11 +56,11 @@ static void note_function_real(const stance_chain_real *chain, int32_t n, const 
     if (ends) { (void)note_real(notes, "ends", n, 0.0, length); }
 }
 
-#if HOPFORM_HAS_NODES
+#if !HOPFORM_MOVES_ALONE
 /* Both slip: the contact, if it can be lost, the distance to a stop ahead, the velocities. */
 static void note_both_real(const stance_chain_real *chain, const stance_search_real *search) {
     evaluations_real *notes = chain->evaluations;
-    const real length = search->in.high.t;
+    const real length = search->t;
     state_by_axis_real end = chain->at;
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
         end.of[axis_of_row_real[n]] = search->arrival.z[axis_of_row_real[n]];
@@ -163,12 +163,12 @@ static void note_phase_real(stance_chain_real *chain, stance_search_real *search
         (void)note_real(notes, "pair", -1, poles->p, poles->q);
         (void)note_real(notes, "sides", -1, (real)side_of_mode_real(chain->mode, 0),
                         (real)side_of_mode_real(chain->mode, 1));
-#if HOPFORM_HAS_NODES
-        if (!search->is_alone) { note_both_real(chain, search); }
+#if !HOPFORM_MOVES_ALONE
+        if (several_of_mode_real(chain->mode)) { note_both_real(chain, search); }
 #endif
-        if (search->is_alone) { note_alone_real(chain, search); }
+        if (alone_of_mode_real(chain->mode) >= 0) { note_alone_real(chain, search); }
     }
-    (void)note_real(notes, "phase", chain->count - 1, 0.0, search->in.high.t);
+    (void)note_real(notes, "phase", chain->count - 1, 0.0, search->t);
 }
 
 /* A stance comes by here where it looks for the end of a phase. */
