@@ -115,12 +115,11 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
       v.a2_y = plan.rates[0].a2_y;
       v.a2_v2 = plan.rates[0].a2_v2;
       v.length = h;
-      v.rounding = OF(rounding_at_node)(&search, n, search.high,
-                                        search.high->rate[n]);
-      v.signs = OF(turns_down_only)(search.low->rate[n],
-                                    search.low->deflated[n],
-                                    search.high->rate[n],
-                                    search.high->deflated[n]);
+      v.rounding =
+          OF(rounding_at_node)(&search, n, search.high, search.high->rate[n]);
+      v.signs =
+          OF(turns_down_only)(search.low->rate[n], search.low->deflated[n],
+                              search.high->rate[n], search.high->deflated[n]);
       v.remainder =
           search.rings ? OF(remainder_of_quintic)(&search, n, h, d_rate) : 0;
       v.amplitude = OF(falls_too_little)(&search, n, h, d_rate);
@@ -129,8 +128,9 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
         OF(put_root)(&search, n, &root);
         v.root = root.t;
       }
-      v.bernstein = search.rings && OF(has_no_root_by_bernstein)(
-                                        &search, n, h, d_rate, (real)v.rounding);
+      v.bernstein =
+          search.rings &&
+          OF(has_no_root_by_bernstein)(&search, n, h, d_rate, (real)v.rounding);
     }
     verdicts[i] = v;
   }

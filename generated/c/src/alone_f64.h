@@ -27,7 +27,6 @@
 #define HOPFORM_ALONE_BENDS                                                                                            \
     (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
 
-
 #if HOPFORM_HAS_ALONE
 /* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
@@ -108,8 +107,8 @@ static inline known_pair_f64 response_over_f64(const alone_pair_f64 *pair, doubl
 }
 
 /* The start of a motion whose draw is known within a rounding. Two real poles settle, as do those that ring so slowly
- * that nothing is left after half a period: where no more than rounding is left of draw and velocity, what is left fades
- * with the slow pole, draw = fast v. By a draw that is rounding alone the element would rest, or turn. */
+ * that nothing is left after half a period: where no more than rounding is left of draw and velocity, what is left
+ * fades with the slow pole, draw = fast v. By a draw that is rounding alone the element would rest, or turn. */
 static inline alone_f64 alone_start_f64(const alone_pair_f64 *pair, double v, double draw, double rounding) {
     alone_f64 start = {0.0, 0.0, v, draw};
     if (fabs_f64(draw) + pair->p * v < rounding) {
