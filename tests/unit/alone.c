@@ -7,6 +7,8 @@ typedef struct {
   double velocity, draw, until; /* v, and v' + p v, at the start */
   double rounding;              /* of the draw */
   double guard[2];              /* displacements; below 0: none */
+  double value, rate, bend;     /* of a function of s and v, its numerator;
+                                   below 0: none */
 } question;
 
 typedef struct {
@@ -15,7 +17,7 @@ typedef struct {
 } verdict;
 
 /* The owner of a guard is its index, that of a rest 1: after a contact, before
- * what is held. */
+ * what is held. That of a function is the last. */
 void ask(const question *questions, int64_t count, verdict *verdicts) {
   for (int64_t i = 0; i < count; i++) {
     const question *q = &questions[i];
@@ -36,6 +38,11 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
       if (q->guard[n] >= 0.0) {
         (void)add_alone_guard_f32(&search, (float)q->guard[n], 2 * n);
       }
+    }
+    if (q->value >= 0.0) {
+      const numerator_f32 h = {(float)q->rate, (float)q->bend, 0.0f};
+      (void)add_alone_function_f32(&search, &h, (float)q->value, 0.0f, 1.0f,
+                                   LIMIT_f32, 0);
     }
     find_alone_event_f32(&search, (float)q->until, &evaluations);
     verdicts[i] = (verdict){

@@ -10,21 +10,26 @@ from typing import Any
 import numpy as np
 import pytest
 
+from tests import needs
 from tests.objects import shared_library
 
 EPS = 2.0**-23
-QUESTION = np.dtype([*((n, "f8") for n in ("p", "q", "velocity", "draw", "until", "rounding")), ("guard", "f8", 2)])
+QUESTION = np.dtype(
+    [*((n, "f8") for n in ("p", "q", "velocity", "draw", "until", "rounding")), ("guard", "f8", 2),
+     *((n, "f8") for n in ("value", "rate", "bend"))]
+)  # fmt: skip
 VERDICT = np.dtype([*((n, "f8") for n in ("t", "s", "v", "draw", "rest_time")), ("owner", "i4"), ("evaluations", "i4")])
 SOURCES = (Path(__file__).with_name("alone.c"),)
-CONTACT, REST, HELD = 0, 1, 2
+CONTACT, REST, HELD, LIMIT = 0, 1, 2, 3
 NONE = -1
 COUNT = 4000
-PAIRS = ("rings", "near", "real", "free")
+FUNCTIONS = 1000
+PAIRS = ("rings", "real", "near", "free")
 
 
 @pytest.fixture
 def library(store):
-    return ctypes.CDLL(str(shared_library(store, "alone", SOURCES, "-DHOPFORM_BY_NODES=1")))
+    return ctypes.CDLL(str(shared_library(store, "alone", SOURCES, "-DHOPFORM_BY_NODES=1", "-DHOPFORM_ALONE_BENDS=1")))
 
 
 def asked(library: Any, q: Any) -> Any:
@@ -45,7 +50,7 @@ def drawn(seed: int, kind: str) -> Any:
     q["velocity"] = over(0.1, 10.0) * (draw.random(COUNT) < 0.8)
     size = np.where(q["velocity"] > 0.0, q["velocity"], over(0.1, 10.0)) * np.maximum(root, q["p"])
     q["draw"] = size * over(1e-3, 1e3) * np.where(q["velocity"] > 0.0, draw.choice([-1.0, 1.0], COUNT), 1.0)
-    q["until"], q["guard"] = (1e3 / root).astype("f4"), NONE
+    q["until"], q["guard"], q["value"] = (1e3 / root).astype("f4"), NONE, NONE
     for name in ("p", "q", "velocity", "draw"):
         q[name] = q[name].astype("f4")
     return q
@@ -146,6 +151,7 @@ def test_a_guard_is_met_where_the_motion_is_there(library, kind):
 
 def test_two_guards_are_met_in_the_order_of_their_displacements_and_a_tie_goes_to_the_first_owner(library):
     q = np.zeros(4, QUESTION)
+    q["value"] = NONE
     q["p"], q["q"], q["velocity"], q["draw"], q["until"] = 0.1, 4.0, 1.0, 0.5, 10.0
     q["guard"] = [(0.2, 0.1), (0.1, 0.2), (0.1 * (1.0 + 4.0 * EPS), 0.1), (0.1 * (1.0 + 1e4 * EPS), 0.1)]
     assert asked(library, q)["owner"].tolist() == [HELD, CONTACT, CONTACT, HELD]
@@ -153,6 +159,7 @@ def test_two_guards_are_met_in_the_order_of_their_displacements_and_a_tie_goes_t
 
 def test_a_guard_behind_the_rest_or_the_end_of_the_step_is_not_met(library):
     q = np.zeros(4, QUESTION)
+    q["value"] = NONE
     q["p"], q["q"], q["velocity"], q["draw"], q["until"] = 0.1, 4.0, 1.0, 0.5, 10.0
     q["guard"] = NONE
     rest = asked(library, q)[0]
@@ -166,8 +173,52 @@ def test_a_guard_behind_the_rest_or_the_end_of_the_step_is_not_met(library):
 
 def test_a_guard_that_is_passed_while_the_mass_is_drawn_to_it_asks_for_no_time_to_rest(library):
     q = np.zeros(3, QUESTION)
+    q["value"] = NONE
     q["p"], q["q"], q["velocity"], q["draw"], q["until"] = 0.1, 4.0, 1.0, 0.5, [10.0, 0.05, 10.0]
     q["guard"] = [(NONE, 0.1), (NONE, 0.1), (NONE, 0.2)]
     v = asked(library, q)
     assert v["owner"].tolist() == [HELD, NONE, HELD] and v["t"][1] == np.float32(0.05)
     assert (v["rest_time"] > 1e37).tolist() == [True, False, False]
+
+
+def fallen(q: Any, t: Any) -> tuple[Any, Any]:
+    """What the functions are after some times, a row of them each, and how much of that may be rounding: their terms."""
+    f = np.zeros((*t.shape,), QUESTION)
+    for name, of in (("p", "p"), ("q", "q"), ("velocity", "rate"), ("draw", "bend")):
+        f[name] = q[of][:, None]
+    gained, rate, _ = motion(f, t)
+    by_rate, by_bend = f.copy(), f.copy()
+    by_rate["draw"], by_bend["velocity"] = 0.0, 0.0
+    terms = np.abs(motion(by_rate, t)[0]) + np.abs(motion(by_bend, t)[0]) + np.abs(rate) * t
+    return gained, terms
+
+
+@pytest.mark.parametrize("kind", needs.the_first(PAIRS, 2))
+def test_a_function_of_displacement_and_velocity_is_met_at_its_first_zero(library, kind):
+    """Functions that fall and rise, or rise and fall, most of them to near zero: the first zero of each is found."""
+    draw = np.random.default_rng(8)
+    q = drawn(6, kind)[:FUNCTIONS]
+    count = len(q)
+    first = asked(library, q)
+    ends = np.where(first["owner"] == REST, first["t"], q["until"])
+    ends = np.minimum(ends, 40.0 / np.maximum(np.sqrt(q["q"]), q["p"]))  # behind that all has faded
+    q["until"] = ends.astype("f4")
+    fast = np.maximum(np.sqrt(q["q"]), q["p"])
+    q["rate"] = (draw.choice([-1.0, 1.0], count) * 10.0 ** draw.uniform(-3.0, 0.0, count)).astype("f4")
+    q["bend"] = (draw.choice([-1.0, 1.0], count) * fast * 10.0 ** draw.uniform(-2.0, 1.0, count)).astype("f4")
+    grid = q["until"][:, None] * np.linspace(0.0, 1.0, 300)[None, :] ** 2
+    gained, terms = fallen(q, grid)
+    lowest = np.minimum(gained.min(axis=1), 0.0)
+    beside = np.where(draw.random(count) < 0.5, 10.0 ** draw.uniform(-7.0, 0.0, count), 0.5)
+    share = 1.0 + draw.choice([-1.0, 1.0], count) * beside
+    q["value"] = np.where(lowest < 0.0, -lowest * np.maximum(share, 0.0), terms.max(axis=1)).astype("f4")
+    v = asked(library, q)
+    bound = 32.0 * EPS * (q["value"] + terms.max(axis=1))
+    met = v["owner"] == LIMIT
+    assert 0.2 < met.mean() < 0.9
+    there = np.where(met, v["t"], q["until"])[:, None]
+    value, _ = fallen(q, there)
+    assert (np.abs(q["value"] + value[:, 0])[met] <= bound[met]).all(), "it is zero where it is met"
+    before = q["value"][:, None] + gained
+    early = (before < -bound[:, None]) & (grid < there * (1.0 - 1e-4))
+    assert not early.any(), f"{early.any(axis=1).sum()} of {count} are below zero before"

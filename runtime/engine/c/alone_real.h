@@ -24,8 +24,10 @@
 #define HOPFORM_HAS_ALONE HOPFORM_BY_NODES
 
 /* Whether a model has event functions that are not linear in s. */
+#ifndef HOPFORM_ALONE_BENDS
 #define HOPFORM_ALONE_BENDS                                                                                            \
     (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
+#endif
 
 #if HOPFORM_HAS_ALONE
 /* Its pair of poles: both are slower than the root of `square`. */
