@@ -118,12 +118,11 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
       v.a2_y = plan.rates[0].a2_y;
       v.a2_v2 = plan.rates[0].a2_v2;
       v.length = h;
-      v.rounding = OF(rounding_at_node)(&search, n, search.high,
-                                        search.high->rate[n]);
-      v.signs = OF(turns_down_only)(search.low->rate[n],
-                                    search.low->deflated[n],
-                                    search.high->rate[n],
-                                    search.high->deflated[n]);
+      v.rounding =
+          OF(rounding_at_node)(&search, n, search.high, search.high->rate[n]);
+      v.signs =
+          OF(turns_down_only)(search.low->rate[n], search.low->deflated[n],
+                              search.high->rate[n], search.high->deflated[n]);
       v.remainder =
           search.rings ? OF(remainder_of_quintic)(&search, n, h, d_rate) : 0;
       v.amplitude = OF(falls_too_little)(&search, n, h, d_rate);

@@ -26,7 +26,6 @@
     (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
 #endif
 
-
 /* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
     const hopform_poles_f32 *poles;
@@ -106,8 +105,8 @@ static inline known_pair_f32 response_over_f32(const alone_pair_f32 *pair, float
 }
 
 /* The start of a motion whose draw is known within a rounding. Two real poles settle, as do those that ring so slowly
- * that nothing is left after half a period: where no more than rounding is left of draw and velocity, what is left fades
- * with the slow pole, draw = fast v. By a draw that is rounding alone the element would rest, or turn. */
+ * that nothing is left after half a period: where no more than rounding is left of draw and velocity, what is left
+ * fades with the slow pole, draw = fast v. By a draw that is rounding alone the element would rest, or turn. */
 static inline alone_f32 alone_start_f32(const alone_pair_f32 *pair, float v, float draw, float rounding) {
     alone_f32 start = {0.0f, 0.0f, v, draw};
     if (fabs_f32(draw) + pair->p * v < rounding) {

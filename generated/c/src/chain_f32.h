@@ -562,8 +562,9 @@ static inline void put_alone_velocity_f32(alone_search_f32 *search, const stance
         chain->numerators.of.stretch.H2 / (float)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f32(chain), alone);
     const float stretched = chain->most_stretched + fabs_f32(chain->at.of[HOPFORM_STRETCH_AXIS]);
     const float terms = fabs_f32(chain->drive.of[alone]) + search->pair.q * stretched;
-    search->start = alone_start_f32(&search->pair, greater_f32(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0f),
-                                     side * draw, 16.0f * HOPFORM_EPS_f32 * terms);
+    search->start =
+        alone_start_f32(&search->pair, greater_f32(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0f),
+                         side * draw, 16.0f * HOPFORM_EPS_f32 * terms);
 }
 
 /* The thresholds of the free acceleration of what is held, on which the velocity acts. */

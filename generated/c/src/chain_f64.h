@@ -562,8 +562,9 @@ static inline void put_alone_velocity_f64(alone_search_f64 *search, const stance
         chain->numerators.of.stretch.H2 / (double)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f64(chain), alone);
     const double stretched = chain->most_stretched + fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]);
     const double terms = fabs_f64(chain->drive.of[alone]) + search->pair.q * stretched;
-    search->start = alone_start_f64(&search->pair, greater_f64(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
-                                     side * draw, 16.0 * HOPFORM_EPS_f64 * terms);
+    search->start =
+        alone_start_f64(&search->pair, greater_f64(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
+                         side * draw, 16.0 * HOPFORM_EPS_f64 * terms);
 }
 
 /* The thresholds of the free acceleration of what is held, on which the velocity acts. */

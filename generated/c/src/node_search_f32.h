@@ -142,10 +142,12 @@ static inline float gained_terms_f32(const hopform_transition_f32 *transition, i
 }
 
 /* The magnitudes that a function is a sum of at a time: where it ends, and how far it is from there; or what it is
- * counted from, and what rates have brought since then, which is, of what rings, no more than in two nodes and a half. */
+ * counted from, and what rates have brought since then, which is, of what rings, no more than in two nodes and a half.
+ */
 static inline float terms_of_node_f32(const node_search_f32 *search, int n, const search_node_f32 *at) {
     if (search->from_the_end[n]) {
-        return search->rounded[n] + fabs_f32(search->sign[n] * at->value[n] - function_of_f32(search, n, search->end.of));
+        return search->rounded[n]
+               + fabs_f32(search->sign[n] * at->value[n] - function_of_f32(search, n, search->end.of));
     }
     const hopform_transition_f32 *transition = &search->plan->transition;
     const float t = at->t - search->from;

@@ -142,10 +142,12 @@ static inline double gained_terms_f64(const hopform_transition_f64 *transition, 
 }
 
 /* The magnitudes that a function is a sum of at a time: where it ends, and how far it is from there; or what it is
- * counted from, and what rates have brought since then, which is, of what rings, no more than in two nodes and a half. */
+ * counted from, and what rates have brought since then, which is, of what rings, no more than in two nodes and a half.
+ */
 static inline double terms_of_node_f64(const node_search_f64 *search, int n, const search_node_f64 *at) {
     if (search->from_the_end[n]) {
-        return search->rounded[n] + fabs_f64(search->sign[n] * at->value[n] - function_of_f64(search, n, search->end.of));
+        return search->rounded[n]
+               + fabs_f64(search->sign[n] * at->value[n] - function_of_f64(search, n, search->end.of));
     }
     const hopform_transition_f64 *transition = &search->plan->transition;
     const double t = at->t - search->from;

@@ -562,8 +562,9 @@ static inline void put_alone_velocity_real(alone_search_real *search, const stan
         chain->numerators.of.stretch.H2 / (real)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_real(chain), alone);
     const real stretched = chain->most_stretched + fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]);
     const real terms = fabs_real(chain->drive.of[alone]) + search->pair.q * stretched;
-    search->start = alone_start_real(&search->pair, greater_real(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
-                                     side * draw, 16.0 * HOPFORM_EPS_real * terms);
+    search->start =
+        alone_start_real(&search->pair, greater_real(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
+                         side * draw, 16.0 * HOPFORM_EPS_real * terms);
 }
 
 /* The thresholds of the free acceleration of what is held, on which the velocity acts. */

@@ -142,10 +142,12 @@ static inline real gained_terms_real(const hopform_transition_real *transition, 
 }
 
 /* The magnitudes that a function is a sum of at a time: where it ends, and how far it is from there; or what it is
- * counted from, and what rates have brought since then, which is, of what rings, no more than in two nodes and a half. */
+ * counted from, and what rates have brought since then, which is, of what rings, no more than in two nodes and a half.
+ */
 static inline real terms_of_node_real(const node_search_real *search, int n, const search_node_real *at) {
     if (search->from_the_end[n]) {
-        return search->rounded[n] + fabs_real(search->sign[n] * at->value[n] - function_of_real(search, n, search->end.of));
+        return search->rounded[n]
+               + fabs_real(search->sign[n] * at->value[n] - function_of_real(search, n, search->end.of));
     }
     const hopform_transition_real *transition = &search->plan->transition;
     const real t = at->t - search->from;
