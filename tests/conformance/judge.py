@@ -270,15 +270,16 @@ class Judge:
         late = self.measure(tally, found, known, lanes, same & ~gave_up, (seed, at))
         differ = np.union1d(np.flatnonzero(~same), late if self.double else late[:0])
         tally.differ, tally.late = len(differ), len(late)
+        unlike = ~same & (known.answers["ending"] != UNSETTLED)
         tally.stuck, stuck_before = (
-            int(((each.answers["ending"] == UNCERTIFIED) | ((each.answers["ending"] == TOO_MANY) & ~same)).sum())
+            int(((each.answers["ending"] == UNCERTIFIED) | ((each.answers["ending"] == TOO_MANY) & unlike)).sum())
             for each in (found, known)
         )
         tally.stuck_before = stuck_before if self.before else 0
         for lane in differ[:most]:
             said = [self.answer(each, lane) for each in ((found, known) if self.before else (found,))]
-            unlike = known.answers["ending"][lane] != UNSETTLED
-            self.settle(tally, lanes[lane], said, (seed, int(at[lane])), "unlike" if unlike else "where unsettled")
+            how = "where unsettled" if known.answers["ending"][lane] == UNSETTLED else "unlike"
+            self.settle(tally, lanes[lane], said, (seed, int(at[lane])), how)
         return tally
 
     def known(self, lanes: Any) -> Motions:
