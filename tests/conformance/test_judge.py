@@ -15,8 +15,6 @@ from tests.conformance.motion_draws import KINDS, Model
 
 COUNT, JUDGED = {True: 200, False: 50}, 6
 """Motions of a draw in double precision, and in single; how many lists of a draw that differ go to the 60 digits."""
-FLAGS = ("-DHOPFORM_BY_NODES=1",)
-"""The form that is judged, until it is the only one: the other one lets rounding decide at a level of friction of 0."""
 SLICED = ("hopper", "joint", "rig", "servo")
 """Both masses and one, with a contact and without, and a law; the others by night."""
 SOME_FIRST = [*SLICED, *(pytest.param(name, marks=pytest.mark.nightly) for name in NAMES if name not in SLICED)]
@@ -31,7 +29,7 @@ def test_no_list_is_wrong_and_no_motion_without_an_end(store, name):
     """Lists that differ from the checker's are judged by 60 digits; in single precision one of fifty may be wrong."""
     model = Model(store, name)
     for double, count in COUNT.items():
-        judge = Judge(store, model, double=double, level="-O0", flags=FLAGS)
+        judge = Judge(store, model, double=double, level="-O0")
         for kind in KINDS:
             found = judge.judge(kind, 78, count, most=JUDGED)
             said = f"{name}, {kind}, {'f64' if double else 'f32'}: {found.row} {found.cases}"
@@ -44,7 +42,7 @@ def test_no_list_is_wrong_and_no_motion_without_an_end(store, name):
 @pytest.mark.sliced
 @pytest.mark.parametrize("kind", STIFF)
 def test_hardly_a_list_of_a_stiff_hopper_is_wrong_in_single_precision(store, kind):
-    found = Judge(store, Model(store, "hopper"), double=False, level="-O0", flags=FLAGS).judge(
+    found = Judge(store, Model(store, "hopper"), double=False, level="-O0").judge(
         kind, 77, MANY, most=MANY
     )
     assert found.motions > 0.9 * MANY
@@ -53,7 +51,7 @@ def test_hardly_a_list_of_a_stiff_hopper_is_wrong_in_single_precision(store, kin
 
 @pytest.mark.sliced
 def test_times_of_equal_lists_hardly_differ(store):
-    judge = Judge(store, Model(store, "hopper"), double=True, level="-O0", flags=FLAGS)
+    judge = Judge(store, Model(store, "hopper"), double=True, level="-O0")
     found = judge.judge("random", 77, 1000, most=0)
     assert found.motions > 900 and found.differ < found.motions // 50
     assert found.late == 0 and found.usual < 1e-12, f"{found.row} {found.usual}"

@@ -1,5 +1,5 @@
 /* The first event of one mass that slips alone, by its displacement, in single
- * precision: judged in double. With -DHOPFORM_BY_NODES=1. */
+ * precision: judged in double. */
 #include "hopform_f32.c"
 
 typedef struct {

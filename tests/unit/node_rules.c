@@ -1,5 +1,5 @@
 /* The rules of a node, asked about functions of given rates, and the constants
- * of a node; with -DHOPFORM_BY_NODES=1. In single precision, whose answers are
+ * of a node. In single precision, whose answers are
  * judged in double, or with -DDOUBLE. */
 #ifdef DOUBLE
 #define OF(name) name##_f64

@@ -132,7 +132,7 @@ def least(gains: Gains) -> Any:
 )
 def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
     double = ("-DDOUBLE",) if precision == "f64" else ()
-    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, "-DHOPFORM_BY_NODES=1", *double)))
+    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, *double)))
     q = drawn(11, kind)
     aim(q, Gains(q, asked(library, q)).matrix)
     gains = Gains(q, asked(library, q))
@@ -171,7 +171,7 @@ def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
 
 
 def test_a_function_is_as_near_to_its_quintic_as_the_remainder_says(store):
-    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, "-DHOPFORM_BY_NODES=1")))
+    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES)))
     q = drawn(12, "rings")
     v = asked(library, q)
     gains, t = Gains(q, v), GRID[None, :]
@@ -191,7 +191,7 @@ def test_a_function_is_as_near_to_its_quintic_as_the_remainder_says(store):
 
 def test_a_root_just_behind_the_start_has_its_digits_and_no_bound_outgrows_a_short_time(store):
     """The function begins at zero, with no rate, and turns: c t^2/2 - t^3/6 leads far beyond its root at first."""
-    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, "-DHOPFORM_BY_NODES=1")))
+    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES)))
     q = drawn(13, "rings")
     q["span"] = 1.0
     matrix, v = Gains(q, asked(library, q)).matrix, asked(library, q)

@@ -146,7 +146,7 @@ def near_triple(rate: float, apart: float) -> tuple[float, float]:
 @pytest.mark.parametrize("kind", ["random", "near equal", "stiff"])
 def test_constants_of_a_node_keep_their_digits(store, kind):
     source = (Path(__file__).with_name("node_rules.c"),)
-    library = ctypes.CDLL(str(shared_library(store, "node_rules", source, "-DHOPFORM_BY_NODES=1", "-DDOUBLE")))
+    library = ctypes.CDLL(str(shared_library(store, "node_rules", source, "-DDOUBLE")))
     worst, asked = 0.0, 0
     for robot in robots(kind):
         given = dict.fromkeys(ROBOT, 0.0) | {"u_max": 1.0, "gamma2": 1.0, "g": 9.81} | robot
