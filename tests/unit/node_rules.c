@@ -1,6 +1,17 @@
 /* The rules of a node, asked about functions of given rates, and the constants
  * of a node. In single precision, whose answers are
  * judged in double, or with -DDOUBLE. */
+static long intervals; /* of a stance that is solved */
+#define NODE_COUNT(what) COUNT_##what
+#define COUNT_node intervals++
+#define COUNT_evaluation (void)0
+#define COUNT_inside (void)0
+#define COUNT_amplitude (void)0
+#define COUNT_bernstein (void)0
+#define COUNT_minimum (void)0
+#define COUNT_cut (void)0
+#define COUNT_quiet (void)0
+#define COUNT_from_the_end (void)0
 #ifdef DOUBLE
 #define OF(name) name##_f64
 typedef double real;
@@ -145,4 +156,24 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
     }
     verdicts[i] = v;
   }
+}
+
+/* Of a stance from v_1 and v_2 without a current: its intervals, the evaluations
+ * that it has used, its ending. */
+void spend(const double *fields, double v1, double v2, double horizon,
+           int64_t *to) {
+  OF(hopform_plan) plan;
+  OF(hopform_phase) kept[100];
+  OF(hopform_stance) stance;
+  OF(evaluations) evaluations = {OF(UNBOUNDED)};
+  const OF(hopform_state) start = {0, (real)v1, (real)v2, 0};
+  const OF(hopform_step) step = {0, 0};
+  intervals = 0;
+  to[2] = is_refused(&plan, fields)
+              ? 0
+              : OF(solve_observed)(&plan, &start, &step, 1, (real)horizon, 100,
+                                   kept, 100, &stance, &evaluations, NULL, NULL);
+  to[0] = intervals;
+  to[1] = OF(UNBOUNDED) - evaluations.left;
+  to[2] = to[2] == HOPFORM_OK ? stance.ending : -1;
 }

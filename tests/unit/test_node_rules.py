@@ -217,3 +217,26 @@ def test_a_root_just_behind_the_start_has_its_digits_and_no_bound_outgrows_a_sho
     terms = by_others * short**2 + short * np.abs(v["rate_end"])
     more = v["rounding"][found] / (16.0 * EPS * terms[found])
     assert more.max() < 4.0, f"{more.max():.3g} of its terms"
+
+
+PASSIVE = {
+    "m_eff": 1.46, "m_s": 0.194, "k": 348_000.0, "b2": 358.5, "f2": 0.594, "gamma2": -6.14, "g": 9.81, "u_max": 3.0,
+    "x1_min": -np.inf, "x1_max": np.inf,
+}  # fmt: skip
+"""An actuator without friction: without a current both masses settle to one velocity, and the leg to no stretch."""
+HORIZON = 3
+
+
+def spent(library: Any, horizon: float, **other: float) -> list[int]:
+    """Intervals, evaluations and ending of a stance without a current."""
+    fields, found = np.array([float((PASSIVE | other).get(name, 0.0)) for name in ROBOT]), np.zeros(3, "i8")
+    number = [ctypes.c_double(each) for each in (0.6376, -0.324, horizon)]
+    library.spend(ctypes.c_void_p(fields.ctypes.data), *number, ctypes.c_void_p(found.ctypes.data))
+    return found.tolist()
+
+
+@pytest.mark.parametrize("flags", [(), ("-DDOUBLE",)])
+def test_an_interval_costs_an_evaluation(store, flags):
+    """So a cap on evaluations bounds the time of a stance."""
+    intervals, evaluations, ending = spent(ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, *flags))), 2.0)
+    assert ending == HORIZON and 20 < intervals <= evaluations

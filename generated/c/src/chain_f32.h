@@ -441,6 +441,7 @@ ALWAYS_f32 void end_next_interval_f32(node_search_f32 *search, float quiet) {
     } else {
         const gained_f32 gained = gained_by_rows_f32(transition->stays, transition->gains, transition->moves,
                                                        transition->h, velocity_of_node_f32(search, low), &low->w);
+        use_evaluation_f32(search->evaluations);
         put_node_f32(search, low, &gained, low->t + length, search->high);
     }
 }

@@ -441,6 +441,7 @@ ALWAYS_f64 void end_next_interval_f64(node_search_f64 *search, double quiet) {
     } else {
         const gained_f64 gained = gained_by_rows_f64(transition->stays, transition->gains, transition->moves,
                                                        transition->h, velocity_of_node_f64(search, low), &low->w);
+        use_evaluation_f64(search->evaluations);
         put_node_f64(search, low, &gained, low->t + length, search->high);
     }
 }

@@ -441,6 +441,7 @@ ALWAYS_real void end_next_interval_real(node_search_real *search, real quiet) {
     } else {
         const gained_real gained = gained_by_rows_real(transition->stays, transition->gains, transition->moves,
                                                        transition->h, velocity_of_node_real(search, low), &low->w);
+        use_evaluation_real(search->evaluations);
         put_node_real(search, low, &gained, low->t + length, search->high);
     }
 }

@@ -128,7 +128,7 @@ int main(void)
     counts_of_1000 = board_counts_of_1000();
     attack(20, 24);
     attack(100, 24);
-    attack(300, 24);
+    attack(500, 24);
     board_exit(0);
     return 0;
 }
