@@ -240,3 +240,12 @@ def test_an_interval_costs_an_evaluation(store, flags):
     """So a cap on evaluations bounds the time of a stance."""
     intervals, evaluations, ending = spent(ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, *flags))), 2.0)
     assert ending == HORIZON and 20 < intervals <= evaluations
+
+
+@pytest.mark.parametrize("flags", [(), ("-DDOUBLE",)])
+def test_what_fades_to_zero_slower_than_it_rings_needs_no_intervals(store, flags):
+    """However long the stance is, the leg stays pressed: the stretch fades to zero from above."""
+    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, *flags)))
+    found = [spent(library, horizon) for horizon in (0.2, 2.0, 2000.0)]
+    assert all(ending == HORIZON for _, _, ending in found)
+    assert found[0][0] < 60 and found[2][0] == found[1][0] == found[0][0], found

@@ -319,6 +319,7 @@ static inline void begin_node_search_f32(const stance_chain_f32 *chain, node_sea
     search->first = 1;
     search->is_beyond = false;
     search->is_from_the_end = false;
+    search->has_end = false;
 #if HOPFORM_HAS_CONTACT
     if (falls_of_mode_f32(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0f || HOPFORM_CONTACT_IS_ROW) {
         search->first = 0;

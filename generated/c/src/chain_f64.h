@@ -319,6 +319,7 @@ static inline void begin_node_search_f64(const stance_chain_f64 *chain, node_sea
     search->first = 1;
     search->is_beyond = false;
     search->is_from_the_end = false;
+    search->has_end = false;
 #if HOPFORM_HAS_CONTACT
     if (falls_of_mode_f64(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 || HOPFORM_CONTACT_IS_ROW) {
         search->first = 0;

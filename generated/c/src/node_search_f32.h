@@ -49,6 +49,7 @@ typedef struct {
     bool
         is_from_the_end; /* a value of some of the functions is z where both elements end, and what has not yet faded */
     bool from_the_end[NODE_FUNCTIONS_f32]; /* of which */
+    bool has_end;                           /* where both elements end, by their rates */
     core_by_row_f32 end;
     search_node_f32 node[2]; /* the ends of the interval */
     search_node_f32 *low, *high;
@@ -535,10 +536,28 @@ static inline int first_root_of_f32(const node_search_f32 *search, uint32_t cros
 
 /* ---- the next interval ---- */
 
+/* Values of a function counted from where it ends, from now on: of what has faded over a long time nothing else has
+ * digits. */
+static inline void count_function_from_the_end_f32(node_search_f32 *search, int n) {
+    search->from_the_end[n] = true;
+    search->is_from_the_end = true;
+    search->rounded[n] = function_terms_f32(search, n, search->end.of);
+}
+
+/* Whether a function that ends at zero, or above, has no root any more: what fades to there is more than the amplitude
+ * of what rings beside it, a share of 1.001, and fades no faster. Amplitudes whose squares are numbers. */
+static inline bool fades_from_above_f32(const node_search_f32 *search, int n, float fading, float amplitude,
+                                         float rounding) {
+    const hopform_poles_f32 *poles = &search->plan->poles[0];
+    return search->has_end && 2.0f * poles->a <= poles->p
+           && search->sign[n] * function_of_f32(search, n, search->end.of) >= 0.0f
+           && fading > 1.001f * amplitude + rounding && HOPFORM_EPS_f32 * fading * fading > 0.0f;
+}
+
 /* Rule 5, of a pair that rings: how long from the start of the interval on no function has a root. What rings in it, X
  * with r its rate, has an amplitude that does not grow; what does not falls by no more than its rate times the time, or
  * over a. */
-SELDOM_f32 float quiet_time_at_node_f32(const node_search_f32 *search) {
+SELDOM_f32 float quiet_time_at_node_f32(node_search_f32 *search) {
     const hopform_poles_f32 *poles = &search->plan->poles[0];
     const search_node_f32 *at = search->low;
     const bool stiff = poles->a * poles->a > poles->q;
@@ -549,11 +568,16 @@ SELDOM_f32 float quiet_time_at_node_f32(const node_search_f32 *search) {
         const float X =
             -(stiff ? (d_rate + poles->p * d + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
         const float fades = at->rate[n] - r;
-        const float rounding = rounding_at_node_f32(search, n, at, at->rate[n])
-                              + 16.0f * HOPFORM_EPS_f32 * fabs_f32(d) / poles->q; /* of what d' is a difference of */
-        const float left = at->value[n] - X - 1.001f * amplitude_of_pair_f32(poles, X, r) - rounding;
+        const float rounding = 16.0f * HOPFORM_EPS_f32 * fabs_f32(d) / poles->q; /* of what d' is a difference of */
+        const float amplitude = amplitude_of_pair_f32(poles, X, r);
+        const float left =
+            at->value[n] - X - 1.001f * amplitude - (rounding_at_node_f32(search, n, at, at->rate[n]) + rounding);
         const bool always = !(fades < 0.0f) || left * poles->a > -fades;
         const float time = always ? HOPFORM_NEVER_f32 : -left / fades;
+        if (!always && fades_from_above_f32(search, n, -fades / poles->a, amplitude, rounding)) {
+            count_function_from_the_end_f32(search, n);
+            continue;
+        }
         quiet = left > 0.0f ? lesser_f32(quiet, time) : 0.0f;
     }
     return quiet;
@@ -590,6 +614,7 @@ SELDOM_f32 void count_from_the_end_f32(node_search_f32 *search, const core_f32 *
     core_by_row_f32 left;
     left.named = unsettled_of_both_f32(&search->plan->rates[0], &low->w.named);
     search->end.named = *end;
+    search->has_end = true;
     const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5f;
     const float most = has_faded ? 8.0f : 0.25f; /* times what they are now */
     float terms[NODE_FUNCTIONS_f32], before[NODE_FUNCTIONS_f32];

@@ -49,6 +49,7 @@ typedef struct {
     bool
         is_from_the_end; /* a value of some of the functions is z where both elements end, and what has not yet faded */
     bool from_the_end[NODE_FUNCTIONS_f64]; /* of which */
+    bool has_end;                           /* where both elements end, by their rates */
     core_by_row_f64 end;
     search_node_f64 node[2]; /* the ends of the interval */
     search_node_f64 *low, *high;
@@ -535,10 +536,28 @@ static inline int first_root_of_f64(const node_search_f64 *search, uint32_t cros
 
 /* ---- the next interval ---- */
 
+/* Values of a function counted from where it ends, from now on: of what has faded over a long time nothing else has
+ * digits. */
+static inline void count_function_from_the_end_f64(node_search_f64 *search, int n) {
+    search->from_the_end[n] = true;
+    search->is_from_the_end = true;
+    search->rounded[n] = function_terms_f64(search, n, search->end.of);
+}
+
+/* Whether a function that ends at zero, or above, has no root any more: what fades to there is more than the amplitude
+ * of what rings beside it, a share of 1.001, and fades no faster. Amplitudes whose squares are numbers. */
+static inline bool fades_from_above_f64(const node_search_f64 *search, int n, double fading, double amplitude,
+                                         double rounding) {
+    const hopform_poles_f64 *poles = &search->plan->poles[0];
+    return search->has_end && 2.0 * poles->a <= poles->p
+           && search->sign[n] * function_of_f64(search, n, search->end.of) >= 0.0
+           && fading > 1.001 * amplitude + rounding && HOPFORM_EPS_f64 * fading * fading > 0.0;
+}
+
 /* Rule 5, of a pair that rings: how long from the start of the interval on no function has a root. What rings in it, X
  * with r its rate, has an amplitude that does not grow; what does not falls by no more than its rate times the time, or
  * over a. */
-SELDOM_f64 double quiet_time_at_node_f64(const node_search_f64 *search) {
+SELDOM_f64 double quiet_time_at_node_f64(node_search_f64 *search) {
     const hopform_poles_f64 *poles = &search->plan->poles[0];
     const search_node_f64 *at = search->low;
     const bool stiff = poles->a * poles->a > poles->q;
@@ -549,11 +568,16 @@ SELDOM_f64 double quiet_time_at_node_f64(const node_search_f64 *search) {
         const double X =
             -(stiff ? (d_rate + poles->p * d + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
         const double fades = at->rate[n] - r;
-        const double rounding = rounding_at_node_f64(search, n, at, at->rate[n])
-                              + 16.0 * HOPFORM_EPS_f64 * fabs_f64(d) / poles->q; /* of what d' is a difference of */
-        const double left = at->value[n] - X - 1.001 * amplitude_of_pair_f64(poles, X, r) - rounding;
+        const double rounding = 16.0 * HOPFORM_EPS_f64 * fabs_f64(d) / poles->q; /* of what d' is a difference of */
+        const double amplitude = amplitude_of_pair_f64(poles, X, r);
+        const double left =
+            at->value[n] - X - 1.001 * amplitude - (rounding_at_node_f64(search, n, at, at->rate[n]) + rounding);
         const bool always = !(fades < 0.0) || left * poles->a > -fades;
         const double time = always ? HOPFORM_NEVER_f64 : -left / fades;
+        if (!always && fades_from_above_f64(search, n, -fades / poles->a, amplitude, rounding)) {
+            count_function_from_the_end_f64(search, n);
+            continue;
+        }
         quiet = left > 0.0 ? lesser_f64(quiet, time) : 0.0;
     }
     return quiet;
@@ -590,6 +614,7 @@ SELDOM_f64 void count_from_the_end_f64(node_search_f64 *search, const core_f64 *
     core_by_row_f64 left;
     left.named = unsettled_of_both_f64(&search->plan->rates[0], &low->w.named);
     search->end.named = *end;
+    search->has_end = true;
     const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5;
     const double most = has_faded ? 8.0 : 0.25; /* times what they are now */
     double terms[NODE_FUNCTIONS_f64], before[NODE_FUNCTIONS_f64];

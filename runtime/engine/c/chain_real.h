@@ -319,6 +319,7 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
     search->first = 1;
     search->is_beyond = false;
     search->is_from_the_end = false;
+    search->has_end = false;
 #if HOPFORM_HAS_CONTACT
     if (falls_of_mode_real(chain->mode) || chain->at.of[HOPFORM_STRETCH_AXIS] < 0.0 || HOPFORM_CONTACT_IS_ROW) {
         search->first = 0;

@@ -49,6 +49,7 @@ typedef struct {
     bool
         is_from_the_end; /* a value of some of the functions is z where both elements end, and what has not yet faded */
     bool from_the_end[NODE_FUNCTIONS_real]; /* of which */
+    bool has_end;                           /* where both elements end, by their rates */
     core_by_row_real end;
     search_node_real node[2]; /* the ends of the interval */
     search_node_real *low, *high;
@@ -535,10 +536,28 @@ static inline int first_root_of_real(const node_search_real *search, uint32_t cr
 
 /* ---- the next interval ---- */
 
+/* Values of a function counted from where it ends, from now on: of what has faded over a long time nothing else has
+ * digits. */
+static inline void count_function_from_the_end_real(node_search_real *search, int n) {
+    search->from_the_end[n] = true;
+    search->is_from_the_end = true;
+    search->rounded[n] = function_terms_real(search, n, search->end.of);
+}
+
+/* Whether a function that ends at zero, or above, has no root any more: what fades to there is more than the amplitude
+ * of what rings beside it, a share of 1.001, and fades no faster. Amplitudes whose squares are numbers. */
+static inline bool fades_from_above_real(const node_search_real *search, int n, real fading, real amplitude,
+                                         real rounding) {
+    const hopform_poles_real *poles = &search->plan->poles[0];
+    return search->has_end && 2.0 * poles->a <= poles->p
+           && search->sign[n] * function_of_real(search, n, search->end.of) >= 0.0
+           && fading > 1.001 * amplitude + rounding && HOPFORM_EPS_real * fading * fading > 0.0;
+}
+
 /* Rule 5, of a pair that rings: how long from the start of the interval on no function has a root. What rings in it, X
  * with r its rate, has an amplitude that does not grow; what does not falls by no more than its rate times the time, or
  * over a. */
-SELDOM_real real quiet_time_at_node_real(const node_search_real *search) {
+SELDOM_real real quiet_time_at_node_real(node_search_real *search) {
     const hopform_poles_real *poles = &search->plan->poles[0];
     const search_node_real *at = search->low;
     const bool stiff = poles->a * poles->a > poles->q;
@@ -549,11 +568,16 @@ SELDOM_real real quiet_time_at_node_real(const node_search_real *search) {
         const real X =
             -(stiff ? (d_rate + poles->p * d + poles->q * r) / poles->a : d - (poles->a - poles->p) * r) / poles->q;
         const real fades = at->rate[n] - r;
-        const real rounding = rounding_at_node_real(search, n, at, at->rate[n])
-                              + 16.0 * HOPFORM_EPS_real * fabs_real(d) / poles->q; /* of what d' is a difference of */
-        const real left = at->value[n] - X - 1.001 * amplitude_of_pair_real(poles, X, r) - rounding;
+        const real rounding = 16.0 * HOPFORM_EPS_real * fabs_real(d) / poles->q; /* of what d' is a difference of */
+        const real amplitude = amplitude_of_pair_real(poles, X, r);
+        const real left =
+            at->value[n] - X - 1.001 * amplitude - (rounding_at_node_real(search, n, at, at->rate[n]) + rounding);
         const bool always = !(fades < 0.0) || left * poles->a > -fades;
         const real time = always ? HOPFORM_NEVER_real : -left / fades;
+        if (!always && fades_from_above_real(search, n, -fades / poles->a, amplitude, rounding)) {
+            count_function_from_the_end_real(search, n);
+            continue;
+        }
         quiet = left > 0.0 ? lesser_real(quiet, time) : 0.0;
     }
     return quiet;
@@ -590,6 +614,7 @@ SELDOM_real void count_from_the_end_real(node_search_real *search, const core_re
     core_by_row_real left;
     left.named = unsettled_of_both_real(&search->plan->rates[0], &low->w.named);
     search->end.named = *end;
+    search->has_end = true;
     const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5;
     const real most = has_faded ? 8.0 : 0.25; /* times what they are now */
     real terms[NODE_FUNCTIONS_real], before[NODE_FUNCTIONS_real];
