@@ -12,8 +12,8 @@ COUNT, JUDGED = 200, 6
 """Motions of a draw, and how many lists that differ are judged: as many as may."""
 MANY = {"random": 4000, **dict.fromkeys(("stiff 1e+03", "stiff 1e+04", "stiff 1e+05"), 1000)}
 """Stances of the hopper, of which hardly any list may differ, and no time."""
-SLICED = ("hopper", "joint", "rig", "servo")
-"""Both masses and one, with a contact and without, and a law; the others by night."""
+SLICED = ("hopper", "joint", "leg_damper", "rig", "servo")
+"""Both masses and one, with a contact and without, one with a damper in it, and a law; the others by night."""
 SOME_FIRST = [*SLICED, *(pytest.param(name, marks=pytest.mark.nightly) for name in NAMES if name not in SLICED)]
 
 
@@ -30,7 +30,8 @@ def test_both_forms_find_the_same_events(store, name):
             found = pair.compare(kind, 78, COUNT, most=JUDGED * double)
             said = f"{name}, {kind}, {'f64' if double else 'f32'}: {found.row} {found.cases}"
             assert found.motions > COUNT // 2, said
-            assert found.wrong == 0 and found.differ <= 2 + found.motions // 50, said
+            faults = found.wrong_as_ships + max(found.stuck_as_ships - found.stuck, 0)  # of the form that ships
+            assert found.wrong == 0 and found.differ <= 2 + found.motions // 50 + faults, said
             assert not double or found.stuck <= found.stuck_as_ships, said  # f32: such a list differs, too
         if name == "hopper":
             assert pair.on.asked > 3 * COUNT, "the form behind the switch was asked"
