@@ -21,10 +21,11 @@ typedef struct {
 } question;
 
 typedef struct {
-  double value, end, rate_end; /* of the function at the start and at the end,
-                                  as they are rounded */
-  double a1_y, a1_v1, a2_y, a2_v2, length; /* of the motion, as they are rounded
-                                            */
+  double value, end, rate_end, deflated_end, pole; /* of the function at the
+                                  start and at the end, as they are rounded */
+  double a1_y, a1_v1, a1_v2, a2_y, a2_v1, a2_v2;   /* of the motion, as they are
+                                                      rounded */
+  double contact[3], length; /* the row of the contact force */
   double rounding, remainder;
   double root;  /* in the interval, of one that ends below zero; else -1 */
   double quiet; /* how long no function has a root, by rule 5 */
@@ -95,8 +96,16 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
       search.low->w = search.w;
       const OF(rates_by_row) d = OF(deflated_rates)(&plan, &search.w);
       for (int k = 0; k < 3; k++) {
-        search.low->rate[k] = search.sign[k] * search.w.of[k];
-        search.low->deflated[k] = search.sign[k] * d.of[k];
+        OF(state_by_axis) one = {{0, 0, 0, 0}};
+        one.of[OF(axis_of_row)[k]] = 1;
+        search.contact[k] = OF(contact_slope)(&plan.robot, &one.named);
+        v.contact[k] = search.contact[k];
+      }
+      for (int k = 0; k < 3; k++) {
+        search.low->rate[k] =
+            search.sign[k] * OF(function_of)(&search, k, search.w.of);
+        search.low->deflated[k] =
+            search.sign[k] * OF(function_of)(&search, k, d.of);
       }
       search.low->value[n] = (real)q->start;
       search.rounded[n] = search.low->value[n];
@@ -113,9 +122,13 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
       v.value = search.low->value[n];
       v.end = search.high->value[n];
       v.rate_end = search.high->rate[n];
+      v.deflated_end = search.high->deflated[n];
+      v.pole = poles->a;
       v.a1_y = plan.rates[0].a1_y;
       v.a1_v1 = plan.rates[0].a1_v1;
+      v.a1_v2 = plan.rates[0].a1_v2;
       v.a2_y = plan.rates[0].a2_y;
+      v.a2_v1 = plan.rates[0].a2_v1;
       v.a2_v2 = plan.rates[0].a2_v2;
       v.length = h;
       v.rounding =

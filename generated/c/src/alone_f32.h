@@ -183,7 +183,7 @@ typedef struct {
     int functions;
     alone_function_f32 function[MOST_EVENT_FUNCTIONS_f32];
     int owner, side; /* of what ends it: NO_OWNER where nothing happens until then */
-    float slack;      /* by how much an event of another owner may be later and wins a tie */
+    float slack;      /* by how much later an event of tie-break priority may be */
     bool stops, touches, certified;
 } alone_search_f32;
 

@@ -183,7 +183,7 @@ typedef struct {
     int functions;
     alone_function_real function[MOST_EVENT_FUNCTIONS_real];
     int owner, side; /* of what ends it: NO_OWNER where nothing happens until then */
-    real slack;      /* by how much an event of another owner may be later and wins a tie */
+    real slack;      /* by how much later an event of tie-break priority may be */
     bool stops, touches, certified;
 } alone_search_real;
 
