@@ -421,6 +421,28 @@ SELDOM_f64 double pass_quiet_time_f64(const stance_chain_f64 *chain, node_search
     return quiet;
 }
 
+/* The root of a function that creeps to it has digits of the terms that the function is a sum of. Counted from where both
+ * elements end, by what has not yet faded there, it has more where these terms are smaller: by steps of Newton's. */
+SELDOM_f64 void sharpen_root_at_node_f64(const stance_chain_f64 *chain, const node_search_f64 *search, int n,
+                                           search_node_f64 *root) {
+    const hopform_rates_f64 *rates = rates_of_chain_f64(chain);
+    core_by_row_f64 end, left;
+    end.named = settled_of_both_f64(rates, &chain->drive.named);
+    for (int step = 0; step < 4 && root->rate[n] < 0.0; step++) {
+        left.named = unsettled_of_both_f64(rates, &root->w.named);
+        const double terms = function_terms_f64(search, n, end.of) + function_terms_f64(search, n, left.of);
+        const double value =
+            search->sign[n] * (function_of_f64(search, n, end.of) + function_of_f64(search, n, left.of));
+        const double later = -value / root->rate[n];
+        if (!(terms < 0.25 * terms_of_node_f64(search, n, root)) || !(fabs_f64(later) < 0.01 * root->t)
+            || fabs_f64(later) <= HOPFORM_EPS_f64 * root->t) {
+            return;
+        }
+        const search_node_f64 at = *root;
+        put_node_after_f64(search, &at, later, root);
+    }
+}
+
 /* The end of the next interval. */
 ALWAYS_f64 void end_next_interval_f64(node_search_f64 *search, double quiet) {
     const hopform_transition_f64 *transition = &search->plan->transition;
@@ -479,7 +501,12 @@ static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_s
         const bool ends = !(search.high->t < search.limit);
         open = crossed == 0 && !ends;
         if (crossed != 0) {
-            end->owner = first_root_of_f64(&search, crossed, &root);
+            const int found = first_root_of_f64(&search, crossed, &root);
+            const bool creeps = root.t * fabs_f64(root.rate[found]) < 0.25 * terms_of_node_f64(&search, found, &root);
+            if (creeps && rates_of_chain_f64(chain)->s_3 > 0.0 && chain->came_to_rest < 0) {
+                sharpen_root_at_node_f64(chain, &search, found, &root);
+            }
+            end->owner = found;
         } else if (ends && is_lost_at_limit_f64(&search)) {
             end->owner = CONTACT_f64;
         }
@@ -515,19 +542,20 @@ static inline void put_alone_contact_f64(alone_search_f64 *search, const stance_
     const numerator_f64 h = contact_numerator_f64(robot, &chain->numerators.named);
     const double force = contact_of_f64(robot, &chain->at.named);
     const double follows = stretch_by_displacement_f64(chain, alone);
+    const double q = search->pair.q;
+    state_by_axis_f64 settled = {{0.0, 0.0, 0.0, 0.0}};
+    settled.of[HOPFORM_STRETCH_AXIS] =
+        follows * (double)side_of_mode_f64(chain->mode, alone) * chain->drive.of[alone] / (q > 0.0 ? q : 1.0);
     if (!(fabs_f64(chain->drive.of[alone]) > 0.0) && !(force < 0.0)) {
         search->rest_time = time_to_rest_f64(search->pair.poles, force, h.H3);
         search->rests = CONTACT_f64;
     } else if (!HOPFORM_CONTACT_IS_STRETCH) {
-        const double q = search->pair.q;
-        state_by_axis_f64 settled = {{0.0, 0.0, 0.0, 0.0}};
-        settled.of[HOPFORM_STRETCH_AXIS] =
-            follows * (double)side_of_mode_f64(chain->mode, alone) * chain->drive.of[alone] / (q > 0.0 ? q : 1.0);
         alone_function_f64 *contact =
             add_alone_function_f64(search, &h, force, terms_of_contact_f64(chain), 1.0, CONTACT_f64, 0);
         if (q > 0.0) { contact->settled = contact_of_f64(robot, &settled.named); }
     } else if (follows < 0.0) {
-        (void)add_alone_guard_f64(search, force / -follows, CONTACT_f64);
+        alone_guard_f64 *contact = add_alone_guard_f64(search, force / -follows, CONTACT_f64);
+        if (q > 0.0) { contact->settled = contact_of_f64(robot, &settled.named) / -follows; }
     }
 }
 #endif
