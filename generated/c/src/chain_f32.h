@@ -487,7 +487,7 @@ static inline void find_end_by_rates_f32(const stance_chain_f32 *chain, stance_s
     end->stops = false;
     end->touches = false;
     if (search.is_beyond) { end->owner = CONTACT_f32; }
-    int32_t nodes = search.stiff || !search.rings ? 7 : 0;
+    int32_t nodes = search.stiff ? 7 : 0;
     float quiet = 0.0f;
     for (bool open = end->owner < 0 && search.limit > 0.0f; open; nodes++) {
         end_next_interval_f32(&search, quiet);
@@ -518,7 +518,8 @@ static inline void find_end_by_rates_f32(const stance_chain_f32 *chain, stance_s
         }
         if (open) {
             begin_next_interval_f32(&search);
-            quiet = (nodes & 7) == 7 ? pass_quiet_time_f32(chain, &search) : 0.0f;
+            const bool is_due = !search.rings || (nodes & 7) == 7; /* intervals beside real poles grow */
+            quiet = is_due ? pass_quiet_time_f32(chain, &search) : 0.0f;
         }
     }
     end->certified = certified;

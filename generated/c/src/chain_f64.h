@@ -487,7 +487,7 @@ static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_s
     end->stops = false;
     end->touches = false;
     if (search.is_beyond) { end->owner = CONTACT_f64; }
-    int32_t nodes = search.stiff || !search.rings ? 7 : 0;
+    int32_t nodes = search.stiff ? 7 : 0;
     double quiet = 0.0;
     for (bool open = end->owner < 0 && search.limit > 0.0; open; nodes++) {
         end_next_interval_f64(&search, quiet);
@@ -518,7 +518,8 @@ static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_s
         }
         if (open) {
             begin_next_interval_f64(&search);
-            quiet = (nodes & 7) == 7 ? pass_quiet_time_f64(chain, &search) : 0.0;
+            const bool is_due = !search.rings || (nodes & 7) == 7; /* intervals beside real poles grow */
+            quiet = is_due ? pass_quiet_time_f64(chain, &search) : 0.0;
         }
     }
     end->certified = certified;

@@ -487,7 +487,7 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
     end->stops = false;
     end->touches = false;
     if (search.is_beyond) { end->owner = CONTACT_real; }
-    int32_t nodes = search.stiff || !search.rings ? 7 : 0;
+    int32_t nodes = search.stiff ? 7 : 0;
     real quiet = 0.0;
     for (bool open = end->owner < 0 && search.limit > 0.0; open; nodes++) {
         end_next_interval_real(&search, quiet);
@@ -518,7 +518,8 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
         }
         if (open) {
             begin_next_interval_real(&search);
-            quiet = (nodes & 7) == 7 ? pass_quiet_time_real(chain, &search) : 0.0;
+            const bool is_due = !search.rings || (nodes & 7) == 7; /* intervals beside real poles grow */
+            quiet = is_due ? pass_quiet_time_real(chain, &search) : 0.0;
         }
     }
     end->certified = certified;
