@@ -2,7 +2,7 @@
 
 node_rules.c asks each rule, in single precision, about functions that come near zero inside a node. The least value of
 the function is found here, in double precision, from the rates as they are rounded. A rule that is weakened stays sound,
-so the share of intervals of which it says yes is held from below, too.
+so the share of intervals of which it says yes is held from below, too, and the intervals of a search from above.
 """
 
 import ctypes
@@ -26,8 +26,8 @@ QUESTION = np.dtype(
 )  # fmt: skip
 VERDICT = np.dtype(
     [*((n, "f8") for n in ("value", "end", "rate_end", "a1_y", "a1_v1", "a2_y", "a2_v2", "length", "rounding",
-                            "remainder", "root", "quiet", "least")),
-     *((n, "i4") for n in ("refused", "signs", "amplitude", "bernstein"))]
+                            "remainder", "root", "quiet", "least", "until")),
+     *((n, "i4") for n in ("refused", "signs", "amplitude", "bernstein", "intervals", "found"))]
 )  # fmt: skip
 COUNT = 6000
 GRID = np.linspace(0.0, 1.0, 401)
@@ -40,6 +40,10 @@ SHARES = {
     "real": {"signs": 0.7, "amplitude": 0.15},
 }  # fmt: skip
 """Of how many intervals a rule says yes at least."""
+TOUCH = -1.0
+"""[rounding bound] How far below zero a minimum may be that a search passes for a touch."""
+INTERVALS = {("rings", "f32"): 1.165, ("stiff", "f32"): 1.309, ("real", "f32"): 1.288, ("rings", "f64"): 1.159}
+"""That a search takes where it is asked for one: 0.005 more than measured, 30 of 6000."""
 AHEAD = 6.0
 """[interval] So far a quiet time is followed."""
 
@@ -143,7 +147,7 @@ def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
     q["start"] = np.maximum(-lowest + beside, 0.0).astype("f4")
     v = asked(library, q)
     asked_of = (v["refused"] == 0) & (v["end"] >= 0.0)
-    assert asked_of.sum() > 0.4 * COUNT
+    assert not v["refused"].any() and asked_of.mean() > 0.69, "few end below zero, and none is left out"
     depth = (v["value"] + lowest) / v["rounding"]
     for rule in ("signs", "amplitude", "bernstein"):
         says = (asked_of if rule == "signs" else v["refused"] == 0) & (v[rule] != 0)  # signs alone need the end
@@ -164,6 +168,11 @@ def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
     assert ((there - lowest)[turns] / v["rounding"][turns]).max() < -LEAST[precision], (
         "a minimum is located where g is least"
     )
+    share = (v["until"] / v["length"])[:, None]
+    inside = (v["value"] + gains(GRID[None, ::4] * share).min(axis=1)) / v["rounding"]
+    assert inside.min() > min(LEAST[precision], TOUCH), f"a search passes a root {inside.min():.2f} bounds below zero"
+    assert v["found"][v["end"] < -2.0 * v["rounding"]].all(), "what ends below zero has a root"
+    assert v["intervals"].mean() <= INTERVALS[kind, precision], f"{v['intervals'].mean():.4f} intervals a search"
     falls = (v["refused"] == 0) & (v["end"] < -v["rounding"]) & (v["signs"] != 0)
     values = v["value"][falls, None] + gains(GRID[None, :])[falls]
     once = (np.diff(np.sign(values + v["rounding"][falls, None]), axis=1) != 0).sum(axis=1)
