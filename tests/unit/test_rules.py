@@ -1,8 +1,8 @@
 """Rules 3 and 4 of the certificate, and how often a rate vanishes between two times: what they say is so, in 113 bits.
 
 docs/explanation/certificate.md has the rules and what is claimed. rules.c asks them about motions of drawn poles, and
-judges the answers: the propagator and the proof that a function stays above a value are none of the engine's. A rule that
-is weakened stays sound, so what it costs and how often it says yes is held, too. The rules of a node are asked by
+judges the answers: the propagator and the proof that a function stays above a value are none of the engine's. A rule
+that is weakened stays sound, so what it costs and how often it says yes is held, too. The rules of a node are asked by
 test_node_rules.py.
 """
 
