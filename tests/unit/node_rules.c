@@ -31,7 +31,10 @@ typedef struct {
   double quiet; /* how long no function has a root, by rule 5 */
   double least; /* how much later its minimum is located, by rule 4; below 0: it
                     is not asked */
+  double until; /* how long a search of the whole interval finds no root */
   int32_t refused, signs, amplitude, bernstein;
+  int32_t intervals; /* of that search */
+  int32_t found;     /* whether it has found one */
 } verdict;
 
 static int is_refused(OF(hopform_plan) * plan, const double *fields) {
@@ -71,6 +74,26 @@ void constants(const double *fields, double *to) {
   *to++ = rates->a1_v1;
   *to++ = rates->a2_y;
   *to++ = rates->a2_v2;
+}
+
+/* The search of an interval, from its beginning, by all rules in their order. */
+static void search_whole(OF(node_search) * search, int n, real h, verdict *v) {
+  const real end = search->low->t + h;
+  uint32_t crossed = 0;
+  while (crossed == 0 && search->low->t < end) {
+    OF(put_node_after)(search, search->low, end - search->low->t, search->high);
+    crossed = OF(certify_interval)(search);
+    search->count++;
+    v->until = search->high->t;
+    if (crossed != 0) {
+      OF(search_node) root;
+      v->found = OF(first_root_of)(search, crossed, &root) == n;
+      v->until = root.t;
+    } else {
+      OF(begin_next_interval)(search);
+    }
+  }
+  v->intervals = search->count;
 }
 
 void ask(const question *questions, int64_t count, verdict *verdicts) {
@@ -149,12 +172,16 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
       for (int k = 0; k < 3; k++) { /* the others are nowhere near zero */
         search.low->value[k] = k == n ? search.low->value[k] : (real)1e30;
       }
+      OF(node_search) whole = search;
+      whole.low = &whole.node[0];
+      whole.high = &whole.node[1];
       v.quiet = search.rings ? OF(quiet_time_at_node)(&search) : 0;
       v.least = -1;
       if (search.low->rate[n] < 0 && !(search.high->rate[n] < 0)) {
         OF(cut_at_minimum)(&search, n);
         v.least = search.high->t;
       }
+      search_whole(&whole, n, h, &v);
     }
     verdicts[i] = v;
   }

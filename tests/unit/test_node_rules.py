@@ -2,7 +2,7 @@
 
 node_rules.c asks each rule, in single precision, about functions that come near zero inside a node. The least value of
 the function is found here, in double precision, from the rates as they are rounded. A rule that is weakened stays sound,
-so the share of intervals of which it says yes is held from below, too.
+so the share of intervals of which it says yes is held from below, too, and the intervals of a search from above.
 """
 
 import ctypes
@@ -25,8 +25,8 @@ OF_QUESTION = [("w", "f8", 3), *((n, "f8") for n in ("start", "span", "sign")), 
 ENTRIES = ("a1_y", "a1_v1", "a1_v2", "a2_y", "a2_v1", "a2_v2")
 VERDICT = np.dtype(
     [*((n, "f8") for n in ("value", "end", "rate_end", "deflated_end", "pole", *ENTRIES)), ("contact", "f8", 3),
-     *((n, "f8") for n in ("length", "rounding", "remainder", "root", "quiet", "least")),
-     *((n, "i4") for n in ("refused", "signs", "amplitude", "bernstein"))]
+     *((n, "f8") for n in ("length", "rounding", "remainder", "root", "quiet", "least", "until")),
+     *((n, "i4") for n in ("refused", "signs", "amplitude", "bernstein", "intervals", "found"))]
 )  # fmt: skip
 COUNT = 6000
 GRID = np.linspace(0.0, 1.0, 401)
@@ -44,6 +44,10 @@ SHARES = {
     "leg": {"signs": 0.8, "amplitude": 0.2, "bernstein": 0.5},
 }  # fmt: skip
 """Of how many intervals a rule says yes at least."""
+TOUCH = -1.0
+"""[rounding bound] How far below zero a minimum may be that a search passes for a touch."""
+INTERVALS = {("rings", "f32"): 1.165, ("stiff", "f32"): 1.309, ("real", "f32"): 1.288, ("rings", "f64"): 1.159}
+"""That a search takes where it is asked for one: 0.005 more than measured, 30 of 6000."""
 AHEAD = 6.0
 """[interval] So far a quiet time is followed."""
 
@@ -170,7 +174,7 @@ def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
             usual = float(np.quantile(far, 0.9))  # of some, parts of two masses cancel
             assert usual < 16.0 * EPS, (name, usual / EPS)
     asked_of = known & (v["end"] >= 0.0)
-    assert asked_of.sum() > 0.4 * COUNT
+    assert known.all() and asked_of.mean() > 0.69, "few end below zero, and none is left out"
     depth = (v["value"] + lowest) / v["rounding"]
     for rule in ("signs", "amplitude", "bernstein"):
         says = (asked_of if rule == "signs" else v["refused"] == 0) & (v[rule] != 0)  # signs alone need the end
@@ -191,6 +195,11 @@ def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
     assert ((there - lowest)[turns] / v["rounding"][turns]).max() < -LEAST[precision], (
         "a minimum is located where g is least"
     )
+    share = (v["until"] / v["length"])[:, None]
+    inside = (v["value"] + gains(GRID[None, ::4] * share).min(axis=1)) / v["rounding"]
+    assert inside.min() > min(LEAST[precision], TOUCH), f"a search passes a root {inside.min():.2f} bounds below zero"
+    assert v["found"][v["end"] < -2.0 * v["rounding"]].all(), "what ends below zero has a root"
+    assert v["intervals"].mean() <= INTERVALS[kind, precision], f"{v['intervals'].mean():.4f} intervals a search"
     falls = (v["refused"] == 0) & (v["end"] < -v["rounding"]) & (v["signs"] != 0)
     values = v["value"][falls, None] + gains(GRID[None, :])[falls]
     once = (np.diff(np.sign(values + v["rounding"][falls, None]), axis=1) != 0).sum(axis=1)

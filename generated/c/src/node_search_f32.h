@@ -594,7 +594,7 @@ SELDOM_f32 void count_from_the_end_f32(node_search_f32 *search, const core_f32 *
     left.named = unsettled_of_both_f32(&search->plan->rates[0], &low->w.named);
     search->end.named = *end;
     const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5f;
-    const float most = has_faded ? 8.0f : 0.25f; /* times what they are now */
+    const float most = has_faded ? 8.0f : 0.5f; /* times what they are now */
     float terms[NODE_FUNCTIONS_f32], before[NODE_FUNCTIONS_f32];
     bool any = false;
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {

@@ -594,7 +594,7 @@ SELDOM_f64 void count_from_the_end_f64(node_search_f64 *search, const core_f64 *
     left.named = unsettled_of_both_f64(&search->plan->rates[0], &low->w.named);
     search->end.named = *end;
     const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5;
-    const double most = has_faded ? 8.0 : 0.25; /* times what they are now */
+    const double most = has_faded ? 8.0 : 0.5; /* times what they are now */
     double terms[NODE_FUNCTIONS_f64], before[NODE_FUNCTIONS_f64];
     bool any = false;
     for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {

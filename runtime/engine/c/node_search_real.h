@@ -594,7 +594,7 @@ SELDOM_real void count_from_the_end_real(node_search_real *search, const core_re
     left.named = unsettled_of_both_real(&search->plan->rates[0], &low->w.named);
     search->end.named = *end;
     const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5;
-    const real most = has_faded ? 8.0 : 0.25; /* times what they are now */
+    const real most = has_faded ? 8.0 : 0.5; /* times what they are now */
     real terms[NODE_FUNCTIONS_real], before[NODE_FUNCTIONS_real];
     bool any = false;
     for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
