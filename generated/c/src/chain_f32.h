@@ -395,15 +395,16 @@ static inline const search_node_f32 *meet_stop_f32(const node_search_f32 *search
 
 /* The values of functions that have faded while nothing has happened, counted from where they end. */
 SELDOM_f32 void sharpen_arrival_f32(const stance_chain_f32 *chain, const node_search_f32 *search,
-                                      arrival_f32 *arrival) {
+                                      const search_node_f32 *there, arrival_f32 *arrival) {
     const hopform_rates_f32 *rates = rates_of_chain_f32(chain);
     core_by_row_f32 end, left;
     end.named = settled_of_both_f32(rates, &chain->drive.named);
-    left.named = unsettled_of_both_f32(rates, &arrival->w.named);
-    for (int n = 0; n < 3; n++) {
-        const int axis = axis_of_row_f32[n];
-        const float now = fabs_f32(end.of[n]) + fabs_f32(left.of[n]);
-        if (now < 0.5f * fabs_f32(chain->at.of[axis])) { arrival->z[axis] = end.of[n] + left.of[n]; }
+    left.named = unsettled_of_both_f32(rates, &there->w.named);
+    for (int n = HOPFORM_CONTACT_IS_ROW; n < NODE_FUNCTIONS_f32; n++) {
+        const float terms = fabs_f32(end.of[n]) + fabs_f32(left.of[n]);
+        if (terms < 0.5f * terms_of_node_f32(search, n, there)) {
+            arrival->z[axis_of_row_f32[n]] = end.of[n] + left.of[n];
+        }
     }
 }
 
@@ -541,7 +542,7 @@ static inline void find_end_by_rates_f32(const stance_chain_f32 *chain, stance_s
     arrive_at_node_f32(&search, there, end->owner, &end->arrival);
     const bool has_faded = end->owner == NO_OWNER_f32 && end->t > 4.0f * chain->plan->transition.h;
     if (has_faded && rates_of_chain_f32(chain)->s_3 > 0.0f && chain->came_to_rest < 0) {
-        sharpen_arrival_f32(chain, &search, &end->arrival);
+        sharpen_arrival_f32(chain, &search, there, &end->arrival);
     }
 }
 #endif

@@ -395,15 +395,16 @@ static inline const search_node_f64 *meet_stop_f64(const node_search_f64 *search
 
 /* The values of functions that have faded while nothing has happened, counted from where they end. */
 SELDOM_f64 void sharpen_arrival_f64(const stance_chain_f64 *chain, const node_search_f64 *search,
-                                      arrival_f64 *arrival) {
+                                      const search_node_f64 *there, arrival_f64 *arrival) {
     const hopform_rates_f64 *rates = rates_of_chain_f64(chain);
     core_by_row_f64 end, left;
     end.named = settled_of_both_f64(rates, &chain->drive.named);
-    left.named = unsettled_of_both_f64(rates, &arrival->w.named);
-    for (int n = 0; n < 3; n++) {
-        const int axis = axis_of_row_f64[n];
-        const double now = fabs_f64(end.of[n]) + fabs_f64(left.of[n]);
-        if (now < 0.5 * fabs_f64(chain->at.of[axis])) { arrival->z[axis] = end.of[n] + left.of[n]; }
+    left.named = unsettled_of_both_f64(rates, &there->w.named);
+    for (int n = HOPFORM_CONTACT_IS_ROW; n < NODE_FUNCTIONS_f64; n++) {
+        const double terms = fabs_f64(end.of[n]) + fabs_f64(left.of[n]);
+        if (terms < 0.5 * terms_of_node_f64(search, n, there)) {
+            arrival->z[axis_of_row_f64[n]] = end.of[n] + left.of[n];
+        }
     }
 }
 
@@ -541,7 +542,7 @@ static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_s
     arrive_at_node_f64(&search, there, end->owner, &end->arrival);
     const bool has_faded = end->owner == NO_OWNER_f64 && end->t > 4.0 * chain->plan->transition.h;
     if (has_faded && rates_of_chain_f64(chain)->s_3 > 0.0 && chain->came_to_rest < 0) {
-        sharpen_arrival_f64(chain, &search, &end->arrival);
+        sharpen_arrival_f64(chain, &search, there, &end->arrival);
     }
 }
 #endif

@@ -395,15 +395,16 @@ static inline const search_node_real *meet_stop_real(const node_search_real *sea
 
 /* The values of functions that have faded while nothing has happened, counted from where they end. */
 SELDOM_real void sharpen_arrival_real(const stance_chain_real *chain, const node_search_real *search,
-                                      arrival_real *arrival) {
+                                      const search_node_real *there, arrival_real *arrival) {
     const hopform_rates_real *rates = rates_of_chain_real(chain);
     core_by_row_real end, left;
     end.named = settled_of_both_real(rates, &chain->drive.named);
-    left.named = unsettled_of_both_real(rates, &arrival->w.named);
-    for (int n = 0; n < 3; n++) {
-        const int axis = axis_of_row_real[n];
-        const real now = fabs_real(end.of[n]) + fabs_real(left.of[n]);
-        if (now < 0.5 * fabs_real(chain->at.of[axis])) { arrival->z[axis] = end.of[n] + left.of[n]; }
+    left.named = unsettled_of_both_real(rates, &there->w.named);
+    for (int n = HOPFORM_CONTACT_IS_ROW; n < NODE_FUNCTIONS_real; n++) {
+        const real terms = fabs_real(end.of[n]) + fabs_real(left.of[n]);
+        if (terms < 0.5 * terms_of_node_real(search, n, there)) {
+            arrival->z[axis_of_row_real[n]] = end.of[n] + left.of[n];
+        }
     }
 }
 
@@ -541,7 +542,7 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
     arrive_at_node_real(&search, there, end->owner, &end->arrival);
     const bool has_faded = end->owner == NO_OWNER_real && end->t > 4.0 * chain->plan->transition.h;
     if (has_faded && rates_of_chain_real(chain)->s_3 > 0.0 && chain->came_to_rest < 0) {
-        sharpen_arrival_real(chain, &search, &end->arrival);
+        sharpen_arrival_real(chain, &search, there, &end->arrival);
     }
 }
 #endif
