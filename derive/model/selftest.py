@@ -29,9 +29,9 @@ ROBOTS: tuple[dict[str, float], ...] = (
     HOPPER_C | {"f1": 2.0, "b1": 10.0, "f1_excess": 0.4, "x1_min": -0.05},  # more friction at rest: of the actuator,
     HOPPER_C | {"f1": 2.0, "b1": 10.0, "f2": 9.0, "f1_excess": 0.5, "f2_excess": 6.0} | FREE,  # of both
     HOPPER_C | {"b1": 1529.0},  # overdamped actuators, as geared ones are: a = 3 sqrt(q),
-    HOPPER_C | {"b1": 15000.0},  # 30 and 33, on both sides of the modal form's threshold in single precision,
+    HOPPER_C | {"b1": 15000.0},  # 30 and 33, on both sides of FAR in single precision,
     HOPPER_C | {"b1": 16500.0},
-    HOPPER_C | {"b1": 48000.0},  # 96 and 104, on both sides of that in double precision
+    HOPPER_C | {"b1": 48000.0},  # 96 and 104, on both sides of it in double precision
     HOPPER_C | {"b1": 52000.0},
 )
 
@@ -88,7 +88,8 @@ OVERDAMPED: tuple[Case, ...] = (
     Case(16, 0.0, -0.3, -1.93, 0.0, -2.0, 0.04, 3.0, 2.0),
     Case(17, 0.0, 0.3, -1.93, 0.0, -2.0, 0.04, 3.0, 2.0),
 )
-"""Stances beside an overdamped actuator, evaluated by W and in modal form; costs are counted of a set of their own."""
+"""Stances beside an overdamped actuator, whose states late in a phase are counted from its start and from its end; costs
+are counted of a set of their own."""
 
 EVERY_CASE = CASES + AT_REST + OVERDAMPED
 LAST = len(EVERY_CASE) - 1

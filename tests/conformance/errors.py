@@ -30,16 +30,26 @@ def reference_for(robot: hopform.Robot, dtype: Any = np.float64, **start: Any) -
     return reference.solve(rounded(robot, dtype), **inputs), inputs
 
 
+def state_error(robot: hopform.Robot, dtype: Any, at: Any, exact: Any, v2: float) -> float:
+    """The largest scaled difference of a state from that in which the exact stance ends."""
+    unit = reference.scales(rounded(robot, dtype), exact, v2)
+    units = {"x1": "position", "v1": "velocity", "x2": "position", "v2": "velocity"}
+    return max(
+        abs(float((getattr(at, name) - getattr(exact.final, name)) / unit[scale])) for name, scale in units.items()
+    )
+
+
 def plain_errors(robot: hopform.Robot, stance: hopform.Stance, exact: Any, v2: float) -> dict[str, float]:
     """The largest scaled difference of time, state and event times, and that of the AED."""
     unit = reference.scales(rounded(robot, stance.dtype.type), exact, v2)
     differences = [(stance.duration - exact.duration) / unit["time"]]
-    for name, scale in (("x1", "position"), ("v1", "velocity"), ("x2", "position"), ("v2", "velocity")):
-        differences.append((getattr(stance.end, name) - getattr(exact.final, name)) / unit[scale])
     differences += [
         (ours.time - theirs.time) / unit["time"] for ours, theirs in zip(stance.events, exact.events, strict=False)
     ]
-    largest = max(abs(float(difference)) for difference in differences)
+    largest = max(
+        state_error(robot, stance.dtype.type, stance.end, exact, v2),
+        *(abs(float(difference)) for difference in differences),
+    )
     return {"state": largest, "aed": abs(float((stance.aed - exact.aed) / unit["energy"]))}
 
 

@@ -24,8 +24,8 @@ FIRST_BLIND = 1000
 """Number of the first rig of the second generator."""
 HOLDS = 0.9
 """Share of the intervals of a row that must contain the truth."""
-COUNTS = {"first": 3, "second": 8}
-"""Rigs of a row: some five minutes of processor time together."""
+COUNTS = {"first": 4, "second": 9}
+"""Rigs of a row: some six minutes of processor time together."""
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ for the Physics Simulation of Servo Actuators").
 """
 
 import csv
+import math
 import os
 import sys
 from collections.abc import Iterator
@@ -53,6 +54,12 @@ def residuals(fit: Fit, unit: str = "mm", digits: int = 3) -> str:
     return f"{1e3 * fit.rms:.{digits}f} {unit}, viscous alone {1e3 * fit.old_rms:.{digits}f} {unit}"
 
 
+def bare(what: str, fit: Fit) -> Line:
+    """That a fit which does not explain its recording has no interval."""
+    given = [each.name for each in fit.estimates if math.isfinite(each.high - each.low)]
+    return Line(f"{what}: intervals", ", ".join(given) or "none", "none", not given)
+
+
 def decays(folder: Path) -> Iterator[Line]:
     """Coulomb friction against viscous friction alone; then both recordings together."""
     first, second = (read_recording(folder / name) for name in DECAYS)
@@ -61,6 +68,7 @@ def decays(folder: Path) -> Iterator[Line]:
         fit = fit_robot(decays=recording, holdout=False)
         wanted, holds = "at most 0.2 mm, from 0.5 to 0.9 mm", fit.rms <= 2e-4 and 5e-4 <= fit.old_rms <= 9e-4
         yield Line(f"{Path(recording.source).name}: rms", residuals(fit), wanted, holds)
+        yield bare(Path(recording.source).name, fit)
     both = fit_robot(decays=[first, loaded], compare=False, holdout=False)
     yield near("both decays: mass of the cart", both["m_s"].value, "kg", CART, 0.05)
     yield near("both decays: spring", both["k"].value, "N/m", SPRING, 0.01)
@@ -73,6 +81,7 @@ def pulses(folder: Path) -> Iterator[Line]:
         yield near(f"{name}: |gamma2|", abs(fit["gamma2"].value), "N/A", FORCE_CONSTANT, 0.10)
         ratio = fit.old_rms / fit.rms
         yield Line(f"{name}: rms", f"{residuals(fit)}, {ratio:.2f} times", "at least 1.4 times below", ratio >= 1.4)
+        yield bare(name, fit)
 
 
 def axis(folder: Path) -> Iterator[Line]:
@@ -101,6 +110,7 @@ def pendulums(folder: Path) -> Iterator[Line]:
             wanted, holds = f"m l^2 = {LOAD} and a rotor of less", LOAD < inertia < 2.0 * LOAD
             yield Line(f"{what}: inertia, viscous, Coulomb", values, wanted, holds)
             yield Line(f"{what}: rms", residuals(fit, "mrad", 2), "at most half", fit.rms <= 0.5 * fit.old_rms)
+            yield bare(what, fit)
     yield near("pendulums: inertia of the second", found[PENDULUMS[1], True], "kg m^2", found[PENDULUMS[0], True], 0.03)
 
 

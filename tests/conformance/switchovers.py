@@ -26,10 +26,11 @@ import mpmath
 import numpy as np
 
 import hopform
+from derive.model.precisions import F32, F64, FAR
 from hopform._solver import c as native
 from hopform_solver.kernels import basis_at, factor_cubic
 from hopform_solver.records import Poles
-from tests.conformance.errors import TOLERANCE, plain_errors, reference_for, rounded
+from tests.conformance.errors import TOLERANCE, plain_errors, reference_for, rounded, state_error
 from tests.oracle import reference
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -66,6 +67,7 @@ class StanceSwitch:
     start: dict[str, float]
     reach: float = 2.0
     libraries: tuple[str, ...] = ("C",)
+    reads: float | None = None  # [s] a time at which the state is read, in place of the end
 
 
 @dataclass
@@ -162,26 +164,55 @@ def like(robot: hopform.Robot, **changes: float) -> hopform.Robot:
     return hopform.Robot(**values)
 
 
-@cache
-def fast_from(dtype: Any) -> float:
-    """The damping of the actuator of `hopper_c` from which on the real pole a is too fast for a short series: over a
-    node, in numbers of the precision, to its last bit."""
-    types = native.library().types(np.dtype(dtype))
-    plan, robot = types.Plan(), hopform.load_robot("hopper_c")
+def by_damping(b1: float) -> hopform.Robot:
+    """`hopper_c` with this damping of the actuator."""
+    return like(hopform.load_robot("hopper_c"), b1=b1)
 
-    def is_fast(b1: Any) -> bool:
-        known = rounded(like(robot, b1=float(b1)), dtype)
+
+@cache
+def turns_at(holds: Callable[[Any, Any], bool], dtype: Any) -> float:
+    """The damping of the actuator of `hopper_c` from which on something holds of its plan, to the last bit of the
+    precision."""
+    types = native.library().types(np.dtype(dtype))
+    plan = types.Plan()
+
+    def holds_of(b1: Any) -> bool:
+        known = rounded(by_damping(float(b1)), dtype)
         made = types.Robot(*(known[name] for name, *_ in types.Robot._fields_))
         native.library().call("plan_init", types, ctypes.byref(plan), ctypes.byref(made))
-        a, q = dtype(plan.poles[0].a), dtype(plan.poles[0].q)
-        return bool(a * (dtype(np.pi / 4.0) / np.sqrt(q)) > dtype(0.8))
+        return holds(plan, dtype)
 
     low, high = dtype(1e2), dtype(1e6)
-    assert is_fast(high) and not is_fast(low)
+    assert holds_of(high) and not holds_of(low)
     while np.nextafter(low, high) < high:
         middle = dtype(0.5) * (low + high)
-        low, high = (low, middle) if is_fast(middle) else (middle, high)
+        low, high = (low, middle) if holds_of(middle) else (middle, high)
     return float(low)
+
+
+def where(holds: Callable[[Any, Any], bool]) -> Callable[[Any], float]:
+    return lambda dtype: turns_at(holds, dtype)
+
+
+def fades_in_a_node(plan: Any, dtype: Any) -> bool:
+    return bool(dtype(plan.transition.fastest) * dtype(plan.transition.h) > dtype(0.8))
+
+
+def is_apart(plan: Any, dtype: Any) -> bool:
+    return bool(plan.transition.apart)
+
+
+SHORT = 0.03
+"""[s] A horizon in the first interval of a drop: its end is a short series, or E and Phi."""
+
+
+def is_long(plan: Any, dtype: Any) -> bool:
+    return bool(dtype(SHORT) > dtype(plan.transition.is_short_over))
+
+
+def is_far(plan: Any, dtype: Any) -> bool:
+    a, q = dtype(plan.poles[0].a), dtype(plan.poles[0].q)
+    return bool(a * a > dtype(FAR.of(F32 if dtype is np.float32 else F64)) * q)
 
 
 @cache
@@ -211,8 +242,14 @@ STANCES = (
                  {"v2": -1.3, "v1": 0.2, "u": 0.4}, 0.7),
     StanceSwitch("stance: a locked leg, critically damped", "b2^2 = 4 k m_s", constant(20.0),
                  lambda b2: like(HELD, b2=b2), {"v2": -1.3, "horizon": 0.4}, 0.7),
-    StanceSwitch("stance: short series | E and Phi", "a h = 0.8, h = pi/(4 sqrt(q))", fast_from,
-                 lambda b1: like(hopform.load_robot("hopper_c"), b1=b1), {"v2": -1.9, "v1": 0.3, "u": 2.0}),
+    StanceSwitch("stance: short series | E and Phi", "a h = 0.8, h = pi/(4 sqrt(q))", where(fades_in_a_node),
+                 by_damping, {"v2": -1.9, "v1": 0.3, "u": 2.0}),
+    StanceSwitch("stance: an interval by short series | E and Phi", "a t = 1", where(is_long),
+                 by_damping, {"v2": -1.9, "v1": 0.3, "u": 2.0, "horizon": SHORT}, 0.5),
+    StanceSwitch("stance: a real pole | one far beyond the pair", "a^2 = 4 q", where(is_apart),
+                 by_damping, {"v2": -1.9, "v1": 0.3, "u": 2.0}, 1.0),
+    StanceSwitch("state late in a phase: from its start | from its end", "a^2 = 1e4 q (f32: 1e3 q)", where(is_far),
+                 by_damping, {"v2": -1.9, "v1": 0.3, "u": 2.0}, 1.0, reads=0.04),
     StanceSwitch("stance: friction | none", "b1 + b2 down to 0 over", lambda dtype: 1e4 * float(np.finfo(dtype).tiny),
                  lambda b: like(hopform.load_robot("hopper_c"), b1=b, b2=b), {"v2": -1.9, "u": 2.0}, 85.0),
     StanceSwitch("stance: friction of the body | none", "b2 down to 0 over",
@@ -392,13 +429,22 @@ def sweep_basis(switch: Switch, count: int) -> Swept:
 
 
 def stance_error(switch: StanceSwitch, value: float, dtype: Any) -> float:
-    """The larger error, of state and AED, of one stance; infinite where the events are others."""
+    """The larger error, of state and AED, of one stance; infinite where the events are others. Of a state that is read,
+    the error of the state that an exact stance ends in then.
+    """
     robot = switch.robot(value)
-    exact, inputs = reference_for(robot, dtype, **switch.start)
+    horizon = {} if switch.reads is None else {"horizon": switch.reads}
+    exact, inputs = reference_for(robot, dtype, **switch.start, **horizon)
     condition_of = cache(lambda of: max(1.0, reference.condition(rounded(robot, dtype), of=of, **inputs)))
-    stance = hopform.solve_stance(robot, dtype=dtype, **inputs)
-    same = [e.kind for e in stance.events] == [e.kind for e in exact.events] and stance.status == exact.status
-    errors = plain_errors(robot, stance, exact, inputs["v2"])
+    goes_on = {name: number for name, number in inputs.items() if name not in horizon}
+    stance = hopform.solve_stance(robot, dtype=dtype, **goes_on)
+    if switch.reads is None:
+        same = [e.kind for e in stance.events] == [e.kind for e in exact.events] and stance.status == exact.status
+        errors = plain_errors(robot, stance, exact, inputs["v2"])
+    else:
+        at = stance.at(inputs["horizon"])
+        same = [e.kind for e in stance.events if e.time < switch.reads] == [e.kind for e in exact.events]
+        errors = {"state": state_error(robot, dtype, at, exact, inputs["v2"])}
     scaled = [error if error <= TOLERANCE[dtype] else error / condition_of(of) for of, error in errors.items()]
     return max(scaled) if same else math.inf
 

@@ -1,6 +1,7 @@
 """hopform_selftest: one digest of all bits of all results, the same wherever IEEE 754 is kept to."""
 
 import ctypes
+import math
 import os
 import re
 import shlex
@@ -15,7 +16,7 @@ import pytest
 
 import hopform
 from derive.emit.facts import ROUNDING
-from derive.model.precisions import MODAL, PRECISIONS
+from derive.model.precisions import FAR, PRECISIONS
 from derive.model.selftest import EVERY_CASE, ROBOTS, Case
 from hopform._export import selftest
 from hopform._solver import c as native
@@ -139,27 +140,35 @@ def test_the_cases_visit_every_mode_event_and_ending():
 
 @pytest.mark.parametrize("precision", PRECISIONS, ids=lambda precision: precision.name)
 def test_the_cases_visit_every_regime_of_the_poles_and_of_friction(precision):
-    """Both forms of a phase next to where they change, and all that W is evaluated for, some with a flight after it."""
-    found, threshold = set(), MODAL.of(precision)
+    """Short series and E and Phi over a node, and states late in a phase counted from its start and its end next to
+    where that changes; some with a flight after it.
+    """
+    found, far = set(), FAR.of(precision)
     for case in EVERY_CASE:
         plan = planned(ROBOTS[case.robot], precision.type)
-        a, p, q = plan.poles[0].a, plan.poles[0].p, plan.poles[0].q
-        stiffness, modal = a * a / q, plan.node[0].modal < plan.node[0].half_period
-        assert modal == (stiffness > threshold and p * p < 4.0 * q and q - p * p / 4.0 > q / 16.0)
+        poles, node = plan.poles[0], plan.transition
+        stiffness, rings = poles.a**2 / poles.q, poles.p**2 < 4.0 * poles.q
+        fades = node.fastest * node.h > 0.8
+        assert fades == (not rings or stiffness > (0.8 / (0.25 * math.pi)) ** 2)
+        assert node.apart == (rings and node.fastest * node.h > 1.0 and stiffness > 4.0)
+        stance = solved(case)
+        is_late = any(
+            phase.mode_1 != 0 and phase.mode_2 != 0 and poles.a * (phase.end - phase.start) >= 1.0
+            for phase in stance.phases
+        )
         of = {
-            "softer than the pair": 0.0 < stiffness < 1.0,
-            "stiffer, by W": not modal and 8.0 < stiffness < 16.0,
-            "modal": modal,
-            "modal, at the threshold": modal and stiffness < 1.25 * threshold,
-            "by W, at the threshold": not modal and stiffness > 0.8 * threshold,
-            "three real poles": a > 0.0 and p * p > 4.0 * q,
-            "near-equal poles": abs(a * a - p * a + q) < 0.05 * q,
+            "a short series over a node": poles.a > 0.0 and not fades,
+            "E and Phi, beside a pair that rings": rings and fades and not node.apart,
+            "a pole far beyond the pair": node.apart and stiffness < 0.1 * far,
+            "late, counted from the start": node.apart and is_late and 0.8 * far < stiffness < far,
+            "late, counted from the end": is_late and far < stiffness < 1.25 * far,
+            "three real poles": poles.a > 0.0 and not rings,
+            "near-equal poles": abs(poles.a**2 - poles.p * poles.a + poles.q) < 0.05 * poles.q,
             "friction at rest": ROBOTS[case.robot]["f1_excess"] > 0.0,
         }
-        took_off = solved(case).status == "takeoff"
-        found |= {(name, took_off) for name, holds in of.items() if holds}
+        found |= {(name, stance.status == "takeoff") for name, holds in of.items() if holds}
     flown = {name for name, took_off in found if took_off}
-    assert flown >= {*of} - {"three real poles", "near-equal poles"}
+    assert flown >= {*of} - {"E and Phi, beside a pair that rings", "three real poles", "near-equal poles"}
     assert {name for name, _ in found} == {*of}
 
 

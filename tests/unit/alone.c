@@ -24,7 +24,7 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
     const hopform_poles_f32 poles = pair_alone_f32((float)q->p, (float)q->q);
     evaluations_f32 evaluations = {1000};
     alone_search_f32 search;
-    search.half_period = node_of_poles_f32(&poles).half_period;
+    search.half_period = timescales_of_poles_f32(&poles).half_period;
     search.pair =
         alone_pair_of_f32(&poles, search.half_period < HOPFORM_NEVER_f32);
     search.element = 0;

@@ -32,16 +32,20 @@ typedef struct {
 } question;
 
 typedef struct {
-  double value, end, rate_end; /* of the function at the start and at the end,
-                                  as they are rounded */
-  double a1_y, a1_v1, a2_y, a2_v2, length; /* of the motion, as they are rounded
-                                            */
+  double value, end, rate_end, deflated_end, pole; /* of the function at the
+                                  start and at the end, as they are rounded */
+  double a1_y, a1_v1, a1_v2, a2_y, a2_v1, a2_v2;   /* of the motion, as they are
+                                                      rounded */
+  double contact[3], length; /* the row of the contact force */
   double rounding, remainder;
   double root;  /* in the interval, of one that ends below zero; else -1 */
   double quiet; /* how long no function has a root, by rule 5 */
   double least; /* how much later its minimum is located, by rule 4; below 0: it
                     is not asked */
+  double until; /* how long a search of the whole interval finds no root */
   int32_t refused, signs, amplitude, bernstein;
+  int32_t intervals; /* of that search */
+  int32_t found;     /* whether it has found one */
 } verdict;
 
 static int is_refused(OF(hopform_plan) * plan, const double *fields) {
@@ -83,6 +87,26 @@ void constants(const double *fields, double *to) {
   *to++ = rates->a2_v2;
 }
 
+/* The search of an interval, from its beginning, by all rules in their order. */
+static void search_whole(OF(node_search) * search, int n, real h, verdict *v) {
+  const real end = search->low->t + h;
+  uint32_t crossed = 0;
+  while (crossed == 0 && search->low->t < end) {
+    OF(put_node_after)(search, search->low, end - search->low->t, search->high);
+    crossed = OF(certify_interval)(search);
+    search->count++;
+    v->until = search->high->t;
+    if (crossed != 0) {
+      OF(search_node) root;
+      v->found = OF(first_root_of)(search, crossed, &root) == n;
+      v->until = root.t;
+    } else {
+      OF(begin_next_interval)(search);
+    }
+  }
+  v->intervals = search->count;
+}
+
 void ask(const question *questions, int64_t count, verdict *verdicts) {
   for (int64_t i = 0; i < count; i++) {
     const question *q = &questions[i];
@@ -106,8 +130,16 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
       search.low->w = search.w;
       const OF(rates_by_row) d = OF(deflated_rates)(&plan, &search.w);
       for (int k = 0; k < 3; k++) {
-        search.low->rate[k] = search.sign[k] * search.w.of[k];
-        search.low->deflated[k] = search.sign[k] * d.of[k];
+        OF(state_by_axis) one = {{0, 0, 0, 0}};
+        one.of[OF(axis_of_row)[k]] = 1;
+        search.contact[k] = OF(contact_slope)(&plan.robot, &one.named);
+        v.contact[k] = search.contact[k];
+      }
+      for (int k = 0; k < 3; k++) {
+        search.low->rate[k] =
+            search.sign[k] * OF(function_of)(&search, k, search.w.of);
+        search.low->deflated[k] =
+            search.sign[k] * OF(function_of)(&search, k, d.of);
       }
       search.low->value[n] = (real)q->start;
       search.rounded[n] = search.low->value[n];
@@ -124,9 +156,13 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
       v.value = search.low->value[n];
       v.end = search.high->value[n];
       v.rate_end = search.high->rate[n];
+      v.deflated_end = search.high->deflated[n];
+      v.pole = poles->a;
       v.a1_y = plan.rates[0].a1_y;
       v.a1_v1 = plan.rates[0].a1_v1;
+      v.a1_v2 = plan.rates[0].a1_v2;
       v.a2_y = plan.rates[0].a2_y;
+      v.a2_v1 = plan.rates[0].a2_v1;
       v.a2_v2 = plan.rates[0].a2_v2;
       v.length = h;
       v.rounding =
@@ -147,12 +183,16 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
       for (int k = 0; k < 3; k++) { /* the others are nowhere near zero */
         search.low->value[k] = k == n ? search.low->value[k] : (real)1e30;
       }
+      OF(node_search) whole = search;
+      whole.low = &whole.node[0];
+      whole.high = &whole.node[1];
       v.quiet = search.rings ? OF(quiet_time_at_node)(&search) : 0;
       v.least = -1;
       if (search.low->rate[n] < 0 && !(search.high->rate[n] < 0)) {
         OF(cut_at_minimum)(&search, n);
         v.least = search.high->t;
       }
+      search_whole(&whole, n, h, &v);
     }
     verdicts[i] = v;
   }

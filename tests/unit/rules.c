@@ -1,7 +1,8 @@
-/* The rules of the certificate, each asked alone about intervals in which an event function comes near zero, and judged
- * in 113 bits: the propagator is one of its own, that a function stays above a value is proven by tests/oracle/checker.
- * In double precision with -DDOUBLE. */
+/* Rules 3 and 4 of the certificate and how often a rate vanishes, each asked alone, and judged in 113 bits: the
+ * propagator is one of its own, that a function stays above a value is proven by tests/oracle/checker. In double
+ * precision with -DDOUBLE. */
 #include <float.h>
+#include <math.h>
 #include <stdint.h>
 
 #include "../oracle/checker/checker.h"
@@ -20,12 +21,8 @@ static const quad EPS = FLT_EPSILON;
 
 /* ---- the exact function: g = start + H3 W' + H2 W + H1 int W, of poles and numerators as they are rounded ---- */
 
-/* Where the solver takes the modal form, g = final + F exp(-a t) + exp(-p t/2) (P cos w t + Q sin w t), those as they
- * are rounded, and the numerator that follows. */
 typedef struct {
     quad s1, s2, s3, start, H3, H2, H1;
-    int modal;
-    quad a, mean, w, final, F, P, Q;
 } exact;
 
 typedef struct {
@@ -92,12 +89,6 @@ static quad rate_at(const exact *g, const response *w)
 /* The sum of the magnitudes of its terms and of t g', of which the page's rounding bound is so many eps. */
 static quad size_at(const exact *g, const response *w, quad t)
 {
-    const quad R = w->Wd + g->a * w->W, of_sine = g->w * R, of_cosine = w->Wdd + g->a * w->Wd + g->mean * R;
-    const quad left = w->Wdd + 2 * g->mean * w->Wd + (g->w * g->w + g->mean * g->mean) * w->W;
-    if (g->modal) {
-        return absolute(g->final) + absolute(g->F * left) + absolute(g->P * of_cosine) + absolute(g->Q * of_sine)
-             + t * absolute(rate_at(g, w));
-    }
     return absolute(g->start) + absolute(g->H3 * w->Wd) + absolute(g->H2 * w->W) + absolute(g->H1 * w->W1)
          + t * absolute(rate_at(g, w));
 }
@@ -130,237 +121,78 @@ static int stays_above(const exact *g, quad floor, quad low, quad high)
     return high > low ? checker_stays_positive(&poles, &f, high - low, &windows) == CERTIFIED : f.d[0] > 0;
 }
 
-/* ---- an interval in which a function comes near zero ---- */
-
-typedef struct {
-    double a, p, q;      /* poles; a = 0: one mass is held */
-    double H3, H2;       /* of the numerator; H1 and the start are chosen such that g comes near zero */
-    double low, length;  /* of the interval: in nodes, and as a share of the longest that the solver takes from there */
-    double place, depth; /* the share of it at which g' is 0, and g there in eps of its terms */
-    double reach;        /* lengths for which a quiet time is followed */
-    double from_zero;    /* 1: g begins at 0; H2 and H1 are chosen */
-} drawn;
-
-typedef struct {
-    OF(hopform_poles) poles;
-    OF(hopform_node) node;
-    OF(event_set) set;
-    OF(interval) in;
-    OF(evaluations) evaluations;
-    exact g;
-    real high;
-} asked;
-
-/* The poles as the solver gets them: the pair of the mass that moves, or the factors of the cubic. */
-static void take_poles(const drawn *it, asked *at)
-{
-    const double a = it->a, p = it->p, q = it->q;
-    at->poles = a > 0.0 ? OF(factor_cubic)((real)(a + p), (real)(q + a * p), (real)(a * q))
-                        : OF(pair_alone)((real)p, (real)q);
-    at->node = OF(node_of_poles)(&at->poles, 1);
-    at->g.s1 = (quad)at->poles.a + at->poles.p;
-    at->g.s2 = at->poles.q + (quad)at->poles.a * at->poles.p;
-    at->g.s3 = (quad)at->poles.a * at->poles.q;
-}
-
-/* An interval that the solver may take: up to the node, or four times as far as before, less than half a period. */
-static void take_interval(const drawn *it, asked *at)
-{
-    const double node = at->node.t, low = it->low * node, far = 3.0 * low > node ? 3.0 * low : node;
-    const double half = 0.95 * at->node.half_period;
-    const real omega = (real)low >= at->node.modal ? at->node.omega : 0;
-    at->g.modal = omega > 0;
-    at->in.low = OF(propagator_in_form)(&at->poles, omega, (real)low);
-    at->in.found = -1;
-    at->in.count = 0;
-    at->evaluations.left = INT32_MAX;
-    at->in.evaluations = &at->evaluations;
-    at->high = (real)(low + it->length * (far < half ? far : half));
-    at->in.high = OF(propagator_in_form)(&at->poles, omega, at->high);
-}
-
-/* The numerator of the modal form. */
-static void take_numerator(exact *g)
-{
-    const quad rate = g->w * g->Q - g->mean * g->P;
-    const quad curvature = (g->mean * g->mean - g->w * g->w) * g->P - 2 * g->mean * g->w * g->Q;
-    const quad third = -2 * g->mean * curvature - (g->w * g->w + g->mean * g->mean) * rate;
-    const quad H3 = rate - g->a * g->F, second = curvature + g->a * g->a * g->F;
-    g->start = g->final + g->F + g->P;
-    g->H3 = H3;
-    g->H2 = second + g->s1 * H3;
-    g->H1 = third - g->a * g->a * g->a * g->F + g->s1 * second + g->s2 * H3;
-}
-
-/* The function in its modal form, rounded, which at t is above zero by so many eps of its terms. */
-static void take_modes(asked *at, quad t, quad depth)
-{
-    exact *g = &at->g;
-    const quad a = at->poles.a, p = at->poles.p, q = at->poles.q, chi = a * a - p * a + q;
-    const quad e = (g->H1 - a * (g->H2 - a * g->H3)) / chi;
-    const response w = response_at(g, t);
-    g->a = a;
-    g->mean = p / 2;
-    g->w = checker_sqrt(q - g->mean * g->mean);
-    g->F = (real)(-e / a);
-    g->P = (real)(-(g->H2 - a * g->H3 - (p - a) * e) / q);
-    g->Q = (real)((g->H3 - e + g->mean * g->P) / g->w);
-    g->final = 0;
-    take_numerator(g);
-    g->final = -value_at(g, &w);
-    g->final = (real)(g->final + depth * EPS * size_at(g, &w, t));
-    take_numerator(g);
-    const OF(event_function) function = {(real)g->F, (real)g->P, (real)g->Q, 0, (real)g->final, 0, 0, 0, 1, 0,
-                                         true, false};
-    at->set.function[0] = function;
-}
-
-/* The function that comes near zero where it is told to, rounded. */
-static void take_function(const drawn *it, asked *at)
-{
-    exact *g = &at->g;
-    const quad t = at->in.low.t + (quad)it->place * ((quad)at->high - at->in.low.t);
-    const response w = response_at(g, t);
-    g->start = 0;
-    g->H3 = it->H3;
-    g->H2 = it->H2;
-    g->H1 = -(g->H3 * w.Wdd + g->H2 * w.Wd) / w.W;
-    if (!(g->s3 > 0)) { /* of one mass alone there is no H1 */
-        g->H2 = -g->H3 * w.Wdd / w.Wd;
-        g->H1 = 0;
-    } else if (it->from_zero > 0.0) {
-        const quad other = w.Wd * w.W1 - w.W * w.W;
-        g->H3 = absolute(g->H3);
-        g->H2 = g->H3 * (w.Wd * w.W - w.Wdd * w.W1) / other;
-        g->H1 = g->H3 * (w.Wdd * w.W - w.Wd * w.Wd) / other;
-    }
-    const quad start = it->from_zero > 0.0 ? 0 : -value_at(g, &w);
-    const int sign = start < 0 ? -1 : 1;
-    g->H3 = (real)(sign * g->H3);
-    g->H2 = (real)(sign * g->H2);
-    g->H1 = (real)(sign * g->H1);
-    g->start = sign * start;
-    g->start = (real)(it->from_zero > 0.0 ? 0 : g->start + (quad)it->depth * EPS * size_at(g, &w, t));
-    const OF(event_function) function = {(real)g->H3, (real)g->H2, (real)g->H1, 0, (real)g->start, 0, 0, 0, 1, 0,
-                                         true, false};
-    at->set.poles = &at->poles;
-    at->set.node = &at->node;
-    at->set.count = 1;
-    at->set.function[0] = function;
-    if (g->modal) {
-        take_modes(at, t, (quad)it->depth);
-    }
-}
-
-/* The jets at both ends; 0 if g is not above zero there, or begins to rise from it, which all rules rest on. */
-static int take_ends(asked *at)
-{
-    const OF(event_function) *g = &at->set.function[0];
-    if (!(at->in.low.t > 0)) {
-        at->in.low = OF(propagator_at_start)(&at->poles);
-    }
-    OF(jet) *from = &at->in.from[0], *to = &at->in.to;
-    *from = at->in.low.t > 0 ? OF(jet_at)(&at->poles, g, &at->in.low) : OF(jet_at_start)(&at->poles, g);
-    *to = OF(jet_at)(&at->poles, g, &at->in.high);
-    return at->high > at->in.low.t && (from->value > 0 || (!(from->value < 0) && from->rate > 0))
-        && !(to->value < -OF(rounding_of)(g, &at->in.high, to->rate));
-}
-
-enum { SIGNS, SLOPE, BERNSTEIN, QUIET, STILL, MINIMUM, SEARCH, RULES };
-
-/* Whether a rule is asked, whether it says yes, and whether that is wrong. */
+/* What a rule is asked, what it says, and whether that is wrong. */
 typedef struct {
     int32_t asked, says, wrong;
 } said;
 
+/* ---- rule 4: the minimum between two times ---- */
+
 typedef struct {
-    int32_t asked, intervals; /* that the search takes */
-    said of[RULES];
-} verdict;
+    double a, p, q;      /* poles; a = 0: one mass is held */
+    double H3, H2;       /* of the numerator; H1 is chosen such that the rate is 0 inside */
+    double low, length;  /* of the interval: in nodes, and as a share of the longest that a search takes from there */
+    double place;        /* the share of it at which the rate is 0 */
+} drawn;
 
-/* What the page claims: so many eps of its terms g may lie below zero. */
-typedef struct {
-    double rounding;
-} claim;
-
-/* A rule that says of the time up to `high` that there is no zero: it is wrong if g falls below what the bound allows,
- * of terms of this size. */
-static said no_zero(const asked *at, const claim *is, int may, int says, quad high, quad size)
+static double node_of(const OF(hopform_poles) *poles, const OF(hopform_timescales) *scales)
 {
-    const int yes = may && says;
-    const said it = {may, yes, yes && !stays_above(&at->g, -is->rounding * EPS * size, at->in.low.t, high)};
-    return it;
+    return (scales->half_period < OF(HOPFORM_NEVER) ? 0.785 : 2.984) / sqrt((double)poles->q);
 }
 
-static quad size_then(const asked *at, quad t)
+/* The end of an interval that a search may take: a node, or four times as far as before, less than half a period. */
+static real end_of_interval(const drawn *it, double node, double low, const OF(hopform_timescales) *scales)
 {
-    const response w = response_at(&at->g, t);
-    return size_at(&at->g, &w, t);
+    const double half = 0.95 * scales->half_period, far = 3.0 * low > node ? 3.0 * low : node;
+    return (real)(low + it->length * (far < half ? far : half));
 }
 
-/* The terms of which the bound is taken where the end of a quiet time is what is asked for. */
-static quad start_size(const exact *g)
+/* The function that falls, and whose rate vanishes where it is told to, rounded. */
+static exact falling(const drawn *it, const OF(hopform_poles) *poles, quad t)
 {
-    return g->modal ? absolute(g->final) + absolute(g->F) + absolute(g->P) + absolute(g->Q) : absolute(g->start);
-}
-
-/* Rule 4: g is nowhere less than where its minimum is located, by what the bound allows there. */
-static said minimum(const asked *at, const claim *is)
-{
-    const OF(jet) *from = &at->in.from[0], *to = &at->in.to;
-    const OF(event_function) *f = &at->set.function[0];
-    said it = {from->rate < 0 && !(to->rate < 0), 0, 0};
-    if (it.asked) {
-        OF(evaluations) evaluations = {INT32_MAX};
-        const OF(propagator) least = OF(minimum_between)(&at->poles, f, at->in.high.omega, from, at->in.low.t, to,
-                                                         at->high, &evaluations);
-        const response w = response_at(&at->g, least.t);
-        const quad floor = value_at(&at->g, &w) - is->rounding * EPS * size_at(&at->g, &w, least.t);
-        it.says = 1;
-        it.wrong = !stays_above(&at->g, floor, at->in.low.t, at->high);
+    exact g = {.s1 = (quad)poles->a + poles->p, .s2 = poles->q + (quad)poles->a * poles->p,
+               .s3 = (quad)poles->a * poles->q, .H3 = it->H3, .H2 = it->H2};
+    const response w = response_at(&g, t);
+    if (g.s3 > 0) {
+        g.H1 = -(g.H3 * w.Wdd + g.H2 * w.Wd) / w.W;
+    } else { /* of one mass alone there is no H1 */
+        g.H2 = -g.H3 * w.Wdd / w.Wd;
     }
-    return it;
+    const quad start = -value_at(&g, &w);
+    const int sign = start < 0 ? -1 : 1;
+    const exact rounded = {g.s1, g.s2, g.s3, (real)(sign * start), (real)(sign * g.H3), (real)(sign * g.H2),
+                           (real)(sign * g.H1)};
+    return rounded;
 }
 
-static void judge_one(const drawn *it, asked *at, const claim *is, verdict *out)
-{
-    const OF(event_function) *f = &at->set.function[0];
-    const OF(jet) *from = &at->in.from[0], *to = &at->in.to;
-    const real low = at->in.low.t, h = at->high - low, bound = OF(rounding_of)(f, &at->in.high, to->rate);
-    const real d = OF(deflated_derivative)(&at->set, f, &at->in.low, 1);
-    const real d_then = OF(deflated_derivative)(&at->set, f, &at->in.high, -1);
-    const bool falls = OF(falls_for_certain)(f, &at->in.high, to->rate);
-    const quad size = size_then(at, at->high), high = at->high, last = low + (quad)it->reach * h;
-    const int rings = at->node.half_period < OF(HOPFORM_NEVER);
-
-    out->of[SIGNS] = no_zero(at, is, 1, OF(has_no_root)(from, d, falls, d_then), high, size);
-    const int positive = OF(stays_positive_by_slope)(at->node.pole, from, to, h, bound);
-    out->of[SLOPE] = no_zero(at, is, !(d < 0), positive, high, size);
-    const int above = rings && OF(stays_positive_by_bernstein)(&at->poles, f, at->in.high.omega, from, to, h, 0, bound);
-    out->of[BERNSTEIN] = no_zero(at, is, rings, above, high, size);
-    const quad until = (quad)low + OF(quiet_time)(&at->set, f, &at->in.low, from, bound);
-    out->of[QUIET] = no_zero(at, is, 1, until > high, until < last ? until : last, size);
-    const quad still = OF(root_free_until)(&at->set, &at->in);
-    out->of[STILL] = no_zero(at, is, 1, still > high, still < last ? still : last, start_size(&at->g));
-    out->of[MINIMUM] = minimum(at, is);
-
-    const int found = OF(find_first_root)(&at->set, &at->in);
-    const quad end = at->in.high.t;
-    out->intervals = at->in.count;
-    out->of[SEARCH] = no_zero(at, is, 1, found, end, size_then(at, end));
-}
-
-void judge(const drawn *cases, int32_t count, const claim *is, verdict *verdicts)
+/* It is asked where the rate is negative at the first time and not at the second, and says how many evaluations that
+ * has taken. It is wrong if g falls below its value there by more than so many eps of its terms. */
+void judge_minimum(const drawn *cases, int32_t count, double rounding, said *verdicts)
 {
     for (int32_t i = 0; i < count; i++) {
-        asked at = {0};
-        take_poles(&cases[i], &at);
-        take_interval(&cases[i], &at);
-        take_function(&cases[i], &at);
-        verdicts[i].asked = take_ends(&at);
-        if (verdicts[i].asked) {
-            judge_one(&cases[i], &at, is, &verdicts[i]);
+        const drawn *it = &cases[i];
+        const double a = it->a, p = it->p, q = it->q;
+        const OF(hopform_poles) poles = a > 0.0 ? OF(factor_cubic)((real)(a + p), (real)(q + a * p), (real)(a * q))
+                                                : OF(pair_alone)((real)p, (real)q);
+        const OF(hopform_timescales) scales = OF(timescales_of_poles)(&poles);
+        const double node = node_of(&poles, &scales);
+        const real low = (real)(it->low * node), high = end_of_interval(it, node, low, &scales);
+        const exact g = falling(it, &poles, low + (quad)it->place * ((quad)high - low));
+        const OF(numerator) h = {(real)g.H3, (real)g.H2, (real)g.H1};
+        const OF(event_function) f = OF(event_function_of)(&h, (real)g.start);
+        const OF(propagator) begins = OF(propagator_at)(&poles, low), ends = OF(propagator_at)(&poles, high);
+        const OF(jet) from = low > 0 ? OF(jet_at)(&poles, &f, &begins) : OF(jet_at_start)(&poles, &f);
+        const OF(jet) to = OF(jet_at)(&poles, &f, &ends);
+        said verdict = {high > low && from.rate < 0 && !(to.rate < 0), 0, 0};
+        if (verdict.asked) {
+            OF(evaluations) evaluations = {INT32_MAX};
+            const OF(propagator) at = OF(minimum_between)(&poles, &f, &from, low, &to, high, &evaluations);
+            const response w = response_at(&g, at.t);
+            const quad floor = value_at(&g, &w) - rounding * EPS * size_at(&g, &w, at.t);
+            verdict.says = INT32_MAX - evaluations.left;
+            verdict.wrong = !stays_above(&g, floor, low, high);
         }
+        verdicts[i] = verdict;
     }
 }
 
@@ -410,7 +242,7 @@ void judge_turns(const turning *cases, int32_t count, said *verdicts)
     for (int32_t i = 0; i < count; i++) {
         const real a = (real)cases[i].a, p = (real)cases[i].p, q = (real)cases[i].q, length = (real)cases[i].length;
         const OF(hopform_poles) poles = OF(factor_cubic)(a + p, q + a * p, a * q); /* the most isolated one alone */
-        const OF(hopform_node) node = OF(node_of_poles)(&poles, false);
+        const OF(hopform_timescales) scales = OF(timescales_of_poles)(&poles);
         const quad alone = poles.a;
         exact it = {.s1 = alone + poles.p, .s2 = poles.q + alone * poles.p, .s3 = alone * poles.q};
         const response w = response_at(&it, cases[i].zeros[0]), v = response_at(&it, cases[i].zeros[1]);
@@ -438,7 +270,7 @@ void judge_turns(const turning *cases, int32_t count, said *verdicts)
             }
             changes += from_here[0] * y[0] < 0;
         }
-        const int says = OF(turns_as_seen)(&node, &from, &to, length);
+        const int says = OF(turns_as_seen)(&scales, &from, &to, length);
         const said verdict = {changes, says, says && changes != (from.rate * to.rate < 0)};
         verdicts[i] = verdict;
     }

@@ -152,7 +152,7 @@ TRUTH = {"J": 0.031, "b": 0.0085, "F_p": 0.042}
 @pytest.mark.sliced
 @pytest.mark.parametrize(("dead_time", "delay"), [(0.005, 0.0), (0.0017, 0.003)])
 def test_a_joint_is_found_under_its_controller(servo, dead_time, delay):
-    """And is not without the delays: then its inertia is off by many intervals."""
+    """And is not without the delays: then its inertia is off by 80 standard errors of the noise."""
     recording = logged(4, dead_time=dead_time, delay=delay)
     fit = hopform.identify.fit(servo, recording, fitted=[*TRUTH], known=KNOWN, rate=400.0, **ALONE)
     assert not fit.warnings
@@ -162,7 +162,8 @@ def test_a_joint_is_found_under_its_controller(servo, dead_time, delay):
     assert solution is not None
     rest = [p for p in estimation.started(solution) if p.name not in ("delay@0", "dead_time")]
     bare = estimation.again(solution, solution.experiments, rest, fixed={"delay@0": 0.0, "dead_time": 0.0})
-    assert abs(bare.values["J"] - 0.031) > 20.0 * (fit["J"].high - fit["J"].low)
+    number = [p.name for p in solution.parameters].index("J")
+    assert abs(bare.values["J"] - 0.031) > 80.0 * math.sqrt(estimation.spread(solution).covariance[number, number])
     assert bare.cost > 3.0 * solution.cost
 
 

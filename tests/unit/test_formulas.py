@@ -61,9 +61,6 @@ GENERIC = {
 } | {
     symbol: each
     for record, units in (
-        (partial_fractions.MODES, ("A",) * 4),
-        (partial_fractions.INTEGRATED, ("A s",) * 4),
-        (partial_fractions.WHOLE, ("A", "A/s", "A/s^2", "A/s^3")),
     )
     for symbol, each in zip(record.symbols, units, strict=True)
 }  # fmt: skip

@@ -157,6 +157,7 @@ typedef struct {
     float s, cancels;
     int owner, side;
     bool stops;
+    float settled; /* s less that where the motion ends, if it is known with digits of its own; else NEVER */
 } alone_guard_f32;
 
 enum { MOST_ALONE_GUARDS_f32 = 3 };
@@ -183,7 +184,7 @@ typedef struct {
     int functions;
     alone_function_f32 function[MOST_EVENT_FUNCTIONS_f32];
     int owner, side; /* of what ends it: NO_OWNER where nothing happens until then */
-    float slack;      /* by how much an event of another owner may be later and wins a tie */
+    float slack;      /* by how much later an event of tie-break priority may be */
     bool stops, touches, certified;
 } alone_search_f32;
 
@@ -191,6 +192,7 @@ static inline alone_guard_f32 *add_alone_guard_f32(alone_search_f32 *search, flo
     alone_guard_f32 *guard = &search->guard[search->count++];
     guard->s = greater_f32(s, 0.0f);
     guard->cancels = 0.0f;
+    guard->settled = HOPFORM_NEVER_f32;
     guard->owner = owner;
     guard->side = 0;
     guard->stops = false;
@@ -566,6 +568,18 @@ static inline void meet_functions_f32(alone_search_f32 *search, bool rests, eval
     settle_alone_tie_f32(search, search->owner == NO_OWNER_f32 ? ELEMENT_f32 : search->owner, is_tight);
 }
 
+/* The same of a guard to which the motion creeps. */
+static inline void sharpen_alone_guard_f32(alone_search_f32 *search, const alone_guard_f32 *guard, float limit) {
+    if (!(search->end.t * search->end.v < 0.25f * guard->s)) { return; }
+    const alone_function_f32 function = {guard->s, guard->cancels, guard->settled, search->start, false, 0, 0};
+    alone_f32 root = search->end;
+    sharpen_alone_root_f32(search, &function, limit, &root);
+    if (fabs_f32(root.t - search->end.t) > 0.0f) {
+        const known_pair_f32 response = response_over_f32(&search->pair, root.t);
+        search->end = alone_after_f32(&search->pair, &search->start, root.t, &response);
+    }
+}
+
 /* The first of the guards, or the rest, until a time at most; true if the element rests. */
 static inline bool meet_guards_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
     const alone_pair_f32 *pair = &search->pair;
@@ -598,6 +612,7 @@ static inline bool meet_guards_f32(alone_search_f32 *search, float until, evalua
     search->slack = 8.0f * HOPFORM_EPS_f32 * search->end.t;
     if (found >= 0 && (!rests || search->rests >= search->guard[found].owner)) {
         take_guard_f32(search, &search->guard[found]);
+        sharpen_alone_guard_f32(search, &search->guard[found], until);
         rests = false;
     }
     return rests;

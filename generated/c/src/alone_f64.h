@@ -157,6 +157,7 @@ typedef struct {
     double s, cancels;
     int owner, side;
     bool stops;
+    double settled; /* s less that where the motion ends, if it is known with digits of its own; else NEVER */
 } alone_guard_f64;
 
 enum { MOST_ALONE_GUARDS_f64 = 3 };
@@ -183,7 +184,7 @@ typedef struct {
     int functions;
     alone_function_f64 function[MOST_EVENT_FUNCTIONS_f64];
     int owner, side; /* of what ends it: NO_OWNER where nothing happens until then */
-    double slack;      /* by how much an event of another owner may be later and wins a tie */
+    double slack;      /* by how much later an event of tie-break priority may be */
     bool stops, touches, certified;
 } alone_search_f64;
 
@@ -191,6 +192,7 @@ static inline alone_guard_f64 *add_alone_guard_f64(alone_search_f64 *search, dou
     alone_guard_f64 *guard = &search->guard[search->count++];
     guard->s = greater_f64(s, 0.0);
     guard->cancels = 0.0;
+    guard->settled = HOPFORM_NEVER_f64;
     guard->owner = owner;
     guard->side = 0;
     guard->stops = false;
@@ -566,6 +568,18 @@ static inline void meet_functions_f64(alone_search_f64 *search, bool rests, eval
     settle_alone_tie_f64(search, search->owner == NO_OWNER_f64 ? ELEMENT_f64 : search->owner, is_tight);
 }
 
+/* The same of a guard to which the motion creeps. */
+static inline void sharpen_alone_guard_f64(alone_search_f64 *search, const alone_guard_f64 *guard, double limit) {
+    if (!(search->end.t * search->end.v < 0.25 * guard->s)) { return; }
+    const alone_function_f64 function = {guard->s, guard->cancels, guard->settled, search->start, false, 0, 0};
+    alone_f64 root = search->end;
+    sharpen_alone_root_f64(search, &function, limit, &root);
+    if (fabs_f64(root.t - search->end.t) > 0.0) {
+        const known_pair_f64 response = response_over_f64(&search->pair, root.t);
+        search->end = alone_after_f64(&search->pair, &search->start, root.t, &response);
+    }
+}
+
 /* The first of the guards, or the rest, until a time at most; true if the element rests. */
 static inline bool meet_guards_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
     const alone_pair_f64 *pair = &search->pair;
@@ -598,6 +612,7 @@ static inline bool meet_guards_f64(alone_search_f64 *search, double until, evalu
     search->slack = 8.0 * HOPFORM_EPS_f64 * search->end.t;
     if (found >= 0 && (!rests || search->rests >= search->guard[found].owner)) {
         take_guard_f64(search, &search->guard[found]);
+        sharpen_alone_guard_f64(search, &search->guard[found], until);
         rests = false;
     }
     return rests;

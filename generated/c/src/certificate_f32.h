@@ -70,7 +70,10 @@ static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles,
         falls_by = jet.rate < 0.0f ? -jet.rate : falls_by;
         low = jet.rate < 0.0f ? t : low;
         high = jet.rate < 0.0f ? high : t;
-        if ((high - low) * falls_by <= bound) { break; }
+        if ((high - low) * falls_by <= bound) {
+            if (jet.rate > 0.0f) { at = propagator_at_f32(poles, low); } /* of which this is known */
+            break;
+        }
         t = n > 8 && n % 2 == 1 ? low : t - step;
         if (!(t > low && t < high)) { t = low + 0.5f * (high - low); }
         at = propagator_at_f32(poles, t);

@@ -70,7 +70,10 @@ static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles,
         falls_by = jet.rate < 0.0 ? -jet.rate : falls_by;
         low = jet.rate < 0.0 ? t : low;
         high = jet.rate < 0.0 ? high : t;
-        if ((high - low) * falls_by <= bound) { break; }
+        if ((high - low) * falls_by <= bound) {
+            if (jet.rate > 0.0) { at = propagator_at_f64(poles, low); } /* of which this is known */
+            break;
+        }
         t = n > 8 && n % 2 == 1 ? low : t - step;
         if (!(t > low && t < high)) { t = low + 0.5 * (high - low); }
         at = propagator_at_f64(poles, t);

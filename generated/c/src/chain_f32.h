@@ -394,6 +394,21 @@ static inline const search_node_f32 *meet_stop_f32(const node_search_f32 *search
     return root;
 }
 
+/* The values of functions that have faded while nothing has happened, counted from where they end. */
+SELDOM_f32 void sharpen_arrival_f32(const stance_chain_f32 *chain, const node_search_f32 *search,
+                                      const search_node_f32 *there, arrival_f32 *arrival) {
+    const hopform_rates_f32 *rates = rates_of_chain_f32(chain);
+    core_by_row_f32 end, left;
+    end.named = settled_of_both_f32(rates, &chain->drive.named);
+    left.named = unsettled_of_both_f32(rates, &there->w.named);
+    for (int n = HOPFORM_CONTACT_IS_ROW; n < NODE_FUNCTIONS_f32; n++) {
+        const float terms = fabs_f32(end.of[n]) + fabs_f32(left.of[n]);
+        if (terms < 0.5f * terms_of_node_f32(search, n, there)) {
+            arrival->z[axis_of_row_f32[n]] = end.of[n] + left.of[n];
+        }
+    }
+}
+
 /* Where the phase ends. */
 static inline void arrive_at_node_f32(const node_search_f32 *search, const search_node_f32 *there, int owner,
                                        arrival_f32 *arrival) {
@@ -420,6 +435,28 @@ SELDOM_f32 float pass_quiet_time_f32(const stance_chain_f32 *chain, node_search_
     if (!(quiet > 8.0f * chain->plan->transition.h)) { return 0.0f; }
     NODE_COUNT(quiet);
     return quiet;
+}
+
+/* The root of a function that creeps to it has digits of the terms that the function is a sum of. Counted from where both
+ * elements end, by what has not yet faded there, it has more where these terms are smaller: by steps of Newton's. */
+SELDOM_f32 void sharpen_root_at_node_f32(const stance_chain_f32 *chain, const node_search_f32 *search, int n,
+                                           search_node_f32 *root) {
+    const hopform_rates_f32 *rates = rates_of_chain_f32(chain);
+    core_by_row_f32 end, left;
+    end.named = settled_of_both_f32(rates, &chain->drive.named);
+    for (int step = 0; step < 4 && root->rate[n] < 0.0f; step++) {
+        left.named = unsettled_of_both_f32(rates, &root->w.named);
+        const float terms = function_terms_f32(search, n, end.of) + function_terms_f32(search, n, left.of);
+        const float value =
+            search->sign[n] * (function_of_f32(search, n, end.of) + function_of_f32(search, n, left.of));
+        const float later = -value / root->rate[n];
+        if (!(terms < 0.25f * terms_of_node_f32(search, n, root)) || !(fabs_f32(later) < 0.01f * root->t)
+            || fabs_f32(later) <= HOPFORM_EPS_f32 * root->t) {
+            return;
+        }
+        const search_node_f32 at = *root;
+        put_node_after_f32(search, &at, later, root);
+    }
 }
 
 /* The end of the next interval. */
@@ -467,7 +504,7 @@ static inline void find_end_by_rates_f32(const stance_chain_f32 *chain, stance_s
     end->stops = false;
     end->touches = false;
     if (search.is_beyond) { end->owner = CONTACT_f32; }
-    int32_t nodes = search.stiff || !search.rings ? 7 : 0;
+    int32_t nodes = search.stiff ? 7 : 0;
     float quiet = 0.0f;
     for (bool open = end->owner < 0 && search.limit > 0.0f; open; nodes++) {
         end_next_interval_f32(&search, quiet);
@@ -481,7 +518,12 @@ static inline void find_end_by_rates_f32(const stance_chain_f32 *chain, stance_s
         const bool ends = !(search.high->t < search.limit);
         open = crossed == 0 && !ends;
         if (crossed != 0) {
-            end->owner = first_root_of_f32(&search, crossed, &root);
+            const int found = first_root_of_f32(&search, crossed, &root);
+            const bool creeps = root.t * fabs_f32(root.rate[found]) < 0.25f * terms_of_node_f32(&search, found, &root);
+            if (creeps && rates_of_chain_f32(chain)->s_3 > 0.0f && chain->came_to_rest < 0) {
+                sharpen_root_at_node_f32(chain, &search, found, &root);
+            }
+            end->owner = found;
         } else if (ends && is_lost_at_limit_f32(&search)) {
             end->owner = CONTACT_f32;
         }
@@ -493,12 +535,17 @@ static inline void find_end_by_rates_f32(const stance_chain_f32 *chain, stance_s
         }
         if (open) {
             begin_next_interval_f32(&search);
-            quiet = (nodes & 7) == 7 ? pass_quiet_time_f32(chain, &search) : 0.0f;
+            const bool is_due = !search.rings || (nodes & 7) == 7; /* intervals beside real poles grow */
+            quiet = is_due ? pass_quiet_time_f32(chain, &search) : 0.0f;
         }
     }
     end->certified = certified;
     end->t = there->t;
     arrive_at_node_f32(&search, there, end->owner, &end->arrival);
+    const bool has_faded = end->owner == NO_OWNER_f32 && end->t > 4.0f * chain->plan->transition.h;
+    if (has_faded && rates_of_chain_f32(chain)->s_3 > 0.0f && chain->came_to_rest < 0) {
+        sharpen_arrival_f32(chain, &search, there, &end->arrival);
+    }
 }
 #endif
 
@@ -517,19 +564,20 @@ static inline void put_alone_contact_f32(alone_search_f32 *search, const stance_
     const numerator_f32 h = contact_numerator_f32(robot, &chain->numerators.named);
     const float force = contact_of_f32(robot, &chain->at.named);
     const float follows = stretch_by_displacement_f32(chain, alone);
+    const float q = search->pair.q;
+    state_by_axis_f32 settled = {{0.0f, 0.0f, 0.0f, 0.0f}};
+    settled.of[HOPFORM_STRETCH_AXIS] =
+        follows * (float)side_of_mode_f32(chain->mode, alone) * chain->drive.of[alone] / (q > 0.0f ? q : 1.0f);
     if (!(fabs_f32(chain->drive.of[alone]) > 0.0f) && !(force < 0.0f)) {
         search->rest_time = time_to_rest_f32(search->pair.poles, force, h.H3);
         search->rests = CONTACT_f32;
     } else if (!HOPFORM_CONTACT_IS_STRETCH) {
-        const float q = search->pair.q;
-        state_by_axis_f32 settled = {{0.0f, 0.0f, 0.0f, 0.0f}};
-        settled.of[HOPFORM_STRETCH_AXIS] =
-            follows * (float)side_of_mode_f32(chain->mode, alone) * chain->drive.of[alone] / (q > 0.0f ? q : 1.0f);
         alone_function_f32 *contact =
             add_alone_function_f32(search, &h, force, terms_of_contact_f32(chain), 1.0f, CONTACT_f32, 0);
         if (q > 0.0f) { contact->settled = contact_of_f32(robot, &settled.named); }
     } else if (follows < 0.0f) {
-        (void)add_alone_guard_f32(search, force / -follows, CONTACT_f32);
+        alone_guard_f32 *contact = add_alone_guard_f32(search, force / -follows, CONTACT_f32);
+        if (q > 0.0f) { contact->settled = contact_of_f32(robot, &settled.named) / -follows; }
     }
 }
 #endif

@@ -394,6 +394,21 @@ static inline const search_node_f64 *meet_stop_f64(const node_search_f64 *search
     return root;
 }
 
+/* The values of functions that have faded while nothing has happened, counted from where they end. */
+SELDOM_f64 void sharpen_arrival_f64(const stance_chain_f64 *chain, const node_search_f64 *search,
+                                      const search_node_f64 *there, arrival_f64 *arrival) {
+    const hopform_rates_f64 *rates = rates_of_chain_f64(chain);
+    core_by_row_f64 end, left;
+    end.named = settled_of_both_f64(rates, &chain->drive.named);
+    left.named = unsettled_of_both_f64(rates, &there->w.named);
+    for (int n = HOPFORM_CONTACT_IS_ROW; n < NODE_FUNCTIONS_f64; n++) {
+        const double terms = fabs_f64(end.of[n]) + fabs_f64(left.of[n]);
+        if (terms < 0.5 * terms_of_node_f64(search, n, there)) {
+            arrival->z[axis_of_row_f64[n]] = end.of[n] + left.of[n];
+        }
+    }
+}
+
 /* Where the phase ends. */
 static inline void arrive_at_node_f64(const node_search_f64 *search, const search_node_f64 *there, int owner,
                                        arrival_f64 *arrival) {
@@ -420,6 +435,28 @@ SELDOM_f64 double pass_quiet_time_f64(const stance_chain_f64 *chain, node_search
     if (!(quiet > 8.0 * chain->plan->transition.h)) { return 0.0; }
     NODE_COUNT(quiet);
     return quiet;
+}
+
+/* The root of a function that creeps to it has digits of the terms that the function is a sum of. Counted from where both
+ * elements end, by what has not yet faded there, it has more where these terms are smaller: by steps of Newton's. */
+SELDOM_f64 void sharpen_root_at_node_f64(const stance_chain_f64 *chain, const node_search_f64 *search, int n,
+                                           search_node_f64 *root) {
+    const hopform_rates_f64 *rates = rates_of_chain_f64(chain);
+    core_by_row_f64 end, left;
+    end.named = settled_of_both_f64(rates, &chain->drive.named);
+    for (int step = 0; step < 4 && root->rate[n] < 0.0; step++) {
+        left.named = unsettled_of_both_f64(rates, &root->w.named);
+        const double terms = function_terms_f64(search, n, end.of) + function_terms_f64(search, n, left.of);
+        const double value =
+            search->sign[n] * (function_of_f64(search, n, end.of) + function_of_f64(search, n, left.of));
+        const double later = -value / root->rate[n];
+        if (!(terms < 0.25 * terms_of_node_f64(search, n, root)) || !(fabs_f64(later) < 0.01 * root->t)
+            || fabs_f64(later) <= HOPFORM_EPS_f64 * root->t) {
+            return;
+        }
+        const search_node_f64 at = *root;
+        put_node_after_f64(search, &at, later, root);
+    }
 }
 
 /* The end of the next interval. */
@@ -467,7 +504,7 @@ static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_s
     end->stops = false;
     end->touches = false;
     if (search.is_beyond) { end->owner = CONTACT_f64; }
-    int32_t nodes = search.stiff || !search.rings ? 7 : 0;
+    int32_t nodes = search.stiff ? 7 : 0;
     double quiet = 0.0;
     for (bool open = end->owner < 0 && search.limit > 0.0; open; nodes++) {
         end_next_interval_f64(&search, quiet);
@@ -481,7 +518,12 @@ static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_s
         const bool ends = !(search.high->t < search.limit);
         open = crossed == 0 && !ends;
         if (crossed != 0) {
-            end->owner = first_root_of_f64(&search, crossed, &root);
+            const int found = first_root_of_f64(&search, crossed, &root);
+            const bool creeps = root.t * fabs_f64(root.rate[found]) < 0.25 * terms_of_node_f64(&search, found, &root);
+            if (creeps && rates_of_chain_f64(chain)->s_3 > 0.0 && chain->came_to_rest < 0) {
+                sharpen_root_at_node_f64(chain, &search, found, &root);
+            }
+            end->owner = found;
         } else if (ends && is_lost_at_limit_f64(&search)) {
             end->owner = CONTACT_f64;
         }
@@ -493,12 +535,17 @@ static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_s
         }
         if (open) {
             begin_next_interval_f64(&search);
-            quiet = (nodes & 7) == 7 ? pass_quiet_time_f64(chain, &search) : 0.0;
+            const bool is_due = !search.rings || (nodes & 7) == 7; /* intervals beside real poles grow */
+            quiet = is_due ? pass_quiet_time_f64(chain, &search) : 0.0;
         }
     }
     end->certified = certified;
     end->t = there->t;
     arrive_at_node_f64(&search, there, end->owner, &end->arrival);
+    const bool has_faded = end->owner == NO_OWNER_f64 && end->t > 4.0 * chain->plan->transition.h;
+    if (has_faded && rates_of_chain_f64(chain)->s_3 > 0.0 && chain->came_to_rest < 0) {
+        sharpen_arrival_f64(chain, &search, there, &end->arrival);
+    }
 }
 #endif
 
@@ -517,19 +564,20 @@ static inline void put_alone_contact_f64(alone_search_f64 *search, const stance_
     const numerator_f64 h = contact_numerator_f64(robot, &chain->numerators.named);
     const double force = contact_of_f64(robot, &chain->at.named);
     const double follows = stretch_by_displacement_f64(chain, alone);
+    const double q = search->pair.q;
+    state_by_axis_f64 settled = {{0.0, 0.0, 0.0, 0.0}};
+    settled.of[HOPFORM_STRETCH_AXIS] =
+        follows * (double)side_of_mode_f64(chain->mode, alone) * chain->drive.of[alone] / (q > 0.0 ? q : 1.0);
     if (!(fabs_f64(chain->drive.of[alone]) > 0.0) && !(force < 0.0)) {
         search->rest_time = time_to_rest_f64(search->pair.poles, force, h.H3);
         search->rests = CONTACT_f64;
     } else if (!HOPFORM_CONTACT_IS_STRETCH) {
-        const double q = search->pair.q;
-        state_by_axis_f64 settled = {{0.0, 0.0, 0.0, 0.0}};
-        settled.of[HOPFORM_STRETCH_AXIS] =
-            follows * (double)side_of_mode_f64(chain->mode, alone) * chain->drive.of[alone] / (q > 0.0 ? q : 1.0);
         alone_function_f64 *contact =
             add_alone_function_f64(search, &h, force, terms_of_contact_f64(chain), 1.0, CONTACT_f64, 0);
         if (q > 0.0) { contact->settled = contact_of_f64(robot, &settled.named); }
     } else if (follows < 0.0) {
-        (void)add_alone_guard_f64(search, force / -follows, CONTACT_f64);
+        alone_guard_f64 *contact = add_alone_guard_f64(search, force / -follows, CONTACT_f64);
+        if (q > 0.0) { contact->settled = contact_of_f64(robot, &settled.named) / -follows; }
     }
 }
 #endif

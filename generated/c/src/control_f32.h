@@ -31,7 +31,8 @@
 #define MARGIN_EACH_f32 0.03125f
 #define MARGIN_KINK_f32 1.5f
 
-/* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow. */
+/* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow; by one that is
+ * not admissible where it is a quarter of that. */
 #define NARROW_JUMP_f32 0.00390625f
 
 /* A current with which a search begins divides a side of 0 where the wanted apex is within this share of it. */
@@ -234,7 +235,9 @@ static float lower_bound_of_f32(const hopform_search_f32 *search, const control_
         return bound > 0.0f ? bound : unknown;
     }
     if (!alike || !contact_sign_is_constant_f32(c)) {
-        const float narrow = none ? HOPFORM_ROOT_EPS_f32 : NARROW_JUMP_f32;
+        const bool judges = is_admissible_f32(search, c->from) || is_admissible_f32(search, c->to);
+        const float jump = judges ? NARROW_JUMP_f32 : 0.25f * NARROW_JUMP_f32;
+        const float narrow = none ? HOPFORM_ROOT_EPS_f32 : jump;
         return c->width <= narrow * range ? bound_at_jump_f32(c) : unknown;
     }
     if (none || (c->peak.from >= 0.0f && c->peak.to >= 0.0f && least_f32(&c->peak) >= 0.0f)) {

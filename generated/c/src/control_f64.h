@@ -31,7 +31,8 @@
 #define MARGIN_EACH_f64 0.03125
 #define MARGIN_KINK_f64 1.5
 
-/* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow. */
+/* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow; by one that is
+ * not admissible where it is a quarter of that. */
 #define NARROW_JUMP_f64 0.00390625
 
 /* A current with which a search begins divides a side of 0 where the wanted apex is within this share of it. */
@@ -234,7 +235,9 @@ static double lower_bound_of_f64(const hopform_search_f64 *search, const control
         return bound > 0.0 ? bound : unknown;
     }
     if (!alike || !contact_sign_is_constant_f64(c)) {
-        const double narrow = none ? HOPFORM_ROOT_EPS_f64 : NARROW_JUMP_f64;
+        const bool judges = is_admissible_f64(search, c->from) || is_admissible_f64(search, c->to);
+        const double jump = judges ? NARROW_JUMP_f64 : 0.25 * NARROW_JUMP_f64;
+        const double narrow = none ? HOPFORM_ROOT_EPS_f64 : jump;
         return c->width <= narrow * range ? bound_at_jump_f64(c) : unknown;
     }
     if (none || (c->peak.from >= 0.0 && c->peak.to >= 0.0 && least_f64(&c->peak) >= 0.0)) {

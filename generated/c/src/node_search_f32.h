@@ -328,12 +328,15 @@ ALWAYS_f32 bool all_stay_above_f32(const node_search_f32 *search) {
 }
 
 /* Whether a function has crossed zero by the end of the interval: by more than rounding, or so steeply that the root is
- * near. */
+ * near, and not beside a minimum, where it falls by no more than rounding. */
 static inline bool has_crossed_at_node_f32(const node_search_f32 *search, int n) {
     const search_node_f32 *to = search->high;
     if (!(to->value[n] < 0.0f)) { return false; }
-    const float rounding = rounding_at_node_f32(search, n, to, to->rate[n]);
-    return (to->value[n] < -rounding) | (to->rate[n] * (to->t - search->low->t) < -rounding);
+    const float rate = to->rate[n];
+    const float bend = to->deflated[n] - pole_of_search_f32(search) * rate;
+    const float rounding = rounding_at_node_f32(search, n, to, rate);
+    const bool is_steep = rate * (to->t - search->low->t) < -rounding && !(rate * rate < bend * rounding);
+    return to->value[n] < -rounding || is_steep;
 }
 
 /* Certifies the interval, cut until that is so: no function has a root in it but those, a bit each, that have one and
@@ -616,7 +619,7 @@ SELDOM_f32 void count_from_the_end_f32(node_search_f32 *search, const core_f32 *
     search->end.named = *end;
     search->has_end = true;
     const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5f;
-    const float most = has_faded ? 8.0f : 0.25f; /* times what they are now */
+    const float most = has_faded ? 8.0f : 0.5f; /* times what they are now */
     float terms[NODE_FUNCTIONS_f32], before[NODE_FUNCTIONS_f32];
     bool any = false;
     for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {

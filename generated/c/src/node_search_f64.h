@@ -328,12 +328,15 @@ ALWAYS_f64 bool all_stay_above_f64(const node_search_f64 *search) {
 }
 
 /* Whether a function has crossed zero by the end of the interval: by more than rounding, or so steeply that the root is
- * near. */
+ * near, and not beside a minimum, where it falls by no more than rounding. */
 static inline bool has_crossed_at_node_f64(const node_search_f64 *search, int n) {
     const search_node_f64 *to = search->high;
     if (!(to->value[n] < 0.0)) { return false; }
-    const double rounding = rounding_at_node_f64(search, n, to, to->rate[n]);
-    return (to->value[n] < -rounding) | (to->rate[n] * (to->t - search->low->t) < -rounding);
+    const double rate = to->rate[n];
+    const double bend = to->deflated[n] - pole_of_search_f64(search) * rate;
+    const double rounding = rounding_at_node_f64(search, n, to, rate);
+    const bool is_steep = rate * (to->t - search->low->t) < -rounding && !(rate * rate < bend * rounding);
+    return to->value[n] < -rounding || is_steep;
 }
 
 /* Certifies the interval, cut until that is so: no function has a root in it but those, a bit each, that have one and
@@ -616,7 +619,7 @@ SELDOM_f64 void count_from_the_end_f64(node_search_f64 *search, const core_f64 *
     search->end.named = *end;
     search->has_end = true;
     const bool has_faded = search->stiff && low->t * search->plan->transition.fastest > 0.5;
-    const double most = has_faded ? 8.0 : 0.25; /* times what they are now */
+    const double most = has_faded ? 8.0 : 0.5; /* times what they are now */
     double terms[NODE_FUNCTIONS_f64], before[NODE_FUNCTIONS_f64];
     bool any = false;
     for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {

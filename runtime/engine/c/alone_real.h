@@ -157,6 +157,7 @@ typedef struct {
     real s, cancels;
     int owner, side;
     bool stops;
+    real settled; /* s less that where the motion ends, if it is known with digits of its own; else NEVER */
 } alone_guard_real;
 
 enum { MOST_ALONE_GUARDS_real = 3 };
@@ -183,7 +184,7 @@ typedef struct {
     int functions;
     alone_function_real function[MOST_EVENT_FUNCTIONS_real];
     int owner, side; /* of what ends it: NO_OWNER where nothing happens until then */
-    real slack;      /* by how much an event of another owner may be later and wins a tie */
+    real slack;      /* by how much later an event of tie-break priority may be */
     bool stops, touches, certified;
 } alone_search_real;
 
@@ -191,6 +192,7 @@ static inline alone_guard_real *add_alone_guard_real(alone_search_real *search, 
     alone_guard_real *guard = &search->guard[search->count++];
     guard->s = greater_real(s, 0.0);
     guard->cancels = 0.0;
+    guard->settled = HOPFORM_NEVER_real;
     guard->owner = owner;
     guard->side = 0;
     guard->stops = false;
@@ -566,6 +568,18 @@ static inline void meet_functions_real(alone_search_real *search, bool rests, ev
     settle_alone_tie_real(search, search->owner == NO_OWNER_real ? ELEMENT_real : search->owner, is_tight);
 }
 
+/* The same of a guard to which the motion creeps. */
+static inline void sharpen_alone_guard_real(alone_search_real *search, const alone_guard_real *guard, real limit) {
+    if (!(search->end.t * search->end.v < 0.25 * guard->s)) { return; }
+    const alone_function_real function = {guard->s, guard->cancels, guard->settled, search->start, false, 0, 0};
+    alone_real root = search->end;
+    sharpen_alone_root_real(search, &function, limit, &root);
+    if (fabs_real(root.t - search->end.t) > 0.0) {
+        const known_pair_real response = response_over_real(&search->pair, root.t);
+        search->end = alone_after_real(&search->pair, &search->start, root.t, &response);
+    }
+}
+
 /* The first of the guards, or the rest, until a time at most; true if the element rests. */
 static inline bool meet_guards_real(alone_search_real *search, real until, evaluations_real *evaluations) {
     const alone_pair_real *pair = &search->pair;
@@ -598,6 +612,7 @@ static inline bool meet_guards_real(alone_search_real *search, real until, evalu
     search->slack = 8.0 * HOPFORM_EPS_real * search->end.t;
     if (found >= 0 && (!rests || search->rests >= search->guard[found].owner)) {
         take_guard_real(search, &search->guard[found]);
+        sharpen_alone_guard_real(search, &search->guard[found], until);
         rests = false;
     }
     return rests;

@@ -394,6 +394,21 @@ static inline const search_node_real *meet_stop_real(const node_search_real *sea
     return root;
 }
 
+/* The values of functions that have faded while nothing has happened, counted from where they end. */
+SELDOM_real void sharpen_arrival_real(const stance_chain_real *chain, const node_search_real *search,
+                                      const search_node_real *there, arrival_real *arrival) {
+    const hopform_rates_real *rates = rates_of_chain_real(chain);
+    core_by_row_real end, left;
+    end.named = settled_of_both_real(rates, &chain->drive.named);
+    left.named = unsettled_of_both_real(rates, &there->w.named);
+    for (int n = HOPFORM_CONTACT_IS_ROW; n < NODE_FUNCTIONS_real; n++) {
+        const real terms = fabs_real(end.of[n]) + fabs_real(left.of[n]);
+        if (terms < 0.5 * terms_of_node_real(search, n, there)) {
+            arrival->z[axis_of_row_real[n]] = end.of[n] + left.of[n];
+        }
+    }
+}
+
 /* Where the phase ends. */
 static inline void arrive_at_node_real(const node_search_real *search, const search_node_real *there, int owner,
                                        arrival_real *arrival) {
@@ -420,6 +435,28 @@ SELDOM_real real pass_quiet_time_real(const stance_chain_real *chain, node_searc
     if (!(quiet > 8.0 * chain->plan->transition.h)) { return 0.0; }
     NODE_COUNT(quiet);
     return quiet;
+}
+
+/* The root of a function that creeps to it has digits of the terms that the function is a sum of. Counted from where both
+ * elements end, by what has not yet faded there, it has more where these terms are smaller: by steps of Newton's. */
+SELDOM_real void sharpen_root_at_node_real(const stance_chain_real *chain, const node_search_real *search, int n,
+                                           search_node_real *root) {
+    const hopform_rates_real *rates = rates_of_chain_real(chain);
+    core_by_row_real end, left;
+    end.named = settled_of_both_real(rates, &chain->drive.named);
+    for (int step = 0; step < 4 && root->rate[n] < 0.0; step++) {
+        left.named = unsettled_of_both_real(rates, &root->w.named);
+        const real terms = function_terms_real(search, n, end.of) + function_terms_real(search, n, left.of);
+        const real value =
+            search->sign[n] * (function_of_real(search, n, end.of) + function_of_real(search, n, left.of));
+        const real later = -value / root->rate[n];
+        if (!(terms < 0.25 * terms_of_node_real(search, n, root)) || !(fabs_real(later) < 0.01 * root->t)
+            || fabs_real(later) <= HOPFORM_EPS_real * root->t) {
+            return;
+        }
+        const search_node_real at = *root;
+        put_node_after_real(search, &at, later, root);
+    }
 }
 
 /* The end of the next interval. */
@@ -467,7 +504,7 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
     end->stops = false;
     end->touches = false;
     if (search.is_beyond) { end->owner = CONTACT_real; }
-    int32_t nodes = search.stiff || !search.rings ? 7 : 0;
+    int32_t nodes = search.stiff ? 7 : 0;
     real quiet = 0.0;
     for (bool open = end->owner < 0 && search.limit > 0.0; open; nodes++) {
         end_next_interval_real(&search, quiet);
@@ -481,7 +518,12 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
         const bool ends = !(search.high->t < search.limit);
         open = crossed == 0 && !ends;
         if (crossed != 0) {
-            end->owner = first_root_of_real(&search, crossed, &root);
+            const int found = first_root_of_real(&search, crossed, &root);
+            const bool creeps = root.t * fabs_real(root.rate[found]) < 0.25 * terms_of_node_real(&search, found, &root);
+            if (creeps && rates_of_chain_real(chain)->s_3 > 0.0 && chain->came_to_rest < 0) {
+                sharpen_root_at_node_real(chain, &search, found, &root);
+            }
+            end->owner = found;
         } else if (ends && is_lost_at_limit_real(&search)) {
             end->owner = CONTACT_real;
         }
@@ -493,12 +535,17 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
         }
         if (open) {
             begin_next_interval_real(&search);
-            quiet = (nodes & 7) == 7 ? pass_quiet_time_real(chain, &search) : 0.0;
+            const bool is_due = !search.rings || (nodes & 7) == 7; /* intervals beside real poles grow */
+            quiet = is_due ? pass_quiet_time_real(chain, &search) : 0.0;
         }
     }
     end->certified = certified;
     end->t = there->t;
     arrive_at_node_real(&search, there, end->owner, &end->arrival);
+    const bool has_faded = end->owner == NO_OWNER_real && end->t > 4.0 * chain->plan->transition.h;
+    if (has_faded && rates_of_chain_real(chain)->s_3 > 0.0 && chain->came_to_rest < 0) {
+        sharpen_arrival_real(chain, &search, there, &end->arrival);
+    }
 }
 #endif
 
@@ -517,19 +564,20 @@ static inline void put_alone_contact_real(alone_search_real *search, const stanc
     const numerator_real h = contact_numerator_real(robot, &chain->numerators.named);
     const real force = contact_of_real(robot, &chain->at.named);
     const real follows = stretch_by_displacement_real(chain, alone);
+    const real q = search->pair.q;
+    state_by_axis_real settled = {{0.0, 0.0, 0.0, 0.0}};
+    settled.of[HOPFORM_STRETCH_AXIS] =
+        follows * (real)side_of_mode_real(chain->mode, alone) * chain->drive.of[alone] / (q > 0.0 ? q : 1.0);
     if (!(fabs_real(chain->drive.of[alone]) > 0.0) && !(force < 0.0)) {
         search->rest_time = time_to_rest_real(search->pair.poles, force, h.H3);
         search->rests = CONTACT_real;
     } else if (!HOPFORM_CONTACT_IS_STRETCH) {
-        const real q = search->pair.q;
-        state_by_axis_real settled = {{0.0, 0.0, 0.0, 0.0}};
-        settled.of[HOPFORM_STRETCH_AXIS] =
-            follows * (real)side_of_mode_real(chain->mode, alone) * chain->drive.of[alone] / (q > 0.0 ? q : 1.0);
         alone_function_real *contact =
             add_alone_function_real(search, &h, force, terms_of_contact_real(chain), 1.0, CONTACT_real, 0);
         if (q > 0.0) { contact->settled = contact_of_real(robot, &settled.named); }
     } else if (follows < 0.0) {
-        (void)add_alone_guard_real(search, force / -follows, CONTACT_real);
+        alone_guard_real *contact = add_alone_guard_real(search, force / -follows, CONTACT_real);
+        if (q > 0.0) { contact->settled = contact_of_real(robot, &settled.named) / -follows; }
     }
 }
 #endif

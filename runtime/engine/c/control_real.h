@@ -31,7 +31,8 @@
 #define MARGIN_EACH_real 0.03125
 #define MARGIN_KINK_real 1.5
 
-/* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow. */
+/* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow; by one that is
+ * not admissible where it is a quarter of that. */
 #define NARROW_JUMP_real 0.00390625
 
 /* A current with which a search begins divides a side of 0 where the wanted apex is within this share of it. */
@@ -234,7 +235,9 @@ static real lower_bound_of_real(const hopform_search_real *search, const control
         return bound > 0.0 ? bound : unknown;
     }
     if (!alike || !contact_sign_is_constant_real(c)) {
-        const real narrow = none ? HOPFORM_ROOT_EPS_real : NARROW_JUMP_real;
+        const bool judges = is_admissible_real(search, c->from) || is_admissible_real(search, c->to);
+        const real jump = judges ? NARROW_JUMP_real : 0.25 * NARROW_JUMP_real;
+        const real narrow = none ? HOPFORM_ROOT_EPS_real : jump;
         return c->width <= narrow * range ? bound_at_jump_real(c) : unknown;
     }
     if (none || (c->peak.from >= 0.0 && c->peak.to >= 0.0 && least_real(&c->peak) >= 0.0)) {

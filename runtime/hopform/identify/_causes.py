@@ -209,7 +209,7 @@ def _is_noise(solution: Solution, residuals: Parts) -> bool:
 
 def _known(problem: Problem, solution: Solution) -> Iterator[Tried]:
     """Known values and defaults that are off: where another one explains what is left. The fit of a model takes a known one
-    as a start, and fits a default where it is asked to.
+    as a start; a default is fitted by its name.
     """
 
     def near(tried: Tried) -> Tried:
