@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..ir import DOMAINS, Member
-from ..maths import contact, elements, energy, kernels, mode_table, modes, stability, transition
+from ..maths import contact, elements, energy, kernels, mode_table, modes, stability
 from ..model import kinds, quantities, selftest, structs
 from ..model.precisions import CONSTANTS
 from . import c, numpy
@@ -75,7 +75,7 @@ HEADERS: Part = {
     },
     "c/src/facts.h": lambda solver: {
         "c": c, "contact": contact, "elements": elements, "energy": energy,
-        "kinds": kinds, "transition": transition,
+        "kinds": kinds,
         "layout": solver.layout, "model": solver.model, "modes": modes, "numpy": numpy, "quantities": quantities,
         "stability": stability, "table": mode_table,
         "walked_records": [record for record in solver.program.records if record.name in WALKED],

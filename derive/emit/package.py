@@ -1,7 +1,5 @@
 """The part python/ of a solver: formulas, records and tables of the package that needs NumPy alone."""
 
-from dataclasses import replace
-
 from .. import VERSION
 from ..ir import DOMAINS, Record
 from ..maths import elements, energy, mode_table, stability

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 from ..ir import Authored, Member, Quantity, Record, Struct
 from .names import in_c
-from .quantities import BASIS, BODY_HEIGHT, CURRENT, ROBOT, STATE, TIME
+from .quantities import BODY_HEIGHT, CURRENT, ROBOT, STATE
 
 
 def of_quantities(quantities: Iterable[Quantity], type_: str = "real") -> Iterator[Member]:

@@ -42,9 +42,7 @@ def test_no_list_is_wrong_and_no_motion_without_an_end(store, name):
 @pytest.mark.sliced
 @pytest.mark.parametrize("kind", STIFF)
 def test_hardly_a_list_of_a_stiff_hopper_is_wrong_in_single_precision(store, kind):
-    found = Judge(store, Model(store, "hopper"), double=False, level="-O0").judge(
-        kind, 77, MANY, most=MANY
-    )
+    found = Judge(store, Model(store, "hopper"), double=False, level="-O0").judge(kind, 77, MANY, most=MANY)
     assert found.motions > 0.9 * MANY
     assert found.wrong <= -(-STIFF[kind] * MANY // 3000) and found.stuck == 0, f"{found.row} {found.cases}"
 

@@ -18,7 +18,7 @@ import sympy as sp
 from derive.emit.expressions import Expressions
 from derive.emit.program import program
 from derive.ir import Function, Quantity, Record
-from derive.maths import elements, partial_fractions, time_domain
+from derive.maths import elements, time_domain
 from derive.model import quantities as Q
 from derive.shipped import HOPPER
 from hopform_solver import formulas, records

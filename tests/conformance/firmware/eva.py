@@ -23,7 +23,7 @@ OPTIONS = (
     "-eva-octagon-through-calls", "-eva-auto-loop-unroll", "16",
 )  # fmt: skip
 UNROLLED = {
-    "": "refuse_f32:300,overlap_f32:40,add_thresholds_f32:40,begin_at_start_f32:10,put_velocity_f32:40",
+    "": "refuse_f32:300,overlap_f32:40",
     "ONLY_FLIGHT": "hopform_flight_at_f32:40,hopform_flight_energy_f32:60,flight_reading_status_f32:40,"
                    "state_of_flight_f32:20,"
                    "has_root_in_flight_f32:200,look_at_foot_f32:40,end_at_pull_f32:100,"
