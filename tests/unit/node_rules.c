@@ -198,20 +198,21 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
   }
 }
 
-/* Of a stance from v_1 and v_2 without a current: its intervals, the evaluations
- * that it has used, its ending. */
+/* Of a stance from v_1 and v_2 without a current, which is set twice more: its
+ * intervals, the evaluations that it has used, its ending. */
 void spend(const double *fields, double v1, double v2, double horizon,
-           int64_t *to) {
+           const double *again, int64_t *to) {
   OF(hopform_plan) plan;
   OF(hopform_phase) kept[100];
   OF(hopform_stance) stance;
   OF(evaluations) evaluations = {OF(UNBOUNDED)};
   const OF(hopform_state) start = {0, (real)v1, (real)v2, 0};
-  const OF(hopform_step) step = {0, 0};
+  const OF(hopform_step)
+  steps[3] = {{0, 0}, {(real)again[0], 0}, {(real)again[1], 0}};
   intervals = 0;
   to[2] = is_refused(&plan, fields)
               ? 0
-              : OF(solve_observed)(&plan, &start, &step, 1, (real)horizon, 100,
+              : OF(solve_observed)(&plan, &start, steps, 3, (real)horizon, 100,
                                    kept, 100, &stance, &evaluations, NULL, NULL);
   to[0] = intervals;
   to[1] = OF(UNBOUNDED) - evaluations.left;

@@ -263,11 +263,14 @@ PASSIVE = {
 HORIZON = 3
 
 
-def spent(library: Any, horizon: float, **other: float) -> list[int]:
-    """Intervals, evaluations and ending of a stance without a current."""
-    fields, found = np.array([float((PASSIVE | other).get(name, 0.0)) for name in ROBOT]), np.zeros(3, "i8")
+def spent(library: Any, horizon: float, again: tuple[float, float] = (1e6, 2e6)) -> list[int]:
+    """Intervals, evaluations and ending of a stance without a current, which is set again at two times."""
+    fields, found = np.array([float(PASSIVE.get(name, 0.0)) for name in ROBOT]), np.zeros(3, "i8")
     number = [ctypes.c_double(each) for each in (0.6376, -0.324, horizon)]
-    library.spend(ctypes.c_void_p(fields.ctypes.data), *number, ctypes.c_void_p(found.ctypes.data))
+    times = np.array(again)
+    library.spend(
+        *(ctypes.c_void_p(fields.ctypes.data), *number), *(ctypes.c_void_p(each.ctypes.data) for each in (times, found))
+    )
     return found.tolist()
 
 
@@ -285,3 +288,11 @@ def test_what_fades_to_zero_slower_than_it_rings_needs_no_intervals(store, flags
     found = [spent(library, horizon) for horizon in (0.2, 2.0, 2000.0)]
     assert all(ending == HORIZON for _, _, ending in found)
     assert found[0][0] < 60 and found[2][0] == found[1][0] == found[0][0], found
+
+
+@pytest.mark.parametrize("flags", [(), ("-DDOUBLE",)])
+def test_a_step_that_changes_no_force_leaves_the_rates_of_what_has_faded(store, flags):
+    """By then v_1 - v_2 has no digits in the state: by it the leg would take off."""
+    library = ctypes.CDLL(str(shared_library(store, "node_rules", SOURCES, *flags)))
+    for first in (0.08, 0.1, 0.1149, 0.13):
+        assert spent(library, 2.0, (first, first + 0.06))[2] == HORIZON, first

@@ -81,6 +81,7 @@ typedef struct {
     numerators_by_axis_f32 numerators;
 #if !HOPFORM_MOVES_ALONE
     rates_by_row_f32 rates; /* in place of the numerators, where both slip */
+    bool keeps_rates;        /* over a step of the input, after which both go on */
 #endif
     evaluations_f32 *evaluations;
     observer_f32 *observer;
@@ -847,8 +848,10 @@ static inline float acceleration_on_threshold_f32(const stance_chain_f32 *chain,
 
 #if !HOPFORM_MOVES_ALONE
 /* The rates of the phase that begins at the chain's state; of an element that starts on its threshold, or whose
- * acceleration is known from the motion before, they are exactly that. */
+ * acceleration is known from the motion before, they are exactly that. Over a step of the input that changes no force
+ * they are those of the motion before: what has faded has no digits in a state. */
 static inline void begin_with_rates_f32(stance_chain_f32 *chain) {
+    if (chain->keeps_rates) { return; }
     const int starts = chain->just_switched;
     const int rested = chain->came_to_rest;
     chain->rates.named = rates_of_both_f32(rates_of_chain_f32(chain), &chain->drive.named, &chain->at.named);
@@ -864,8 +867,14 @@ static inline void begin_with_rates_f32(stance_chain_f32 *chain) {
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_f32(stance_chain_f32 *chain) {
     const int element = chain->came_to_rest;
+#if !HOPFORM_MOVES_ALONE
+    const drive_by_element_f32 before = chain->drive;
+#endif
     chain->drive.named = drive_in_mode_f32(chain->plan, chain->mode, current_of_chain_f32(chain));
 #if !HOPFORM_MOVES_ALONE
+    for (int n = 0; n < HOPFORM_ELEMENTS; n++) {
+        chain->keeps_rates = chain->keeps_rates && !(fabs_f32(chain->drive.of[n] - before.of[n]) > 0.0f);
+    }
     if (several_of_mode_f32(chain->mode)) {
         begin_with_rates_f32(chain);
         return;
@@ -894,10 +903,21 @@ static inline void stance_pass_f32(stance_chain_f32 *chain, const stance_search_
     const int element = end->owner - ELEMENT_f32;
     keep_free_acceleration_f32(chain, end);
     chain->just_switched = NO_ELEMENT_f32;
+#if !HOPFORM_MOVES_ALONE
+    chain->keeps_rates = false;
+#endif
     int event = HOPFORM_EVENT_SLIPS(element);
     if (end->owner == NO_OWNER_f32) {
         chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
+#if !HOPFORM_MOVES_ALONE
+        const int mode = number_of_mode_f32(chain->mode);
+        const bool both = several_of_mode_f32(chain->mode);
+        if (both) { chain->rates = end->arrival.w; }
+#endif
         take_step_f32(chain);
+#if !HOPFORM_MOVES_ALONE
+        chain->keeps_rates = both && number_of_mode_f32(chain->mode) == mode;
+#endif
         return;
     }
     if (HOPFORM_HAS_LIMITS && end->owner == LIMIT_f32) {
@@ -1127,6 +1147,11 @@ static inline void stance_start_f32(stance_chain_f32 *chain, const hopform_plan_
     chain->just_switched = NO_ELEMENT_f32;
     chain->came_to_rest = NO_ELEMENT_f32;
     chain->carried_acceleration = 0.0f;
+#if !HOPFORM_MOVES_ALONE
+    const drive_by_element_f32 none = {{0.0f, 0.0f}};
+    chain->drive = none;
+    chain->keeps_rates = false;
+#endif
     chain->most_stretched = 0.0f;
     chain->rounded_at_stop = 0.0f;
     chain->start_loss = 0.0f;
