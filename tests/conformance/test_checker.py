@@ -44,7 +44,7 @@ def test_every_random_stance_is_certified():
 
 @pytest.mark.parametrize("stiffness", [3e1, 3e2, 1e4, 1e6])
 def test_every_stance_beside_a_stiff_actuator_is_certified(stiffness: float):
-    """By W as far as it holds, and in modal form, in which one of a hundred random stances is evaluated."""
+    """From node to node, and one of a hundred random stances beside a far real pole."""
     problems = stiff_stances(SEED, 150, stiffness)
     answers, phases = solve_with_c(problems)
     verdicts = certify(problems, answers, phases)

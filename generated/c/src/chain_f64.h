@@ -81,7 +81,7 @@ typedef struct {
     numerators_by_axis_f64 numerators;
 #if !HOPFORM_MOVES_ALONE
     rates_by_row_f64 rates; /* in place of the numerators, where both slip */
-    bool keeps_rates;        /* over a step of the input, after which both go on */
+    bool keeps_rates;        /* over a step of the input that changes no force */
 #endif
     evaluations_f64 *evaluations;
     observer_f64 *observer;
@@ -438,8 +438,9 @@ SELDOM_f64 double pass_quiet_time_f64(const stance_chain_f64 *chain, node_search
     return quiet;
 }
 
-/* The root of a function that creeps to it has digits of the terms that the function is a sum of. Counted from where both
- * elements end, by what has not yet faded there, it has more where these terms are smaller: by steps of Newton's. */
+/* The root of a function that creeps to it has digits of the terms that the function is a sum of. Counted from where
+ * both elements end, by what has not yet faded there, it has more where these terms are smaller: by steps of Newton's.
+ */
 SELDOM_f64 void sharpen_root_at_node_f64(const stance_chain_f64 *chain, const node_search_f64 *search, int n,
                                            search_node_f64 *root) {
     const hopform_rates_f64 *rates = rates_of_chain_f64(chain);
@@ -989,15 +990,9 @@ static inline state_by_axis_f64 speeds_at_end_f64(const stance_chain_f64 *chain,
 static inline void notify_f64(const stance_chain_f64 *chain, const state_by_axis_f64 *start,
                                const stance_search_f64 *end) {
     if (chain->observer != NULL) {
-        const solved_phase_f64 phase = {start,
-                                         &chain->at,
-                                         &chain->drive,
-                                         speeds_at_start_f64(chain, start),
-                                         speeds_at_end_f64(chain, end),
-                                         chain->mode,
-                                         end->t,
-                                         chain->event,
-                                         end->owner == CONTACT_f64};
+        const solved_phase_f64 phase = {
+            start,       &chain->at, &chain->drive, speeds_at_start_f64(chain, start), speeds_at_end_f64(chain, end),
+            chain->mode, end->t,     chain->event,  end->owner == CONTACT_f64};
         chain->observer(chain->variation, &phase);
     }
 }

@@ -31,8 +31,8 @@
 #define MARGIN_EACH_f32 0.03125f
 #define MARGIN_KINK_f32 1.5f
 
-/* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow; by one that is
- * not admissible where it is a quarter of that. */
+/* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow; by one that
+ * is not admissible where it is a quarter of that. */
 #define NARROW_JUMP_f32 0.00390625f
 
 /* A current with which a search begins divides a side of 0 where the wanted apex is within this share of it. */
@@ -711,8 +711,8 @@ static float most_in_phase_f32(const hopform_plan_f32 *plan, const hopform_phase
     const jet_f32 from = jet_at_start_f32(course.poles, &g);
     const jet_f32 to = jet_at_f32(course.poles, &g, &end);
     evaluations_f32 evaluations = {UNBOUNDED_f32};
-    const minima_f32 least =
-        least_minimum_f32(course.poles, timescales_of_f32(plan, mode), &extension, &from, &to, t, 65536.0f, &evaluations);
+    const minima_f32 least = least_minimum_f32(course.poles, timescales_of_f32(plan, mode), &extension, &from, &to,
+                                                 t, 65536.0f, &evaluations);
     return greater_f32(first, -least.value);
 }
 

@@ -31,8 +31,8 @@
 #define MARGIN_EACH_f64 0.03125
 #define MARGIN_KINK_f64 1.5
 
-/* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow; by one that is
- * not admissible where it is a quarter of that. */
+/* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow; by one that
+ * is not admissible where it is a quarter of that. */
 #define NARROW_JUMP_f64 0.00390625
 
 /* A current with which a search begins divides a side of 0 where the wanted apex is within this share of it. */
@@ -711,8 +711,8 @@ static double most_in_phase_f64(const hopform_plan_f64 *plan, const hopform_phas
     const jet_f64 from = jet_at_start_f64(course.poles, &g);
     const jet_f64 to = jet_at_f64(course.poles, &g, &end);
     evaluations_f64 evaluations = {UNBOUNDED_f64};
-    const minima_f64 least =
-        least_minimum_f64(course.poles, timescales_of_f64(plan, mode), &extension, &from, &to, t, 65536.0, &evaluations);
+    const minima_f64 least = least_minimum_f64(course.poles, timescales_of_f64(plan, mode), &extension, &from, &to,
+                                                 t, 65536.0, &evaluations);
     return greater_f64(first, -least.value);
 }
 

@@ -5,8 +5,8 @@
  *
  *     g(t) = start + H3 W' + H2 W + H1 W1 + H0 W2        W, its derivatives and integrals: those of the phase's poles
  *
- * g is positive right after the start of the phase, and an event is its first root. H0 is 0 but for the height of a foot
- * that flies. That no other root comes before it is for the caller to say.
+ * g is positive right after the start of the phase, and an event is its first root. H0 is 0 but for the height of a
+ * foot that flies. That no other root comes before it is for the caller to say.
  */
 #ifndef HOPFORM_EVENT_FUNCTION_H_f64
 #define HOPFORM_EVENT_FUNCTION_H_f64

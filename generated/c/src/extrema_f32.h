@@ -30,7 +30,8 @@ static inline void find_minimum_f32(const hopform_poles_f32 *poles, const event_
 /* Whether the rate of a function, whose jets at two times so far apart these are, becomes 0 no more often than its
  * signs there say: rule 2 of docs/explanation/certificate.md for the rate, whose deflated derivative is g''' + l g''.
  * The times lie less than half a period of the pair apart, and nothing decides that rounding may have left. */
-static inline bool turns_as_seen_f32(const hopform_timescales_f32 *scales, const jet_f32 *from, const jet_f32 *to, float t) {
+static inline bool turns_as_seen_f32(const hopform_timescales_f32 *scales, const jet_f32 *from, const jet_f32 *to,
+                                      float t) {
     const float bound = 16.0f * HOPFORM_EPS_f32;
     const float curvature = fabs_f32(from->curvature) + fabs_f32(to->curvature);
     const float third = fabs_f32(from->third) + fabs_f32(to->third);

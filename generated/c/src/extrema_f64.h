@@ -30,7 +30,8 @@ static inline void find_minimum_f64(const hopform_poles_f64 *poles, const event_
 /* Whether the rate of a function, whose jets at two times so far apart these are, becomes 0 no more often than its
  * signs there say: rule 2 of docs/explanation/certificate.md for the rate, whose deflated derivative is g''' + l g''.
  * The times lie less than half a period of the pair apart, and nothing decides that rounding may have left. */
-static inline bool turns_as_seen_f64(const hopform_timescales_f64 *scales, const jet_f64 *from, const jet_f64 *to, double t) {
+static inline bool turns_as_seen_f64(const hopform_timescales_f64 *scales, const jet_f64 *from, const jet_f64 *to,
+                                      double t) {
     const double bound = 16.0 * HOPFORM_EPS_f64;
     const double curvature = fabs_f64(from->curvature) + fabs_f64(to->curvature);
     const double third = fabs_f64(from->third) + fabs_f64(to->third);

@@ -499,7 +499,7 @@ SELDOM_f32 void put_root_f32(const node_search_f32 *search, int n, search_node_f
  * so near that its rate does not change until then. */
 static inline int tie_at_node_f32(const node_search_f32 *search, int found, search_node_f32 *root) {
     const float other = root->rate[found];
-    const float bound = 0.125f * rounding_at_node_f32(search, found, root, other); /* as of the modal form */
+    const float bound = 0.125f * rounding_at_node_f32(search, found, root, other);
     for (int n = search->first; n < found; n++) {
         const float rate = root->rate[n];
         const float rounding = 0.125f * rounding_at_node_f32(search, n, root, rate);

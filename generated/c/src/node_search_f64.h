@@ -499,7 +499,7 @@ SELDOM_f64 void put_root_f64(const node_search_f64 *search, int n, search_node_f
  * so near that its rate does not change until then. */
 static inline int tie_at_node_f64(const node_search_f64 *search, int found, search_node_f64 *root) {
     const double other = root->rate[found];
-    const double bound = 0.125 * rounding_at_node_f64(search, found, root, other); /* as of the modal form */
+    const double bound = 0.125 * rounding_at_node_f64(search, found, root, other);
     for (int n = search->first; n < found; n++) {
         const double rate = root->rate[n];
         const double rounding = 0.125 * rounding_at_node_f64(search, n, root, rate);

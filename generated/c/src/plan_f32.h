@@ -12,8 +12,8 @@
 static inline hopform_timescales_f32 timescales_of_poles_f32(const hopform_poles_f32 *poles) {
     const float mu = 0.5f * poles->p;
     const float square = mu * mu - poles->q;
-    const hopform_timescales_f32 rings = {square < 0.0f ? 3.1415927f / sqrt_f32(-square) : HOPFORM_NEVER_f32,
-                                     poles->a};
+    const hopform_timescales_f32 rings = {
+        square < 0.0f ? 3.1415927f / sqrt_f32(-square) : HOPFORM_NEVER_f32, poles->a};
     const hopform_timescales_f32 decays = {HOPFORM_NEVER_f32, greater_f32(poles->a, mu + sqrt_f32(square))};
     return square < 0.0f ? rings : decays;
 }

@@ -12,8 +12,8 @@
 static inline hopform_timescales_f64 timescales_of_poles_f64(const hopform_poles_f64 *poles) {
     const double mu = 0.5 * poles->p;
     const double square = mu * mu - poles->q;
-    const hopform_timescales_f64 rings = {square < 0.0 ? 3.14159265358979323846 / sqrt_f64(-square) : HOPFORM_NEVER_f64,
-                                     poles->a};
+    const hopform_timescales_f64 rings = {
+        square < 0.0 ? 3.14159265358979323846 / sqrt_f64(-square) : HOPFORM_NEVER_f64, poles->a};
     const hopform_timescales_f64 decays = {HOPFORM_NEVER_f64, greater_f64(poles->a, mu + sqrt_f64(square))};
     return square < 0.0 ? rings : decays;
 }

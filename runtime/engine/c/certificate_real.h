@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * Rules 3 and 4 of docs/explanation/certificate.md, which proves them: when a motion of a pair rests, and the minimum of
- * an event function between two times.
+ * Rules 3 and 4 of docs/explanation/certificate.md, which proves them: when a motion of a pair rests, and the minimum
+ * of an event function between two times.
  */
 #ifndef HOPFORM_CERTIFICATE_H_real
 #define HOPFORM_CERTIFICATE_H_real

@@ -81,7 +81,7 @@ typedef struct {
     numerators_by_axis_real numerators;
 #if !HOPFORM_MOVES_ALONE
     rates_by_row_real rates; /* in place of the numerators, where both slip */
-    bool keeps_rates;        /* over a step of the input, after which both go on */
+    bool keeps_rates;        /* over a step of the input that changes no force */
 #endif
     evaluations_real *evaluations;
     observer_real *observer;
@@ -438,8 +438,9 @@ SELDOM_real real pass_quiet_time_real(const stance_chain_real *chain, node_searc
     return quiet;
 }
 
-/* The root of a function that creeps to it has digits of the terms that the function is a sum of. Counted from where both
- * elements end, by what has not yet faded there, it has more where these terms are smaller: by steps of Newton's. */
+/* The root of a function that creeps to it has digits of the terms that the function is a sum of. Counted from where
+ * both elements end, by what has not yet faded there, it has more where these terms are smaller: by steps of Newton's.
+ */
 SELDOM_real void sharpen_root_at_node_real(const stance_chain_real *chain, const node_search_real *search, int n,
                                            search_node_real *root) {
     const hopform_rates_real *rates = rates_of_chain_real(chain);
@@ -989,15 +990,9 @@ static inline state_by_axis_real speeds_at_end_real(const stance_chain_real *cha
 static inline void notify_real(const stance_chain_real *chain, const state_by_axis_real *start,
                                const stance_search_real *end) {
     if (chain->observer != NULL) {
-        const solved_phase_real phase = {start,
-                                         &chain->at,
-                                         &chain->drive,
-                                         speeds_at_start_real(chain, start),
-                                         speeds_at_end_real(chain, end),
-                                         chain->mode,
-                                         end->t,
-                                         chain->event,
-                                         end->owner == CONTACT_real};
+        const solved_phase_real phase = {
+            start,       &chain->at, &chain->drive, speeds_at_start_real(chain, start), speeds_at_end_real(chain, end),
+            chain->mode, end->t,     chain->event,  end->owner == CONTACT_real};
         chain->observer(chain->variation, &phase);
     }
 }

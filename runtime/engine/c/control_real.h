@@ -31,8 +31,8 @@
 #define MARGIN_EACH_real 0.03125
 #define MARGIN_KINK_real 1.5
 
-/* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow; by one that is
- * not admissible where it is a quarter of that. */
+/* An interval at one end of which alone there is a take-off is judged by that end where it is this narrow; by one that
+ * is not admissible where it is a quarter of that. */
 #define NARROW_JUMP_real 0.00390625
 
 /* A current with which a search begins divides a side of 0 where the wanted apex is within this share of it. */
@@ -711,8 +711,8 @@ static real most_in_phase_real(const hopform_plan_real *plan, const hopform_phas
     const jet_real from = jet_at_start_real(course.poles, &g);
     const jet_real to = jet_at_real(course.poles, &g, &end);
     evaluations_real evaluations = {UNBOUNDED_real};
-    const minima_real least =
-        least_minimum_real(course.poles, timescales_of_real(plan, mode), &extension, &from, &to, t, 65536.0, &evaluations);
+    const minima_real least = least_minimum_real(course.poles, timescales_of_real(plan, mode), &extension, &from, &to,
+                                                 t, 65536.0, &evaluations);
     return greater_real(first, -least.value);
 }
 

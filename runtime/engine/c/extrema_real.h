@@ -30,7 +30,8 @@ static inline void find_minimum_real(const hopform_poles_real *poles, const even
 /* Whether the rate of a function, whose jets at two times so far apart these are, becomes 0 no more often than its
  * signs there say: rule 2 of docs/explanation/certificate.md for the rate, whose deflated derivative is g''' + l g''.
  * The times lie less than half a period of the pair apart, and nothing decides that rounding may have left. */
-static inline bool turns_as_seen_real(const hopform_timescales_real *scales, const jet_real *from, const jet_real *to, real t) {
+static inline bool turns_as_seen_real(const hopform_timescales_real *scales, const jet_real *from, const jet_real *to,
+                                      real t) {
     const real bound = 16.0 * HOPFORM_EPS_real;
     const real curvature = fabs_real(from->curvature) + fabs_real(to->curvature);
     const real third = fabs_real(from->third) + fabs_real(to->third);

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * The earliest root of event functions in an interval: roots are predicted from the values and derivatives at both ends,
- * and located by a step of Householder's and one of Newton's. That there is no earlier one is for the caller to certify.
+ * The earliest root of event functions in an interval: roots are predicted from the values and derivatives at both
+ * ends, and located by a step of Householder's and one of Newton's. That there is no earlier one is for the caller to
+ * certify.
  */
 #ifndef HOPFORM_FIRST_EVENT_H_real
 #define HOPFORM_FIRST_EVENT_H_real

@@ -499,7 +499,7 @@ SELDOM_real void put_root_real(const node_search_real *search, int n, search_nod
  * so near that its rate does not change until then. */
 static inline int tie_at_node_real(const node_search_real *search, int found, search_node_real *root) {
     const real other = root->rate[found];
-    const real bound = 0.125 * rounding_at_node_real(search, found, root, other); /* as of the modal form */
+    const real bound = 0.125 * rounding_at_node_real(search, found, root, other);
     for (int n = search->first; n < found; n++) {
         const real rate = root->rate[n];
         const real rounding = 0.125 * rounding_at_node_real(search, n, root, rate);

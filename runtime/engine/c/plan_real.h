@@ -12,8 +12,8 @@
 static inline hopform_timescales_real timescales_of_poles_real(const hopform_poles_real *poles) {
     const real mu = 0.5 * poles->p;
     const real square = mu * mu - poles->q;
-    const hopform_timescales_real rings = {square < 0.0 ? 3.14159265358979323846 / sqrt_real(-square) : HOPFORM_NEVER_real,
-                                     poles->a};
+    const hopform_timescales_real rings = {
+        square < 0.0 ? 3.14159265358979323846 / sqrt_real(-square) : HOPFORM_NEVER_real, poles->a};
     const hopform_timescales_real decays = {HOPFORM_NEVER_real, greater_real(poles->a, mu + sqrt_real(square))};
     return square < 0.0 ? rings : decays;
 }
