@@ -47,7 +47,7 @@ TRANSITION = Struct(
     Member("h", "real", "from node to node", "s"),
     Member("fastest", "real", "no pole is faster", "1/s"),
     Member("is_short_over", "real", "series are short over it; 0 where their terms would not be numbers", "s"),
-    Member("apart", "int32", "1 where the real pole is far beyond a pair that rings"),
+    Member("apart", "real", "1 where the real pole is far beyond a pair that rings, else 0"),
     Member("above", "real", "the real pole beyond the rate of each mass alone", "1/s", count=2),
     Member("stays", "real", "of each rate, by rows, in SI units", count=9),
     Member("gains", "real", "what each coordinate gains, by rows, in SI units", count=9),

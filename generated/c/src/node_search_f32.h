@@ -262,7 +262,7 @@ static inline void cut_interval_f32(node_search_f32 *search, float later) {
 SELDOM_f32 void cut_at_minimum_f32(node_search_f32 *search, int n) {
     float low = 0.0f, high = search->high->t - search->low->t;
     float t = high * (search->low->rate[n] / (search->low->rate[n] - search->high->rate[n]));
-    if (search->plan->transition.apart) {
+    if (search->plan->transition.apart > 0.0f) {
         const float r =
             rate_of_pair_f32(&search->plan->poles[0], search->low->deflated[n], rate_of_deflated_f32(search, n));
         const float faded = faded_after_f32(search, r, search->low->rate[n] - r);
@@ -432,7 +432,7 @@ SELDOM_f32 void put_root_f32(const node_search_f32 *search, int n, search_node_f
     const bool is_short = !search->is_from_the_end && h <= 0.8f * search->plan->transition.is_short_over;
     const float rates = poles->q + poles->a * poles->a;
     float t = h * rough_root_f32(&from, &to, h);
-    if (search->plan->transition.apart && n != STOP_AHEAD_f32) {
+    if (search->plan->transition.apart > 0.0f && n != STOP_AHEAD_f32) {
         const float r = rate_of_pair_f32(poles, low_end->deflated[n], rate_of_deflated_f32(search, n));
         const float fades = (r - from.rate) / poles->a;
         const float faded = faded_after_f32(search, from.value - fades, fades);

@@ -262,7 +262,7 @@ static inline void cut_interval_f64(node_search_f64 *search, double later) {
 SELDOM_f64 void cut_at_minimum_f64(node_search_f64 *search, int n) {
     double low = 0.0, high = search->high->t - search->low->t;
     double t = high * (search->low->rate[n] / (search->low->rate[n] - search->high->rate[n]));
-    if (search->plan->transition.apart) {
+    if (search->plan->transition.apart > 0.0) {
         const double r =
             rate_of_pair_f64(&search->plan->poles[0], search->low->deflated[n], rate_of_deflated_f64(search, n));
         const double faded = faded_after_f64(search, r, search->low->rate[n] - r);
@@ -432,7 +432,7 @@ SELDOM_f64 void put_root_f64(const node_search_f64 *search, int n, search_node_f
     const bool is_short = !search->is_from_the_end && h <= 0.8 * search->plan->transition.is_short_over;
     const double rates = poles->q + poles->a * poles->a;
     double t = h * rough_root_f64(&from, &to, h);
-    if (search->plan->transition.apart && n != STOP_AHEAD_f64) {
+    if (search->plan->transition.apart > 0.0 && n != STOP_AHEAD_f64) {
         const double r = rate_of_pair_f64(poles, low_end->deflated[n], rate_of_deflated_f64(search, n));
         const double fades = (r - from.rate) / poles->a;
         const double faded = faded_after_f64(search, from.value - fades, fades);

@@ -118,7 +118,7 @@ static inline void put_transition_f32(hopform_plan_f32 *plan) {
         transition->moves[n] = passed.of.moves[n];
     }
     const bool far = transition->fastest * transition->h > 1.0f && aa > 4.0f * poles->q;
-    transition->apart = far && square > 0.0f;
+    transition->apart = far && square > 0.0f ? 1.0f : 0.0f;
     above_f32 above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
     if (far) { above = above_of_both_f32(&plan->rates[0], poles, residue_f32(poles)); }
     transition->above[0] = above.above_1;

@@ -118,7 +118,7 @@ static inline void put_transition_f64(hopform_plan_f64 *plan) {
         transition->moves[n] = passed.of.moves[n];
     }
     const bool far = transition->fastest * transition->h > 1.0 && aa > 4.0 * poles->q;
-    transition->apart = far && square > 0.0;
+    transition->apart = far && square > 0.0 ? 1.0 : 0.0;
     above_f64 above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
     if (far) { above = above_of_both_f64(&plan->rates[0], poles, residue_f64(poles)); }
     transition->above[0] = above.above_1;

@@ -102,7 +102,7 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("h", "real", 1),
         ("fastest", "real", 1),
         ("is_short_over", "real", 1),
-        ("apart", "int32", 1),
+        ("apart", "real", 1),
         ("above", "real", 2),
         ("stays", "real", 9),
         ("gains", "real", 9),

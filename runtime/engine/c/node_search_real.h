@@ -262,7 +262,7 @@ static inline void cut_interval_real(node_search_real *search, real later) {
 SELDOM_real void cut_at_minimum_real(node_search_real *search, int n) {
     real low = 0.0, high = search->high->t - search->low->t;
     real t = high * (search->low->rate[n] / (search->low->rate[n] - search->high->rate[n]));
-    if (search->plan->transition.apart) {
+    if (search->plan->transition.apart > 0.0) {
         const real r =
             rate_of_pair_real(&search->plan->poles[0], search->low->deflated[n], rate_of_deflated_real(search, n));
         const real faded = faded_after_real(search, r, search->low->rate[n] - r);
@@ -432,7 +432,7 @@ SELDOM_real void put_root_real(const node_search_real *search, int n, search_nod
     const bool is_short = !search->is_from_the_end && h <= 0.8 * search->plan->transition.is_short_over;
     const real rates = poles->q + poles->a * poles->a;
     real t = h * rough_root_real(&from, &to, h);
-    if (search->plan->transition.apart && n != STOP_AHEAD_real) {
+    if (search->plan->transition.apart > 0.0 && n != STOP_AHEAD_real) {
         const real r = rate_of_pair_real(poles, low_end->deflated[n], rate_of_deflated_real(search, n));
         const real fades = (r - from.rate) / poles->a;
         const real faded = faded_after_real(search, from.value - fades, fades);

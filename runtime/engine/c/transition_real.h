@@ -118,7 +118,7 @@ static inline void put_transition_real(hopform_plan_real *plan) {
         transition->moves[n] = passed.of.moves[n];
     }
     const bool far = transition->fastest * transition->h > 1.0 && aa > 4.0 * poles->q;
-    transition->apart = far && square > 0.0;
+    transition->apart = far && square > 0.0 ? 1.0 : 0.0;
     above_real above = {poles->a - plan->rates[0].p_1, poles->a - plan->rates[0].p_2};
     if (far) { above = above_of_both_real(&plan->rates[0], poles, residue_real(poles)); }
     transition->above[0] = above.above_1;

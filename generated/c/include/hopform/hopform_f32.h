@@ -133,14 +133,14 @@ typedef struct {
 
 /** Both masses slipping: what their rates and coordinates become from node to node. */
 typedef struct {
-    float h; /**< [s] from node to node */
-    float fastest; /**< [1/s] no pole is faster */
-    float is_short_over; /**< [s] series are short over it; 0 where their terms would not be numbers */
-    int32_t apart; /**< 1 where the real pole is far beyond a pair that rings */
-    float above[2]; /**< [1/s] the real pole beyond the rate of each mass alone */
-    float stays[9]; /**< of each rate, by rows, in SI units */
-    float gains[9]; /**< what each coordinate gains, by rows, in SI units */
-    float moves[3]; /**< what the position gains beyond v_1 h, in SI units */
+    float h;              /**< [s] from node to node */
+    float fastest;        /**< [1/s] no pole is faster */
+    float is_short_over;  /**< [s] series are short over it; 0 where their terms would not be numbers */
+    float apart;          /**< 1 where the real pole is far beyond a pair that rings, else 0 */
+    float above[2];       /**< [1/s] the real pole beyond the rate of each mass alone */
+    float stays[9];       /**< of each rate, by rows, in SI units */
+    float gains[9];       /**< what each coordinate gains, by rows, in SI units */
+    float moves[3];       /**< what the position gains beyond v_1 h, in SI units */
 } hopform_transition_f32;
 
 /** What is computed once per robot: coefficients of the equations of motion, poles of each mode, and a node. */

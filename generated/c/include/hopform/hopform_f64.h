@@ -133,14 +133,14 @@ typedef struct {
 
 /** Both masses slipping: what their rates and coordinates become from node to node. */
 typedef struct {
-    double h; /**< [s] from node to node */
-    double fastest; /**< [1/s] no pole is faster */
-    double is_short_over; /**< [s] series are short over it; 0 where their terms would not be numbers */
-    int32_t apart; /**< 1 where the real pole is far beyond a pair that rings */
-    double above[2]; /**< [1/s] the real pole beyond the rate of each mass alone */
-    double stays[9]; /**< of each rate, by rows, in SI units */
-    double gains[9]; /**< what each coordinate gains, by rows, in SI units */
-    double moves[3]; /**< what the position gains beyond v_1 h, in SI units */
+    double h;              /**< [s] from node to node */
+    double fastest;        /**< [1/s] no pole is faster */
+    double is_short_over;  /**< [s] series are short over it; 0 where their terms would not be numbers */
+    double apart;          /**< 1 where the real pole is far beyond a pair that rings, else 0 */
+    double above[2];       /**< [1/s] the real pole beyond the rate of each mass alone */
+    double stays[9];       /**< of each rate, by rows, in SI units */
+    double gains[9];       /**< what each coordinate gains, by rows, in SI units */
+    double moves[3];       /**< what the position gains beyond v_1 h, in SI units */
 } hopform_transition_f64;
 
 /** What is computed once per robot: coefficients of the equations of motion, poles of each mode, and a node. */
