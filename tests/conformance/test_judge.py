@@ -98,6 +98,7 @@ class Faulty:
         return found
 
 
+@pytest.mark.sliced
 def test_the_judge_finds_each_kind_of_fault(store):
     """One in 40 motions, by the checker and by what the engine said before; of a sound engine nothing."""
     judge = Judge(store, Model(store, "joint"), double=True, level="-O0")

@@ -1062,7 +1062,8 @@ static inline int32_t stance_end_phase_f32(stance_chain_f32 *chain, const stance
 #if HOPFORM_HAS_CONTACT
     if (end->owner == CONTACT_f32) {
         float *stretch = &chain->at.of[HOPFORM_STRETCH_AXIS]; /* of an extending leg that carries nothing */
-        *stretch = HOPFORM_CONTACT_IS_STRETCH || *stretch < 0.0f ? 0.0f : *stretch;
+        const bool is_left = HOPFORM_CONTACT_IS_STRETCH || *stretch < 0.0f;
+        *stretch = is_left && is_finite_f32(*stretch) ? 0.0f : *stretch; /* else the stance is refused */
         return HOPFORM_ENDING_TAKEOFF;
     }
 #endif

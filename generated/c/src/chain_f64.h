@@ -1062,7 +1062,8 @@ static inline int32_t stance_end_phase_f64(stance_chain_f64 *chain, const stance
 #if HOPFORM_HAS_CONTACT
     if (end->owner == CONTACT_f64) {
         double *stretch = &chain->at.of[HOPFORM_STRETCH_AXIS]; /* of an extending leg that carries nothing */
-        *stretch = HOPFORM_CONTACT_IS_STRETCH || *stretch < 0.0 ? 0.0 : *stretch;
+        const bool is_left = HOPFORM_CONTACT_IS_STRETCH || *stretch < 0.0;
+        *stretch = is_left && is_finite_f64(*stretch) ? 0.0 : *stretch; /* else the stance is refused */
         return HOPFORM_ENDING_TAKEOFF;
     }
 #endif

@@ -1062,7 +1062,8 @@ static inline int32_t stance_end_phase_real(stance_chain_real *chain, const stan
 #if HOPFORM_HAS_CONTACT
     if (end->owner == CONTACT_real) {
         real *stretch = &chain->at.of[HOPFORM_STRETCH_AXIS]; /* of an extending leg that carries nothing */
-        *stretch = HOPFORM_CONTACT_IS_STRETCH || *stretch < 0.0 ? 0.0 : *stretch;
+        const bool is_left = HOPFORM_CONTACT_IS_STRETCH || *stretch < 0.0;
+        *stretch = is_left && is_finite_real(*stretch) ? 0.0 : *stretch; /* else the stance is refused */
         return HOPFORM_ENDING_TAKEOFF;
     }
 #endif
