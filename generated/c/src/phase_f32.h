@@ -207,7 +207,7 @@ static const int axis_of_row_f32[3] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AX
 
 /* The rates of y, v_1 and v_2 where the response of the poles is `basis`. */
 static inline rates_by_row_f32 rates_on_course_f32(const course_f32 *course, const basis_f32 *basis) {
-    rates_by_row_f32 w;
+    rates_by_row_f32 w = {{0.0f, 0.0f, 0.0f}};
     for (int n = 0; n < 3; n++) {
         const numerator_f32 *h = &course->numerators.core[axis_of_row_f32[n] - 1];
         w.of[n] = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;

@@ -207,7 +207,7 @@ static const int axis_of_row_f64[3] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_AX
 
 /* The rates of y, v_1 and v_2 where the response of the poles is `basis`. */
 static inline rates_by_row_f64 rates_on_course_f64(const course_f64 *course, const basis_f64 *basis) {
-    rates_by_row_f64 w;
+    rates_by_row_f64 w = {{0.0, 0.0, 0.0}};
     for (int n = 0; n < 3; n++) {
         const numerator_f64 *h = &course->numerators.core[axis_of_row_f64[n] - 1];
         w.of[n] = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;

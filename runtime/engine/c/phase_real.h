@@ -207,7 +207,7 @@ static const int axis_of_row_real[3] = {HOPFORM_STRETCH_AXIS, HOPFORM_VELOCITY_A
 
 /* The rates of y, v_1 and v_2 where the response of the poles is `basis`. */
 static inline rates_by_row_real rates_on_course_real(const course_real *course, const basis_real *basis) {
-    rates_by_row_real w;
+    rates_by_row_real w = {{0.0, 0.0, 0.0}};
     for (int n = 0; n < 3; n++) {
         const numerator_real *h = &course->numerators.core[axis_of_row_real[n] - 1];
         w.of[n] = h->H3 * basis->Wdd + h->H2 * basis->Wd + h->H1 * basis->W;
