@@ -56,7 +56,7 @@ static void note_function_f32(const stance_chain_f32 *chain, int32_t n, const ch
     if (ends) { (void)note_f32(notes, "ends", n, 0.0f, length); }
 }
 
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
 /* Both slip: the contact, if it can be lost, the distance to a stop ahead, the velocities. */
 static void note_both_f32(const stance_chain_f32 *chain, const stance_search_f32 *search) {
     evaluations_f32 *notes = chain->evaluations;
@@ -163,7 +163,7 @@ static void note_phase_f32(stance_chain_f32 *chain, stance_search_f32 *search) {
         (void)note_f32(notes, "pair", -1, poles->p, poles->q);
         (void)note_f32(notes, "sides", -1, (float)side_of_mode_f32(chain->mode, 0),
                         (float)side_of_mode_f32(chain->mode, 1));
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
         if (several_of_mode_f32(chain->mode)) { note_both_f32(chain, search); }
 #endif
         if (alone_of_mode_f32(chain->mode) >= 0) { note_alone_f32(chain, search); }

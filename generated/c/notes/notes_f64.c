@@ -56,7 +56,7 @@ static void note_function_f64(const stance_chain_f64 *chain, int32_t n, const ch
     if (ends) { (void)note_f64(notes, "ends", n, 0.0, length); }
 }
 
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
 /* Both slip: the contact, if it can be lost, the distance to a stop ahead, the velocities. */
 static void note_both_f64(const stance_chain_f64 *chain, const stance_search_f64 *search) {
     evaluations_f64 *notes = chain->evaluations;
@@ -163,7 +163,7 @@ static void note_phase_f64(stance_chain_f64 *chain, stance_search_f64 *search) {
         (void)note_f64(notes, "pair", -1, poles->p, poles->q);
         (void)note_f64(notes, "sides", -1, (double)side_of_mode_f64(chain->mode, 0),
                         (double)side_of_mode_f64(chain->mode, 1));
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
         if (several_of_mode_f64(chain->mode)) { note_both_f64(chain, search); }
 #endif
         if (alone_of_mode_f64(chain->mode) >= 0) { note_alone_f64(chain, search); }

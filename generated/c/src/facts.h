@@ -8,7 +8,7 @@
 
 /* What this library and the package generated with it have in common: a hash of the public declarations and of these
  * facts. */
-#define HOPFORM_LAYOUT "907746a281a2f42b"
+#define HOPFORM_LAYOUT "7333cf48bc55c689"
 
 /* Routh's conditions that a robot may violate, X(what must not be negative), in its rates. */
 #define HOPFORM_STABILITY(X)
@@ -17,8 +17,10 @@
 #define HOPFORM_HAS_CONTACT 1
 #define HOPFORM_CONTACT_IS_STRETCH 1
 #define HOPFORM_FLIGHT_HAS_DECAY 0
-/* Whether the first element alone ever moves; whether the position of an element has a stop at either end. */
+/* Whether the first element alone ever moves, and whether both do; whether the position of an element has a stop at
+ * either end. */
 #define HOPFORM_MOVES_ALONE 0
+#define HOPFORM_BOTH_MOVE 1
 #define HOPFORM_HAS_STOPS 1
 /* X(kind) of each kind of guard in the order in which their event functions are listed; how many these are in a phase at
  * most; whether a mode may be at a limit, and the event in which it goes to one, or back from it, 0. */

@@ -15,7 +15,7 @@
 #include "first_event_f64.h"
 #include "transition_f64.h"
 
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
 #ifndef NODE_COUNT
 #define NODE_COUNT(what) (void)0
 #endif

@@ -68,7 +68,7 @@ static inline int32_t poles_of_plan_f32(hopform_plan_f32 *plan, const hopform_po
     for (int form = 0; form < HOPFORM_POLES; form++) {
         plan->timescales[form] = timescales_of_poles_f32(&plan->poles[form]);
     }
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     put_transition_f32(plan);
 #endif
     plan->made = HOPFORM_PLAN_MADE;

@@ -34,7 +34,7 @@ typedef union {
     } of;
 } passed_by_row_f64;
 
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
 /* What a coordinate gains over a time by w, M w and M^2 w; the position by v_1 t, and by the row of v_1 in them, once
  * more integrated. */
 typedef struct {

@@ -13,7 +13,7 @@
 
 /* ---- what ends a phase ---- */
 
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
 /* Where a phase of both ends: their rates, the state, by the axes of the core, and how far the position has moved. */
 typedef struct {
     real z[HOPFORM_AXES];
@@ -32,7 +32,7 @@ typedef struct {
     int owner;      /* NO_OWNER where nothing happens until the current changes, or until the horizon */
     int side;       /* of an element that slips: where it goes */
     bool touches;   /* the element that comes to rest is at a stop within rounding */
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     arrival_real arrival; /* of both */
 #endif
     alone_real alone; /* of one: its motion where the phase ends */
@@ -79,7 +79,7 @@ typedef struct {
     int event;                   /* with which the phase began */
     drive_by_element_real drive; /* of the phase, as its numerators */
     numerators_by_axis_real numerators;
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     rates_by_row_real rates; /* in place of the numerators, where both slip */
     bool keeps_rates;        /* over a step of the input that changes no force */
 #endif
@@ -267,7 +267,7 @@ static inline real terms_of_contact_real(const stance_chain_real *chain) {
 }
 #endif
 
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
 /* ---- both slip, by their rates ---- */
 
 /* The first of two derivatives that is not zero. */
@@ -689,7 +689,7 @@ static inline void stance_find_end_real(stance_chain_real *chain, stance_search_
         search_rest_real(search, until);
         return;
     }
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     if (several_of_mode_real(chain->mode)) {
         find_end_by_rates_real(chain, search);
         return;
@@ -792,7 +792,7 @@ static inline void keep_free_acceleration_real(stance_chain_real *chain, const s
         || side_of_mode_real(chain->mode, element) == 0) {
         return;
     }
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     if (several_of_mode_real(chain->mode)) {
         if (element == HOPFORM_STOPPED_ELEMENT) {
             keep_small_acceleration_real(chain, end->arrival.w.of[1 + element], end->arrival.terms,
@@ -827,7 +827,7 @@ static inline void stance_arrive_real(stance_chain_real *chain, const stance_sea
         chain->at.of[HOPFORM_STRETCH_AXIS] += stretch_by_displacement_real(chain, alone) * end->alone.s;
         *position = alone == HOPFORM_STOPPED_ELEMENT ? side * end->alone.s : 0.0;
     }
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     if (several_of_mode_real(chain->mode)) {
         for (int axis = 1; axis < HOPFORM_AXES; axis++) {
             chain->at.of[axis] = end->arrival.z[axis];
@@ -847,7 +847,7 @@ static inline real acceleration_on_threshold_real(const stance_chain_real *chain
     return (real)side * excess_to_side_real(&chain->plan->robot, element, side);
 }
 
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
 /* The rates of the phase that begins at the chain's state; of an element that starts on its threshold, or whose
  * acceleration is known from the motion before, they are exactly that. Over a step of the input that changes no force
  * they are those of the motion before: what has faded has no digits in a state. */
@@ -868,11 +868,11 @@ static inline void begin_with_rates_real(stance_chain_real *chain) {
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_real(stance_chain_real *chain) {
     const int element = chain->came_to_rest;
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     const drive_by_element_real before = chain->drive;
 #endif
     chain->drive.named = drive_in_mode_real(chain->plan, chain->mode, current_of_chain_real(chain));
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     for (int n = 0; n < HOPFORM_ELEMENTS; n++) {
         chain->keeps_rates = chain->keeps_rates && !(fabs_real(chain->drive.of[n] - before.of[n]) > 0.0);
     }
@@ -904,19 +904,19 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
     const int element = end->owner - ELEMENT_real;
     keep_free_acceleration_real(chain, end);
     chain->just_switched = NO_ELEMENT_real;
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     chain->keeps_rates = false;
 #endif
     int event = HOPFORM_EVENT_SLIPS(element);
     if (end->owner == NO_OWNER_real) {
         chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
         const int mode = number_of_mode_real(chain->mode);
         const bool both = several_of_mode_real(chain->mode);
         if (both) { chain->rates = end->arrival.w; }
 #endif
         take_step_real(chain);
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
         chain->keeps_rates = both && number_of_mode_real(chain->mode) == mode;
 #endif
         return;
@@ -951,7 +951,7 @@ static inline bool leaves_at_once_real(const stance_chain_real *chain) {
 static inline state_by_axis_real speeds_at_start_real(const stance_chain_real *chain, const state_by_axis_real *start) {
     state_by_axis_real speeds;
     speeds.of[HOPFORM_POSITION_AXIS] = start->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     if (several_of_mode_real(chain->mode)) {
         for (int n = 0; n < 3; n++) {
             speeds.of[axis_of_row_real[n]] = chain->rates.of[n];
@@ -976,7 +976,7 @@ static inline state_by_axis_real speeds_at_end_real(const stance_chain_real *cha
         speeds.of[HOPFORM_VELOCITY_AXIS(alone)] = side * alone_acceleration_real(&pair, &end->alone);
         speeds.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_real(chain, alone) * end->alone.v;
     }
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     if (several_of_mode_real(chain->mode)) {
         for (int n = 0; n < 3; n++) {
             speeds.of[axis_of_row_real[n]] = end->arrival.w.of[n];
@@ -1143,7 +1143,7 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->just_switched = NO_ELEMENT_real;
     chain->came_to_rest = NO_ELEMENT_real;
     chain->carried_acceleration = 0.0;
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     const drive_by_element_real none = {{0.0, 0.0}};
     chain->drive = none;
     chain->keeps_rates = false;

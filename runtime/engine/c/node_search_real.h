@@ -15,7 +15,7 @@
 #include "first_event_real.h"
 #include "transition_real.h"
 
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
 #ifndef NODE_COUNT
 #define NODE_COUNT(what) (void)0
 #endif

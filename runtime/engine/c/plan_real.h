@@ -68,7 +68,7 @@ static inline int32_t poles_of_plan_real(hopform_plan_real *plan, const hopform_
     for (int form = 0; form < HOPFORM_POLES; form++) {
         plan->timescales[form] = timescales_of_poles_real(&plan->poles[form]);
     }
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
     put_transition_real(plan);
 #endif
     plan->made = HOPFORM_PLAN_MADE;

@@ -56,7 +56,7 @@ static void note_function_real(const stance_chain_real *chain, int32_t n, const 
     if (ends) { (void)note_real(notes, "ends", n, 0.0, length); }
 }
 
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
 /* Both slip: the contact, if it can be lost, the distance to a stop ahead, the velocities. */
 static void note_both_real(const stance_chain_real *chain, const stance_search_real *search) {
     evaluations_real *notes = chain->evaluations;
@@ -163,7 +163,7 @@ static void note_phase_real(stance_chain_real *chain, stance_search_real *search
         (void)note_real(notes, "pair", -1, poles->p, poles->q);
         (void)note_real(notes, "sides", -1, (real)side_of_mode_real(chain->mode, 0),
                         (real)side_of_mode_real(chain->mode, 1));
-#if !HOPFORM_MOVES_ALONE
+#if HOPFORM_BOTH_MOVE
         if (several_of_mode_real(chain->mode)) { note_both_real(chain, search); }
 #endif
         if (alone_of_mode_real(chain->mode) >= 0) { note_alone_real(chain, search); }
