@@ -199,7 +199,8 @@ def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
     inside = (v["value"] + gains(GRID[None, ::4] * share).min(axis=1)) / v["rounding"]
     assert inside.min() > min(LEAST[precision], TOUCH), f"a search passes a root {inside.min():.2f} bounds below zero"
     assert v["found"][v["end"] < -2.0 * v["rounding"]].all(), "what ends below zero has a root"
-    assert v["intervals"].mean() <= INTERVALS[kind, precision], f"{v['intervals'].mean():.4f} intervals a search"
+    most = INTERVALS.get((kind, precision), 1.5)
+    assert v["intervals"].mean() <= most, f"{v['intervals'].mean():.4f} intervals a search"
     falls = (v["refused"] == 0) & (v["end"] < -v["rounding"]) & (v["signs"] != 0)
     values = v["value"][falls, None] + gains(GRID[None, :])[falls]
     once = (np.diff(np.sign(values + v["rounding"][falls, None]), axis=1) != 0).sum(axis=1)

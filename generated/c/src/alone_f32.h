@@ -226,7 +226,8 @@ static inline bool is_guard_passed_f32(const alone_guard_f32 *guard, const alone
 static inline float guessed_time_f32(const alone_pair_f32 *pair, const alone_f32 *from, float further) {
     const float acc = alone_acceleration_f32(pair, from);
     const float square = sqrt_f32(greater_f32(from->v * from->v + 2.0f * acc * further, 0.0f));
-    const float t = 2.0f * further / (from->v + square);
+    const float speeds = from->v + square;
+    const float t = 2.0f * further / (speeds > 0.0f ? speeds : 1.0f);
     const float third = -(pair->p * acc + pair->q * from->v);
     const float fourth = -(pair->p * third + pair->q * acc);
     const float bend = acc + t * (third + t * (0.5f * fourth));

@@ -226,7 +226,8 @@ static inline bool is_guard_passed_f64(const alone_guard_f64 *guard, const alone
 static inline double guessed_time_f64(const alone_pair_f64 *pair, const alone_f64 *from, double further) {
     const double acc = alone_acceleration_f64(pair, from);
     const double square = sqrt_f64(greater_f64(from->v * from->v + 2.0 * acc * further, 0.0));
-    const double t = 2.0 * further / (from->v + square);
+    const double speeds = from->v + square;
+    const double t = 2.0 * further / (speeds > 0.0 ? speeds : 1.0);
     const double third = -(pair->p * acc + pair->q * from->v);
     const double fourth = -(pair->p * third + pair->q * acc);
     const double bend = acc + t * (third + t * (0.5 * fourth));

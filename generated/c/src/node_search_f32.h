@@ -577,7 +577,8 @@ SELDOM_f32 float quiet_time_at_node_f32(node_search_f32 *search) {
             at->value[n] - X - 1.001f * amplitude - (rounding_at_node_f32(search, n, at, at->rate[n]) + rounding);
         const bool always = !(fades < 0.0f) || left * poles->a > -fades;
         const float time = always ? HOPFORM_NEVER_f32 : -left / fades;
-        if (!always && fades_from_above_f32(search, n, -fades / poles->a, amplitude, rounding)) {
+        const float fading = poles->a > 0.0f ? -fades / poles->a : 0.0f;
+        if (!always && fades_from_above_f32(search, n, fading, amplitude, rounding)) {
             count_function_from_the_end_f32(search, n);
             continue;
         }

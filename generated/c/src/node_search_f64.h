@@ -577,7 +577,8 @@ SELDOM_f64 double quiet_time_at_node_f64(node_search_f64 *search) {
             at->value[n] - X - 1.001 * amplitude - (rounding_at_node_f64(search, n, at, at->rate[n]) + rounding);
         const bool always = !(fades < 0.0) || left * poles->a > -fades;
         const double time = always ? HOPFORM_NEVER_f64 : -left / fades;
-        if (!always && fades_from_above_f64(search, n, -fades / poles->a, amplitude, rounding)) {
+        const double fading = poles->a > 0.0 ? -fades / poles->a : 0.0;
+        if (!always && fades_from_above_f64(search, n, fading, amplitude, rounding)) {
             count_function_from_the_end_f64(search, n);
             continue;
         }

@@ -226,7 +226,8 @@ static inline bool is_guard_passed_real(const alone_guard_real *guard, const alo
 static inline real guessed_time_real(const alone_pair_real *pair, const alone_real *from, real further) {
     const real acc = alone_acceleration_real(pair, from);
     const real square = sqrt_real(greater_real(from->v * from->v + 2.0 * acc * further, 0.0));
-    const real t = 2.0 * further / (from->v + square);
+    const real speeds = from->v + square;
+    const real t = 2.0 * further / (speeds > 0.0 ? speeds : 1.0);
     const real third = -(pair->p * acc + pair->q * from->v);
     const real fourth = -(pair->p * third + pair->q * acc);
     const real bend = acc + t * (third + t * (0.5 * fourth));

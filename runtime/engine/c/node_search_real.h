@@ -577,7 +577,8 @@ SELDOM_real real quiet_time_at_node_real(node_search_real *search) {
             at->value[n] - X - 1.001 * amplitude - (rounding_at_node_real(search, n, at, at->rate[n]) + rounding);
         const bool always = !(fades < 0.0) || left * poles->a > -fades;
         const real time = always ? HOPFORM_NEVER_real : -left / fades;
-        if (!always && fades_from_above_real(search, n, -fades / poles->a, amplitude, rounding)) {
+        const real fading = poles->a > 0.0 ? -fades / poles->a : 0.0;
+        if (!always && fades_from_above_real(search, n, fading, amplitude, rounding)) {
             count_function_from_the_end_real(search, n);
             continue;
         }
