@@ -192,6 +192,11 @@ class Model:
         return tuple(n for n, own in enumerate(self.names, 1) if own is not None)
 
     @property
+    def both_move(self) -> bool:
+        """Whether both masses move."""
+        return len(self.moving) == 2
+
+    @property
     def has_stops(self) -> bool:
         """Whether the first mass has a stop at either end."""
         return self.declares(x1_min) or self.declares(x1_max)
