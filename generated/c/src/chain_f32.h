@@ -398,14 +398,11 @@ static inline const search_node_f32 *meet_stop_f32(const node_search_f32 *search
 /* The values of functions that have faded while nothing has happened, counted from where they end. */
 SELDOM_f32 void sharpen_arrival_f32(const stance_chain_f32 *chain, const node_search_f32 *search,
                                       const search_node_f32 *there, arrival_f32 *arrival) {
-    const hopform_rates_f32 *rates = rates_of_chain_f32(chain);
-    core_by_row_f32 end, left;
-    end.named = settled_of_both_f32(rates, &chain->drive.named);
-    left.named = unsettled_of_both_f32(rates, &there->w.named);
+    const settling_f32 to = settling_of_f32(rates_of_chain_f32(chain), &chain->drive.named, &there->w);
     for (int n = HOPFORM_CONTACT_IS_ROW; n < NODE_FUNCTIONS_f32; n++) {
-        const float terms = fabs_f32(end.of[n]) + fabs_f32(left.of[n]);
+        const float terms = fabs_f32(to.end.of[n]) + fabs_f32(to.left.of[n]);
         if (terms < 0.5f * terms_of_node_f32(search, n, there)) {
-            arrival->z[axis_of_row_f32[n]] = end.of[n] + left.of[n];
+            arrival->z[axis_of_row_f32[n]] = to.end.of[n] + to.left.of[n];
         }
     }
 }
@@ -443,14 +440,11 @@ SELDOM_f32 float pass_quiet_time_f32(const stance_chain_f32 *chain, node_search_
  */
 SELDOM_f32 void sharpen_root_at_node_f32(const stance_chain_f32 *chain, const node_search_f32 *search, int n,
                                            search_node_f32 *root) {
-    const hopform_rates_f32 *rates = rates_of_chain_f32(chain);
-    core_by_row_f32 end, left;
-    end.named = settled_of_both_f32(rates, &chain->drive.named);
     for (int step = 0; step < 4 && root->rate[n] < 0.0f; step++) {
-        left.named = unsettled_of_both_f32(rates, &root->w.named);
-        const float terms = function_terms_f32(search, n, end.of) + function_terms_f32(search, n, left.of);
+        const settling_f32 to = settling_of_f32(rates_of_chain_f32(chain), &chain->drive.named, &root->w);
+        const float terms = function_terms_f32(search, n, to.end.of) + function_terms_f32(search, n, to.left.of);
         const float value =
-            search->sign[n] * (function_of_f32(search, n, end.of) + function_of_f32(search, n, left.of));
+            search->sign[n] * (function_of_f32(search, n, to.end.of) + function_of_f32(search, n, to.left.of));
         const float later = -value / root->rate[n];
         if (!(terms < 0.25f * terms_of_node_f32(search, n, root)) || !(fabs_f32(later) < 0.01f * root->t)
             || fabs_f32(later) <= HOPFORM_EPS_f32 * root->t) {

@@ -398,14 +398,11 @@ static inline const search_node_f64 *meet_stop_f64(const node_search_f64 *search
 /* The values of functions that have faded while nothing has happened, counted from where they end. */
 SELDOM_f64 void sharpen_arrival_f64(const stance_chain_f64 *chain, const node_search_f64 *search,
                                       const search_node_f64 *there, arrival_f64 *arrival) {
-    const hopform_rates_f64 *rates = rates_of_chain_f64(chain);
-    core_by_row_f64 end, left;
-    end.named = settled_of_both_f64(rates, &chain->drive.named);
-    left.named = unsettled_of_both_f64(rates, &there->w.named);
+    const settling_f64 to = settling_of_f64(rates_of_chain_f64(chain), &chain->drive.named, &there->w);
     for (int n = HOPFORM_CONTACT_IS_ROW; n < NODE_FUNCTIONS_f64; n++) {
-        const double terms = fabs_f64(end.of[n]) + fabs_f64(left.of[n]);
+        const double terms = fabs_f64(to.end.of[n]) + fabs_f64(to.left.of[n]);
         if (terms < 0.5 * terms_of_node_f64(search, n, there)) {
-            arrival->z[axis_of_row_f64[n]] = end.of[n] + left.of[n];
+            arrival->z[axis_of_row_f64[n]] = to.end.of[n] + to.left.of[n];
         }
     }
 }
@@ -443,14 +440,11 @@ SELDOM_f64 double pass_quiet_time_f64(const stance_chain_f64 *chain, node_search
  */
 SELDOM_f64 void sharpen_root_at_node_f64(const stance_chain_f64 *chain, const node_search_f64 *search, int n,
                                            search_node_f64 *root) {
-    const hopform_rates_f64 *rates = rates_of_chain_f64(chain);
-    core_by_row_f64 end, left;
-    end.named = settled_of_both_f64(rates, &chain->drive.named);
     for (int step = 0; step < 4 && root->rate[n] < 0.0; step++) {
-        left.named = unsettled_of_both_f64(rates, &root->w.named);
-        const double terms = function_terms_f64(search, n, end.of) + function_terms_f64(search, n, left.of);
+        const settling_f64 to = settling_of_f64(rates_of_chain_f64(chain), &chain->drive.named, &root->w);
+        const double terms = function_terms_f64(search, n, to.end.of) + function_terms_f64(search, n, to.left.of);
         const double value =
-            search->sign[n] * (function_of_f64(search, n, end.of) + function_of_f64(search, n, left.of));
+            search->sign[n] * (function_of_f64(search, n, to.end.of) + function_of_f64(search, n, to.left.of));
         const double later = -value / root->rate[n];
         if (!(terms < 0.25 * terms_of_node_f64(search, n, root)) || !(fabs_f64(later) < 0.01 * root->t)
             || fabs_f64(later) <= HOPFORM_EPS_f64 * root->t) {

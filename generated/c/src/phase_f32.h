@@ -240,20 +240,31 @@ static inline derivatives_of_state_f32 derivatives_in_mode_f32(const hopform_pla
     return at;
 }
 
+/* Where y, v_1 and v_2 end, and how far from there they are, by what has not yet faded of their rates. */
+typedef struct {
+    core_by_row_f32 end, left;
+} settling_f32;
+
+static inline settling_f32 settling_of_f32(const hopform_rates_f32 *rates, const drive_f32 *drive,
+                                             const rates_by_row_f32 *w) {
+    settling_f32 settling;
+    settling.end.named = settled_of_both_f32(rates, drive);
+    settling.left.named = unsettled_of_both_f32(rates, &w->named);
+    return settling;
+}
+
 /* Behind the transient of a real pole that is far beyond the pair velocities are small differences of what they were.
  * What has not yet faded of the rates says how far the state is from where it ends: z is that sum where its terms are
  * smaller. */
 SELDOM_f32 void sharpen_late_state_f32(const course_f32 *course, const basis_f32 *basis, state_by_axis_f32 *at) {
     const rates_by_row_f32 w = rates_on_course_f32(course, basis);
-    core_by_row_f32 end, left;
-    end.named = settled_of_both_f32(course->rates, &course->drive.named);
-    left.named = unsettled_of_both_f32(course->rates, &w.named);
+    const settling_f32 to = settling_of_f32(course->rates, &course->drive.named, &w);
     for (int n = 0; n < 3; n++) {
         const int axis = axis_of_row_f32[n];
         const numerator_f32 *h = &course->numerators.core[axis - 1];
         const float terms = fabs_f32(course->start.of[axis]) + fabs_f32(h->H3 * basis->Wd)
                            + fabs_f32(h->H2 * basis->W) + fabs_f32(h->H1 * basis->W1);
-        if (fabs_f32(end.of[n]) + fabs_f32(left.of[n]) < terms) { at->of[axis] = end.of[n] + left.of[n]; }
+        if (fabs_f32(to.end.of[n]) + fabs_f32(to.left.of[n]) < terms) { at->of[axis] = to.end.of[n] + to.left.of[n]; }
     }
 }
 

@@ -240,20 +240,31 @@ static inline derivatives_of_state_f64 derivatives_in_mode_f64(const hopform_pla
     return at;
 }
 
+/* Where y, v_1 and v_2 end, and how far from there they are, by what has not yet faded of their rates. */
+typedef struct {
+    core_by_row_f64 end, left;
+} settling_f64;
+
+static inline settling_f64 settling_of_f64(const hopform_rates_f64 *rates, const drive_f64 *drive,
+                                             const rates_by_row_f64 *w) {
+    settling_f64 settling;
+    settling.end.named = settled_of_both_f64(rates, drive);
+    settling.left.named = unsettled_of_both_f64(rates, &w->named);
+    return settling;
+}
+
 /* Behind the transient of a real pole that is far beyond the pair velocities are small differences of what they were.
  * What has not yet faded of the rates says how far the state is from where it ends: z is that sum where its terms are
  * smaller. */
 SELDOM_f64 void sharpen_late_state_f64(const course_f64 *course, const basis_f64 *basis, state_by_axis_f64 *at) {
     const rates_by_row_f64 w = rates_on_course_f64(course, basis);
-    core_by_row_f64 end, left;
-    end.named = settled_of_both_f64(course->rates, &course->drive.named);
-    left.named = unsettled_of_both_f64(course->rates, &w.named);
+    const settling_f64 to = settling_of_f64(course->rates, &course->drive.named, &w);
     for (int n = 0; n < 3; n++) {
         const int axis = axis_of_row_f64[n];
         const numerator_f64 *h = &course->numerators.core[axis - 1];
         const double terms = fabs_f64(course->start.of[axis]) + fabs_f64(h->H3 * basis->Wd)
                            + fabs_f64(h->H2 * basis->W) + fabs_f64(h->H1 * basis->W1);
-        if (fabs_f64(end.of[n]) + fabs_f64(left.of[n]) < terms) { at->of[axis] = end.of[n] + left.of[n]; }
+        if (fabs_f64(to.end.of[n]) + fabs_f64(to.left.of[n]) < terms) { at->of[axis] = to.end.of[n] + to.left.of[n]; }
     }
 }
 

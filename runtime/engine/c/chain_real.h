@@ -398,14 +398,11 @@ static inline const search_node_real *meet_stop_real(const node_search_real *sea
 /* The values of functions that have faded while nothing has happened, counted from where they end. */
 SELDOM_real void sharpen_arrival_real(const stance_chain_real *chain, const node_search_real *search,
                                       const search_node_real *there, arrival_real *arrival) {
-    const hopform_rates_real *rates = rates_of_chain_real(chain);
-    core_by_row_real end, left;
-    end.named = settled_of_both_real(rates, &chain->drive.named);
-    left.named = unsettled_of_both_real(rates, &there->w.named);
+    const settling_real to = settling_of_real(rates_of_chain_real(chain), &chain->drive.named, &there->w);
     for (int n = HOPFORM_CONTACT_IS_ROW; n < NODE_FUNCTIONS_real; n++) {
-        const real terms = fabs_real(end.of[n]) + fabs_real(left.of[n]);
+        const real terms = fabs_real(to.end.of[n]) + fabs_real(to.left.of[n]);
         if (terms < 0.5 * terms_of_node_real(search, n, there)) {
-            arrival->z[axis_of_row_real[n]] = end.of[n] + left.of[n];
+            arrival->z[axis_of_row_real[n]] = to.end.of[n] + to.left.of[n];
         }
     }
 }
@@ -443,14 +440,11 @@ SELDOM_real real pass_quiet_time_real(const stance_chain_real *chain, node_searc
  */
 SELDOM_real void sharpen_root_at_node_real(const stance_chain_real *chain, const node_search_real *search, int n,
                                            search_node_real *root) {
-    const hopform_rates_real *rates = rates_of_chain_real(chain);
-    core_by_row_real end, left;
-    end.named = settled_of_both_real(rates, &chain->drive.named);
     for (int step = 0; step < 4 && root->rate[n] < 0.0; step++) {
-        left.named = unsettled_of_both_real(rates, &root->w.named);
-        const real terms = function_terms_real(search, n, end.of) + function_terms_real(search, n, left.of);
+        const settling_real to = settling_of_real(rates_of_chain_real(chain), &chain->drive.named, &root->w);
+        const real terms = function_terms_real(search, n, to.end.of) + function_terms_real(search, n, to.left.of);
         const real value =
-            search->sign[n] * (function_of_real(search, n, end.of) + function_of_real(search, n, left.of));
+            search->sign[n] * (function_of_real(search, n, to.end.of) + function_of_real(search, n, to.left.of));
         const real later = -value / root->rate[n];
         if (!(terms < 0.25 * terms_of_node_real(search, n, root)) || !(fabs_real(later) < 0.01 * root->t)
             || fabs_real(later) <= HOPFORM_EPS_real * root->t) {

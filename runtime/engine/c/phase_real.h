@@ -240,20 +240,31 @@ static inline derivatives_of_state_real derivatives_in_mode_real(const hopform_p
     return at;
 }
 
+/* Where y, v_1 and v_2 end, and how far from there they are, by what has not yet faded of their rates. */
+typedef struct {
+    core_by_row_real end, left;
+} settling_real;
+
+static inline settling_real settling_of_real(const hopform_rates_real *rates, const drive_real *drive,
+                                             const rates_by_row_real *w) {
+    settling_real settling;
+    settling.end.named = settled_of_both_real(rates, drive);
+    settling.left.named = unsettled_of_both_real(rates, &w->named);
+    return settling;
+}
+
 /* Behind the transient of a real pole that is far beyond the pair velocities are small differences of what they were.
  * What has not yet faded of the rates says how far the state is from where it ends: z is that sum where its terms are
  * smaller. */
 SELDOM_real void sharpen_late_state_real(const course_real *course, const basis_real *basis, state_by_axis_real *at) {
     const rates_by_row_real w = rates_on_course_real(course, basis);
-    core_by_row_real end, left;
-    end.named = settled_of_both_real(course->rates, &course->drive.named);
-    left.named = unsettled_of_both_real(course->rates, &w.named);
+    const settling_real to = settling_of_real(course->rates, &course->drive.named, &w);
     for (int n = 0; n < 3; n++) {
         const int axis = axis_of_row_real[n];
         const numerator_real *h = &course->numerators.core[axis - 1];
         const real terms = fabs_real(course->start.of[axis]) + fabs_real(h->H3 * basis->Wd)
                            + fabs_real(h->H2 * basis->W) + fabs_real(h->H1 * basis->W1);
-        if (fabs_real(end.of[n]) + fabs_real(left.of[n]) < terms) { at->of[axis] = end.of[n] + left.of[n]; }
+        if (fabs_real(to.end.of[n]) + fabs_real(to.left.of[n]) < terms) { at->of[axis] = to.end.of[n] + to.left.of[n]; }
     }
 }
 
