@@ -46,7 +46,10 @@ SHARES = {
 """Of how many intervals a rule says yes at least."""
 TOUCH = -1.0
 """[rounding bound] How far below zero a minimum may be that a search passes for a touch."""
-INTERVALS = {("rings", "f32"): 1.165, ("stiff", "f32"): 1.309, ("real", "f32"): 1.288, ("rings", "f64"): 1.159}
+INTERVALS = {
+    ("rings", "f32"): 1.165, ("stiff", "f32"): 1.309, ("real", "f32"): 1.288, ("leg", "f32"): 1.125,
+    ("rings", "f64"): 1.159,
+}  # fmt: skip
 """That a search takes where it is asked for one: 0.005 more than measured, 30 of 6000."""
 AHEAD = 6.0
 """[interval] So far a quiet time is followed."""
@@ -199,8 +202,7 @@ def test_what_a_rule_of_a_node_says_is_so(store, kind, precision):
     inside = (v["value"] + gains(GRID[None, ::4] * share).min(axis=1)) / v["rounding"]
     assert inside.min() > min(LEAST[precision], TOUCH), f"a search passes a root {inside.min():.2f} bounds below zero"
     assert v["found"][v["end"] < -2.0 * v["rounding"]].all(), "what ends below zero has a root"
-    most = INTERVALS.get((kind, precision), 1.5)
-    assert v["intervals"].mean() <= most, f"{v['intervals'].mean():.4f} intervals a search"
+    assert v["intervals"].mean() <= INTERVALS[kind, precision], f"{v['intervals'].mean():.4f} intervals a search"
     falls = (v["refused"] == 0) & (v["end"] < -v["rounding"]) & (v["signs"] != 0)
     values = v["value"][falls, None] + gains(GRID[None, :])[falls]
     once = (np.diff(np.sign(values + v["rounding"][falls, None]), axis=1) != 0).sum(axis=1)
