@@ -230,7 +230,7 @@ def test_the_example_in_c_solves_the_motion_of_its_start(store, tmp_path, name, 
     ).stdout.split()
     motion, (first, *_) = solver.solve_motion(robot, start=start, u=u, horizon=2.0), start.values()
     assert (status, float(duration)) == ("0", pytest.approx(motion.duration, rel=1e-5))
-    assert float(end) == pytest.approx(motion.end[0], abs=1e-5) and abs(motion.end[0] - first) > 1e-4
+    assert float(end) == pytest.approx(motion.end[0], rel=1e-6) and abs(motion.end[0] - first) > 1e-4
 
 
 def test_the_examples_of_a_joint_run(joint):

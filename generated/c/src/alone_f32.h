@@ -179,7 +179,7 @@ typedef struct {
     alone_f32 start, end;
     float rest_time;
     int rests;
-    int count;
+    int count, nearest; /* the guard that is met first, -1 without any */
     alone_guard_f32 guard[MOST_ALONE_GUARDS_f32];
     int functions;
     alone_function_f32 function[MOST_EVENT_FUNCTIONS_f32];
@@ -189,8 +189,10 @@ typedef struct {
 } alone_search_f32;
 
 static inline alone_guard_f32 *add_alone_guard_f32(alone_search_f32 *search, float s, int owner) {
-    alone_guard_f32 *guard = &search->guard[search->count++];
+    alone_guard_f32 *guard = &search->guard[search->count];
     guard->s = greater_f32(s, 0.0f);
+    if (search->nearest < 0 || guard->s < search->guard[search->nearest].s) { search->nearest = search->count; }
+    search->count++;
     guard->cancels = 0.0f;
     guard->settled = HOPFORM_NEVER_f32;
     guard->owner = owner;
@@ -202,15 +204,6 @@ static inline alone_guard_f32 *add_alone_guard_f32(alone_search_f32 *search, flo
 /* The bound of what rounding has done to how far it is from a guard: no term of s is much larger than s. */
 static inline float alone_rounding_f32(const alone_guard_f32 *guard, const alone_f32 *at) {
     return 16.0f * HOPFORM_EPS_f32 * (guard->s + guard->cancels + at->s + at->t * at->v);
-}
-
-/* The guard that is met first, -1 without any. */
-static inline int nearest_alone_guard_f32(const alone_search_f32 *search) {
-    int first = search->count > 0 ? 0 : -1;
-    for (int n = 1; n < search->count; n++) {
-        if (search->guard[n].s < search->guard[first].s) { first = n; }
-    }
-    return first;
 }
 
 /* Whether it is passed by the end: by more than rounding, or so fast that the root is near. */
@@ -584,7 +577,7 @@ static inline void sharpen_alone_guard_f32(alone_search_f32 *search, const alone
 /* The first of the guards, or the rest, until a time at most; true if the element rests. */
 static inline bool meet_guards_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
     const alone_pair_f32 *pair = &search->pair;
-    const int nearest = nearest_alone_guard_f32(search);
+    const int nearest = search->nearest;
     const alone_guard_f32 *guard = &search->guard[nearest < 0 ? 0 : nearest];
     int found = -1;
     bool rests = false;

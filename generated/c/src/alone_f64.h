@@ -179,7 +179,7 @@ typedef struct {
     alone_f64 start, end;
     double rest_time;
     int rests;
-    int count;
+    int count, nearest; /* the guard that is met first, -1 without any */
     alone_guard_f64 guard[MOST_ALONE_GUARDS_f64];
     int functions;
     alone_function_f64 function[MOST_EVENT_FUNCTIONS_f64];
@@ -189,8 +189,10 @@ typedef struct {
 } alone_search_f64;
 
 static inline alone_guard_f64 *add_alone_guard_f64(alone_search_f64 *search, double s, int owner) {
-    alone_guard_f64 *guard = &search->guard[search->count++];
+    alone_guard_f64 *guard = &search->guard[search->count];
     guard->s = greater_f64(s, 0.0);
+    if (search->nearest < 0 || guard->s < search->guard[search->nearest].s) { search->nearest = search->count; }
+    search->count++;
     guard->cancels = 0.0;
     guard->settled = HOPFORM_NEVER_f64;
     guard->owner = owner;
@@ -202,15 +204,6 @@ static inline alone_guard_f64 *add_alone_guard_f64(alone_search_f64 *search, dou
 /* The bound of what rounding has done to how far it is from a guard: no term of s is much larger than s. */
 static inline double alone_rounding_f64(const alone_guard_f64 *guard, const alone_f64 *at) {
     return 16.0 * HOPFORM_EPS_f64 * (guard->s + guard->cancels + at->s + at->t * at->v);
-}
-
-/* The guard that is met first, -1 without any. */
-static inline int nearest_alone_guard_f64(const alone_search_f64 *search) {
-    int first = search->count > 0 ? 0 : -1;
-    for (int n = 1; n < search->count; n++) {
-        if (search->guard[n].s < search->guard[first].s) { first = n; }
-    }
-    return first;
 }
 
 /* Whether it is passed by the end: by more than rounding, or so fast that the root is near. */
@@ -584,7 +577,7 @@ static inline void sharpen_alone_guard_f64(alone_search_f64 *search, const alone
 /* The first of the guards, or the rest, until a time at most; true if the element rests. */
 static inline bool meet_guards_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
     const alone_pair_f64 *pair = &search->pair;
-    const int nearest = nearest_alone_guard_f64(search);
+    const int nearest = search->nearest;
     const alone_guard_f64 *guard = &search->guard[nearest < 0 ? 0 : nearest];
     int found = -1;
     bool rests = false;

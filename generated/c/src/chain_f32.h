@@ -549,7 +549,8 @@ static inline void find_end_by_rates_f32(const stance_chain_f32 *chain, stance_s
 
 /* How far the stretch goes with it. */
 static inline float stretch_by_displacement_f32(const stance_chain_f32 *chain, int alone) {
-    return (float)(side_of_mode_f32(chain->mode, alone) * HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f32(chain), alone));
+    const float follows = (float)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f32(chain), alone);
+    return (float)side_of_mode_f32(chain->mode, alone) * follows;
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -654,6 +655,7 @@ ALWAYS_f32 void put_alone_search_f32(const stance_chain_f32 *chain, alone_search
         alone_pair_of_f32(poles_of_f32(chain->plan, chain->mode), search->half_period < HOPFORM_NEVER_f32);
     search->element = alone;
     search->count = 0;
+    search->nearest = -1;
     search->functions = 0;
     search->rest_time = HOPFORM_NEVER_f32;
     search->rests = NO_OWNER_f32;

@@ -549,7 +549,8 @@ static inline void find_end_by_rates_f64(const stance_chain_f64 *chain, stance_s
 
 /* How far the stretch goes with it. */
 static inline double stretch_by_displacement_f64(const stance_chain_f64 *chain, int alone) {
-    return (double)(side_of_mode_f64(chain->mode, alone) * HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f64(chain), alone));
+    const double follows = (double)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f64(chain), alone);
+    return (double)side_of_mode_f64(chain->mode, alone) * follows;
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -654,6 +655,7 @@ ALWAYS_f64 void put_alone_search_f64(const stance_chain_f64 *chain, alone_search
         alone_pair_of_f64(poles_of_f64(chain->plan, chain->mode), search->half_period < HOPFORM_NEVER_f64);
     search->element = alone;
     search->count = 0;
+    search->nearest = -1;
     search->functions = 0;
     search->rest_time = HOPFORM_NEVER_f64;
     search->rests = NO_OWNER_f64;

@@ -179,7 +179,7 @@ typedef struct {
     alone_real start, end;
     real rest_time;
     int rests;
-    int count;
+    int count, nearest; /* the guard that is met first, -1 without any */
     alone_guard_real guard[MOST_ALONE_GUARDS_real];
     int functions;
     alone_function_real function[MOST_EVENT_FUNCTIONS_real];
@@ -189,8 +189,10 @@ typedef struct {
 } alone_search_real;
 
 static inline alone_guard_real *add_alone_guard_real(alone_search_real *search, real s, int owner) {
-    alone_guard_real *guard = &search->guard[search->count++];
+    alone_guard_real *guard = &search->guard[search->count];
     guard->s = greater_real(s, 0.0);
+    if (search->nearest < 0 || guard->s < search->guard[search->nearest].s) { search->nearest = search->count; }
+    search->count++;
     guard->cancels = 0.0;
     guard->settled = HOPFORM_NEVER_real;
     guard->owner = owner;
@@ -202,15 +204,6 @@ static inline alone_guard_real *add_alone_guard_real(alone_search_real *search, 
 /* The bound of what rounding has done to how far it is from a guard: no term of s is much larger than s. */
 static inline real alone_rounding_real(const alone_guard_real *guard, const alone_real *at) {
     return 16.0 * HOPFORM_EPS_real * (guard->s + guard->cancels + at->s + at->t * at->v);
-}
-
-/* The guard that is met first, -1 without any. */
-static inline int nearest_alone_guard_real(const alone_search_real *search) {
-    int first = search->count > 0 ? 0 : -1;
-    for (int n = 1; n < search->count; n++) {
-        if (search->guard[n].s < search->guard[first].s) { first = n; }
-    }
-    return first;
 }
 
 /* Whether it is passed by the end: by more than rounding, or so fast that the root is near. */
@@ -584,7 +577,7 @@ static inline void sharpen_alone_guard_real(alone_search_real *search, const alo
 /* The first of the guards, or the rest, until a time at most; true if the element rests. */
 static inline bool meet_guards_real(alone_search_real *search, real until, evaluations_real *evaluations) {
     const alone_pair_real *pair = &search->pair;
-    const int nearest = nearest_alone_guard_real(search);
+    const int nearest = search->nearest;
     const alone_guard_real *guard = &search->guard[nearest < 0 ? 0 : nearest];
     int found = -1;
     bool rests = false;

@@ -549,7 +549,8 @@ static inline void find_end_by_rates_real(const stance_chain_real *chain, stance
 
 /* How far the stretch goes with it. */
 static inline real stretch_by_displacement_real(const stance_chain_real *chain, int alone) {
-    return (real)(side_of_mode_real(chain->mode, alone) * HOPFORM_STRETCH_FOLLOWS(rates_of_chain_real(chain), alone));
+    const real follows = (real)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_real(chain), alone);
+    return (real)side_of_mode_real(chain->mode, alone) * follows;
 }
 
 #if HOPFORM_HAS_CONTACT
@@ -654,6 +655,7 @@ ALWAYS_real void put_alone_search_real(const stance_chain_real *chain, alone_sea
         alone_pair_of_real(poles_of_real(chain->plan, chain->mode), search->half_period < HOPFORM_NEVER_real);
     search->element = alone;
     search->count = 0;
+    search->nearest = -1;
     search->functions = 0;
     search->rest_time = HOPFORM_NEVER_real;
     search->rests = NO_OWNER_real;
