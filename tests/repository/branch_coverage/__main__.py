@@ -2,9 +2,9 @@
 fewer than 95 % of firmware's fail.
 
 The library is compiled by gcc without optimisation, with counters, and the tests that call C run on it: those in C as
-programs, then those of pytest. A branch is one way out of a condition, `&&`, `||` and `?:` included,
-as gcov lists them; one of a header that several files include is taken if it is in any of them. `--untaken` lists the
-rest.
+programs, then those of pytest, and random motions of some models, for the headers that are the same text. A branch is
+one way out of a condition, `&&`, `||` and `?:` included, as gcov lists them; one of a header that several files include
+is taken if it is in any of them. `--untaken` lists the rest.
 """
 
 import argparse
@@ -31,6 +31,8 @@ MANY = ("-DDIGEST_ROBOTS=2500", "-DDIGEST_COMMANDS=500", "-DDIGEST_SAMPLES=4500"
 TESTS = ("bad_input", "batch", "batch_sensitivities", "control", "cube_root", "false_root", "flight", "forces", "grid",
          "hopping", "plant", "properties", "reachability", "selftest", "sensitivities", "single_precision_control", "stance",
          "stance_object", "start", "tangents", "ties", "touchdown")  # fmt: skip
+MODELS, MOTIONS = ("leg_damper", "pogo", "servo"), 100
+"""Of what the hopper lacks: a damper in the leg, for two masses and for one, and a law of the motor; motions of each draw."""
 WORKSTATION = ("batch", "columns", "readings_of_many")
 """Batches over arrays, which firmware does not get."""
 
@@ -132,19 +134,40 @@ def run_pytest(library: Path, jobs: str) -> None:
         sys.exit("hopform: the tests are red on the instrumented library")
 
 
+def run_motions() -> None:
+    models = (text for name in MODELS for text in ("--model", name))
+    command = [
+        sys.executable,
+        "-m",
+        "tests.conformance.judge",
+        str(MOTIONS),
+        *models,
+        "--most",
+        "0",
+        "--store",
+        str(OUT),
+    ]
+    run([*command, "--cflags=-O0 -g --coverage"], cwd=ROOT, timeout=600)
+
+
 def count() -> Branches:
-    """Counts of all branches of the library's files."""
+    """Counts of all branches of the library's files; a condition that another model's facts change is the hopper's."""
     counts: Branches = defaultdict(lambda: defaultdict(int))
+    sizes: dict[tuple[str, int], int] = {}
     for notes in sorted(OUT.glob("*.gcda")):
         run(["gcov", "--branch-probabilities", "--json-format", "--object-directory", str(OUT), str(notes)], cwd=OUT)
-    for path in sorted(OUT.glob("*.gcov.json.gz")):
+    library, others = (sorted(OUT.glob(f"{begins}*.gcov.json.gz")) for begins in ("[!j]", "judge_"))
+    for path in (*library, *others):
         for file in json.loads(gzip.decompress(path.read_bytes()))["files"]:
             name = Path(file["file"])
-            if name.parent.name != "src":
+            ours = C / "src" / name.name
+            if name.parent.name != "src" or not ours.exists() or name.read_text("utf-8") != ours.read_text("utf-8"):
                 continue
             for line in file["lines"]:
-                for place, branch in enumerate(line["branches"]):
-                    counts[name.name][line["line_number"], place] += branch["count"]
+                number, branches = line["line_number"], line["branches"]
+                if sizes.setdefault((name.name, number), len(branches)) == len(branches):
+                    for place, branch in enumerate(branches):
+                        counts[name.name][number, place] += branch["count"]
     return counts
 
 
@@ -194,6 +217,7 @@ def main() -> int:
         library = compile_library()
         run_programs()
         run_pytest(library, chosen.jobs)
+        run_motions()
     counts = count()
     if chosen.untaken:
         untaken({name: branches for name, branches in counts.items() if is_firmware(name)})
