@@ -17,6 +17,8 @@ from hopform import HopformError
 from hopform._sensitivities import STARTS
 from hopform.identify import _estimation as estimation
 from hopform.identify._closed_loop import Loop, Ticks, between, law_of
+from hopform.identify._commands import refuse_no_fit
+from hopform.identify._models import seen_by
 from hopform.identify._recordings import Recording, parse_recording
 from tests.derived import SHIPPED, solver_of
 from tests.fits import ALONE
@@ -165,6 +167,18 @@ def test_a_joint_is_found_under_its_controller(servo, dead_time, delay):
     number = [p.name for p in solution.parameters].index("J")
     assert abs(bare.values["J"] - 0.031) > 80.0 * math.sqrt(estimation.spread(solution).covariance[number, number])
     assert bare.cost > 3.0 * solution.cost
+
+
+@pytest.mark.sliced
+def test_a_target_of_another_run_is_asked_about_by_its_column(servo):
+    made, known = logged(4, duration=1.0), KNOWN | {"b": 0.0085, "F_p": 0.042, "F_m": 0.042}
+    target = made.columns["goal"]
+    columns = made.columns | {"goal": target._replace(values=target.values[::-1])}
+    other = dataclasses.replace(made, columns=columns)
+    fit = hopform.identify.fit(servo, other, fitted=["J"], known=known, rate=400.0, **ALONE)
+    with pytest.raises(HopformError, match=r"log.csv, line \d+, column 'position_rad': the fit explains") as error:
+        refuse_no_fit(fit, [seen_by(servo.Robot.solver, other)], ())
+    assert "are position_rad and goal_rad of one run, each in its column with its sign" in str(error.value)
 
 
 @pytest.mark.sliced

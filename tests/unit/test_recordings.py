@@ -349,6 +349,38 @@ def test_a_current_that_is_of_another_run_is_refused_by_file_line_and_column(kin
     assert "x1_m and current_A of one run, each in its column" in said
 
 
+def test_a_current_of_the_other_sign_is_named_as_one(tmp_path, capsys):
+    """Where the force constant is known: of one of two files, and of neither where none fits with the other sign."""
+    made = record(HOPPER, "air", noise=1e-6, quantum=0.0, seed=2)
+    path, good = tmp_path / "turned" / "air.csv", tmp_path / "good.csv"
+    path.parent.mkdir()
+    path.write_text(with_column(made, "current", -made.current()))
+    good.write_text(to_csv(record(HOPPER, "air", noise=1e-6, quantum=0.0, seed=3)))
+    for more in ((), (str(good),)):
+        said = refused(path, "force", "--known", "k_f=65", *more, capsys=capsys)
+        assert f"{path}, line " in said and "column 'current_A': the fit explains" in said
+        assert f"the other sign of current_A of {path} brings rms" in said
+        assert said.endswith("turn it there, or in what is known of the drive\n")
+    path.write_text(with_column(made, "current", made.current()[::-1]))
+    assert "the other sign" not in refused(path, "force", "--known", "k_f=65", capsys=capsys)
+
+
+@pytest.mark.parametrize("kind", needs.the_first(["force", "step"]))
+def test_recordings_of_two_rigs_are_refused_with_the_values_of_each(kind, tmp_path, capsys):
+    """A recording alone shows its rig; both together show neither, and which file is off most is chance."""
+    test, known, name = ("air", "k_f=65", "m") if kind == "force" else ("step", "m_eff=25", "k")
+    path, other = tmp_path / "files" / "one.csv", tmp_path / "other.csv"
+    path.parent.mkdir()
+    more = {"m_eff": 100.0} if kind == "force" else {"k": 2400.0}
+    how = {"noise": 1e-6, "quantum": 0.0}
+    path.write_text(to_csv(record(HOPPER, test, seed=2, **how)))
+    other.write_text(to_csv(record(dataclasses.replace(HOPPER, **more), test, seed=3, **how)))
+    said = refused(path, kind, "--known", known, str(other) if kind == "force" else f"step:{other}", capsys=capsys)
+    values = said.partition(f"of each recording alone {name} is ")[2].split()[:2]
+    truth = [getattr(HOPPER, next(iter(more))), *more.values()]
+    assert [float(each.rstrip(",")) for each in values] == [pytest.approx(each, rel=0.02) for each in truth]
+
+
 SCALED = {
     "drop": ("x2", 1000.0, "reaches 600.429 m; a position is within 10 m"),
     "decay": ("x2", 100.0, "moves over 7.3 m; a body on its spring does over 3 m at most"),

@@ -79,6 +79,7 @@ class Diagnosis(NamedTuple):
             "lens": "the distortion of a lens",
             "gap": f"samples that are lost after {sizes[0]:.4g} s",
             "current noise": "noise of the recorded drive",
+            "sign": f"the other sign of {' and '.join(self.values)}",
         }[self.name]
 
 
@@ -328,7 +329,7 @@ def _power(residual: Array) -> float:
 
 _OPTIONS = {each: f"fit it with --{each}" for each in NUISANCES} | {
     "known value": "leave it out of --known, or measure it again", "outliers": "fit with --loss huber",
-    "gravity": "hopform.identify.fit takes it as sine=True",
+    "gravity": "hopform.identify.fit takes it as sine=True", "sign": "turn it there, or in what is known of the drive",
 }  # fmt: skip
 
 

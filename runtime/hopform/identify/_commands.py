@@ -238,16 +238,21 @@ def _no_fit(trace: Trace, recordings: Sequence[Recording], fit: Fit, stops: Sequ
     share = max(1.0 - float(np.var(left)) / float(np.var(trace.measured)), 0.0)
     force = trace.quantity == "force"
     position, drives = recording.column_of("x1" if force else trace.quantity), recording.found("u")
+    leads = drives or recording.columns.get("target")
     lengths = " and ".join(each.title for each in recording.columns.values() if each.quantity in ("length", "angle"))
     asked = [f"is the unit of {lengths} right"]
-    asked += [f"are {position.title} and {drives.title} of one run, each in its column"] if drives else []
+    asked += [f"are {position.title} and {leads.title} of one run, each in its column with its sign"] if leads else []
     missing = [] if {*stops} & fit.known.keys() else [f"{name}=..." for name in stops]
     asked += [f"does it reach a stop, which --known {' or '.join(missing)} gives"] if missing else []
     asked += ["does it reach a stop"] if drives and position.title[:2] != "x2" and flat_top(recording) else []
-    asked += ["is it of this rig?", *said(fit.diagnoses, fit.shown)]
+    asked += ["is it of this rig?"]
+    rigs = [f"{each.name} is {', '.join(f'{v:.4g}' for v in each.values)} {each.unit}".rstrip()
+            for each in fit.repeats if each.differ]  # fmt: skip
+    known = [f"of each recording alone {', '.join(rigs)}"] if rigs else []
+    seen = "; ".join([", ".join(asked), *known, *said(fit.diagnoses, fit.shown)])
     what, unit, least = ("force", fit.units.force, 75) if force else ("motion", fit.units_of(trace).position, 96)
     explained = f"the fit explains {100.0 * share:.3g} % of the {what}, less than {least} % is no fit"
-    message = f"{explained}; it is off most here, by {abs(left[at]):.3g} {unit}: {', '.join(asked)}"
+    message = f"{explained}; it is off most here, by {abs(left[at]):.3g} {unit}: {seen}"
     line = recording.line_of(int(np.count_nonzero(recording.time < trace.time[at] - 1e-9)))
     return recording.error(message, line, drives if force else position)
 

@@ -51,6 +51,14 @@ class Parameter(NamedTuple):
     high: float = math.inf
     """of a real one: where it must be"""
 
+    @property
+    def limits(self) -> tuple[float, float]:
+        """Between which values it lies, if it is not positive."""
+        return _LIMITS.get(self.kind, (self.low, self.high))
+
+
+_LIMITS = {"nonnegative": (0.0, math.inf), "fraction": (0.0, 0.999)}
+
 
 Experiments = Sequence[Experiment]
 Parameters = Sequence[Parameter]
@@ -67,7 +75,7 @@ class Estimate(NamedTuple):
     high: float
     method: str
     """how the interval was found: "t", "profile", "profile, one-sided at 0", "profile, no upper end", "profile, no lower
-    end"; why there is none: "not identifiable", "not explained", "too few samples" """
+    end", "t, one-sided at 0"; why there is none: "not identifiable", "not explained", "too few samples" """
     own: bool = False
 
 
@@ -163,7 +171,6 @@ def student(level: float, freedom: float) -> float:
     return float(of_scipy("special").stdtrit(freedom, level))
 
 
-_LIMITS = {"nonnegative": (0.0, math.inf), "fraction": (0.0, 0.999)}
 _FAR = 14.0
 """Largest change of a logarithm: a factor of a million, beyond which no leg is."""
 
@@ -173,7 +180,7 @@ def _ends(p: Parameter) -> tuple[float, float]:
     if p.kind == "positive":
         middle = math.log(p.scale)
         return middle - _FAR, middle + _FAR
-    low, high = _LIMITS.get(p.kind, (p.low, p.high))
+    low, high = p.limits
     return low / p.scale, high / p.scale
 
 
@@ -671,8 +678,7 @@ _DISTANT = 20.0
 
 
 def clip(parameter: Parameter, value: float) -> float:
-    positive = (0.1 * parameter.start, math.inf) if parameter.kind == "positive" else (parameter.low, parameter.high)
-    low, high = _LIMITS.get(parameter.kind, positive)
+    low, high = (0.1 * parameter.start, math.inf) if parameter.kind == "positive" else parameter.limits
     return min(max(value, low), high)
 
 

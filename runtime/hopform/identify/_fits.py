@@ -315,7 +315,8 @@ def blind(spread: estimation.Spread) -> list[str]:
     return weak + [f"only a combination of {', '.join(some)} is identifiable" for some in spread.combinations]
 
 
-def _boundary(estimates: Sequence[Estimate]) -> list[str]:
+def boundary(estimates: Sequence[Estimate]) -> list[str]:
+    """What intervals that end on one side say."""
     some = [each for each in estimates if each.method.endswith("at 0")]
     statements = [
         f"{each.name} may be 0: its 95 % upper limit is {each.high:.4g} {each.unit}".rstrip() for each in some
@@ -349,8 +350,13 @@ def missed(trace: Trace) -> bool:
 def is_no_fit(trace: Trace) -> bool:
     """Whether a fit is none: it explains less than 96 % of a motion's variance, or less than 75 % of a force's."""
     if trace.quantity == "force":
-        return trace.tests.rms > _NO_FORCE * float(np.std(trace.measured))
+        return is_no_force(trace.measured, trace.tests.rms)
     return trace.quantity in ("x1", "x2") and _is_off(trace.measured, trace.tests.rms, _NO_FIT)
+
+
+def is_no_force(measured: Array, rms: float) -> bool:
+    """Whether residuals are so much of a force that a fit is none."""
+    return rms > _NO_FORCE * float(np.std(measured))
 
 
 def coloured(traces: Sequence[Trace], explained: Sequence[bool]) -> list[str]:
@@ -416,15 +422,15 @@ def solved(problem: Problem, asked: "Asked") -> Fit:
     old = _old(problem, solution) if asked.compare and usable and problem.coulomb else ()
     asked.stage("hold-out")
     left_out = _holdout(problem, solution) if asked.holdout and usable else [math.nan] * len(solution.sigma)
-    alone, differing = repeats.repeats_of(problem, solution, estimates) if usable else ([], [])
+    alone, differing = repeats.repeats_of(problem, solution, estimates)
     if any(each.differ for each in alone):
-        estimates = _bare(estimates)
+        estimates = bare(estimates)
     traces = _traces(problem, solution, old, left_out)
     explained = [True] * len(traces) if noise is not None and noise.explains else solution.explained
     odd = [*_outlying(traces, solution.inliers), *_jumping(problem), *coloured(traces, explained)]
     return Fit(
         problem.kind, estimates, problem.known, _correlations(estimates, spread), traces,
-        statements=(*problem.statements, *blind(spread), *_boundary(estimates), *allowed, *_one_way(problem), *differing),
+        statements=(*problem.statements, *blind(spread), *boundary(estimates), *allowed, *_one_way(problem), *differing),
         warnings=(*problem.warnings, *odd, *refuted, *said(diagnoses, problem.units.shown("x1"))),
         evaluations=solution.evaluations, seconds=clock.perf_counter() - began, solution=solution, diagnoses=diagnoses,
         covariance=spread.covariance, repeats=tuple(alone), units=problem.units, scale=problem.scale,
@@ -520,10 +526,10 @@ def _allowing(
     why = (
         "not explained: the residuals are white, and show more of the motion than noise would, so there is no interval"
     )
-    return _bare(estimates), spread, [], [why]
+    return bare(estimates), spread, [], [why]
 
 
-def _bare(estimates: Sequence[Estimate]) -> tuple[Estimate, ...]:
+def bare(estimates: Sequence[Estimate]) -> tuple[Estimate, ...]:
     """The estimates of recordings that the model does not explain: none has an interval."""
     return tuple(
         each if each.method == "not identifiable" else each._replace(low=-math.inf, high=math.inf, method=NONE)

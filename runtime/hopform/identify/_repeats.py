@@ -6,7 +6,7 @@ than noise where Cochran's Q = sum (value - mean)^2/stderr^2 exceeds what chance
 not explain the recordings.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import combinations
 from typing import NamedTuple
 
@@ -34,13 +34,22 @@ def repeats_of(problem: Problem, solution: Solution, estimates: Sequence[Estimat
     """The parameters that each of several recordings of one rig identifies alone, and statements about them."""
     repeats, statements = list[Repeat](), list[str]()
     for group in _groups(problem):
-        alone = [_alone(problem, solution, each) for each in group]
-        shared = [each for each in estimates if not each.own and all(each.name in one for one in alone)]
-        some = [_repeat(each, [one[each.name] for one in alone]) for each in shared]
-        repeats += some
-        differing = [each for each in some if each.differ]
-        statements += [*([_scope(problem, group)] if some else []), *map(_said, differing), *_traded(differing)]
+        reaches = [max(float(np.ptp(problem.experiments[n].measured)) for n in numbers) for numbers in group]
+        some, said = compared(estimates, [_alone(problem, solution, each) for each in group], reaches)
+        repeats, statements = repeats + some, statements + said
     return repeats, list(dict.fromkeys(statements))
+
+
+def compared(
+    estimates: Sequence[Estimate], alone: Sequence[Mapping[str, tuple[float, float]]], reaches: Sequence[float]
+) -> tuple[list[Repeat], list[str]]:
+    """The parameters that each recording identifies alone, and statements about them. alone: of each recording values by
+    their names, each with its standard error; reaches: how far each moves.
+    """
+    shared = [each for each in estimates if not each.own and all(each.name in one for one in alone)]
+    some = [_repeat(each, [one[each.name] for one in alone]) for each in shared]
+    differing = [each for each in some if each.differ]
+    return some, [*([_scope(reaches)] if some else []), *map(_said, differing), *_traded(differing)]
 
 
 def _groups(problem: Problem) -> list[list[list[int]]]:
@@ -70,11 +79,10 @@ _FACTOR = 2.0
 """Ratio of amplitudes from which recordings show whether the model holds."""
 
 
-def _scope(problem: Problem, group: Sequence[Sequence[int]]) -> str:
+def _scope(reaches: Sequence[float]) -> str:
     """What recordings of these amplitudes show. Their range is no interval: what a linear model lacks, as a link that
     bends, moves the values of small and large motions alike.
     """
-    reaches = [max(float(np.ptp(problem.experiments[n].measured)) for n in numbers) for numbers in group]
     ratio = max(reaches) / max(min(reaches), 1e-300)
     if ratio < _FACTOR:
         return REPEATABILITY
