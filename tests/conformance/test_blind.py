@@ -139,7 +139,7 @@ def test_a_load_that_is_neither_fitted_nor_given_is_a_known_value_that_is_off():
     logged = {n: c._replace(values=c.values - more) if c.title == "i_A" else c for n, c in made.columns.items()}
     fit, _ = fitted(of, [dataclasses.replace(made, columns=logged)], **QUICK)
     first = fit.diagnoses[0]
-    assert first.name == "known value" and first.option == "fit load, too"
+    assert first.name == "known value" and first.option == "add load to --fitted"
     assert first.values["load"] == pytest.approx(of.rig.gamma * more, rel=0.02)
 
 

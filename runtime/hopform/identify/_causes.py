@@ -229,7 +229,7 @@ def _known(problem: Problem, solution: Solution) -> Iterator[Tried]:
     for default in problem.defaults:
         wider = _released(problem, default)
         for tried in _fitted("known value", default.name, wider, solution) if wider is not None else ():
-            yield tried._replace(diagnosis=tried.diagnosis._replace(option=f"fit {default.name}, too"))
+            yield tried._replace(diagnosis=tried.diagnosis._replace(option=f"add {default.name} to --fitted"))
     for letter, name in problem.tied.items():
         yield from map(near, _fitted("known value", letter, _untied(problem, letter, name, solution), solution))
 
