@@ -35,18 +35,19 @@ class Alternative(NamedTuple):
 
 class Missed(NamedTuple):
     """A cause at a minimum: how a unit of its size moves the parameters, in the coordinates of the optimiser, its size
-    and the standard error of that, infinite where the samples show nothing of it.
+    under each draw of the noise, of which a recording is one, and the standard error of that, infinite where the samples
+    show nothing of it.
     """
 
     of: Alternative
     moves: Array
-    size: float
+    size: Array
     error: float
 
     @property
     def refuted(self) -> bool:
         """Whether the samples show more of the cause than noise would."""
-        return abs(self.size) > _NOISE * self.error
+        return bool(np.abs(self.size).max() > _NOISE * self.error)
 
 
 _NOISE = 3.3
@@ -116,13 +117,16 @@ _SLOW = {"line": 0, "bow": 2}
 """Which of the slow changes of the position a drift is."""
 
 
-def missed(solution: Solution) -> list[Missed]:
-    """The causes at a minimum, without those that the motions do not have."""
+def missed(solution: Solution, draws: Array | None = None) -> list[Missed]:
+    """The causes at a minimum, without those that the motions do not have. draws: of the noise of all samples, in
+    standard deviations, a row each, in place of what the minimum leaves.
+    """
     scaled, noise = solution.scaled, solution.noise
     psi, slope, unit = estimation.influence(solution)
+    rows = psi[np.newaxis] if draws is None else draws
     inflation = max(each.inflation for each in solution.tests)
-    size = np.sqrt((scaled**2).sum(axis=0))
-    alive = size > 1e-9 * size.max(initial=0.0)
+    norms = np.sqrt((scaled**2).sum(axis=0))
+    alive = norms > 1e-9 * norms.max(initial=0.0)
     causes = list[Missed]()
     for cause in ALTERNATIVES:
         directions = [_direction(one, solution.values, cause) for one in solution.experiments]
@@ -130,13 +134,14 @@ def missed(solution: Solution) -> list[Missed]:
         whole = math.sqrt(float(column @ column))
         if whole == 0.0:
             continue
-        moves = np.zeros(size.size)
-        moves[alive] = np.linalg.lstsq(scaled[:, alive] / size[alive], -column, rcond=1e-7)[0] / size[alive]
+        moves = np.zeros(norms.size)
+        moves[alive] = np.linalg.lstsq(scaled[:, alive] / norms[alive], -column, rcond=1e-7)[0] / norms[alive]
         rest = np.asarray(column + scaled @ moves)
         left = float(rest @ rest)
         seen = left > (_TRACE * whole) ** 2
         error = math.sqrt(unit / slope * inflation / left) if seen else math.inf
-        causes.append(Missed(cause, moves, -float(rest @ psi) / (slope * left) if seen else 0.0, error))
+        size = -(rows @ rest) / (slope * left) if seen else np.zeros(len(rows))
+        causes.append(Missed(cause, moves, np.asarray(size, dtype=np.float64), error))
     return causes
 
 
@@ -167,7 +172,9 @@ _NOTED = 1.5
 def allowing(
     solution: Solution, estimates: Sequence[Estimate], spread: Spread, some: Sequence[Missed]
 ) -> tuple[tuple[Estimate, ...], Spread, list[str]]:
-    """Estimates whose intervals allow for causes, their covariance, and what is said of it."""
+    """Estimates whose intervals allow for causes, the mean ones of several draws of the noise, their covariance, and what
+    is said of it.
+    """
     if not some:
         return tuple(estimates), spread, []
     widened, wider = list[Estimate](), dict[str, list[str]]()
@@ -177,13 +184,16 @@ def allowing(
         widened.append(estimate._replace(stderr=errors[n]) if math.isfinite(estimate.stderr) else estimate)
         if estimate.own or not math.isfinite(estimate.high - estimate.low) or not estimate.stderr > 0.0:
             continue
-        of_each = [ends(solution, n, estimate, one) for one in some]
-        low, high = min(estimate.value, *(a for a, _ in of_each)), max(estimate.value, *(b for _, b in of_each))
+        of_each = [_reach(solution, n, estimate, one) for one in some]
+        place = estimation.Place(solution, n)
+        low = place.out(float(np.minimum(np.min([a for a, _ in of_each], axis=0), 0.0).mean()))
+        high = place.out(float(np.maximum(np.max([b for _, b in of_each], axis=0), 0.0).mean()))
         widened[-1] = widened[-1]._replace(low=low, high=high)
         if high - low < _NOTED * (estimate.high - estimate.low):
             continue
         widened[-1] = widened[-1]._replace(method=_METHODS.get(estimate.method, estimate.method))
-        for one, (a, b) in zip(some, of_each, strict=True):
+        for one in some:
+            a, b = ends(solution, n, estimate, one)
             if b - a > 0.5 * (high - low) and estimate.name not in wider.setdefault(one.of.words, []):
                 wider[one.of.words].append(estimate.name)
     return tuple(widened), spread._replace(covariance=covariance), _said(wider)
@@ -193,17 +203,22 @@ def ends(solution: Solution, n: int, estimate: Estimate, cause: Missed) -> tuple
     """The ends of a parameter's interval that allows for a cause: what the samples say of both, within what plausible
     sizes of the cause can do.
     """
+    place, (low, high) = estimation.Place(solution, n), _reach(solution, n, estimate, cause)
+    return place.out(float(low.mean())), place.out(float(high.mean()))
+
+
+def _reach(solution: Solution, n: int, estimate: Estimate, cause: Missed) -> tuple[Array, Array]:
+    """How far these ends are off the estimate under each draw of the noise, in the coordinate of the optimiser."""
     place, shift = estimation.Place(solution, n), float(cause.moves[n])
     t = estimation.student(0.5 + 0.5 * LEVEL, solution.freedom)
     least = t * estimate.stderr
     below, above = (max(abs(place.into(end)), place.by(least)) for end in (estimate.low, estimate.high))
     bounds = -_WIDER * below + min(0.0, shift * cause.of.most), _WIDER * above + max(0.0, shift * cause.of.most)
     if not math.isfinite(cause.error):
-        return place.out(bounds[0]), place.out(bounds[1])
+        return np.full(cause.size.shape, bounds[0]), np.full(cause.size.shape, bounds[1])
     middle, more = shift * cause.size, t * shift * cause.error
     low, high = middle - math.hypot(below, more), middle + math.hypot(above, more)
-    low, high = min(max(low, bounds[0]), bounds[1]), max(min(high, bounds[1]), bounds[0])
-    return place.out(low), place.out(high)
+    return np.clip(low, *bounds), np.clip(high, *bounds)
 
 
 def _widened(solution: Solution, covariance: Array, some: Sequence[Missed]) -> Array:

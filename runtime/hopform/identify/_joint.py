@@ -248,7 +248,8 @@ def expected(
 ) -> tuple[tuple[Estimate, ...], estimation.Spread]:
     """The intervals that a problem's recordings would give, with the noise that their samples show; at: a fit, or values.
 
-    They allow for causes that stay hidden, of the size that the fit shows, of none without one.
+    They allow for causes of the sizes that the fit shows. Without one they are the mean over draws of the noise: each
+    cause seems to have some size, not the same sign for all, so that together they take more than each of size 0 would.
     """
     quick = at if isinstance(at, Solution) else None
     some = quick.values if quick else cast(Values, at)
@@ -263,10 +264,14 @@ def expected(
     estimates, spread = estimation.estimates(solution, explained=explained, profiles=False)
     unseen = list[alternatives.Missed]()
     if explained:
-        unseen = alternatives.missed(quick or solution)
-        unseen = unseen if quick else [each._replace(size=0.0) for each in unseen]
+        half = stream(Role.PLANS, 0).standard_normal((_NOISES // 2, rows.shape[0]))
+        unseen = alternatives.missed(quick) if quick else alternatives.missed(solution, np.concatenate([half, -half]))
     estimates, spread, _ = alternatives.allowing(solution, estimates, spread, unseen)
     return estimates, spread
+
+
+_NOISES = 64
+"""Draws of the noise in pairs of either sign, so that a mean interval is as wide on both sides: 3 % of its width."""
 
 
 def noise_level(values: Array) -> float:
