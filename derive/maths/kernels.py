@@ -12,7 +12,7 @@ from functools import cache
 import sympy as sp
 from sympy.integrals.quadrature import gauss_legendre
 
-from ..model.precisions import CARRY_ORDER, F32, TERMS, Precision
+from ..model.precisions import F32, TERMS, Precision
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,6 @@ def series(precision: Precision) -> tuple[Table, ...]:
         Table("NODE_FIRST", whole[:3], "phi_2 over a node: its highest three"),
         Table("NODE", whole[3:], "those below"),
         Table("STEP", _inverse_factorials(range(2, 4 if single else 6)), "phi_1 over a short step, but for the 1"),
-        Table("CARRY_ORDERS", tuple(1.0 / n for n in range(1, CARRY_ORDER[precision] + 1)), "1/n, from the first on"),
     )
 
 

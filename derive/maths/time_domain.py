@@ -11,8 +11,6 @@ and, for x_1, (20) without the hats F, G, whose poles d, e cancel.
 
 from collections.abc import Iterator
 
-import sympy as sp
-
 from ..ir import Quantity, Record, Step, Steps, function, scalar
 from ..model.quantities import *
 
@@ -25,19 +23,8 @@ def _later(quantities: tuple[Quantity, ...]) -> Iterator[Quantity]:
     return (scalar(f"{each.name}_t", each.unit, each.meaning) for each in quantities)
 
 
-PROPAGATED = Record("Propagated", "W, its derivatives and integrals a short time later, by a Taylor step.").of(
-    *_later(BASIS.quantities)
-)
 AT = Record("At", "The state at time t of a phase.").of(*_later(STATE.quantities))
 x1_t, v1_t, v2_t, y_t = AT.symbols
-W_third, W_fourth, W_fifth, W_sixth = sp.symbols("W_third W_fourth W_fifth W_sixth", real=True)
-HIGHER_DERIVATIVES = (
-    Step(W_third, -s_1 * Wdd - s_2 * Wd - s_3 * W, "(11) denominator on W"),
-    Step(W_fourth, -s_1 * W_third - s_2 * Wdd - s_3 * Wd, "(11) denominator on W'"),
-    Step(W_fifth, -s_1 * W_fourth - s_2 * W_third - s_3 * Wdd, "(11) denominator on W''"),
-    Step(W_sixth, -s_1 * W_fifth - s_2 * W_fourth - s_3 * W_third, "(11) denominator on W'''"),
-)
-"""Derivatives of W behind the second, each from those before it."""
 
 
 @function(takes=(POLES, NUMERATOR, BASIS, RESIDUAL_0), returns=RESIDUAL)
@@ -51,26 +38,6 @@ def residual_to_steady_state() -> Steps:
         residual_0 * Wdd - (H3 - residual_0 * s_1) * Wd - (H2 - residual_0 * s_2) * W,
         "(19), (21) less their final value",
     )
-
-
-@function(takes=(POLES, BASIS, TIME), returns=PROPAGATED)
-def taylor_step() -> Steps:
-    """W a short time t later.
-
-    A Taylor step of the propagator; its remainder is of the fifth order in t.
-    """
-    half, sixth, rest = sp.symbols("half sixth rest", real=True)
-    gains = sp.symbols("more_Wdd more_Wd more_W more_W1 more_W2", real=True)
-    jet = (W2, W1, W, Wd, Wdd, W_third, W_fourth, W_fifth, W_sixth)
-    yield from HIGHER_DERIVATIVES
-    yield Step(half, t * t / 2, "t^2/2!")
-    yield Step(sixth, half * t / 3, "t^3/3!")
-    yield Step(rest, sixth * t / 4, "t^4/4!")
-    for n, (gain, value) in enumerate(zip(gains, PROPAGATED.symbols, strict=True)):
-        start, *rates = jet[jet.index(Wdd) - n :][:5]
-        series = t * rates[0] + half * rates[1] + sixth * rates[2] + rest * rates[3]
-        yield Step(gain, series, "its Taylor series")
-        yield Step(value, start + gain, "t later")
 
 
 @function(takes=(STATE, MOTION, BASIS), returns=AT)

@@ -74,16 +74,6 @@ def _behind(value: Fraction, precision: Precision) -> Fraction:
     return value - Fraction(_leading(value, _room(precision)))
 
 
-CARRY_ORDER = {F32: 4, F64: 5}
-"""Of the Taylor series that carries the propagator to a root."""
-
-
-def _carried(precision: Precision) -> float:
-    """The square of x below which x^(n + 1)/(n + 1)!, the remainder of exp(x), is 1/32 of epsilon."""
-    power = CARRY_ORDER[precision] + 1
-    return float((math.factorial(power) * precision.epsilon / 32.0) ** (2.0 / power))
-
-
 TERMS = Constant("TERMS", 24, 40, "terms of the power series of W")
 SHORT = Constant("SHORT", 1e-3, 1e-5, "the square of a step, in rates, that a short series carries")
 FAR = Constant("FAR", 1e3, 1e4, "a^2/q above which a state late in a phase is counted from where the phase ends")
@@ -125,6 +115,5 @@ CONSTANTS = (
     Constant("TINY_DOWN", 2.0**-8, 2.0**-18, "scales its cube root back"),
     _each("EXPONENT_BIAS", lambda p: p.exponent_bias, "of the exponent's bits"),
     SHORT,
-    _each("CARRIED_SQUARE", _carried, "the square of a step, in rates, that a Taylor series carries exactly"),
 )
 """Those of the C library, the limits among them."""

@@ -24,14 +24,8 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
     const hopform_poles_f32 poles = pair_alone_f32((float)q->p, (float)q->q);
     evaluations_f32 evaluations = {1000};
     alone_search_f32 search;
-    search.half_period = timescales_of_poles_f32(&poles).half_period;
-    search.pair =
-        alone_pair_of_f32(&poles, search.half_period < HOPFORM_NEVER_f32);
-    search.element = 0;
-    search.count = 0;
-    search.functions = 0;
-    search.rest_time = HOPFORM_NEVER_f32;
-    search.rests = NO_OWNER_f32;
+    begin_alone_search_f32(&search, 0, &poles,
+                           timescales_of_poles_f32(&poles).half_period);
     search.start = alone_start_f32(&search.pair, (float)q->velocity,
                                    (float)q->draw, (float)q->rounding);
     for (int n = 0; n < 2; n++) {

@@ -29,7 +29,7 @@ PAIRS = ("rings", "real", "near", "free")
 
 @pytest.fixture
 def library(store):
-    return ctypes.CDLL(str(shared_library(store, "alone", SOURCES, "-DHOPFORM_ALONE_BENDS=1")))
+    return ctypes.CDLL(str(shared_library(store, "alone", SOURCES)))
 
 
 def asked(library: Any, q: Any) -> Any:

@@ -6,18 +6,15 @@ import dataclasses
 from collections.abc import Callable
 from types import ModuleType
 
-import numpy as np
 import pytest
 import sympy as sp
 
 from derive.ir import Step
-from derive.maths import control, energy, flight, laplace, partial_fractions, time_domain
+from derive.maths import control, energy, flight, laplace, partial_fractions
 from derive.model import quantities as Q
 from derive.model.equations import Model
-from hopform_solver import formulas
 from tests.unit import test_derivation as derivation
 from tests.unit import test_equations as equations
-from tests.unit import test_formulas as accuracy
 
 Proof = Callable[[], None]
 
@@ -185,30 +182,6 @@ def test_a_friction_of_the_body_in_newtons_is_noticed(monkeypatch):
         dataclasses.replace(each, unit="N") if each.name == "f2" else each for each in derivation.HOPPER.parameters
     )
     monkeypatch.setattr(equations, "HOPPER", dataclasses.replace(derivation.HOPPER, parameters=quantities))
-    assert fails(proof)
-
-
-def test_a_taylor_step_without_its_fourth_order_is_noticed(monkeypatch):
-    def proof() -> None:
-        accuracy.test_w_is_carried_to_its_last_digit_over_the_longest_time_that_counts_as_near("real", 1.0, 20)
-
-    assert not fails(proof)
-    rest = sp.Symbol("rest", real=True)
-    with_step(monkeypatch, time_domain, "taylor_step", rest, lambda _: sp.S.Zero)
-    known = derivation.values(time_domain.taylor_step())
-    later = sp.lambdify(
-        (Q.s_1, Q.s_2, Q.s_3, Q.W, Q.Wd, Q.Wdd, Q.W1, Q.W2, Q.t),
-        [known[name] for name in time_domain.PROPAGATED.symbols],
-    )
-    monkeypatch.setattr(
-        formulas,
-        "taylor_step",
-        lambda poles, basis, t: formulas.Propagated(
-            *map(
-                np.asarray, later(poles.s_1, poles.s_2, poles.s_3, basis.W, basis.Wd, basis.Wdd, basis.W1, basis.W2, t)
-            )
-        ),
-    )
     assert fails(proof)
 
 

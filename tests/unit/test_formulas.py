@@ -350,19 +350,6 @@ def test_w_is_exact_in_double_precision_for_any_poles_and_times(kind, cases):
     assert_accurate(poles, t, power_series, (128.0, 128.0, 128.0, 128.0, 192.0))
 
 
-@pytest.mark.parametrize("cases", CASES)
-@pytest.mark.parametrize("sign", [-1.0, 1.0])
-@pytest.mark.parametrize("kind", KINDS)
-def test_w_is_carried_to_its_last_digit_over_the_longest_time_that_counts_as_near(kind, sign, cases):
-    """As the C does for the last step to an event, where d^2 (s_1^2 + s_2 + 1/t^2) <= (eps/128)^(1/3)."""
-    poles = factored(kind, *configurations(kind, 40 + KINDS.index(kind), cases))
-    rng = np.random.default_rng(2)
-    t = spread(rng, rng.choice([-6, -1], cases), np.log10(50), cases) / (poles.s_1 + np.sqrt(poles.s_2))
-    later = t + sign * (EPS / 128.0) ** (1.0 / 6.0) / np.sqrt(poles.s_1**2 + poles.s_2 + t**-2)
-    carried = arrays(formulas.taylor_step(poles, basis_at(poles, t), later - t))
-    assert_accurate(poles, later, power_series, (128.0, 128.0, 128.0, 128.0, 192.0), got=carried)
-
-
 @pytest.mark.parametrize("kind", KINDS)
 def test_w_is_exact_over_fifty_time_constants_of_a_slow_pole(kind):
     """Up to 1e5 over the fastest rate: an angle or an exponent x is good for x eps, whatever computes it."""

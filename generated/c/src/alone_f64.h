@@ -20,12 +20,6 @@
 #include "certificate_f64.h"
 #include "transition_f64.h"
 
-/* Whether a model has event functions that are not linear in s. */
-#ifndef HOPFORM_ALONE_BENDS
-#define HOPFORM_ALONE_BENDS                                                                                            \
-    (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
-#endif
-
 /* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
     const hopform_poles_f64 *poles;
@@ -187,6 +181,19 @@ typedef struct {
     double slack;      /* by how much later an event of tie-break priority may be */
     bool stops, touches, certified;
 } alone_search_f64;
+
+/* A search of which nothing is known but how the element moves. */
+static inline void begin_alone_search_f64(alone_search_f64 *search, int element, const hopform_poles_f64 *poles,
+                                           double half_period) {
+    search->pair = alone_pair_of_f64(poles, half_period < HOPFORM_NEVER_f64);
+    search->half_period = half_period;
+    search->element = element;
+    search->rest_time = HOPFORM_NEVER_f64;
+    search->rests = NO_OWNER_f64;
+    search->count = 0;
+    search->nearest = -1;
+    search->functions = 0;
+}
 
 static inline alone_guard_f64 *add_alone_guard_f64(alone_search_f64 *search, double s, int owner) {
     alone_guard_f64 *guard = &search->guard[search->count];
@@ -616,9 +623,9 @@ static inline bool meet_guards_f64(alone_search_f64 *search, double until, evalu
 static inline void find_alone_event_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
     use_evaluation_f64(evaluations); /* a phase costs as much */
     search->end = search->start;
-    if (!HOPFORM_ALONE_BENDS || !is_beyond_at_once_f64(search)) {
+    if (!is_beyond_at_once_f64(search)) {
         const bool rests = meet_guards_f64(search, until, evaluations);
-        if (HOPFORM_ALONE_BENDS && search->functions > 0) { meet_functions_f64(search, rests, evaluations); }
+        if (search->functions > 0) { meet_functions_f64(search, rests, evaluations); }
     }
     search->touches = search->owner > CONTACT_f64 && is_alone_at_stop_f64(search);
     search->certified = evaluations->left > 0;

@@ -51,7 +51,7 @@ static inline bool bends_f32(const event_function_f32 *g, const propagator_f32 *
 static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                                    const jet_f32 *from, float low, const jet_f32 *to, float high,
                                                    evaluations_f32 *evaluations) {
-    const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, g, from)};
+    const jet_f32 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f32(poles, from)};
     const jet_f32 rate_to = {-to->rate, -to->curvature, -to->third, 0.0f};
     const float apart = high - low;
     const interpolant_f32 p = interpolant_of_f32(&rate_from, &rate_to, apart);
@@ -61,7 +61,7 @@ static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles,
     for (int n = 0; n < 100 && evaluations->left > 0; n++) {
         use_evaluation_f32(evaluations);
         const jet_f32 jet = jet_at_f32(poles, g, &at);
-        const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, g, &jet)};
+        const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, &jet)};
         const float step = step_to_root_f32(&falls);
         const float bound = rounding_of_f32(g, &at, 0.0f);
         const bool is_far = !(fabs_f32(jet.rate * jet.third) < 0.01f * jet.curvature * jet.curvature); /* or fading */
@@ -79,6 +79,22 @@ static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles,
         at = propagator_at_f32(poles, t);
     }
     return at;
+}
+
+/* ---- where an interval is cut ---- */
+
+/* Intervals that are certified, or cut, in a phase at most. */
+#ifndef HOPFORM_MOST_INTERVALS
+#define HOPFORM_MOST_INTERVALS 10000
+#endif
+
+/* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
+ * leads to the end each time; a quarter of it where d has no two signs. */
+static inline float cut_between_f32(float d, float d_then, float h) {
+    const bool changes = (d < 0.0f) != (d_then < 0.0f) && fabs_f32(d_then) > 0.0f;
+    const float share = changes ? d / (d - d_then) : 0.25f;
+    const float inside = share > 0.015625f ? (share < 0.5f ? share : 0.5f) : 0.015625f;
+    return inside * h;
 }
 
 #endif

@@ -51,7 +51,7 @@ static inline bool bends_f64(const event_function_f64 *g, const propagator_f64 *
 static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                                    const jet_f64 *from, double low, const jet_f64 *to, double high,
                                                    evaluations_f64 *evaluations) {
-    const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, g, from)};
+    const jet_f64 rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_f64(poles, from)};
     const jet_f64 rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
     const double apart = high - low;
     const interpolant_f64 p = interpolant_of_f64(&rate_from, &rate_to, apart);
@@ -61,7 +61,7 @@ static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles,
     for (int n = 0; n < 100 && evaluations->left > 0; n++) {
         use_evaluation_f64(evaluations);
         const jet_f64 jet = jet_at_f64(poles, g, &at);
-        const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, g, &jet)};
+        const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, &jet)};
         const double step = step_to_root_f64(&falls);
         const double bound = rounding_of_f64(g, &at, 0.0);
         const bool is_far = !(fabs_f64(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
@@ -79,6 +79,22 @@ static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles,
         at = propagator_at_f64(poles, t);
     }
     return at;
+}
+
+/* ---- where an interval is cut ---- */
+
+/* Intervals that are certified, or cut, in a phase at most. */
+#ifndef HOPFORM_MOST_INTERVALS
+#define HOPFORM_MOST_INTERVALS 10000
+#endif
+
+/* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
+ * leads to the end each time; a quarter of it where d has no two signs. */
+static inline double cut_between_f64(double d, double d_then, double h) {
+    const bool changes = (d < 0.0) != (d_then < 0.0) && fabs_f64(d_then) > 0.0;
+    const double share = changes ? d / (d - d_then) : 0.25;
+    const double inside = share > 0.015625 ? (share < 0.5 ? share : 0.5) : 0.015625;
+    return inside * h;
 }
 
 #endif

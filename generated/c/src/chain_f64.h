@@ -650,15 +650,8 @@ static inline void put_alone_threshold_f64(alone_search_f64 *search, const stanc
 /* The search at the start of the phase. */
 ALWAYS_f64 void put_alone_search_f64(const stance_chain_f64 *chain, alone_search_f64 *search) {
     const int alone = alone_of_mode_f64(chain->mode);
-    search->half_period = timescales_of_f64(chain->plan, chain->mode)->half_period;
-    search->pair =
-        alone_pair_of_f64(poles_of_f64(chain->plan, chain->mode), search->half_period < HOPFORM_NEVER_f64);
-    search->element = alone;
-    search->count = 0;
-    search->nearest = -1;
-    search->functions = 0;
-    search->rest_time = HOPFORM_NEVER_f64;
-    search->rests = NO_OWNER_f64;
+    begin_alone_search_f64(search, alone, poles_of_f64(chain->plan, chain->mode),
+                            timescales_of_f64(chain->plan, chain->mode)->half_period);
 #define PUT_GUARD(kind) put_alone_##kind##_f64(search, chain, alone);
     HOPFORM_GUARDS(PUT_GUARD)
 #undef PUT_GUARD

@@ -3,10 +3,9 @@
  * An event function g of a phase, its jet, what rounding has done to it, and where it has a root: predicted, then
  * located.
  *
- *     g(t) = start + H3 W' + H2 W + H1 W1 + H0 W2        W, its derivatives and integrals: those of the phase's poles
+ *     g(t) = start + H3 W' + H2 W + H1 W1        W, its derivative and integral: those of the phase's poles
  *
- * g is positive right after the start of the phase, and an event is its first root. H0 is 0 but for the height of a
- * foot that flies. That no other root comes before it is for the caller to say.
+ * g is positive right after the start of the phase, and an event is its first root.
  */
 #ifndef HOPFORM_EVENT_FUNCTION_H_f32
 #define HOPFORM_EVENT_FUNCTION_H_f32
@@ -38,44 +37,16 @@ enum {
     NO_ELEMENT_f32 = -1
 };
 
-/* An event function. `owner` and `side` are the caller's. The distance to a stop is monotone until the velocity of its
- * element vanishes, and a touch of it is no event. */
+/* An event function. */
 typedef struct {
-    float H3, H2, H1, H0; /* its numerator */
+    float H3, H2, H1; /* its numerator */
     float start;
-    float cancels;         /* a quarter of the magnitudes whose difference the start is: each is rounded four times */
-    float decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the spring's stretch */
-    int32_t owner;
-    int32_t side;
-    bool touch_is_no_event;
+    float cancels; /* a quarter of the magnitudes whose difference the start is: each is rounded four times */
 } event_function_f32;
 
 /* A function with this numerator and value at the start, of which nothing is known. */
 static inline event_function_f32 event_function_of_f32(const numerator_f32 *h, float start) {
-    const event_function_f32 g = {h->H3, h->H2, h->H1, 0.0f, start, 0.0f, 0.0f, 0.0f, 0, 0, false};
-    return g;
-}
-
-/* The active event functions of a phase, in order of tie-break priority. */
-typedef struct {
-    const hopform_poles_f32 *poles;
-    int32_t count;
-    event_function_f32 function[MOST_EVENT_FUNCTIONS_f32];
-} event_set_f32;
-
-static inline event_function_f32 *add_event_function_f32(event_set_f32 *set, const numerator_f32 *h, float start,
-                                                           float sign, int owner) {
-    event_function_f32 *g = &set->function[set->count++];
-    g->H3 = sign * h->H3;
-    g->H2 = sign * h->H2;
-    g->H1 = sign * h->H1;
-    g->H0 = 0.0f;
-    g->start = sign * start;
-    g->cancels = 0.0f;
-    g->decaying = 0.0f; /* and its rate is not read */
-    g->owner = owner;
-    g->side = 0;
-    g->touch_is_no_event = false;
+    const event_function_f32 g = {h->H3, h->H2, h->H1, start, 0.0f};
     return g;
 }
 
@@ -108,39 +79,12 @@ typedef struct {
     float third;
 } jet_f32;
 
-/* Whether a function has a further term, which decays: only in flight, where a damper is beside the spring. */
-static inline bool has_decay_f32(const event_function_f32 *g) {
-    return HOPFORM_FLIGHT_HAS_DECAY && fabs_f32(g->decaying) > 0.0f;
-}
-
-/* The n-th derivative of a function from that of its other terms. */
-static inline float with_decay_f32(const event_function_f32 *g, float t, int n, float others) {
-    if (!has_decay_f32(g)) { return others; }
-    float value = g->decaying * exponential_f32(-g->decay * t);
-    for (int i = 0; i < n; i++) {
-        value *= -g->decay;
-    }
-    return others + value;
-}
-
 static inline float sum_of_f32(const event_function_f32 *g, const parts_f32 *parts) {
-    return g->H3 * parts->first + g->H2 * parts->second + g->H1 * parts->third + g->H0 * parts->last;
+    return g->H3 * parts->first + g->H2 * parts->second + g->H1 * parts->third;
 }
 
 static inline float value_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    return with_decay_f32(g, at->t, 0, g->start + sum_of_f32(g, &at->value));
-}
-
-static inline float rate_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    return with_decay_f32(g, at->t, 1, sum_of_f32(g, &at->rate));
-}
-
-static inline float third_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
-                                 const propagator_f32 *at) {
-    const parts_f32 *w = &at->curvature;
-    const float fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
-    const parts_f32 third = {fourth, w->first, w->second, w->third};
-    return with_decay_f32(g, at->t, 3, sum_of_f32(g, &third));
+    return g->start + sum_of_f32(g, &at->value);
 }
 
 static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const event_function_f32 *g) {
@@ -152,23 +96,18 @@ static inline jet_f32 jet_at_start_f32(const hopform_poles_f32 *poles, const eve
     return jet;
 }
 
-/* Value, rate and curvature; the third derivative is 0 here. */
-static inline jet_f32 short_jet_at_f32(const event_function_f32 *g, const propagator_f32 *at) {
-    const float curvature = with_decay_f32(g, at->t, 2, sum_of_f32(g, &at->curvature));
-    const jet_f32 jet = {value_at_f32(g, at), rate_at_f32(g, at), curvature, 0.0f};
-    return jet;
-}
-
 ALWAYS_f32 jet_f32 jet_at_f32(const hopform_poles_f32 *poles, const event_function_f32 *g,
                                  const propagator_f32 *at) {
-    jet_f32 jet = short_jet_at_f32(g, at);
-    jet.third = third_of_f32(poles, g, at);
+    const parts_f32 *w = &at->curvature;
+    const float fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
+    const parts_f32 third = {fourth, w->first, w->second, w->third};
+    const jet_f32 jet = {value_at_f32(g, at), sum_of_f32(g, &at->rate), sum_of_f32(g, w), sum_of_f32(g, &third)};
     return jet;
 }
 
-/* The fourth derivative of an event function, but for its sign: the poles give it from the others, less what grows. */
-static inline float fourth_of_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, const jet_f32 *at) {
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
+/* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
+static inline float fourth_of_f32(const hopform_poles_f32 *poles, const jet_f32 *at) {
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
 }
 
 /* The sum of the magnitudes of what the function or a derivative is a sum of, but for the last. */
@@ -179,8 +118,7 @@ static inline float terms_of_f32(const event_function_f32 *g, const parts_f32 *p
 /* Bound of what rounding may have done to the value of an event function. */
 static inline float rounding_of_f32(const event_function_f32 *g, const propagator_f32 *at, float rate) {
     return 16.0f * HOPFORM_EPS_f32
-           * (fabs_f32(g->start) + g->cancels + terms_of_f32(g, &at->value) + fabs_f32(g->H0 * at->value.last)
-              + at->t * fabs_f32(rate));
+           * (fabs_f32(g->start) + g->cancels + terms_of_f32(g, &at->value) + at->t * fabs_f32(rate));
 }
 
 /* ---- predict a root ---- */
@@ -256,77 +194,6 @@ static inline float step_to_root_f32(const jet_f32 *at) {
     return usable ? step : HOPFORM_NEVER_f32;
 }
 
-/* Whether what a Taylor series of order CARRY leaves out over a time d before or after t is lost in rounding: its terms
- * fall as those of exp(r d) do, r above all poles, and near the start of a phase as powers of d/t. */
-static inline bool is_near_f32(const hopform_poles_f32 *poles, float t, float d) {
-    const float share = t > 0.0f ? d / t : 1.0f;
-    return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_f32;
-}
-
-/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a
- * function whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
-typedef struct {
-    float w0, w1, w2, w3, w4;
-} derivatives_f32;
-
-static inline derivatives_f32 carried_f32(const hopform_poles_f32 *poles, const derivatives_f32 *from, float d) {
-    derivatives_f32 w = *from;
-    derivatives_f32 sum = w;
-    float power = 1.0f;
-#define ADD_ORDER(inverse)                                                                                             \
-    {                                                                                                                  \
-        const float next = -(poles->s_1 * w.w4 + poles->s_2 * w.w3 + poles->s_3 * w.w2);                                \
-        power *= d * (inverse);                                                                                        \
-        w.w0 = w.w1;                                                                                                   \
-        w.w1 = w.w2;                                                                                                   \
-        w.w2 = w.w3;                                                                                                   \
-        w.w3 = w.w4;                                                                                                   \
-        w.w4 = next;                                                                                                   \
-        sum.w0 += power * w.w0;                                                                                        \
-        sum.w1 += power * w.w1;                                                                                        \
-        sum.w2 += power * w.w2;                                                                                        \
-        sum.w3 += power * w.w3;                                                                                        \
-        sum.w4 += power * w.w4;                                                                                        \
-    }
-    HOPFORM_CARRY_ORDERS_f32(ADD_ORDER)
-#undef ADD_ORDER
-        return sum;
-}
-
-/* The propagator d later, at a time t, by that series. */
-static inline propagator_f32 carried_response_f32(const hopform_poles_f32 *poles, const propagator_f32 *at, float d,
-                                                    float t) {
-    const derivatives_f32 w = {at->value.last, at->value.third, at->value.second, at->value.first, at->rate.first};
-    const derivatives_f32 later = carried_f32(poles, &w, d);
-    const basis_f32 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
-    return propagator_of_f32(poles, t, &basis);
-}
-
-/* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
-typedef struct {
-    bool lands;
-    float low, high, next;
-} root_step_f32;
-
-/* Of a function that is above zero at the lower time and falls to its root; `fourth` is its fourth derivative, but for
- * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so
- * small that nothing is left of its square, and where the propagator can be carried there. */
-static inline root_step_f32 step_between_f32(const hopform_poles_f32 *poles, const jet_f32 *at, float fourth, float t,
-                                               float low, float high) {
-    const derivatives_f32 g = {at->value, at->rate, at->curvature, at->third, -fourth};
-    const float first = -step_to_root_f32(at);
-    const derivatives_f32 there = carried_f32(poles, &g, first);
-    const float more = -there.w0 / (there.w1 < 0.0f ? there.w1 : -1.0f);
-    const float step = first + more;
-    const float next = t + step;
-    const bool lands = (at->rate < 0.0f) & (next > low) & (next < high) & is_near_f32(poles, next, step)
-                       & (more * more <= 0.25f * HOPFORM_EPS_f32 * t * fabs_f32(step));
-    const float from = at->value > 0.0f ? t : low;
-    const float to = at->value < 0.0f ? t : high;
-    const root_step_f32 towards = {lands, from, to, lands ? next : t + first};
-    return towards;
-}
-
 /* How often a motion may still be evaluated while a stance is solved: what its cost is in proportion to. */
 typedef struct {
     int32_t left;
@@ -336,36 +203,6 @@ enum { UNBOUNDED_f32 = 2147483647 };
 
 static inline void use_evaluation_f32(evaluations_f32 *evaluations) {
     evaluations->left -= evaluations->left > 0 ? 1 : 0;
-}
-
-/* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g > 0, or
- * g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is none. */
-static inline void locate_root_f32(const hopform_poles_f32 *poles, const event_function_f32 *g, float low,
-                                    propagator_f32 *at, float guess, evaluations_f32 *evaluations) {
-    float high = at->t;
-    float t = guess;
-    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
-        use_evaluation_f32(evaluations);
-        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
-            t = low + 0.5f * (high - low);
-            if (!(t > low && t < high)) {
-                *at = propagator_at_f32(poles, high);
-                return;
-            }
-        }
-        *at = propagator_at_f32(poles, t);
-        const jet_f32 jet = jet_at_f32(poles, g, at);
-        if (fabs_f32(jet.value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet.rate)) { return; }
-        const root_step_f32 step = step_between_f32(poles, &jet, fourth_of_f32(poles, g, &jet), t, low, high);
-        /* The rate of the further term is none of the poles: no step is known to land. */
-        if (step.lands && !has_decay_f32(g)) {
-            *at = carried_response_f32(poles, at, step.next - t, step.next);
-            return;
-        }
-        low = step.low;
-        high = step.high;
-        t = step.next;
-    }
 }
 
 #endif

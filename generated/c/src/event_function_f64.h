@@ -3,10 +3,9 @@
  * An event function g of a phase, its jet, what rounding has done to it, and where it has a root: predicted, then
  * located.
  *
- *     g(t) = start + H3 W' + H2 W + H1 W1 + H0 W2        W, its derivatives and integrals: those of the phase's poles
+ *     g(t) = start + H3 W' + H2 W + H1 W1        W, its derivative and integral: those of the phase's poles
  *
- * g is positive right after the start of the phase, and an event is its first root. H0 is 0 but for the height of a
- * foot that flies. That no other root comes before it is for the caller to say.
+ * g is positive right after the start of the phase, and an event is its first root.
  */
 #ifndef HOPFORM_EVENT_FUNCTION_H_f64
 #define HOPFORM_EVENT_FUNCTION_H_f64
@@ -38,44 +37,16 @@ enum {
     NO_ELEMENT_f64 = -1
 };
 
-/* An event function. `owner` and `side` are the caller's. The distance to a stop is monotone until the velocity of its
- * element vanishes, and a touch of it is no event. */
+/* An event function. */
 typedef struct {
-    double H3, H2, H1, H0; /* its numerator */
+    double H3, H2, H1; /* its numerator */
     double start;
-    double cancels;         /* a quarter of the magnitudes whose difference the start is: each is rounded four times */
-    double decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the spring's stretch */
-    int32_t owner;
-    int32_t side;
-    bool touch_is_no_event;
+    double cancels; /* a quarter of the magnitudes whose difference the start is: each is rounded four times */
 } event_function_f64;
 
 /* A function with this numerator and value at the start, of which nothing is known. */
 static inline event_function_f64 event_function_of_f64(const numerator_f64 *h, double start) {
-    const event_function_f64 g = {h->H3, h->H2, h->H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, false};
-    return g;
-}
-
-/* The active event functions of a phase, in order of tie-break priority. */
-typedef struct {
-    const hopform_poles_f64 *poles;
-    int32_t count;
-    event_function_f64 function[MOST_EVENT_FUNCTIONS_f64];
-} event_set_f64;
-
-static inline event_function_f64 *add_event_function_f64(event_set_f64 *set, const numerator_f64 *h, double start,
-                                                           double sign, int owner) {
-    event_function_f64 *g = &set->function[set->count++];
-    g->H3 = sign * h->H3;
-    g->H2 = sign * h->H2;
-    g->H1 = sign * h->H1;
-    g->H0 = 0.0;
-    g->start = sign * start;
-    g->cancels = 0.0;
-    g->decaying = 0.0; /* and its rate is not read */
-    g->owner = owner;
-    g->side = 0;
-    g->touch_is_no_event = false;
+    const event_function_f64 g = {h->H3, h->H2, h->H1, start, 0.0};
     return g;
 }
 
@@ -108,39 +79,12 @@ typedef struct {
     double third;
 } jet_f64;
 
-/* Whether a function has a further term, which decays: only in flight, where a damper is beside the spring. */
-static inline bool has_decay_f64(const event_function_f64 *g) {
-    return HOPFORM_FLIGHT_HAS_DECAY && fabs_f64(g->decaying) > 0.0;
-}
-
-/* The n-th derivative of a function from that of its other terms. */
-static inline double with_decay_f64(const event_function_f64 *g, double t, int n, double others) {
-    if (!has_decay_f64(g)) { return others; }
-    double value = g->decaying * exponential_f64(-g->decay * t);
-    for (int i = 0; i < n; i++) {
-        value *= -g->decay;
-    }
-    return others + value;
-}
-
 static inline double sum_of_f64(const event_function_f64 *g, const parts_f64 *parts) {
-    return g->H3 * parts->first + g->H2 * parts->second + g->H1 * parts->third + g->H0 * parts->last;
+    return g->H3 * parts->first + g->H2 * parts->second + g->H1 * parts->third;
 }
 
 static inline double value_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    return with_decay_f64(g, at->t, 0, g->start + sum_of_f64(g, &at->value));
-}
-
-static inline double rate_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    return with_decay_f64(g, at->t, 1, sum_of_f64(g, &at->rate));
-}
-
-static inline double third_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
-                                 const propagator_f64 *at) {
-    const parts_f64 *w = &at->curvature;
-    const double fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
-    const parts_f64 third = {fourth, w->first, w->second, w->third};
-    return with_decay_f64(g, at->t, 3, sum_of_f64(g, &third));
+    return g->start + sum_of_f64(g, &at->value);
 }
 
 static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const event_function_f64 *g) {
@@ -152,23 +96,18 @@ static inline jet_f64 jet_at_start_f64(const hopform_poles_f64 *poles, const eve
     return jet;
 }
 
-/* Value, rate and curvature; the third derivative is 0 here. */
-static inline jet_f64 short_jet_at_f64(const event_function_f64 *g, const propagator_f64 *at) {
-    const double curvature = with_decay_f64(g, at->t, 2, sum_of_f64(g, &at->curvature));
-    const jet_f64 jet = {value_at_f64(g, at), rate_at_f64(g, at), curvature, 0.0};
-    return jet;
-}
-
 ALWAYS_f64 jet_f64 jet_at_f64(const hopform_poles_f64 *poles, const event_function_f64 *g,
                                  const propagator_f64 *at) {
-    jet_f64 jet = short_jet_at_f64(g, at);
-    jet.third = third_of_f64(poles, g, at);
+    const parts_f64 *w = &at->curvature;
+    const double fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
+    const parts_f64 third = {fourth, w->first, w->second, w->third};
+    const jet_f64 jet = {value_at_f64(g, at), sum_of_f64(g, &at->rate), sum_of_f64(g, w), sum_of_f64(g, &third)};
     return jet;
 }
 
-/* The fourth derivative of an event function, but for its sign: the poles give it from the others, less what grows. */
-static inline double fourth_of_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, const jet_f64 *at) {
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
+/* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
+static inline double fourth_of_f64(const hopform_poles_f64 *poles, const jet_f64 *at) {
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
 }
 
 /* The sum of the magnitudes of what the function or a derivative is a sum of, but for the last. */
@@ -179,8 +118,7 @@ static inline double terms_of_f64(const event_function_f64 *g, const parts_f64 *
 /* Bound of what rounding may have done to the value of an event function. */
 static inline double rounding_of_f64(const event_function_f64 *g, const propagator_f64 *at, double rate) {
     return 16.0 * HOPFORM_EPS_f64
-           * (fabs_f64(g->start) + g->cancels + terms_of_f64(g, &at->value) + fabs_f64(g->H0 * at->value.last)
-              + at->t * fabs_f64(rate));
+           * (fabs_f64(g->start) + g->cancels + terms_of_f64(g, &at->value) + at->t * fabs_f64(rate));
 }
 
 /* ---- predict a root ---- */
@@ -256,77 +194,6 @@ static inline double step_to_root_f64(const jet_f64 *at) {
     return usable ? step : HOPFORM_NEVER_f64;
 }
 
-/* Whether what a Taylor series of order CARRY leaves out over a time d before or after t is lost in rounding: its terms
- * fall as those of exp(r d) do, r above all poles, and near the start of a phase as powers of d/t. */
-static inline bool is_near_f64(const hopform_poles_f64 *poles, double t, double d) {
-    const double share = t > 0.0 ? d / t : 1.0;
-    return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_f64;
-}
-
-/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a
- * function whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
-typedef struct {
-    double w0, w1, w2, w3, w4;
-} derivatives_f64;
-
-static inline derivatives_f64 carried_f64(const hopform_poles_f64 *poles, const derivatives_f64 *from, double d) {
-    derivatives_f64 w = *from;
-    derivatives_f64 sum = w;
-    double power = 1.0;
-#define ADD_ORDER(inverse)                                                                                             \
-    {                                                                                                                  \
-        const double next = -(poles->s_1 * w.w4 + poles->s_2 * w.w3 + poles->s_3 * w.w2);                                \
-        power *= d * (inverse);                                                                                        \
-        w.w0 = w.w1;                                                                                                   \
-        w.w1 = w.w2;                                                                                                   \
-        w.w2 = w.w3;                                                                                                   \
-        w.w3 = w.w4;                                                                                                   \
-        w.w4 = next;                                                                                                   \
-        sum.w0 += power * w.w0;                                                                                        \
-        sum.w1 += power * w.w1;                                                                                        \
-        sum.w2 += power * w.w2;                                                                                        \
-        sum.w3 += power * w.w3;                                                                                        \
-        sum.w4 += power * w.w4;                                                                                        \
-    }
-    HOPFORM_CARRY_ORDERS_f64(ADD_ORDER)
-#undef ADD_ORDER
-        return sum;
-}
-
-/* The propagator d later, at a time t, by that series. */
-static inline propagator_f64 carried_response_f64(const hopform_poles_f64 *poles, const propagator_f64 *at, double d,
-                                                    double t) {
-    const derivatives_f64 w = {at->value.last, at->value.third, at->value.second, at->value.first, at->rate.first};
-    const derivatives_f64 later = carried_f64(poles, &w, d);
-    const basis_f64 basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
-    return propagator_of_f64(poles, t, &basis);
-}
-
-/* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
-typedef struct {
-    bool lands;
-    double low, high, next;
-} root_step_f64;
-
-/* Of a function that is above zero at the lower time and falls to its root; `fourth` is its fourth derivative, but for
- * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so
- * small that nothing is left of its square, and where the propagator can be carried there. */
-static inline root_step_f64 step_between_f64(const hopform_poles_f64 *poles, const jet_f64 *at, double fourth, double t,
-                                               double low, double high) {
-    const derivatives_f64 g = {at->value, at->rate, at->curvature, at->third, -fourth};
-    const double first = -step_to_root_f64(at);
-    const derivatives_f64 there = carried_f64(poles, &g, first);
-    const double more = -there.w0 / (there.w1 < 0.0 ? there.w1 : -1.0);
-    const double step = first + more;
-    const double next = t + step;
-    const bool lands = (at->rate < 0.0) & (next > low) & (next < high) & is_near_f64(poles, next, step)
-                       & (more * more <= 0.25 * HOPFORM_EPS_f64 * t * fabs_f64(step));
-    const double from = at->value > 0.0 ? t : low;
-    const double to = at->value < 0.0 ? t : high;
-    const root_step_f64 towards = {lands, from, to, lands ? next : t + first};
-    return towards;
-}
-
 /* How often a motion may still be evaluated while a stance is solved: what its cost is in proportion to. */
 typedef struct {
     int32_t left;
@@ -336,36 +203,6 @@ enum { UNBOUNDED_f64 = 2147483647 };
 
 static inline void use_evaluation_f64(evaluations_f64 *evaluations) {
     evaluations->left -= evaluations->left > 0 ? 1 : 0;
-}
-
-/* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g > 0, or
- * g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is none. */
-static inline void locate_root_f64(const hopform_poles_f64 *poles, const event_function_f64 *g, double low,
-                                    propagator_f64 *at, double guess, evaluations_f64 *evaluations) {
-    double high = at->t;
-    double t = guess;
-    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
-        use_evaluation_f64(evaluations);
-        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
-            t = low + 0.5 * (high - low);
-            if (!(t > low && t < high)) {
-                *at = propagator_at_f64(poles, high);
-                return;
-            }
-        }
-        *at = propagator_at_f64(poles, t);
-        const jet_f64 jet = jet_at_f64(poles, g, at);
-        if (fabs_f64(jet.value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet.rate)) { return; }
-        const root_step_f64 step = step_between_f64(poles, &jet, fourth_of_f64(poles, g, &jet), t, low, high);
-        /* The rate of the further term is none of the poles: no step is known to land. */
-        if (step.lands && !has_decay_f64(g)) {
-            *at = carried_response_f64(poles, at, step.next - t, step.next);
-            return;
-        }
-        low = step.low;
-        high = step.high;
-        t = step.next;
-    }
 }
 
 #endif

@@ -3,20 +3,20 @@
  * A flight as a chain of phases: what the contact has carried is ballistic, the element that has stops returns under
  * the law or at the limit of its input, slips or is held. It ends at the first downward crossing of the ground ahead.
  *
- * Its phases are phases of the engine (event_function_f32.h) whose real pole is 0. The distance to a stop and the pull
- * of the law are event functions like those of a stance. The height over the ground is one with H_0, because it falls
- * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a period of
- * the pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
- * compression is in the height, too, and fades as exp(-l t).
+ * The element slips alone, as in a stance (alone_f32.h): the distance to a stop is a guard, and the pull of the law a
+ * function of s and v. The height over the ground is one that falls freely besides. A phase in which the element slips
+ * ends at the latest where its velocity vanishes, within half a period of the pair (rule 3). While it is held the
+ * height is a parabola, whose root is known. What a damper leaves of the leg's compression is in the height, too, and
+ * fades as exp(-l t).
  */
 #ifndef HOPFORM_FLIGHT_H_f32
 #define HOPFORM_FLIGHT_H_f32
 
 #include "chain_f32.h"
 #include "facts.h"
-#include "first_event_f32.h"
 #include "linear_f32.h"
 #include "overlap_f32.h"
+#include "plan_f32.h"
 
 typedef enum {
     FLIGHT_STOP_f32,
@@ -29,12 +29,18 @@ typedef enum {
 /* A search for the height over the ground ahead, or for the sign of its rate. The last derivative that rule 2 goes by
  * is a motion of the pair alone: whether it begins below 0, and when it changes its sign. */
 typedef struct {
-    event_set_f32 set; /* of this function alone */
-    bool is_rate;       /* it is the rate: one derivative less */
-    float relaxes;       /* the pole that is removed besides, 0 if there is none */
+    bool is_rate; /* it is the rate: one derivative less */
+    float sign;
+    float shift; /* by which it is lowered, of rounding: where it begins at a root it begins at 0 */
     bool is_negative;
     float turn;
 } fall_f32;
+
+/* The element at a time of the phase, and such a function there. */
+typedef struct {
+    alone_f32 moved;
+    jet_f32 jet;
+} fall_at_f32;
 
 /* The chain while it grows. */
 typedef struct {
@@ -46,8 +52,9 @@ typedef struct {
     float leg, relaxes;              /* compression that a damper leaves in the leg, and the rate of that */
     hopform_flight_phase_f32 now;  /* the phase */
     hopform_poles_f32 poles;       /* of it */
-    event_function_f32 height;     /* of the foot over the ground ahead */
-    propagator_f32 last;           /* where it ends */
+    alone_pair_f32 pair;           /* the same */
+    float height, rate;              /* of the foot over the ground ahead, without the leg's; of what falls: its start */
+    alone_f32 last;                /* where it ends */
     bool airborne;                  /* the foot has been above the ground */
     float highest;                   /* else: how high it has been, where and when */
     hopform_flight_f32 at_highest; /* as far as it is filled */
@@ -69,27 +76,35 @@ static hopform_poles_f32 poles_in_flight_f32(const flight_rates_f32 *rates, int 
     return limit == 0 ? pair_alone_f32(rates->p_law, rates->q_law) : pair_alone_f32(rates->p_free, 0.0f);
 }
 
-/* How far the element has moved since a phase began, its velocity and its acceleration. */
-static jet_f32 displacement_in_flight_f32(const hopform_poles_f32 *poles, const hopform_flight_phase_f32 *phase,
-                                            const propagator_f32 *at) {
-    const jet_f32 rest = {0.0f, 0.0f, 0.0f, 0.0f};
+static inline alone_pair_f32 pair_in_flight_f32(const hopform_poles_f32 *poles) {
+    return alone_pair_of_f32(poles, 0.25f * poles->p * poles->p < poles->q);
+}
+
+/* The start of a phase's motion. */
+static inline alone_f32 start_in_flight_f32(const hopform_poles_f32 *poles, const hopform_flight_phase_f32 *phase) {
     const numerator_f32 h = displacement_numerator_f32(phase->v1, phase->acc1, poles);
-    const event_function_f32 displacement = event_function_of_f32(&h, 0.0f);
-    return phase->side != 0 ? short_jet_at_f32(&displacement, at) : rest;
+    const alone_f32 start = {0.0f, 0.0f, (float)phase->side * h.H3, (float)phase->side * h.H2};
+    return start;
+}
+
+/* The motion at a time of the phase. */
+static inline alone_f32 moved_in_flight_f32(const alone_pair_f32 *pair, const alone_f32 *start, float t) {
+    const known_pair_f32 response = response_over_f32(pair, t);
+    return alone_after_f32(pair, start, t, &response);
 }
 
 /* The state at a time of a phase; rounding or underflow may have put the position a last digit beyond a stop. */
 static hopform_state_f32 state_in_flight_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *start,
-                                               const hopform_flight_phase_f32 *phase, const jet_f32 *displacement,
-                                               float after) {
+                                               const hopform_flight_phase_f32 *phase, const alone_f32 *at) {
+    const float side = (float)phase->side;
     const float g = fall_of_f32(robot);
-    const float t = phase->t + after;
+    const float t = phase->t + at->t;
     const float rise = (start->v2 - 0.5f * g * t) * t;
-    const float moved = (phase->x1 - start->x1) + displacement->value;
-    const float position = lesser_f32(upper_stop_f32(robot), phase->x1 + displacement->value);
+    const float moved = (phase->x1 - start->x1) + side * at->s;
+    const float position = lesser_f32(upper_stop_f32(robot), phase->x1 + side * at->s);
     hopform_state_f32 state;
     state.x1 = greater_f32(lower_stop_f32(robot), position);
-    state.v1 = displacement->rate;
+    state.v1 = side * at->v;
     state.v2 = start->v2 - g * t;
     state.y = start->y - (rise - moved);
     return state;
@@ -106,39 +121,60 @@ static inline bool begins_to_fall_f32(const jet_f32 *at) {
     return at->rate < 0.0f || (!(at->rate > 0.0f) && at->curvature < 0.0f);
 }
 
-/* The height from where a phase begins: counted from the take-off, so that nothing adds up. */
-static event_function_f32 height_in_flight_f32(const flight_chain_f32 *chain) {
-    const hopform_state_f32 *start = &chain->start;
-    const hopform_flight_phase_f32 *now = &chain->now;
-    const hopform_poles_f32 *poles = &chain->poles;
-    const float g = chain->fall;
-    const float rate = start->v2 - g * now->t;
-    const float rise = (start->v2 - 0.5f * g * now->t) * now->t;
-    const numerator_f32 displacement = displacement_numerator_f32(now->v1, now->acc1, poles);
-    const numerator_f32 h = {rate - displacement.H3, poles->p * rate - g - displacement.H2,
-                              poles->q * rate - poles->p * g};
-    event_function_f32 height = event_function_of_f32(&h, (start->x1 - now->x1) + rise - start->y);
-    height.H0 = -poles->q * g;
-    height.decaying = left_in_leg_f32(chain, now->t);
-    height.decay = chain->relaxes;
-    return height;
+/* The height at a time of a phase: counted from the take-off, so that nothing adds up. */
+static float height_in_flight_f32(const flight_chain_f32 *chain, const alone_f32 *at) {
+    const float t = at->t;
+    return chain->height + (chain->rate - 0.5f * chain->fall * t) * t - (float)chain->now.side * at->s
+           + left_in_leg_f32(chain, chain->now.t + t);
 }
 
-/* Its rate, with a sign. */
-static event_function_f32 rate_of_height_f32(const flight_chain_f32 *chain, float sign) {
-    const event_function_f32 *g = &chain->height;
-    const numerator_f32 h = {sign * (g->H2 - chain->poles.p * g->H3), sign * (g->H1 - chain->poles.q * g->H3),
-                              sign * g->H0};
-    event_function_f32 rate = event_function_of_f32(&h, sign * g->H3);
-    rate.decaying = -sign * g->decay * g->decaying;
-    rate.decay = g->decay;
-    return rate;
+/* What rounding may have done to it. No term of s is much larger than s. */
+static float rounding_in_flight_f32(const flight_chain_f32 *chain, const alone_f32 *at, float rate) {
+    const float t = at->t;
+    return 16.0f * HOPFORM_EPS_f32
+           * (fabs_f32(chain->height) + fabs_f32(chain->rate * t) + 0.5f * chain->fall * t * t + at->s
+              + t * fabs_f32(rate));
 }
 
-/* The search for a root of one of the two, of the height itself or of its rate, with a sign: three derivatives of the
- * height remove what falls freely, (D + l) what fades. */
-static fall_f32 fall_search_f32(const flight_chain_f32 *chain, const event_function_f32 *g, bool is_rate,
-                                  float sign) {
+static jet_f32 jet_in_fall_f32(const flight_chain_f32 *chain, const fall_f32 *fall, const alone_f32 *at) {
+    const float p = chain->pair.p;
+    const float q = chain->pair.q;
+    const float side = (float)chain->now.side;
+    const float sign = fall->sign;
+    const float acc = at->draw - p * at->v;
+    const float third = -(p * acc + q * at->v);
+    const float fourth = -(p * third + q * acc);
+    const float l = HOPFORM_FLIGHT_HAS_DECAY ? chain->relaxes : 0.0f;
+    const float left = left_in_leg_f32(chain, chain->now.t + at->t);
+    const float of_left = l * l * left;
+    const jet_f32 jet = {height_in_flight_f32(chain, at) - fall->shift,
+                          chain->rate - chain->fall * at->t - side * at->v - l * left,
+                          of_left - chain->fall - side * acc, -(side * third + l * of_left)};
+    const jet_f32 of_rate = {sign * jet.rate - fall->shift, sign * jet.curvature, sign * jet.third,
+                              sign * (l * l * of_left - side * fourth)};
+    return fall->is_rate ? of_rate : jet;
+}
+
+/* What rounding may have done to such a function. */
+static float rounding_in_fall_f32(const flight_chain_f32 *chain, const fall_f32 *fall, const fall_at_f32 *at) {
+    const float t = at->moved.t;
+    if (!fall->is_rate) { return rounding_in_flight_f32(chain, &at->moved, at->jet.rate); }
+    return 16.0f * HOPFORM_EPS_f32
+           * (fabs_f32(chain->rate) + chain->fall * t + fabs_f32(chain->now.v1) + at->moved.v
+              + t * fabs_f32(at->jet.rate));
+}
+
+static fall_at_f32 fall_after_f32(const flight_chain_f32 *chain, const fall_f32 *fall, float t) {
+    const alone_f32 start = start_in_flight_f32(&chain->poles, &chain->now);
+    fall_at_f32 at;
+    at.moved = moved_in_flight_f32(&chain->pair, &start, t);
+    at.jet = jet_in_fall_f32(chain, fall, &at.moved);
+    return at;
+}
+
+/* The search for a root of the height itself or of its rate, with a sign: three derivatives of the height remove what
+ * falls freely, (D + l) what fades. */
+static fall_f32 fall_search_f32(const flight_chain_f32 *chain, bool is_rate, float sign) {
     const hopform_poles_f32 *poles = &chain->poles;
     const float l = chain->relaxes;
     float displacement[6] = {0.0f, chain->now.v1, chain->now.acc1};
@@ -149,21 +185,15 @@ static fall_f32 fall_search_f32(const flight_chain_f32 *chain, const event_funct
         -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0f ? displacement[4] + l * displacement[3] : displacement[3]);
     const float rate =
         -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0f ? displacement[5] + l * displacement[4] : displacement[4]);
-    fall_f32 fall;
-    fall.set.poles = poles;
-    fall.set.count = 1;
-    fall.set.function[0] = *g;
-    fall.is_rate = is_rate;
-    fall.relaxes = l;
-    fall.is_negative = value < 0.0f || (!(value > 0.0f) && rate < 0.0f);
-    fall.turn = time_to_rest_f32(poles, fabs_f32(value), fall.is_negative ? -rate : rate); /* rule 3 */
+    const bool is_negative = value < 0.0f || (!(value > 0.0f) && rate < 0.0f);
+    const float turn = time_to_rest_f32(poles, fabs_f32(value), is_negative ? -rate : rate); /* rule 3 */
+    const fall_f32 fall = {is_rate, sign, 0.0f, is_negative, turn};
     return fall;
 }
 
 /* Sign changes of (+, g', g'') for the height, (+, g') for its rate, where a leg relaxes of (D + l) of the last of
  * these, and of the last one, a motion of the pair alone; a zero goes with what follows on it. */
-static int variations_in_fall_f32(const fall_f32 *fall, const jet_f32 *at, bool last) {
-    const float l = fall->relaxes;
+static int variations_in_fall_f32(const fall_f32 *fall, float l, const jet_f32 *at, bool last) {
     const float relaxed = fall->is_rate ? at->curvature + l * at->rate : at->third + l * at->curvature;
     const bool third = HOPFORM_FLIGHT_HAS_DECAY && l > 0.0f ? relaxed < 0.0f || (!(relaxed > 0.0f) && last) : last;
     const bool curvature = fall->is_rate ? third : at->curvature < 0.0f || (!(at->curvature > 0.0f) && third);
@@ -180,81 +210,100 @@ static float lower_bound_f32(const jet_f32 *from, const jet_f32 *to, float m, fl
     return from->value + (from->rate + 0.5f * m * t) * t;
 }
 
-/* Whether it has no root before the end of the interval; else the interval is cut. Rule 2 with one pole at 0 more than
- * in a stance: g''' is a motion of the pair, or (D + l) g''' where a leg relaxes. */
-static bool is_certified_in_fall_f32(const fall_f32 *fall, interval_f32 *in) {
-    const event_function_f32 *g = &fall->set.function[0];
-    const jet_f32 *from = &in->from[0];
-    const jet_f32 to = jet_at_f32(fall->set.poles, g, &in->high);
-    const float h = in->high.t - in->low.t;
-    const bool before = fall->is_negative != (in->low.t >= fall->turn);
-    const bool after = fall->is_negative != (in->high.t > fall->turn);
-    if (variations_in_fall_f32(fall, from, before) + (before != after ? 1 : 0)
-        <= variations_in_fall_f32(fall, &to, after)) {
+/* Whether it has no root between two times; else where the interval is cut. Rule 2 with one pole at 0 more than in a
+ * stance: g''' is a motion of the pair, or (D + l) g''' where a leg relaxes. */
+static bool is_certified_in_fall_f32(const flight_chain_f32 *chain, const fall_f32 *fall, const fall_at_f32 *low,
+                                      const fall_at_f32 *high, float *cut) {
+    const jet_f32 *from = &low->jet;
+    const jet_f32 *to = &high->jet;
+    const float l = chain->relaxes;
+    const float h = high->moved.t - low->moved.t;
+    const bool before = fall->is_negative != (low->moved.t >= fall->turn);
+    const bool after = fall->is_negative != (high->moved.t > fall->turn);
+    if (variations_in_fall_f32(fall, l, from, before) + (before != after ? 1 : 0)
+        <= variations_in_fall_f32(fall, l, to, after)) {
         return true;
     }
-    const bool has_minimum = begins_to_fall_f32(from) && !(to.rate < 0.0f); /* a rate may have faded */
+    const bool has_minimum = begins_to_fall_f32(from) && !(to->rate < 0.0f); /* a rate may have faded */
     const float inside =
-        has_minimum ? cut_between_f32(from->rate, to.rate, h) : cut_between_f32(from->curvature, to.curvature, h);
-    const float cut = before != after ? fall->turn : in->low.t + inside;
-    float m = lesser_f32(lesser_f32(from->curvature, to.curvature), 0.0f);
-    if (HOPFORM_FLIGHT_HAS_DECAY && fall->relaxes > 0.0f && from->third < 0.0f && to.third > 0.0f) {
+        has_minimum ? cut_between_f32(from->rate, to->rate, h) : cut_between_f32(from->curvature, to->curvature, h);
+    *cut = before != after ? fall->turn : low->moved.t + inside;
+    float m = lesser_f32(lesser_f32(from->curvature, to->curvature), 0.0f);
+    if (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0f && from->third < 0.0f && to->third > 0.0f) {
         m += h * from->third; /* exp(l t) g''' rises */
     }
     const bool bends_least_at_an_end = before == after && !(fall->is_rate && before);
-    if ((bends_least_at_an_end && lower_bound_f32(from, &to, m, h) > -rounding_of_f32(g, &in->high, to.rate))
-        || !(cut > in->low.t && cut < in->high.t)) { /* too short to be cut */
-        return true;
-    }
-    end_interval_at_f32(&fall->set, in, cut);
-    return false;
-}
-
-/* The same of the pull, whose rate is a motion of the pair: it has one minimum at most, at a time that is known (rule
- * 3). The distance to a stop has none. */
-static bool is_certified_in_slip_f32(const event_set_f32 *set, interval_f32 *in) {
-    const event_function_f32 *g = &set->function[0];
-    const jet_f32 *from = &in->from[0];
-    if (g->touch_is_no_event || !begins_to_fall_f32(from) || rate_at_f32(g, &in->high) < 0.0f) { return true; }
-    const float lowest = in->low.t + time_to_rest_f32(set->poles, -from->rate, -from->curvature);
-    if (!(lowest > in->low.t && lowest < in->high.t)) { return true; }
-    end_interval_at_f32(set, in, lowest);
-    return false;
+    return (bends_least_at_an_end && lower_bound_f32(from, to, m, h) > -rounding_in_fall_f32(chain, fall, high))
+           || !(*cut > low->moved.t && *cut < high->moved.t); /* too short to be cut */
 }
 
 /* ---- the search ---- */
 
-/* Whether the function of a set has a root between two times; the later one is put at the first root then. The set is
- * that of a fall unless this is NULL. It ends without one where the phase has had as many intervals as it may. */
-static bool has_root_in_flight_f32(flight_chain_f32 *chain, event_set_f32 *set, const fall_f32 *fall,
-                                    const propagator_f32 *low, propagator_f32 *end) {
-    event_function_f32 *g = &set->function[0];
-    evaluations_f32 evaluations = {UNBOUNDED_f32};
-    interval_f32 in;
-    in.evaluations = &evaluations;
-    in.low = *low;
-    in.high = *end;
-    in.found = -1;
-    in.from[0] = jet_at_f32(set->poles, g, low);
-    in.to = in.from[0];
-    const float value = in.from[0].value;
-    if (value < (in.from[0].rate > 0.0f ? rounding_of_f32(g, low, in.from[0].rate) : 0.0f)) {
-        g->start -= value; /* where it begins at a root it begins at 0 */
-        in.from[0].value = 0.0f;
+/* The root between two times, at the first of which it is positive, or 0 and rises, and at the second negative:
+ * Householder's steps, until what one leaves is less than rounding of the time. */
+static fall_at_f32 root_in_fall_f32(const flight_chain_f32 *chain, const fall_f32 *fall, const fall_at_f32 *low,
+                                      const fall_at_f32 *high) {
+    float from = low->moved.t;
+    fall_at_f32 beyond = *high;
+    float t = from + (beyond.moved.t - from) * rough_root_f32(&low->jet, &high->jet, beyond.moved.t - from);
+    for (int n = 0; n < 100; n++) {
+        const float to = beyond.moved.t;
+        if (!(t > from && t < to) || (n > 8 && n % 2 == 1)) { t = from + 0.5f * (to - from); }
+        if (!(t > from && t < to)) { break; }
+        const fall_at_f32 at = fall_after_f32(chain, fall, t);
+        const jet_f32 *jet = &at.jet;
+        if (fabs_f32(jet->value) <= HOPFORM_EPS_f32 * t * fabs_f32(jet->rate)) { return at; }
+        if (jet->value < 0.0f) {
+            beyond = at;
+        } else {
+            from = t;
+        }
+        const float step = -step_to_root_f32(jet);
+        const float bend = jet->curvature / (jet->rate < 0.0f ? jet->rate : -1.0f);
+        const float third = jet->third / (jet->rate < 0.0f ? jet->rate : -1.0f);
+        const float share = step / t;
+        const float square = step * step * (chain->pair.square + bend * bend + fabs_f32(third));
+        const float left = 0.25f * HOPFORM_EPS_f32;
+        t += step;
+        if (jet->rate < 0.0f && t > from && t < beyond.moved.t
+            && share * share * (square * square * square) <= left * left) {
+            return fall_after_f32(chain, fall, t);
+        }
     }
-    if (!(in.from[0].value > 0.0f) && begins_to_fall_f32(&in.from[0]) && value_at_f32(g, end) < 0.0f) {
-        *end = *low;
+    return beyond;
+}
+
+/* Whether it has a root between two times of the phase; the later one is put at the first root then. It ends without
+ * one where the phase has had as many intervals as it may. */
+static bool has_root_in_fall_f32(flight_chain_f32 *chain, fall_f32 *fall, const alone_f32 *from, alone_f32 *end) {
+    fall_at_f32 low = {*from, jet_in_fall_f32(chain, fall, from)};
+    if (low.jet.value < (low.jet.rate > 0.0f ? rounding_in_fall_f32(chain, fall, &low) : 0.0f)) {
+        fall->shift = low.jet.value;
+        low.jet.value = 0.0f;
+    }
+    const fall_at_f32 last = {*end, jet_in_fall_f32(chain, fall, end)};
+    if (!(low.jet.value > 0.0f) && begins_to_fall_f32(&low.jet) && last.jet.value < 0.0f) {
+        *end = *from;
         return true;
     }
+    fall_at_f32 high = last;
     for (; chain->intervals < HOPFORM_MOST_INTERVALS; chain->intervals++) {
-        end_at_first_crossing_f32(set, &in, false);
-        if (!(fall != NULL ? is_certified_in_fall_f32(fall, &in) : is_certified_in_slip_f32(set, &in))) { continue; }
-        if (in.found >= 0 || !(in.high.t < end->t)) {
-            *end = in.high;
-            return in.found >= 0;
+        const float rounding = rounding_in_fall_f32(chain, fall, &high);
+        const float h = high.moved.t - low.moved.t;
+        const bool found = high.jet.value < 0.0f && lesser_f32(high.jet.value, high.jet.rate * h) < -rounding;
+        if (found) { high = root_in_fall_f32(chain, fall, &low, &high); }
+        float cut;
+        if (!is_certified_in_fall_f32(chain, fall, &low, &high, &cut)) {
+            high = fall_after_f32(chain, fall, cut);
+            continue;
         }
-        begin_interval_f32(set, &in);
-        in.high = *end;
+        if (found || !(high.moved.t < end->t)) {
+            *end = high.moved;
+            return found;
+        }
+        low = high;
+        low.jet.value = greater_f32(low.jet.value, 0.0f);
+        high = last;
     }
     return false;
 }
@@ -267,98 +316,6 @@ static float gap_in_flight_f32(const flight_chain_f32 *chain) {
     return chain->now.side > 0 ? upper_stop_f32(chain->robot) - position : position - lower_stop_f32(chain->robot);
 }
 
-/* The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase begins,
- * of the stop, and of the displacement between. */
-static flight_end_f32 end_at_stop_f32(flight_chain_f32 *chain, flight_end_f32 end) {
-    const hopform_flight_phase_f32 *now = &chain->now;
-    const numerator_f32 displacement = displacement_numerator_f32(now->v1, now->acc1, &chain->poles);
-    const propagator_f32 first = propagator_at_start_f32(&chain->poles);
-    const float away = -(float)now->side;
-    const float gap = gap_in_flight_f32(chain);
-    if (!is_finite_f32(gap)) { return end; }
-    event_set_f32 set;
-    set.poles = &chain->poles;
-    set.count = 0;
-    event_function_f32 *stop = add_event_function_f32(&set, &displacement, away * gap, away, ELEMENT_f32);
-    stop->touch_is_no_event = true;
-    const float left = value_at_f32(stop, &chain->last);
-    const float position = now->x1;
-    const float size = fabs_f32(position) + fabs_f32(position - away * gap) + fabs_f32(gap - left);
-    const bool touches = end == FLIGHT_REST_f32 && fabs_f32(left) <= 16.0f * HOPFORM_EPS_f32 * size;
-    return touches || has_root_in_flight_f32(chain, &set, NULL, &first, &chain->last) ? FLIGHT_STOP_f32 : end;
-}
-
-/* The magnitudes that the room of the pull is a difference of. */
-static float terms_of_room_in_flight_f32(const flight_chain_f32 *chain) {
-    const hopform_flight_phase_f32 *now = &chain->now;
-    return fabs_f32(chain->gains.Kp * now->x1) + fabs_f32(chain->gains.Kd * now->v1) + chain->largest;
-}
-
-/* Where the pull reaches the limit of the input, or leaves it, before the last instant; to what. */
-static flight_end_f32 end_at_pull_f32(flight_chain_f32 *chain, flight_end_f32 end, int *to) {
-    const hopform_flight_phase_f32 *now = &chain->now;
-    const hopform_gains_f32 *gains = &chain->gains;
-    const float proportional = gains->Kp * now->x1;
-    const float derivative = gains->Kd * now->v1;
-    const float terms = terms_of_room_in_flight_f32(chain);
-    const numerator_f32 pull = pull_numerator_f32(gains, now->v1, now->acc1, &chain->poles);
-    const propagator_f32 first = propagator_at_start_f32(&chain->poles);
-    for (int side = -1; side <= 1 && (gains->Kp > 0.0f || gains->Kd > 0.0f); side += 2) {
-        const float start = proportional + derivative - (float)side * chain->largest;
-        event_set_f32 set;
-        set.poles = &chain->poles;
-        set.count = 0;
-        event_function_f32 *room =
-            add_event_function_f32(&set, &pull, start, (float)(now->limit == 0 ? -side : side), ELEMENT_f32);
-        put_on_threshold_f32(room, terms);
-        propagator_f32 at = chain->last;
-        if (side != -now->limit && has_root_in_flight_f32(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {
-            chain->last = at;
-            *to = now->limit == 0 ? side : 0;
-            end = FLIGHT_PULL_f32;
-        }
-    }
-    return end;
-}
-
-/* Put how the flight would end at a time of the phase into it; not behind the horizon by rounding. */
-static void put_ending_f32(const flight_chain_f32 *chain, const jet_f32 *displacement, float t) {
-    chain->flight->duration = lesser_f32(chain->now.t + t, chain->horizon);
-    chain->flight->end = state_in_flight_f32(chain->robot, &chain->start, &chain->now, displacement, t);
-}
-
-/* Before the foot has been above the ground: whether it is, and whether it is higher than before. */
-static void look_at_foot_f32(flight_chain_f32 *chain, const propagator_f32 *at) {
-    const float height = value_at_f32(&chain->height, at);
-    if (!chain->airborne && height > chain->highest) {
-        const jet_f32 displacement = displacement_in_flight_f32(&chain->poles, &chain->now, at);
-        chain->airborne = height > rounding_of_f32(&chain->height, at, 0.0f);
-        chain->highest = height;
-        put_ending_f32(chain, &displacement, at->t);
-        chain->at_highest = *chain->flight;
-    }
-}
-
-/* The velocity of what falls, where the phase begins. */
-static float falling_in_flight_f32(const flight_chain_f32 *chain) {
-    return chain->start.v2 - chain->fall * chain->now.t;
-}
-
-/* Height of the foot if the leg were the shortest. */
-static float height_of_shortest_f32(const flight_chain_f32 *chain) {
-    const float longer = chain->now.x1 - lower_stop_f32(chain->robot);
-    return chain->height.start + longer + greater_f32(left_in_leg_f32(chain, chain->now.t), 0.0f);
-}
-
-/* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
-static float longest_phase_f32(const flight_chain_f32 *chain) {
-    const float until = chain->horizon - chain->now.t;
-    const float height = height_of_shortest_f32(chain);
-    if (!chain->airborne || !(height >= 0.0f && height <= HOPFORM_NEVER_f32)) { return until; }
-    const float fallen = 1.01f * time_of_fall_f32(chain->robot, falling_in_flight_f32(chain), height);
-    return fallen < until && fallen > 0.0f ? fallen : until;
-}
-
 /* The acceleration under what the motor does now, at a velocity, with the friction of a side. */
 static float acceleration_of_f32(const flight_chain_f32 *chain, float velocity, int side) {
     const flight_rates_f32 *rates = &chain->rates;
@@ -367,22 +324,92 @@ static float acceleration_of_f32(const flight_chain_f32 *chain, float velocity, 
                       : acceleration_at_limit_f32(chain->robot, rates, velocity, (float)side, (float)limit);
 }
 
-/* When the element comes to rest. Where nothing grows with its position, and nothing would turn it back at rest, its
- * velocity fades and never vanishes. */
-static float time_of_rest_f32(const flight_chain_f32 *chain) {
-    const float side = (float)chain->now.side;
-    const bool fades = !(chain->poles.q > 0.0f) && side * acceleration_of_f32(chain, 0.0f, chain->now.side) >= 0.0f;
-    return fades ? HOPFORM_NEVER_f32 : time_to_rest_f32(&chain->poles, side * chain->now.v1, side * chain->now.acc1);
+/* The magnitudes that the room of the pull is a difference of. */
+static float terms_of_room_in_flight_f32(const flight_chain_f32 *chain) {
+    const hopform_flight_phase_f32 *now = &chain->now;
+    return fabs_f32(chain->gains.Kp * now->x1) + fabs_f32(chain->gains.Kd * now->v1) + chain->largest;
+}
+
+/* The room of the pull to the limits of the input, or at a limit what it is beyond that. */
+static void put_room_in_flight_f32(const flight_chain_f32 *chain, alone_search_f32 *search) {
+    const hopform_flight_phase_f32 *now = &chain->now;
+    const hopform_gains_f32 *gains = &chain->gains;
+    const float start = gains->Kp * now->x1 + gains->Kd * now->v1;
+    const float terms = terms_of_room_in_flight_f32(chain);
+    const numerator_f32 pull = pull_numerator_f32(gains, now->v1, now->acc1, &chain->poles);
+    for (int side = -1; side <= 1 && (gains->Kp > 0.0f || gains->Kd > 0.0f); side += 2) {
+        if (side != -now->limit) {
+            const float sign = (float)(now->limit == 0 ? -side : side);
+            (void)add_alone_function_f32(search, &pull, start - (float)side * chain->largest, terms, sign, LIMIT_f32,
+                                          now->limit == 0 ? side : 0);
+        }
+    }
+}
+
+/* The end of a slipping phase at a time at the latest: a stop, a limit of the input, or rest. It touches a stop at rest
+ * within rounding of where the phase begins, of the stop, and of the displacement between. */
+static flight_end_f32 end_of_slip_f32(flight_chain_f32 *chain, float until, int *to) {
+    const hopform_flight_phase_f32 *now = &chain->now;
+    const float gap = gap_in_flight_f32(chain);
+    evaluations_f32 evaluations = {UNBOUNDED_f32};
+    alone_search_f32 search;
+    begin_alone_search_f32(&search, HOPFORM_STOPPED_ELEMENT, &chain->poles,
+                            timescales_of_poles_f32(&chain->poles).half_period);
+    search.start = start_in_flight_f32(&chain->poles, now);
+    if (!(chain->pair.q > 0.0f)) { search.start.draw = (float)now->side * acceleration_of_f32(chain, 0.0f, now->side); }
+    if (is_finite_f32(gap)) { add_alone_guard_f32(&search, gap, ELEMENT_f32 + search.element)->stops = true; }
+    put_room_in_flight_f32(chain, &search);
+    find_alone_event_f32(&search, until, &evaluations);
+    chain->last = search.end;
+    *to = search.side;
+    const float size = fabs_f32(now->x1) + gap + search.end.s;
+    const float bound = 16.0f * HOPFORM_EPS_f32 * size;
+    const bool touches = search.stops || (is_finite_f32(gap) && fabs_f32(gap - search.end.s) <= bound);
+    const flight_end_f32 slips = search.owner == LIMIT_f32 ? FLIGHT_PULL_f32 : FLIGHT_HORIZON_f32;
+    const flight_end_f32 rests = touches ? FLIGHT_STOP_f32 : FLIGHT_REST_f32;
+    return search.owner == ELEMENT_f32 + search.element ? rests : slips;
+}
+
+/* Put how the flight would end at a time of the phase into it; not behind the horizon by rounding. */
+static void put_ending_f32(const flight_chain_f32 *chain, const alone_f32 *at) {
+    chain->flight->duration = lesser_f32(chain->now.t + at->t, chain->horizon);
+    chain->flight->end = state_in_flight_f32(chain->robot, &chain->start, &chain->now, at);
+}
+
+/* Before the foot has been above the ground: whether it is, and whether it is higher than before. */
+static void look_at_foot_f32(flight_chain_f32 *chain, const alone_f32 *at) {
+    const float height = height_in_flight_f32(chain, at);
+    if (!chain->airborne && height > chain->highest) {
+        chain->airborne = height > rounding_in_flight_f32(chain, at, 0.0f);
+        chain->highest = height;
+        put_ending_f32(chain, at);
+        chain->at_highest = *chain->flight;
+    }
+}
+
+/* Height of the foot if the leg were the shortest. */
+static float height_of_shortest_f32(const flight_chain_f32 *chain) {
+    const float longer = chain->now.x1 - lower_stop_f32(chain->robot);
+    return chain->height + longer + greater_f32(left_in_leg_f32(chain, chain->now.t), 0.0f);
+}
+
+/* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
+static float longest_phase_f32(const flight_chain_f32 *chain) {
+    const float until = chain->horizon - chain->now.t;
+    const float height = height_of_shortest_f32(chain);
+    if (!chain->airborne || !(height >= 0.0f && height <= HOPFORM_NEVER_f32)) { return until; }
+    const float fallen = 1.01f * time_of_fall_f32(chain->robot, chain->rate, height);
+    return fallen < until && fallen > 0.0f ? fallen : until;
 }
 
 /* The end of a phase in which the foot moves on a parabola. */
 static flight_end_f32 end_of_parabola_f32(flight_chain_f32 *chain) {
     const float until = chain->horizon - chain->now.t;
-    const float height = chain->height.start;
-    const float rate = chain->height.H3;
+    const float height = chain->height;
+    const float rate = chain->rate;
     const float g = chain->fall;
     if (!chain->airborne && rate > 0.0f) {
-        const propagator_f32 top = propagator_at_f32(&chain->poles, lesser_f32(rate / g, until));
+        const alone_f32 top = {lesser_f32(rate / g, until), 0.0f, 0.0f, 0.0f};
         look_at_foot_f32(chain, &top);
     }
     const float square = rate * rate + 2.0f * g * height;
@@ -390,29 +417,28 @@ static flight_end_f32 end_of_parabola_f32(flight_chain_f32 *chain) {
     const float slower = then - rate > 0.0f ? then - rate : 1.0f;
     const float down = rate > 0.0f ? (rate + then) / g : 2.0f * greater_f32(height, 0.0f) / slower;
     const bool lands = chain->airborne && down <= until;
-    chain->last = propagator_at_start_f32(&chain->poles); /* the element rests: nothing else is asked of it */
-    chain->last.t = lands ? down : until;
+    const alone_f32 last = {lands ? down : until, 0.0f, 0.0f, 0.0f};
+    chain->last = last;
     return lands ? FLIGHT_TOUCHDOWN_f32 : FLIGHT_HORIZON_f32;
 }
 
 /* Where the foot meets the ground after it has been above it, up to the last instant. Before, it is followed from where
  * it is highest, or lowest, to the next such point. */
 static flight_end_f32 end_at_touchdown_f32(flight_chain_f32 *chain, flight_end_f32 end) {
-    propagator_f32 low = propagator_at_start_f32(&chain->poles);
-    const jet_f32 first = jet_at_f32(&chain->poles, &chain->height, &low);
+    alone_f32 low = start_in_flight_f32(&chain->poles, &chain->now);
+    fall_f32 height = fall_search_f32(chain, false, 1.0f);
+    const jet_f32 first = jet_in_fall_f32(chain, &height, &low);
     float sign = begins_to_fall_f32(&first) ? -1.0f : 1.0f;
     while (!chain->airborne && low.t < chain->last.t) {
-        const event_function_f32 onward = rate_of_height_f32(chain, sign);
-        fall_f32 fall = fall_search_f32(chain, &onward, true, sign);
-        propagator_f32 turn = chain->last;
-        (void)has_root_in_flight_f32(chain, &fall.set, &fall, &low, &turn);
+        fall_f32 onward = fall_search_f32(chain, true, sign);
+        alone_f32 turn = chain->last;
+        (void)has_root_in_fall_f32(chain, &onward, &low, &turn);
         low = turn;
         sign = -sign;
         look_at_foot_f32(chain, &low);
     }
     if (!chain->airborne) { return end; }
-    fall_f32 fall = fall_search_f32(chain, &chain->height, false, 1.0f);
-    return has_root_in_flight_f32(chain, &fall.set, &fall, &low, &chain->last) ? FLIGHT_TOUCHDOWN_f32 : end;
+    return has_root_in_fall_f32(chain, &height, &low, &chain->last) ? FLIGHT_TOUCHDOWN_f32 : end;
 }
 
 /* Finds the last instant of the phase, and what ends it; to what the pull changes. */
@@ -421,14 +447,10 @@ static flight_end_f32 find_end_in_flight_f32(flight_chain_f32 *chain, int *to) {
         return end_of_parabola_f32(chain);
     }
     const float until = longest_phase_f32(chain);
-    const float rest = chain->now.side != 0 ? time_of_rest_f32(chain) : HOPFORM_NEVER_f32;
-    flight_end_f32 end = rest <= until ? FLIGHT_REST_f32 : FLIGHT_HORIZON_f32;
-    chain->last = propagator_at_f32(&chain->poles, lesser_f32(rest, until));
-    if (chain->now.side != 0) {
-        end = end_at_stop_f32(chain, end);
-        end = end_at_pull_f32(chain, end, to);
-    }
-    return end_at_touchdown_f32(chain, end);
+    const alone_f32 last = {until, 0.0f, 0.0f, 0.0f};
+    chain->last = last;
+    return end_at_touchdown_f32(chain,
+                                 chain->now.side != 0 ? end_of_slip_f32(chain, until, to) : FLIGHT_HORIZON_f32);
 }
 
 /* ---- the chain ---- */
@@ -506,11 +528,15 @@ static void begin_flight_f32(flight_chain_f32 *chain) {
  * highest. */
 static void begin_phase_f32(flight_chain_f32 *chain) {
     chain->poles = poles_in_flight_f32(&chain->rates, chain->now.limit);
-    chain->height = height_in_flight_f32(chain);
+    chain->pair = pair_in_flight_f32(&chain->poles);
+    const float t = chain->now.t;
+    chain->rate = chain->start.v2 - chain->fall * t;
+    chain->height = (chain->start.x1 - chain->now.x1) + (chain->start.v2 - 0.5f * chain->fall * t) * t - chain->start.y;
     chain->intervals = 0;
     if (chain->flight->phase_count == 1) {
-        const propagator_f32 first = propagator_at_start_f32(&chain->poles);
-        const jet_f32 at = jet_at_f32(&chain->poles, &chain->height, &first);
+        const alone_f32 first = start_in_flight_f32(&chain->poles, &chain->now);
+        const fall_f32 height = fall_search_f32(chain, false, 1.0f);
+        const jet_f32 at = jet_in_fall_f32(chain, &height, &first);
         const float rates = fabs_f32(chain->start.v2) + fabs_f32(chain->now.v1);
         const bool relaxes = HOPFORM_FLIGHT_HAS_DECAY && fabs_f32(chain->leg) > 0.0f;
         const bool rises = !(at.value < 0.0f) && at.rate > 16.0f * HOPFORM_EPS_f32 * rates;
@@ -524,8 +550,7 @@ static int32_t run_flight_f32(flight_chain_f32 *chain) {
     begin_flight_f32(chain);
     while (flight->phase_count <= chain->max_phases) {
         begin_phase_f32(chain);
-        if (!chain->airborne && falling_in_flight_f32(chain) < 0.0f
-            && height_of_shortest_f32(chain) < chain->highest) {
+        if (!chain->airborne && chain->rate < 0.0f && height_of_shortest_f32(chain) < chain->highest) {
             /* The foot cannot come as high again: it falls, and is too low for the shortest leg. */
             *flight = chain->at_highest;
             return HOPFORM_FLIGHT_TRIPPED;
@@ -536,8 +561,7 @@ static int32_t run_flight_f32(flight_chain_f32 *chain) {
             flight->phase_count = 0; /* report_flight refuses it */
             return HOPFORM_FLIGHT_HORIZON;
         }
-        const jet_f32 displacement = displacement_in_flight_f32(&chain->poles, &chain->now, &chain->last);
-        put_ending_f32(chain, &displacement, chain->last.t);
+        put_ending_f32(chain, &chain->last);
         chain->now.t = flight->duration;
         if (end == FLIGHT_TOUCHDOWN_f32) {
             flight->end.y = left_in_leg_f32(chain, flight->duration);
@@ -548,14 +572,14 @@ static int32_t run_flight_f32(flight_chain_f32 *chain) {
             *flight = chain->airborne ? *flight : chain->at_highest;
             return chain->airborne ? HOPFORM_FLIGHT_HORIZON : HOPFORM_FLIGHT_TRIPPED;
         }
+        const float goes = (float)chain->now.side;
         chain->now.x1 = flight->end.x1;
         chain->now.v1 = flight->end.v1;
-        chain->now.acc1 = displacement.curvature;
+        chain->now.acc1 = goes * alone_acceleration_f32(&chain->pair, &chain->last);
         if (end == FLIGHT_PULL_f32) {
             /* Through the law the acceleration would have the rounding of the position times Kp. */
             const float limit = (float)(side != 0 ? side : chain->now.limit);
-            const float goes = (float)chain->now.side;
-            chain->now.acc1 = acceleration_at_limit_f32(chain->robot, &chain->rates, displacement.rate, goes, limit);
+            chain->now.acc1 = acceleration_at_limit_f32(chain->robot, &chain->rates, chain->now.v1, goes, limit);
             chain->now.limit = (int8_t)side;
             record_in_flight_f32(chain,
                                   side == 0 ? HOPFORM_FLIGHT_EVENT_U_DESATURATES : HOPFORM_FLIGHT_EVENT_U_SATURATES);
@@ -731,10 +755,11 @@ static hopform_state_f32 state_of_flight_f32(const hopform_plan_f32 *plan, const
                                                const hopform_flight_phase_f32 *phase, float t) {
     hopform_state_f32 start = flight->start;
     const hopform_poles_f32 poles = poles_in_flight_f32(rates, phase->limit);
-    const propagator_f32 at = propagator_at_f32(&poles, t - phase->t);
-    const jet_f32 displacement = displacement_in_flight_f32(&poles, phase, &at);
+    const alone_pair_f32 pair = pair_in_flight_f32(&poles);
+    const alone_f32 from = start_in_flight_f32(&poles, phase);
+    const alone_f32 at = moved_in_flight_f32(&pair, &from, t - phase->t);
     start.y += flight->ground;
-    return state_in_flight_f32(&plan->robot, &start, phase, &displacement, at.t);
+    return state_in_flight_f32(&plan->robot, &start, phase, &at);
 }
 
 static flight_rates_f32 rates_of_flight_f32(const hopform_plan_f32 *plan, const hopform_flight_f32 *flight) {
@@ -763,22 +788,22 @@ int32_t hopform_flight_at_f32(const hopform_plan_f32 *plan, const hopform_flight
 
 /* Integral of the square of the velocity over the first t of a phase: z = (v, a) has I(2h) = I(h) + Phi(h) I(h)
  * Phi(h)^T, as in the stance's ledger, from a short time by Gauss's rule. */
-static float square_of_velocity_f32(const hopform_poles_f32 *poles, const hopform_flight_phase_f32 *phase, float t) {
+static float square_of_velocity_f32(const alone_pair_f32 *pair, const alone_f32 *start, float t) {
+    const hopform_poles_f32 *poles = pair->poles;
     float h = t;
     int doublings = halve_f32(poles, &h);
     float squares[] = {0.0f, 0.0f, 0.0f}; /* of v v, v a, a a */
     for (int node = 0; node < HOPFORM_NODES_f32; node++) {
-        const propagator_f32 at = propagator_at_f32(poles, place_f32[node] * h);
-        const jet_f32 displacement = displacement_in_flight_f32(poles, phase, &at);
-        const float numerators[] = {displacement.rate, displacement.curvature};
+        const alone_f32 at = moved_in_flight_f32(pair, start, place_f32[node] * h);
+        const float numerators[] = {at.v, alone_acceleration_f32(pair, &at)};
         for (int n = 0; n < 3; n++) {
             squares[n] += weight_f32[node] * h * numerators[n / 2] * numerators[(n + 1) / 2];
         }
     }
-    for (; doublings > 0 && phase->side != 0; doublings--) {
-        const basis_f32 basis = basis_at_f32(poles, h);
-        const float of_v[] = {basis.Wdd + poles->p * basis.Wd, -poles->q * basis.Wd};
-        const float of_a[] = {basis.Wd, basis.Wdd};
+    for (; doublings > 0 && fabs_f32(start->v) + fabs_f32(start->draw) > 0.0f; doublings--) {
+        const known_pair_f32 by = response_over_f32(pair, h);
+        const float of_v[] = {by.Rd + pair->p * by.R, -pair->q * by.R};
+        const float of_a[] = {by.R, by.Rd};
         const float before[] = {squares[0], squares[1], squares[2]};
         for (int n = 0; n < 3; n++) {
             const int i = n / 2;
@@ -797,10 +822,11 @@ static void add_work_f32(hopform_flight_ledger_f32 *ledger, const hopform_plan_f
                           const hopform_flight_phase_f32 *phase, float t) {
     const hopform_robot_f32 *robot = &plan->robot;
     const hopform_poles_f32 poles = poles_in_flight_f32(rates, phase->limit);
-    const propagator_f32 at = propagator_at_f32(&poles, t);
-    const jet_f32 displacement = displacement_in_flight_f32(&poles, phase, &at);
+    const alone_pair_f32 pair = pair_in_flight_f32(&poles);
+    const alone_f32 start = start_in_flight_f32(&poles, phase);
+    const alone_f32 at = moved_in_flight_f32(&pair, &start, t);
     const float rise = (flight->start.v2 - fall_of_f32(robot) * (phase->t + 0.5f * t)) * t;
-    const flight_integrals_f32 integrals = {displacement.value, square_of_velocity_f32(&poles, phase, t), rise};
+    const flight_integrals_f32 integrals = {(float)phase->side * at.s, square_of_velocity_f32(&pair, &start, t), rise};
     const hopform_flight_ledger_f32 part = flight_ledger_of_f32(
         robot, &flight->gains, largest_force_f32(robot), phase->x1, (float)phase->side, (float)phase->limit, &integrals);
     (void)ledger; /* of a model in which nothing does work */

@@ -3,20 +3,20 @@
  * A flight as a chain of phases: what the contact has carried is ballistic, the element that has stops returns under
  * the law or at the limit of its input, slips or is held. It ends at the first downward crossing of the ground ahead.
  *
- * Its phases are phases of the engine (event_function_f64.h) whose real pole is 0. The distance to a stop and the pull
- * of the law are event functions like those of a stance. The height over the ground is one with H_0, because it falls
- * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a period of
- * the pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
- * compression is in the height, too, and fades as exp(-l t).
+ * The element slips alone, as in a stance (alone_f64.h): the distance to a stop is a guard, and the pull of the law a
+ * function of s and v. The height over the ground is one that falls freely besides. A phase in which the element slips
+ * ends at the latest where its velocity vanishes, within half a period of the pair (rule 3). While it is held the
+ * height is a parabola, whose root is known. What a damper leaves of the leg's compression is in the height, too, and
+ * fades as exp(-l t).
  */
 #ifndef HOPFORM_FLIGHT_H_f64
 #define HOPFORM_FLIGHT_H_f64
 
 #include "chain_f64.h"
 #include "facts.h"
-#include "first_event_f64.h"
 #include "linear_f64.h"
 #include "overlap_f64.h"
+#include "plan_f64.h"
 
 typedef enum {
     FLIGHT_STOP_f64,
@@ -29,12 +29,18 @@ typedef enum {
 /* A search for the height over the ground ahead, or for the sign of its rate. The last derivative that rule 2 goes by
  * is a motion of the pair alone: whether it begins below 0, and when it changes its sign. */
 typedef struct {
-    event_set_f64 set; /* of this function alone */
-    bool is_rate;       /* it is the rate: one derivative less */
-    double relaxes;       /* the pole that is removed besides, 0 if there is none */
+    bool is_rate; /* it is the rate: one derivative less */
+    double sign;
+    double shift; /* by which it is lowered, of rounding: where it begins at a root it begins at 0 */
     bool is_negative;
     double turn;
 } fall_f64;
+
+/* The element at a time of the phase, and such a function there. */
+typedef struct {
+    alone_f64 moved;
+    jet_f64 jet;
+} fall_at_f64;
 
 /* The chain while it grows. */
 typedef struct {
@@ -46,8 +52,9 @@ typedef struct {
     double leg, relaxes;              /* compression that a damper leaves in the leg, and the rate of that */
     hopform_flight_phase_f64 now;  /* the phase */
     hopform_poles_f64 poles;       /* of it */
-    event_function_f64 height;     /* of the foot over the ground ahead */
-    propagator_f64 last;           /* where it ends */
+    alone_pair_f64 pair;           /* the same */
+    double height, rate;              /* of the foot over the ground ahead, without the leg's; of what falls: its start */
+    alone_f64 last;                /* where it ends */
     bool airborne;                  /* the foot has been above the ground */
     double highest;                   /* else: how high it has been, where and when */
     hopform_flight_f64 at_highest; /* as far as it is filled */
@@ -69,27 +76,35 @@ static hopform_poles_f64 poles_in_flight_f64(const flight_rates_f64 *rates, int 
     return limit == 0 ? pair_alone_f64(rates->p_law, rates->q_law) : pair_alone_f64(rates->p_free, 0.0);
 }
 
-/* How far the element has moved since a phase began, its velocity and its acceleration. */
-static jet_f64 displacement_in_flight_f64(const hopform_poles_f64 *poles, const hopform_flight_phase_f64 *phase,
-                                            const propagator_f64 *at) {
-    const jet_f64 rest = {0.0, 0.0, 0.0, 0.0};
+static inline alone_pair_f64 pair_in_flight_f64(const hopform_poles_f64 *poles) {
+    return alone_pair_of_f64(poles, 0.25 * poles->p * poles->p < poles->q);
+}
+
+/* The start of a phase's motion. */
+static inline alone_f64 start_in_flight_f64(const hopform_poles_f64 *poles, const hopform_flight_phase_f64 *phase) {
     const numerator_f64 h = displacement_numerator_f64(phase->v1, phase->acc1, poles);
-    const event_function_f64 displacement = event_function_of_f64(&h, 0.0);
-    return phase->side != 0 ? short_jet_at_f64(&displacement, at) : rest;
+    const alone_f64 start = {0.0, 0.0, (double)phase->side * h.H3, (double)phase->side * h.H2};
+    return start;
+}
+
+/* The motion at a time of the phase. */
+static inline alone_f64 moved_in_flight_f64(const alone_pair_f64 *pair, const alone_f64 *start, double t) {
+    const known_pair_f64 response = response_over_f64(pair, t);
+    return alone_after_f64(pair, start, t, &response);
 }
 
 /* The state at a time of a phase; rounding or underflow may have put the position a last digit beyond a stop. */
 static hopform_state_f64 state_in_flight_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *start,
-                                               const hopform_flight_phase_f64 *phase, const jet_f64 *displacement,
-                                               double after) {
+                                               const hopform_flight_phase_f64 *phase, const alone_f64 *at) {
+    const double side = (double)phase->side;
     const double g = fall_of_f64(robot);
-    const double t = phase->t + after;
+    const double t = phase->t + at->t;
     const double rise = (start->v2 - 0.5 * g * t) * t;
-    const double moved = (phase->x1 - start->x1) + displacement->value;
-    const double position = lesser_f64(upper_stop_f64(robot), phase->x1 + displacement->value);
+    const double moved = (phase->x1 - start->x1) + side * at->s;
+    const double position = lesser_f64(upper_stop_f64(robot), phase->x1 + side * at->s);
     hopform_state_f64 state;
     state.x1 = greater_f64(lower_stop_f64(robot), position);
-    state.v1 = displacement->rate;
+    state.v1 = side * at->v;
     state.v2 = start->v2 - g * t;
     state.y = start->y - (rise - moved);
     return state;
@@ -106,39 +121,60 @@ static inline bool begins_to_fall_f64(const jet_f64 *at) {
     return at->rate < 0.0 || (!(at->rate > 0.0) && at->curvature < 0.0);
 }
 
-/* The height from where a phase begins: counted from the take-off, so that nothing adds up. */
-static event_function_f64 height_in_flight_f64(const flight_chain_f64 *chain) {
-    const hopform_state_f64 *start = &chain->start;
-    const hopform_flight_phase_f64 *now = &chain->now;
-    const hopform_poles_f64 *poles = &chain->poles;
-    const double g = chain->fall;
-    const double rate = start->v2 - g * now->t;
-    const double rise = (start->v2 - 0.5 * g * now->t) * now->t;
-    const numerator_f64 displacement = displacement_numerator_f64(now->v1, now->acc1, poles);
-    const numerator_f64 h = {rate - displacement.H3, poles->p * rate - g - displacement.H2,
-                              poles->q * rate - poles->p * g};
-    event_function_f64 height = event_function_of_f64(&h, (start->x1 - now->x1) + rise - start->y);
-    height.H0 = -poles->q * g;
-    height.decaying = left_in_leg_f64(chain, now->t);
-    height.decay = chain->relaxes;
-    return height;
+/* The height at a time of a phase: counted from the take-off, so that nothing adds up. */
+static double height_in_flight_f64(const flight_chain_f64 *chain, const alone_f64 *at) {
+    const double t = at->t;
+    return chain->height + (chain->rate - 0.5 * chain->fall * t) * t - (double)chain->now.side * at->s
+           + left_in_leg_f64(chain, chain->now.t + t);
 }
 
-/* Its rate, with a sign. */
-static event_function_f64 rate_of_height_f64(const flight_chain_f64 *chain, double sign) {
-    const event_function_f64 *g = &chain->height;
-    const numerator_f64 h = {sign * (g->H2 - chain->poles.p * g->H3), sign * (g->H1 - chain->poles.q * g->H3),
-                              sign * g->H0};
-    event_function_f64 rate = event_function_of_f64(&h, sign * g->H3);
-    rate.decaying = -sign * g->decay * g->decaying;
-    rate.decay = g->decay;
-    return rate;
+/* What rounding may have done to it. No term of s is much larger than s. */
+static double rounding_in_flight_f64(const flight_chain_f64 *chain, const alone_f64 *at, double rate) {
+    const double t = at->t;
+    return 16.0 * HOPFORM_EPS_f64
+           * (fabs_f64(chain->height) + fabs_f64(chain->rate * t) + 0.5 * chain->fall * t * t + at->s
+              + t * fabs_f64(rate));
 }
 
-/* The search for a root of one of the two, of the height itself or of its rate, with a sign: three derivatives of the
- * height remove what falls freely, (D + l) what fades. */
-static fall_f64 fall_search_f64(const flight_chain_f64 *chain, const event_function_f64 *g, bool is_rate,
-                                  double sign) {
+static jet_f64 jet_in_fall_f64(const flight_chain_f64 *chain, const fall_f64 *fall, const alone_f64 *at) {
+    const double p = chain->pair.p;
+    const double q = chain->pair.q;
+    const double side = (double)chain->now.side;
+    const double sign = fall->sign;
+    const double acc = at->draw - p * at->v;
+    const double third = -(p * acc + q * at->v);
+    const double fourth = -(p * third + q * acc);
+    const double l = HOPFORM_FLIGHT_HAS_DECAY ? chain->relaxes : 0.0;
+    const double left = left_in_leg_f64(chain, chain->now.t + at->t);
+    const double of_left = l * l * left;
+    const jet_f64 jet = {height_in_flight_f64(chain, at) - fall->shift,
+                          chain->rate - chain->fall * at->t - side * at->v - l * left,
+                          of_left - chain->fall - side * acc, -(side * third + l * of_left)};
+    const jet_f64 of_rate = {sign * jet.rate - fall->shift, sign * jet.curvature, sign * jet.third,
+                              sign * (l * l * of_left - side * fourth)};
+    return fall->is_rate ? of_rate : jet;
+}
+
+/* What rounding may have done to such a function. */
+static double rounding_in_fall_f64(const flight_chain_f64 *chain, const fall_f64 *fall, const fall_at_f64 *at) {
+    const double t = at->moved.t;
+    if (!fall->is_rate) { return rounding_in_flight_f64(chain, &at->moved, at->jet.rate); }
+    return 16.0 * HOPFORM_EPS_f64
+           * (fabs_f64(chain->rate) + chain->fall * t + fabs_f64(chain->now.v1) + at->moved.v
+              + t * fabs_f64(at->jet.rate));
+}
+
+static fall_at_f64 fall_after_f64(const flight_chain_f64 *chain, const fall_f64 *fall, double t) {
+    const alone_f64 start = start_in_flight_f64(&chain->poles, &chain->now);
+    fall_at_f64 at;
+    at.moved = moved_in_flight_f64(&chain->pair, &start, t);
+    at.jet = jet_in_fall_f64(chain, fall, &at.moved);
+    return at;
+}
+
+/* The search for a root of the height itself or of its rate, with a sign: three derivatives of the height remove what
+ * falls freely, (D + l) what fades. */
+static fall_f64 fall_search_f64(const flight_chain_f64 *chain, bool is_rate, double sign) {
     const hopform_poles_f64 *poles = &chain->poles;
     const double l = chain->relaxes;
     double displacement[6] = {0.0, chain->now.v1, chain->now.acc1};
@@ -149,21 +185,15 @@ static fall_f64 fall_search_f64(const flight_chain_f64 *chain, const event_funct
         -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? displacement[4] + l * displacement[3] : displacement[3]);
     const double rate =
         -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? displacement[5] + l * displacement[4] : displacement[4]);
-    fall_f64 fall;
-    fall.set.poles = poles;
-    fall.set.count = 1;
-    fall.set.function[0] = *g;
-    fall.is_rate = is_rate;
-    fall.relaxes = l;
-    fall.is_negative = value < 0.0 || (!(value > 0.0) && rate < 0.0);
-    fall.turn = time_to_rest_f64(poles, fabs_f64(value), fall.is_negative ? -rate : rate); /* rule 3 */
+    const bool is_negative = value < 0.0 || (!(value > 0.0) && rate < 0.0);
+    const double turn = time_to_rest_f64(poles, fabs_f64(value), is_negative ? -rate : rate); /* rule 3 */
+    const fall_f64 fall = {is_rate, sign, 0.0, is_negative, turn};
     return fall;
 }
 
 /* Sign changes of (+, g', g'') for the height, (+, g') for its rate, where a leg relaxes of (D + l) of the last of
  * these, and of the last one, a motion of the pair alone; a zero goes with what follows on it. */
-static int variations_in_fall_f64(const fall_f64 *fall, const jet_f64 *at, bool last) {
-    const double l = fall->relaxes;
+static int variations_in_fall_f64(const fall_f64 *fall, double l, const jet_f64 *at, bool last) {
     const double relaxed = fall->is_rate ? at->curvature + l * at->rate : at->third + l * at->curvature;
     const bool third = HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? relaxed < 0.0 || (!(relaxed > 0.0) && last) : last;
     const bool curvature = fall->is_rate ? third : at->curvature < 0.0 || (!(at->curvature > 0.0) && third);
@@ -180,81 +210,100 @@ static double lower_bound_f64(const jet_f64 *from, const jet_f64 *to, double m, 
     return from->value + (from->rate + 0.5 * m * t) * t;
 }
 
-/* Whether it has no root before the end of the interval; else the interval is cut. Rule 2 with one pole at 0 more than
- * in a stance: g''' is a motion of the pair, or (D + l) g''' where a leg relaxes. */
-static bool is_certified_in_fall_f64(const fall_f64 *fall, interval_f64 *in) {
-    const event_function_f64 *g = &fall->set.function[0];
-    const jet_f64 *from = &in->from[0];
-    const jet_f64 to = jet_at_f64(fall->set.poles, g, &in->high);
-    const double h = in->high.t - in->low.t;
-    const bool before = fall->is_negative != (in->low.t >= fall->turn);
-    const bool after = fall->is_negative != (in->high.t > fall->turn);
-    if (variations_in_fall_f64(fall, from, before) + (before != after ? 1 : 0)
-        <= variations_in_fall_f64(fall, &to, after)) {
+/* Whether it has no root between two times; else where the interval is cut. Rule 2 with one pole at 0 more than in a
+ * stance: g''' is a motion of the pair, or (D + l) g''' where a leg relaxes. */
+static bool is_certified_in_fall_f64(const flight_chain_f64 *chain, const fall_f64 *fall, const fall_at_f64 *low,
+                                      const fall_at_f64 *high, double *cut) {
+    const jet_f64 *from = &low->jet;
+    const jet_f64 *to = &high->jet;
+    const double l = chain->relaxes;
+    const double h = high->moved.t - low->moved.t;
+    const bool before = fall->is_negative != (low->moved.t >= fall->turn);
+    const bool after = fall->is_negative != (high->moved.t > fall->turn);
+    if (variations_in_fall_f64(fall, l, from, before) + (before != after ? 1 : 0)
+        <= variations_in_fall_f64(fall, l, to, after)) {
         return true;
     }
-    const bool has_minimum = begins_to_fall_f64(from) && !(to.rate < 0.0); /* a rate may have faded */
+    const bool has_minimum = begins_to_fall_f64(from) && !(to->rate < 0.0); /* a rate may have faded */
     const double inside =
-        has_minimum ? cut_between_f64(from->rate, to.rate, h) : cut_between_f64(from->curvature, to.curvature, h);
-    const double cut = before != after ? fall->turn : in->low.t + inside;
-    double m = lesser_f64(lesser_f64(from->curvature, to.curvature), 0.0);
-    if (HOPFORM_FLIGHT_HAS_DECAY && fall->relaxes > 0.0 && from->third < 0.0 && to.third > 0.0) {
+        has_minimum ? cut_between_f64(from->rate, to->rate, h) : cut_between_f64(from->curvature, to->curvature, h);
+    *cut = before != after ? fall->turn : low->moved.t + inside;
+    double m = lesser_f64(lesser_f64(from->curvature, to->curvature), 0.0);
+    if (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 && from->third < 0.0 && to->third > 0.0) {
         m += h * from->third; /* exp(l t) g''' rises */
     }
     const bool bends_least_at_an_end = before == after && !(fall->is_rate && before);
-    if ((bends_least_at_an_end && lower_bound_f64(from, &to, m, h) > -rounding_of_f64(g, &in->high, to.rate))
-        || !(cut > in->low.t && cut < in->high.t)) { /* too short to be cut */
-        return true;
-    }
-    end_interval_at_f64(&fall->set, in, cut);
-    return false;
-}
-
-/* The same of the pull, whose rate is a motion of the pair: it has one minimum at most, at a time that is known (rule
- * 3). The distance to a stop has none. */
-static bool is_certified_in_slip_f64(const event_set_f64 *set, interval_f64 *in) {
-    const event_function_f64 *g = &set->function[0];
-    const jet_f64 *from = &in->from[0];
-    if (g->touch_is_no_event || !begins_to_fall_f64(from) || rate_at_f64(g, &in->high) < 0.0) { return true; }
-    const double lowest = in->low.t + time_to_rest_f64(set->poles, -from->rate, -from->curvature);
-    if (!(lowest > in->low.t && lowest < in->high.t)) { return true; }
-    end_interval_at_f64(set, in, lowest);
-    return false;
+    return (bends_least_at_an_end && lower_bound_f64(from, to, m, h) > -rounding_in_fall_f64(chain, fall, high))
+           || !(*cut > low->moved.t && *cut < high->moved.t); /* too short to be cut */
 }
 
 /* ---- the search ---- */
 
-/* Whether the function of a set has a root between two times; the later one is put at the first root then. The set is
- * that of a fall unless this is NULL. It ends without one where the phase has had as many intervals as it may. */
-static bool has_root_in_flight_f64(flight_chain_f64 *chain, event_set_f64 *set, const fall_f64 *fall,
-                                    const propagator_f64 *low, propagator_f64 *end) {
-    event_function_f64 *g = &set->function[0];
-    evaluations_f64 evaluations = {UNBOUNDED_f64};
-    interval_f64 in;
-    in.evaluations = &evaluations;
-    in.low = *low;
-    in.high = *end;
-    in.found = -1;
-    in.from[0] = jet_at_f64(set->poles, g, low);
-    in.to = in.from[0];
-    const double value = in.from[0].value;
-    if (value < (in.from[0].rate > 0.0 ? rounding_of_f64(g, low, in.from[0].rate) : 0.0)) {
-        g->start -= value; /* where it begins at a root it begins at 0 */
-        in.from[0].value = 0.0;
+/* The root between two times, at the first of which it is positive, or 0 and rises, and at the second negative:
+ * Householder's steps, until what one leaves is less than rounding of the time. */
+static fall_at_f64 root_in_fall_f64(const flight_chain_f64 *chain, const fall_f64 *fall, const fall_at_f64 *low,
+                                      const fall_at_f64 *high) {
+    double from = low->moved.t;
+    fall_at_f64 beyond = *high;
+    double t = from + (beyond.moved.t - from) * rough_root_f64(&low->jet, &high->jet, beyond.moved.t - from);
+    for (int n = 0; n < 100; n++) {
+        const double to = beyond.moved.t;
+        if (!(t > from && t < to) || (n > 8 && n % 2 == 1)) { t = from + 0.5 * (to - from); }
+        if (!(t > from && t < to)) { break; }
+        const fall_at_f64 at = fall_after_f64(chain, fall, t);
+        const jet_f64 *jet = &at.jet;
+        if (fabs_f64(jet->value) <= HOPFORM_EPS_f64 * t * fabs_f64(jet->rate)) { return at; }
+        if (jet->value < 0.0) {
+            beyond = at;
+        } else {
+            from = t;
+        }
+        const double step = -step_to_root_f64(jet);
+        const double bend = jet->curvature / (jet->rate < 0.0 ? jet->rate : -1.0);
+        const double third = jet->third / (jet->rate < 0.0 ? jet->rate : -1.0);
+        const double share = step / t;
+        const double square = step * step * (chain->pair.square + bend * bend + fabs_f64(third));
+        const double left = 0.25 * HOPFORM_EPS_f64;
+        t += step;
+        if (jet->rate < 0.0 && t > from && t < beyond.moved.t
+            && share * share * (square * square * square) <= left * left) {
+            return fall_after_f64(chain, fall, t);
+        }
     }
-    if (!(in.from[0].value > 0.0) && begins_to_fall_f64(&in.from[0]) && value_at_f64(g, end) < 0.0) {
-        *end = *low;
+    return beyond;
+}
+
+/* Whether it has a root between two times of the phase; the later one is put at the first root then. It ends without
+ * one where the phase has had as many intervals as it may. */
+static bool has_root_in_fall_f64(flight_chain_f64 *chain, fall_f64 *fall, const alone_f64 *from, alone_f64 *end) {
+    fall_at_f64 low = {*from, jet_in_fall_f64(chain, fall, from)};
+    if (low.jet.value < (low.jet.rate > 0.0 ? rounding_in_fall_f64(chain, fall, &low) : 0.0)) {
+        fall->shift = low.jet.value;
+        low.jet.value = 0.0;
+    }
+    const fall_at_f64 last = {*end, jet_in_fall_f64(chain, fall, end)};
+    if (!(low.jet.value > 0.0) && begins_to_fall_f64(&low.jet) && last.jet.value < 0.0) {
+        *end = *from;
         return true;
     }
+    fall_at_f64 high = last;
     for (; chain->intervals < HOPFORM_MOST_INTERVALS; chain->intervals++) {
-        end_at_first_crossing_f64(set, &in, false);
-        if (!(fall != NULL ? is_certified_in_fall_f64(fall, &in) : is_certified_in_slip_f64(set, &in))) { continue; }
-        if (in.found >= 0 || !(in.high.t < end->t)) {
-            *end = in.high;
-            return in.found >= 0;
+        const double rounding = rounding_in_fall_f64(chain, fall, &high);
+        const double h = high.moved.t - low.moved.t;
+        const bool found = high.jet.value < 0.0 && lesser_f64(high.jet.value, high.jet.rate * h) < -rounding;
+        if (found) { high = root_in_fall_f64(chain, fall, &low, &high); }
+        double cut;
+        if (!is_certified_in_fall_f64(chain, fall, &low, &high, &cut)) {
+            high = fall_after_f64(chain, fall, cut);
+            continue;
         }
-        begin_interval_f64(set, &in);
-        in.high = *end;
+        if (found || !(high.moved.t < end->t)) {
+            *end = high.moved;
+            return found;
+        }
+        low = high;
+        low.jet.value = greater_f64(low.jet.value, 0.0);
+        high = last;
     }
     return false;
 }
@@ -267,98 +316,6 @@ static double gap_in_flight_f64(const flight_chain_f64 *chain) {
     return chain->now.side > 0 ? upper_stop_f64(chain->robot) - position : position - lower_stop_f64(chain->robot);
 }
 
-/* The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase begins,
- * of the stop, and of the displacement between. */
-static flight_end_f64 end_at_stop_f64(flight_chain_f64 *chain, flight_end_f64 end) {
-    const hopform_flight_phase_f64 *now = &chain->now;
-    const numerator_f64 displacement = displacement_numerator_f64(now->v1, now->acc1, &chain->poles);
-    const propagator_f64 first = propagator_at_start_f64(&chain->poles);
-    const double away = -(double)now->side;
-    const double gap = gap_in_flight_f64(chain);
-    if (!is_finite_f64(gap)) { return end; }
-    event_set_f64 set;
-    set.poles = &chain->poles;
-    set.count = 0;
-    event_function_f64 *stop = add_event_function_f64(&set, &displacement, away * gap, away, ELEMENT_f64);
-    stop->touch_is_no_event = true;
-    const double left = value_at_f64(stop, &chain->last);
-    const double position = now->x1;
-    const double size = fabs_f64(position) + fabs_f64(position - away * gap) + fabs_f64(gap - left);
-    const bool touches = end == FLIGHT_REST_f64 && fabs_f64(left) <= 16.0 * HOPFORM_EPS_f64 * size;
-    return touches || has_root_in_flight_f64(chain, &set, NULL, &first, &chain->last) ? FLIGHT_STOP_f64 : end;
-}
-
-/* The magnitudes that the room of the pull is a difference of. */
-static double terms_of_room_in_flight_f64(const flight_chain_f64 *chain) {
-    const hopform_flight_phase_f64 *now = &chain->now;
-    return fabs_f64(chain->gains.Kp * now->x1) + fabs_f64(chain->gains.Kd * now->v1) + chain->largest;
-}
-
-/* Where the pull reaches the limit of the input, or leaves it, before the last instant; to what. */
-static flight_end_f64 end_at_pull_f64(flight_chain_f64 *chain, flight_end_f64 end, int *to) {
-    const hopform_flight_phase_f64 *now = &chain->now;
-    const hopform_gains_f64 *gains = &chain->gains;
-    const double proportional = gains->Kp * now->x1;
-    const double derivative = gains->Kd * now->v1;
-    const double terms = terms_of_room_in_flight_f64(chain);
-    const numerator_f64 pull = pull_numerator_f64(gains, now->v1, now->acc1, &chain->poles);
-    const propagator_f64 first = propagator_at_start_f64(&chain->poles);
-    for (int side = -1; side <= 1 && (gains->Kp > 0.0 || gains->Kd > 0.0); side += 2) {
-        const double start = proportional + derivative - (double)side * chain->largest;
-        event_set_f64 set;
-        set.poles = &chain->poles;
-        set.count = 0;
-        event_function_f64 *room =
-            add_event_function_f64(&set, &pull, start, (double)(now->limit == 0 ? -side : side), ELEMENT_f64);
-        put_on_threshold_f64(room, terms);
-        propagator_f64 at = chain->last;
-        if (side != -now->limit && has_root_in_flight_f64(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {
-            chain->last = at;
-            *to = now->limit == 0 ? side : 0;
-            end = FLIGHT_PULL_f64;
-        }
-    }
-    return end;
-}
-
-/* Put how the flight would end at a time of the phase into it; not behind the horizon by rounding. */
-static void put_ending_f64(const flight_chain_f64 *chain, const jet_f64 *displacement, double t) {
-    chain->flight->duration = lesser_f64(chain->now.t + t, chain->horizon);
-    chain->flight->end = state_in_flight_f64(chain->robot, &chain->start, &chain->now, displacement, t);
-}
-
-/* Before the foot has been above the ground: whether it is, and whether it is higher than before. */
-static void look_at_foot_f64(flight_chain_f64 *chain, const propagator_f64 *at) {
-    const double height = value_at_f64(&chain->height, at);
-    if (!chain->airborne && height > chain->highest) {
-        const jet_f64 displacement = displacement_in_flight_f64(&chain->poles, &chain->now, at);
-        chain->airborne = height > rounding_of_f64(&chain->height, at, 0.0);
-        chain->highest = height;
-        put_ending_f64(chain, &displacement, at->t);
-        chain->at_highest = *chain->flight;
-    }
-}
-
-/* The velocity of what falls, where the phase begins. */
-static double falling_in_flight_f64(const flight_chain_f64 *chain) {
-    return chain->start.v2 - chain->fall * chain->now.t;
-}
-
-/* Height of the foot if the leg were the shortest. */
-static double height_of_shortest_f64(const flight_chain_f64 *chain) {
-    const double longer = chain->now.x1 - lower_stop_f64(chain->robot);
-    return chain->height.start + longer + greater_f64(left_in_leg_f64(chain, chain->now.t), 0.0);
-}
-
-/* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
-static double longest_phase_f64(const flight_chain_f64 *chain) {
-    const double until = chain->horizon - chain->now.t;
-    const double height = height_of_shortest_f64(chain);
-    if (!chain->airborne || !(height >= 0.0 && height <= HOPFORM_NEVER_f64)) { return until; }
-    const double fallen = 1.01 * time_of_fall_f64(chain->robot, falling_in_flight_f64(chain), height);
-    return fallen < until && fallen > 0.0 ? fallen : until;
-}
-
 /* The acceleration under what the motor does now, at a velocity, with the friction of a side. */
 static double acceleration_of_f64(const flight_chain_f64 *chain, double velocity, int side) {
     const flight_rates_f64 *rates = &chain->rates;
@@ -367,22 +324,92 @@ static double acceleration_of_f64(const flight_chain_f64 *chain, double velocity
                       : acceleration_at_limit_f64(chain->robot, rates, velocity, (double)side, (double)limit);
 }
 
-/* When the element comes to rest. Where nothing grows with its position, and nothing would turn it back at rest, its
- * velocity fades and never vanishes. */
-static double time_of_rest_f64(const flight_chain_f64 *chain) {
-    const double side = (double)chain->now.side;
-    const bool fades = !(chain->poles.q > 0.0) && side * acceleration_of_f64(chain, 0.0, chain->now.side) >= 0.0;
-    return fades ? HOPFORM_NEVER_f64 : time_to_rest_f64(&chain->poles, side * chain->now.v1, side * chain->now.acc1);
+/* The magnitudes that the room of the pull is a difference of. */
+static double terms_of_room_in_flight_f64(const flight_chain_f64 *chain) {
+    const hopform_flight_phase_f64 *now = &chain->now;
+    return fabs_f64(chain->gains.Kp * now->x1) + fabs_f64(chain->gains.Kd * now->v1) + chain->largest;
+}
+
+/* The room of the pull to the limits of the input, or at a limit what it is beyond that. */
+static void put_room_in_flight_f64(const flight_chain_f64 *chain, alone_search_f64 *search) {
+    const hopform_flight_phase_f64 *now = &chain->now;
+    const hopform_gains_f64 *gains = &chain->gains;
+    const double start = gains->Kp * now->x1 + gains->Kd * now->v1;
+    const double terms = terms_of_room_in_flight_f64(chain);
+    const numerator_f64 pull = pull_numerator_f64(gains, now->v1, now->acc1, &chain->poles);
+    for (int side = -1; side <= 1 && (gains->Kp > 0.0 || gains->Kd > 0.0); side += 2) {
+        if (side != -now->limit) {
+            const double sign = (double)(now->limit == 0 ? -side : side);
+            (void)add_alone_function_f64(search, &pull, start - (double)side * chain->largest, terms, sign, LIMIT_f64,
+                                          now->limit == 0 ? side : 0);
+        }
+    }
+}
+
+/* The end of a slipping phase at a time at the latest: a stop, a limit of the input, or rest. It touches a stop at rest
+ * within rounding of where the phase begins, of the stop, and of the displacement between. */
+static flight_end_f64 end_of_slip_f64(flight_chain_f64 *chain, double until, int *to) {
+    const hopform_flight_phase_f64 *now = &chain->now;
+    const double gap = gap_in_flight_f64(chain);
+    evaluations_f64 evaluations = {UNBOUNDED_f64};
+    alone_search_f64 search;
+    begin_alone_search_f64(&search, HOPFORM_STOPPED_ELEMENT, &chain->poles,
+                            timescales_of_poles_f64(&chain->poles).half_period);
+    search.start = start_in_flight_f64(&chain->poles, now);
+    if (!(chain->pair.q > 0.0)) { search.start.draw = (double)now->side * acceleration_of_f64(chain, 0.0, now->side); }
+    if (is_finite_f64(gap)) { add_alone_guard_f64(&search, gap, ELEMENT_f64 + search.element)->stops = true; }
+    put_room_in_flight_f64(chain, &search);
+    find_alone_event_f64(&search, until, &evaluations);
+    chain->last = search.end;
+    *to = search.side;
+    const double size = fabs_f64(now->x1) + gap + search.end.s;
+    const double bound = 16.0 * HOPFORM_EPS_f64 * size;
+    const bool touches = search.stops || (is_finite_f64(gap) && fabs_f64(gap - search.end.s) <= bound);
+    const flight_end_f64 slips = search.owner == LIMIT_f64 ? FLIGHT_PULL_f64 : FLIGHT_HORIZON_f64;
+    const flight_end_f64 rests = touches ? FLIGHT_STOP_f64 : FLIGHT_REST_f64;
+    return search.owner == ELEMENT_f64 + search.element ? rests : slips;
+}
+
+/* Put how the flight would end at a time of the phase into it; not behind the horizon by rounding. */
+static void put_ending_f64(const flight_chain_f64 *chain, const alone_f64 *at) {
+    chain->flight->duration = lesser_f64(chain->now.t + at->t, chain->horizon);
+    chain->flight->end = state_in_flight_f64(chain->robot, &chain->start, &chain->now, at);
+}
+
+/* Before the foot has been above the ground: whether it is, and whether it is higher than before. */
+static void look_at_foot_f64(flight_chain_f64 *chain, const alone_f64 *at) {
+    const double height = height_in_flight_f64(chain, at);
+    if (!chain->airborne && height > chain->highest) {
+        chain->airborne = height > rounding_in_flight_f64(chain, at, 0.0);
+        chain->highest = height;
+        put_ending_f64(chain, at);
+        chain->at_highest = *chain->flight;
+    }
+}
+
+/* Height of the foot if the leg were the shortest. */
+static double height_of_shortest_f64(const flight_chain_f64 *chain) {
+    const double longer = chain->now.x1 - lower_stop_f64(chain->robot);
+    return chain->height + longer + greater_f64(left_in_leg_f64(chain, chain->now.t), 0.0);
+}
+
+/* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
+static double longest_phase_f64(const flight_chain_f64 *chain) {
+    const double until = chain->horizon - chain->now.t;
+    const double height = height_of_shortest_f64(chain);
+    if (!chain->airborne || !(height >= 0.0 && height <= HOPFORM_NEVER_f64)) { return until; }
+    const double fallen = 1.01 * time_of_fall_f64(chain->robot, chain->rate, height);
+    return fallen < until && fallen > 0.0 ? fallen : until;
 }
 
 /* The end of a phase in which the foot moves on a parabola. */
 static flight_end_f64 end_of_parabola_f64(flight_chain_f64 *chain) {
     const double until = chain->horizon - chain->now.t;
-    const double height = chain->height.start;
-    const double rate = chain->height.H3;
+    const double height = chain->height;
+    const double rate = chain->rate;
     const double g = chain->fall;
     if (!chain->airborne && rate > 0.0) {
-        const propagator_f64 top = propagator_at_f64(&chain->poles, lesser_f64(rate / g, until));
+        const alone_f64 top = {lesser_f64(rate / g, until), 0.0, 0.0, 0.0};
         look_at_foot_f64(chain, &top);
     }
     const double square = rate * rate + 2.0 * g * height;
@@ -390,29 +417,28 @@ static flight_end_f64 end_of_parabola_f64(flight_chain_f64 *chain) {
     const double slower = then - rate > 0.0 ? then - rate : 1.0;
     const double down = rate > 0.0 ? (rate + then) / g : 2.0 * greater_f64(height, 0.0) / slower;
     const bool lands = chain->airborne && down <= until;
-    chain->last = propagator_at_start_f64(&chain->poles); /* the element rests: nothing else is asked of it */
-    chain->last.t = lands ? down : until;
+    const alone_f64 last = {lands ? down : until, 0.0, 0.0, 0.0};
+    chain->last = last;
     return lands ? FLIGHT_TOUCHDOWN_f64 : FLIGHT_HORIZON_f64;
 }
 
 /* Where the foot meets the ground after it has been above it, up to the last instant. Before, it is followed from where
  * it is highest, or lowest, to the next such point. */
 static flight_end_f64 end_at_touchdown_f64(flight_chain_f64 *chain, flight_end_f64 end) {
-    propagator_f64 low = propagator_at_start_f64(&chain->poles);
-    const jet_f64 first = jet_at_f64(&chain->poles, &chain->height, &low);
+    alone_f64 low = start_in_flight_f64(&chain->poles, &chain->now);
+    fall_f64 height = fall_search_f64(chain, false, 1.0);
+    const jet_f64 first = jet_in_fall_f64(chain, &height, &low);
     double sign = begins_to_fall_f64(&first) ? -1.0 : 1.0;
     while (!chain->airborne && low.t < chain->last.t) {
-        const event_function_f64 onward = rate_of_height_f64(chain, sign);
-        fall_f64 fall = fall_search_f64(chain, &onward, true, sign);
-        propagator_f64 turn = chain->last;
-        (void)has_root_in_flight_f64(chain, &fall.set, &fall, &low, &turn);
+        fall_f64 onward = fall_search_f64(chain, true, sign);
+        alone_f64 turn = chain->last;
+        (void)has_root_in_fall_f64(chain, &onward, &low, &turn);
         low = turn;
         sign = -sign;
         look_at_foot_f64(chain, &low);
     }
     if (!chain->airborne) { return end; }
-    fall_f64 fall = fall_search_f64(chain, &chain->height, false, 1.0);
-    return has_root_in_flight_f64(chain, &fall.set, &fall, &low, &chain->last) ? FLIGHT_TOUCHDOWN_f64 : end;
+    return has_root_in_fall_f64(chain, &height, &low, &chain->last) ? FLIGHT_TOUCHDOWN_f64 : end;
 }
 
 /* Finds the last instant of the phase, and what ends it; to what the pull changes. */
@@ -421,14 +447,10 @@ static flight_end_f64 find_end_in_flight_f64(flight_chain_f64 *chain, int *to) {
         return end_of_parabola_f64(chain);
     }
     const double until = longest_phase_f64(chain);
-    const double rest = chain->now.side != 0 ? time_of_rest_f64(chain) : HOPFORM_NEVER_f64;
-    flight_end_f64 end = rest <= until ? FLIGHT_REST_f64 : FLIGHT_HORIZON_f64;
-    chain->last = propagator_at_f64(&chain->poles, lesser_f64(rest, until));
-    if (chain->now.side != 0) {
-        end = end_at_stop_f64(chain, end);
-        end = end_at_pull_f64(chain, end, to);
-    }
-    return end_at_touchdown_f64(chain, end);
+    const alone_f64 last = {until, 0.0, 0.0, 0.0};
+    chain->last = last;
+    return end_at_touchdown_f64(chain,
+                                 chain->now.side != 0 ? end_of_slip_f64(chain, until, to) : FLIGHT_HORIZON_f64);
 }
 
 /* ---- the chain ---- */
@@ -506,11 +528,15 @@ static void begin_flight_f64(flight_chain_f64 *chain) {
  * highest. */
 static void begin_phase_f64(flight_chain_f64 *chain) {
     chain->poles = poles_in_flight_f64(&chain->rates, chain->now.limit);
-    chain->height = height_in_flight_f64(chain);
+    chain->pair = pair_in_flight_f64(&chain->poles);
+    const double t = chain->now.t;
+    chain->rate = chain->start.v2 - chain->fall * t;
+    chain->height = (chain->start.x1 - chain->now.x1) + (chain->start.v2 - 0.5 * chain->fall * t) * t - chain->start.y;
     chain->intervals = 0;
     if (chain->flight->phase_count == 1) {
-        const propagator_f64 first = propagator_at_start_f64(&chain->poles);
-        const jet_f64 at = jet_at_f64(&chain->poles, &chain->height, &first);
+        const alone_f64 first = start_in_flight_f64(&chain->poles, &chain->now);
+        const fall_f64 height = fall_search_f64(chain, false, 1.0);
+        const jet_f64 at = jet_in_fall_f64(chain, &height, &first);
         const double rates = fabs_f64(chain->start.v2) + fabs_f64(chain->now.v1);
         const bool relaxes = HOPFORM_FLIGHT_HAS_DECAY && fabs_f64(chain->leg) > 0.0;
         const bool rises = !(at.value < 0.0) && at.rate > 16.0 * HOPFORM_EPS_f64 * rates;
@@ -524,8 +550,7 @@ static int32_t run_flight_f64(flight_chain_f64 *chain) {
     begin_flight_f64(chain);
     while (flight->phase_count <= chain->max_phases) {
         begin_phase_f64(chain);
-        if (!chain->airborne && falling_in_flight_f64(chain) < 0.0
-            && height_of_shortest_f64(chain) < chain->highest) {
+        if (!chain->airborne && chain->rate < 0.0 && height_of_shortest_f64(chain) < chain->highest) {
             /* The foot cannot come as high again: it falls, and is too low for the shortest leg. */
             *flight = chain->at_highest;
             return HOPFORM_FLIGHT_TRIPPED;
@@ -536,8 +561,7 @@ static int32_t run_flight_f64(flight_chain_f64 *chain) {
             flight->phase_count = 0; /* report_flight refuses it */
             return HOPFORM_FLIGHT_HORIZON;
         }
-        const jet_f64 displacement = displacement_in_flight_f64(&chain->poles, &chain->now, &chain->last);
-        put_ending_f64(chain, &displacement, chain->last.t);
+        put_ending_f64(chain, &chain->last);
         chain->now.t = flight->duration;
         if (end == FLIGHT_TOUCHDOWN_f64) {
             flight->end.y = left_in_leg_f64(chain, flight->duration);
@@ -548,14 +572,14 @@ static int32_t run_flight_f64(flight_chain_f64 *chain) {
             *flight = chain->airborne ? *flight : chain->at_highest;
             return chain->airborne ? HOPFORM_FLIGHT_HORIZON : HOPFORM_FLIGHT_TRIPPED;
         }
+        const double goes = (double)chain->now.side;
         chain->now.x1 = flight->end.x1;
         chain->now.v1 = flight->end.v1;
-        chain->now.acc1 = displacement.curvature;
+        chain->now.acc1 = goes * alone_acceleration_f64(&chain->pair, &chain->last);
         if (end == FLIGHT_PULL_f64) {
             /* Through the law the acceleration would have the rounding of the position times Kp. */
             const double limit = (double)(side != 0 ? side : chain->now.limit);
-            const double goes = (double)chain->now.side;
-            chain->now.acc1 = acceleration_at_limit_f64(chain->robot, &chain->rates, displacement.rate, goes, limit);
+            chain->now.acc1 = acceleration_at_limit_f64(chain->robot, &chain->rates, chain->now.v1, goes, limit);
             chain->now.limit = (int8_t)side;
             record_in_flight_f64(chain,
                                   side == 0 ? HOPFORM_FLIGHT_EVENT_U_DESATURATES : HOPFORM_FLIGHT_EVENT_U_SATURATES);
@@ -731,10 +755,11 @@ static hopform_state_f64 state_of_flight_f64(const hopform_plan_f64 *plan, const
                                                const hopform_flight_phase_f64 *phase, double t) {
     hopform_state_f64 start = flight->start;
     const hopform_poles_f64 poles = poles_in_flight_f64(rates, phase->limit);
-    const propagator_f64 at = propagator_at_f64(&poles, t - phase->t);
-    const jet_f64 displacement = displacement_in_flight_f64(&poles, phase, &at);
+    const alone_pair_f64 pair = pair_in_flight_f64(&poles);
+    const alone_f64 from = start_in_flight_f64(&poles, phase);
+    const alone_f64 at = moved_in_flight_f64(&pair, &from, t - phase->t);
     start.y += flight->ground;
-    return state_in_flight_f64(&plan->robot, &start, phase, &displacement, at.t);
+    return state_in_flight_f64(&plan->robot, &start, phase, &at);
 }
 
 static flight_rates_f64 rates_of_flight_f64(const hopform_plan_f64 *plan, const hopform_flight_f64 *flight) {
@@ -763,22 +788,22 @@ int32_t hopform_flight_at_f64(const hopform_plan_f64 *plan, const hopform_flight
 
 /* Integral of the square of the velocity over the first t of a phase: z = (v, a) has I(2h) = I(h) + Phi(h) I(h)
  * Phi(h)^T, as in the stance's ledger, from a short time by Gauss's rule. */
-static double square_of_velocity_f64(const hopform_poles_f64 *poles, const hopform_flight_phase_f64 *phase, double t) {
+static double square_of_velocity_f64(const alone_pair_f64 *pair, const alone_f64 *start, double t) {
+    const hopform_poles_f64 *poles = pair->poles;
     double h = t;
     int doublings = halve_f64(poles, &h);
     double squares[] = {0.0, 0.0, 0.0}; /* of v v, v a, a a */
     for (int node = 0; node < HOPFORM_NODES_f64; node++) {
-        const propagator_f64 at = propagator_at_f64(poles, place_f64[node] * h);
-        const jet_f64 displacement = displacement_in_flight_f64(poles, phase, &at);
-        const double numerators[] = {displacement.rate, displacement.curvature};
+        const alone_f64 at = moved_in_flight_f64(pair, start, place_f64[node] * h);
+        const double numerators[] = {at.v, alone_acceleration_f64(pair, &at)};
         for (int n = 0; n < 3; n++) {
             squares[n] += weight_f64[node] * h * numerators[n / 2] * numerators[(n + 1) / 2];
         }
     }
-    for (; doublings > 0 && phase->side != 0; doublings--) {
-        const basis_f64 basis = basis_at_f64(poles, h);
-        const double of_v[] = {basis.Wdd + poles->p * basis.Wd, -poles->q * basis.Wd};
-        const double of_a[] = {basis.Wd, basis.Wdd};
+    for (; doublings > 0 && fabs_f64(start->v) + fabs_f64(start->draw) > 0.0; doublings--) {
+        const known_pair_f64 by = response_over_f64(pair, h);
+        const double of_v[] = {by.Rd + pair->p * by.R, -pair->q * by.R};
+        const double of_a[] = {by.R, by.Rd};
         const double before[] = {squares[0], squares[1], squares[2]};
         for (int n = 0; n < 3; n++) {
             const int i = n / 2;
@@ -797,10 +822,11 @@ static void add_work_f64(hopform_flight_ledger_f64 *ledger, const hopform_plan_f
                           const hopform_flight_phase_f64 *phase, double t) {
     const hopform_robot_f64 *robot = &plan->robot;
     const hopform_poles_f64 poles = poles_in_flight_f64(rates, phase->limit);
-    const propagator_f64 at = propagator_at_f64(&poles, t);
-    const jet_f64 displacement = displacement_in_flight_f64(&poles, phase, &at);
+    const alone_pair_f64 pair = pair_in_flight_f64(&poles);
+    const alone_f64 start = start_in_flight_f64(&poles, phase);
+    const alone_f64 at = moved_in_flight_f64(&pair, &start, t);
     const double rise = (flight->start.v2 - fall_of_f64(robot) * (phase->t + 0.5 * t)) * t;
-    const flight_integrals_f64 integrals = {displacement.value, square_of_velocity_f64(&poles, phase, t), rise};
+    const flight_integrals_f64 integrals = {(double)phase->side * at.s, square_of_velocity_f64(&pair, &start, t), rise};
     const hopform_flight_ledger_f64 part = flight_ledger_of_f64(
         robot, &flight->gains, largest_force_f64(robot), phase->x1, (double)phase->side, (double)phase->limit, &integrals);
     (void)ledger; /* of a model in which nothing does work */

@@ -12,7 +12,7 @@
 #ifndef HOPFORM_NODE_SEARCH_H_f32
 #define HOPFORM_NODE_SEARCH_H_f32
 
-#include "first_event_f32.h"
+#include "certificate_f32.h"
 #include "transition_f32.h"
 
 #if HOPFORM_BOTH_MOVE

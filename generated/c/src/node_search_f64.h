@@ -12,7 +12,7 @@
 #ifndef HOPFORM_NODE_SEARCH_H_f64
 #define HOPFORM_NODE_SEARCH_H_f64
 
-#include "first_event_f64.h"
+#include "certificate_f64.h"
 #include "transition_f64.h"
 
 #if HOPFORM_BOTH_MOVE

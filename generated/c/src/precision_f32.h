@@ -50,7 +50,6 @@ typedef int32_t signed_bits_f32;
 #define HOPFORM_TINY_DOWN_f32 0.00390625f /* scales its cube root back */
 #define HOPFORM_EXPONENT_BIAS_f32 127 /* of the exponent's bits */
 #define HOPFORM_SHORT_f32 0.001f /* the square of a step, in rates, that a short series carries */
-#define HOPFORM_CARRIED_SQUARE_f32 0.0028849384f /* the square of a step, in rates, that a Taylor series carries exactly */
 
 /* Domains of parameters; NaN lies in none. */
 #define HOPFORM_IN_REAL_f32(value) ((value) >= -HOPFORM_NEVER_f32 && (value) <= HOPFORM_NEVER_f32)

@@ -50,7 +50,6 @@ typedef int64_t signed_bits_f64;
 #define HOPFORM_TINY_DOWN_f64 3.814697265625e-06 /* scales its cube root back */
 #define HOPFORM_EXPONENT_BIAS_f64 1023 /* of the exponent's bits */
 #define HOPFORM_SHORT_f64 1e-05 /* the square of a step, in rates, that a short series carries */
-#define HOPFORM_CARRIED_SQUARE_f64 1.7095202432850523e-05 /* the square of a step, in rates, that a Taylor series carries exactly */
 
 /* Domains of parameters; NaN lies in none. */
 #define HOPFORM_IN_REAL_f64(value) ((value) >= -HOPFORM_NEVER_f64 && (value) <= HOPFORM_NEVER_f64)

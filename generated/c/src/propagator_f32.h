@@ -38,10 +38,4 @@ static inline propagator_f32 propagator_at_f32(const hopform_poles_f32 *poles, f
     return propagator_of_f32(poles, t, &basis);
 }
 
-/* That of any poles at the start of a phase. */
-static inline propagator_f32 propagator_at_start_f32(const hopform_poles_f32 *poles) {
-    const propagator_f32 at = {0.0f, {0.0f, 0.0f, 0.0f, 0.0f}, {1.0f, 0.0f, 0.0f, 0.0f}, {-poles->s_1, 1.0f, 0.0f, 0.0f}};
-    return at;
-}
-
 #endif

@@ -38,10 +38,4 @@ static inline propagator_f64 propagator_at_f64(const hopform_poles_f64 *poles, d
     return propagator_of_f64(poles, t, &basis);
 }
 
-/* That of any poles at the start of a phase. */
-static inline propagator_f64 propagator_at_start_f64(const hopform_poles_f64 *poles) {
-    const propagator_f64 at = {0.0, {0.0, 0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, {-poles->s_1, 1.0, 0.0, 0.0}};
-    return at;
-}
-
 #endif

@@ -41,7 +41,6 @@ from .records import (
     PairSeries,
     Passed,
     Poles,
-    Propagated,
     Rate,
     Rates,
     Real,
@@ -647,33 +646,6 @@ def residual_to_steady_state(poles: Poles, numerator: Numerator, basis: Basis, r
     Wdd, Wd, W = basis.Wdd, basis.Wd, basis.W
     residual = Wdd*residual_0 - W*(H2 - residual_0*s_2) - Wd*(H3 - residual_0*s_1)  # (19), (21) less their final value
     return residual
-
-
-def taylor_step(poles: Poles, basis: Basis, t: Real) -> Propagated:
-    """W a short time t later.
-
-    t [s] time since the phase began.
-    """
-    s_1, s_2, s_3 = poles.s_1, poles.s_2, poles.s_3
-    Wdd, Wd, W, W1, W2 = basis.Wdd, basis.Wd, basis.W, basis.W1, basis.W2
-    W_third = -W*s_3 - Wd*s_2 - Wdd*s_1                                  # (11) denominator on W
-    W_fourth = -W_third*s_1 - Wd*s_3 - Wdd*s_2                           # (11) denominator on W'
-    W_fifth = -W_fourth*s_1 - W_third*s_2 - Wdd*s_3                      # (11) denominator on W''
-    W_sixth = -W_fifth*s_1 - W_fourth*s_2 - W_third*s_3                  # (11) denominator on W'''
-    half = 0.5*t*t                                                       # t^2/2!
-    sixth = half*t/3.0                                                   # t^3/3!
-    rest = 0.25*sixth*t                                                  # t^4/4!
-    more_Wdd = W_fifth*sixth + W_fourth*half + W_sixth*rest + W_third*t  # its Taylor series
-    Wdd_t = Wdd + more_Wdd                                               # t later
-    more_Wd = W_fifth*rest + W_fourth*sixth + W_third*half + Wdd*t       # its Taylor series
-    Wd_t = Wd + more_Wd                                                  # t later
-    more_W = W_fourth*rest + W_third*sixth + Wd*t + Wdd*half             # its Taylor series
-    W_t = W + more_W                                                     # t later
-    more_W1 = W*t + W_third*rest + Wd*half + Wdd*sixth                   # its Taylor series
-    W1_t = W1 + more_W1                                                  # t later
-    more_W2 = W*half + W1*t + Wd*sixth + Wdd*rest                        # its Taylor series
-    W2_t = W2 + more_W2                                                  # t later
-    return Propagated(Wdd_t, Wd_t, W_t, W1_t, W2_t)
 
 
 def state_at(state: LegState, numerators: Numerators, basis: Basis) -> At:

@@ -838,21 +838,6 @@ class Integrals(NamedTuple):
     """[s^4] integral of W1"""
 
 
-class Propagated(NamedTuple):
-    """W, its derivatives and integrals a short time later, by a Taylor step."""
-
-    Wdd_t: Real
-    """[1] second derivative of W"""
-    Wd_t: Real
-    """[s] derivative of W"""
-    W_t: Real
-    """[s^2] response of the three poles to an impulse"""
-    W1_t: Real
-    """[s^3] integral of W"""
-    W2_t: Real
-    """[s^4] integral of W1"""
-
-
 class At(NamedTuple):
     """The state at time t of a phase."""
 

@@ -20,12 +20,6 @@
 #include "certificate_real.h"
 #include "transition_real.h"
 
-/* Whether a model has event functions that are not linear in s. */
-#ifndef HOPFORM_ALONE_BENDS
-#define HOPFORM_ALONE_BENDS                                                                                            \
-    (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
-#endif
-
 /* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
     const hopform_poles_real *poles;
@@ -187,6 +181,19 @@ typedef struct {
     real slack;      /* by how much later an event of tie-break priority may be */
     bool stops, touches, certified;
 } alone_search_real;
+
+/* A search of which nothing is known but how the element moves. */
+static inline void begin_alone_search_real(alone_search_real *search, int element, const hopform_poles_real *poles,
+                                           real half_period) {
+    search->pair = alone_pair_of_real(poles, half_period < HOPFORM_NEVER_real);
+    search->half_period = half_period;
+    search->element = element;
+    search->rest_time = HOPFORM_NEVER_real;
+    search->rests = NO_OWNER_real;
+    search->count = 0;
+    search->nearest = -1;
+    search->functions = 0;
+}
 
 static inline alone_guard_real *add_alone_guard_real(alone_search_real *search, real s, int owner) {
     alone_guard_real *guard = &search->guard[search->count];
@@ -616,9 +623,9 @@ static inline bool meet_guards_real(alone_search_real *search, real until, evalu
 static inline void find_alone_event_real(alone_search_real *search, real until, evaluations_real *evaluations) {
     use_evaluation_real(evaluations); /* a phase costs as much */
     search->end = search->start;
-    if (!HOPFORM_ALONE_BENDS || !is_beyond_at_once_real(search)) {
+    if (!is_beyond_at_once_real(search)) {
         const bool rests = meet_guards_real(search, until, evaluations);
-        if (HOPFORM_ALONE_BENDS && search->functions > 0) { meet_functions_real(search, rests, evaluations); }
+        if (search->functions > 0) { meet_functions_real(search, rests, evaluations); }
     }
     search->touches = search->owner > CONTACT_real && is_alone_at_stop_real(search);
     search->certified = evaluations->left > 0;

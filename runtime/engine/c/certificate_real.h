@@ -51,7 +51,7 @@ static inline bool bends_real(const event_function_real *g, const propagator_rea
 static inline propagator_real minimum_between_real(const hopform_poles_real *poles, const event_function_real *g,
                                                    const jet_real *from, real low, const jet_real *to, real high,
                                                    evaluations_real *evaluations) {
-    const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, g, from)};
+    const jet_real rate_from = {-from->rate, -from->curvature, -from->third, fourth_of_real(poles, from)};
     const jet_real rate_to = {-to->rate, -to->curvature, -to->third, 0.0};
     const real apart = high - low;
     const interpolant_real p = interpolant_of_real(&rate_from, &rate_to, apart);
@@ -61,7 +61,7 @@ static inline propagator_real minimum_between_real(const hopform_poles_real *pol
     for (int n = 0; n < 100 && evaluations->left > 0; n++) {
         use_evaluation_real(evaluations);
         const jet_real jet = jet_at_real(poles, g, &at);
-        const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, g, &jet)};
+        const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, &jet)};
         const real step = step_to_root_real(&falls);
         const real bound = rounding_of_real(g, &at, 0.0);
         const bool is_far = !(fabs_real(jet.rate * jet.third) < 0.01 * jet.curvature * jet.curvature); /* or fading */
@@ -79,6 +79,22 @@ static inline propagator_real minimum_between_real(const hopform_poles_real *pol
         at = propagator_at_real(poles, t);
     }
     return at;
+}
+
+/* ---- where an interval is cut ---- */
+
+/* Intervals that are certified, or cut, in a phase at most. */
+#ifndef HOPFORM_MOST_INTERVALS
+#define HOPFORM_MOST_INTERVALS 10000
+#endif
+
+/* Where d has its root within an interval: the chord's, but not behind the middle, because the chord of what fades fast
+ * leads to the end each time; a quarter of it where d has no two signs. */
+static inline real cut_between_real(real d, real d_then, real h) {
+    const bool changes = (d < 0.0) != (d_then < 0.0) && fabs_real(d_then) > 0.0;
+    const real share = changes ? d / (d - d_then) : 0.25;
+    const real inside = share > 0.015625 ? (share < 0.5 ? share : 0.5) : 0.015625;
+    return inside * h;
 }
 
 #endif

@@ -650,15 +650,8 @@ static inline void put_alone_threshold_real(alone_search_real *search, const sta
 /* The search at the start of the phase. */
 ALWAYS_real void put_alone_search_real(const stance_chain_real *chain, alone_search_real *search) {
     const int alone = alone_of_mode_real(chain->mode);
-    search->half_period = timescales_of_real(chain->plan, chain->mode)->half_period;
-    search->pair =
-        alone_pair_of_real(poles_of_real(chain->plan, chain->mode), search->half_period < HOPFORM_NEVER_real);
-    search->element = alone;
-    search->count = 0;
-    search->nearest = -1;
-    search->functions = 0;
-    search->rest_time = HOPFORM_NEVER_real;
-    search->rests = NO_OWNER_real;
+    begin_alone_search_real(search, alone, poles_of_real(chain->plan, chain->mode),
+                            timescales_of_real(chain->plan, chain->mode)->half_period);
 #define PUT_GUARD(kind) put_alone_##kind##_real(search, chain, alone);
     HOPFORM_GUARDS(PUT_GUARD)
 #undef PUT_GUARD

@@ -3,10 +3,9 @@
  * An event function g of a phase, its jet, what rounding has done to it, and where it has a root: predicted, then
  * located.
  *
- *     g(t) = start + H3 W' + H2 W + H1 W1 + H0 W2        W, its derivatives and integrals: those of the phase's poles
+ *     g(t) = start + H3 W' + H2 W + H1 W1        W, its derivative and integral: those of the phase's poles
  *
- * g is positive right after the start of the phase, and an event is its first root. H0 is 0 but for the height of a
- * foot that flies. That no other root comes before it is for the caller to say.
+ * g is positive right after the start of the phase, and an event is its first root.
  */
 #ifndef HOPFORM_EVENT_FUNCTION_H_real
 #define HOPFORM_EVENT_FUNCTION_H_real
@@ -38,44 +37,16 @@ enum {
     NO_ELEMENT_real = -1
 };
 
-/* An event function. `owner` and `side` are the caller's. The distance to a stop is monotone until the velocity of its
- * element vanishes, and a touch of it is no event. */
+/* An event function. */
 typedef struct {
-    real H3, H2, H1, H0; /* its numerator */
+    real H3, H2, H1; /* its numerator */
     real start;
-    real cancels;         /* a quarter of the magnitudes whose difference the start is: each is rounded four times */
-    real decaying, decay; /* a further term and its rate: in flight, what a damper leaves of the spring's stretch */
-    int32_t owner;
-    int32_t side;
-    bool touch_is_no_event;
+    real cancels; /* a quarter of the magnitudes whose difference the start is: each is rounded four times */
 } event_function_real;
 
 /* A function with this numerator and value at the start, of which nothing is known. */
 static inline event_function_real event_function_of_real(const numerator_real *h, real start) {
-    const event_function_real g = {h->H3, h->H2, h->H1, 0.0, start, 0.0, 0.0, 0.0, 0, 0, false};
-    return g;
-}
-
-/* The active event functions of a phase, in order of tie-break priority. */
-typedef struct {
-    const hopform_poles_real *poles;
-    int32_t count;
-    event_function_real function[MOST_EVENT_FUNCTIONS_real];
-} event_set_real;
-
-static inline event_function_real *add_event_function_real(event_set_real *set, const numerator_real *h, real start,
-                                                           real sign, int owner) {
-    event_function_real *g = &set->function[set->count++];
-    g->H3 = sign * h->H3;
-    g->H2 = sign * h->H2;
-    g->H1 = sign * h->H1;
-    g->H0 = 0.0;
-    g->start = sign * start;
-    g->cancels = 0.0;
-    g->decaying = 0.0; /* and its rate is not read */
-    g->owner = owner;
-    g->side = 0;
-    g->touch_is_no_event = false;
+    const event_function_real g = {h->H3, h->H2, h->H1, start, 0.0};
     return g;
 }
 
@@ -108,39 +79,12 @@ typedef struct {
     real third;
 } jet_real;
 
-/* Whether a function has a further term, which decays: only in flight, where a damper is beside the spring. */
-static inline bool has_decay_real(const event_function_real *g) {
-    return HOPFORM_FLIGHT_HAS_DECAY && fabs_real(g->decaying) > 0.0;
-}
-
-/* The n-th derivative of a function from that of its other terms. */
-static inline real with_decay_real(const event_function_real *g, real t, int n, real others) {
-    if (!has_decay_real(g)) { return others; }
-    real value = g->decaying * exponential_real(-g->decay * t);
-    for (int i = 0; i < n; i++) {
-        value *= -g->decay;
-    }
-    return others + value;
-}
-
 static inline real sum_of_real(const event_function_real *g, const parts_real *parts) {
-    return g->H3 * parts->first + g->H2 * parts->second + g->H1 * parts->third + g->H0 * parts->last;
+    return g->H3 * parts->first + g->H2 * parts->second + g->H1 * parts->third;
 }
 
 static inline real value_at_real(const event_function_real *g, const propagator_real *at) {
-    return with_decay_real(g, at->t, 0, g->start + sum_of_real(g, &at->value));
-}
-
-static inline real rate_at_real(const event_function_real *g, const propagator_real *at) {
-    return with_decay_real(g, at->t, 1, sum_of_real(g, &at->rate));
-}
-
-static inline real third_of_real(const hopform_poles_real *poles, const event_function_real *g,
-                                 const propagator_real *at) {
-    const parts_real *w = &at->curvature;
-    const real fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
-    const parts_real third = {fourth, w->first, w->second, w->third};
-    return with_decay_real(g, at->t, 3, sum_of_real(g, &third));
+    return g->start + sum_of_real(g, &at->value);
 }
 
 static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const event_function_real *g) {
@@ -152,23 +96,18 @@ static inline jet_real jet_at_start_real(const hopform_poles_real *poles, const 
     return jet;
 }
 
-/* Value, rate and curvature; the third derivative is 0 here. */
-static inline jet_real short_jet_at_real(const event_function_real *g, const propagator_real *at) {
-    const real curvature = with_decay_real(g, at->t, 2, sum_of_real(g, &at->curvature));
-    const jet_real jet = {value_at_real(g, at), rate_at_real(g, at), curvature, 0.0};
-    return jet;
-}
-
 ALWAYS_real jet_real jet_at_real(const hopform_poles_real *poles, const event_function_real *g,
                                  const propagator_real *at) {
-    jet_real jet = short_jet_at_real(g, at);
-    jet.third = third_of_real(poles, g, at);
+    const parts_real *w = &at->curvature;
+    const real fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
+    const parts_real third = {fourth, w->first, w->second, w->third};
+    const jet_real jet = {value_at_real(g, at), sum_of_real(g, &at->rate), sum_of_real(g, w), sum_of_real(g, &third)};
     return jet;
 }
 
-/* The fourth derivative of an event function, but for its sign: the poles give it from the others, less what grows. */
-static inline real fourth_of_real(const hopform_poles_real *poles, const event_function_real *g, const jet_real *at) {
-    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate - g->H0;
+/* The fourth derivative of an event function, but for its sign: the poles give it from the others. */
+static inline real fourth_of_real(const hopform_poles_real *poles, const jet_real *at) {
+    return poles->s_1 * at->third + poles->s_2 * at->curvature + poles->s_3 * at->rate;
 }
 
 /* The sum of the magnitudes of what the function or a derivative is a sum of, but for the last. */
@@ -179,8 +118,7 @@ static inline real terms_of_real(const event_function_real *g, const parts_real 
 /* Bound of what rounding may have done to the value of an event function. */
 static inline real rounding_of_real(const event_function_real *g, const propagator_real *at, real rate) {
     return 16.0 * HOPFORM_EPS_real
-           * (fabs_real(g->start) + g->cancels + terms_of_real(g, &at->value) + fabs_real(g->H0 * at->value.last)
-              + at->t * fabs_real(rate));
+           * (fabs_real(g->start) + g->cancels + terms_of_real(g, &at->value) + at->t * fabs_real(rate));
 }
 
 /* ---- predict a root ---- */
@@ -256,77 +194,6 @@ static inline real step_to_root_real(const jet_real *at) {
     return usable ? step : HOPFORM_NEVER_real;
 }
 
-/* Whether what a Taylor series of order CARRY leaves out over a time d before or after t is lost in rounding: its terms
- * fall as those of exp(r d) do, r above all poles, and near the start of a phase as powers of d/t. */
-static inline bool is_near_real(const hopform_poles_real *poles, real t, real d) {
-    const real share = t > 0.0 ? d / t : 1.0;
-    return d * d * (poles->s_1 * poles->s_1 + poles->s_2) + share * share <= HOPFORM_CARRIED_SQUARE_real;
-}
-
-/* Five numbers, each the derivative of the one before it, a time d later, by Taylor series of order CARRY: of a
- * function whose derivatives behind the last of them obey w''' = -(s_1 w'' + s_2 w' + s_3 w). */
-typedef struct {
-    real w0, w1, w2, w3, w4;
-} derivatives_real;
-
-static inline derivatives_real carried_real(const hopform_poles_real *poles, const derivatives_real *from, real d) {
-    derivatives_real w = *from;
-    derivatives_real sum = w;
-    real power = 1.0;
-#define ADD_ORDER(inverse)                                                                                             \
-    {                                                                                                                  \
-        const real next = -(poles->s_1 * w.w4 + poles->s_2 * w.w3 + poles->s_3 * w.w2);                                \
-        power *= d * (inverse);                                                                                        \
-        w.w0 = w.w1;                                                                                                   \
-        w.w1 = w.w2;                                                                                                   \
-        w.w2 = w.w3;                                                                                                   \
-        w.w3 = w.w4;                                                                                                   \
-        w.w4 = next;                                                                                                   \
-        sum.w0 += power * w.w0;                                                                                        \
-        sum.w1 += power * w.w1;                                                                                        \
-        sum.w2 += power * w.w2;                                                                                        \
-        sum.w3 += power * w.w3;                                                                                        \
-        sum.w4 += power * w.w4;                                                                                        \
-    }
-    HOPFORM_CARRY_ORDERS_real(ADD_ORDER)
-#undef ADD_ORDER
-        return sum;
-}
-
-/* The propagator d later, at a time t, by that series. */
-static inline propagator_real carried_response_real(const hopform_poles_real *poles, const propagator_real *at, real d,
-                                                    real t) {
-    const derivatives_real w = {at->value.last, at->value.third, at->value.second, at->value.first, at->rate.first};
-    const derivatives_real later = carried_real(poles, &w, d);
-    const basis_real basis = {later.w4, later.w3, later.w2, later.w1, later.w0};
-    return propagator_of_real(poles, t, &basis);
-}
-
-/* A step towards a root between two times: whether it lands on the root, and else where that is looked for next. */
-typedef struct {
-    bool lands;
-    real low, high, next;
-} root_step_real;
-
-/* Of a function that is above zero at the lower time and falls to its root; `fourth` is its fourth derivative, but for
- * the sign. Householder's step is corrected by Newton's on the carried jet. It lands where the last of these is so
- * small that nothing is left of its square, and where the propagator can be carried there. */
-static inline root_step_real step_between_real(const hopform_poles_real *poles, const jet_real *at, real fourth, real t,
-                                               real low, real high) {
-    const derivatives_real g = {at->value, at->rate, at->curvature, at->third, -fourth};
-    const real first = -step_to_root_real(at);
-    const derivatives_real there = carried_real(poles, &g, first);
-    const real more = -there.w0 / (there.w1 < 0.0 ? there.w1 : -1.0);
-    const real step = first + more;
-    const real next = t + step;
-    const bool lands = (at->rate < 0.0) & (next > low) & (next < high) & is_near_real(poles, next, step)
-                       & (more * more <= 0.25 * HOPFORM_EPS_real * t * fabs_real(step));
-    const real from = at->value > 0.0 ? t : low;
-    const real to = at->value < 0.0 ? t : high;
-    const root_step_real towards = {lands, from, to, lands ? next : t + first};
-    return towards;
-}
-
 /* How often a motion may still be evaluated while a stance is solved: what its cost is in proportion to. */
 typedef struct {
     int32_t left;
@@ -336,36 +203,6 @@ enum { UNBOUNDED_real = 2147483647 };
 
 static inline void use_evaluation_real(evaluations_real *evaluations) {
     evaluations->left -= evaluations->left > 0 ? 1 : 0;
-}
-
-/* Go from a time at which g < 0 to the root of g behind an earlier one at which g > 0, from a guess. Requires g > 0, or
- * g = 0 and rising, at the lower time, and g < 0 at the later one. Where no evaluation is left the time is none. */
-static inline void locate_root_real(const hopform_poles_real *poles, const event_function_real *g, real low,
-                                    propagator_real *at, real guess, evaluations_real *evaluations) {
-    real high = at->t;
-    real t = guess;
-    for (int n = 0; n < 100 && evaluations->left > 0; n++) {
-        use_evaluation_real(evaluations);
-        if (!(t > low && t < high) || (n > 8 && n % 2 == 1)) {
-            t = low + 0.5 * (high - low);
-            if (!(t > low && t < high)) {
-                *at = propagator_at_real(poles, high);
-                return;
-            }
-        }
-        *at = propagator_at_real(poles, t);
-        const jet_real jet = jet_at_real(poles, g, at);
-        if (fabs_real(jet.value) <= HOPFORM_EPS_real * t * fabs_real(jet.rate)) { return; }
-        const root_step_real step = step_between_real(poles, &jet, fourth_of_real(poles, g, &jet), t, low, high);
-        /* The rate of the further term is none of the poles: no step is known to land. */
-        if (step.lands && !has_decay_real(g)) {
-            *at = carried_response_real(poles, at, step.next - t, step.next);
-            return;
-        }
-        low = step.low;
-        high = step.high;
-        t = step.next;
-    }
 }
 
 #endif

@@ -3,20 +3,20 @@
  * A flight as a chain of phases: what the contact has carried is ballistic, the element that has stops returns under
  * the law or at the limit of its input, slips or is held. It ends at the first downward crossing of the ground ahead.
  *
- * Its phases are phases of the engine (event_function_real.h) whose real pole is 0. The distance to a stop and the pull
- * of the law are event functions like those of a stance. The height over the ground is one with H_0, because it falls
- * freely. A phase in which the element slips ends at the latest where its velocity vanishes, within half a period of
- * the pair (rule 3). While it is held the height is a parabola, whose root is known. What a damper leaves of the leg's
- * compression is in the height, too, and fades as exp(-l t).
+ * The element slips alone, as in a stance (alone_real.h): the distance to a stop is a guard, and the pull of the law a
+ * function of s and v. The height over the ground is one that falls freely besides. A phase in which the element slips
+ * ends at the latest where its velocity vanishes, within half a period of the pair (rule 3). While it is held the
+ * height is a parabola, whose root is known. What a damper leaves of the leg's compression is in the height, too, and
+ * fades as exp(-l t).
  */
 #ifndef HOPFORM_FLIGHT_H_real
 #define HOPFORM_FLIGHT_H_real
 
 #include "chain_real.h"
 #include "facts.h"
-#include "first_event_real.h"
 #include "linear_real.h"
 #include "overlap_real.h"
+#include "plan_real.h"
 
 typedef enum {
     FLIGHT_STOP_real,
@@ -29,12 +29,18 @@ typedef enum {
 /* A search for the height over the ground ahead, or for the sign of its rate. The last derivative that rule 2 goes by
  * is a motion of the pair alone: whether it begins below 0, and when it changes its sign. */
 typedef struct {
-    event_set_real set; /* of this function alone */
-    bool is_rate;       /* it is the rate: one derivative less */
-    real relaxes;       /* the pole that is removed besides, 0 if there is none */
+    bool is_rate; /* it is the rate: one derivative less */
+    real sign;
+    real shift; /* by which it is lowered, of rounding: where it begins at a root it begins at 0 */
     bool is_negative;
     real turn;
 } fall_real;
+
+/* The element at a time of the phase, and such a function there. */
+typedef struct {
+    alone_real moved;
+    jet_real jet;
+} fall_at_real;
 
 /* The chain while it grows. */
 typedef struct {
@@ -46,8 +52,9 @@ typedef struct {
     real leg, relaxes;              /* compression that a damper leaves in the leg, and the rate of that */
     hopform_flight_phase_real now;  /* the phase */
     hopform_poles_real poles;       /* of it */
-    event_function_real height;     /* of the foot over the ground ahead */
-    propagator_real last;           /* where it ends */
+    alone_pair_real pair;           /* the same */
+    real height, rate;              /* of the foot over the ground ahead, without the leg's; of what falls: its start */
+    alone_real last;                /* where it ends */
     bool airborne;                  /* the foot has been above the ground */
     real highest;                   /* else: how high it has been, where and when */
     hopform_flight_real at_highest; /* as far as it is filled */
@@ -69,27 +76,35 @@ static hopform_poles_real poles_in_flight_real(const flight_rates_real *rates, i
     return limit == 0 ? pair_alone_real(rates->p_law, rates->q_law) : pair_alone_real(rates->p_free, 0.0);
 }
 
-/* How far the element has moved since a phase began, its velocity and its acceleration. */
-static jet_real displacement_in_flight_real(const hopform_poles_real *poles, const hopform_flight_phase_real *phase,
-                                            const propagator_real *at) {
-    const jet_real rest = {0.0, 0.0, 0.0, 0.0};
+static inline alone_pair_real pair_in_flight_real(const hopform_poles_real *poles) {
+    return alone_pair_of_real(poles, 0.25 * poles->p * poles->p < poles->q);
+}
+
+/* The start of a phase's motion. */
+static inline alone_real start_in_flight_real(const hopform_poles_real *poles, const hopform_flight_phase_real *phase) {
     const numerator_real h = displacement_numerator_real(phase->v1, phase->acc1, poles);
-    const event_function_real displacement = event_function_of_real(&h, 0.0);
-    return phase->side != 0 ? short_jet_at_real(&displacement, at) : rest;
+    const alone_real start = {0.0, 0.0, (real)phase->side * h.H3, (real)phase->side * h.H2};
+    return start;
+}
+
+/* The motion at a time of the phase. */
+static inline alone_real moved_in_flight_real(const alone_pair_real *pair, const alone_real *start, real t) {
+    const known_pair_real response = response_over_real(pair, t);
+    return alone_after_real(pair, start, t, &response);
 }
 
 /* The state at a time of a phase; rounding or underflow may have put the position a last digit beyond a stop. */
 static hopform_state_real state_in_flight_real(const hopform_robot_real *robot, const hopform_state_real *start,
-                                               const hopform_flight_phase_real *phase, const jet_real *displacement,
-                                               real after) {
+                                               const hopform_flight_phase_real *phase, const alone_real *at) {
+    const real side = (real)phase->side;
     const real g = fall_of_real(robot);
-    const real t = phase->t + after;
+    const real t = phase->t + at->t;
     const real rise = (start->v2 - 0.5 * g * t) * t;
-    const real moved = (phase->x1 - start->x1) + displacement->value;
-    const real position = lesser_real(upper_stop_real(robot), phase->x1 + displacement->value);
+    const real moved = (phase->x1 - start->x1) + side * at->s;
+    const real position = lesser_real(upper_stop_real(robot), phase->x1 + side * at->s);
     hopform_state_real state;
     state.x1 = greater_real(lower_stop_real(robot), position);
-    state.v1 = displacement->rate;
+    state.v1 = side * at->v;
     state.v2 = start->v2 - g * t;
     state.y = start->y - (rise - moved);
     return state;
@@ -106,39 +121,60 @@ static inline bool begins_to_fall_real(const jet_real *at) {
     return at->rate < 0.0 || (!(at->rate > 0.0) && at->curvature < 0.0);
 }
 
-/* The height from where a phase begins: counted from the take-off, so that nothing adds up. */
-static event_function_real height_in_flight_real(const flight_chain_real *chain) {
-    const hopform_state_real *start = &chain->start;
-    const hopform_flight_phase_real *now = &chain->now;
-    const hopform_poles_real *poles = &chain->poles;
-    const real g = chain->fall;
-    const real rate = start->v2 - g * now->t;
-    const real rise = (start->v2 - 0.5 * g * now->t) * now->t;
-    const numerator_real displacement = displacement_numerator_real(now->v1, now->acc1, poles);
-    const numerator_real h = {rate - displacement.H3, poles->p * rate - g - displacement.H2,
-                              poles->q * rate - poles->p * g};
-    event_function_real height = event_function_of_real(&h, (start->x1 - now->x1) + rise - start->y);
-    height.H0 = -poles->q * g;
-    height.decaying = left_in_leg_real(chain, now->t);
-    height.decay = chain->relaxes;
-    return height;
+/* The height at a time of a phase: counted from the take-off, so that nothing adds up. */
+static real height_in_flight_real(const flight_chain_real *chain, const alone_real *at) {
+    const real t = at->t;
+    return chain->height + (chain->rate - 0.5 * chain->fall * t) * t - (real)chain->now.side * at->s
+           + left_in_leg_real(chain, chain->now.t + t);
 }
 
-/* Its rate, with a sign. */
-static event_function_real rate_of_height_real(const flight_chain_real *chain, real sign) {
-    const event_function_real *g = &chain->height;
-    const numerator_real h = {sign * (g->H2 - chain->poles.p * g->H3), sign * (g->H1 - chain->poles.q * g->H3),
-                              sign * g->H0};
-    event_function_real rate = event_function_of_real(&h, sign * g->H3);
-    rate.decaying = -sign * g->decay * g->decaying;
-    rate.decay = g->decay;
-    return rate;
+/* What rounding may have done to it. No term of s is much larger than s. */
+static real rounding_in_flight_real(const flight_chain_real *chain, const alone_real *at, real rate) {
+    const real t = at->t;
+    return 16.0 * HOPFORM_EPS_real
+           * (fabs_real(chain->height) + fabs_real(chain->rate * t) + 0.5 * chain->fall * t * t + at->s
+              + t * fabs_real(rate));
 }
 
-/* The search for a root of one of the two, of the height itself or of its rate, with a sign: three derivatives of the
- * height remove what falls freely, (D + l) what fades. */
-static fall_real fall_search_real(const flight_chain_real *chain, const event_function_real *g, bool is_rate,
-                                  real sign) {
+static jet_real jet_in_fall_real(const flight_chain_real *chain, const fall_real *fall, const alone_real *at) {
+    const real p = chain->pair.p;
+    const real q = chain->pair.q;
+    const real side = (real)chain->now.side;
+    const real sign = fall->sign;
+    const real acc = at->draw - p * at->v;
+    const real third = -(p * acc + q * at->v);
+    const real fourth = -(p * third + q * acc);
+    const real l = HOPFORM_FLIGHT_HAS_DECAY ? chain->relaxes : 0.0;
+    const real left = left_in_leg_real(chain, chain->now.t + at->t);
+    const real of_left = l * l * left;
+    const jet_real jet = {height_in_flight_real(chain, at) - fall->shift,
+                          chain->rate - chain->fall * at->t - side * at->v - l * left,
+                          of_left - chain->fall - side * acc, -(side * third + l * of_left)};
+    const jet_real of_rate = {sign * jet.rate - fall->shift, sign * jet.curvature, sign * jet.third,
+                              sign * (l * l * of_left - side * fourth)};
+    return fall->is_rate ? of_rate : jet;
+}
+
+/* What rounding may have done to such a function. */
+static real rounding_in_fall_real(const flight_chain_real *chain, const fall_real *fall, const fall_at_real *at) {
+    const real t = at->moved.t;
+    if (!fall->is_rate) { return rounding_in_flight_real(chain, &at->moved, at->jet.rate); }
+    return 16.0 * HOPFORM_EPS_real
+           * (fabs_real(chain->rate) + chain->fall * t + fabs_real(chain->now.v1) + at->moved.v
+              + t * fabs_real(at->jet.rate));
+}
+
+static fall_at_real fall_after_real(const flight_chain_real *chain, const fall_real *fall, real t) {
+    const alone_real start = start_in_flight_real(&chain->poles, &chain->now);
+    fall_at_real at;
+    at.moved = moved_in_flight_real(&chain->pair, &start, t);
+    at.jet = jet_in_fall_real(chain, fall, &at.moved);
+    return at;
+}
+
+/* The search for a root of the height itself or of its rate, with a sign: three derivatives of the height remove what
+ * falls freely, (D + l) what fades. */
+static fall_real fall_search_real(const flight_chain_real *chain, bool is_rate, real sign) {
     const hopform_poles_real *poles = &chain->poles;
     const real l = chain->relaxes;
     real displacement[6] = {0.0, chain->now.v1, chain->now.acc1};
@@ -149,21 +185,15 @@ static fall_real fall_search_real(const flight_chain_real *chain, const event_fu
         -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? displacement[4] + l * displacement[3] : displacement[3]);
     const real rate =
         -sign * (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? displacement[5] + l * displacement[4] : displacement[4]);
-    fall_real fall;
-    fall.set.poles = poles;
-    fall.set.count = 1;
-    fall.set.function[0] = *g;
-    fall.is_rate = is_rate;
-    fall.relaxes = l;
-    fall.is_negative = value < 0.0 || (!(value > 0.0) && rate < 0.0);
-    fall.turn = time_to_rest_real(poles, fabs_real(value), fall.is_negative ? -rate : rate); /* rule 3 */
+    const bool is_negative = value < 0.0 || (!(value > 0.0) && rate < 0.0);
+    const real turn = time_to_rest_real(poles, fabs_real(value), is_negative ? -rate : rate); /* rule 3 */
+    const fall_real fall = {is_rate, sign, 0.0, is_negative, turn};
     return fall;
 }
 
 /* Sign changes of (+, g', g'') for the height, (+, g') for its rate, where a leg relaxes of (D + l) of the last of
  * these, and of the last one, a motion of the pair alone; a zero goes with what follows on it. */
-static int variations_in_fall_real(const fall_real *fall, const jet_real *at, bool last) {
-    const real l = fall->relaxes;
+static int variations_in_fall_real(const fall_real *fall, real l, const jet_real *at, bool last) {
     const real relaxed = fall->is_rate ? at->curvature + l * at->rate : at->third + l * at->curvature;
     const bool third = HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 ? relaxed < 0.0 || (!(relaxed > 0.0) && last) : last;
     const bool curvature = fall->is_rate ? third : at->curvature < 0.0 || (!(at->curvature > 0.0) && third);
@@ -180,81 +210,100 @@ static real lower_bound_real(const jet_real *from, const jet_real *to, real m, r
     return from->value + (from->rate + 0.5 * m * t) * t;
 }
 
-/* Whether it has no root before the end of the interval; else the interval is cut. Rule 2 with one pole at 0 more than
- * in a stance: g''' is a motion of the pair, or (D + l) g''' where a leg relaxes. */
-static bool is_certified_in_fall_real(const fall_real *fall, interval_real *in) {
-    const event_function_real *g = &fall->set.function[0];
-    const jet_real *from = &in->from[0];
-    const jet_real to = jet_at_real(fall->set.poles, g, &in->high);
-    const real h = in->high.t - in->low.t;
-    const bool before = fall->is_negative != (in->low.t >= fall->turn);
-    const bool after = fall->is_negative != (in->high.t > fall->turn);
-    if (variations_in_fall_real(fall, from, before) + (before != after ? 1 : 0)
-        <= variations_in_fall_real(fall, &to, after)) {
+/* Whether it has no root between two times; else where the interval is cut. Rule 2 with one pole at 0 more than in a
+ * stance: g''' is a motion of the pair, or (D + l) g''' where a leg relaxes. */
+static bool is_certified_in_fall_real(const flight_chain_real *chain, const fall_real *fall, const fall_at_real *low,
+                                      const fall_at_real *high, real *cut) {
+    const jet_real *from = &low->jet;
+    const jet_real *to = &high->jet;
+    const real l = chain->relaxes;
+    const real h = high->moved.t - low->moved.t;
+    const bool before = fall->is_negative != (low->moved.t >= fall->turn);
+    const bool after = fall->is_negative != (high->moved.t > fall->turn);
+    if (variations_in_fall_real(fall, l, from, before) + (before != after ? 1 : 0)
+        <= variations_in_fall_real(fall, l, to, after)) {
         return true;
     }
-    const bool has_minimum = begins_to_fall_real(from) && !(to.rate < 0.0); /* a rate may have faded */
+    const bool has_minimum = begins_to_fall_real(from) && !(to->rate < 0.0); /* a rate may have faded */
     const real inside =
-        has_minimum ? cut_between_real(from->rate, to.rate, h) : cut_between_real(from->curvature, to.curvature, h);
-    const real cut = before != after ? fall->turn : in->low.t + inside;
-    real m = lesser_real(lesser_real(from->curvature, to.curvature), 0.0);
-    if (HOPFORM_FLIGHT_HAS_DECAY && fall->relaxes > 0.0 && from->third < 0.0 && to.third > 0.0) {
+        has_minimum ? cut_between_real(from->rate, to->rate, h) : cut_between_real(from->curvature, to->curvature, h);
+    *cut = before != after ? fall->turn : low->moved.t + inside;
+    real m = lesser_real(lesser_real(from->curvature, to->curvature), 0.0);
+    if (HOPFORM_FLIGHT_HAS_DECAY && l > 0.0 && from->third < 0.0 && to->third > 0.0) {
         m += h * from->third; /* exp(l t) g''' rises */
     }
     const bool bends_least_at_an_end = before == after && !(fall->is_rate && before);
-    if ((bends_least_at_an_end && lower_bound_real(from, &to, m, h) > -rounding_of_real(g, &in->high, to.rate))
-        || !(cut > in->low.t && cut < in->high.t)) { /* too short to be cut */
-        return true;
-    }
-    end_interval_at_real(&fall->set, in, cut);
-    return false;
-}
-
-/* The same of the pull, whose rate is a motion of the pair: it has one minimum at most, at a time that is known (rule
- * 3). The distance to a stop has none. */
-static bool is_certified_in_slip_real(const event_set_real *set, interval_real *in) {
-    const event_function_real *g = &set->function[0];
-    const jet_real *from = &in->from[0];
-    if (g->touch_is_no_event || !begins_to_fall_real(from) || rate_at_real(g, &in->high) < 0.0) { return true; }
-    const real lowest = in->low.t + time_to_rest_real(set->poles, -from->rate, -from->curvature);
-    if (!(lowest > in->low.t && lowest < in->high.t)) { return true; }
-    end_interval_at_real(set, in, lowest);
-    return false;
+    return (bends_least_at_an_end && lower_bound_real(from, to, m, h) > -rounding_in_fall_real(chain, fall, high))
+           || !(*cut > low->moved.t && *cut < high->moved.t); /* too short to be cut */
 }
 
 /* ---- the search ---- */
 
-/* Whether the function of a set has a root between two times; the later one is put at the first root then. The set is
- * that of a fall unless this is NULL. It ends without one where the phase has had as many intervals as it may. */
-static bool has_root_in_flight_real(flight_chain_real *chain, event_set_real *set, const fall_real *fall,
-                                    const propagator_real *low, propagator_real *end) {
-    event_function_real *g = &set->function[0];
-    evaluations_real evaluations = {UNBOUNDED_real};
-    interval_real in;
-    in.evaluations = &evaluations;
-    in.low = *low;
-    in.high = *end;
-    in.found = -1;
-    in.from[0] = jet_at_real(set->poles, g, low);
-    in.to = in.from[0];
-    const real value = in.from[0].value;
-    if (value < (in.from[0].rate > 0.0 ? rounding_of_real(g, low, in.from[0].rate) : 0.0)) {
-        g->start -= value; /* where it begins at a root it begins at 0 */
-        in.from[0].value = 0.0;
+/* The root between two times, at the first of which it is positive, or 0 and rises, and at the second negative:
+ * Householder's steps, until what one leaves is less than rounding of the time. */
+static fall_at_real root_in_fall_real(const flight_chain_real *chain, const fall_real *fall, const fall_at_real *low,
+                                      const fall_at_real *high) {
+    real from = low->moved.t;
+    fall_at_real beyond = *high;
+    real t = from + (beyond.moved.t - from) * rough_root_real(&low->jet, &high->jet, beyond.moved.t - from);
+    for (int n = 0; n < 100; n++) {
+        const real to = beyond.moved.t;
+        if (!(t > from && t < to) || (n > 8 && n % 2 == 1)) { t = from + 0.5 * (to - from); }
+        if (!(t > from && t < to)) { break; }
+        const fall_at_real at = fall_after_real(chain, fall, t);
+        const jet_real *jet = &at.jet;
+        if (fabs_real(jet->value) <= HOPFORM_EPS_real * t * fabs_real(jet->rate)) { return at; }
+        if (jet->value < 0.0) {
+            beyond = at;
+        } else {
+            from = t;
+        }
+        const real step = -step_to_root_real(jet);
+        const real bend = jet->curvature / (jet->rate < 0.0 ? jet->rate : -1.0);
+        const real third = jet->third / (jet->rate < 0.0 ? jet->rate : -1.0);
+        const real share = step / t;
+        const real square = step * step * (chain->pair.square + bend * bend + fabs_real(third));
+        const real left = 0.25 * HOPFORM_EPS_real;
+        t += step;
+        if (jet->rate < 0.0 && t > from && t < beyond.moved.t
+            && share * share * (square * square * square) <= left * left) {
+            return fall_after_real(chain, fall, t);
+        }
     }
-    if (!(in.from[0].value > 0.0) && begins_to_fall_real(&in.from[0]) && value_at_real(g, end) < 0.0) {
-        *end = *low;
+    return beyond;
+}
+
+/* Whether it has a root between two times of the phase; the later one is put at the first root then. It ends without
+ * one where the phase has had as many intervals as it may. */
+static bool has_root_in_fall_real(flight_chain_real *chain, fall_real *fall, const alone_real *from, alone_real *end) {
+    fall_at_real low = {*from, jet_in_fall_real(chain, fall, from)};
+    if (low.jet.value < (low.jet.rate > 0.0 ? rounding_in_fall_real(chain, fall, &low) : 0.0)) {
+        fall->shift = low.jet.value;
+        low.jet.value = 0.0;
+    }
+    const fall_at_real last = {*end, jet_in_fall_real(chain, fall, end)};
+    if (!(low.jet.value > 0.0) && begins_to_fall_real(&low.jet) && last.jet.value < 0.0) {
+        *end = *from;
         return true;
     }
+    fall_at_real high = last;
     for (; chain->intervals < HOPFORM_MOST_INTERVALS; chain->intervals++) {
-        end_at_first_crossing_real(set, &in, false);
-        if (!(fall != NULL ? is_certified_in_fall_real(fall, &in) : is_certified_in_slip_real(set, &in))) { continue; }
-        if (in.found >= 0 || !(in.high.t < end->t)) {
-            *end = in.high;
-            return in.found >= 0;
+        const real rounding = rounding_in_fall_real(chain, fall, &high);
+        const real h = high.moved.t - low.moved.t;
+        const bool found = high.jet.value < 0.0 && lesser_real(high.jet.value, high.jet.rate * h) < -rounding;
+        if (found) { high = root_in_fall_real(chain, fall, &low, &high); }
+        real cut;
+        if (!is_certified_in_fall_real(chain, fall, &low, &high, &cut)) {
+            high = fall_after_real(chain, fall, cut);
+            continue;
         }
-        begin_interval_real(set, &in);
-        in.high = *end;
+        if (found || !(high.moved.t < end->t)) {
+            *end = high.moved;
+            return found;
+        }
+        low = high;
+        low.jet.value = greater_real(low.jet.value, 0.0);
+        high = last;
     }
     return false;
 }
@@ -267,98 +316,6 @@ static real gap_in_flight_real(const flight_chain_real *chain) {
     return chain->now.side > 0 ? upper_stop_real(chain->robot) - position : position - lower_stop_real(chain->robot);
 }
 
-/* The stop ahead, if it is met before the last instant, or there: at rest, within rounding of where the phase begins,
- * of the stop, and of the displacement between. */
-static flight_end_real end_at_stop_real(flight_chain_real *chain, flight_end_real end) {
-    const hopform_flight_phase_real *now = &chain->now;
-    const numerator_real displacement = displacement_numerator_real(now->v1, now->acc1, &chain->poles);
-    const propagator_real first = propagator_at_start_real(&chain->poles);
-    const real away = -(real)now->side;
-    const real gap = gap_in_flight_real(chain);
-    if (!is_finite_real(gap)) { return end; }
-    event_set_real set;
-    set.poles = &chain->poles;
-    set.count = 0;
-    event_function_real *stop = add_event_function_real(&set, &displacement, away * gap, away, ELEMENT_real);
-    stop->touch_is_no_event = true;
-    const real left = value_at_real(stop, &chain->last);
-    const real position = now->x1;
-    const real size = fabs_real(position) + fabs_real(position - away * gap) + fabs_real(gap - left);
-    const bool touches = end == FLIGHT_REST_real && fabs_real(left) <= 16.0 * HOPFORM_EPS_real * size;
-    return touches || has_root_in_flight_real(chain, &set, NULL, &first, &chain->last) ? FLIGHT_STOP_real : end;
-}
-
-/* The magnitudes that the room of the pull is a difference of. */
-static real terms_of_room_in_flight_real(const flight_chain_real *chain) {
-    const hopform_flight_phase_real *now = &chain->now;
-    return fabs_real(chain->gains.Kp * now->x1) + fabs_real(chain->gains.Kd * now->v1) + chain->largest;
-}
-
-/* Where the pull reaches the limit of the input, or leaves it, before the last instant; to what. */
-static flight_end_real end_at_pull_real(flight_chain_real *chain, flight_end_real end, int *to) {
-    const hopform_flight_phase_real *now = &chain->now;
-    const hopform_gains_real *gains = &chain->gains;
-    const real proportional = gains->Kp * now->x1;
-    const real derivative = gains->Kd * now->v1;
-    const real terms = terms_of_room_in_flight_real(chain);
-    const numerator_real pull = pull_numerator_real(gains, now->v1, now->acc1, &chain->poles);
-    const propagator_real first = propagator_at_start_real(&chain->poles);
-    for (int side = -1; side <= 1 && (gains->Kp > 0.0 || gains->Kd > 0.0); side += 2) {
-        const real start = proportional + derivative - (real)side * chain->largest;
-        event_set_real set;
-        set.poles = &chain->poles;
-        set.count = 0;
-        event_function_real *room =
-            add_event_function_real(&set, &pull, start, (real)(now->limit == 0 ? -side : side), ELEMENT_real);
-        put_on_threshold_real(room, terms);
-        propagator_real at = chain->last;
-        if (side != -now->limit && has_root_in_flight_real(chain, &set, NULL, &first, &at) && at.t < chain->last.t) {
-            chain->last = at;
-            *to = now->limit == 0 ? side : 0;
-            end = FLIGHT_PULL_real;
-        }
-    }
-    return end;
-}
-
-/* Put how the flight would end at a time of the phase into it; not behind the horizon by rounding. */
-static void put_ending_real(const flight_chain_real *chain, const jet_real *displacement, real t) {
-    chain->flight->duration = lesser_real(chain->now.t + t, chain->horizon);
-    chain->flight->end = state_in_flight_real(chain->robot, &chain->start, &chain->now, displacement, t);
-}
-
-/* Before the foot has been above the ground: whether it is, and whether it is higher than before. */
-static void look_at_foot_real(flight_chain_real *chain, const propagator_real *at) {
-    const real height = value_at_real(&chain->height, at);
-    if (!chain->airborne && height > chain->highest) {
-        const jet_real displacement = displacement_in_flight_real(&chain->poles, &chain->now, at);
-        chain->airborne = height > rounding_of_real(&chain->height, at, 0.0);
-        chain->highest = height;
-        put_ending_real(chain, &displacement, at->t);
-        chain->at_highest = *chain->flight;
-    }
-}
-
-/* The velocity of what falls, where the phase begins. */
-static real falling_in_flight_real(const flight_chain_real *chain) {
-    return chain->start.v2 - chain->fall * chain->now.t;
-}
-
-/* Height of the foot if the leg were the shortest. */
-static real height_of_shortest_real(const flight_chain_real *chain) {
-    const real longer = chain->now.x1 - lower_stop_real(chain->robot);
-    return chain->height.start + longer + greater_real(left_in_leg_real(chain, chain->now.t), 0.0);
-}
-
-/* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
-static real longest_phase_real(const flight_chain_real *chain) {
-    const real until = chain->horizon - chain->now.t;
-    const real height = height_of_shortest_real(chain);
-    if (!chain->airborne || !(height >= 0.0 && height <= HOPFORM_NEVER_real)) { return until; }
-    const real fallen = 1.01 * time_of_fall_real(chain->robot, falling_in_flight_real(chain), height);
-    return fallen < until && fallen > 0.0 ? fallen : until;
-}
-
 /* The acceleration under what the motor does now, at a velocity, with the friction of a side. */
 static real acceleration_of_real(const flight_chain_real *chain, real velocity, int side) {
     const flight_rates_real *rates = &chain->rates;
@@ -367,22 +324,92 @@ static real acceleration_of_real(const flight_chain_real *chain, real velocity, 
                       : acceleration_at_limit_real(chain->robot, rates, velocity, (real)side, (real)limit);
 }
 
-/* When the element comes to rest. Where nothing grows with its position, and nothing would turn it back at rest, its
- * velocity fades and never vanishes. */
-static real time_of_rest_real(const flight_chain_real *chain) {
-    const real side = (real)chain->now.side;
-    const bool fades = !(chain->poles.q > 0.0) && side * acceleration_of_real(chain, 0.0, chain->now.side) >= 0.0;
-    return fades ? HOPFORM_NEVER_real : time_to_rest_real(&chain->poles, side * chain->now.v1, side * chain->now.acc1);
+/* The magnitudes that the room of the pull is a difference of. */
+static real terms_of_room_in_flight_real(const flight_chain_real *chain) {
+    const hopform_flight_phase_real *now = &chain->now;
+    return fabs_real(chain->gains.Kp * now->x1) + fabs_real(chain->gains.Kd * now->v1) + chain->largest;
+}
+
+/* The room of the pull to the limits of the input, or at a limit what it is beyond that. */
+static void put_room_in_flight_real(const flight_chain_real *chain, alone_search_real *search) {
+    const hopform_flight_phase_real *now = &chain->now;
+    const hopform_gains_real *gains = &chain->gains;
+    const real start = gains->Kp * now->x1 + gains->Kd * now->v1;
+    const real terms = terms_of_room_in_flight_real(chain);
+    const numerator_real pull = pull_numerator_real(gains, now->v1, now->acc1, &chain->poles);
+    for (int side = -1; side <= 1 && (gains->Kp > 0.0 || gains->Kd > 0.0); side += 2) {
+        if (side != -now->limit) {
+            const real sign = (real)(now->limit == 0 ? -side : side);
+            (void)add_alone_function_real(search, &pull, start - (real)side * chain->largest, terms, sign, LIMIT_real,
+                                          now->limit == 0 ? side : 0);
+        }
+    }
+}
+
+/* The end of a slipping phase at a time at the latest: a stop, a limit of the input, or rest. It touches a stop at rest
+ * within rounding of where the phase begins, of the stop, and of the displacement between. */
+static flight_end_real end_of_slip_real(flight_chain_real *chain, real until, int *to) {
+    const hopform_flight_phase_real *now = &chain->now;
+    const real gap = gap_in_flight_real(chain);
+    evaluations_real evaluations = {UNBOUNDED_real};
+    alone_search_real search;
+    begin_alone_search_real(&search, HOPFORM_STOPPED_ELEMENT, &chain->poles,
+                            timescales_of_poles_real(&chain->poles).half_period);
+    search.start = start_in_flight_real(&chain->poles, now);
+    if (!(chain->pair.q > 0.0)) { search.start.draw = (real)now->side * acceleration_of_real(chain, 0.0, now->side); }
+    if (is_finite_real(gap)) { add_alone_guard_real(&search, gap, ELEMENT_real + search.element)->stops = true; }
+    put_room_in_flight_real(chain, &search);
+    find_alone_event_real(&search, until, &evaluations);
+    chain->last = search.end;
+    *to = search.side;
+    const real size = fabs_real(now->x1) + gap + search.end.s;
+    const real bound = 16.0 * HOPFORM_EPS_real * size;
+    const bool touches = search.stops || (is_finite_real(gap) && fabs_real(gap - search.end.s) <= bound);
+    const flight_end_real slips = search.owner == LIMIT_real ? FLIGHT_PULL_real : FLIGHT_HORIZON_real;
+    const flight_end_real rests = touches ? FLIGHT_STOP_real : FLIGHT_REST_real;
+    return search.owner == ELEMENT_real + search.element ? rests : slips;
+}
+
+/* Put how the flight would end at a time of the phase into it; not behind the horizon by rounding. */
+static void put_ending_real(const flight_chain_real *chain, const alone_real *at) {
+    chain->flight->duration = lesser_real(chain->now.t + at->t, chain->horizon);
+    chain->flight->end = state_in_flight_real(chain->robot, &chain->start, &chain->now, at);
+}
+
+/* Before the foot has been above the ground: whether it is, and whether it is higher than before. */
+static void look_at_foot_real(flight_chain_real *chain, const alone_real *at) {
+    const real height = height_in_flight_real(chain, at);
+    if (!chain->airborne && height > chain->highest) {
+        chain->airborne = height > rounding_in_flight_real(chain, at, 0.0);
+        chain->highest = height;
+        put_ending_real(chain, at);
+        chain->at_highest = *chain->flight;
+    }
+}
+
+/* Height of the foot if the leg were the shortest. */
+static real height_of_shortest_real(const flight_chain_real *chain) {
+    const real longer = chain->now.x1 - lower_stop_real(chain->robot);
+    return chain->height + longer + greater_real(left_in_leg_real(chain, chain->now.t), 0.0);
+}
+
+/* Up to when a phase may last: a foot that is above the ground is below it when not even the shortest leg would do. */
+static real longest_phase_real(const flight_chain_real *chain) {
+    const real until = chain->horizon - chain->now.t;
+    const real height = height_of_shortest_real(chain);
+    if (!chain->airborne || !(height >= 0.0 && height <= HOPFORM_NEVER_real)) { return until; }
+    const real fallen = 1.01 * time_of_fall_real(chain->robot, chain->rate, height);
+    return fallen < until && fallen > 0.0 ? fallen : until;
 }
 
 /* The end of a phase in which the foot moves on a parabola. */
 static flight_end_real end_of_parabola_real(flight_chain_real *chain) {
     const real until = chain->horizon - chain->now.t;
-    const real height = chain->height.start;
-    const real rate = chain->height.H3;
+    const real height = chain->height;
+    const real rate = chain->rate;
     const real g = chain->fall;
     if (!chain->airborne && rate > 0.0) {
-        const propagator_real top = propagator_at_real(&chain->poles, lesser_real(rate / g, until));
+        const alone_real top = {lesser_real(rate / g, until), 0.0, 0.0, 0.0};
         look_at_foot_real(chain, &top);
     }
     const real square = rate * rate + 2.0 * g * height;
@@ -390,29 +417,28 @@ static flight_end_real end_of_parabola_real(flight_chain_real *chain) {
     const real slower = then - rate > 0.0 ? then - rate : 1.0;
     const real down = rate > 0.0 ? (rate + then) / g : 2.0 * greater_real(height, 0.0) / slower;
     const bool lands = chain->airborne && down <= until;
-    chain->last = propagator_at_start_real(&chain->poles); /* the element rests: nothing else is asked of it */
-    chain->last.t = lands ? down : until;
+    const alone_real last = {lands ? down : until, 0.0, 0.0, 0.0};
+    chain->last = last;
     return lands ? FLIGHT_TOUCHDOWN_real : FLIGHT_HORIZON_real;
 }
 
 /* Where the foot meets the ground after it has been above it, up to the last instant. Before, it is followed from where
  * it is highest, or lowest, to the next such point. */
 static flight_end_real end_at_touchdown_real(flight_chain_real *chain, flight_end_real end) {
-    propagator_real low = propagator_at_start_real(&chain->poles);
-    const jet_real first = jet_at_real(&chain->poles, &chain->height, &low);
+    alone_real low = start_in_flight_real(&chain->poles, &chain->now);
+    fall_real height = fall_search_real(chain, false, 1.0);
+    const jet_real first = jet_in_fall_real(chain, &height, &low);
     real sign = begins_to_fall_real(&first) ? -1.0 : 1.0;
     while (!chain->airborne && low.t < chain->last.t) {
-        const event_function_real onward = rate_of_height_real(chain, sign);
-        fall_real fall = fall_search_real(chain, &onward, true, sign);
-        propagator_real turn = chain->last;
-        (void)has_root_in_flight_real(chain, &fall.set, &fall, &low, &turn);
+        fall_real onward = fall_search_real(chain, true, sign);
+        alone_real turn = chain->last;
+        (void)has_root_in_fall_real(chain, &onward, &low, &turn);
         low = turn;
         sign = -sign;
         look_at_foot_real(chain, &low);
     }
     if (!chain->airborne) { return end; }
-    fall_real fall = fall_search_real(chain, &chain->height, false, 1.0);
-    return has_root_in_flight_real(chain, &fall.set, &fall, &low, &chain->last) ? FLIGHT_TOUCHDOWN_real : end;
+    return has_root_in_fall_real(chain, &height, &low, &chain->last) ? FLIGHT_TOUCHDOWN_real : end;
 }
 
 /* Finds the last instant of the phase, and what ends it; to what the pull changes. */
@@ -421,14 +447,10 @@ static flight_end_real find_end_in_flight_real(flight_chain_real *chain, int *to
         return end_of_parabola_real(chain);
     }
     const real until = longest_phase_real(chain);
-    const real rest = chain->now.side != 0 ? time_of_rest_real(chain) : HOPFORM_NEVER_real;
-    flight_end_real end = rest <= until ? FLIGHT_REST_real : FLIGHT_HORIZON_real;
-    chain->last = propagator_at_real(&chain->poles, lesser_real(rest, until));
-    if (chain->now.side != 0) {
-        end = end_at_stop_real(chain, end);
-        end = end_at_pull_real(chain, end, to);
-    }
-    return end_at_touchdown_real(chain, end);
+    const alone_real last = {until, 0.0, 0.0, 0.0};
+    chain->last = last;
+    return end_at_touchdown_real(chain,
+                                 chain->now.side != 0 ? end_of_slip_real(chain, until, to) : FLIGHT_HORIZON_real);
 }
 
 /* ---- the chain ---- */
@@ -506,11 +528,15 @@ static void begin_flight_real(flight_chain_real *chain) {
  * highest. */
 static void begin_phase_real(flight_chain_real *chain) {
     chain->poles = poles_in_flight_real(&chain->rates, chain->now.limit);
-    chain->height = height_in_flight_real(chain);
+    chain->pair = pair_in_flight_real(&chain->poles);
+    const real t = chain->now.t;
+    chain->rate = chain->start.v2 - chain->fall * t;
+    chain->height = (chain->start.x1 - chain->now.x1) + (chain->start.v2 - 0.5 * chain->fall * t) * t - chain->start.y;
     chain->intervals = 0;
     if (chain->flight->phase_count == 1) {
-        const propagator_real first = propagator_at_start_real(&chain->poles);
-        const jet_real at = jet_at_real(&chain->poles, &chain->height, &first);
+        const alone_real first = start_in_flight_real(&chain->poles, &chain->now);
+        const fall_real height = fall_search_real(chain, false, 1.0);
+        const jet_real at = jet_in_fall_real(chain, &height, &first);
         const real rates = fabs_real(chain->start.v2) + fabs_real(chain->now.v1);
         const bool relaxes = HOPFORM_FLIGHT_HAS_DECAY && fabs_real(chain->leg) > 0.0;
         const bool rises = !(at.value < 0.0) && at.rate > 16.0 * HOPFORM_EPS_real * rates;
@@ -524,8 +550,7 @@ static int32_t run_flight_real(flight_chain_real *chain) {
     begin_flight_real(chain);
     while (flight->phase_count <= chain->max_phases) {
         begin_phase_real(chain);
-        if (!chain->airborne && falling_in_flight_real(chain) < 0.0
-            && height_of_shortest_real(chain) < chain->highest) {
+        if (!chain->airborne && chain->rate < 0.0 && height_of_shortest_real(chain) < chain->highest) {
             /* The foot cannot come as high again: it falls, and is too low for the shortest leg. */
             *flight = chain->at_highest;
             return HOPFORM_FLIGHT_TRIPPED;
@@ -536,8 +561,7 @@ static int32_t run_flight_real(flight_chain_real *chain) {
             flight->phase_count = 0; /* report_flight refuses it */
             return HOPFORM_FLIGHT_HORIZON;
         }
-        const jet_real displacement = displacement_in_flight_real(&chain->poles, &chain->now, &chain->last);
-        put_ending_real(chain, &displacement, chain->last.t);
+        put_ending_real(chain, &chain->last);
         chain->now.t = flight->duration;
         if (end == FLIGHT_TOUCHDOWN_real) {
             flight->end.y = left_in_leg_real(chain, flight->duration);
@@ -548,14 +572,14 @@ static int32_t run_flight_real(flight_chain_real *chain) {
             *flight = chain->airborne ? *flight : chain->at_highest;
             return chain->airborne ? HOPFORM_FLIGHT_HORIZON : HOPFORM_FLIGHT_TRIPPED;
         }
+        const real goes = (real)chain->now.side;
         chain->now.x1 = flight->end.x1;
         chain->now.v1 = flight->end.v1;
-        chain->now.acc1 = displacement.curvature;
+        chain->now.acc1 = goes * alone_acceleration_real(&chain->pair, &chain->last);
         if (end == FLIGHT_PULL_real) {
             /* Through the law the acceleration would have the rounding of the position times Kp. */
             const real limit = (real)(side != 0 ? side : chain->now.limit);
-            const real goes = (real)chain->now.side;
-            chain->now.acc1 = acceleration_at_limit_real(chain->robot, &chain->rates, displacement.rate, goes, limit);
+            chain->now.acc1 = acceleration_at_limit_real(chain->robot, &chain->rates, chain->now.v1, goes, limit);
             chain->now.limit = (int8_t)side;
             record_in_flight_real(chain,
                                   side == 0 ? HOPFORM_FLIGHT_EVENT_U_DESATURATES : HOPFORM_FLIGHT_EVENT_U_SATURATES);
@@ -731,10 +755,11 @@ static hopform_state_real state_of_flight_real(const hopform_plan_real *plan, co
                                                const hopform_flight_phase_real *phase, real t) {
     hopform_state_real start = flight->start;
     const hopform_poles_real poles = poles_in_flight_real(rates, phase->limit);
-    const propagator_real at = propagator_at_real(&poles, t - phase->t);
-    const jet_real displacement = displacement_in_flight_real(&poles, phase, &at);
+    const alone_pair_real pair = pair_in_flight_real(&poles);
+    const alone_real from = start_in_flight_real(&poles, phase);
+    const alone_real at = moved_in_flight_real(&pair, &from, t - phase->t);
     start.y += flight->ground;
-    return state_in_flight_real(&plan->robot, &start, phase, &displacement, at.t);
+    return state_in_flight_real(&plan->robot, &start, phase, &at);
 }
 
 static flight_rates_real rates_of_flight_real(const hopform_plan_real *plan, const hopform_flight_real *flight) {
@@ -763,22 +788,22 @@ int32_t hopform_flight_at_real(const hopform_plan_real *plan, const hopform_flig
 
 /* Integral of the square of the velocity over the first t of a phase: z = (v, a) has I(2h) = I(h) + Phi(h) I(h)
  * Phi(h)^T, as in the stance's ledger, from a short time by Gauss's rule. */
-static real square_of_velocity_real(const hopform_poles_real *poles, const hopform_flight_phase_real *phase, real t) {
+static real square_of_velocity_real(const alone_pair_real *pair, const alone_real *start, real t) {
+    const hopform_poles_real *poles = pair->poles;
     real h = t;
     int doublings = halve_real(poles, &h);
     real squares[] = {0.0, 0.0, 0.0}; /* of v v, v a, a a */
     for (int node = 0; node < HOPFORM_NODES_real; node++) {
-        const propagator_real at = propagator_at_real(poles, place_real[node] * h);
-        const jet_real displacement = displacement_in_flight_real(poles, phase, &at);
-        const real numerators[] = {displacement.rate, displacement.curvature};
+        const alone_real at = moved_in_flight_real(pair, start, place_real[node] * h);
+        const real numerators[] = {at.v, alone_acceleration_real(pair, &at)};
         for (int n = 0; n < 3; n++) {
             squares[n] += weight_real[node] * h * numerators[n / 2] * numerators[(n + 1) / 2];
         }
     }
-    for (; doublings > 0 && phase->side != 0; doublings--) {
-        const basis_real basis = basis_at_real(poles, h);
-        const real of_v[] = {basis.Wdd + poles->p * basis.Wd, -poles->q * basis.Wd};
-        const real of_a[] = {basis.Wd, basis.Wdd};
+    for (; doublings > 0 && fabs_real(start->v) + fabs_real(start->draw) > 0.0; doublings--) {
+        const known_pair_real by = response_over_real(pair, h);
+        const real of_v[] = {by.Rd + pair->p * by.R, -pair->q * by.R};
+        const real of_a[] = {by.R, by.Rd};
         const real before[] = {squares[0], squares[1], squares[2]};
         for (int n = 0; n < 3; n++) {
             const int i = n / 2;
@@ -797,10 +822,11 @@ static void add_work_real(hopform_flight_ledger_real *ledger, const hopform_plan
                           const hopform_flight_phase_real *phase, real t) {
     const hopform_robot_real *robot = &plan->robot;
     const hopform_poles_real poles = poles_in_flight_real(rates, phase->limit);
-    const propagator_real at = propagator_at_real(&poles, t);
-    const jet_real displacement = displacement_in_flight_real(&poles, phase, &at);
+    const alone_pair_real pair = pair_in_flight_real(&poles);
+    const alone_real start = start_in_flight_real(&poles, phase);
+    const alone_real at = moved_in_flight_real(&pair, &start, t);
     const real rise = (flight->start.v2 - fall_of_real(robot) * (phase->t + 0.5 * t)) * t;
-    const flight_integrals_real integrals = {displacement.value, square_of_velocity_real(&poles, phase, t), rise};
+    const flight_integrals_real integrals = {(real)phase->side * at.s, square_of_velocity_real(&pair, &start, t), rise};
     const hopform_flight_ledger_real part = flight_ledger_of_real(
         robot, &flight->gains, largest_force_real(robot), phase->x1, (real)phase->side, (real)phase->limit, &integrals);
     (void)ledger; /* of a model in which nothing does work */

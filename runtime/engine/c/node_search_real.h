@@ -12,7 +12,7 @@
 #ifndef HOPFORM_NODE_SEARCH_H_real
 #define HOPFORM_NODE_SEARCH_H_real
 
-#include "first_event_real.h"
+#include "certificate_real.h"
 #include "transition_real.h"
 
 #if HOPFORM_BOTH_MOVE

@@ -38,10 +38,4 @@ static inline propagator_real propagator_at_real(const hopform_poles_real *poles
     return propagator_of_real(poles, t, &basis);
 }
 
-/* That of any poles at the start of a phase. */
-static inline propagator_real propagator_at_start_real(const hopform_poles_real *poles) {
-    const propagator_real at = {0.0, {0.0, 0.0, 0.0, 0.0}, {1.0, 0.0, 0.0, 0.0}, {-poles->s_1, 1.0, 0.0, 0.0}};
-    return at;
-}
-
 #endif
