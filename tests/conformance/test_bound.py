@@ -107,7 +107,7 @@ def fly(library, seed):
 
 
 def test_a_flight_is_refused_where_the_bound_is_met(tmp_path):
-    met, bounded = 0, bounded_by(4, tmp_path / "bounded.so")
+    met, bounded = 0, bounded_by(2, tmp_path / "bounded.so")
     for seed in range(COUNT):
         status, phases, flight = fly(bounded, seed)
         expected, all_phases, whole = fly(native.library()._handle, seed)
