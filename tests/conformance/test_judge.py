@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from tests.conformance.judge import LATE, NAMES, TOO_MANY, UNCERTIFIED, Engine, Judge, Motions
-from tests.conformance.motion_draws import KINDS, Model
+from tests.conformance.judge import BATCH, LATE, NAMES, TOO_MANY, UNCERTIFIED, Engine, Judge, Motions
+from tests.conformance.motion_draws import KINDS, Model, problems
 
 COUNT, JUDGED = {True: 200, False: 50}, 6
 """Motions of a draw in double precision, and in single; how many lists of a draw that differ go to the 60 digits."""
@@ -53,6 +53,14 @@ def test_times_of_equal_lists_hardly_differ(store):
     found = judge.judge("random", 77, 1000, most=0)
     assert found.motions > 900 and found.differ < found.motions // 50
     assert found.late == 0 and found.usual < 1e-12, f"{found.row} {found.usual}"
+
+
+@pytest.mark.sliced
+def test_no_stiff_motion_in_single_precision_is_without_an_end(store):
+    """Beside a fast pole d = g'' + a g' has no digits at a minimum, and cutting there must come to an end."""
+    model = Model(store, "rig")
+    found = Engine(store, model, double=False, level="-O0").solve(problems(model, "stiff 1e+05", 1, BATCH, False))
+    assert not (found.answers["ending"] == UNCERTIFIED).any()
 
 
 # ---- the judge itself ----

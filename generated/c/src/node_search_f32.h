@@ -283,7 +283,8 @@ SELDOM_f32 void cut_at_minimum_f32(node_search_f32 *search, int n) {
         t = t - less;
     }
     cut_interval_f32(search, t);
-    search->high->rate[n] = 0.0f;
+    search->high->rate[n] = 0.0f; /* and g'' = d is not negative: a sign that rounding has given it is none */
+    search->high->deflated[n] = greater_f32(search->high->deflated[n], 0.0f);
 }
 
 /* Whether function n, which rule 2 does not settle by signs, has no root in the interval; else the interval is cut. */

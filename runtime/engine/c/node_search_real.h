@@ -283,7 +283,8 @@ SELDOM_real void cut_at_minimum_real(node_search_real *search, int n) {
         t = t - less;
     }
     cut_interval_real(search, t);
-    search->high->rate[n] = 0.0;
+    search->high->rate[n] = 0.0; /* and g'' = d is not negative: a sign that rounding has given it is none */
+    search->high->deflated[n] = greater_real(search->high->deflated[n], 0.0);
 }
 
 /* Whether function n, which rule 2 does not settle by signs, has no root in the interval; else the interval is cut. */
