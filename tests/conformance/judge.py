@@ -22,13 +22,12 @@ wrong in double precision, or a motion has no end; with `--before`, if there are
 import argparse
 import ctypes
 import os
-import random
 import shlex
 import signal
 import subprocess
 import sys
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
@@ -44,16 +43,15 @@ from tests.objects import SHARED, key, once, run_compiler
 from tests.oracle.checker import MOTION_KINDS, MOTION_OUTCOMES, MOTION_PROBLEM, motions
 from tests.oracle.mechanism import Solution, solve
 from tests.oracle.mechanism.compare import EXCUSED, RIGHT, WRONG, Answer, capped, later_phases
-from tests.oracle.mechanism.neighbour import difference, neighbour, solved
-from tests.oracle.mechanism.numbers import ulp
+from tests.oracle.mechanism.neighbour import difference, neighbour
 
 ROOT = Path(__file__).resolve().parents[2]
 NAMES = sorted({path.stem for path in (*SHIPPED.glob("*.py"), *MODELS.glob("*.py"))} - {"__init__"})
 BATCH, MAX_PHASES = 10_000, 100
 TOO_MANY, UNCERTIFIED, UNSETTLED = 4, 5, 0
 ULPS, NEIGHBOURS = 32, 400
-PARTING, MOVES = 2, 12
-"""Phases before a difference whose starts are moved, and how often."""
+PARTING = 2
+"""Phases before a difference whose starts are moved."""
 MOST, SECONDS = 12, 15.0
 """Lists that differ which are judged of each row and batch, and the processor time of each judgement."""
 LONG = 0.9
@@ -270,12 +268,11 @@ class Judge:
         late = self.measure(tally, found, known, lanes, same & ~gave_up, (seed, at))
         differ = np.union1d(np.flatnonzero(~same), late if self.double else late[:0])
         tally.differ, tally.late = len(differ), len(late)
-        unlike = ~same & (known.answers["ending"] != UNSETTLED)
-        tally.stuck, stuck_before = (
-            int(((each.answers["ending"] == UNCERTIFIED) | ((each.answers["ending"] == TOO_MANY) & unlike)).sum())
-            for each in (found, known)
-        )
-        tally.stuck_before = stuck_before if self.before else 0
+        has_few = (known.answers["ending"] != UNSETTLED) & (known.phases < LONG * MAX_PHASES)
+        tally.stuck = int(((found.answers["ending"] == UNCERTIFIED) | (gave_up & has_few)).sum())
+        if self.before:
+            ending = known.answers["ending"]
+            tally.stuck_before = int(((ending == UNCERTIFIED) | ((ending == TOO_MANY) & ~gave_up)).sum())
         for lane in differ[:most]:
             said = [self.answer(each, lane) for each in ((found, known) if self.before else (found,))]
             how = "where unsettled" if known.answers["ending"][lane] == UNSETTLED else "unlike"
@@ -339,21 +336,12 @@ class Judge:
         tally.cases.append((*place, f"{how}: {', before '.join(verdicts)}"))
 
     def verdict(self, lane: Any, said: Answer) -> str:
-        problem = self.problem(lane)
-        exact = capped(solve(problem), said)
-        if self.is_right(exact, said):
+        exact = capped(solve(self.problem(lane)), said)
+        if differs_from(said, self.double)(exact) is None:
             return RIGHT
         if exact.kinds != said.kinds and not self.double and said.kinds in self.neighbours(lane):
             return EXCUSED
-        return EXCUSED if has_neighbour(exact, said, DIGITS[self.double]) else WRONG
-
-    def is_right(self, exact: Solution, said: Answer) -> bool:
-        """Whether the exact motion has the list; in double precision, with no event late."""
-        if exact.kinds != said.kinds:
-            return False
-        times = zip(exact.events, said.events, strict=True)
-        off = max([abs(event.time - t) for event, (t, _) in times], default=0)
-        return bool(off <= LATE * max(exact.duration, SHORTEST * exact.problem.horizon)) or not self.double
+        return EXCUSED if has_neighbour(exact, said, DIGITS[self.double], self.double) else WRONG
 
     def neighbours(self, lane: Any) -> set[tuple[str, ...]]:
         """Lists of motions whose inputs differ by up to 32 units in the last place; equal numbers stay equal."""
@@ -398,30 +386,43 @@ def is_list(said: bytes, known: bytes) -> bool:
     return said == known or (said[-1] == TOO_MANY and known[: len(said) - 1] == said[:-1])
 
 
-def has_neighbour(exact: Solution, said: Answer, digits: int) -> bool:
-    """Whether a motion within 32 units in the last place has a list; also from phases before the difference, whose
-    starts the engine has rounded.
+def differs_from(said: Answer, timely: bool) -> Callable[[Solution], int | None]:
+    """The first place at which a motion is not what was said: of another list, or with another time, if that counts;
+    of one that was given up, as far as it goes.
     """
-    if exact.kinds == said.kinds:
-        return False  # but late
-    if neighbour(exact.problem, said.kinds, digits).found:
+    ends = [] if said.status == "too_many_phases" else [said.duration]
+
+    def place(solution: Solution) -> int | None:
+        times = [*(event.time for event in solution.events), solution.duration]
+        most = LATE * max(solution.duration, SHORTEST * solution.problem.horizon)
+        off = [abs(p - q) for p, q in zip(times, [*(t for t, _ in said.events), *ends], strict=False)]
+        late = next((n for n, each in enumerate(off) if timely and each > most), None)
+        if solution.kinds == said.kinds:
+            return late
+        other = difference(solution.kinds, said.kinds)
+        return other if late is None else min(late, other)
+
+    return place
+
+
+def has_neighbour(exact: Solution, said: Answer, digits: int, timely: bool) -> bool:
+    """Whether a motion within 32 units in the last place is what was said; also from phases before the difference,
+    whose starts the engine has rounded.
+    """
+    differs = differs_from(said, timely)
+    if neighbour(exact.problem, said.kinds, digits, differs).found:
         return True
-    place = difference(exact.kinds, said.kinds)
+    place = differs(exact) or 0
     parting = [
-        (again, phase.before)
-        for phase, (again, _, _) in zip(exact.phases[1:], later_phases(exact), strict=False)
+        (again, start, phase.before)
+        for phase, (again, start, _) in zip(exact.phases[1:], later_phases(exact), strict=False)
         if phase.before <= place
     ]
-    draw = random.Random(1)
-    for again, before in reversed(parting[-PARTING:]):
-        for _ in range(MOVES):
-            inputs, ways = again.inputs(), dict[str, Any]()
-            for group in again.groups():
-                way = draw.uniform(-ULPS, ULPS) * ulp(inputs[group[0]], digits)
-                ways |= {name: inputs[name] + way for name in group}
-            moved = solved(again.moved(ways))
-            if moved is not None and moved.kinds == said.kinds[before:]:
-                return True
+    for again, start, before in reversed(parting[-PARTING:]):
+        events = [(t - start, kind) for t, kind in said.events[before:]]
+        rest = replace(said, duration=said.duration - start, events=events)
+        if neighbour(again, rest.kinds, digits, differs_from(rest, timely)).found:
+            return True
     return False
 
 

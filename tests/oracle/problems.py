@@ -122,8 +122,13 @@ class Equations:
             "direction": [int(i == n) for i in range(len(self.moving))],
             "friction": [write(each) for each in slides],
             "at_rest": [write(each) for each in rests],
-            "limits": [write(each) for each in (low, high)],
+            "limits": [self.limit(each) for each in (low, high)],
         }
+
+    def limit(self, value: Any) -> str:
+        """A stop; what a file says by a number is an input, too, because a start at the stop moves with it."""
+        is_number = not isinstance(value, Formula) and abs(value) != float("inf")
+        return Formula("", self.numbers).of(float(value) if is_number else value)
 
     def ends(self) -> dict[str, Any]:
         """The contact and the law."""
@@ -146,9 +151,9 @@ class Equations:
         return found
 
     def state(self, stretch: str) -> dict[str, Any]:
-        """Position and velocity by the start, and which of these are equal to a stop that is a parameter."""
+        """Position and velocity by the start, and which of these are equal to a stop that is an input."""
         *first, last = self.moving
-        stops = [getattr(each, "text", "") for pair in self.of.stops.values() for each in pair]
+        stops = [self.limit(each) for pair in self.of.stops.values() for each in pair]
         tied = [["x1", *(name for name in stops if re.fullmatch(r"\w+", name))]] if "x1" in self.axes else []
         if "y" not in self.axes:
             return {

@@ -683,6 +683,50 @@ def pair(speed: Any) -> dict[str, Any]:
     }
 
 
+BALANCED = {"m": 1.0, "k": 30.0, "b": 0.5, "q": 0.2, "horizon": 1.0}
+"""A joint that nothing holds, at rest; its spring draws it by 6 N."""
+
+
+@pytest.mark.parametrize("ulps", [-40, -3, 1, 40])
+def test_what_no_friction_holds_has_a_neighbour_that_rests_where_its_forces_may_cancel(ulps):
+    """Both sides of the balance move: it is met by moving all inputs by less than 32 ulp. Farther away nothing rests."""
+    load = mp.mpf(30.0) * mp.mpf(0.2) + ulps * mp.mpf(math.ulp(6.0))
+    joint = read(builders.joint(**BALANCED, load=load))
+    assert solve(joint).kinds == ("q_reverses", "horizon")
+    other = neighbour(joint, ("rest",))
+    assert other.solution is not None and other.attempts[-1].label[:2] == ("on", "hold")
+    moves = [abs(q - joint.inputs()[name]) for name, q in other.solution.problem.inputs().items() if mp.isfinite(q)]
+    most = [32 * ulp(q, 53) for q in joint.inputs().values() if mp.isfinite(q)]
+    assert all(p <= q for p, q in zip(moves, most, strict=True)) and any(moves)
+    assert not neighbour(read(builders.joint(**BALANCED, load=load + 400 * ulps * math.ulp(6.0))), ("rest",)).found
+
+
+def test_two_that_nothing_holds_have_a_neighbour_in_which_both_rest():
+    def balances(off: float) -> Any:
+        text = pair("0") | {"start": {"q_a": 0.1, "q_b": 0.3}, "position": ["q_a", "q_b"], "velocity": [0, 0]}
+        loads = {"of_a": 7.0 * 0.1 * (1 + off), "of_b": 4.0 * 7.0 / 5.0 * 0.3 * (1 - off)}
+        outputs, units = {"q_a": {"q": [1, 0]}, "q_b": {"q": [0, 1]}}, {"time": 1, "q_a": 1, "q_b": 1}
+        text |= {"force": list(loads), "parameters": {"k": 7.0, "F": 0.0} | loads, "outputs": outputs, "units": units}
+        return read(text)
+
+    assert solve(balances(1e-15)).kinds == ("horizon",)
+    assert neighbour(balances(1e-15), ("rest",)).found and not neighbour(balances(1e-13), ("rest",)).found
+
+
+def test_a_neighbour_may_have_started_otherwise_without_an_event():
+    """Held at its friction, or let go there: that is no event, but afterwards the lists differ."""
+    start = {"m": 1.0, "k": 30.0, "F_plus": 6.0, "F_minus": 6.0, "q": -0.2}
+    held, let_go = (
+        read(builders.joint(**start, load=off, u=[[0, 0.0], [0.5, 1.0]], horizon=3.0)) for off in (-1e-15, 1e-15)
+    )
+    lists = [solve(held).kinds, solve(let_go).kinds]
+    assert lists[0] != lists[1] and lists[0][0] == "q_slips"
+    further = read(builders.joint(**start, load=1e-12, u=[[0, 0.0], [0.5, 1.0]], horizon=3.0))
+    for problem, kinds in ((held, lists[1]), (let_go, lists[0])):
+        assert neighbour(problem, kinds).found, kinds
+    assert solve(further).kinds == lists[1] and not neighbour(further, lists[0]).found
+
+
 # ---- the judge ----
 
 

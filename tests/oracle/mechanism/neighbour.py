@@ -2,16 +2,22 @@
 
     p -> p - sign(G) sign(dG/dp) 32 ulp(p)        for all inputs p, G the first quantity that was decided otherwise
 
-Quantities near the first difference are the slacks of the hold rule, the least values of event functions, their values
-where a phase begins, and the times between zeros of two of them. Which was decided otherwise is not known from a list:
+Quantities near the first difference are the least values of event functions, their values where a phase begins, and the
+times between zeros of two of them; and the slacks of the hold rule up to there, because what an element does at the
+start, or at a step of the input, need not be an event. Which was decided otherwise is not known from a list:
 they are tried in the order of |G| over what 32 ulp of all inputs move it. A list without a neighbour is wrong. An
 extremum within 16 ulp of zero counts as grazing, so the motion that grazes is tried last.
+
+On a threshold of the hold rule a motion may be unlike those on both sides of it: what no friction holds rests where the
+force on it is exactly 0, and what starts there starts with the acceleration 0. So all inputs are moved by one share of
+32 ulp, too, at which G = 0; where two elements rest, at which both are on their thresholds.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import chain, combinations
 from typing import Any
 
 from ..polynomials import horner, refine
@@ -19,7 +25,7 @@ from .chain import Run, between, hold_slacks, violated
 from .equations import Problem
 from .flow import BITS, Point, expand, fixed, loose
 from .guards import Polynomial, guards, polynomial
-from .numbers import TINY, Real, mp, ulp
+from .numbers import TINY, Real, apply, inverse, mp, ulp
 from .solution import Solution, solve
 
 STEP = mp.mpf("1e-25")  # relative, of the differences for gradients
@@ -29,9 +35,13 @@ SOLVES = 4
 TIE = mp.mpf("1e-50")  # what is smaller against what the moves change is an exact tie: the written rule decides it
 REACH = 2  # a quantity larger than this many times what the moves change is not tried
 MOST = 300  # windows of a phase that are looked at, the last ones
+NEWTON = 12  # steps to a threshold at most
 GRID = 32  # places of a window between which an event function's slope changes sign at most once
 
 Label = tuple[Any, ...]
+Slopes = dict[tuple[str, ...], Real]  # relative, by group of inputs
+Decision = tuple[Label, Real, Slopes]  # a quantity, its value
+Differs = Callable[[Solution], int | None]
 
 
 @dataclass(frozen=True)
@@ -56,34 +66,102 @@ class Neighbour:
         return self.solution is not None
 
 
-def neighbour(problem: Problem, kinds: Sequence[str], digits: int = 53) -> Neighbour:
+def neighbour(problem: Problem, kinds: Sequence[str], digits: int = 53, differs: Differs | None = None) -> Neighbour:
     """The neighbour with these event kinds, the ending last, inputs moved by 32 ulp of so many binary digits at a time.
+
+    differs: the first place at which a motion is not what is wanted, None for one that is; else by the kinds alone.
 
     >>> from tests.oracle.mechanism import builders, read
     >>> drop = read(builders.stance(builders.HOPPER_C, v2="-1.930751"))
     >>> neighbour(drop, ["x2_reverses", "x2_sticks", "rest"]).found
     False
     """
-    wanted, here, attempts = tuple(kinds), solve(problem), list[Attempt]()
-    while here.kinds != wanted and len(attempts) < SOLVES:
-        place = difference(here.kinds, wanted)
-        advanced = False
-        for label, value, slopes in decisions(here, place, digits):
-            moved = solved(shifted(here.problem, value, slopes, digits))
+    differs = differs or by_kinds(tuple(kinds))
+    start, attempts = solve(problem), list[Attempt]()
+    place = differs(start)
+    if place is None:
+        return Neighbour(start, ())
+    near = decisions(start, place, digits)
+    for attempt, moved in chain(
+        through_zero(start, near, differs, digits), on_thresholds(start, near, place, digits), grazing(problem, digits)
+    ):
+        attempts.append(attempt)
+        if differs(moved) is None:
+            return Neighbour(moved, tuple(attempts))
+    return Neighbour(None, tuple(attempts))
+
+
+Tries = Iterator[tuple[Attempt, Solution]]
+
+
+def through_zero(start: Solution, near: Sequence[Decision], differs: Differs, digits: int) -> Tries:
+    """Motions with all inputs moved by 32 ulp; from one that is as wanted further than the one before, again."""
+    here, place, solves = start, differs(start), 0
+    while place is not None:
+        further = None
+        for label, value, slopes in near:
+            moved = solved(shifted(here.problem, [(value, slopes, mp.one)], digits))
             if moved is None:
                 continue
-            attempts.append(Attempt(label, value, reach_of(here.problem, slopes, digits), moved.kinds))
-            advanced = moved.kinds == wanted or difference(moved.kinds, wanted) > place
-            if advanced or len(attempts) == SOLVES:
+            yield Attempt(label, value, reach_of(here.problem, slopes, digits), moved.kinds), moved
+            solves += 1
+            further = differs(moved)
+            if solves == SOLVES:
+                return
+            if further is None or further > place:
                 here = moved
                 break
-        if not advanced:
-            break
-    if here.kinds != wanted:
-        band = GRAZES * mp.ldexp(1, 1 - digits)
-        here = solve(problem, band)
-        attempts.append(Attempt(("grazing",), band, band, here.kinds))
-    return Neighbour(here if here.kinds == wanted else None, tuple(attempts))
+        else:
+            return
+        place = further
+        near = [] if place is None else decisions(here, place, digits)
+
+
+def grazing(problem: Problem, digits: int) -> Tries:
+    band = GRAZES * mp.ldexp(1, 1 - digits)
+    moved = solve(problem, band)
+    yield Attempt(("grazing",), band, band, moved.kinds), moved
+
+
+def by_kinds(wanted: tuple[str, ...]) -> Differs:
+    return lambda solution: None if solution.kinds == wanted else difference(solution.kinds, wanted)
+
+
+def on_thresholds(start: Solution, near: Sequence[Decision], place: int, digits: int) -> Tries:
+    """Neighbours that are exactly on thresholds of the hold rule where a phase begins; on as many as can be, first."""
+    holds = [each for each in near if each[0][0] == "hold"]
+    for n in sorted({label[1] for label, _, _ in holds}):
+        of_phase = [each for each in holds if each[0][1] == n]
+        for count in range(min(2, len(of_phase)), 0, -1):
+            for chosen in combinations(of_phase, count):
+                moved = balanced(start, place, chosen, digits)
+                if moved is not None:
+                    label, value, slopes = chosen[0]
+                    yield Attempt(("on", *label), value, reach_of(start.problem, slopes, digits), moved.kinds), moved
+
+
+def balanced(here: Solution, place: int, chosen: Sequence[Decision], digits: int) -> Solution | None:
+    """The motion in which quantities are exactly 0, by Newton's steps; none where that takes more than 32 ulp."""
+    problem, values = up_to(here, place), tuple(value for _, value, _ in chosen)
+    shares = tuple(mp.zero for _ in chosen)
+    ways = [moves_of(problem, value, slopes, digits) for _, value, slopes in chosen]
+    try:
+        back = inverse(tuple(tuple(change_by(problem, slopes, way) for way in ways) for _, _, slopes in chosen))
+    except ZeroDivisionError:  # one threshold twice
+        return None
+    for _ in range(NEWTON):
+        shares = tuple(share - step for share, step in zip(shares, apply(back, values), strict=True))
+        if mp.fsum(shares, absolute=True) > 1:
+            return None
+        there = shifted(problem, [(v, p, s) for (_, v, p), s in zip(chosen, shares, strict=True)], digits)
+        moved = solved(there)
+        found = {} if moved is None else hold_quantities(moved, place)
+        if any(label not in found for label, _, _ in chosen):
+            return None
+        values = tuple(found[label] for label, _, _ in chosen)
+        if not any(values):
+            return solved(replace(there, max_phases=here.problem.max_phases))
+    return None
 
 
 def solved(problem: Problem) -> Solution | None:
@@ -99,12 +177,11 @@ def difference(a: Sequence[str], b: Sequence[str]) -> int:
     return next((n for n, (p, q) in enumerate(zip(a, b, strict=False)) if p != q), min(len(a), len(b)))
 
 
-Slopes = dict[tuple[str, ...], Real]
-
-
-def decisions(solution: Solution, place: int, digits: int) -> list[tuple[Label, Real, Slopes]]:
+def decisions(solution: Solution, place: int, digits: int) -> list[Decision]:
     """Quantities that 32 ulp may carry through zero, with their relative slopes by inputs; the nearest first."""
-    problem, base = solution.problem, quantities(solution, place)
+    problem = up_to(solution, place)
+    solution = solve(problem)
+    base = quantities(solution, place)
     gradients: dict[Label, Slopes] = {label: {} for label in base}
     for group in problem.groups():
         for step in (STEP, -STEP):
@@ -121,6 +198,12 @@ def decisions(solution: Solution, place: int, digits: int) -> list[tuple[Label, 
         if TIE * reach < abs(value) <= REACH * reach:
             found.append((abs(value) / reach, label, value, gradients[label]))
     return [(label, value, slopes) for _, label, value, slopes in sorted(found, key=nearness)]
+
+
+def up_to(solution: Solution, place: int) -> Problem:
+    """The problem of the phases by which the event at a place of the list is decided."""
+    problem, last = solution.problem, max(phases_near(solution, place), default=0)
+    return replace(problem, max_phases=min(problem.max_phases, last + 3))
 
 
 def nearness(entry: tuple[Real, Label, Real, Slopes]) -> Real:
@@ -140,14 +223,29 @@ def reach_of(problem: Problem, slopes: Slopes, digits: int) -> Real:
     )
 
 
-def shifted(problem: Problem, value: Real, slopes: Slopes, digits: int) -> Problem:
-    """Every input moved by 32 ulp so that the quantity goes towards zero and through it."""
+def moves_of(problem: Problem, value: Real, slopes: Slopes, digits: int) -> dict[str, Real]:
+    """32 ulp of every input, to the side on which the quantity goes towards zero and through it."""
     inputs, moves = problem.inputs(), dict[str, Real]()
     for group, slope in slopes.items():
         for name in group:
             way = -mp.sign(value) * mp.sign(slope) * mp.sign(inputs[name])
-            moves[name] = inputs[name] + way * ULPS * ulp(inputs[name], digits)
-    return problem.moved(moves)
+            moves[name] = way * ULPS * ulp(inputs[name], digits)
+    return moves
+
+
+def change_by(problem: Problem, slopes: Slopes, moves: dict[str, Real]) -> Real:
+    """What moves of the inputs change a quantity by, as far as it is linear."""
+    inputs = problem.inputs()
+    return mp.fsum(slope * moves.get(group[0], 0) / inputs[group[0]] for group, slope in slopes.items())
+
+
+def shifted(problem: Problem, towards: Sequence[tuple[Real, Slopes, Real]], digits: int) -> Problem:
+    """Every input moved by a share of 32 ulp so that a quantity goes towards zero; of several, by a share for each."""
+    moved = problem.inputs()
+    for value, slopes, share in towards:
+        for name, move in moves_of(problem, value, slopes, digits).items():
+            moved[name] += share * move
+    return problem.moved(moved)
 
 
 # ---- quantities ----
@@ -155,15 +253,27 @@ def shifted(problem: Problem, value: Real, slopes: Slopes, digits: int) -> Probl
 
 def quantities(solution: Solution, place: int) -> dict[Label, Real]:
     """What decides the event at a place of the list, by label."""
+    found = hold_quantities(solution, place)
+    for n in phases_near(solution, place):
+        found |= phase_quantities(solution, n)
+    return found
+
+
+def phases_near(solution: Solution, place: int) -> list[int]:
+    """The phases that end with the event at a place of the list, or with a step before it."""
+    phases = solution.run.phases
+    before = max((phase.before for phase in phases if phase.before <= place), default=0)
+    return [n for n, phase in enumerate(phases) if phase.before == before]
+
+
+def hold_quantities(solution: Solution, place: int) -> dict[Label, Real]:
+    """Slacks of the hold rule where phases begin, up to the one that follows; both of what no friction holds."""
     run, found = solution.run, dict[Label, Real]()
-    before = max((phase.before for phase in run.phases if phase.before <= place), default=0)
-    near = [n for n, phase in enumerate(run.phases) if phase.before == before]
-    for n in [*near, *(m for m in near[-1:] if m + 1 < len(run.phases) for m in [m + 1])]:
-        phase = run.phases[n]
+    for n, phase in enumerate(run.phases[: max(phases_near(solution, place), default=0) + 2]):
         for (e, side), slack, _ in hold_slacks(run, phase.point, phase.mode, phase.u):
             found["hold", n, e, side] = slack
-    for n in near:
-        found |= phase_quantities(solution, n)
+            if not solution.system.elements[e].level(1) and not solution.system.elements[e].level(-1):
+                found["hold", n, e, -side] = -slack
     return found
 
 
