@@ -1,19 +1,23 @@
 """States late in a phase beside a real pole that is far beyond the pair, in both precisions, against 60 digits.
 
 There the velocity of the actuator is what the spring makes it creep, a small part of what it had: as a difference of
-what is left of that it has no digits.
+what is left of that it has no digits. And events of a ring that has faded below the digits of the state.
 """
 
 import ctypes
+import math
+from itertools import pairwise
 from typing import Any
 
 import mpmath
 import numpy as np
 import pytest
 
+import hopform
 from hopform._solver import c as native
 from tests.conformance.random_stances import MAX_PHASES, stiff_stances
 from tests.conformance.test_single_precision import FIELDS, in_single
+from tests.derived import built
 
 STIFF = (1e3, 1e4, 1e5)
 FADED = (6.0, 30.0, 1e3)
@@ -80,3 +84,22 @@ def test_states_late_in_a_stiff_phase_have_their_digits(kind):
             count += 1
     assert count > 40
     assert max(worst[name] for name in ("y", "v2", "x1")) < 16 and worst["v1"] < 40, worst
+
+
+@pytest.mark.sliced
+@pytest.mark.parametrize("dtype", ["float64", "float32"])
+def test_what_rings_alone_turns_at_equal_times_however_far_it_has_faded(store, dtype):
+    """Nothing holds it, and steps of the input change no force; every half period takes 3/4 of the amplitude."""
+    solver = hopform.load_solver(built(store, "slide"))
+    m, k, half = 0.5, 200.0, math.pi / math.sqrt(200.0 / 0.5)
+    b = 2.0 * m * math.log(4.0) / half
+    frequency = math.sqrt(k / m - (b / m / 2.0) ** 2)
+    robot = solver.Robot(m=m, k=k, x_0=0.0, b=b, F=0.0, F_s=0.0, k_f=2.0, load=0.0)
+    steps = [(0.0, 0.0), *((each * math.pi / frequency, 0.0) for each in (20.4, 31.7, 35.2, 44.6))]
+    motion = solver.solve_motion(
+        robot, start={"x": 0.03, "v": 0.0}, u=steps, horizon=60.3 * math.pi / frequency, dtype=dtype
+    )
+    assert [event.kind for event in motion.events] == ["x_reverses"] * 60
+    times = [event.time for event in motion.events]
+    off = [later - time - math.pi / frequency for time, later in pairwise(times)]
+    assert max(map(abs, off)) < 60.0 * float(np.finfo(dtype).eps) * times[-1], max(map(abs, off))

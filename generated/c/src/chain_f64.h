@@ -81,8 +81,9 @@ typedef struct {
     numerators_by_axis_f64 numerators;
 #if HOPFORM_BOTH_MOVE
     rates_by_row_f64 rates; /* in place of the numerators, where both slip */
-    bool keeps_rates;        /* over a step of the input that changes no force */
 #endif
+    double draw;        /* where one slips alone, what has drawn it at the end of the last phase */
+    bool keeps_rates; /* and that draw, over a step of the input that changes no force */
     evaluations_f64 *evaluations;
     observer_f64 *observer;
     current_variation_f64 *variation;
@@ -602,16 +603,18 @@ static inline void put_alone_stop_f64(alone_search_f64 *search, const stance_cha
 }
 
 /* Its own coordinate: the time to rest is found where it is asked for. What draws it is what the numerator of the
- * stretch has: v' + p v is a small difference beside a large p. */
+ * stretch has: v' + p v is a small difference beside a large p. What has faded has no digits in a state: over
+ * a step of the input that changes no force it is that of the motion before. */
 static inline void put_alone_velocity_f64(alone_search_f64 *search, const stance_chain_f64 *chain, int alone) {
     const double side = (double)side_of_mode_f64(chain->mode, alone);
-    const double draw =
-        chain->numerators.of.stretch.H2 / (double)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f64(chain), alone);
+    const double follows = (double)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_f64(chain), alone);
+    const double draw = chain->numerators.of.stretch.H2 / follows;
     const double stretched = chain->most_stretched + fabs_f64(chain->at.of[HOPFORM_STRETCH_AXIS]);
-    const double terms = fabs_f64(chain->drive.of[alone]) + search->pair.q * stretched;
+    const double rounding = 16.0 * HOPFORM_EPS_f64 * (fabs_f64(chain->drive.of[alone]) + search->pair.q * stretched);
+    const bool keeps = chain->keeps_rates && fabs_f64(draw) < 64.0 * rounding;
     search->start =
         alone_start_f64(&search->pair, greater_f64(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
-                         side * draw, 16.0 * HOPFORM_EPS_f64 * terms);
+                         side * (keeps ? chain->draw : draw), keeps ? 0.0 : rounding);
 }
 
 /* The thresholds of the free acceleration of what is held, on which the velocity acts. */
@@ -857,14 +860,12 @@ static inline void begin_with_rates_f64(stance_chain_f64 *chain) {
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_f64(stance_chain_f64 *chain) {
     const int element = chain->came_to_rest;
-#if HOPFORM_BOTH_MOVE
     const drive_by_element_f64 before = chain->drive;
-#endif
     chain->drive.named = drive_in_mode_f64(chain->plan, chain->mode, current_of_chain_f64(chain));
-#if HOPFORM_BOTH_MOVE
     for (int n = 0; n < HOPFORM_ELEMENTS; n++) {
         chain->keeps_rates = chain->keeps_rates && !(fabs_f64(chain->drive.of[n] - before.of[n]) > 0.0);
     }
+#if HOPFORM_BOTH_MOVE
     if (several_of_mode_f64(chain->mode)) {
         begin_with_rates_f64(chain);
         return;
@@ -893,21 +894,18 @@ static inline void stance_pass_f64(stance_chain_f64 *chain, const stance_search_
     const int element = end->owner - ELEMENT_f64;
     keep_free_acceleration_f64(chain, end);
     chain->just_switched = NO_ELEMENT_f64;
-#if HOPFORM_BOTH_MOVE
     chain->keeps_rates = false;
-#endif
     int event = HOPFORM_EVENT_SLIPS(element);
     if (end->owner == NO_OWNER_f64) {
         chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
-#if HOPFORM_BOTH_MOVE
         const int mode = number_of_mode_f64(chain->mode);
-        const bool both = several_of_mode_f64(chain->mode);
-        if (both) { chain->rates = end->arrival.w; }
+        const int alone = alone_of_mode_f64(chain->mode);
+        if (alone >= 0) { chain->draw = (double)side_of_mode_f64(chain->mode, alone) * end->alone.draw; }
+#if HOPFORM_BOTH_MOVE
+        if (several_of_mode_f64(chain->mode)) { chain->rates = end->arrival.w; }
 #endif
         take_step_f64(chain);
-#if HOPFORM_BOTH_MOVE
-        chain->keeps_rates = both && number_of_mode_f64(chain->mode) == mode;
-#endif
+        chain->keeps_rates = number_of_mode_f64(chain->mode) == mode;
         return;
     }
     if (HOPFORM_HAS_LIMITS && end->owner == LIMIT_f64) {
@@ -1132,11 +1130,10 @@ static inline void stance_start_f64(stance_chain_f64 *chain, const hopform_plan_
     chain->just_switched = NO_ELEMENT_f64;
     chain->came_to_rest = NO_ELEMENT_f64;
     chain->carried_acceleration = 0.0;
-#if HOPFORM_BOTH_MOVE
     const drive_by_element_f64 none = {{0.0, 0.0}};
     chain->drive = none;
+    chain->draw = 0.0;
     chain->keeps_rates = false;
-#endif
     chain->most_stretched = 0.0;
     chain->rounded_at_stop = 0.0;
     chain->start_loss = 0.0;

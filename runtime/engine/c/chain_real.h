@@ -81,8 +81,9 @@ typedef struct {
     numerators_by_axis_real numerators;
 #if HOPFORM_BOTH_MOVE
     rates_by_row_real rates; /* in place of the numerators, where both slip */
-    bool keeps_rates;        /* over a step of the input that changes no force */
 #endif
+    real draw;        /* where one slips alone, what has drawn it at the end of the last phase */
+    bool keeps_rates; /* and that draw, over a step of the input that changes no force */
     evaluations_real *evaluations;
     observer_real *observer;
     current_variation_real *variation;
@@ -602,16 +603,18 @@ static inline void put_alone_stop_real(alone_search_real *search, const stance_c
 }
 
 /* Its own coordinate: the time to rest is found where it is asked for. What draws it is what the numerator of the
- * stretch has: v' + p v is a small difference beside a large p. */
+ * stretch has: v' + p v is a small difference beside a large p. What has faded has no digits in a state: over
+ * a step of the input that changes no force it is that of the motion before. */
 static inline void put_alone_velocity_real(alone_search_real *search, const stance_chain_real *chain, int alone) {
     const real side = (real)side_of_mode_real(chain->mode, alone);
-    const real draw =
-        chain->numerators.of.stretch.H2 / (real)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_real(chain), alone);
+    const real follows = (real)HOPFORM_STRETCH_FOLLOWS(rates_of_chain_real(chain), alone);
+    const real draw = chain->numerators.of.stretch.H2 / follows;
     const real stretched = chain->most_stretched + fabs_real(chain->at.of[HOPFORM_STRETCH_AXIS]);
-    const real terms = fabs_real(chain->drive.of[alone]) + search->pair.q * stretched;
+    const real rounding = 16.0 * HOPFORM_EPS_real * (fabs_real(chain->drive.of[alone]) + search->pair.q * stretched);
+    const bool keeps = chain->keeps_rates && fabs_real(draw) < 64.0 * rounding;
     search->start =
         alone_start_real(&search->pair, greater_real(side * chain->at.of[HOPFORM_VELOCITY_AXIS(alone)], 0.0),
-                         side * draw, 16.0 * HOPFORM_EPS_real * terms);
+                         side * (keeps ? chain->draw : draw), keeps ? 0.0 : rounding);
 }
 
 /* The thresholds of the free acceleration of what is held, on which the velocity acts. */
@@ -857,14 +860,12 @@ static inline void begin_with_rates_real(stance_chain_real *chain) {
 /* The drive and the numerators of the phase that begins at the chain's state. */
 static inline void stance_begin_phase_real(stance_chain_real *chain) {
     const int element = chain->came_to_rest;
-#if HOPFORM_BOTH_MOVE
     const drive_by_element_real before = chain->drive;
-#endif
     chain->drive.named = drive_in_mode_real(chain->plan, chain->mode, current_of_chain_real(chain));
-#if HOPFORM_BOTH_MOVE
     for (int n = 0; n < HOPFORM_ELEMENTS; n++) {
         chain->keeps_rates = chain->keeps_rates && !(fabs_real(chain->drive.of[n] - before.of[n]) > 0.0);
     }
+#if HOPFORM_BOTH_MOVE
     if (several_of_mode_real(chain->mode)) {
         begin_with_rates_real(chain);
         return;
@@ -893,21 +894,18 @@ static inline void stance_pass_real(stance_chain_real *chain, const stance_searc
     const int element = end->owner - ELEMENT_real;
     keep_free_acceleration_real(chain, end);
     chain->just_switched = NO_ELEMENT_real;
-#if HOPFORM_BOTH_MOVE
     chain->keeps_rates = false;
-#endif
     int event = HOPFORM_EVENT_SLIPS(element);
     if (end->owner == NO_OWNER_real) {
         chain->step = chain->step + 1 < chain->step_count ? chain->step + 1 : chain->step;
-#if HOPFORM_BOTH_MOVE
         const int mode = number_of_mode_real(chain->mode);
-        const bool both = several_of_mode_real(chain->mode);
-        if (both) { chain->rates = end->arrival.w; }
+        const int alone = alone_of_mode_real(chain->mode);
+        if (alone >= 0) { chain->draw = (real)side_of_mode_real(chain->mode, alone) * end->alone.draw; }
+#if HOPFORM_BOTH_MOVE
+        if (several_of_mode_real(chain->mode)) { chain->rates = end->arrival.w; }
 #endif
         take_step_real(chain);
-#if HOPFORM_BOTH_MOVE
-        chain->keeps_rates = both && number_of_mode_real(chain->mode) == mode;
-#endif
+        chain->keeps_rates = number_of_mode_real(chain->mode) == mode;
         return;
     }
     if (HOPFORM_HAS_LIMITS && end->owner == LIMIT_real) {
@@ -1132,11 +1130,10 @@ static inline void stance_start_real(stance_chain_real *chain, const hopform_pla
     chain->just_switched = NO_ELEMENT_real;
     chain->came_to_rest = NO_ELEMENT_real;
     chain->carried_acceleration = 0.0;
-#if HOPFORM_BOTH_MOVE
     const drive_by_element_real none = {{0.0, 0.0}};
     chain->drive = none;
+    chain->draw = 0.0;
     chain->keeps_rates = false;
-#endif
     chain->most_stretched = 0.0;
     chain->rounded_at_stop = 0.0;
     chain->start_loss = 0.0;
