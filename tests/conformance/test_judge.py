@@ -21,6 +21,9 @@ SOME_FIRST = [*SLICED, *(pytest.param(name, marks=pytest.mark.nightly) for name 
 STIFF = {"stiff 1e+03": 3, "stiff 1e+04": 3, "stiff 1e+05": 8}
 """Of 3 000 stances of the hopper in single precision, how many lists may be wrong."""
 MANY = 750
+SETTLED = {"thresholds": 0.5}
+"""Of how many motions the checker settles the list at least: many of these starts are within its rounding of a
+threshold. Of `lever`, of which it settles the fewest, 0.605 at least in 8 seeds of 200 motions, 0.645 on average."""
 
 
 @pytest.mark.sliced
@@ -34,7 +37,7 @@ def test_no_list_is_wrong_and_no_motion_without_an_end(store, name):
             found = judge.judge(kind, 78, count, most=JUDGED)
             said = f"{name}, {kind}, {'f64' if double else 'f32'}: {found.row} {found.cases}"
             assert found.motions > count // 2, said
-            assert found.found_exactly > 0.7 * found.motions, said
+            assert found.found_exactly > SETTLED.get(kind, 0.7) * found.motions, said
             assert found.wrong <= (0 if double else 1), said
             assert found.stuck == 0, said
 
@@ -51,7 +54,9 @@ def test_hardly_a_list_of_a_stiff_hopper_is_wrong_in_single_precision(store, kin
 def test_times_of_equal_lists_hardly_differ(store):
     judge = Judge(store, Model(store, "hopper"), double=True, level="-O0")
     found = judge.judge("random", 77, 1000, most=0)
-    assert found.motions > 900 and found.differ < found.motions // 50
+    unsettled = found.motions - found.found_exactly
+    assert found.motions > 900 and unsettled < 0.06 * found.motions
+    assert found.differ - unsettled < 0.01 * found.motions
     assert found.late == 0 and found.usual < 1e-12, f"{found.row} {found.usual}"
 
 
@@ -107,16 +112,17 @@ class Faulty:
 
 
 @pytest.mark.sliced
-def test_the_judge_finds_each_kind_of_fault(store):
+@pytest.mark.parametrize("draw", ["random", "thresholds"])
+def test_the_judge_finds_each_kind_of_fault(store, draw):
     """One in 40 motions, by the checker and by what the engine said before; of a sound engine nothing."""
     judge = Judge(store, Model(store, "joint"), double=True, level="-O0")
-    sound, engine = judge.judge("random", 5, 40), judge.engine
+    sound, engine = judge.judge(draw, 5, 40), judge.engine
     assert (sound.wrong, sound.stuck, sound.late, sound.unsettled) == (0, 0, 0, 0)
-    assert sound.motions >= 38 and sound.found_exactly >= 38
+    assert sound.motions >= 38 and sound.found_exactly >= 36
     faults = (without_an_event, of_another_kind, of_another_ending, late, without_an_end, given_up)
     for before, fault in [*((None, fault) for fault in faults), (engine, without_an_event), (engine, given_up)]:
         judge.before, judge.engine = before, Faulty(engine, fault)  # type: ignore[assignment]
-        found = judge.judge("random", 5, 40)
+        found = judge.judge(draw, 5, 40)
         assert found.differ == sound.differ * (before is None) + 1, fault
         assert found.judged >= 1 and found.wrong_before == 0, (fault, found.cases)
         assert found.wrong == (fault is not given_up), (fault, found.cases)  # as far as it goes it is right

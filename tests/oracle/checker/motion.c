@@ -503,6 +503,20 @@ static quad contact_force(const walk *w)
     return value;
 }
 
+/* Whether the velocity of a mass that slips has faded to the rounding of the places, by which it would have any sign. */
+static int has_faded(const walk *w, const mode *m, const flow *f)
+{
+    quad places = 0;
+    int faded = 0;
+    for (int e = 0; e < w->p->size; e++) {
+        places += absolute(w->z[e]);
+    }
+    for (int e = 0; e < w->p->size; e++) {
+        faded |= m->side[e] && absolute(w->z[MASSES + e]) < (quad)1e-24 * f->rate * places;
+    }
+    return faded;
+}
+
 /* The chain of phases; writes at most `room` events. */
 static void follow(walk *w, motion_answer *a, motion_event *events, int64_t room)
 {
@@ -553,6 +567,10 @@ static void follow(walk *w, motion_answer *a, motion_event *events, int64_t room
                 T = move_to_zero(w, &f, &due, T);
             }
             t = found < 0 ? end : t + T;
+            if (found < 0 && !last && has_faded(w, &m, &f)) {
+                gives_up(w, UNSETTLED_ZERO);
+                return;
+            }
         }
         if (found < 0 && last) {
             a->ending = HORIZON, a->duration = (double)p->horizon;
