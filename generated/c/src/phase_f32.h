@@ -215,11 +215,6 @@ static inline rates_by_row_f32 rates_on_course_f32(const course_f32 *course, con
     return w;
 }
 
-/* z' in a mode, M z' and M^2 z'. */
-typedef struct {
-    state_by_axis_f32 speed, bend, third;
-} derivatives_of_state_f32;
-
 /* M times rates of the axes in a mode. */
 static inline state_by_axis_f32 bend_in_mode_f32(const hopform_rates_f32 *rates, row_f32 mode,
                                                    const state_by_axis_f32 *w) {
@@ -228,16 +223,6 @@ static inline state_by_axis_f32 bend_in_mode_f32(const hopform_rates_f32 *rates,
     bend.rates =
         speeds_of_f32(rates, &none, (float)side_of_mode_f32(mode, 0), (float)side_of_mode_f32(mode, 1), &w->named);
     return bend;
-}
-
-static inline derivatives_of_state_f32 derivatives_in_mode_f32(const hopform_plan_f32 *plan, row_f32 mode,
-                                                                 const state_by_axis_f32 *speed) {
-    const hopform_rates_f32 *rates = rates_in_mode_f32(plan, mode);
-    derivatives_of_state_f32 at;
-    at.speed = *speed;
-    at.bend = bend_in_mode_f32(rates, mode, speed);
-    at.third = bend_in_mode_f32(rates, mode, &at.bend);
-    return at;
 }
 
 /* Where y, v_1 and v_2 end, and how far from there they are, by what has not yet faded of their rates. */

@@ -215,11 +215,6 @@ static inline rates_by_row_f64 rates_on_course_f64(const course_f64 *course, con
     return w;
 }
 
-/* z' in a mode, M z' and M^2 z'. */
-typedef struct {
-    state_by_axis_f64 speed, bend, third;
-} derivatives_of_state_f64;
-
 /* M times rates of the axes in a mode. */
 static inline state_by_axis_f64 bend_in_mode_f64(const hopform_rates_f64 *rates, row_f64 mode,
                                                    const state_by_axis_f64 *w) {
@@ -228,16 +223,6 @@ static inline state_by_axis_f64 bend_in_mode_f64(const hopform_rates_f64 *rates,
     bend.rates =
         speeds_of_f64(rates, &none, (double)side_of_mode_f64(mode, 0), (double)side_of_mode_f64(mode, 1), &w->named);
     return bend;
-}
-
-static inline derivatives_of_state_f64 derivatives_in_mode_f64(const hopform_plan_f64 *plan, row_f64 mode,
-                                                                 const state_by_axis_f64 *speed) {
-    const hopform_rates_f64 *rates = rates_in_mode_f64(plan, mode);
-    derivatives_of_state_f64 at;
-    at.speed = *speed;
-    at.bend = bend_in_mode_f64(rates, mode, speed);
-    at.third = bend_in_mode_f64(rates, mode, &at.bend);
-    return at;
 }
 
 /* Where y, v_1 and v_2 end, and how far from there they are, by what has not yet faded of their rates. */

@@ -5,12 +5,14 @@
  * events.
  *
  * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under
- * the acceleration that 1 A gives: it is a motion in the same mode. Extrema of the position and of the contact force
- * move to first order as if their time stood still; where they jump, at a stop, the time counts.
+ * the acceleration that 1 A gives: it is a motion in the same mode, and is carried like one, by its rates in a few
+ * short steps, or in the coordinate of what slips alone. Extrema of the position and of the contact force move to first
+ * order as if their time stood still; where they jump, at a stop, the time counts.
  */
 #ifndef HOPFORM_TRIAL_H_f32
 #define HOPFORM_TRIAL_H_f32
 
+#include "alone_f32.h"
 #include "extrema_f32.h"
 
 /* What is gathered along the phases of a stance. */
@@ -130,47 +132,124 @@ static inline void pass_event_f32(current_variation_f32 *variation, const solved
     }
 }
 
+/* ---- inside a phase ---- */
+
+/* The acceleration that 1 A gives: under it the change goes on in a phase. */
+static inline drive_by_element_f32 drive_per_ampere_f32(const hopform_plan_f32 *plan, row_f32 mode) {
+    drive_by_element_f32 drive = {{0.0f, 0.0f}};
+    drive.of[HOPFORM_DRIVEN_ELEMENT] = rates_in_mode_f32(plan, mode)->a1_u;
+    return drive;
+}
+
+#if HOPFORM_BOTH_MOVE
+/* Both elements slipping: what its rates bring, in steps that are short for all poles. */
+static inline void carry_by_rates_f32(const hopform_plan_f32 *plan, row_f32 mode, float t, int steps,
+                                       state_by_axis_f32 *change) {
+    const drive_by_element_f32 drive = drive_per_ampere_f32(plan, mode);
+    const float step = t / (float)steps;
+    const powers_f32 powers = powers_over_a_node_f32(&plan->poles[0], step);
+    rates_by_row_f32 w;
+    w.named = rates_of_both_f32(&plan->rates[0], &drive.named, &change->named);
+    for (int n = 0; n < steps; n++) {
+        const derivatives_of_both_f32 at = derivatives_at_f32(plan, &w);
+        const float velocity = change->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+        const gained_f32 gained = gained_by_powers_f32(plan, &at, velocity, step, &powers);
+        change->of[HOPFORM_POSITION_AXIS] += gained.x;
+        for (int row = 0; row < 3; row++) {
+            change->of[axis_of_row_f32[row]] += gained.z[row];
+        }
+        w = gained.w;
+    }
+}
+#endif
+
+/* One element slipping: in its own coordinate, from rest to rest by the response to a fourth of the time. */
+static inline void carry_alone_f32(const hopform_plan_f32 *plan, row_f32 mode, float t, state_by_axis_f32 *change) {
+    const int alone = alone_of_mode_f32(mode);
+    const hopform_rates_f32 *rates = rates_in_mode_f32(plan, mode);
+    const bool rings = timescales_of_f32(plan, mode)->half_period < HOPFORM_NEVER_f32;
+    const alone_pair_f32 pair = alone_pair_of_f32(poles_of_f32(plan, mode), rings);
+    const float draw = free_slope_f32(rates, alone, change) + (alone == HOPFORM_DRIVEN_ELEMENT ? rates->a1_u : 0.0f);
+    const alone_f32 from = {0.0f, 0.0f, change->of[HOPFORM_VELOCITY_AXIS(alone)], draw};
+    const bool is_long = !is_short_f32(&pair, 0.5f * t) && is_short_f32(&pair, 0.25f * t);
+    known_pair_f32 response = response_over_f32(&pair, is_long ? 0.5f * t : t);
+    if (is_long) { response = response_over_twice_f32(&pair, &response); }
+    const alone_f32 there = alone_after_f32(&pair, &from, t, &response);
+    change->of[HOPFORM_VELOCITY_AXIS(alone)] = there.v;
+    change->of[HOPFORM_STRETCH_AXIS] += (float)HOPFORM_STRETCH_FOLLOWS(rates, alone) * there.s;
+    change->of[HOPFORM_POSITION_AXIS] += alone == HOPFORM_STOPPED_ELEMENT ? there.s : 0.0f;
+}
+
+/* By W, where both slip for longer than a few short times. */
+SELDOM_f32 void carry_far_f32(const hopform_plan_f32 *plan, row_f32 mode, float t, state_by_axis_f32 *change) {
+    const drive_by_element_f32 drive = drive_per_ampere_f32(plan, mode);
+    const course_f32 course = course_from_f32(plan, mode, &change->named, &drive.named);
+    change->named = state_on_course_f32(&course, t);
+}
+
+/* Carry the change per A from the start of a phase to a time in it. */
+static inline void carry_change_f32(const hopform_plan_f32 *plan, row_f32 mode, float t, state_by_axis_f32 *change) {
+    if (rests_of_mode_f32(mode)) { return; }
+    if (alone_of_mode_f32(mode) >= 0) {
+        carry_alone_f32(plan, mode, t, change);
+        return;
+    }
+#if HOPFORM_BOTH_MOVE
+    const float times = t / (0.8f * plan->transition.is_short_over);
+    if (times < 4.0f) {
+        carry_by_rates_f32(plan, mode, t, 1 + (int)times, change);
+        return;
+    }
+#endif
+    carry_far_f32(plan, mode, t, change);
+}
+
 /* The contact force and its derivatives. */
-static inline jet_f32 contact_jet_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state,
-                                        const derivatives_of_state_f32 *at) {
-    const jet_f32 jet = {contact_of_f32(robot, state), contact_slope_f32(robot, &at->speed.named),
-                          contact_slope_f32(robot, &at->bend.named), contact_slope_f32(robot, &at->third.named)};
+ALWAYS_f32 jet_f32 contact_jet_f32(const hopform_plan_f32 *plan, row_f32 mode, const hopform_state_f32 *state,
+                                      const state_by_axis_f32 *speed) {
+    const hopform_robot_f32 *robot = &plan->robot;
+    const hopform_rates_f32 *rates = rates_in_mode_f32(plan, mode);
+    const state_by_axis_f32 bend = bend_in_mode_f32(rates, mode, speed);
+    const state_by_axis_f32 third = bend_in_mode_f32(rates, mode, &bend);
+    const jet_f32 jet = {contact_of_f32(robot, state), contact_slope_f32(robot, &speed->named),
+                          contact_slope_f32(robot, &bend.named), contact_slope_f32(robot, &third.named)};
     return jet;
 }
 
 /* The minima of the contact force inside a phase. */
-static inline void look_for_minimum_f32(const current_variation_f32 *variation, const solved_phase_f32 *phase,
-                                         const course_f32 *by_u, const derivatives_of_state_f32 *ends) {
+static inline void look_for_minimum_f32(const current_variation_f32 *variation, const solved_phase_f32 *phase) {
     const hopform_plan_f32 *plan = variation->plan;
     const hopform_robot_f32 *robot = &plan->robot;
     const hopform_timescales_f32 *scales = timescales_of_f32(plan, phase->mode);
-    const derivatives_of_state_f32 begins = derivatives_in_mode_f32(plan, phase->mode, &phase->begins);
-    const jet_f32 from = contact_jet_f32(robot, &phase->start->named, &begins);
-    const jet_f32 to = contact_jet_f32(robot, &phase->arrived->named, ends);
+    const jet_f32 from = contact_jet_f32(plan, phase->mode, &phase->start->named, &phase->begins);
+    const jet_f32 to = contact_jet_f32(plan, phase->mode, &phase->arrived->named, &phase->ends);
     if (turns_as_seen_f32(scales, &from, &to, phase->length) && !shows_minimum_f32(&from, &to)) { return; }
     const course_f32 course = course_from_f32(plan, phase->mode, &phase->start->named, &phase->drive->named);
     const numerator_f32 h = contact_numerator_f32(robot, &course.numerators.named);
     const minima_f32 least =
         least_minimum_f32(course.poles, scales, &h, &from, &to, phase->length, 64.0f, variation->evaluations);
     if (least.count > 0) {
-        const hopform_state_f32 there = state_on_course_f32(by_u, least.t);
-        note_minimum_f32(variation->trial, least.value, contact_slope_f32(robot, &there), least.count);
+        state_by_axis_f32 there = variation->change;
+        carry_change_f32(plan, phase->mode, least.t, &there);
+        note_minimum_f32(variation->trial, least.value, contact_slope_f32(robot, &there.named), least.count);
     }
 }
 
 /* Where a stance takes off without a minimum of the contact force before, that behind it, by the parabola there: how
  * far below zero the contact force would fall if the contact could pull. Where that is nothing, the stance goes on for
  * another rebound. The change has arrived at the end of the phase. */
-static inline void look_behind_takeoff_f32(const current_variation_f32 *variation, const solved_phase_f32 *phase,
-                                            const course_f32 *by_u, const derivatives_of_state_f32 *ends) {
-    const hopform_robot_f32 *robot = &variation->plan->robot;
+static inline void look_behind_takeoff_f32(const current_variation_f32 *variation, const solved_phase_f32 *phase) {
+    const hopform_plan_f32 *plan = variation->plan;
+    const hopform_robot_f32 *robot = &plan->robot;
+    const hopform_rates_f32 *rates = rates_in_mode_f32(plan, phase->mode);
     const row_f32 mode = phase->mode;
-    const jet_f32 at = contact_jet_f32(robot, &phase->arrived->named, ends);
+    const jet_f32 at = contact_jet_f32(plan, mode, &phase->arrived->named, &phase->ends);
     if (!(at.rate < 0.0f && at.curvature > 0.0f)) { return; }
+    const drive_by_element_f32 drive = drive_per_ampere_f32(plan, mode);
     state_by_axis_f32 speed_u;
-    speed_u.rates = speeds_of_f32(by_u->rates, &by_u->drive.named, (float)side_of_mode_f32(mode, 0),
+    speed_u.rates = speeds_of_f32(rates, &drive.named, (float)side_of_mode_f32(mode, 0),
                                    (float)side_of_mode_f32(mode, 1), &variation->change.named);
-    const state_by_axis_f32 bend_u = bend_in_mode_f32(by_u->rates, mode, &speed_u);
+    const state_by_axis_f32 bend_u = bend_in_mode_f32(rates, mode, &speed_u);
     const float value_u = contact_slope_f32(robot, &variation->change.named);
     const float later = -at.rate / at.curvature;
     const float curvature_u = contact_slope_f32(robot, &bend_u.named) - at.third * value_u / at.rate; /* and moves */
@@ -184,22 +263,12 @@ static inline void look_behind_takeoff_f32(const current_variation_f32 *variatio
  * where it is the compression and that keeps the sign of its rate. Before the driven element has ever moved there is
  * nothing to follow. */
 static inline void carry_variation_f32(current_variation_f32 *variation, const solved_phase_f32 *phase) {
-    const hopform_plan_f32 *plan = variation->plan;
     const row_f32 mode = phase->mode;
     if (HOPFORM_IS_EVENT(phase->event)) { pass_event_f32(variation, phase); }
     variation->moves = variation->moves || side_of_mode_f32(mode, HOPFORM_DRIVEN_ELEMENT) != 0;
-    const bool turns = !HOPFORM_CONTACT_IS_STRETCH || stretch_may_turn_f32(mode);
-    if (variation->moves || turns) {
-        drive_by_element_f32 per_ampere = {{0.0f, 0.0f}};
-        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = rates_in_mode_f32(plan, mode)->a1_u;
-        const course_f32 by_u = course_from_f32(plan, mode, &variation->change.named, &per_ampere.named);
-        const derivatives_of_state_f32 ends = derivatives_in_mode_f32(plan, mode, &phase->ends);
-        if (turns) { look_for_minimum_f32(variation, phase, &by_u, &ends); }
-        variation->change.named = state_on_course_f32(&by_u, phase->length);
-        if (phase->leaves && variation->trial->minima == 0) {
-            look_behind_takeoff_f32(variation, phase, &by_u, &ends);
-        }
-    }
+    if (!HOPFORM_CONTACT_IS_STRETCH || stretch_may_turn_f32(mode)) { look_for_minimum_f32(variation, phase); }
+    if (variation->moves) { carry_change_f32(variation->plan, mode, phase->length, &variation->change); }
+    if (phase->leaves && variation->trial->minima == 0) { look_behind_takeoff_f32(variation, phase); }
     variation->arrived = *phase->arrived;
     variation->speed = phase->ends;
     variation->mode = mode;

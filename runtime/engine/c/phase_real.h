@@ -215,11 +215,6 @@ static inline rates_by_row_real rates_on_course_real(const course_real *course, 
     return w;
 }
 
-/* z' in a mode, M z' and M^2 z'. */
-typedef struct {
-    state_by_axis_real speed, bend, third;
-} derivatives_of_state_real;
-
 /* M times rates of the axes in a mode. */
 static inline state_by_axis_real bend_in_mode_real(const hopform_rates_real *rates, row_real mode,
                                                    const state_by_axis_real *w) {
@@ -228,16 +223,6 @@ static inline state_by_axis_real bend_in_mode_real(const hopform_rates_real *rat
     bend.rates =
         speeds_of_real(rates, &none, (real)side_of_mode_real(mode, 0), (real)side_of_mode_real(mode, 1), &w->named);
     return bend;
-}
-
-static inline derivatives_of_state_real derivatives_in_mode_real(const hopform_plan_real *plan, row_real mode,
-                                                                 const state_by_axis_real *speed) {
-    const hopform_rates_real *rates = rates_in_mode_real(plan, mode);
-    derivatives_of_state_real at;
-    at.speed = *speed;
-    at.bend = bend_in_mode_real(rates, mode, speed);
-    at.third = bend_in_mode_real(rates, mode, &at.bend);
-    return at;
 }
 
 /* Where y, v_1 and v_2 end, and how far from there they are, by what has not yet faded of their rates. */

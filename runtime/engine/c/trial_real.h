@@ -5,12 +5,14 @@
  * events.
  *
  * A phase is linear, so its change d_z with u obeys the equations of motion without friction, weight and offset, under
- * the acceleration that 1 A gives: it is a motion in the same mode. Extrema of the position and of the contact force
- * move to first order as if their time stood still; where they jump, at a stop, the time counts.
+ * the acceleration that 1 A gives: it is a motion in the same mode, and is carried like one, by its rates in a few
+ * short steps, or in the coordinate of what slips alone. Extrema of the position and of the contact force move to first
+ * order as if their time stood still; where they jump, at a stop, the time counts.
  */
 #ifndef HOPFORM_TRIAL_H_real
 #define HOPFORM_TRIAL_H_real
 
+#include "alone_real.h"
 #include "extrema_real.h"
 
 /* What is gathered along the phases of a stance. */
@@ -130,47 +132,124 @@ static inline void pass_event_real(current_variation_real *variation, const solv
     }
 }
 
+/* ---- inside a phase ---- */
+
+/* The acceleration that 1 A gives: under it the change goes on in a phase. */
+static inline drive_by_element_real drive_per_ampere_real(const hopform_plan_real *plan, row_real mode) {
+    drive_by_element_real drive = {{0.0, 0.0}};
+    drive.of[HOPFORM_DRIVEN_ELEMENT] = rates_in_mode_real(plan, mode)->a1_u;
+    return drive;
+}
+
+#if HOPFORM_BOTH_MOVE
+/* Both elements slipping: what its rates bring, in steps that are short for all poles. */
+static inline void carry_by_rates_real(const hopform_plan_real *plan, row_real mode, real t, int steps,
+                                       state_by_axis_real *change) {
+    const drive_by_element_real drive = drive_per_ampere_real(plan, mode);
+    const real step = t / (real)steps;
+    const powers_real powers = powers_over_a_node_real(&plan->poles[0], step);
+    rates_by_row_real w;
+    w.named = rates_of_both_real(&plan->rates[0], &drive.named, &change->named);
+    for (int n = 0; n < steps; n++) {
+        const derivatives_of_both_real at = derivatives_at_real(plan, &w);
+        const real velocity = change->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
+        const gained_real gained = gained_by_powers_real(plan, &at, velocity, step, &powers);
+        change->of[HOPFORM_POSITION_AXIS] += gained.x;
+        for (int row = 0; row < 3; row++) {
+            change->of[axis_of_row_real[row]] += gained.z[row];
+        }
+        w = gained.w;
+    }
+}
+#endif
+
+/* One element slipping: in its own coordinate, from rest to rest by the response to a fourth of the time. */
+static inline void carry_alone_real(const hopform_plan_real *plan, row_real mode, real t, state_by_axis_real *change) {
+    const int alone = alone_of_mode_real(mode);
+    const hopform_rates_real *rates = rates_in_mode_real(plan, mode);
+    const bool rings = timescales_of_real(plan, mode)->half_period < HOPFORM_NEVER_real;
+    const alone_pair_real pair = alone_pair_of_real(poles_of_real(plan, mode), rings);
+    const real draw = free_slope_real(rates, alone, change) + (alone == HOPFORM_DRIVEN_ELEMENT ? rates->a1_u : 0.0);
+    const alone_real from = {0.0, 0.0, change->of[HOPFORM_VELOCITY_AXIS(alone)], draw};
+    const bool is_long = !is_short_real(&pair, 0.5 * t) && is_short_real(&pair, 0.25 * t);
+    known_pair_real response = response_over_real(&pair, is_long ? 0.5 * t : t);
+    if (is_long) { response = response_over_twice_real(&pair, &response); }
+    const alone_real there = alone_after_real(&pair, &from, t, &response);
+    change->of[HOPFORM_VELOCITY_AXIS(alone)] = there.v;
+    change->of[HOPFORM_STRETCH_AXIS] += (real)HOPFORM_STRETCH_FOLLOWS(rates, alone) * there.s;
+    change->of[HOPFORM_POSITION_AXIS] += alone == HOPFORM_STOPPED_ELEMENT ? there.s : 0.0;
+}
+
+/* By W, where both slip for longer than a few short times. */
+SELDOM_real void carry_far_real(const hopform_plan_real *plan, row_real mode, real t, state_by_axis_real *change) {
+    const drive_by_element_real drive = drive_per_ampere_real(plan, mode);
+    const course_real course = course_from_real(plan, mode, &change->named, &drive.named);
+    change->named = state_on_course_real(&course, t);
+}
+
+/* Carry the change per A from the start of a phase to a time in it. */
+static inline void carry_change_real(const hopform_plan_real *plan, row_real mode, real t, state_by_axis_real *change) {
+    if (rests_of_mode_real(mode)) { return; }
+    if (alone_of_mode_real(mode) >= 0) {
+        carry_alone_real(plan, mode, t, change);
+        return;
+    }
+#if HOPFORM_BOTH_MOVE
+    const real times = t / (0.8 * plan->transition.is_short_over);
+    if (times < 4.0) {
+        carry_by_rates_real(plan, mode, t, 1 + (int)times, change);
+        return;
+    }
+#endif
+    carry_far_real(plan, mode, t, change);
+}
+
 /* The contact force and its derivatives. */
-static inline jet_real contact_jet_real(const hopform_robot_real *robot, const hopform_state_real *state,
-                                        const derivatives_of_state_real *at) {
-    const jet_real jet = {contact_of_real(robot, state), contact_slope_real(robot, &at->speed.named),
-                          contact_slope_real(robot, &at->bend.named), contact_slope_real(robot, &at->third.named)};
+ALWAYS_real jet_real contact_jet_real(const hopform_plan_real *plan, row_real mode, const hopform_state_real *state,
+                                      const state_by_axis_real *speed) {
+    const hopform_robot_real *robot = &plan->robot;
+    const hopform_rates_real *rates = rates_in_mode_real(plan, mode);
+    const state_by_axis_real bend = bend_in_mode_real(rates, mode, speed);
+    const state_by_axis_real third = bend_in_mode_real(rates, mode, &bend);
+    const jet_real jet = {contact_of_real(robot, state), contact_slope_real(robot, &speed->named),
+                          contact_slope_real(robot, &bend.named), contact_slope_real(robot, &third.named)};
     return jet;
 }
 
 /* The minima of the contact force inside a phase. */
-static inline void look_for_minimum_real(const current_variation_real *variation, const solved_phase_real *phase,
-                                         const course_real *by_u, const derivatives_of_state_real *ends) {
+static inline void look_for_minimum_real(const current_variation_real *variation, const solved_phase_real *phase) {
     const hopform_plan_real *plan = variation->plan;
     const hopform_robot_real *robot = &plan->robot;
     const hopform_timescales_real *scales = timescales_of_real(plan, phase->mode);
-    const derivatives_of_state_real begins = derivatives_in_mode_real(plan, phase->mode, &phase->begins);
-    const jet_real from = contact_jet_real(robot, &phase->start->named, &begins);
-    const jet_real to = contact_jet_real(robot, &phase->arrived->named, ends);
+    const jet_real from = contact_jet_real(plan, phase->mode, &phase->start->named, &phase->begins);
+    const jet_real to = contact_jet_real(plan, phase->mode, &phase->arrived->named, &phase->ends);
     if (turns_as_seen_real(scales, &from, &to, phase->length) && !shows_minimum_real(&from, &to)) { return; }
     const course_real course = course_from_real(plan, phase->mode, &phase->start->named, &phase->drive->named);
     const numerator_real h = contact_numerator_real(robot, &course.numerators.named);
     const minima_real least =
         least_minimum_real(course.poles, scales, &h, &from, &to, phase->length, 64.0, variation->evaluations);
     if (least.count > 0) {
-        const hopform_state_real there = state_on_course_real(by_u, least.t);
-        note_minimum_real(variation->trial, least.value, contact_slope_real(robot, &there), least.count);
+        state_by_axis_real there = variation->change;
+        carry_change_real(plan, phase->mode, least.t, &there);
+        note_minimum_real(variation->trial, least.value, contact_slope_real(robot, &there.named), least.count);
     }
 }
 
 /* Where a stance takes off without a minimum of the contact force before, that behind it, by the parabola there: how
  * far below zero the contact force would fall if the contact could pull. Where that is nothing, the stance goes on for
  * another rebound. The change has arrived at the end of the phase. */
-static inline void look_behind_takeoff_real(const current_variation_real *variation, const solved_phase_real *phase,
-                                            const course_real *by_u, const derivatives_of_state_real *ends) {
-    const hopform_robot_real *robot = &variation->plan->robot;
+static inline void look_behind_takeoff_real(const current_variation_real *variation, const solved_phase_real *phase) {
+    const hopform_plan_real *plan = variation->plan;
+    const hopform_robot_real *robot = &plan->robot;
+    const hopform_rates_real *rates = rates_in_mode_real(plan, phase->mode);
     const row_real mode = phase->mode;
-    const jet_real at = contact_jet_real(robot, &phase->arrived->named, ends);
+    const jet_real at = contact_jet_real(plan, mode, &phase->arrived->named, &phase->ends);
     if (!(at.rate < 0.0 && at.curvature > 0.0)) { return; }
+    const drive_by_element_real drive = drive_per_ampere_real(plan, mode);
     state_by_axis_real speed_u;
-    speed_u.rates = speeds_of_real(by_u->rates, &by_u->drive.named, (real)side_of_mode_real(mode, 0),
+    speed_u.rates = speeds_of_real(rates, &drive.named, (real)side_of_mode_real(mode, 0),
                                    (real)side_of_mode_real(mode, 1), &variation->change.named);
-    const state_by_axis_real bend_u = bend_in_mode_real(by_u->rates, mode, &speed_u);
+    const state_by_axis_real bend_u = bend_in_mode_real(rates, mode, &speed_u);
     const real value_u = contact_slope_real(robot, &variation->change.named);
     const real later = -at.rate / at.curvature;
     const real curvature_u = contact_slope_real(robot, &bend_u.named) - at.third * value_u / at.rate; /* and moves */
@@ -184,22 +263,12 @@ static inline void look_behind_takeoff_real(const current_variation_real *variat
  * where it is the compression and that keeps the sign of its rate. Before the driven element has ever moved there is
  * nothing to follow. */
 static inline void carry_variation_real(current_variation_real *variation, const solved_phase_real *phase) {
-    const hopform_plan_real *plan = variation->plan;
     const row_real mode = phase->mode;
     if (HOPFORM_IS_EVENT(phase->event)) { pass_event_real(variation, phase); }
     variation->moves = variation->moves || side_of_mode_real(mode, HOPFORM_DRIVEN_ELEMENT) != 0;
-    const bool turns = !HOPFORM_CONTACT_IS_STRETCH || stretch_may_turn_real(mode);
-    if (variation->moves || turns) {
-        drive_by_element_real per_ampere = {{0.0, 0.0}};
-        per_ampere.of[HOPFORM_DRIVEN_ELEMENT] = rates_in_mode_real(plan, mode)->a1_u;
-        const course_real by_u = course_from_real(plan, mode, &variation->change.named, &per_ampere.named);
-        const derivatives_of_state_real ends = derivatives_in_mode_real(plan, mode, &phase->ends);
-        if (turns) { look_for_minimum_real(variation, phase, &by_u, &ends); }
-        variation->change.named = state_on_course_real(&by_u, phase->length);
-        if (phase->leaves && variation->trial->minima == 0) {
-            look_behind_takeoff_real(variation, phase, &by_u, &ends);
-        }
-    }
+    if (!HOPFORM_CONTACT_IS_STRETCH || stretch_may_turn_real(mode)) { look_for_minimum_real(variation, phase); }
+    if (variation->moves) { carry_change_real(variation->plan, mode, phase->length, &variation->change); }
+    if (phase->leaves && variation->trial->minima == 0) { look_behind_takeoff_real(variation, phase); }
     variation->arrived = *phase->arrived;
     variation->speed = phase->ends;
     variation->mode = mode;
