@@ -336,7 +336,7 @@ static inline void begin_node_search_f32(const stance_chain_f32 *chain, node_sea
     low->t = 0.0f;
     low->x = 0.0f;
     low->w = search->w;
-    for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
+    UNROLLED_f32 for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
         const float z = chain->at.of[axis_of_row_f32[n]];
         search->rounded[n] = fabs_f32(z);
         search->from_the_end[n] = false;
@@ -1072,7 +1072,7 @@ static inline bool is_finite_state_f32(const hopform_state_f32 *state) {
     state_by_axis_f32 at;
     at.named = *state;
     float sum = 0.0f;
-    for (int axis = 0; axis < HOPFORM_AXES; axis++) {
+    UNROLLED_f32 for (int axis = 0; axis < HOPFORM_AXES; axis++) {
         sum += fabs_f32(at.of[axis]);
     }
     return sum <= HOPFORM_NEVER_f32;

@@ -336,7 +336,7 @@ static inline void begin_node_search_f64(const stance_chain_f64 *chain, node_sea
     low->t = 0.0;
     low->x = 0.0;
     low->w = search->w;
-    for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
+    UNROLLED_f64 for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
         const double z = chain->at.of[axis_of_row_f64[n]];
         search->rounded[n] = fabs_f64(z);
         search->from_the_end[n] = false;
@@ -1072,7 +1072,7 @@ static inline bool is_finite_state_f64(const hopform_state_f64 *state) {
     state_by_axis_f64 at;
     at.named = *state;
     double sum = 0.0;
-    for (int axis = 0; axis < HOPFORM_AXES; axis++) {
+    UNROLLED_f64 for (int axis = 0; axis < HOPFORM_AXES; axis++) {
         sum += fabs_f64(at.of[axis]);
     }
     return sum <= HOPFORM_NEVER_f64;

@@ -105,7 +105,7 @@ ALWAYS_f32 void put_node_f32(const node_search_f32 *search, const search_node_f3
     to->w = gained->w;
     to->x = from->x + gained->x;
     const rates_by_row_f32 d = deflated_rates_f32(search->plan, &to->w);
-    for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
+    UNROLLED_f32 for (int n = 0; n < NODE_FUNCTIONS_f32; n++) {
         to->value[n] = from->value[n] + search->sign[n] * function_of_f32(search, n, gained->z);
         to->rate[n] = search->sign[n] * function_of_f32(search, n, to->w.of);
         to->deflated[n] = search->sign[n] * function_of_f32(search, n, d.of);
@@ -414,7 +414,7 @@ static inline void step_to_root_at_node_f32(const node_search_f32 *search, int n
     there->x += step * velocity_of_node_f32(search, there);
     const rates_by_row_f32 bends = bend_rates_f32(search->plan, &there->w);
     there->y += HOPFORM_CONTACT_IS_ROW ? step * there->w.of[0] : 0.0f;
-    for (int i = 0; i < NODE_FUNCTIONS_f32; i++) {
+    UNROLLED_f32 for (int i = 0; i < NODE_FUNCTIONS_f32; i++) {
         const float bend = there->deflated[i] - a * there->rate[i];
         there->value[i] += step * there->rate[i];
         there->rate[i] += step * bend;

@@ -105,7 +105,7 @@ ALWAYS_f64 void put_node_f64(const node_search_f64 *search, const search_node_f6
     to->w = gained->w;
     to->x = from->x + gained->x;
     const rates_by_row_f64 d = deflated_rates_f64(search->plan, &to->w);
-    for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
+    UNROLLED_f64 for (int n = 0; n < NODE_FUNCTIONS_f64; n++) {
         to->value[n] = from->value[n] + search->sign[n] * function_of_f64(search, n, gained->z);
         to->rate[n] = search->sign[n] * function_of_f64(search, n, to->w.of);
         to->deflated[n] = search->sign[n] * function_of_f64(search, n, d.of);
@@ -414,7 +414,7 @@ static inline void step_to_root_at_node_f64(const node_search_f64 *search, int n
     there->x += step * velocity_of_node_f64(search, there);
     const rates_by_row_f64 bends = bend_rates_f64(search->plan, &there->w);
     there->y += HOPFORM_CONTACT_IS_ROW ? step * there->w.of[0] : 0.0;
-    for (int i = 0; i < NODE_FUNCTIONS_f64; i++) {
+    UNROLLED_f64 for (int i = 0; i < NODE_FUNCTIONS_f64; i++) {
         const double bend = there->deflated[i] - a * there->rate[i];
         there->value[i] += step * there->rate[i];
         there->rate[i] += step * bend;

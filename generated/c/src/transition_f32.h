@@ -168,13 +168,13 @@ ALWAYS_f32 gained_f32 gained_by_powers_f32(const hopform_plan_f32 *plan, const d
     const hopform_poles_f32 *poles = &plan->poles[0];
     gained_f32 gained;
     rates_by_row_f32 gain;
-    for (int n = 0; n < 3; n++) {
+    UNROLLED_f32 for (int n = 0; n < 3; n++) {
         gain.of[n] =
             powers->first * from->w.of[n] + powers->second * from->bend.of[n] + powers->third * from->third.of[n];
         gained.z[n] = gain.of[n];
     }
     const rates_by_row_f32 more = bend_rates_f32(plan, &gain);
-    for (int n = 0; n < 3; n++) {
+    UNROLLED_f32 for (int n = 0; n < 3; n++) {
         gained.w.of[n] = from->w.of[n] + more.of[n];
     }
     gained.x = velocity * t
@@ -187,7 +187,7 @@ ALWAYS_f32 gained_f32 gained_by_powers_f32(const hopform_plan_f32 *plan, const d
 ALWAYS_f32 gained_f32 gained_by_rows_f32(const float stays[9], const float gains[9], const float moves[3], float t,
                                             float velocity, const rates_by_row_f32 *w) {
     gained_f32 gained;
-    for (int n = 0; n < 3; n++) {
+    UNROLLED_f32 for (int n = 0; n < 3; n++) {
         gained.w.of[n] = by_row_f32(stays + 3 * n, w);
         gained.z[n] = by_row_f32(gains + 3 * n, w);
     }

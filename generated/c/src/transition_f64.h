@@ -168,13 +168,13 @@ ALWAYS_f64 gained_f64 gained_by_powers_f64(const hopform_plan_f64 *plan, const d
     const hopform_poles_f64 *poles = &plan->poles[0];
     gained_f64 gained;
     rates_by_row_f64 gain;
-    for (int n = 0; n < 3; n++) {
+    UNROLLED_f64 for (int n = 0; n < 3; n++) {
         gain.of[n] =
             powers->first * from->w.of[n] + powers->second * from->bend.of[n] + powers->third * from->third.of[n];
         gained.z[n] = gain.of[n];
     }
     const rates_by_row_f64 more = bend_rates_f64(plan, &gain);
-    for (int n = 0; n < 3; n++) {
+    UNROLLED_f64 for (int n = 0; n < 3; n++) {
         gained.w.of[n] = from->w.of[n] + more.of[n];
     }
     gained.x = velocity * t
@@ -187,7 +187,7 @@ ALWAYS_f64 gained_f64 gained_by_powers_f64(const hopform_plan_f64 *plan, const d
 ALWAYS_f64 gained_f64 gained_by_rows_f64(const double stays[9], const double gains[9], const double moves[3], double t,
                                             double velocity, const rates_by_row_f64 *w) {
     gained_f64 gained;
-    for (int n = 0; n < 3; n++) {
+    UNROLLED_f64 for (int n = 0; n < 3; n++) {
         gained.w.of[n] = by_row_f64(stays + 3 * n, w);
         gained.z[n] = by_row_f64(gains + 3 * n, w);
     }

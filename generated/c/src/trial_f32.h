@@ -49,7 +49,7 @@ static inline void note_minimum_f32(hopform_trial_f32 *trial, float contact, flo
 static inline state_by_axis_f32 change_at_event_f32(const state_by_axis_f32 *change, const state_by_axis_f32 *speed,
                                                       float late) {
     state_by_axis_f32 met = *change;
-    for (int axis = 0; axis < HOPFORM_AXES; axis++) {
+    UNROLLED_f32 for (int axis = 0; axis < HOPFORM_AXES; axis++) {
         met.of[axis] += speed->of[axis] * late;
     }
     return met;
@@ -155,7 +155,7 @@ static inline void carry_by_rates_f32(const hopform_plan_f32 *plan, row_f32 mode
         const float velocity = change->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
         const gained_f32 gained = gained_by_powers_f32(plan, &at, velocity, step, &powers);
         change->of[HOPFORM_POSITION_AXIS] += gained.x;
-        for (int row = 0; row < 3; row++) {
+        UNROLLED_f32 for (int row = 0; row < 3; row++) {
             change->of[axis_of_row_f32[row]] += gained.z[row];
         }
         w = gained.w;

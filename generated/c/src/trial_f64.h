@@ -49,7 +49,7 @@ static inline void note_minimum_f64(hopform_trial_f64 *trial, double contact, do
 static inline state_by_axis_f64 change_at_event_f64(const state_by_axis_f64 *change, const state_by_axis_f64 *speed,
                                                       double late) {
     state_by_axis_f64 met = *change;
-    for (int axis = 0; axis < HOPFORM_AXES; axis++) {
+    UNROLLED_f64 for (int axis = 0; axis < HOPFORM_AXES; axis++) {
         met.of[axis] += speed->of[axis] * late;
     }
     return met;
@@ -155,7 +155,7 @@ static inline void carry_by_rates_f64(const hopform_plan_f64 *plan, row_f64 mode
         const double velocity = change->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
         const gained_f64 gained = gained_by_powers_f64(plan, &at, velocity, step, &powers);
         change->of[HOPFORM_POSITION_AXIS] += gained.x;
-        for (int row = 0; row < 3; row++) {
+        UNROLLED_f64 for (int row = 0; row < 3; row++) {
             change->of[axis_of_row_f64[row]] += gained.z[row];
         }
         w = gained.w;

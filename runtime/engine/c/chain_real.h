@@ -336,7 +336,7 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
     low->t = 0.0;
     low->x = 0.0;
     low->w = search->w;
-    for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
+    UNROLLED_real for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
         const real z = chain->at.of[axis_of_row_real[n]];
         search->rounded[n] = fabs_real(z);
         search->from_the_end[n] = false;
@@ -1072,7 +1072,7 @@ static inline bool is_finite_state_real(const hopform_state_real *state) {
     state_by_axis_real at;
     at.named = *state;
     real sum = 0.0;
-    for (int axis = 0; axis < HOPFORM_AXES; axis++) {
+    UNROLLED_real for (int axis = 0; axis < HOPFORM_AXES; axis++) {
         sum += fabs_real(at.of[axis]);
     }
     return sum <= HOPFORM_NEVER_real;

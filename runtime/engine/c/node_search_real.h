@@ -105,7 +105,7 @@ ALWAYS_real void put_node_real(const node_search_real *search, const search_node
     to->w = gained->w;
     to->x = from->x + gained->x;
     const rates_by_row_real d = deflated_rates_real(search->plan, &to->w);
-    for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
+    UNROLLED_real for (int n = 0; n < NODE_FUNCTIONS_real; n++) {
         to->value[n] = from->value[n] + search->sign[n] * function_of_real(search, n, gained->z);
         to->rate[n] = search->sign[n] * function_of_real(search, n, to->w.of);
         to->deflated[n] = search->sign[n] * function_of_real(search, n, d.of);
@@ -414,7 +414,7 @@ static inline void step_to_root_at_node_real(const node_search_real *search, int
     there->x += step * velocity_of_node_real(search, there);
     const rates_by_row_real bends = bend_rates_real(search->plan, &there->w);
     there->y += HOPFORM_CONTACT_IS_ROW ? step * there->w.of[0] : 0.0;
-    for (int i = 0; i < NODE_FUNCTIONS_real; i++) {
+    UNROLLED_real for (int i = 0; i < NODE_FUNCTIONS_real; i++) {
         const real bend = there->deflated[i] - a * there->rate[i];
         there->value[i] += step * there->rate[i];
         there->rate[i] += step * bend;

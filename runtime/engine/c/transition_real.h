@@ -168,13 +168,13 @@ ALWAYS_real gained_real gained_by_powers_real(const hopform_plan_real *plan, con
     const hopform_poles_real *poles = &plan->poles[0];
     gained_real gained;
     rates_by_row_real gain;
-    for (int n = 0; n < 3; n++) {
+    UNROLLED_real for (int n = 0; n < 3; n++) {
         gain.of[n] =
             powers->first * from->w.of[n] + powers->second * from->bend.of[n] + powers->third * from->third.of[n];
         gained.z[n] = gain.of[n];
     }
     const rates_by_row_real more = bend_rates_real(plan, &gain);
-    for (int n = 0; n < 3; n++) {
+    UNROLLED_real for (int n = 0; n < 3; n++) {
         gained.w.of[n] = from->w.of[n] + more.of[n];
     }
     gained.x = velocity * t
@@ -187,7 +187,7 @@ ALWAYS_real gained_real gained_by_powers_real(const hopform_plan_real *plan, con
 ALWAYS_real gained_real gained_by_rows_real(const real stays[9], const real gains[9], const real moves[3], real t,
                                             real velocity, const rates_by_row_real *w) {
     gained_real gained;
-    for (int n = 0; n < 3; n++) {
+    UNROLLED_real for (int n = 0; n < 3; n++) {
         gained.w.of[n] = by_row_real(stays + 3 * n, w);
         gained.z[n] = by_row_real(gains + 3 * n, w);
     }

@@ -49,7 +49,7 @@ static inline void note_minimum_real(hopform_trial_real *trial, real contact, re
 static inline state_by_axis_real change_at_event_real(const state_by_axis_real *change, const state_by_axis_real *speed,
                                                       real late) {
     state_by_axis_real met = *change;
-    for (int axis = 0; axis < HOPFORM_AXES; axis++) {
+    UNROLLED_real for (int axis = 0; axis < HOPFORM_AXES; axis++) {
         met.of[axis] += speed->of[axis] * late;
     }
     return met;
@@ -155,7 +155,7 @@ static inline void carry_by_rates_real(const hopform_plan_real *plan, row_real m
         const real velocity = change->of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
         const gained_real gained = gained_by_powers_real(plan, &at, velocity, step, &powers);
         change->of[HOPFORM_POSITION_AXIS] += gained.x;
-        for (int row = 0; row < 3; row++) {
+        UNROLLED_real for (int row = 0; row < 3; row++) {
             change->of[axis_of_row_real[row]] += gained.z[row];
         }
         w = gained.w;
