@@ -124,6 +124,14 @@ def _member(member: Member) -> str:
     return f"{type_of(member.type)} {member.name}{many};".replace("* ", "*")
 
 
+SHORT = 4
+"""Steps of a formula that is inlined wherever it is called: a call and the record that it hands over take as much."""
+
+
+def storage(function: Function) -> str:
+    return "ALWAYS_real" if len(function.steps) <= SHORT else "static inline"
+
+
 def signature(function: Function) -> str:
     arguments = [
         f"const {type_of(a.name)} *{argument_name(a)}" if isinstance(a, Record) else f"real {a.name}"

@@ -342,7 +342,7 @@ def test_a_formula_is_the_same_lines_in_python_and_c(function: Function):
     the engine calls.
     """
     python = definitions(SOLVER / "formulas.py", r"^def (\w+)\(")[function.name]
-    c = definitions(C / "src" / "formulas_f64.h", r"^static inline \w+ (\w+)_f64\(").get(function.name)
+    c = definitions(C / "src" / "formulas_f64.h", r"^(?:static inline|ALWAYS_f64) \w+ (\w+)_f64\(").get(function.name)
     if c is None:
         sources = [path.read_text("utf-8") for path in (C / "src").glob("*_f64.[ch]")]
         assert not any(re.search(rf"\b{function.name}_f64\(", text) for text in sources)

@@ -8,6 +8,7 @@
 #define HOPFORM_FORMULAS_H_f32
 
 #include "hopform/hopform.h"
+#include "inlining_f32.h"
 #include "precision_f32.h"
 
 /* Constant accelerations of a phase: current, gravity, offset and Coulomb friction. */
@@ -368,7 +369,7 @@ static inline hopform_rates_f32 rates_of_f32(const hopform_robot_f32 *robot)
 }
 
 /* Constant accelerations of a phase. */
-static inline drive_f32 drive_of_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 drive_f32 drive_of_f32(const hopform_robot_f32 *robot,
     const hopform_rates_f32 *rates,
     float u,
     float side_1,
@@ -456,7 +457,7 @@ static inline numerators_f32 motion_of_mass_2_f32(const hopform_rates_f32 *rates
 }
 
 /* The switching function at a state: what the law asks of the motor, to the side of a positive current. */
-static inline float switching_of_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
+ALWAYS_f32 float switching_of_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
 {
     (void)robot;
     (void)state;
@@ -466,7 +467,7 @@ static inline float switching_of_f32(const hopform_robot_f32 *robot, const hopfo
 }
 
 /* Sum of the magnitudes of its terms: what it is rounded by is in proportion to them. */
-static inline float switching_terms_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
+ALWAYS_f32 float switching_terms_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
 {
     (void)robot;
     (void)state;
@@ -476,7 +477,7 @@ static inline float switching_terms_f32(const hopform_robot_f32 *robot, const ho
 }
 
 /* Its levels: what the motor pulls with at the limits of the current. */
-static inline levels_f32 switching_levels_f32(const hopform_robot_f32 *robot)
+ALWAYS_f32 levels_f32 switching_levels_f32(const hopform_robot_f32 *robot)
 {
     (void)robot;
     const float upper = (float)INFINITY;   /* the limit */
@@ -486,7 +487,7 @@ static inline levels_f32 switching_levels_f32(const hopform_robot_f32 *robot)
 }
 
 /* Numerator of the switching function. */
-static inline numerator_f32 switching_numerator_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 numerator_f32 switching_numerator_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     const numerators_f32 *numerators)
 {
@@ -501,7 +502,7 @@ static inline numerator_f32 switching_numerator_f32(const hopform_robot_f32 *rob
 }
 
 /* The current that the law asks for at a state, where it is within the limit; without a law the input. */
-static inline float current_of_law_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
+ALWAYS_f32 float current_of_law_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state, float u)
 {
     (void)robot;
     (void)state;
@@ -510,7 +511,7 @@ static inline float current_of_law_f32(const hopform_robot_f32 *robot, const hop
 }
 
 /* The input at a limit: the current there, in the place of a law's target. */
-static inline float input_at_limit_f32(const hopform_robot_f32 *robot, float u, float limit)
+ALWAYS_f32 float input_at_limit_f32(const hopform_robot_f32 *robot, float u, float limit)
 {
     (void)robot;
     (void)limit;
@@ -599,7 +600,7 @@ static inline speeds_f32 speeds_of_f32(const hopform_rates_f32 *rates,
 }
 
 /* Lower end of the stroke. */
-static inline float lower_stop_f32(const hopform_robot_f32 *robot)
+ALWAYS_f32 float lower_stop_f32(const hopform_robot_f32 *robot)
 {
     const float x1_min = robot->x1_min;
     const float lowest = x1_min;  /* stop */
@@ -607,7 +608,7 @@ static inline float lower_stop_f32(const hopform_robot_f32 *robot)
 }
 
 /* Upper end of the stroke. */
-static inline float upper_stop_f32(const hopform_robot_f32 *robot)
+ALWAYS_f32 float upper_stop_f32(const hopform_robot_f32 *robot)
 {
     const float x1_max = robot->x1_max;
     const float highest = x1_max;  /* stop */
@@ -615,7 +616,7 @@ static inline float upper_stop_f32(const hopform_robot_f32 *robot)
 }
 
 /* Largest size of the current. */
-static inline float current_limit_f32(const hopform_robot_f32 *robot)
+ALWAYS_f32 float current_limit_f32(const hopform_robot_f32 *robot)
 {
     const float u_max = robot->u_max;
     const float u_most = u_max;  /* limit of the current */
@@ -623,7 +624,7 @@ static inline float current_limit_f32(const hopform_robot_f32 *robot)
 }
 
 /* Force per current, against x_1. */
-static inline float force_constant_f32(const hopform_robot_f32 *robot)
+ALWAYS_f32 float force_constant_f32(const hopform_robot_f32 *robot)
 {
     const float gamma2 = robot->gamma2;
     const float pull = gamma2;  /* (3) per u */
@@ -631,7 +632,7 @@ static inline float force_constant_f32(const hopform_robot_f32 *robot)
 }
 
 /* Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force. */
-static inline friction_f32 friction_of_f32(const hopform_robot_f32 *robot)
+ALWAYS_f32 friction_f32 friction_of_f32(const hopform_robot_f32 *robot)
 {
     const float f1 = robot->f1, f2 = robot->f2;
     const float level_1 = f1;  /* (3), (4) */
@@ -641,7 +642,7 @@ static inline friction_f32 friction_of_f32(const hopform_robot_f32 *robot)
 }
 
 /* Friction at rest less that in motion: a free acceleration may go further by it before the mass slips. */
-static inline excess_f32 excess_of_f32(const hopform_robot_f32 *robot)
+ALWAYS_f32 excess_f32 excess_of_f32(const hopform_robot_f32 *robot)
 {
     const float f1_excess = robot->f1_excess, f2_excess = robot->f2_excess;
     const float up_1 = f1_excess;    /* (5) at rest */
@@ -653,7 +654,7 @@ static inline excess_f32 excess_of_f32(const hopform_robot_f32 *robot)
 }
 
 /* Rate of the compression. */
-static inline float stretch_rate_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+ALWAYS_f32 float stretch_rate_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     (void)robot;
     const float v1 = state->v1, v2 = state->v2;
@@ -662,7 +663,7 @@ static inline float stretch_rate_f32(const hopform_robot_f32 *robot, const hopfo
 }
 
 /* Free accelerations of both masses. */
-static inline free_f32 free_accelerations_f32(const hopform_rates_f32 *rates,
+ALWAYS_f32 free_f32 free_accelerations_f32(const hopform_rates_f32 *rates,
     const hopform_state_f32 *state,
     float u)
 {
@@ -675,7 +676,7 @@ static inline free_f32 free_accelerations_f32(const hopform_rates_f32 *rates,
 }
 
 /* Sums of the magnitudes of the terms of free_accelerations: what these are rounded by is in proportion to them. */
-static inline free_f32 free_terms_f32(const hopform_rates_f32 *rates, const hopform_state_f32 *state, float u)
+ALWAYS_f32 free_f32 free_terms_f32(const hopform_rates_f32 *rates, const hopform_state_f32 *state, float u)
 {
     const float a1_y = rates->a1_y, a1_u = rates->a1_u, a1_0 = rates->a1_0, a2_y = rates->a2_y, a2_0 = rates->a2_0;
     const float y = state->y;
@@ -706,7 +707,7 @@ static inline hopform_forces_f32 forces_of_f32(const hopform_robot_f32 *robot,
 }
 
 /* Numerator of the free acceleration of mass 1 while it is held. */
-static inline numerator_f32 free_numerator_1_f32(const hopform_rates_f32 *rates,
+ALWAYS_f32 numerator_f32 free_numerator_1_f32(const hopform_rates_f32 *rates,
     const numerators_f32 *numerators)
 {
     const float a1_y = rates->a1_y;
@@ -719,7 +720,7 @@ static inline numerator_f32 free_numerator_1_f32(const hopform_rates_f32 *rates,
 }
 
 /* Numerator of the free acceleration of mass 2 while it is held. */
-static inline numerator_f32 free_numerator_2_f32(const hopform_rates_f32 *rates,
+ALWAYS_f32 numerator_f32 free_numerator_2_f32(const hopform_rates_f32 *rates,
     const numerators_f32 *numerators)
 {
     const float a2_y = rates->a2_y;
@@ -732,7 +733,7 @@ static inline numerator_f32 free_numerator_2_f32(const hopform_rates_f32 *rates,
 }
 
 /* Denominator of (18). */
-static inline float residue_f32(const hopform_poles_f32 *poles)
+ALWAYS_f32 float residue_f32(const hopform_poles_f32 *poles)
 {
     const float a = poles->a, p = poles->p, q = poles->q;
     const float chi = q - a*(p - a);  /* (18) residue at s = -a */
@@ -758,7 +759,7 @@ static inline basis_f32 split_f32(const hopform_poles_f32 *poles,
 }
 
 /* W while exp(-a t) is near 1. */
-static inline float split_soon_f32(const hopform_poles_f32 *poles,
+ALWAYS_f32 float split_soon_f32(const hopform_poles_f32 *poles,
     float chi,
     const decay_f32 *decay,
     const pair_f32 *pair)
@@ -771,7 +772,7 @@ static inline float split_soon_f32(const hopform_poles_f32 *poles,
 }
 
 /* Integrals of R where q t^2 is not small. */
-static inline pair_integrals_f32 pair_by_quotient_f32(const hopform_poles_f32 *poles,
+ALWAYS_f32 pair_integrals_f32 pair_by_quotient_f32(const hopform_poles_f32 *poles,
     const pair_core_f32 *pair_core,
     float t)
 {
@@ -785,7 +786,7 @@ static inline pair_integrals_f32 pair_by_quotient_f32(const hopform_poles_f32 *p
 }
 
 /* R, its derivative and first integral from its two highest integrals. */
-static inline known_pair_f32 pair_from_series_f32(const hopform_poles_f32 *poles,
+ALWAYS_f32 known_pair_f32 pair_from_series_f32(const hopform_poles_f32 *poles,
     const pair_series_f32 *pair_series,
     float t)
 {
@@ -799,7 +800,7 @@ static inline known_pair_f32 pair_from_series_f32(const hopform_poles_f32 *poles
 }
 
 /* W, its derivatives and first integral from its three highest integrals. */
-static inline known_basis_f32 all_from_series_f32(const hopform_poles_f32 *poles,
+ALWAYS_f32 known_basis_f32 all_from_series_f32(const hopform_poles_f32 *poles,
     const series_f32 *series,
     float t)
 {
@@ -827,7 +828,7 @@ static inline shifted_f32 shift_f32(const hopform_poles_f32 *poles)
 }
 
 /* W from the series around the mean root. */
-static inline response_f32 unshift_f32(float sigma, const shifted_series_f32 *shifted_series)
+ALWAYS_f32 response_f32 unshift_f32(float sigma, const shifted_series_f32 *shifted_series)
 {
     const float Vdd = shifted_series->Vdd, Vd = shifted_series->Vd, V = shifted_series->V;
     const float decay = shifted_series->decay;
@@ -839,7 +840,7 @@ static inline response_f32 unshift_f32(float sigma, const shifted_series_f32 *sh
 }
 
 /* The integrals of W where the poles are close together and none is slow. */
-static inline integrals_f32 integrals_by_recursion_f32(const hopform_poles_f32 *poles,
+ALWAYS_f32 integrals_f32 integrals_by_recursion_f32(const hopform_poles_f32 *poles,
     const response_f32 *response,
     float t)
 {
@@ -852,7 +853,7 @@ static inline integrals_f32 integrals_by_recursion_f32(const hopform_poles_f32 *
 }
 
 /* The state at time t of a phase. */
-static inline at_f32 state_at_f32(const hopform_state_f32 *state,
+ALWAYS_f32 at_f32 state_at_f32(const hopform_state_f32 *state,
     const numerators_f32 *numerators,
     const basis_f32 *basis)
 {
@@ -903,7 +904,7 @@ static inline passed_f32 transition_of_both_f32(const hopform_rates_f32 *rates, 
 }
 
 /* Rates with which both masses begin to slip. */
-static inline rate_f32 rates_of_both_f32(const hopform_rates_f32 *rates,
+ALWAYS_f32 rate_f32 rates_of_both_f32(const hopform_rates_f32 *rates,
     const drive_f32 *drive,
     const hopform_state_f32 *state)
 {
@@ -918,7 +919,7 @@ static inline rate_f32 rates_of_both_f32(const hopform_rates_f32 *rates,
 }
 
 /* Rates of rates, both masses slipping. */
-static inline bend_f32 bends_of_both_f32(const hopform_rates_f32 *rates, const rate_f32 *rate)
+ALWAYS_f32 bend_f32 bends_of_both_f32(const hopform_rates_f32 *rates, const rate_f32 *rate)
 {
     const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
     const float w_y = rate->w_y, w_1 = rate->w_1, w_2 = rate->w_2;
@@ -946,7 +947,7 @@ static inline above_f32 above_of_both_f32(const hopform_rates_f32 *rates,
 }
 
 /* Deflated derivatives (M + a) w, both masses slipping: a motion of the pair. */
-static inline bend_f32 deflated_of_both_f32(const hopform_rates_f32 *rates,
+ALWAYS_f32 bend_f32 deflated_of_both_f32(const hopform_rates_f32 *rates,
     const hopform_poles_f32 *poles,
     const above_f32 *above,
     const rate_f32 *rate)
@@ -963,7 +964,7 @@ static inline bend_f32 deflated_of_both_f32(const hopform_rates_f32 *rates,
 }
 
 /* Where both masses end while they slip; s_3 > 0. */
-static inline core_f32 settled_of_both_f32(const hopform_rates_f32 *rates, const drive_f32 *drive)
+ALWAYS_f32 core_f32 settled_of_both_f32(const hopform_rates_f32 *rates, const drive_f32 *drive)
 {
     const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
     const float s_3 = rates->s_3, q_1 = rates->q_1, q_2 = rates->q_2;
@@ -976,7 +977,7 @@ static inline core_f32 settled_of_both_f32(const hopform_rates_f32 *rates, const
 }
 
 /* How far both masses are from there, by what has not faded of their rates. */
-static inline core_f32 unsettled_of_both_f32(const hopform_rates_f32 *rates, const rate_f32 *rate)
+ALWAYS_f32 core_f32 unsettled_of_both_f32(const hopform_rates_f32 *rates, const rate_f32 *rate)
 {
     const float a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y;
     const float a2_v2 = rates->a2_v2, s_3 = rates->s_3, q_1 = rates->q_1;
@@ -1016,7 +1017,7 @@ static inline hopform_ledger_f32 ledger_of_f32(const hopform_robot_f32 *robot,
 }
 
 /* What the actuator loses where it meets a stop. */
-static inline float loss_at_stop_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+ALWAYS_f32 float loss_at_stop_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     const float m_eff = robot->m_eff;
     const float v1 = state->v1;
@@ -1025,7 +1026,7 @@ static inline float loss_at_stop_f32(const hopform_robot_f32 *robot, const hopfo
 }
 
 /* Change of the energy of the body by the entries of a ledger. */
-static inline float aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
+ALWAYS_f32 float aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
 {
     const float viscous_2 = ledger->viscous_2, coulomb_2 = ledger->coulomb_2;
     const float spring_work = ledger->spring_work;
@@ -1034,7 +1035,7 @@ static inline float aed_of_ledger_f32(const hopform_ledger_f32 *ledger)
 }
 
 /* Height of the body over the ground under the foot. */
-static inline float second_position_f32(const hopform_robot_f32 *robot, float x1, float y)
+ALWAYS_f32 float second_position_f32(const hopform_robot_f32 *robot, float x1, float y)
 {
     const float L0 = robot->L0, c = robot->c;
     const float length = x1 - y;         /* hop height of the body */
@@ -1044,7 +1045,7 @@ static inline float second_position_f32(const hopform_robot_f32 *robot, float x1
 }
 
 /* Energy of the body beside its kinetic energy and that of its height. */
-static inline float stored_energy_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+ALWAYS_f32 float stored_energy_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     const float k = robot->k;
     const float x1 = state->x1, y = state->y;
@@ -1054,7 +1055,7 @@ static inline float stored_energy_f32(const hopform_robot_f32 *robot, const hopf
 }
 
 /* Kinetic energy of the body, and that of a given velocity, with which stored energy is compared. */
-static inline float moving_energy_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 float moving_energy_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     float speed)
 {
@@ -1065,7 +1066,7 @@ static inline float moving_energy_f32(const hopform_robot_f32 *robot,
 }
 
 /* Energy of the body and of the robot. */
-static inline hopform_energy_f32 energies_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+ALWAYS_f32 hopform_energy_f32 energies_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     const float m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, L0 = robot->L0;
     const float c = robot->c, g = robot->g;
@@ -1078,7 +1079,7 @@ static inline hopform_energy_f32 energies_f32(const hopform_robot_f32 *robot, co
 }
 
 /* Change of the body's energy between two states, the AED. */
-static inline float body_energy_gain_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 float body_energy_gain_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     const at_f32 *at)
 {
@@ -1092,7 +1093,7 @@ static inline float body_energy_gain_f32(const hopform_robot_f32 *robot,
 }
 
 /* Hop height of the apex after a take-off in a state; that of a body that falls is behind it. */
-static inline float apex_after_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+ALWAYS_f32 float apex_after_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     const float g = robot->g;
     const float x1 = state->x1, v2 = state->v2, y = state->y;
@@ -1134,7 +1135,7 @@ static inline slopes_f32 slopes_of_f32(const hopform_robot_f32 *robot,
 }
 
 /* Change of the lower end of the stroke with the robot. */
-static inline float lower_stop_change_f32(const hopform_robot_f32 *robot, const robot_change_f32 *robot_change)
+ALWAYS_f32 float lower_stop_change_f32(const hopform_robot_f32 *robot, const robot_change_f32 *robot_change)
 {
     (void)robot;
     const float d_x1_min = robot_change->d_x1_min;
@@ -1143,7 +1144,7 @@ static inline float lower_stop_change_f32(const hopform_robot_f32 *robot, const 
 }
 
 /* Change of the upper end of the stroke with the robot. */
-static inline float upper_stop_change_f32(const hopform_robot_f32 *robot, const robot_change_f32 *robot_change)
+ALWAYS_f32 float upper_stop_change_f32(const hopform_robot_f32 *robot, const robot_change_f32 *robot_change)
 {
     (void)robot;
     const float d_x1_max = robot_change->d_x1_max;
@@ -1152,7 +1153,7 @@ static inline float upper_stop_change_f32(const hopform_robot_f32 *robot, const 
 }
 
 /* Change of the input at a limit with the robot and the input. */
-static inline float input_at_limit_change_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 float input_at_limit_change_f32(const hopform_robot_f32 *robot,
     float limit,
     const robot_change_f32 *robot_change,
     float d_u)
@@ -1165,7 +1166,7 @@ static inline float input_at_limit_change_f32(const hopform_robot_f32 *robot,
 }
 
 /* Change of the free accelerations with the state. */
-static inline free_f32 free_slopes_f32(const hopform_rates_f32 *rates, const state_change_f32 *state_change)
+ALWAYS_f32 free_f32 free_slopes_f32(const hopform_rates_f32 *rates, const state_change_f32 *state_change)
 {
     const float a1_y = rates->a1_y, a2_y = rates->a2_y;
     const float d_y = state_change->d_y;
@@ -1176,7 +1177,7 @@ static inline free_f32 free_slopes_f32(const hopform_rates_f32 *rates, const sta
 }
 
 /* Change of the friction at rest, less that of the friction in motion, with the robot. */
-static inline excess_f32 excess_change_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 excess_f32 excess_change_f32(const hopform_robot_f32 *robot,
     const robot_change_f32 *robot_change)
 {
     (void)robot;
@@ -1209,7 +1210,7 @@ static inline float body_energy_change_f32(const hopform_robot_f32 *robot,
 }
 
 /* Change of the apex with the robot and the state at take-off; a body that falls does not rise. */
-static inline float apex_change_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 float apex_change_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     const robot_change_f32 *robot_change,
     const state_change_f32 *state_change)
@@ -1224,7 +1225,7 @@ static inline float apex_change_f32(const hopform_robot_f32 *robot,
 }
 
 /* Change of the apex with the state at take-off alone. */
-static inline float apex_slope_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 float apex_slope_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     const state_change_f32 *state_change)
 {
@@ -1237,7 +1238,7 @@ static inline float apex_slope_f32(const hopform_robot_f32 *robot,
 }
 
 /* Change of the body's height with the robot and the state. */
-static inline float height_change_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 float height_change_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     const robot_change_f32 *robot_change,
     const state_change_f32 *state_change)
@@ -1253,7 +1254,7 @@ static inline float height_change_f32(const hopform_robot_f32 *robot,
 }
 
 /* Contact force of the leg over its stiffness, at a state. */
-static inline float contact_of_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+ALWAYS_f32 float contact_of_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     (void)robot;
     const float y = state->y;
@@ -1262,7 +1263,7 @@ static inline float contact_of_f32(const hopform_robot_f32 *robot, const hopform
 }
 
 /* Sum of the magnitudes of its terms: what it is rounded by is in proportion to them. */
-static inline float contact_terms_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+ALWAYS_f32 float contact_terms_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     (void)robot;
     const float y = state->y;
@@ -1271,7 +1272,7 @@ static inline float contact_terms_f32(const hopform_robot_f32 *robot, const hopf
 }
 
 /* Change of the contact force over the leg's stiffness with a change of the state, or with its rate. */
-static inline float contact_slope_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
+ALWAYS_f32 float contact_slope_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *state)
 {
     (void)robot;
     const float y = state->y;
@@ -1280,7 +1281,7 @@ static inline float contact_slope_f32(const hopform_robot_f32 *robot, const hopf
 }
 
 /* Numerator of the contact force over the leg's stiffness. */
-static inline numerator_f32 contact_numerator_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 numerator_f32 contact_numerator_f32(const hopform_robot_f32 *robot,
     const numerators_f32 *numerators)
 {
     (void)robot;
@@ -1293,7 +1294,7 @@ static inline numerator_f32 contact_numerator_f32(const hopform_robot_f32 *robot
 }
 
 /* Change of the contact force over the leg's stiffness with the robot and the state. */
-static inline float contact_change_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 float contact_change_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state,
     const robot_change_f32 *robot_change,
     const state_change_f32 *state_change)
@@ -1307,7 +1308,7 @@ static inline float contact_change_f32(const hopform_robot_f32 *robot,
 }
 
 /* Time in which the leg without load relaxes to 1/e of its compression; 0 where no damper acts in it. */
-static inline float leg_time_f32(const hopform_robot_f32 *robot)
+ALWAYS_f32 float leg_time_f32(const hopform_robot_f32 *robot)
 {
     (void)robot;
     const float leg_time = 0.0f;  /* N = 0 in flight */
@@ -1315,7 +1316,7 @@ static inline float leg_time_f32(const hopform_robot_f32 *robot)
 }
 
 /* Energy that the leg holds beyond that at y = 0. */
-static inline float leg_energy_f32(const hopform_robot_f32 *robot, float left)
+ALWAYS_f32 float leg_energy_f32(const hopform_robot_f32 *robot, float left)
 {
     const float k = robot->k;
     const float leg_energy = 0.5f*k*left*left;  /* what carries the contact force at rest */
@@ -1339,7 +1340,7 @@ static inline flight_rates_f32 flight_rates_of_f32(const hopform_robot_f32 *robo
 }
 
 /* Acceleration with which a phase of the flight under the law begins. */
-static inline float acceleration_under_law_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 float acceleration_under_law_f32(const hopform_robot_f32 *robot,
     const flight_rates_f32 *flight_rates,
     float x1,
     float v1,
@@ -1352,7 +1353,7 @@ static inline float acceleration_under_law_f32(const hopform_robot_f32 *robot,
 }
 
 /* Acceleration with which a phase of the flight at the limit of the current begins. */
-static inline float acceleration_at_limit_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 float acceleration_at_limit_f32(const hopform_robot_f32 *robot,
     const flight_rates_f32 *flight_rates,
     float v1,
     float side_1,
@@ -1366,7 +1367,7 @@ static inline float acceleration_at_limit_f32(const hopform_robot_f32 *robot,
 }
 
 /* Numerator of how far the actuator has moved since a phase of the flight began. */
-static inline numerator_f32 displacement_numerator_f32(float v1, float acc1, const hopform_poles_f32 *poles)
+ALWAYS_f32 numerator_f32 displacement_numerator_f32(float v1, float acc1, const hopform_poles_f32 *poles)
 {
     const float p = poles->p;
     const float H3 = v1;           /* (3) in flight */
@@ -1377,7 +1378,7 @@ static inline numerator_f32 displacement_numerator_f32(float v1, float acc1, con
 }
 
 /* Numerator of the pull of the law in a phase of the flight. */
-static inline numerator_f32 pull_numerator_f32(const hopform_gains_f32 *gains,
+ALWAYS_f32 numerator_f32 pull_numerator_f32(const hopform_gains_f32 *gains,
     float v1,
     float acc1,
     const hopform_poles_f32 *poles)
@@ -1405,7 +1406,7 @@ static inline hopform_gains_f32 critical_gains_f32(const hopform_robot_f32 *robo
 }
 
 /* Acceleration with which the body falls in flight. */
-static inline float fall_of_f32(const hopform_robot_f32 *robot)
+ALWAYS_f32 float fall_of_f32(const hopform_robot_f32 *robot)
 {
     const float g = robot->g;
     const float fall = g;  /* (4) in flight */
@@ -1413,7 +1414,7 @@ static inline float fall_of_f32(const hopform_robot_f32 *robot)
 }
 
 /* Time after which the body has come down from a height. */
-static inline float time_of_fall_f32(const hopform_robot_f32 *robot, float v2, float drop)
+ALWAYS_f32 float time_of_fall_f32(const hopform_robot_f32 *robot, float v2, float drop)
 {
     const float g = robot->g;
     const float touchdown_time = (v2 + sqrt_f32(v2*v2 + 2.0f*drop*g))/g;  /* ballistic */
@@ -1421,7 +1422,7 @@ static inline float time_of_fall_f32(const hopform_robot_f32 *robot, float v2, f
 }
 
 /* Velocity of the body after the impact. */
-static inline float velocity_after_impact_f32(const hopform_robot_f32 *robot, float v2)
+ALWAYS_f32 float velocity_after_impact_f32(const hopform_robot_f32 *robot, float v2)
 {
     const float impact_loss = robot->impact_loss;
     const float v2_after = sqrt_f32(1.0f - impact_loss)*v2;  /* impact loss */
@@ -1429,7 +1430,7 @@ static inline float velocity_after_impact_f32(const hopform_robot_f32 *robot, fl
 }
 
 /* What the body loses at the impact. */
-static inline float loss_at_impact_f32(const hopform_robot_f32 *robot, float v2)
+ALWAYS_f32 float loss_at_impact_f32(const hopform_robot_f32 *robot, float v2)
 {
     const float m_s = robot->m_s, impact_loss = robot->impact_loss;
     const float loss_at_impact = -0.5f*impact_loss*m_s*v2*v2;  /* a share of its kinetic energy */
@@ -1437,7 +1438,7 @@ static inline float loss_at_impact_f32(const hopform_robot_f32 *robot, float v2)
 }
 
 /* Energy of the body and of the robot in flight. */
-static inline hopform_energy_f32 flight_energies_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 hopform_energy_f32 flight_energies_f32(const hopform_robot_f32 *robot,
     float v1,
     float v2,
     float hop_height)
@@ -1451,7 +1452,7 @@ static inline hopform_energy_f32 flight_energies_f32(const hopform_robot_f32 *ro
 }
 
 /* Each entry of the flight's ledger over a part of a phase. */
-static inline hopform_flight_ledger_f32 flight_ledger_of_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 hopform_flight_ledger_f32 flight_ledger_of_f32(const hopform_robot_f32 *robot,
     const hopform_gains_f32 *gains,
     float largest,
     float x1,
@@ -1472,7 +1473,7 @@ static inline hopform_flight_ledger_f32 flight_ledger_of_f32(const hopform_robot
 }
 
 /* The state of a start. */
-static inline hopform_state_f32 state_of_start_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 hopform_state_f32 state_of_start_f32(const hopform_robot_f32 *robot,
     const hopform_start_f32 *start)
 {
     const float L0 = robot->L0, c = robot->c;
@@ -1485,7 +1486,7 @@ static inline hopform_state_f32 state_of_start_f32(const hopform_robot_f32 *robo
 }
 
 /* The coordinates and velocities of a state. */
-static inline hopform_start_f32 start_of_state_f32(const hopform_robot_f32 *robot,
+ALWAYS_f32 hopform_start_f32 start_of_state_f32(const hopform_robot_f32 *robot,
     const hopform_state_f32 *state)
 {
     const float L0 = robot->L0, c = robot->c;

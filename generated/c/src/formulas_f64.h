@@ -8,6 +8,7 @@
 #define HOPFORM_FORMULAS_H_f64
 
 #include "hopform/hopform.h"
+#include "inlining_f64.h"
 #include "precision_f64.h"
 
 /* Constant accelerations of a phase: current, gravity, offset and Coulomb friction. */
@@ -368,7 +369,7 @@ static inline hopform_rates_f64 rates_of_f64(const hopform_robot_f64 *robot)
 }
 
 /* Constant accelerations of a phase. */
-static inline drive_f64 drive_of_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 drive_f64 drive_of_f64(const hopform_robot_f64 *robot,
     const hopform_rates_f64 *rates,
     double u,
     double side_1,
@@ -456,7 +457,7 @@ static inline numerators_f64 motion_of_mass_2_f64(const hopform_rates_f64 *rates
 }
 
 /* The switching function at a state: what the law asks of the motor, to the side of a positive current. */
-static inline double switching_of_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
+ALWAYS_f64 double switching_of_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
 {
     (void)robot;
     (void)state;
@@ -466,7 +467,7 @@ static inline double switching_of_f64(const hopform_robot_f64 *robot, const hopf
 }
 
 /* Sum of the magnitudes of its terms: what it is rounded by is in proportion to them. */
-static inline double switching_terms_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
+ALWAYS_f64 double switching_terms_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
 {
     (void)robot;
     (void)state;
@@ -476,7 +477,7 @@ static inline double switching_terms_f64(const hopform_robot_f64 *robot, const h
 }
 
 /* Its levels: what the motor pulls with at the limits of the current. */
-static inline levels_f64 switching_levels_f64(const hopform_robot_f64 *robot)
+ALWAYS_f64 levels_f64 switching_levels_f64(const hopform_robot_f64 *robot)
 {
     (void)robot;
     const double upper = (double)INFINITY;   /* the limit */
@@ -486,7 +487,7 @@ static inline levels_f64 switching_levels_f64(const hopform_robot_f64 *robot)
 }
 
 /* Numerator of the switching function. */
-static inline numerator_f64 switching_numerator_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 numerator_f64 switching_numerator_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
     const numerators_f64 *numerators)
 {
@@ -501,7 +502,7 @@ static inline numerator_f64 switching_numerator_f64(const hopform_robot_f64 *rob
 }
 
 /* The current that the law asks for at a state, where it is within the limit; without a law the input. */
-static inline double current_of_law_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
+ALWAYS_f64 double current_of_law_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state, double u)
 {
     (void)robot;
     (void)state;
@@ -510,7 +511,7 @@ static inline double current_of_law_f64(const hopform_robot_f64 *robot, const ho
 }
 
 /* The input at a limit: the current there, in the place of a law's target. */
-static inline double input_at_limit_f64(const hopform_robot_f64 *robot, double u, double limit)
+ALWAYS_f64 double input_at_limit_f64(const hopform_robot_f64 *robot, double u, double limit)
 {
     (void)robot;
     (void)limit;
@@ -599,7 +600,7 @@ static inline speeds_f64 speeds_of_f64(const hopform_rates_f64 *rates,
 }
 
 /* Lower end of the stroke. */
-static inline double lower_stop_f64(const hopform_robot_f64 *robot)
+ALWAYS_f64 double lower_stop_f64(const hopform_robot_f64 *robot)
 {
     const double x1_min = robot->x1_min;
     const double lowest = x1_min;  /* stop */
@@ -607,7 +608,7 @@ static inline double lower_stop_f64(const hopform_robot_f64 *robot)
 }
 
 /* Upper end of the stroke. */
-static inline double upper_stop_f64(const hopform_robot_f64 *robot)
+ALWAYS_f64 double upper_stop_f64(const hopform_robot_f64 *robot)
 {
     const double x1_max = robot->x1_max;
     const double highest = x1_max;  /* stop */
@@ -615,7 +616,7 @@ static inline double upper_stop_f64(const hopform_robot_f64 *robot)
 }
 
 /* Largest size of the current. */
-static inline double current_limit_f64(const hopform_robot_f64 *robot)
+ALWAYS_f64 double current_limit_f64(const hopform_robot_f64 *robot)
 {
     const double u_max = robot->u_max;
     const double u_most = u_max;  /* limit of the current */
@@ -623,7 +624,7 @@ static inline double current_limit_f64(const hopform_robot_f64 *robot)
 }
 
 /* Force per current, against x_1. */
-static inline double force_constant_f64(const hopform_robot_f64 *robot)
+ALWAYS_f64 double force_constant_f64(const hopform_robot_f64 *robot)
 {
     const double gamma2 = robot->gamma2;
     const double pull = gamma2;  /* (3) per u */
@@ -631,7 +632,7 @@ static inline double force_constant_f64(const hopform_robot_f64 *robot)
 }
 
 /* Levels of Coulomb friction: where it differs by sign their mean, the rest being a constant force. */
-static inline friction_f64 friction_of_f64(const hopform_robot_f64 *robot)
+ALWAYS_f64 friction_f64 friction_of_f64(const hopform_robot_f64 *robot)
 {
     const double f1 = robot->f1, f2 = robot->f2;
     const double level_1 = f1;  /* (3), (4) */
@@ -641,7 +642,7 @@ static inline friction_f64 friction_of_f64(const hopform_robot_f64 *robot)
 }
 
 /* Friction at rest less that in motion: a free acceleration may go further by it before the mass slips. */
-static inline excess_f64 excess_of_f64(const hopform_robot_f64 *robot)
+ALWAYS_f64 excess_f64 excess_of_f64(const hopform_robot_f64 *robot)
 {
     const double f1_excess = robot->f1_excess, f2_excess = robot->f2_excess;
     const double up_1 = f1_excess;    /* (5) at rest */
@@ -653,7 +654,7 @@ static inline excess_f64 excess_of_f64(const hopform_robot_f64 *robot)
 }
 
 /* Rate of the compression. */
-static inline double stretch_rate_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+ALWAYS_f64 double stretch_rate_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     (void)robot;
     const double v1 = state->v1, v2 = state->v2;
@@ -662,7 +663,7 @@ static inline double stretch_rate_f64(const hopform_robot_f64 *robot, const hopf
 }
 
 /* Free accelerations of both masses. */
-static inline free_f64 free_accelerations_f64(const hopform_rates_f64 *rates,
+ALWAYS_f64 free_f64 free_accelerations_f64(const hopform_rates_f64 *rates,
     const hopform_state_f64 *state,
     double u)
 {
@@ -675,7 +676,7 @@ static inline free_f64 free_accelerations_f64(const hopform_rates_f64 *rates,
 }
 
 /* Sums of the magnitudes of the terms of free_accelerations: what these are rounded by is in proportion to them. */
-static inline free_f64 free_terms_f64(const hopform_rates_f64 *rates, const hopform_state_f64 *state, double u)
+ALWAYS_f64 free_f64 free_terms_f64(const hopform_rates_f64 *rates, const hopform_state_f64 *state, double u)
 {
     const double a1_y = rates->a1_y, a1_u = rates->a1_u, a1_0 = rates->a1_0, a2_y = rates->a2_y, a2_0 = rates->a2_0;
     const double y = state->y;
@@ -706,7 +707,7 @@ static inline hopform_forces_f64 forces_of_f64(const hopform_robot_f64 *robot,
 }
 
 /* Numerator of the free acceleration of mass 1 while it is held. */
-static inline numerator_f64 free_numerator_1_f64(const hopform_rates_f64 *rates,
+ALWAYS_f64 numerator_f64 free_numerator_1_f64(const hopform_rates_f64 *rates,
     const numerators_f64 *numerators)
 {
     const double a1_y = rates->a1_y;
@@ -719,7 +720,7 @@ static inline numerator_f64 free_numerator_1_f64(const hopform_rates_f64 *rates,
 }
 
 /* Numerator of the free acceleration of mass 2 while it is held. */
-static inline numerator_f64 free_numerator_2_f64(const hopform_rates_f64 *rates,
+ALWAYS_f64 numerator_f64 free_numerator_2_f64(const hopform_rates_f64 *rates,
     const numerators_f64 *numerators)
 {
     const double a2_y = rates->a2_y;
@@ -732,7 +733,7 @@ static inline numerator_f64 free_numerator_2_f64(const hopform_rates_f64 *rates,
 }
 
 /* Denominator of (18). */
-static inline double residue_f64(const hopform_poles_f64 *poles)
+ALWAYS_f64 double residue_f64(const hopform_poles_f64 *poles)
 {
     const double a = poles->a, p = poles->p, q = poles->q;
     const double chi = q - a*(p - a);  /* (18) residue at s = -a */
@@ -758,7 +759,7 @@ static inline basis_f64 split_f64(const hopform_poles_f64 *poles,
 }
 
 /* W while exp(-a t) is near 1. */
-static inline double split_soon_f64(const hopform_poles_f64 *poles,
+ALWAYS_f64 double split_soon_f64(const hopform_poles_f64 *poles,
     double chi,
     const decay_f64 *decay,
     const pair_f64 *pair)
@@ -771,7 +772,7 @@ static inline double split_soon_f64(const hopform_poles_f64 *poles,
 }
 
 /* Integrals of R where q t^2 is not small. */
-static inline pair_integrals_f64 pair_by_quotient_f64(const hopform_poles_f64 *poles,
+ALWAYS_f64 pair_integrals_f64 pair_by_quotient_f64(const hopform_poles_f64 *poles,
     const pair_core_f64 *pair_core,
     double t)
 {
@@ -785,7 +786,7 @@ static inline pair_integrals_f64 pair_by_quotient_f64(const hopform_poles_f64 *p
 }
 
 /* R, its derivative and first integral from its two highest integrals. */
-static inline known_pair_f64 pair_from_series_f64(const hopform_poles_f64 *poles,
+ALWAYS_f64 known_pair_f64 pair_from_series_f64(const hopform_poles_f64 *poles,
     const pair_series_f64 *pair_series,
     double t)
 {
@@ -799,7 +800,7 @@ static inline known_pair_f64 pair_from_series_f64(const hopform_poles_f64 *poles
 }
 
 /* W, its derivatives and first integral from its three highest integrals. */
-static inline known_basis_f64 all_from_series_f64(const hopform_poles_f64 *poles,
+ALWAYS_f64 known_basis_f64 all_from_series_f64(const hopform_poles_f64 *poles,
     const series_f64 *series,
     double t)
 {
@@ -827,7 +828,7 @@ static inline shifted_f64 shift_f64(const hopform_poles_f64 *poles)
 }
 
 /* W from the series around the mean root. */
-static inline response_f64 unshift_f64(double sigma, const shifted_series_f64 *shifted_series)
+ALWAYS_f64 response_f64 unshift_f64(double sigma, const shifted_series_f64 *shifted_series)
 {
     const double Vdd = shifted_series->Vdd, Vd = shifted_series->Vd, V = shifted_series->V;
     const double decay = shifted_series->decay;
@@ -839,7 +840,7 @@ static inline response_f64 unshift_f64(double sigma, const shifted_series_f64 *s
 }
 
 /* The integrals of W where the poles are close together and none is slow. */
-static inline integrals_f64 integrals_by_recursion_f64(const hopform_poles_f64 *poles,
+ALWAYS_f64 integrals_f64 integrals_by_recursion_f64(const hopform_poles_f64 *poles,
     const response_f64 *response,
     double t)
 {
@@ -852,7 +853,7 @@ static inline integrals_f64 integrals_by_recursion_f64(const hopform_poles_f64 *
 }
 
 /* The state at time t of a phase. */
-static inline at_f64 state_at_f64(const hopform_state_f64 *state,
+ALWAYS_f64 at_f64 state_at_f64(const hopform_state_f64 *state,
     const numerators_f64 *numerators,
     const basis_f64 *basis)
 {
@@ -903,7 +904,7 @@ static inline passed_f64 transition_of_both_f64(const hopform_rates_f64 *rates, 
 }
 
 /* Rates with which both masses begin to slip. */
-static inline rate_f64 rates_of_both_f64(const hopform_rates_f64 *rates,
+ALWAYS_f64 rate_f64 rates_of_both_f64(const hopform_rates_f64 *rates,
     const drive_f64 *drive,
     const hopform_state_f64 *state)
 {
@@ -918,7 +919,7 @@ static inline rate_f64 rates_of_both_f64(const hopform_rates_f64 *rates,
 }
 
 /* Rates of rates, both masses slipping. */
-static inline bend_f64 bends_of_both_f64(const hopform_rates_f64 *rates, const rate_f64 *rate)
+ALWAYS_f64 bend_f64 bends_of_both_f64(const hopform_rates_f64 *rates, const rate_f64 *rate)
 {
     const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
     const double w_y = rate->w_y, w_1 = rate->w_1, w_2 = rate->w_2;
@@ -946,7 +947,7 @@ static inline above_f64 above_of_both_f64(const hopform_rates_f64 *rates,
 }
 
 /* Deflated derivatives (M + a) w, both masses slipping: a motion of the pair. */
-static inline bend_f64 deflated_of_both_f64(const hopform_rates_f64 *rates,
+ALWAYS_f64 bend_f64 deflated_of_both_f64(const hopform_rates_f64 *rates,
     const hopform_poles_f64 *poles,
     const above_f64 *above,
     const rate_f64 *rate)
@@ -963,7 +964,7 @@ static inline bend_f64 deflated_of_both_f64(const hopform_rates_f64 *rates,
 }
 
 /* Where both masses end while they slip; s_3 > 0. */
-static inline core_f64 settled_of_both_f64(const hopform_rates_f64 *rates, const drive_f64 *drive)
+ALWAYS_f64 core_f64 settled_of_both_f64(const hopform_rates_f64 *rates, const drive_f64 *drive)
 {
     const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y, a2_v2 = rates->a2_v2;
     const double s_3 = rates->s_3, q_1 = rates->q_1, q_2 = rates->q_2;
@@ -976,7 +977,7 @@ static inline core_f64 settled_of_both_f64(const hopform_rates_f64 *rates, const
 }
 
 /* How far both masses are from there, by what has not faded of their rates. */
-static inline core_f64 unsettled_of_both_f64(const hopform_rates_f64 *rates, const rate_f64 *rate)
+ALWAYS_f64 core_f64 unsettled_of_both_f64(const hopform_rates_f64 *rates, const rate_f64 *rate)
 {
     const double a1_y = rates->a1_y, a1_v1 = rates->a1_v1, a2_y = rates->a2_y;
     const double a2_v2 = rates->a2_v2, s_3 = rates->s_3, q_1 = rates->q_1;
@@ -1016,7 +1017,7 @@ static inline hopform_ledger_f64 ledger_of_f64(const hopform_robot_f64 *robot,
 }
 
 /* What the actuator loses where it meets a stop. */
-static inline double loss_at_stop_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+ALWAYS_f64 double loss_at_stop_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     const double m_eff = robot->m_eff;
     const double v1 = state->v1;
@@ -1025,7 +1026,7 @@ static inline double loss_at_stop_f64(const hopform_robot_f64 *robot, const hopf
 }
 
 /* Change of the energy of the body by the entries of a ledger. */
-static inline double aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
+ALWAYS_f64 double aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
 {
     const double viscous_2 = ledger->viscous_2, coulomb_2 = ledger->coulomb_2;
     const double spring_work = ledger->spring_work;
@@ -1034,7 +1035,7 @@ static inline double aed_of_ledger_f64(const hopform_ledger_f64 *ledger)
 }
 
 /* Height of the body over the ground under the foot. */
-static inline double second_position_f64(const hopform_robot_f64 *robot, double x1, double y)
+ALWAYS_f64 double second_position_f64(const hopform_robot_f64 *robot, double x1, double y)
 {
     const double L0 = robot->L0, c = robot->c;
     const double length = x1 - y;         /* hop height of the body */
@@ -1044,7 +1045,7 @@ static inline double second_position_f64(const hopform_robot_f64 *robot, double 
 }
 
 /* Energy of the body beside its kinetic energy and that of its height. */
-static inline double stored_energy_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+ALWAYS_f64 double stored_energy_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     const double k = robot->k;
     const double x1 = state->x1, y = state->y;
@@ -1054,7 +1055,7 @@ static inline double stored_energy_f64(const hopform_robot_f64 *robot, const hop
 }
 
 /* Kinetic energy of the body, and that of a given velocity, with which stored energy is compared. */
-static inline double moving_energy_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 double moving_energy_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
     double speed)
 {
@@ -1065,7 +1066,7 @@ static inline double moving_energy_f64(const hopform_robot_f64 *robot,
 }
 
 /* Energy of the body and of the robot. */
-static inline hopform_energy_f64 energies_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+ALWAYS_f64 hopform_energy_f64 energies_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     const double m_eff = robot->m_eff, m_s = robot->m_s, k = robot->k, L0 = robot->L0;
     const double c = robot->c, g = robot->g;
@@ -1078,7 +1079,7 @@ static inline hopform_energy_f64 energies_f64(const hopform_robot_f64 *robot, co
 }
 
 /* Change of the body's energy between two states, the AED. */
-static inline double body_energy_gain_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 double body_energy_gain_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
     const at_f64 *at)
 {
@@ -1092,7 +1093,7 @@ static inline double body_energy_gain_f64(const hopform_robot_f64 *robot,
 }
 
 /* Hop height of the apex after a take-off in a state; that of a body that falls is behind it. */
-static inline double apex_after_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+ALWAYS_f64 double apex_after_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     const double g = robot->g;
     const double x1 = state->x1, v2 = state->v2, y = state->y;
@@ -1134,7 +1135,7 @@ static inline slopes_f64 slopes_of_f64(const hopform_robot_f64 *robot,
 }
 
 /* Change of the lower end of the stroke with the robot. */
-static inline double lower_stop_change_f64(const hopform_robot_f64 *robot, const robot_change_f64 *robot_change)
+ALWAYS_f64 double lower_stop_change_f64(const hopform_robot_f64 *robot, const robot_change_f64 *robot_change)
 {
     (void)robot;
     const double d_x1_min = robot_change->d_x1_min;
@@ -1143,7 +1144,7 @@ static inline double lower_stop_change_f64(const hopform_robot_f64 *robot, const
 }
 
 /* Change of the upper end of the stroke with the robot. */
-static inline double upper_stop_change_f64(const hopform_robot_f64 *robot, const robot_change_f64 *robot_change)
+ALWAYS_f64 double upper_stop_change_f64(const hopform_robot_f64 *robot, const robot_change_f64 *robot_change)
 {
     (void)robot;
     const double d_x1_max = robot_change->d_x1_max;
@@ -1152,7 +1153,7 @@ static inline double upper_stop_change_f64(const hopform_robot_f64 *robot, const
 }
 
 /* Change of the input at a limit with the robot and the input. */
-static inline double input_at_limit_change_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 double input_at_limit_change_f64(const hopform_robot_f64 *robot,
     double limit,
     const robot_change_f64 *robot_change,
     double d_u)
@@ -1165,7 +1166,7 @@ static inline double input_at_limit_change_f64(const hopform_robot_f64 *robot,
 }
 
 /* Change of the free accelerations with the state. */
-static inline free_f64 free_slopes_f64(const hopform_rates_f64 *rates, const state_change_f64 *state_change)
+ALWAYS_f64 free_f64 free_slopes_f64(const hopform_rates_f64 *rates, const state_change_f64 *state_change)
 {
     const double a1_y = rates->a1_y, a2_y = rates->a2_y;
     const double d_y = state_change->d_y;
@@ -1176,7 +1177,7 @@ static inline free_f64 free_slopes_f64(const hopform_rates_f64 *rates, const sta
 }
 
 /* Change of the friction at rest, less that of the friction in motion, with the robot. */
-static inline excess_f64 excess_change_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 excess_f64 excess_change_f64(const hopform_robot_f64 *robot,
     const robot_change_f64 *robot_change)
 {
     (void)robot;
@@ -1209,7 +1210,7 @@ static inline double body_energy_change_f64(const hopform_robot_f64 *robot,
 }
 
 /* Change of the apex with the robot and the state at take-off; a body that falls does not rise. */
-static inline double apex_change_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 double apex_change_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
     const robot_change_f64 *robot_change,
     const state_change_f64 *state_change)
@@ -1224,7 +1225,7 @@ static inline double apex_change_f64(const hopform_robot_f64 *robot,
 }
 
 /* Change of the apex with the state at take-off alone. */
-static inline double apex_slope_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 double apex_slope_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
     const state_change_f64 *state_change)
 {
@@ -1237,7 +1238,7 @@ static inline double apex_slope_f64(const hopform_robot_f64 *robot,
 }
 
 /* Change of the body's height with the robot and the state. */
-static inline double height_change_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 double height_change_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
     const robot_change_f64 *robot_change,
     const state_change_f64 *state_change)
@@ -1253,7 +1254,7 @@ static inline double height_change_f64(const hopform_robot_f64 *robot,
 }
 
 /* Contact force of the leg over its stiffness, at a state. */
-static inline double contact_of_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+ALWAYS_f64 double contact_of_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     (void)robot;
     const double y = state->y;
@@ -1262,7 +1263,7 @@ static inline double contact_of_f64(const hopform_robot_f64 *robot, const hopfor
 }
 
 /* Sum of the magnitudes of its terms: what it is rounded by is in proportion to them. */
-static inline double contact_terms_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+ALWAYS_f64 double contact_terms_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     (void)robot;
     const double y = state->y;
@@ -1271,7 +1272,7 @@ static inline double contact_terms_f64(const hopform_robot_f64 *robot, const hop
 }
 
 /* Change of the contact force over the leg's stiffness with a change of the state, or with its rate. */
-static inline double contact_slope_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
+ALWAYS_f64 double contact_slope_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *state)
 {
     (void)robot;
     const double y = state->y;
@@ -1280,7 +1281,7 @@ static inline double contact_slope_f64(const hopform_robot_f64 *robot, const hop
 }
 
 /* Numerator of the contact force over the leg's stiffness. */
-static inline numerator_f64 contact_numerator_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 numerator_f64 contact_numerator_f64(const hopform_robot_f64 *robot,
     const numerators_f64 *numerators)
 {
     (void)robot;
@@ -1293,7 +1294,7 @@ static inline numerator_f64 contact_numerator_f64(const hopform_robot_f64 *robot
 }
 
 /* Change of the contact force over the leg's stiffness with the robot and the state. */
-static inline double contact_change_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 double contact_change_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state,
     const robot_change_f64 *robot_change,
     const state_change_f64 *state_change)
@@ -1307,7 +1308,7 @@ static inline double contact_change_f64(const hopform_robot_f64 *robot,
 }
 
 /* Time in which the leg without load relaxes to 1/e of its compression; 0 where no damper acts in it. */
-static inline double leg_time_f64(const hopform_robot_f64 *robot)
+ALWAYS_f64 double leg_time_f64(const hopform_robot_f64 *robot)
 {
     (void)robot;
     const double leg_time = 0.0;  /* N = 0 in flight */
@@ -1315,7 +1316,7 @@ static inline double leg_time_f64(const hopform_robot_f64 *robot)
 }
 
 /* Energy that the leg holds beyond that at y = 0. */
-static inline double leg_energy_f64(const hopform_robot_f64 *robot, double left)
+ALWAYS_f64 double leg_energy_f64(const hopform_robot_f64 *robot, double left)
 {
     const double k = robot->k;
     const double leg_energy = 0.5*k*left*left;  /* what carries the contact force at rest */
@@ -1339,7 +1340,7 @@ static inline flight_rates_f64 flight_rates_of_f64(const hopform_robot_f64 *robo
 }
 
 /* Acceleration with which a phase of the flight under the law begins. */
-static inline double acceleration_under_law_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 double acceleration_under_law_f64(const hopform_robot_f64 *robot,
     const flight_rates_f64 *flight_rates,
     double x1,
     double v1,
@@ -1352,7 +1353,7 @@ static inline double acceleration_under_law_f64(const hopform_robot_f64 *robot,
 }
 
 /* Acceleration with which a phase of the flight at the limit of the current begins. */
-static inline double acceleration_at_limit_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 double acceleration_at_limit_f64(const hopform_robot_f64 *robot,
     const flight_rates_f64 *flight_rates,
     double v1,
     double side_1,
@@ -1366,7 +1367,7 @@ static inline double acceleration_at_limit_f64(const hopform_robot_f64 *robot,
 }
 
 /* Numerator of how far the actuator has moved since a phase of the flight began. */
-static inline numerator_f64 displacement_numerator_f64(double v1, double acc1, const hopform_poles_f64 *poles)
+ALWAYS_f64 numerator_f64 displacement_numerator_f64(double v1, double acc1, const hopform_poles_f64 *poles)
 {
     const double p = poles->p;
     const double H3 = v1;           /* (3) in flight */
@@ -1377,7 +1378,7 @@ static inline numerator_f64 displacement_numerator_f64(double v1, double acc1, c
 }
 
 /* Numerator of the pull of the law in a phase of the flight. */
-static inline numerator_f64 pull_numerator_f64(const hopform_gains_f64 *gains,
+ALWAYS_f64 numerator_f64 pull_numerator_f64(const hopform_gains_f64 *gains,
     double v1,
     double acc1,
     const hopform_poles_f64 *poles)
@@ -1405,7 +1406,7 @@ static inline hopform_gains_f64 critical_gains_f64(const hopform_robot_f64 *robo
 }
 
 /* Acceleration with which the body falls in flight. */
-static inline double fall_of_f64(const hopform_robot_f64 *robot)
+ALWAYS_f64 double fall_of_f64(const hopform_robot_f64 *robot)
 {
     const double g = robot->g;
     const double fall = g;  /* (4) in flight */
@@ -1413,7 +1414,7 @@ static inline double fall_of_f64(const hopform_robot_f64 *robot)
 }
 
 /* Time after which the body has come down from a height. */
-static inline double time_of_fall_f64(const hopform_robot_f64 *robot, double v2, double drop)
+ALWAYS_f64 double time_of_fall_f64(const hopform_robot_f64 *robot, double v2, double drop)
 {
     const double g = robot->g;
     const double touchdown_time = (v2 + sqrt_f64(v2*v2 + 2.0*drop*g))/g;  /* ballistic */
@@ -1421,7 +1422,7 @@ static inline double time_of_fall_f64(const hopform_robot_f64 *robot, double v2,
 }
 
 /* Velocity of the body after the impact. */
-static inline double velocity_after_impact_f64(const hopform_robot_f64 *robot, double v2)
+ALWAYS_f64 double velocity_after_impact_f64(const hopform_robot_f64 *robot, double v2)
 {
     const double impact_loss = robot->impact_loss;
     const double v2_after = sqrt_f64(1.0 - impact_loss)*v2;  /* impact loss */
@@ -1429,7 +1430,7 @@ static inline double velocity_after_impact_f64(const hopform_robot_f64 *robot, d
 }
 
 /* What the body loses at the impact. */
-static inline double loss_at_impact_f64(const hopform_robot_f64 *robot, double v2)
+ALWAYS_f64 double loss_at_impact_f64(const hopform_robot_f64 *robot, double v2)
 {
     const double m_s = robot->m_s, impact_loss = robot->impact_loss;
     const double loss_at_impact = -0.5*impact_loss*m_s*v2*v2;  /* a share of its kinetic energy */
@@ -1437,7 +1438,7 @@ static inline double loss_at_impact_f64(const hopform_robot_f64 *robot, double v
 }
 
 /* Energy of the body and of the robot in flight. */
-static inline hopform_energy_f64 flight_energies_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 hopform_energy_f64 flight_energies_f64(const hopform_robot_f64 *robot,
     double v1,
     double v2,
     double hop_height)
@@ -1451,7 +1452,7 @@ static inline hopform_energy_f64 flight_energies_f64(const hopform_robot_f64 *ro
 }
 
 /* Each entry of the flight's ledger over a part of a phase. */
-static inline hopform_flight_ledger_f64 flight_ledger_of_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 hopform_flight_ledger_f64 flight_ledger_of_f64(const hopform_robot_f64 *robot,
     const hopform_gains_f64 *gains,
     double largest,
     double x1,
@@ -1472,7 +1473,7 @@ static inline hopform_flight_ledger_f64 flight_ledger_of_f64(const hopform_robot
 }
 
 /* The state of a start. */
-static inline hopform_state_f64 state_of_start_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 hopform_state_f64 state_of_start_f64(const hopform_robot_f64 *robot,
     const hopform_start_f64 *start)
 {
     const double L0 = robot->L0, c = robot->c;
@@ -1485,7 +1486,7 @@ static inline hopform_state_f64 state_of_start_f64(const hopform_robot_f64 *robo
 }
 
 /* The coordinates and velocities of a state. */
-static inline hopform_start_f64 start_of_state_f64(const hopform_robot_f64 *robot,
+ALWAYS_f64 hopform_start_f64 start_of_state_f64(const hopform_robot_f64 *robot,
     const hopform_state_f64 *state)
 {
     const double L0 = robot->L0, c = robot->c;
