@@ -106,7 +106,7 @@ TARGET = Struct("Target", "What the controller is asked for.").of(
     Member("datum", "real", "the level that h_des counts from, less that of the ground under the foot", "m"),
     Member("stop_margin", "real", "x_1 stays below x1_max by more than this", "m"),
     Member("horizon", "real", "longest time of a stance", "s"),
-    Member("max_evaluations", "int32", "of the motion in a candidate's stance; 0 for HOPFORM_CANDIDATE_EVALUATIONS"),
+    Member("max_evaluations", "int32", "in a candidate's stance, a phase is 4; 0 for HOPFORM_CANDIDATE_EVALUATIONS"),
     Member("max_candidates", "int32", "currents tried; 0 for HOPFORM_SEARCH_TRIALS"),
 )
 COMMAND = Struct("Command", "The answer of the controller.").of(

@@ -394,7 +394,7 @@ def test_a_candidate_that_takes_more_evaluations_than_it_may_is_left_out():
     """What is commanded is what its stance does; with enough evaluations every bit is that without a cap."""
     target = (0.15, 0.0, 0.0, 2.0)
     whole, statuses = searched(target), set[int]()
-    for most in range(1, 40):
+    for most in range(1, 60):
         capped = searched((*target, most, 0))
         statuses.add(capped.status)
         if COMMANDS[capped.command.status] == "no_takeoff":
@@ -404,6 +404,19 @@ def test_a_candidate_that_takes_more_evaluations_than_it_may_is_left_out():
             assert stance.apex == pytest.approx(capped.command.apex, abs=1e-12)
         assert capped.status == CAPPED or bytes(capped.command) == bytes(whole.command)
     assert statuses == {0, CAPPED}
+
+
+def test_a_phase_counts_as_what_it_takes_beside_an_evaluation():
+    """A body that swings from rest to rest beside an actuator that is held asks for hardly an evaluation; a phase is 4."""
+    held = with_fields(HOPPER, u_max=0.0, b2=1.0, f1=50.0, f2=0.0)
+    y = 1.5 * held.m_s * held.g / held.k
+    phases = len(hopform.solve_stance(held, v2=-0.05, x2=held.L0 + held.c - y).phases)
+    statuses = []
+    for most in (4 * phases, 5 * phases):
+        search = Resumable(held, LegState(0.0, 0.0, -0.05, y), (0.15, 0.0, 0.0, 2.0, most, 0))
+        statuses.append(search.step())
+    assert phases > 10
+    assert statuses == [CAPPED, 0]
 
 
 @pytest.mark.parametrize("cap", [(-1, 0), (0, -1)])

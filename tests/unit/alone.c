@@ -41,6 +41,7 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
     find_alone_event_f32(&search, (float)q->until, &evaluations);
     verdicts[i] = (verdict){
         search.end.t,     search.end.s, search.end.v,           search.end.draw,
-        search.rest_time, search.owner, 1000 - evaluations.left};
+        search.rest_time, search.owner,
+        1000 - EVALUATIONS_OF_A_PHASE_f32 - evaluations.left};
   }
 }

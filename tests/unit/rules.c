@@ -189,7 +189,7 @@ void judge_minimum(const drawn *cases, int32_t count, double rounding, said *ver
             const OF(propagator) at = OF(minimum_between)(&poles, &f, &from, low, &to, high, &evaluations);
             const response w = response_at(&g, at.t);
             const quad floor = value_at(&g, &w) - rounding * EPS * size_at(&g, &w, at.t);
-            verdict.says = INT32_MAX - evaluations.left;
+            verdict.says = (INT32_MAX - evaluations.left) / OF(EVALUATION_BY_W);
             verdict.wrong = !stays_above(&g, floor, low, high);
         }
         verdicts[i] = verdict;

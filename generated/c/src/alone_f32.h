@@ -271,7 +271,7 @@ static inline alone_f32 alone_at_displacement_f32(const alone_pair_f32 *pair, co
         const known_pair_f32 response =
             near ? response_over_half_a_node_f32(pair, step) : response_over_f32(pair, t - from->t);
         at = alone_after_f32(pair, base, t, &response);
-        use_evaluation_f32(evaluations);
+        use_evaluations_f32(evaluations, 1);
         const float left = s - at.s;
         if (fabs_f32(left) <= 0.25f * HOPFORM_EPS_f32 * t * at.v) { break; }
         const float below = 2.0f * at.v * at.v + left * alone_acceleration_f32(pair, &at);
@@ -371,7 +371,7 @@ static inline void end_without_guard_f32(alone_search_f32 *search, float until, 
     } else {
         const float limit = lesser_f32(search->rest_time, until);
         const known_pair_f32 response = response_over_f32(&search->pair, limit);
-        use_evaluation_f32(evaluations);
+        use_evaluations_f32(evaluations, 1);
         search->end = alone_after_f32(&search->pair, &search->start, limit, &response);
     }
 }
@@ -457,7 +457,7 @@ SELDOM_f32 alone_f32 alone_root_f32(const alone_search_f32 *search, const alone_
             if (!(high < limit)) { return none; }
             const known_pair_f32 response = response_over_f32(pair, high);
             const alone_function_at_f32 least = alone_function_after_f32(pair, function, high, &response);
-            use_evaluation_f32(evaluations);
+            use_evaluations_f32(evaluations, 1);
             if (!(least.value < -least.rounding)) { return none; }
         }
         return alone_at_displacement_f32(pair, start, function->value, 0.0f, high, evaluations);
@@ -541,7 +541,7 @@ static inline void meet_functions_f32(alone_search_f32 *search, bool rests, eval
     const alone_pair_f32 *pair = &search->pair;
     const float limit = search->end.t;
     const known_pair_f32 response = response_over_f32(pair, limit);
-    use_evaluation_f32(evaluations);
+    use_evaluations_f32(evaluations, 1);
     int found = -1;
     alone_f32 root;
     for (int n = 0; n < search->functions; n++) {
@@ -621,7 +621,7 @@ static inline bool meet_guards_f32(alone_search_f32 *search, float until, evalua
 
 /* The first event of the phase, which lasts until a time at most. */
 static inline void find_alone_event_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
-    use_evaluation_f32(evaluations); /* a phase costs as much */
+    use_evaluations_f32(evaluations, EVALUATIONS_OF_A_PHASE_f32);
     search->end = search->start;
     if (!is_beyond_at_once_f32(search)) {
         const bool rests = meet_guards_f32(search, until, evaluations);

@@ -271,7 +271,7 @@ static inline alone_f64 alone_at_displacement_f64(const alone_pair_f64 *pair, co
         const known_pair_f64 response =
             near ? response_over_half_a_node_f64(pair, step) : response_over_f64(pair, t - from->t);
         at = alone_after_f64(pair, base, t, &response);
-        use_evaluation_f64(evaluations);
+        use_evaluations_f64(evaluations, 1);
         const double left = s - at.s;
         if (fabs_f64(left) <= 0.25 * HOPFORM_EPS_f64 * t * at.v) { break; }
         const double below = 2.0 * at.v * at.v + left * alone_acceleration_f64(pair, &at);
@@ -371,7 +371,7 @@ static inline void end_without_guard_f64(alone_search_f64 *search, double until,
     } else {
         const double limit = lesser_f64(search->rest_time, until);
         const known_pair_f64 response = response_over_f64(&search->pair, limit);
-        use_evaluation_f64(evaluations);
+        use_evaluations_f64(evaluations, 1);
         search->end = alone_after_f64(&search->pair, &search->start, limit, &response);
     }
 }
@@ -457,7 +457,7 @@ SELDOM_f64 alone_f64 alone_root_f64(const alone_search_f64 *search, const alone_
             if (!(high < limit)) { return none; }
             const known_pair_f64 response = response_over_f64(pair, high);
             const alone_function_at_f64 least = alone_function_after_f64(pair, function, high, &response);
-            use_evaluation_f64(evaluations);
+            use_evaluations_f64(evaluations, 1);
             if (!(least.value < -least.rounding)) { return none; }
         }
         return alone_at_displacement_f64(pair, start, function->value, 0.0, high, evaluations);
@@ -541,7 +541,7 @@ static inline void meet_functions_f64(alone_search_f64 *search, bool rests, eval
     const alone_pair_f64 *pair = &search->pair;
     const double limit = search->end.t;
     const known_pair_f64 response = response_over_f64(pair, limit);
-    use_evaluation_f64(evaluations);
+    use_evaluations_f64(evaluations, 1);
     int found = -1;
     alone_f64 root;
     for (int n = 0; n < search->functions; n++) {
@@ -621,7 +621,7 @@ static inline bool meet_guards_f64(alone_search_f64 *search, double until, evalu
 
 /* The first event of the phase, which lasts until a time at most. */
 static inline void find_alone_event_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
-    use_evaluation_f64(evaluations); /* a phase costs as much */
+    use_evaluations_f64(evaluations, EVALUATIONS_OF_A_PHASE_f64);
     search->end = search->start;
     if (!is_beyond_at_once_f64(search)) {
         const bool rests = meet_guards_f64(search, until, evaluations);

@@ -59,7 +59,7 @@ static inline propagator_f32 minimum_between_f32(const hopform_poles_f32 *poles,
     float falls_by = -from->rate; /* at the lower time */
     propagator_f32 at = propagator_at_f32(poles, t);
     for (int n = 0; n < 100 && evaluations->left > 0; n++) {
-        use_evaluation_f32(evaluations);
+        use_evaluations_f32(evaluations, EVALUATION_BY_W_f32);
         const jet_f32 jet = jet_at_f32(poles, g, &at);
         const jet_f32 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f32(poles, &jet)};
         const float step = step_to_root_f32(&falls);

@@ -59,7 +59,7 @@ static inline propagator_f64 minimum_between_f64(const hopform_poles_f64 *poles,
     double falls_by = -from->rate; /* at the lower time */
     propagator_f64 at = propagator_at_f64(poles, t);
     for (int n = 0; n < 100 && evaluations->left > 0; n++) {
-        use_evaluation_f64(evaluations);
+        use_evaluations_f64(evaluations, EVALUATION_BY_W_f64);
         const jet_f64 jet = jet_at_f64(poles, g, &at);
         const jet_f64 falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_f64(poles, &jet)};
         const double step = step_to_root_f64(&falls);

@@ -353,7 +353,7 @@ static inline void begin_node_search_f64(const stance_chain_f64 *chain, node_sea
 #endif
     search->count = 0;
     search->evaluations = chain->evaluations;
-    use_evaluation_f64(search->evaluations); /* a phase costs as much */
+    use_evaluations_f64(search->evaluations, EVALUATIONS_OF_A_PHASE_f64);
 }
 
 /* Where the phase ends: at the stop ahead in place of what was found, or nothing, at a time in the interval, if it is
@@ -476,7 +476,7 @@ ALWAYS_f64 void end_next_interval_f64(node_search_f64 *search, double quiet) {
     } else {
         const gained_f64 gained = gained_by_rows_f64(transition->stays, transition->gains, transition->moves,
                                                        transition->h, velocity_of_node_f64(search, low), &low->w);
-        use_evaluation_f64(search->evaluations);
+        use_evaluations_f64(search->evaluations, 1);
         put_node_f64(search, low, &gained, low->t + length, search->high);
     }
 }

@@ -74,7 +74,7 @@ static inline minima_f32 least_minimum_f32(const hopform_poles_f32 *poles, const
     jet_f32 last = *start;
     bool ends = false;
     while (!ends) {
-        use_evaluation_f32(evaluations);
+        use_evaluations_f32(evaluations, EVALUATION_BY_W_f32);
         ends = !(t + 1.5f * apart < length && evaluations->left > 0);
         const float next = ends ? length : t + apart;
         jet_f32 now = *to;

@@ -74,7 +74,7 @@ static inline minima_f64 least_minimum_f64(const hopform_poles_f64 *poles, const
     jet_f64 last = *start;
     bool ends = false;
     while (!ends) {
-        use_evaluation_f64(evaluations);
+        use_evaluations_f64(evaluations, EVALUATION_BY_W_f64);
         ends = !(t + 1.5 * apart < length && evaluations->left > 0);
         const double next = ends ? length : t + apart;
         jet_f64 now = *to;

@@ -127,7 +127,8 @@ ALWAYS_f32 float distance_at_f32(const node_search_f32 *search, const search_nod
 SELDOM_f32 void put_node_after_f32(const node_search_f32 *search, const search_node_f32 *from, float later,
                                      search_node_f32 *to) {
     const gained_f32 gained = gained_over_f32(search->plan, &from->w, velocity_of_node_f32(search, from), later);
-    use_evaluation_f32(search->evaluations);
+    const bool is_short = fabs_f32(later) <= search->plan->transition.is_short_over;
+    use_evaluations_f32(search->evaluations, is_short ? 1 : EVALUATION_BY_W_f32);
     NODE_COUNT(evaluation);
     put_node_f32(search, from, &gained, from->t + later, to);
 }
@@ -459,7 +460,7 @@ SELDOM_f32 void put_root_f32(const node_search_f32 *search, int n, search_node_f
                 t_base = back ? h : 0.0f;
                 at = derivatives_at_f32(search->plan, &base->w);
             }
-            use_evaluation_f32(search->evaluations);
+            use_evaluations_f32(search->evaluations, 1);
             NODE_COUNT(evaluation);
             jet = jet_by_powers_f32(search, base, &at, n, t - t_base);
         } else {

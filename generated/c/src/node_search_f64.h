@@ -127,7 +127,8 @@ ALWAYS_f64 double distance_at_f64(const node_search_f64 *search, const search_no
 SELDOM_f64 void put_node_after_f64(const node_search_f64 *search, const search_node_f64 *from, double later,
                                      search_node_f64 *to) {
     const gained_f64 gained = gained_over_f64(search->plan, &from->w, velocity_of_node_f64(search, from), later);
-    use_evaluation_f64(search->evaluations);
+    const bool is_short = fabs_f64(later) <= search->plan->transition.is_short_over;
+    use_evaluations_f64(search->evaluations, is_short ? 1 : EVALUATION_BY_W_f64);
     NODE_COUNT(evaluation);
     put_node_f64(search, from, &gained, from->t + later, to);
 }
@@ -459,7 +460,7 @@ SELDOM_f64 void put_root_f64(const node_search_f64 *search, int n, search_node_f
                 t_base = back ? h : 0.0;
                 at = derivatives_at_f64(search->plan, &base->w);
             }
-            use_evaluation_f64(search->evaluations);
+            use_evaluations_f64(search->evaluations, 1);
             NODE_COUNT(evaluation);
             jet = jet_by_powers_f64(search, base, &at, n, t - t_base);
         } else {

@@ -21,7 +21,7 @@ from .records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 if TYPE_CHECKING:
     from .solver import solve
 
-LAYOUT = "7333cf48bc55c689"
+LAYOUT = "416b08f417fb4f8b"
 """Of the structs and numbers that this package shares with its C library, which carries the same text."""
 
 VERSION = "0.1.0"

@@ -271,7 +271,7 @@ static inline alone_real alone_at_displacement_real(const alone_pair_real *pair,
         const known_pair_real response =
             near ? response_over_half_a_node_real(pair, step) : response_over_real(pair, t - from->t);
         at = alone_after_real(pair, base, t, &response);
-        use_evaluation_real(evaluations);
+        use_evaluations_real(evaluations, 1);
         const real left = s - at.s;
         if (fabs_real(left) <= 0.25 * HOPFORM_EPS_real * t * at.v) { break; }
         const real below = 2.0 * at.v * at.v + left * alone_acceleration_real(pair, &at);
@@ -371,7 +371,7 @@ static inline void end_without_guard_real(alone_search_real *search, real until,
     } else {
         const real limit = lesser_real(search->rest_time, until);
         const known_pair_real response = response_over_real(&search->pair, limit);
-        use_evaluation_real(evaluations);
+        use_evaluations_real(evaluations, 1);
         search->end = alone_after_real(&search->pair, &search->start, limit, &response);
     }
 }
@@ -457,7 +457,7 @@ SELDOM_real alone_real alone_root_real(const alone_search_real *search, const al
             if (!(high < limit)) { return none; }
             const known_pair_real response = response_over_real(pair, high);
             const alone_function_at_real least = alone_function_after_real(pair, function, high, &response);
-            use_evaluation_real(evaluations);
+            use_evaluations_real(evaluations, 1);
             if (!(least.value < -least.rounding)) { return none; }
         }
         return alone_at_displacement_real(pair, start, function->value, 0.0, high, evaluations);
@@ -541,7 +541,7 @@ static inline void meet_functions_real(alone_search_real *search, bool rests, ev
     const alone_pair_real *pair = &search->pair;
     const real limit = search->end.t;
     const known_pair_real response = response_over_real(pair, limit);
-    use_evaluation_real(evaluations);
+    use_evaluations_real(evaluations, 1);
     int found = -1;
     alone_real root;
     for (int n = 0; n < search->functions; n++) {
@@ -621,7 +621,7 @@ static inline bool meet_guards_real(alone_search_real *search, real until, evalu
 
 /* The first event of the phase, which lasts until a time at most. */
 static inline void find_alone_event_real(alone_search_real *search, real until, evaluations_real *evaluations) {
-    use_evaluation_real(evaluations); /* a phase costs as much */
+    use_evaluations_real(evaluations, EVALUATIONS_OF_A_PHASE_real);
     search->end = search->start;
     if (!is_beyond_at_once_real(search)) {
         const bool rests = meet_guards_real(search, until, evaluations);

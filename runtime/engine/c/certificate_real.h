@@ -59,7 +59,7 @@ static inline propagator_real minimum_between_real(const hopform_poles_real *pol
     real falls_by = -from->rate; /* at the lower time */
     propagator_real at = propagator_at_real(poles, t);
     for (int n = 0; n < 100 && evaluations->left > 0; n++) {
-        use_evaluation_real(evaluations);
+        use_evaluations_real(evaluations, EVALUATION_BY_W_real);
         const jet_real jet = jet_at_real(poles, g, &at);
         const jet_real falls = {-jet.rate, -jet.curvature, -jet.third, fourth_of_real(poles, &jet)};
         const real step = step_to_root_real(&falls);

@@ -353,7 +353,7 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
 #endif
     search->count = 0;
     search->evaluations = chain->evaluations;
-    use_evaluation_real(search->evaluations); /* a phase costs as much */
+    use_evaluations_real(search->evaluations, EVALUATIONS_OF_A_PHASE_real);
 }
 
 /* Where the phase ends: at the stop ahead in place of what was found, or nothing, at a time in the interval, if it is
@@ -476,7 +476,7 @@ ALWAYS_real void end_next_interval_real(node_search_real *search, real quiet) {
     } else {
         const gained_real gained = gained_by_rows_real(transition->stays, transition->gains, transition->moves,
                                                        transition->h, velocity_of_node_real(search, low), &low->w);
-        use_evaluation_real(search->evaluations);
+        use_evaluations_real(search->evaluations, 1);
         put_node_real(search, low, &gained, low->t + length, search->high);
     }
 }

@@ -74,7 +74,7 @@ static inline minima_real least_minimum_real(const hopform_poles_real *poles, co
     jet_real last = *start;
     bool ends = false;
     while (!ends) {
-        use_evaluation_real(evaluations);
+        use_evaluations_real(evaluations, EVALUATION_BY_W_real);
         ends = !(t + 1.5 * apart < length && evaluations->left > 0);
         const real next = ends ? length : t + apart;
         jet_real now = *to;

@@ -127,7 +127,8 @@ ALWAYS_real real distance_at_real(const node_search_real *search, const search_n
 SELDOM_real void put_node_after_real(const node_search_real *search, const search_node_real *from, real later,
                                      search_node_real *to) {
     const gained_real gained = gained_over_real(search->plan, &from->w, velocity_of_node_real(search, from), later);
-    use_evaluation_real(search->evaluations);
+    const bool is_short = fabs_real(later) <= search->plan->transition.is_short_over;
+    use_evaluations_real(search->evaluations, is_short ? 1 : EVALUATION_BY_W_real);
     NODE_COUNT(evaluation);
     put_node_real(search, from, &gained, from->t + later, to);
 }
@@ -459,7 +460,7 @@ SELDOM_real void put_root_real(const node_search_real *search, int n, search_nod
                 t_base = back ? h : 0.0;
                 at = derivatives_at_real(search->plan, &base->w);
             }
-            use_evaluation_real(search->evaluations);
+            use_evaluations_real(search->evaluations, 1);
             NODE_COUNT(evaluation);
             jet = jet_by_powers_real(search, base, &at, n, t - t_base);
         } else {

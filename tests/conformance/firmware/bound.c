@@ -126,7 +126,8 @@ static void attack(int32_t evaluations, int32_t candidates)
 int main(void)
 {
     counts_of_1000 = board_counts_of_1000();
-    attack(20, 24);
+    attack(40, 24);
+    attack(40, 6);
     attack(100, 24);
     attack(500, 24);
     board_exit(0);

@@ -110,15 +110,15 @@ def caps(build: Build) -> dict[str, int]:
 def bounds(figures: dict[str, Any]) -> list[tuple[int, int, int, int, int, int]]:
     """Evaluations and candidates; bound of a candidate and the most reached; the same of a command.
 
-    A candidate costs in proportion to its evaluations. What one of 20 costs at most is the most that an evaluation does,
+    A candidate costs in proportion to its evaluations. What one of 40 costs at most is the most that an evaluation does,
     with all that follows from it, and the start of the search beside it.
     """
-    of_20 = figures["caps 20 24 step"]
+    of_40 = figures["caps 40 24 step"]
     found = []
     for name, step in figures.items():
         if name.startswith("caps ") and name.endswith(" step"):
             evaluations, candidates = map(int, name.split()[1:3])
-            most = of_20 * evaluations // 20
+            most = of_40 * evaluations // 40
             command = figures[name.replace(" step", " command")]
             found.append((evaluations, candidates, most, step, most * candidates, command))
     return found
@@ -329,13 +329,15 @@ Models of one mass, without a contact: `hopform --solver joint export`. Instruct
 ## A bound for a task with a deadline
 
 What a stance costs is in proportion to how often its motion is evaluated. `max_evaluations` of the target caps that for
-each candidate, `max_candidates` how many are tried. Where a cap is met, the command is the best admissible one found
+each candidate, `max_candidates` how many are tried. An evaluation by a node or a short series counts as one, one by exp
+and sin as 3, a phase as 4 more. Where a cap is met, the command is the best admissible one found
 within it, u = 0 before there is one, and the status is `HOPFORM_CAPPED`. At most, by these caps, beside what an
 adversary reached: it draws robots, states and wishes, and changes a little what has cost the most so far
 (`tests/conformance/firmware/bound.c`).
 
 {table(["evaluations", "candidates", "a candidate, at most", "reached", "a command, at most", "reached"], capped)}
-The bound is the most that the adversary found for 20 evaluations, in proportion; it is measured, not proven.
+The bound is the most that the adversary found for 40 evaluations, in proportion; it is measured, not proven. A tick of
+1 kHz at {CLOCK} MHz has {spaced(1000 * CLOCK)} instructions: {1000 * CLOCK // m4f["caps 40 24 step"]} candidates of at most 40 evaluations fit.
 
 ## Microseconds on a Cortex-M4F at {CLOCK} MHz, computed
 

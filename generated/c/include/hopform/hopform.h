@@ -107,7 +107,7 @@ extern "C" {
 #define HOPFORM_IS_EVENT(event) ((event) >= 1 && (event) <= 7)
 #define HOPFORM_TICK_PHASES 4096     /**< phases of a tick of a plant at most */
 #define HOPFORM_SEARCH_TRIALS 4096   /**< currents tried at most */
-#define HOPFORM_CANDIDATE_EVALUATIONS 500 /**< of the motion in the stance of each of them */
+#define HOPFORM_CANDIDATE_EVALUATIONS 2000 /**< of each of them: by a series 1, by exp and sin 3, a phase 4 */
 
 #define HOPFORM_MOST_STEPS 65535 /**< steps of an input at most */
 #define HOPFORM_PLAN_MADE 0x686f7066u /**< marks memory that is a plan */

@@ -216,7 +216,7 @@ typedef struct {
     double datum; /**< [m] the level that h_des counts from, less that of the ground under the foot */
     double stop_margin; /**< [m] x_1 stays below x1_max by more than this */
     double horizon; /**< [s] longest time of a stance */
-    int32_t max_evaluations; /**< of the motion in a candidate's stance; 0 for HOPFORM_CANDIDATE_EVALUATIONS */
+    int32_t max_evaluations; /**< in a candidate's stance, a phase is 4; 0 for HOPFORM_CANDIDATE_EVALUATIONS */
     int32_t max_candidates; /**< currents tried; 0 for HOPFORM_SEARCH_TRIALS */
 } hopform_target_f64;
 
