@@ -358,7 +358,7 @@ static inline void begin_node_search_f32(const stance_chain_f32 *chain, node_sea
 
 /* Where the phase ends: at the stop ahead in place of what was found, or nothing, at a time in the interval, if it is
  * met before. */
-static inline const search_node_f32 *meet_stop_f32(const node_search_f32 *search, const search_node_f32 *there,
+static inline const search_node_f32 *meet_stop_f32(node_search_f32 *search, const search_node_f32 *there,
                                                      search_node_f32 *root, stance_search_f32 *end) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const float speed = there->value[1 + element];
@@ -375,12 +375,8 @@ static inline const search_node_f32 *meet_stop_f32(const node_search_f32 *search
         end->touches = end->owner == ELEMENT_f32 + element && fabs_f32(left) <= rounding;
         return there;
     }
-    node_search_f32 before = *search; /* until there */
-    before.node[0] = *search->low;
-    before.node[1] = *there;
-    before.low = &before.node[0];
-    before.high = &before.node[1];
-    put_root_f32(&before, STOP_AHEAD_f32, root);
+    if (there != search->high) { *search->high = *there; } /* the interval ends there */
+    put_root_f32(search, STOP_AHEAD_f32, root);
     end->owner = ELEMENT_f32 + element;
     end->stops = true;
     end->certified = true;

@@ -358,7 +358,7 @@ static inline void begin_node_search_f64(const stance_chain_f64 *chain, node_sea
 
 /* Where the phase ends: at the stop ahead in place of what was found, or nothing, at a time in the interval, if it is
  * met before. */
-static inline const search_node_f64 *meet_stop_f64(const node_search_f64 *search, const search_node_f64 *there,
+static inline const search_node_f64 *meet_stop_f64(node_search_f64 *search, const search_node_f64 *there,
                                                      search_node_f64 *root, stance_search_f64 *end) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const double speed = there->value[1 + element];
@@ -375,12 +375,8 @@ static inline const search_node_f64 *meet_stop_f64(const node_search_f64 *search
         end->touches = end->owner == ELEMENT_f64 + element && fabs_f64(left) <= rounding;
         return there;
     }
-    node_search_f64 before = *search; /* until there */
-    before.node[0] = *search->low;
-    before.node[1] = *there;
-    before.low = &before.node[0];
-    before.high = &before.node[1];
-    put_root_f64(&before, STOP_AHEAD_f64, root);
+    if (there != search->high) { *search->high = *there; } /* the interval ends there */
+    put_root_f64(search, STOP_AHEAD_f64, root);
     end->owner = ELEMENT_f64 + element;
     end->stops = true;
     end->certified = true;

@@ -77,8 +77,8 @@ static float least_of_halves_f32(const curve_f32 *c) {
     float row[COEFFICIENTS_f32];
     put_coefficients_f32(c, row);
     float least = lesser_f32(row[0], row[4]);
-    for (int n = COEFFICIENTS_f32 - 1; n > 0; n--) {
-        for (int i = 0; i < n; i++) {
+    UNROLLED_f32 for (int n = COEFFICIENTS_f32 - 1; n > 0; n--) {
+        UNROLLED_f32 for (int i = 0; i < n; i++) {
             row[i] = 0.5f * (row[i] + row[i + 1]);
         }
         least = lesser_f32(least, lesser_f32(row[0], row[n - 1]));

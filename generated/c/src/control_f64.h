@@ -77,8 +77,8 @@ static double least_of_halves_f64(const curve_f64 *c) {
     double row[COEFFICIENTS_f64];
     put_coefficients_f64(c, row);
     double least = lesser_f64(row[0], row[4]);
-    for (int n = COEFFICIENTS_f64 - 1; n > 0; n--) {
-        for (int i = 0; i < n; i++) {
+    UNROLLED_f64 for (int n = COEFFICIENTS_f64 - 1; n > 0; n--) {
+        UNROLLED_f64 for (int i = 0; i < n; i++) {
             row[i] = 0.5 * (row[i] + row[i + 1]);
         }
         least = lesser_f64(least, lesser_f64(row[0], row[n - 1]));

@@ -366,7 +366,7 @@ SELDOM_f32 uint32_t certify_interval_f32(node_search_f32 *search) {
 /* ---- the root ---- */
 
 /* Value, rate and curvature of a function, or of the distance to the stop ahead. */
-static inline jet_f32 jet_at_node_f32(const node_search_f32 *search, const search_node_f32 *at, int n) {
+ALWAYS_f32 jet_f32 jet_at_node_f32(const node_search_f32 *search, const search_node_f32 *at, int n) {
     const int element = 1 + HOPFORM_STOPPED_ELEMENT;
     if (n == STOP_AHEAD_f32) {
         const jet_f32 stop = {distance_at_f32(search, at), -at->value[element], -at->rate[element], 0.0f};

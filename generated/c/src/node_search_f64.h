@@ -366,7 +366,7 @@ SELDOM_f64 uint32_t certify_interval_f64(node_search_f64 *search) {
 /* ---- the root ---- */
 
 /* Value, rate and curvature of a function, or of the distance to the stop ahead. */
-static inline jet_f64 jet_at_node_f64(const node_search_f64 *search, const search_node_f64 *at, int n) {
+ALWAYS_f64 jet_f64 jet_at_node_f64(const node_search_f64 *search, const search_node_f64 *at, int n) {
     const int element = 1 + HOPFORM_STOPPED_ELEMENT;
     if (n == STOP_AHEAD_f64) {
         const jet_f64 stop = {distance_at_f64(search, at), -at->value[element], -at->rate[element], 0.0};

@@ -358,7 +358,7 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
 
 /* Where the phase ends: at the stop ahead in place of what was found, or nothing, at a time in the interval, if it is
  * met before. */
-static inline const search_node_real *meet_stop_real(const node_search_real *search, const search_node_real *there,
+static inline const search_node_real *meet_stop_real(node_search_real *search, const search_node_real *there,
                                                      search_node_real *root, stance_search_real *end) {
     const int element = HOPFORM_STOPPED_ELEMENT;
     const real speed = there->value[1 + element];
@@ -375,12 +375,8 @@ static inline const search_node_real *meet_stop_real(const node_search_real *sea
         end->touches = end->owner == ELEMENT_real + element && fabs_real(left) <= rounding;
         return there;
     }
-    node_search_real before = *search; /* until there */
-    before.node[0] = *search->low;
-    before.node[1] = *there;
-    before.low = &before.node[0];
-    before.high = &before.node[1];
-    put_root_real(&before, STOP_AHEAD_real, root);
+    if (there != search->high) { *search->high = *there; } /* the interval ends there */
+    put_root_real(search, STOP_AHEAD_real, root);
     end->owner = ELEMENT_real + element;
     end->stops = true;
     end->certified = true;

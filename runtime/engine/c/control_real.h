@@ -77,8 +77,8 @@ static real least_of_halves_real(const curve_real *c) {
     real row[COEFFICIENTS_real];
     put_coefficients_real(c, row);
     real least = lesser_real(row[0], row[4]);
-    for (int n = COEFFICIENTS_real - 1; n > 0; n--) {
-        for (int i = 0; i < n; i++) {
+    UNROLLED_real for (int n = COEFFICIENTS_real - 1; n > 0; n--) {
+        UNROLLED_real for (int i = 0; i < n; i++) {
             row[i] = 0.5 * (row[i] + row[i + 1]);
         }
         least = lesser_real(least, lesser_real(row[0], row[n - 1]));

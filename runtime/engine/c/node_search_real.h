@@ -366,7 +366,7 @@ SELDOM_real uint32_t certify_interval_real(node_search_real *search) {
 /* ---- the root ---- */
 
 /* Value, rate and curvature of a function, or of the distance to the stop ahead. */
-static inline jet_real jet_at_node_real(const node_search_real *search, const search_node_real *at, int n) {
+ALWAYS_real jet_real jet_at_node_real(const node_search_real *search, const search_node_real *at, int n) {
     const int element = 1 + HOPFORM_STOPPED_ELEMENT;
     if (n == STOP_AHEAD_real) {
         const jet_real stop = {distance_at_real(search, at), -at->value[element], -at->rate[element], 0.0};
