@@ -8,6 +8,7 @@ import shutil
 import signal
 import subprocess
 import tempfile
+import threading
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -119,9 +120,18 @@ class Build:
         return [*chosen, *flags, *option, self.level, "-I", str(self.c / "include")]
 
 
-@cache
+_DERIVING = threading.Lock()
+"""Builds are measured side by side: none compiles files that another one writes."""
+
+
 def derived(model: str) -> Path:
     """The C of a model that ships, derived once a process."""
+    with _DERIVING:
+        return _derived(model)
+
+
+@cache
+def _derived(model: str) -> Path:
     folder = OUT / f"model-{model}"
     for path, text in solver(model).items():
         if path.parts[0] == "c":
