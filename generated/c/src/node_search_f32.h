@@ -94,7 +94,7 @@ SELDOM_f32 void put_values_from_the_end_f32(const node_search_f32 *search, searc
         if (!search->from_the_end[n]) { continue; }
         const float value = function_of_f32(search, n, search->end.of) + function_of_f32(search, n, left.of);
         to->value[n] = search->sign[n] * value;
-        to->y = n == 0 ? search->end.of[0] + left.of[0] : to->y;
+        if (HOPFORM_CONTACT_IS_ROW && n == 0) { to->y = search->end.of[0] + left.of[0]; }
     }
 }
 
@@ -234,7 +234,8 @@ static inline float remainder_of_quintic_f32(const node_search_f32 *search, int 
     return M6 * hhh * hhh / 4.32e4f;
 }
 
-/* Rule 1: see stays_positive_by_bernstein. */
+/* Rule 1, of a pair that rings: the quintic through value, rate and curvature at both ends is above the least of its
+ * coefficients by Bernstein; where the function begins at 0 that one does not count. */
 static inline bool has_no_root_by_bernstein_f32(const node_search_f32 *search, int n, float h, float d_rate,
                                                  float rounding) {
     const hopform_poles_f32 *poles = &search->plan->poles[0];
@@ -414,7 +415,7 @@ static inline void step_to_root_at_node_f32(const node_search_f32 *search, int n
     there->t += step;
     there->x += step * velocity_of_node_f32(search, there);
     const rates_by_row_f32 bends = bend_rates_f32(search->plan, &there->w);
-    there->y += HOPFORM_CONTACT_IS_ROW ? step * there->w.of[0] : 0.0f;
+    if (HOPFORM_CONTACT_IS_ROW) { there->y += step * there->w.of[0]; }
     UNROLLED_f32 for (int i = 0; i < NODE_FUNCTIONS_f32; i++) {
         const float bend = there->deflated[i] - a * there->rate[i];
         there->value[i] += step * there->rate[i];
@@ -641,7 +642,7 @@ SELDOM_f32 void count_from_the_end_f32(node_search_f32 *search, const core_f32 *
         search->rounded[n] = search->stiff ? function_terms_f32(search, n, search->end.of) : terms[n];
         const float value = function_of_f32(search, n, search->end.of) + function_of_f32(search, n, left.of);
         low->value[n] = above_zero_f32(search, n, search->sign[n] * value);
-        low->y = n == 0 ? search->end.of[0] + left.of[0] : low->y;
+        if (HOPFORM_CONTACT_IS_ROW && n == 0) { low->y = search->end.of[0] + left.of[0]; }
     }
     search->is_from_the_end = search->stiff;
 }

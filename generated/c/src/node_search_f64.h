@@ -94,7 +94,7 @@ SELDOM_f64 void put_values_from_the_end_f64(const node_search_f64 *search, searc
         if (!search->from_the_end[n]) { continue; }
         const double value = function_of_f64(search, n, search->end.of) + function_of_f64(search, n, left.of);
         to->value[n] = search->sign[n] * value;
-        to->y = n == 0 ? search->end.of[0] + left.of[0] : to->y;
+        if (HOPFORM_CONTACT_IS_ROW && n == 0) { to->y = search->end.of[0] + left.of[0]; }
     }
 }
 
@@ -234,7 +234,8 @@ static inline double remainder_of_quintic_f64(const node_search_f64 *search, int
     return M6 * hhh * hhh / 43200.0;
 }
 
-/* Rule 1: see stays_positive_by_bernstein. */
+/* Rule 1, of a pair that rings: the quintic through value, rate and curvature at both ends is above the least of its
+ * coefficients by Bernstein; where the function begins at 0 that one does not count. */
 static inline bool has_no_root_by_bernstein_f64(const node_search_f64 *search, int n, double h, double d_rate,
                                                  double rounding) {
     const hopform_poles_f64 *poles = &search->plan->poles[0];
@@ -414,7 +415,7 @@ static inline void step_to_root_at_node_f64(const node_search_f64 *search, int n
     there->t += step;
     there->x += step * velocity_of_node_f64(search, there);
     const rates_by_row_f64 bends = bend_rates_f64(search->plan, &there->w);
-    there->y += HOPFORM_CONTACT_IS_ROW ? step * there->w.of[0] : 0.0;
+    if (HOPFORM_CONTACT_IS_ROW) { there->y += step * there->w.of[0]; }
     UNROLLED_f64 for (int i = 0; i < NODE_FUNCTIONS_f64; i++) {
         const double bend = there->deflated[i] - a * there->rate[i];
         there->value[i] += step * there->rate[i];
@@ -641,7 +642,7 @@ SELDOM_f64 void count_from_the_end_f64(node_search_f64 *search, const core_f64 *
         search->rounded[n] = search->stiff ? function_terms_f64(search, n, search->end.of) : terms[n];
         const double value = function_of_f64(search, n, search->end.of) + function_of_f64(search, n, left.of);
         low->value[n] = above_zero_f64(search, n, search->sign[n] * value);
-        low->y = n == 0 ? search->end.of[0] + left.of[0] : low->y;
+        if (HOPFORM_CONTACT_IS_ROW && n == 0) { low->y = search->end.of[0] + left.of[0]; }
     }
     search->is_from_the_end = search->stiff;
 }

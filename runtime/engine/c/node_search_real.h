@@ -94,7 +94,7 @@ SELDOM_real void put_values_from_the_end_real(const node_search_real *search, se
         if (!search->from_the_end[n]) { continue; }
         const real value = function_of_real(search, n, search->end.of) + function_of_real(search, n, left.of);
         to->value[n] = search->sign[n] * value;
-        to->y = n == 0 ? search->end.of[0] + left.of[0] : to->y;
+        if (HOPFORM_CONTACT_IS_ROW && n == 0) { to->y = search->end.of[0] + left.of[0]; }
     }
 }
 
@@ -234,7 +234,8 @@ static inline real remainder_of_quintic_real(const node_search_real *search, int
     return M6 * hhh * hhh / 43200.0;
 }
 
-/* Rule 1: see stays_positive_by_bernstein. */
+/* Rule 1, of a pair that rings: the quintic through value, rate and curvature at both ends is above the least of its
+ * coefficients by Bernstein; where the function begins at 0 that one does not count. */
 static inline bool has_no_root_by_bernstein_real(const node_search_real *search, int n, real h, real d_rate,
                                                  real rounding) {
     const hopform_poles_real *poles = &search->plan->poles[0];
@@ -414,7 +415,7 @@ static inline void step_to_root_at_node_real(const node_search_real *search, int
     there->t += step;
     there->x += step * velocity_of_node_real(search, there);
     const rates_by_row_real bends = bend_rates_real(search->plan, &there->w);
-    there->y += HOPFORM_CONTACT_IS_ROW ? step * there->w.of[0] : 0.0;
+    if (HOPFORM_CONTACT_IS_ROW) { there->y += step * there->w.of[0]; }
     UNROLLED_real for (int i = 0; i < NODE_FUNCTIONS_real; i++) {
         const real bend = there->deflated[i] - a * there->rate[i];
         there->value[i] += step * there->rate[i];
@@ -641,7 +642,7 @@ SELDOM_real void count_from_the_end_real(node_search_real *search, const core_re
         search->rounded[n] = search->stiff ? function_terms_real(search, n, search->end.of) : terms[n];
         const real value = function_of_real(search, n, search->end.of) + function_of_real(search, n, left.of);
         low->value[n] = above_zero_real(search, n, search->sign[n] * value);
-        low->y = n == 0 ? search->end.of[0] + left.of[0] : low->y;
+        if (HOPFORM_CONTACT_IS_ROW && n == 0) { low->y = search->end.of[0] + left.of[0]; }
     }
     search->is_from_the_end = search->stiff;
 }
