@@ -20,14 +20,14 @@ PARTS = ("ONLY_FLIGHT", "ONLY_STANCE", "ONLY_CONTROL", "ONLY_PLANT")
 OPTIONS = (
     "-machdep", "gcc_x86_64", "-warn-special-float", "none", "-kernel-warn-key", "parser:decimal-float=inactive",
     "-eva", "-eva-precision", "0", "-eva-no-print", "-eva-domains", "octagon,equality,symbolic-locations",
-    "-eva-octagon-through-calls", "-eva-auto-loop-unroll", "16",
+    "-eva-octagon-through-calls", "-eva-auto-loop-unroll", "16", "-eva-ilevel", "64",
 )  # fmt: skip
 UNROLLED = {
     "": "refuse_f32:300,overlap_f32:40",
     "ONLY_FLIGHT": "hopform_flight_at_f32:40,hopform_flight_energy_f32:60,flight_reading_status_f32:40,"
                    "state_of_flight_f32:20,"
-                   "has_root_in_flight_f32:200,look_at_foot_f32:40,end_at_pull_f32:100,"
-                   "end_at_stop_f32:40,end_at_touchdown_f32:200",
+                   "has_root_in_fall_f32:200,look_at_foot_f32:40,end_of_slip_f32:100,"
+                   "root_in_fall_f32:40,end_at_touchdown_f32:200",
     "ONLY_STANCE": "hopform_stance_energy_f32:60,hopform_stance_sensitivities_f32:60,hopform_stance_tangents_f32:60,"
                    "hopform_stance_grid_f32:300,samples_of_phase_f32:100,sample_behind_f32:100,"
                    "put_samples_f32:50,follow_to_f32:60,cross_f32:60,hopform_stance_forces_f32:40",
