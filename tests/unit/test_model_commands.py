@@ -179,7 +179,7 @@ def test_the_library_of_a_joint_carries_no_cubic_no_flight_and_no_controller(joi
     there = {line.split()[-1].split(".")[0] for line in symbols.splitlines()}
     text = "".join(path.read_text("utf-8") for path in (joint / "c" / "src").iterdir())
     assert "cube_root_f32(" in text and "cube_root_f32" not in there
-    for name in ("displacement_in_flight", "add_work", "evaluate_candidate", "report_command"):
+    for name in ("moved_in_flight", "add_work", "evaluate_candidate", "report_command"):
         assert f"{name}_f32(" in (HOPPER_C / FILE_OF[name]).read_text("utf-8"), name
         assert f"{name}_f32(" not in text, name
     assert {"hopform_solve_motion_f32", "hopform_plant_step_f32"} <= there
@@ -188,7 +188,7 @@ def test_the_library_of_a_joint_carries_no_cubic_no_flight_and_no_controller(joi
 
 HOPPER_C = Path(__file__).parents[2] / "generated" / "c" / "src"
 FILE_OF = {
-    "displacement_in_flight": "flight_f32.h", "add_work": "flight_f32.h", "evaluate_candidate": "control_f32.h",
+    "moved_in_flight": "flight_f32.h", "add_work": "flight_f32.h", "evaluate_candidate": "control_f32.h",
     "report_command": "control_f32.h",
 }  # fmt: skip
 """Where the hopper's library has what a joint's has not."""
