@@ -240,14 +240,17 @@ static inline float guessed_time_f32(const alone_pair_f32 *pair, const alone_f32
 
 /* The same of two real poles once the fast one has faded, from the start on. */
 SELDOM_f32 float guessed_late_f32(const alone_pair_f32 *pair, const alone_f32 *from, float further) {
+    const float t = guessed_time_f32(pair, from, further);
+    if (is_short_f32(pair, t)) { return t; } /* else p > 0 */
     const float mean = 0.5f * pair->p;
     const float half = sqrt_f32(greater_f32(mean * mean - pair->q, 0.0f));
     const float fast = mean + half;
     const float slow = pair->q / fast;
-    const float t = guessed_time_f32(pair, from, further);
-    const float later = (further - from->v / fast) * (2.0f * half) / (from->draw - slow * from->v) + 1.0f / fast;
+    const float back = from->draw - slow * from->v;
+    if (!(fabs_f32(back) > 0.0f)) { return t; }
+    const float later = (further - from->v / fast) * (2.0f * half) / back + 1.0f / fast;
     const float gone = slow * later;
-    if (is_short_f32(pair, t) || !(later * fast > 1.5f && gone < 1.0f)) { return t; }
+    if (!(later * fast > 1.5f && gone < 1.0f)) { return t; }
     return gone < 0.01f ? later * (1.0f + gone * (0.5f + gone * (1.0f / 3.0f))) : -logarithm_f32(1.0f - gone) / slow;
 }
 

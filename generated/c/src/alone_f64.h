@@ -240,14 +240,17 @@ static inline double guessed_time_f64(const alone_pair_f64 *pair, const alone_f6
 
 /* The same of two real poles once the fast one has faded, from the start on. */
 SELDOM_f64 double guessed_late_f64(const alone_pair_f64 *pair, const alone_f64 *from, double further) {
+    const double t = guessed_time_f64(pair, from, further);
+    if (is_short_f64(pair, t)) { return t; } /* else p > 0 */
     const double mean = 0.5 * pair->p;
     const double half = sqrt_f64(greater_f64(mean * mean - pair->q, 0.0));
     const double fast = mean + half;
     const double slow = pair->q / fast;
-    const double t = guessed_time_f64(pair, from, further);
-    const double later = (further - from->v / fast) * (2.0 * half) / (from->draw - slow * from->v) + 1.0 / fast;
+    const double back = from->draw - slow * from->v;
+    if (!(fabs_f64(back) > 0.0)) { return t; }
+    const double later = (further - from->v / fast) * (2.0 * half) / back + 1.0 / fast;
     const double gone = slow * later;
-    if (is_short_f64(pair, t) || !(later * fast > 1.5 && gone < 1.0)) { return t; }
+    if (!(later * fast > 1.5 && gone < 1.0)) { return t; }
     return gone < 0.01 ? later * (1.0 + gone * (0.5 + gone * (1.0 / 3.0))) : -logarithm_f64(1.0 - gone) / slow;
 }
 

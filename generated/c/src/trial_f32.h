@@ -195,9 +195,9 @@ static inline void carry_change_f32(const hopform_plan_f32 *plan, row_f32 mode, 
         return;
     }
 #if HOPFORM_BOTH_MOVE
-    const float times = t / (0.8f * plan->transition.is_short_over);
-    if (times < 4.0f) {
-        carry_by_rates_f32(plan, mode, t, 1 + (int)times, change);
+    const float step = 0.8f * plan->transition.is_short_over;
+    if (t < 4.0f * step) {
+        carry_by_rates_f32(plan, mode, t, 1 + (int)(t / step), change);
         return;
     }
 #endif

@@ -195,9 +195,9 @@ static inline void carry_change_f64(const hopform_plan_f64 *plan, row_f64 mode, 
         return;
     }
 #if HOPFORM_BOTH_MOVE
-    const double times = t / (0.8 * plan->transition.is_short_over);
-    if (times < 4.0) {
-        carry_by_rates_f64(plan, mode, t, 1 + (int)times, change);
+    const double step = 0.8 * plan->transition.is_short_over;
+    if (t < 4.0 * step) {
+        carry_by_rates_f64(plan, mode, t, 1 + (int)(t / step), change);
         return;
     }
 #endif

@@ -240,14 +240,17 @@ static inline real guessed_time_real(const alone_pair_real *pair, const alone_re
 
 /* The same of two real poles once the fast one has faded, from the start on. */
 SELDOM_real real guessed_late_real(const alone_pair_real *pair, const alone_real *from, real further) {
+    const real t = guessed_time_real(pair, from, further);
+    if (is_short_real(pair, t)) { return t; } /* else p > 0 */
     const real mean = 0.5 * pair->p;
     const real half = sqrt_real(greater_real(mean * mean - pair->q, 0.0));
     const real fast = mean + half;
     const real slow = pair->q / fast;
-    const real t = guessed_time_real(pair, from, further);
-    const real later = (further - from->v / fast) * (2.0 * half) / (from->draw - slow * from->v) + 1.0 / fast;
+    const real back = from->draw - slow * from->v;
+    if (!(fabs_real(back) > 0.0)) { return t; }
+    const real later = (further - from->v / fast) * (2.0 * half) / back + 1.0 / fast;
     const real gone = slow * later;
-    if (is_short_real(pair, t) || !(later * fast > 1.5 && gone < 1.0)) { return t; }
+    if (!(later * fast > 1.5 && gone < 1.0)) { return t; }
     return gone < 0.01 ? later * (1.0 + gone * (0.5 + gone * (1.0 / 3.0))) : -logarithm_real(1.0 - gone) / slow;
 }
 

@@ -195,9 +195,9 @@ static inline void carry_change_real(const hopform_plan_real *plan, row_real mod
         return;
     }
 #if HOPFORM_BOTH_MOVE
-    const real times = t / (0.8 * plan->transition.is_short_over);
-    if (times < 4.0) {
-        carry_by_rates_real(plan, mode, t, 1 + (int)times, change);
+    const real step = 0.8 * plan->transition.is_short_over;
+    if (t < 4.0 * step) {
+        carry_by_rates_real(plan, mode, t, 1 + (int)(t / step), change);
         return;
     }
 #endif
