@@ -241,10 +241,10 @@ static inline float guessed_time_f32(const alone_pair_f32 *pair, const alone_f32
 /* The same of two real poles once the fast one has faded, from the start on. */
 SELDOM_f32 float guessed_late_f32(const alone_pair_f32 *pair, const alone_f32 *from, float further) {
     const float t = guessed_time_f32(pair, from, further);
-    if (is_short_f32(pair, t)) { return t; } /* else p > 0 */
     const float mean = 0.5f * pair->p;
     const float half = sqrt_f32(greater_f32(mean * mean - pair->q, 0.0f));
     const float fast = mean + half;
+    if (is_short_f32(pair, t) || !(fast > 0.0f)) { return t; }
     const float slow = pair->q / fast;
     const float back = from->draw - slow * from->v;
     if (!(fabs_f32(back) > 0.0f)) { return t; }

@@ -241,10 +241,10 @@ static inline double guessed_time_f64(const alone_pair_f64 *pair, const alone_f6
 /* The same of two real poles once the fast one has faded, from the start on. */
 SELDOM_f64 double guessed_late_f64(const alone_pair_f64 *pair, const alone_f64 *from, double further) {
     const double t = guessed_time_f64(pair, from, further);
-    if (is_short_f64(pair, t)) { return t; } /* else p > 0 */
     const double mean = 0.5 * pair->p;
     const double half = sqrt_f64(greater_f64(mean * mean - pair->q, 0.0));
     const double fast = mean + half;
+    if (is_short_f64(pair, t) || !(fast > 0.0)) { return t; }
     const double slow = pair->q / fast;
     const double back = from->draw - slow * from->v;
     if (!(fabs_f64(back) > 0.0)) { return t; }

@@ -241,10 +241,10 @@ static inline real guessed_time_real(const alone_pair_real *pair, const alone_re
 /* The same of two real poles once the fast one has faded, from the start on. */
 SELDOM_real real guessed_late_real(const alone_pair_real *pair, const alone_real *from, real further) {
     const real t = guessed_time_real(pair, from, further);
-    if (is_short_real(pair, t)) { return t; } /* else p > 0 */
     const real mean = 0.5 * pair->p;
     const real half = sqrt_real(greater_real(mean * mean - pair->q, 0.0));
     const real fast = mean + half;
+    if (is_short_real(pair, t) || !(fast > 0.0)) { return t; }
     const real slow = pair->q / fast;
     const real back = from->draw - slow * from->v;
     if (!(fabs_real(back) > 0.0)) { return t; }
