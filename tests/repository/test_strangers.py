@@ -153,7 +153,7 @@ def files_in(folder: Path, kind: str) -> dict[str, str]:
     return {
         f"{kind}: {path.relative_to(folder)}": f"{path.relative_to(folder)}\n{path.read_text('utf-8')}"
         for path in sorted(folder.rglob("*"))
-        if path.is_file() and path.suffix != ".so"
+        if path.is_file() and path.suffix not in {".so", ".pyc"}
     }
 
 

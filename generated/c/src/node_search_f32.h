@@ -215,7 +215,7 @@ static inline float amplitude_of_pair_f32(const hopform_poles_f32 *poles, float 
 /* Behind which time, where the real pole is far beyond the pair, what stays and what fades, at the start of the
  * interval, are zero together: NEVER where they are not. */
 static inline float faded_after_f32(const node_search_f32 *search, float stays, float fades) {
-    const float ratio = -fades / (fabs_f32(stays) > 0.0f ? stays : fades);
+    const float ratio = fabs_f32(stays) > 0.0f ? -fades / stays : 0.0f;
     return ratio > 1.0f && ratio <= HOPFORM_NEVER_f32 ? logarithm_f32(ratio) / pole_of_search_f32(search)
                                                       : HOPFORM_NEVER_f32;
 }

@@ -215,7 +215,7 @@ static inline double amplitude_of_pair_f64(const hopform_poles_f64 *poles, doubl
 /* Behind which time, where the real pole is far beyond the pair, what stays and what fades, at the start of the
  * interval, are zero together: NEVER where they are not. */
 static inline double faded_after_f64(const node_search_f64 *search, double stays, double fades) {
-    const double ratio = -fades / (fabs_f64(stays) > 0.0 ? stays : fades);
+    const double ratio = fabs_f64(stays) > 0.0 ? -fades / stays : 0.0;
     return ratio > 1.0 && ratio <= HOPFORM_NEVER_f64 ? logarithm_f64(ratio) / pole_of_search_f64(search)
                                                       : HOPFORM_NEVER_f64;
 }

@@ -196,7 +196,7 @@ static inline void carry_change_f32(const hopform_plan_f32 *plan, row_f32 mode, 
     }
 #if HOPFORM_BOTH_MOVE
     const float step = 0.8f * plan->transition.is_short_over;
-    if (t < 4.0f * step) {
+    if (t >= 0.0f && t < 4.0f * step) {
         carry_by_rates_f32(plan, mode, t, 1 + (int)(t / step), change);
         return;
     }

@@ -196,7 +196,7 @@ static inline void carry_change_f64(const hopform_plan_f64 *plan, row_f64 mode, 
     }
 #if HOPFORM_BOTH_MOVE
     const double step = 0.8 * plan->transition.is_short_over;
-    if (t < 4.0 * step) {
+    if (t >= 0.0 && t < 4.0 * step) {
         carry_by_rates_f64(plan, mode, t, 1 + (int)(t / step), change);
         return;
     }

@@ -215,7 +215,7 @@ static inline real amplitude_of_pair_real(const hopform_poles_real *poles, real 
 /* Behind which time, where the real pole is far beyond the pair, what stays and what fades, at the start of the
  * interval, are zero together: NEVER where they are not. */
 static inline real faded_after_real(const node_search_real *search, real stays, real fades) {
-    const real ratio = -fades / (fabs_real(stays) > 0.0 ? stays : fades);
+    const real ratio = fabs_real(stays) > 0.0 ? -fades / stays : 0.0;
     return ratio > 1.0 && ratio <= HOPFORM_NEVER_real ? logarithm_real(ratio) / pole_of_search_real(search)
                                                       : HOPFORM_NEVER_real;
 }

@@ -196,7 +196,7 @@ static inline void carry_change_real(const hopform_plan_real *plan, row_real mod
     }
 #if HOPFORM_BOTH_MOVE
     const real step = 0.8 * plan->transition.is_short_over;
-    if (t < 4.0 * step) {
+    if (t >= 0.0 && t < 4.0 * step) {
         carry_by_rates_real(plan, mode, t, 1 + (int)(t / step), change);
         return;
     }
