@@ -20,6 +20,9 @@
 #include "certificate_f64.h"
 #include "transition_f64.h"
 
+/* Whether a model has event functions that are not linear in s, in a stance or in a flight. */
+#define HOPFORM_ALONE_BENDS (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || HOPFORM_HAS_CONTACT)
+
 /* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
     const hopform_poles_f64 *poles;
@@ -626,9 +629,9 @@ static inline bool meet_guards_f64(alone_search_f64 *search, double until, evalu
 static inline void find_alone_event_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
     use_evaluations_f64(evaluations, EVALUATIONS_OF_A_PHASE_f64);
     search->end = search->start;
-    if (!is_beyond_at_once_f64(search)) {
+    if (!HOPFORM_ALONE_BENDS || !is_beyond_at_once_f64(search)) {
         const bool rests = meet_guards_f64(search, until, evaluations);
-        if (search->functions > 0) { meet_functions_f64(search, rests, evaluations); }
+        if (HOPFORM_ALONE_BENDS && search->functions > 0) { meet_functions_f64(search, rests, evaluations); }
     }
     search->touches = search->owner > CONTACT_f64 && is_alone_at_stop_f64(search);
     search->certified = evaluations->left > 0;

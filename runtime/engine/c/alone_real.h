@@ -20,6 +20,9 @@
 #include "certificate_real.h"
 #include "transition_real.h"
 
+/* Whether a model has event functions that are not linear in s, in a stance or in a flight. */
+#define HOPFORM_ALONE_BENDS (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || HOPFORM_HAS_CONTACT)
+
 /* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
     const hopform_poles_real *poles;
@@ -626,9 +629,9 @@ static inline bool meet_guards_real(alone_search_real *search, real until, evalu
 static inline void find_alone_event_real(alone_search_real *search, real until, evaluations_real *evaluations) {
     use_evaluations_real(evaluations, EVALUATIONS_OF_A_PHASE_real);
     search->end = search->start;
-    if (!is_beyond_at_once_real(search)) {
+    if (!HOPFORM_ALONE_BENDS || !is_beyond_at_once_real(search)) {
         const bool rests = meet_guards_real(search, until, evaluations);
-        if (search->functions > 0) { meet_functions_real(search, rests, evaluations); }
+        if (HOPFORM_ALONE_BENDS && search->functions > 0) { meet_functions_real(search, rests, evaluations); }
     }
     search->touches = search->owner > CONTACT_real && is_alone_at_stop_real(search);
     search->certified = evaluations->left > 0;
