@@ -38,7 +38,7 @@ void ask(const question *questions, int64_t count, verdict *verdicts) {
       (void)add_alone_function_f32(&search, &h, (float)q->value, 0.0f, 1.0f,
                                    LIMIT_f32, 0);
     }
-    find_alone_event_f32(&search, (float)q->until, &evaluations);
+    find_alone_event_f32(&search, true, (float)q->until, &evaluations);
     verdicts[i] = (verdict){
         search.end.t,     search.end.s, search.end.v,           search.end.draw,
         search.rest_time, search.owner,

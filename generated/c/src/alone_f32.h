@@ -20,8 +20,9 @@
 #include "certificate_f32.h"
 #include "transition_f32.h"
 
-/* Whether a model has event functions that are not linear in s, in a stance or in a flight. */
-#define HOPFORM_ALONE_BENDS (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || HOPFORM_HAS_CONTACT)
+/* Whether the stance of a model has event functions that are not linear in s. */
+#define HOPFORM_ALONE_BENDS                                                                                            \
+    (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
 
 /* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
@@ -543,7 +544,7 @@ static inline void settle_alone_tie_f32(alone_search_f32 *search, int before, bo
 }
 
 /* The functions, once it is known how the phase ends without them. */
-static inline void meet_functions_f32(alone_search_f32 *search, bool rests, evaluations_f32 *evaluations) {
+SELDOM_f32 void meet_functions_f32(alone_search_f32 *search, bool rests, evaluations_f32 *evaluations) {
     const alone_pair_f32 *pair = &search->pair;
     const float limit = search->end.t;
     const known_pair_f32 response = response_over_f32(pair, limit);
@@ -588,7 +589,7 @@ static inline void sharpen_alone_guard_f32(alone_search_f32 *search, const alone
 }
 
 /* The first of the guards, or the rest, until a time at most; true if the element rests. */
-static inline bool meet_guards_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
+SHARED_f32 bool meet_guards_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
     const alone_pair_f32 *pair = &search->pair;
     const int nearest = search->nearest;
     const alone_guard_f32 *guard = &search->guard[nearest < 0 ? 0 : nearest];
@@ -625,13 +626,14 @@ static inline bool meet_guards_f32(alone_search_f32 *search, float until, evalua
     return rests;
 }
 
-/* The first event of the phase, which lasts until a time at most. */
-static inline void find_alone_event_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
+/* The first event of the phase, which lasts until a time at most; whether it may have functions of s and v. */
+ALWAYS_f32 void find_alone_event_f32(alone_search_f32 *search, bool bends, float until,
+                                       evaluations_f32 *evaluations) {
     use_evaluations_f32(evaluations, EVALUATIONS_OF_A_PHASE_f32);
     search->end = search->start;
-    if (!HOPFORM_ALONE_BENDS || !is_beyond_at_once_f32(search)) {
+    if (!bends || !is_beyond_at_once_f32(search)) {
         const bool rests = meet_guards_f32(search, until, evaluations);
-        if (HOPFORM_ALONE_BENDS && search->functions > 0) { meet_functions_f32(search, rests, evaluations); }
+        if (bends && search->functions > 0) { meet_functions_f32(search, rests, evaluations); }
     }
     search->touches = search->owner > CONTACT_f32 && is_alone_at_stop_f32(search);
     search->certified = evaluations->left > 0;

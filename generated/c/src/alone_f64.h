@@ -20,8 +20,9 @@
 #include "certificate_f64.h"
 #include "transition_f64.h"
 
-/* Whether a model has event functions that are not linear in s, in a stance or in a flight. */
-#define HOPFORM_ALONE_BENDS (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || HOPFORM_HAS_CONTACT)
+/* Whether the stance of a model has event functions that are not linear in s. */
+#define HOPFORM_ALONE_BENDS                                                                                            \
+    (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
 
 /* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
@@ -543,7 +544,7 @@ static inline void settle_alone_tie_f64(alone_search_f64 *search, int before, bo
 }
 
 /* The functions, once it is known how the phase ends without them. */
-static inline void meet_functions_f64(alone_search_f64 *search, bool rests, evaluations_f64 *evaluations) {
+SELDOM_f64 void meet_functions_f64(alone_search_f64 *search, bool rests, evaluations_f64 *evaluations) {
     const alone_pair_f64 *pair = &search->pair;
     const double limit = search->end.t;
     const known_pair_f64 response = response_over_f64(pair, limit);
@@ -588,7 +589,7 @@ static inline void sharpen_alone_guard_f64(alone_search_f64 *search, const alone
 }
 
 /* The first of the guards, or the rest, until a time at most; true if the element rests. */
-static inline bool meet_guards_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
+SHARED_f64 bool meet_guards_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
     const alone_pair_f64 *pair = &search->pair;
     const int nearest = search->nearest;
     const alone_guard_f64 *guard = &search->guard[nearest < 0 ? 0 : nearest];
@@ -625,13 +626,14 @@ static inline bool meet_guards_f64(alone_search_f64 *search, double until, evalu
     return rests;
 }
 
-/* The first event of the phase, which lasts until a time at most. */
-static inline void find_alone_event_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
+/* The first event of the phase, which lasts until a time at most; whether it may have functions of s and v. */
+ALWAYS_f64 void find_alone_event_f64(alone_search_f64 *search, bool bends, double until,
+                                       evaluations_f64 *evaluations) {
     use_evaluations_f64(evaluations, EVALUATIONS_OF_A_PHASE_f64);
     search->end = search->start;
-    if (!HOPFORM_ALONE_BENDS || !is_beyond_at_once_f64(search)) {
+    if (!bends || !is_beyond_at_once_f64(search)) {
         const bool rests = meet_guards_f64(search, until, evaluations);
-        if (HOPFORM_ALONE_BENDS && search->functions > 0) { meet_functions_f64(search, rests, evaluations); }
+        if (bends && search->functions > 0) { meet_functions_f64(search, rests, evaluations); }
     }
     search->touches = search->owner > CONTACT_f64 && is_alone_at_stop_f64(search);
     search->certified = evaluations->left > 0;

@@ -660,7 +660,7 @@ ALWAYS_f32 void put_alone_search_f32(const stance_chain_f32 *chain, alone_search
 static inline void find_end_alone_f32(const stance_chain_f32 *chain, float until, stance_search_f32 *end) {
     alone_search_f32 search;
     put_alone_search_f32(chain, &search);
-    find_alone_event_f32(&search, until, chain->evaluations);
+    find_alone_event_f32(&search, HOPFORM_ALONE_BENDS, until, chain->evaluations);
     end->alone = search.end;
     end->t = search.end.t;
     end->owner = search.owner;

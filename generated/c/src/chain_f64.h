@@ -660,7 +660,7 @@ ALWAYS_f64 void put_alone_search_f64(const stance_chain_f64 *chain, alone_search
 static inline void find_end_alone_f64(const stance_chain_f64 *chain, double until, stance_search_f64 *end) {
     alone_search_f64 search;
     put_alone_search_f64(chain, &search);
-    find_alone_event_f64(&search, until, chain->evaluations);
+    find_alone_event_f64(&search, HOPFORM_ALONE_BENDS, until, chain->evaluations);
     end->alone = search.end;
     end->t = search.end.t;
     end->owner = search.owner;

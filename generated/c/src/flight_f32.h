@@ -359,7 +359,7 @@ static flight_end_f32 end_of_slip_f32(flight_chain_f32 *chain, float until, int 
     if (!(chain->pair.q > 0.0f)) { search.start.draw = (float)now->side * acceleration_of_f32(chain, 0.0f, now->side); }
     if (is_finite_f32(gap)) { add_alone_guard_f32(&search, gap, ELEMENT_f32 + search.element)->stops = true; }
     put_room_in_flight_f32(chain, &search);
-    find_alone_event_f32(&search, until, &evaluations);
+    find_alone_event_f32(&search, true, until, &evaluations);
     chain->last = search.end;
     *to = search.side;
     const float size = fabs_f32(now->x1) + gap + search.end.s;

@@ -359,7 +359,7 @@ static flight_end_f64 end_of_slip_f64(flight_chain_f64 *chain, double until, int
     if (!(chain->pair.q > 0.0)) { search.start.draw = (double)now->side * acceleration_of_f64(chain, 0.0, now->side); }
     if (is_finite_f64(gap)) { add_alone_guard_f64(&search, gap, ELEMENT_f64 + search.element)->stops = true; }
     put_room_in_flight_f64(chain, &search);
-    find_alone_event_f64(&search, until, &evaluations);
+    find_alone_event_f64(&search, true, until, &evaluations);
     chain->last = search.end;
     *to = search.side;
     const double size = fabs_f64(now->x1) + gap + search.end.s;

@@ -20,8 +20,9 @@
 #include "certificate_real.h"
 #include "transition_real.h"
 
-/* Whether a model has event functions that are not linear in s, in a stance or in a flight. */
-#define HOPFORM_ALONE_BENDS (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || HOPFORM_HAS_CONTACT)
+/* Whether the stance of a model has event functions that are not linear in s. */
+#define HOPFORM_ALONE_BENDS                                                                                            \
+    (HOPFORM_IS_COUPLED || HOPFORM_HAS_LIMITS || (HOPFORM_HAS_CONTACT && !HOPFORM_CONTACT_IS_STRETCH))
 
 /* Its pair of poles: both are slower than the root of `square`. */
 typedef struct {
@@ -543,7 +544,7 @@ static inline void settle_alone_tie_real(alone_search_real *search, int before, 
 }
 
 /* The functions, once it is known how the phase ends without them. */
-static inline void meet_functions_real(alone_search_real *search, bool rests, evaluations_real *evaluations) {
+SELDOM_real void meet_functions_real(alone_search_real *search, bool rests, evaluations_real *evaluations) {
     const alone_pair_real *pair = &search->pair;
     const real limit = search->end.t;
     const known_pair_real response = response_over_real(pair, limit);
@@ -588,7 +589,7 @@ static inline void sharpen_alone_guard_real(alone_search_real *search, const alo
 }
 
 /* The first of the guards, or the rest, until a time at most; true if the element rests. */
-static inline bool meet_guards_real(alone_search_real *search, real until, evaluations_real *evaluations) {
+SHARED_real bool meet_guards_real(alone_search_real *search, real until, evaluations_real *evaluations) {
     const alone_pair_real *pair = &search->pair;
     const int nearest = search->nearest;
     const alone_guard_real *guard = &search->guard[nearest < 0 ? 0 : nearest];
@@ -625,13 +626,14 @@ static inline bool meet_guards_real(alone_search_real *search, real until, evalu
     return rests;
 }
 
-/* The first event of the phase, which lasts until a time at most. */
-static inline void find_alone_event_real(alone_search_real *search, real until, evaluations_real *evaluations) {
+/* The first event of the phase, which lasts until a time at most; whether it may have functions of s and v. */
+ALWAYS_real void find_alone_event_real(alone_search_real *search, bool bends, real until,
+                                       evaluations_real *evaluations) {
     use_evaluations_real(evaluations, EVALUATIONS_OF_A_PHASE_real);
     search->end = search->start;
-    if (!HOPFORM_ALONE_BENDS || !is_beyond_at_once_real(search)) {
+    if (!bends || !is_beyond_at_once_real(search)) {
         const bool rests = meet_guards_real(search, until, evaluations);
-        if (HOPFORM_ALONE_BENDS && search->functions > 0) { meet_functions_real(search, rests, evaluations); }
+        if (bends && search->functions > 0) { meet_functions_real(search, rests, evaluations); }
     }
     search->touches = search->owner > CONTACT_real && is_alone_at_stop_real(search);
     search->certified = evaluations->left > 0;

@@ -660,7 +660,7 @@ ALWAYS_real void put_alone_search_real(const stance_chain_real *chain, alone_sea
 static inline void find_end_alone_real(const stance_chain_real *chain, real until, stance_search_real *end) {
     alone_search_real search;
     put_alone_search_real(chain, &search);
-    find_alone_event_real(&search, until, chain->evaluations);
+    find_alone_event_real(&search, HOPFORM_ALONE_BENDS, until, chain->evaluations);
     end->alone = search.end;
     end->t = search.end.t;
     end->owner = search.owner;

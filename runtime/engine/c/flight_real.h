@@ -359,7 +359,7 @@ static flight_end_real end_of_slip_real(flight_chain_real *chain, real until, in
     if (!(chain->pair.q > 0.0)) { search.start.draw = (real)now->side * acceleration_of_real(chain, 0.0, now->side); }
     if (is_finite_real(gap)) { add_alone_guard_real(&search, gap, ELEMENT_real + search.element)->stops = true; }
     put_room_in_flight_real(chain, &search);
-    find_alone_event_real(&search, until, &evaluations);
+    find_alone_event_real(&search, true, until, &evaluations);
     chain->last = search.end;
     *to = search.side;
     const real size = fabs_real(now->x1) + gap + search.end.s;
