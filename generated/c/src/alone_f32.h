@@ -544,7 +544,7 @@ static inline void settle_alone_tie_f32(alone_search_f32 *search, int before, bo
 }
 
 /* The functions, once it is known how the phase ends without them. */
-SELDOM_f32 void meet_functions_f32(alone_search_f32 *search, bool rests, evaluations_f32 *evaluations) {
+static inline void meet_functions_f32(alone_search_f32 *search, bool rests, evaluations_f32 *evaluations) {
     const alone_pair_f32 *pair = &search->pair;
     const float limit = search->end.t;
     const known_pair_f32 response = response_over_f32(pair, limit);
@@ -589,7 +589,7 @@ static inline void sharpen_alone_guard_f32(alone_search_f32 *search, const alone
 }
 
 /* The first of the guards, or the rest, until a time at most; true if the element rests. */
-SHARED_f32 bool meet_guards_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
+static inline bool meet_guards_f32(alone_search_f32 *search, float until, evaluations_f32 *evaluations) {
     const alone_pair_f32 *pair = &search->pair;
     const int nearest = search->nearest;
     const alone_guard_f32 *guard = &search->guard[nearest < 0 ? 0 : nearest];

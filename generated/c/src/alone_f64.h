@@ -544,7 +544,7 @@ static inline void settle_alone_tie_f64(alone_search_f64 *search, int before, bo
 }
 
 /* The functions, once it is known how the phase ends without them. */
-SELDOM_f64 void meet_functions_f64(alone_search_f64 *search, bool rests, evaluations_f64 *evaluations) {
+static inline void meet_functions_f64(alone_search_f64 *search, bool rests, evaluations_f64 *evaluations) {
     const alone_pair_f64 *pair = &search->pair;
     const double limit = search->end.t;
     const known_pair_f64 response = response_over_f64(pair, limit);
@@ -589,7 +589,7 @@ static inline void sharpen_alone_guard_f64(alone_search_f64 *search, const alone
 }
 
 /* The first of the guards, or the rest, until a time at most; true if the element rests. */
-SHARED_f64 bool meet_guards_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
+static inline bool meet_guards_f64(alone_search_f64 *search, double until, evaluations_f64 *evaluations) {
     const alone_pair_f64 *pair = &search->pair;
     const int nearest = search->nearest;
     const alone_guard_f64 *guard = &search->guard[nearest < 0 ? 0 : nearest];

@@ -544,7 +544,7 @@ static inline void settle_alone_tie_real(alone_search_real *search, int before, 
 }
 
 /* The functions, once it is known how the phase ends without them. */
-SELDOM_real void meet_functions_real(alone_search_real *search, bool rests, evaluations_real *evaluations) {
+static inline void meet_functions_real(alone_search_real *search, bool rests, evaluations_real *evaluations) {
     const alone_pair_real *pair = &search->pair;
     const real limit = search->end.t;
     const known_pair_real response = response_over_real(pair, limit);
@@ -589,7 +589,7 @@ static inline void sharpen_alone_guard_real(alone_search_real *search, const alo
 }
 
 /* The first of the guards, or the rest, until a time at most; true if the element rests. */
-SHARED_real bool meet_guards_real(alone_search_real *search, real until, evaluations_real *evaluations) {
+static inline bool meet_guards_real(alone_search_real *search, real until, evaluations_real *evaluations) {
     const alone_pair_real *pair = &search->pair;
     const int nearest = search->nearest;
     const alone_guard_real *guard = &search->guard[nearest < 0 ? 0 : nearest];
