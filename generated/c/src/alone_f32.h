@@ -36,7 +36,8 @@ typedef struct {
     float t, s, v, draw;
 } alone_f32;
 
-static inline alone_pair_f32 alone_pair_of_f32(const hopform_poles_f32 *poles, bool rings) {
+static inline alone_pair_f32 alone_pair_of_f32(const hopform_poles_f32 *poles) {
+    const bool rings = rings_f32(poles);
     const alone_pair_f32 pair = {poles, poles->p, poles->q, rings ? poles->q : poles->p * poles->p, rings};
     return pair;
 }
@@ -189,7 +190,7 @@ typedef struct {
 /* A search of which nothing is known but how the element moves. */
 static inline void begin_alone_search_f32(alone_search_f32 *search, int element, const hopform_poles_f32 *poles,
                                            float half_period) {
-    search->pair = alone_pair_of_f32(poles, half_period < HOPFORM_NEVER_f32);
+    search->pair = alone_pair_of_f32(poles);
     search->half_period = half_period;
     search->element = element;
     search->rest_time = HOPFORM_NEVER_f32;

@@ -36,7 +36,8 @@ typedef struct {
     double t, s, v, draw;
 } alone_f64;
 
-static inline alone_pair_f64 alone_pair_of_f64(const hopform_poles_f64 *poles, bool rings) {
+static inline alone_pair_f64 alone_pair_of_f64(const hopform_poles_f64 *poles) {
+    const bool rings = rings_f64(poles);
     const alone_pair_f64 pair = {poles, poles->p, poles->q, rings ? poles->q : poles->p * poles->p, rings};
     return pair;
 }
@@ -189,7 +190,7 @@ typedef struct {
 /* A search of which nothing is known but how the element moves. */
 static inline void begin_alone_search_f64(alone_search_f64 *search, int element, const hopform_poles_f64 *poles,
                                            double half_period) {
-    search->pair = alone_pair_of_f64(poles, half_period < HOPFORM_NEVER_f64);
+    search->pair = alone_pair_of_f64(poles);
     search->half_period = half_period;
     search->element = element;
     search->rest_time = HOPFORM_NEVER_f64;

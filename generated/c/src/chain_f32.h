@@ -314,7 +314,7 @@ static inline void begin_node_search_f32(const stance_chain_f32 *chain, node_sea
     search->plan = chain->plan;
     search->low = low;
     search->high = &search->node[1];
-    search->rings = 0.25f * poles->p * poles->p < poles->q;
+    search->rings = rings_f32(poles);
     search->stiff = search->rings && fades_in_a_node_f32(&chain->plan->transition);
     search->limit = end_of_step_f32(chain) - chain->t;
     search->gap = gap_ahead_f32(chain);
@@ -954,7 +954,7 @@ static inline state_by_axis_f32 speeds_at_end_f32(const stance_chain_f32 *chain,
     state_by_axis_f32 speeds = {{0.0f, 0.0f, 0.0f, 0.0f}};
     speeds.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     if (alone >= 0) {
-        const alone_pair_f32 pair = alone_pair_of_f32(poles_of_f32(chain->plan, chain->mode), false);
+        const alone_pair_f32 pair = alone_pair_of_f32(poles_of_f32(chain->plan, chain->mode));
         const float side = (float)side_of_mode_f32(chain->mode, alone);
         speeds.of[HOPFORM_VELOCITY_AXIS(alone)] = side * alone_acceleration_f32(&pair, &end->alone);
         speeds.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_f32(chain, alone) * end->alone.v;

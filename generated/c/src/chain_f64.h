@@ -314,7 +314,7 @@ static inline void begin_node_search_f64(const stance_chain_f64 *chain, node_sea
     search->plan = chain->plan;
     search->low = low;
     search->high = &search->node[1];
-    search->rings = 0.25 * poles->p * poles->p < poles->q;
+    search->rings = rings_f64(poles);
     search->stiff = search->rings && fades_in_a_node_f64(&chain->plan->transition);
     search->limit = end_of_step_f64(chain) - chain->t;
     search->gap = gap_ahead_f64(chain);
@@ -954,7 +954,7 @@ static inline state_by_axis_f64 speeds_at_end_f64(const stance_chain_f64 *chain,
     state_by_axis_f64 speeds = {{0.0, 0.0, 0.0, 0.0}};
     speeds.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     if (alone >= 0) {
-        const alone_pair_f64 pair = alone_pair_of_f64(poles_of_f64(chain->plan, chain->mode), false);
+        const alone_pair_f64 pair = alone_pair_of_f64(poles_of_f64(chain->plan, chain->mode));
         const double side = (double)side_of_mode_f64(chain->mode, alone);
         speeds.of[HOPFORM_VELOCITY_AXIS(alone)] = side * alone_acceleration_f64(&pair, &end->alone);
         speeds.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_f64(chain, alone) * end->alone.v;

@@ -76,10 +76,6 @@ static hopform_poles_f32 poles_in_flight_f32(const flight_rates_f32 *rates, int 
     return limit == 0 ? pair_alone_f32(rates->p_law, rates->q_law) : pair_alone_f32(rates->p_free, 0.0f);
 }
 
-static inline alone_pair_f32 pair_in_flight_f32(const hopform_poles_f32 *poles) {
-    return alone_pair_of_f32(poles, 0.25f * poles->p * poles->p < poles->q);
-}
-
 /* The start of a phase's motion. */
 static inline alone_f32 start_in_flight_f32(const hopform_poles_f32 *poles, const hopform_flight_phase_f32 *phase) {
     const numerator_f32 h = displacement_numerator_f32(phase->v1, phase->acc1, poles);
@@ -528,7 +524,7 @@ static void begin_flight_f32(flight_chain_f32 *chain) {
  * highest. */
 static void begin_phase_f32(flight_chain_f32 *chain) {
     chain->poles = poles_in_flight_f32(&chain->rates, chain->now.limit);
-    chain->pair = pair_in_flight_f32(&chain->poles);
+    chain->pair = alone_pair_of_f32(&chain->poles);
     const float t = chain->now.t;
     chain->rate = chain->start.v2 - chain->fall * t;
     chain->height = (chain->start.x1 - chain->now.x1) + (chain->start.v2 - 0.5f * chain->fall * t) * t - chain->start.y;
@@ -755,7 +751,7 @@ static hopform_state_f32 state_of_flight_f32(const hopform_plan_f32 *plan, const
                                                const hopform_flight_phase_f32 *phase, float t) {
     hopform_state_f32 start = flight->start;
     const hopform_poles_f32 poles = poles_in_flight_f32(rates, phase->limit);
-    const alone_pair_f32 pair = pair_in_flight_f32(&poles);
+    const alone_pair_f32 pair = alone_pair_of_f32(&poles);
     const alone_f32 from = start_in_flight_f32(&poles, phase);
     const alone_f32 at = moved_in_flight_f32(&pair, &from, t - phase->t);
     start.y += flight->ground;
@@ -822,7 +818,7 @@ static void add_work_f32(hopform_flight_ledger_f32 *ledger, const hopform_plan_f
                           const hopform_flight_phase_f32 *phase, float t) {
     const hopform_robot_f32 *robot = &plan->robot;
     const hopform_poles_f32 poles = poles_in_flight_f32(rates, phase->limit);
-    const alone_pair_f32 pair = pair_in_flight_f32(&poles);
+    const alone_pair_f32 pair = alone_pair_of_f32(&poles);
     const alone_f32 start = start_in_flight_f32(&poles, phase);
     const alone_f32 at = moved_in_flight_f32(&pair, &start, t);
     const float rise = (flight->start.v2 - fall_of_f32(robot) * (phase->t + 0.5f * t)) * t;

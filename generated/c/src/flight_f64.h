@@ -76,10 +76,6 @@ static hopform_poles_f64 poles_in_flight_f64(const flight_rates_f64 *rates, int 
     return limit == 0 ? pair_alone_f64(rates->p_law, rates->q_law) : pair_alone_f64(rates->p_free, 0.0);
 }
 
-static inline alone_pair_f64 pair_in_flight_f64(const hopform_poles_f64 *poles) {
-    return alone_pair_of_f64(poles, 0.25 * poles->p * poles->p < poles->q);
-}
-
 /* The start of a phase's motion. */
 static inline alone_f64 start_in_flight_f64(const hopform_poles_f64 *poles, const hopform_flight_phase_f64 *phase) {
     const numerator_f64 h = displacement_numerator_f64(phase->v1, phase->acc1, poles);
@@ -528,7 +524,7 @@ static void begin_flight_f64(flight_chain_f64 *chain) {
  * highest. */
 static void begin_phase_f64(flight_chain_f64 *chain) {
     chain->poles = poles_in_flight_f64(&chain->rates, chain->now.limit);
-    chain->pair = pair_in_flight_f64(&chain->poles);
+    chain->pair = alone_pair_of_f64(&chain->poles);
     const double t = chain->now.t;
     chain->rate = chain->start.v2 - chain->fall * t;
     chain->height = (chain->start.x1 - chain->now.x1) + (chain->start.v2 - 0.5 * chain->fall * t) * t - chain->start.y;
@@ -755,7 +751,7 @@ static hopform_state_f64 state_of_flight_f64(const hopform_plan_f64 *plan, const
                                                const hopform_flight_phase_f64 *phase, double t) {
     hopform_state_f64 start = flight->start;
     const hopform_poles_f64 poles = poles_in_flight_f64(rates, phase->limit);
-    const alone_pair_f64 pair = pair_in_flight_f64(&poles);
+    const alone_pair_f64 pair = alone_pair_of_f64(&poles);
     const alone_f64 from = start_in_flight_f64(&poles, phase);
     const alone_f64 at = moved_in_flight_f64(&pair, &from, t - phase->t);
     start.y += flight->ground;
@@ -822,7 +818,7 @@ static void add_work_f64(hopform_flight_ledger_f64 *ledger, const hopform_plan_f
                           const hopform_flight_phase_f64 *phase, double t) {
     const hopform_robot_f64 *robot = &plan->robot;
     const hopform_poles_f64 poles = poles_in_flight_f64(rates, phase->limit);
-    const alone_pair_f64 pair = pair_in_flight_f64(&poles);
+    const alone_pair_f64 pair = alone_pair_of_f64(&poles);
     const alone_f64 start = start_in_flight_f64(&poles, phase);
     const alone_f64 at = moved_in_flight_f64(&pair, &start, t);
     const double rise = (flight->start.v2 - fall_of_f64(robot) * (phase->t + 0.5 * t)) * t;

@@ -33,6 +33,11 @@ static inline hopform_poles_f32 pair_alone_f32(float p, float q) {
     return poles;
 }
 
+/* Whether the pair rings. */
+static inline bool rings_f32(const hopform_poles_f32 *poles) {
+    return 0.25f * poles->p * poles->p < poles->q;
+}
+
 /* 1/n for n from 1 on. */
 static const float inverse_f32[] = {0.0f, HOPFORM_INVERSES_f32};
 

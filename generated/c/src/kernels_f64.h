@@ -33,6 +33,11 @@ static inline hopform_poles_f64 pair_alone_f64(double p, double q) {
     return poles;
 }
 
+/* Whether the pair rings. */
+static inline bool rings_f64(const hopform_poles_f64 *poles) {
+    return 0.25 * poles->p * poles->p < poles->q;
+}
+
 /* 1/n for n from 1 on. */
 static const double inverse_f64[] = {0.0, HOPFORM_INVERSES_f64};
 

@@ -10,9 +10,9 @@
 #include "kernels_f32.h"
 #include "model_f32.h"
 
-/* The functions that a motion is a sum of: W', W, W1 and W2, or a derivative of each. */
+/* The functions that a motion is a sum of: W', W and W1, or a derivative of each. */
 typedef struct {
-    float first, second, third, last;
+    float first, second, third;
 } parts_f32;
 
 /* A time since the start of a phase, and those functions there; their first two derivatives. */
@@ -26,10 +26,8 @@ static inline float third_of_basis_f32(const hopform_poles_f32 *poles, const bas
 }
 
 static inline propagator_f32 propagator_of_f32(const hopform_poles_f32 *poles, float t, const basis_f32 *w) {
-    const propagator_f32 at = {t,
-                                {w->Wd, w->W, w->W1, w->W2},
-                                {w->Wdd, w->Wd, w->W, w->W1},
-                                {third_of_basis_f32(poles, w), w->Wdd, w->Wd, w->W}};
+    const propagator_f32 at = {
+        t, {w->Wd, w->W, w->W1}, {w->Wdd, w->Wd, w->W}, {third_of_basis_f32(poles, w), w->Wdd, w->Wd}};
     return at;
 }
 

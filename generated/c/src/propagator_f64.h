@@ -10,9 +10,9 @@
 #include "kernels_f64.h"
 #include "model_f64.h"
 
-/* The functions that a motion is a sum of: W', W, W1 and W2, or a derivative of each. */
+/* The functions that a motion is a sum of: W', W and W1, or a derivative of each. */
 typedef struct {
-    double first, second, third, last;
+    double first, second, third;
 } parts_f64;
 
 /* A time since the start of a phase, and those functions there; their first two derivatives. */
@@ -26,10 +26,8 @@ static inline double third_of_basis_f64(const hopform_poles_f64 *poles, const ba
 }
 
 static inline propagator_f64 propagator_of_f64(const hopform_poles_f64 *poles, double t, const basis_f64 *w) {
-    const propagator_f64 at = {t,
-                                {w->Wd, w->W, w->W1, w->W2},
-                                {w->Wdd, w->Wd, w->W, w->W1},
-                                {third_of_basis_f64(poles, w), w->Wdd, w->Wd, w->W}};
+    const propagator_f64 at = {
+        t, {w->Wd, w->W, w->W1}, {w->Wdd, w->Wd, w->W}, {third_of_basis_f64(poles, w), w->Wdd, w->Wd}};
     return at;
 }
 

@@ -163,12 +163,12 @@ static inline void carry_by_rates_f32(const hopform_plan_f32 *plan, row_f32 mode
 }
 #endif
 
-/* One element slipping: in its own coordinate, from rest to rest by the response to a fourth of the time. */
+/* One element slipping: in its own coordinate. From rest to rest is half a period, four times what the series of the
+ * response reaches, so that it is doubled twice before exp and sin are asked. */
 static inline void carry_alone_f32(const hopform_plan_f32 *plan, row_f32 mode, float t, state_by_axis_f32 *change) {
     const int alone = alone_of_mode_f32(mode);
     const hopform_rates_f32 *rates = rates_in_mode_f32(plan, mode);
-    const bool rings = timescales_of_f32(plan, mode)->half_period < HOPFORM_NEVER_f32;
-    const alone_pair_f32 pair = alone_pair_of_f32(poles_of_f32(plan, mode), rings);
+    const alone_pair_f32 pair = alone_pair_of_f32(poles_of_f32(plan, mode));
     const float draw = free_slope_f32(rates, alone, change) + (alone == HOPFORM_DRIVEN_ELEMENT ? rates->a1_u : 0.0f);
     const alone_f32 from = {0.0f, 0.0f, change->of[HOPFORM_VELOCITY_AXIS(alone)], draw};
     const bool is_long = !is_short_f32(&pair, 0.5f * t) && is_short_f32(&pair, 0.25f * t);

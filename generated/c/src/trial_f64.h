@@ -163,12 +163,12 @@ static inline void carry_by_rates_f64(const hopform_plan_f64 *plan, row_f64 mode
 }
 #endif
 
-/* One element slipping: in its own coordinate, from rest to rest by the response to a fourth of the time. */
+/* One element slipping: in its own coordinate. From rest to rest is half a period, four times what the series of the
+ * response reaches, so that it is doubled twice before exp and sin are asked. */
 static inline void carry_alone_f64(const hopform_plan_f64 *plan, row_f64 mode, double t, state_by_axis_f64 *change) {
     const int alone = alone_of_mode_f64(mode);
     const hopform_rates_f64 *rates = rates_in_mode_f64(plan, mode);
-    const bool rings = timescales_of_f64(plan, mode)->half_period < HOPFORM_NEVER_f64;
-    const alone_pair_f64 pair = alone_pair_of_f64(poles_of_f64(plan, mode), rings);
+    const alone_pair_f64 pair = alone_pair_of_f64(poles_of_f64(plan, mode));
     const double draw = free_slope_f64(rates, alone, change) + (alone == HOPFORM_DRIVEN_ELEMENT ? rates->a1_u : 0.0);
     const alone_f64 from = {0.0, 0.0, change->of[HOPFORM_VELOCITY_AXIS(alone)], draw};
     const bool is_long = !is_short_f64(&pair, 0.5 * t) && is_short_f64(&pair, 0.25 * t);

@@ -36,7 +36,8 @@ typedef struct {
     real t, s, v, draw;
 } alone_real;
 
-static inline alone_pair_real alone_pair_of_real(const hopform_poles_real *poles, bool rings) {
+static inline alone_pair_real alone_pair_of_real(const hopform_poles_real *poles) {
+    const bool rings = rings_real(poles);
     const alone_pair_real pair = {poles, poles->p, poles->q, rings ? poles->q : poles->p * poles->p, rings};
     return pair;
 }
@@ -189,7 +190,7 @@ typedef struct {
 /* A search of which nothing is known but how the element moves. */
 static inline void begin_alone_search_real(alone_search_real *search, int element, const hopform_poles_real *poles,
                                            real half_period) {
-    search->pair = alone_pair_of_real(poles, half_period < HOPFORM_NEVER_real);
+    search->pair = alone_pair_of_real(poles);
     search->half_period = half_period;
     search->element = element;
     search->rest_time = HOPFORM_NEVER_real;

@@ -314,7 +314,7 @@ static inline void begin_node_search_real(const stance_chain_real *chain, node_s
     search->plan = chain->plan;
     search->low = low;
     search->high = &search->node[1];
-    search->rings = 0.25 * poles->p * poles->p < poles->q;
+    search->rings = rings_real(poles);
     search->stiff = search->rings && fades_in_a_node_real(&chain->plan->transition);
     search->limit = end_of_step_real(chain) - chain->t;
     search->gap = gap_ahead_real(chain);
@@ -954,7 +954,7 @@ static inline state_by_axis_real speeds_at_end_real(const stance_chain_real *cha
     state_by_axis_real speeds = {{0.0, 0.0, 0.0, 0.0}};
     speeds.of[HOPFORM_POSITION_AXIS] = chain->at.of[HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT)];
     if (alone >= 0) {
-        const alone_pair_real pair = alone_pair_of_real(poles_of_real(chain->plan, chain->mode), false);
+        const alone_pair_real pair = alone_pair_of_real(poles_of_real(chain->plan, chain->mode));
         const real side = (real)side_of_mode_real(chain->mode, alone);
         speeds.of[HOPFORM_VELOCITY_AXIS(alone)] = side * alone_acceleration_real(&pair, &end->alone);
         speeds.of[HOPFORM_STRETCH_AXIS] = stretch_by_displacement_real(chain, alone) * end->alone.v;

@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: MIT-0
  *
- * An event function g of a phase, its jet, what rounding has done to it, and where it has a root: predicted, then
- * located.
+ * A function g of a phase, its jet, and what rounding has done to it; steps towards a root. Minima of the contact force
+ * are looked for on it; of events it has the owners and what a value on a threshold is.
  *
  *     g(t) = start + H3 W' + H2 W + H1 W1        W, its derivative and integral: those of the phase's poles
- *
- * g is positive right after the start of the phase, and an event is its first root.
  */
 #ifndef HOPFORM_EVENT_FUNCTION_H_real
 #define HOPFORM_EVENT_FUNCTION_H_real
@@ -100,7 +98,7 @@ ALWAYS_real jet_real jet_at_real(const hopform_poles_real *poles, const event_fu
                                  const propagator_real *at) {
     const parts_real *w = &at->curvature;
     const real fourth = -(poles->s_1 * w->first + poles->s_2 * w->second + poles->s_3 * w->third);
-    const parts_real third = {fourth, w->first, w->second, w->third};
+    const parts_real third = {fourth, w->first, w->second};
     const jet_real jet = {value_at_real(g, at), sum_of_real(g, &at->rate), sum_of_real(g, w), sum_of_real(g, &third)};
     return jet;
 }

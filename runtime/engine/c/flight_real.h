@@ -76,10 +76,6 @@ static hopform_poles_real poles_in_flight_real(const flight_rates_real *rates, i
     return limit == 0 ? pair_alone_real(rates->p_law, rates->q_law) : pair_alone_real(rates->p_free, 0.0);
 }
 
-static inline alone_pair_real pair_in_flight_real(const hopform_poles_real *poles) {
-    return alone_pair_of_real(poles, 0.25 * poles->p * poles->p < poles->q);
-}
-
 /* The start of a phase's motion. */
 static inline alone_real start_in_flight_real(const hopform_poles_real *poles, const hopform_flight_phase_real *phase) {
     const numerator_real h = displacement_numerator_real(phase->v1, phase->acc1, poles);
@@ -528,7 +524,7 @@ static void begin_flight_real(flight_chain_real *chain) {
  * highest. */
 static void begin_phase_real(flight_chain_real *chain) {
     chain->poles = poles_in_flight_real(&chain->rates, chain->now.limit);
-    chain->pair = pair_in_flight_real(&chain->poles);
+    chain->pair = alone_pair_of_real(&chain->poles);
     const real t = chain->now.t;
     chain->rate = chain->start.v2 - chain->fall * t;
     chain->height = (chain->start.x1 - chain->now.x1) + (chain->start.v2 - 0.5 * chain->fall * t) * t - chain->start.y;
@@ -755,7 +751,7 @@ static hopform_state_real state_of_flight_real(const hopform_plan_real *plan, co
                                                const hopform_flight_phase_real *phase, real t) {
     hopform_state_real start = flight->start;
     const hopform_poles_real poles = poles_in_flight_real(rates, phase->limit);
-    const alone_pair_real pair = pair_in_flight_real(&poles);
+    const alone_pair_real pair = alone_pair_of_real(&poles);
     const alone_real from = start_in_flight_real(&poles, phase);
     const alone_real at = moved_in_flight_real(&pair, &from, t - phase->t);
     start.y += flight->ground;
@@ -822,7 +818,7 @@ static void add_work_real(hopform_flight_ledger_real *ledger, const hopform_plan
                           const hopform_flight_phase_real *phase, real t) {
     const hopform_robot_real *robot = &plan->robot;
     const hopform_poles_real poles = poles_in_flight_real(rates, phase->limit);
-    const alone_pair_real pair = pair_in_flight_real(&poles);
+    const alone_pair_real pair = alone_pair_of_real(&poles);
     const alone_real start = start_in_flight_real(&poles, phase);
     const alone_real at = moved_in_flight_real(&pair, &start, t);
     const real rise = (flight->start.v2 - fall_of_real(robot) * (phase->t + 0.5 * t)) * t;

@@ -33,6 +33,11 @@ static inline hopform_poles_real pair_alone_real(real p, real q) {
     return poles;
 }
 
+/* Whether the pair rings. */
+static inline bool rings_real(const hopform_poles_real *poles) {
+    return 0.25 * poles->p * poles->p < poles->q;
+}
+
 /* 1/n for n from 1 on. */
 static const real inverse_real[] = {0.0, HOPFORM_INVERSES_real};
 

@@ -10,9 +10,9 @@
 #include "kernels_real.h"
 #include "model_real.h"
 
-/* The functions that a motion is a sum of: W', W, W1 and W2, or a derivative of each. */
+/* The functions that a motion is a sum of: W', W and W1, or a derivative of each. */
 typedef struct {
-    real first, second, third, last;
+    real first, second, third;
 } parts_real;
 
 /* A time since the start of a phase, and those functions there; their first two derivatives. */
@@ -26,10 +26,8 @@ static inline real third_of_basis_real(const hopform_poles_real *poles, const ba
 }
 
 static inline propagator_real propagator_of_real(const hopform_poles_real *poles, real t, const basis_real *w) {
-    const propagator_real at = {t,
-                                {w->Wd, w->W, w->W1, w->W2},
-                                {w->Wdd, w->Wd, w->W, w->W1},
-                                {third_of_basis_real(poles, w), w->Wdd, w->Wd, w->W}};
+    const propagator_real at = {
+        t, {w->Wd, w->W, w->W1}, {w->Wdd, w->Wd, w->W}, {third_of_basis_real(poles, w), w->Wdd, w->Wd}};
     return at;
 }
 

@@ -163,12 +163,12 @@ static inline void carry_by_rates_real(const hopform_plan_real *plan, row_real m
 }
 #endif
 
-/* One element slipping: in its own coordinate, from rest to rest by the response to a fourth of the time. */
+/* One element slipping: in its own coordinate. From rest to rest is half a period, four times what the series of the
+ * response reaches, so that it is doubled twice before exp and sin are asked. */
 static inline void carry_alone_real(const hopform_plan_real *plan, row_real mode, real t, state_by_axis_real *change) {
     const int alone = alone_of_mode_real(mode);
     const hopform_rates_real *rates = rates_in_mode_real(plan, mode);
-    const bool rings = timescales_of_real(plan, mode)->half_period < HOPFORM_NEVER_real;
-    const alone_pair_real pair = alone_pair_of_real(poles_of_real(plan, mode), rings);
+    const alone_pair_real pair = alone_pair_of_real(poles_of_real(plan, mode));
     const real draw = free_slope_real(rates, alone, change) + (alone == HOPFORM_DRIVEN_ELEMENT ? rates->a1_u : 0.0);
     const alone_real from = {0.0, 0.0, change->of[HOPFORM_VELOCITY_AXIS(alone)], draw};
     const bool is_long = !is_short_real(&pair, 0.5 * t) && is_short_real(&pair, 0.25 * t);
