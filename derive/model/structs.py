@@ -203,13 +203,24 @@ OUTPUT = Struct("Output", "A column that is written; `first` may be NULL where i
 def stances_in(robot: Record) -> Struct:
     """Where a batch reads, with a column for each parameter of the robot."""
     fields = len(robot.quantities)
-    return Struct("StancesIn", "Where robots, states at the start, inputs and longest times are read.").of(
+    return Struct(
+        "StancesIn", "Where robots, states at the start, inputs and longest times are read; what is asked."
+    ).of(
         Member(
             "robot", "Input", "HOPFORM_ROBOT_FIELDS, in the order of the robot's members", count=fields, is_array=True
         ),
         *of_quantities((*STATE.quantities, CURRENT), "Input"),
         Member("horizon", "Input", "", "s"),
         Member("max_phases", "int32"),
+        Member(
+            "step_count", "int32", "steps of the input of each stance; 0 and 1 are one from 0 on without step_times"
+        ),
+        Member("step_stride", "ptrdiff", "bytes from the input of a step to that of the next one"),
+        Member("step_times", "const real *", "when each begins, in all stances alike; NULL for one at 0", "s"),
+        Member("times", "const real *", "of states and tangents, in all stances alike; in order for tangents", "s"),
+        Member("columns", "const int32 *", "of derivatives; NULL for all of the model"),
+        Member("time_count", "int32"),
+        Member("column_count", "int32"),
     )
 
 
@@ -220,17 +231,24 @@ STANCES_OUT = Struct("StancesOut", "Where results and states at the ending go; N
     Member("apex", "Output", "hop height of the apex; NaN without take-off, and where g = 0", "m"),
     Member("aed", "Output", "analytical energy delta", "J"),
     Member("event_count", "Output", "int32_t"),
-    Member("phases", "Phase *", "where one stance after the other is solved; NULL where no events are wanted"),
+    Member("phases", "Phase *", "where one stance after the other is solved; NULL where nothing of it is read"),
     Member("phase_capacity", "int32"),
     Member("event_time", "real *", "event_capacity a stance, NaN behind its last; NULL if no events are wanted", "s"),
     Member("event_kind", "int8 *", "HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last"),
     Member("event_capacity", "int32"),
+    Member("steps", "Step *", "where the steps of one stance after the other are put; NULL without step_times"),
+    Member("states", "State *", "time_count a stance, NaN behind its ending; NULL if not wanted"),
+    Member("sensitivities", "real *", "a matrix a stance, NaN where there is none; NULL if not wanted"),
+    Member("tangents", "real *", "time_count matrices a stance, NaN behind its ending; NULL if not wanted"),
+    Member("reading_status", "int32 *", "of what is read of each stance, and of its sensitivities; NULL if not wanted"),
+    Member("tangent_status", "int32 *", "HOPFORM_NO_DERIVATIVE where an event before the times grazes; NULL likewise"),
+    Member("compressions", "real *", "the largest one of each stance; NULL if not wanted", "m"),
 )
 
 
 OF_CONTACT = ("Target", "Command", "Trial", "Search", "FlightPhase", "Flight", "Detector", "Contact")
 """Structs of models with a contact alone: of the controller, of flights and of touchdown's detection."""
-ENDING_OF_CONTACT = ("apex", "aed")
+ENDING_OF_CONTACT = ("apex", "aed", "compressions")
 """Members of what is solved that a contact brings."""
 
 

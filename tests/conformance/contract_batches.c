@@ -25,8 +25,11 @@ enum {
     RESULTS = 9,
     EVENTS = 2,
     PHASES = 8,
-    MATRIX = HOPFORM_SENSITIVITY_ROWS * HOPFORM_SENSITIVITY_COLUMNS,
-    WRITTEN = RESULTS + 3, /* with times and kinds of events, and the buffer of phases */
+    STEPS = 2,
+    TIMES = 2,
+    COLUMNS = 3,
+    LISTS = 10, /* what has no column: events, phases, steps, and what is read of each stance */
+    WRITTEN = RESULTS + LISTS,
     BYTES = 4096,
     MIDDLE = 2048,
     POISON = 0xa5
@@ -51,8 +54,14 @@ typedef struct {
     real event_time[COUNT * EVENTS];
     int8_t event_kind[COUNT * EVENTS];
     OF(phase) phases[PHASES];
-    real matrices[COUNT][MATRIX];
-    int32_t status[COUNT];
+    OF(step) steps[STEPS];
+    OF(state) states[COUNT * TIMES];
+    real matrices[COUNT * HOPFORM_SENSITIVITY_ROWS * COLUMNS];
+    real tangents[COUNT * TIMES * HOPFORM_TANGENT_ROWS * COLUMNS];
+    int32_t status[COUNT], tangent_status[COUNT];
+    real compressions[COUNT];
+    real step_times[STEPS], times[TIMES];
+    int32_t columns[COLUMNS];
 } batch;
 
 static union {
@@ -88,6 +97,46 @@ static size_t size_of_result(int n)
     return n < 2 ? sizeof(int32_t) : sizeof(real);
 }
 
+/* A list: what is written for each stance, or one memory for all of them. */
+enum { BUFFER = 2, WORK = 3, STATUS = 7, TANGENT_STATUS = 8 };
+
+static const size_t size_of_list[LISTS] = {
+    EVENTS * sizeof(real),
+    EVENTS,
+    PHASES * sizeof(OF(phase)),
+    STEPS * sizeof(OF(step)),
+    TIMES * sizeof(OF(state)),
+    HOPFORM_SENSITIVITY_ROWS * COLUMNS * sizeof(real),
+    TIMES * HOPFORM_TANGENT_ROWS * COLUMNS * sizeof(real),
+    sizeof(int32_t),
+    sizeof(int32_t),
+    sizeof(real),
+};
+
+static void *list_of(const batch *b, int n)
+{
+    void *const lists[LISTS] = {b->out.event_time,     b->out.event_kind,     b->out.phases,        b->out.steps,
+                                b->out.states,         b->out.sensitivities,  b->out.tangents,      b->out.reading_status,
+                                b->out.tangent_status, b->out.compressions};
+    return lists[n];
+}
+
+static void put_list(batch *b, int n, void *place)
+{
+    switch (n) {
+    case 0: b->out.event_time = (real *)place; break;
+    case 1: b->out.event_kind = (int8_t *)place; break;
+    case 2: b->out.phases = (OF(phase) *)place; break;
+    case 3: b->out.steps = (OF(step) *)place; break;
+    case 4: b->out.states = (OF(state) *)place; break;
+    case 5: b->out.sensitivities = (real *)place; break;
+    case 6: b->out.tangents = (real *)place; break;
+    case 7: b->out.reading_status = (int32_t *)place; break;
+    case 8: b->out.tangent_status = (int32_t *)place; break;
+    default: b->out.compressions = (real *)place; break;
+    }
+}
+
 static void separate(batch *b)
 {
     memset(b, POISON, sizeof *b);
@@ -108,6 +157,27 @@ static void separate(batch *b)
     b->out.event_time = b->event_time;
     b->out.event_kind = b->event_kind;
     b->out.event_capacity = EVENTS;
+    b->out.steps = b->steps;
+    b->out.states = b->states;
+    b->out.sensitivities = b->matrices;
+    b->out.tangents = b->tangents;
+    b->out.reading_status = b->status;
+    b->out.tangent_status = b->tangent_status;
+    b->out.compressions = b->compressions;
+    b->step_times[0] = 0;
+    b->step_times[1] = 0.05f;
+    b->times[0] = 0.02f;
+    b->times[1] = 0.1f;
+    b->columns[0] = 4;
+    b->columns[1] = HOPFORM_COLUMN_OF_STEP_TIME(1);
+    b->columns[2] = HOPFORM_COLUMN_OF_STEP(1);
+    b->in.step_count = STEPS;
+    b->in.step_stride = 0; /* of the same input */
+    b->in.step_times = b->step_times;
+    b->in.times = b->times;
+    b->in.time_count = TIMES;
+    b->in.columns = b->columns;
+    b->in.column_count = COLUMNS;
 }
 
 static int32_t code(const void *place)
@@ -137,10 +207,17 @@ static int is_refused(batch *b, int32_t status, int without)
             }
         }
     }
-    for (int n = 0; n < COUNT * EVENTS; n++) {
-        safe = safe && (b->out.event_time == NULL || without == RESULTS || is_nan(&b->out.event_time[n]));
-        safe =
-            safe && (b->out.event_kind == NULL || without == RESULTS + 1 || b->out.event_kind[n] == HOPFORM_EVENT_NONE);
+    for (int n = 0; n < LISTS; n++) {
+        const char *place = (const char *)list_of(b, n);
+        const size_t size = n == 1 ? 1 : n == STATUS || n == TANGENT_STATUS ? sizeof(int32_t) : sizeof(real);
+        for (size_t at = 0; place != NULL && n != BUFFER && n != WORK && without != RESULTS + n
+                            && at < COUNT * size_of_list[n];
+             at += size) {
+            safe = safe
+                   && (n == 1                                   ? place[at] == HOPFORM_EVENT_NONE
+                       : n == STATUS || n == TANGENT_STATUS ? code(place + at) == status
+                                                            : is_nan(place + at));
+        }
     }
     return safe;
 }
@@ -148,10 +225,14 @@ static int is_refused(batch *b, int32_t status, int without)
 /* Whether the results are those of separate memory, bit for bit. */
 static int is_same(batch *b, batch *other)
 {
-    int same = memcmp(b->out.event_kind, other->out.event_kind, COUNT * EVENTS) == 0;
-    for (int n = 0; n < COUNT * EVENTS; n++) {
-        const int none = is_nan(&b->out.event_time[n]) && is_nan(&other->out.event_time[n]);
-        same = same && (none || memcmp(&b->out.event_time[n], &other->out.event_time[n], sizeof(real)) == 0);
+    int same = 1;
+    for (int n = 0; n < LISTS; n++) {
+        const char *one = (const char *)list_of(b, n), *two = (const char *)list_of(other, n);
+        const size_t size = n == 1 || n == STATUS || n == TANGENT_STATUS ? 1 : sizeof(real);
+        for (size_t at = 0; n != BUFFER && n != WORK && at < COUNT * size_of_list[n]; at += size) {
+            const int none = size == sizeof(real) && is_nan(one + at) && is_nan(two + at);
+            same = same && (none || memcmp(one + at, two + at, size) == 0);
+        }
     }
     for (int n = 0; n < RESULTS; n++) {
         for (int i = 0; i < COUNT; i++) {
@@ -179,8 +260,14 @@ static void no_pointer(void)
     holds(OF(solve_stances)(COUNT, NULL, NULL) == HOPFORM_ERROR_NULL, "nothing", 0, 0);
     holds(OF(solve_stances)(COUNT, &apart.in, NULL) == HOPFORM_ERROR_NULL, "no results", 0, 0);
     separate(&b);
-    holds(OF(solve_stances)(COUNT, NULL, &b.out) == HOPFORM_ERROR_NULL && is_refused(&b, HOPFORM_ERROR_NULL, -1),
-          "no inputs", 0, 0);
+    memset(b.states, 0, sizeof b.states);
+    memset(b.matrices, 0, sizeof b.matrices);
+    memset(b.tangents, 0, sizeof b.tangents);
+    holds(OF(solve_stances)(COUNT, NULL, &b.out) == HOPFORM_ERROR_NULL, "no inputs", 0, 0);
+    holds(!is_nan(b.states) && !is_nan(b.matrices) && !is_nan(b.tangents), "lists of unknown length are written", 0, 0);
+    b.out.states = NULL;
+    b.out.sensitivities = b.out.tangents = NULL;
+    holds(is_refused(&b, HOPFORM_ERROR_NULL, -1), "no inputs, not safe", 0, 0);
     holds(b.read[READ - 1][COUNT - 1] == numbers[READ - 1], "what lies before the results is changed", 0, 0);
     struct {
         OF(stances_out) out;
@@ -205,8 +292,24 @@ static void no_pointer(void)
         output_of(&b, n)->first = apart.results[n];
         holds(is_same(&b, &apart), "a column of results is NULL: the others", n, 0);
     }
+    for (int n = 4; n < LISTS; n++) {
+        separate(&b);
+        put_list(&b, n, NULL);
+        holds(solve(&b) == HOPFORM_OK, "a list is not wanted", n, 0);
+        put_list(&b, n, list_of(&apart, n));
+        if (n == 5 || n == 6) { /* of what else is read the status stays */
+            b.out.reading_status = n == 5 ? apart.status : b.status;
+            b.out.tangent_status = n == 6 ? apart.tangent_status : b.tangent_status;
+        }
+        holds(is_same(&b, &apart), "a list is not wanted: the others", n, 0);
+    }
     for (int mask = 1; mask < 8; mask++) {
         separate(&b);
+        for (int n = 3; n < LISTS; n++) {
+            put_list(&b, n, NULL);
+        }
+        b.in.step_times = NULL;
+        b.in.step_count = mask & 1;
         b.out.phases = (mask & 1) != 0 ? NULL : b.phases;
         b.out.event_time = (mask & 2) != 0 ? NULL : b.event_time;
         b.out.event_kind = (mask & 4) != 0 ? NULL : b.event_kind;
@@ -233,6 +336,11 @@ static void no_room(void)
         for (int n = 0; n < RESULTS; n++) {
             output_of(&b, n)->first = NULL;
         }
+        for (int n = 0; n < LISTS; n++) {
+            put_list(&b, n, NULL);
+        }
+        b.in.step_times = NULL;
+        b.in.step_count = 0;
         b.out.status.first = endings;
         b.out.event_time = times;
         b.out.event_kind = kinds;
@@ -245,54 +353,64 @@ static void no_room(void)
     }
 }
 
-/* What reads each stance: its derivatives or its compression, in `each` numbers. */
-typedef struct {
-    const char *name;
-    int32_t (*call)(int64_t count, const OF(stances_in) *in, OF(phase) *phases, int32_t capacity, real *numbers,
-                    int32_t *status);
-    int each;
-} reading;
-
-static const reading readings[2] = {{"derivatives", OF(stances_sensitivities), MATRIX},
-                                    {"compressions", OF(stances_compressions), 1}};
-
-/* Every number is NaN and every status the refusal, but in the buffer, the numbers or the statuses that are left out. */
-static int are_refused(const batch *b, const reading *of, int32_t status, int without)
-{
-    int safe = 1;
-    for (int n = 0; without != 1 && n < COUNT * of->each; n++) {
-        safe = safe && isnan(b->matrices[n / MATRIX][n % MATRIX]);
-    }
-    for (int i = 0; without != 2 && i < COUNT; i++) {
-        safe = safe && b->status[i] == status;
-    }
-    return safe;
-}
-
-static void no_pointer_to_a_reading(const reading *of)
+/* What is asked is refused: every result says so. */
+static void is_asked_wrongly(void (*spoil)(batch *b), int32_t status, int which)
 {
     static batch b;
-    for (int mask = 0; mask < 16; mask++) {
-        separate(&b);
-        const int32_t status =
-            of->call(COUNT, (mask & 1) != 0 ? NULL : &b.in, (mask & 2) != 0 ? NULL : b.phases, PHASES,
-                     (mask & 4) != 0 ? NULL : b.matrices[0], (mask & 8) != 0 ? NULL : b.status);
-        holds(status == (mask == 0 ? HOPFORM_OK : HOPFORM_ERROR_NULL), of->name, mask, status);
-        if ((mask & 4) != 0) {
-            memset(b.matrices, 0xff, sizeof b.matrices);
-        }
-        for (int i = 0; (mask & 8) != 0 && i < COUNT; i++) {
-            b.status[i] = HOPFORM_ERROR_NULL;
-        }
-        holds(mask == 0 || are_refused(&b, of, HOPFORM_ERROR_NULL, 0), "a reading, mask of NULL, not safe", mask, 0);
+    separate(&b);
+    spoil(&b);
+    const int32_t found = solve(&b);
+    holds(found == status, "what is asked, status", which, found);
+    if (b.in.time_count == TIMES && b.in.column_count == COLUMNS && b.in.columns != NULL) { /* as long as its lists are */
+        holds(is_refused(&b, status, -1), "what is asked, not safe", which, status);
     }
-    for (int n = 0; n < READ; n++) {
-        separate(&b);
-        input_of(&b, n)->first = NULL;
-        holds(of->call(COUNT, &b.in, b.phases, PHASES, b.matrices[0], b.status) == HOPFORM_ERROR_NULL,
-              "a reading, a column is NULL", n, 0);
-        holds(are_refused(&b, of, HOPFORM_ERROR_NULL, 0), "a reading, a column is NULL, not safe", n, 0);
+}
+
+static void no_memory_of_steps(batch *b) { b->out.steps = NULL; }
+static void no_times_of_steps(batch *b) { b->in.step_times = NULL; }
+static void no_steps(batch *b) { b->in.step_count = 0; }
+static void less_than_no_steps(batch *b) { b->in.step_count = -3; }
+static void too_many_steps(batch *b) { b->in.step_count = HOPFORM_MOST_STEPS + 1; }
+static void late_steps(batch *b) { b->step_times[0] = 0.01f; }
+static void no_times(batch *b) { b->in.times = NULL; }
+static void times_before(batch *b) { b->times[0] = -0.1f; }
+static void times_of_no_number(batch *b) { b->times[1] = (real)NAN; }
+static void times_without_end(batch *b) { b->times[1] = (real)INFINITY; }
+static void times_back(batch *b) { b->times[1] = 0.01f; }
+static void less_than_no_times(batch *b) { b->in.time_count = -1; }
+static void no_column(batch *b) { b->columns[1] = HOPFORM_COLUMN_OF_STEP_TIME(0); }
+static void less_than_no_column(batch *b) { b->in.column_count = -1; }
+
+static void times_back_without_tangents(batch *b)
+{
+    b->times[1] = 0.01f;
+    b->out.tangents = NULL;
+}
+
+static void asked(void)
+{
+    static const struct {
+        void (*spoil)(batch *b);
+        int32_t status;
+    } cases[] = {
+        {no_memory_of_steps, HOPFORM_ERROR_NULL},   {no_times_of_steps, HOPFORM_ERROR_NULL},
+        {no_steps, HOPFORM_ERROR_STEPS},            {less_than_no_steps, HOPFORM_ERROR_STEPS},
+        {too_many_steps, HOPFORM_ERROR_STEPS},      {no_times, HOPFORM_ERROR_NULL},
+        {times_before, HOPFORM_ERROR_TIME},         {times_of_no_number, HOPFORM_ERROR_TIME},
+        {times_without_end, HOPFORM_ERROR_TIME},    {times_back, HOPFORM_ERROR_TIME},
+        {less_than_no_times, HOPFORM_ERROR_TIME},   {no_column, HOPFORM_ERROR_COLUMNS},
+        {less_than_no_column, HOPFORM_ERROR_COLUMNS},
+    };
+    for (int n = 0; n < (int)(sizeof cases / sizeof cases[0]); n++) {
+        is_asked_wrongly(cases[n].spoil, cases[n].status, n);
     }
+    static batch b;
+    separate(&b);
+    times_back_without_tangents(&b);
+    holds(solve(&b) == HOPFORM_OK && b.status[0] == HOPFORM_OK, "states back in time", 0, 0);
+    separate(&b);
+    late_steps(&b);
+    holds(solve(&b) == HOPFORM_OK && is_refused(&b, HOPFORM_ERROR_STEPS, -1), "steps that begin late", 0, 0);
 }
 
 /* ---- overlap ---- */
@@ -323,16 +441,11 @@ static elements place_output(batch *b, int m, ptrdiff_t stride)
         made.size = size_of_result(m);
         output_of(b, m)->first = made.first;
         output_of(b, m)->stride = stride;
-    } else if (m == RESULTS) {
-        made.stride = (ptrdiff_t)(made.size = EVENTS * sizeof(real));
-        b->out.event_time = (real *)(void *)made.first;
-    } else if (m == RESULTS + 1) {
-        made.stride = (ptrdiff_t)(made.size = EVENTS);
-        b->out.event_kind = (int8_t *)(void *)made.first;
     } else {
-        made.stride = 0;
-        made.size = PHASES * sizeof(OF(phase));
-        b->out.phases = (OF(phase) *)(void *)made.first;
+        const int is_shared = m == RESULTS + BUFFER || m == RESULTS + WORK;
+        made.size = size_of_list[m - RESULTS];
+        made.stride = is_shared ? 0 : (ptrdiff_t)made.size;
+        put_list(b, m - RESULTS, made.first);
     }
     return made;
 }
@@ -401,13 +514,9 @@ static void over_the_structs(void)
             char *place = which == 0 ? (char *)&b.in : (char *)&b.out;
             if (m < RESULTS) {
                 output_of(&b, m)->first = place;
-            } else if (m == RESULTS) {
-                b.out.event_time = (real *)(void *)place;
-            } else if (m == RESULTS + 1) {
-                b.out.event_kind = (int8_t *)place;
             } else {
-                b.out.phases = (OF(phase) *)(void *)place;
-                b.out.phase_capacity = 2; /* which fit into either struct */
+                put_list(&b, m - RESULTS, place);
+                b.out.phase_capacity = m == RESULTS + BUFFER ? 2 : PHASES; /* which fit into either struct */
             }
             const OF(stances_out) given = b.out;
             holds(to.size > 0 && solve(&b) == HOPFORM_ERROR_OVERLAP, "results over a struct", m, which);
@@ -419,30 +528,38 @@ static void over_the_structs(void)
     }
 }
 
-static void overlaps_of_a_reading(const reading *of)
+/* Results over what all stances share, and between the inputs of a stance's steps. */
+static void over_what_is_asked(void)
 {
     static batch b;
-    for (int n = 0; n < READ; n++) {
-        for (int m = 0; m < 3; m++) {
+    for (int m = 0; m < WRITTEN; m++) {
+        for (int which = 0; which < 3; which++) {
             separate(&b);
-            const void *const inside = m == 0   ? (const void *)b.phases
-                                       : m == 1 ? (const void *)(b.matrices[0] + COUNT * of->each - 1)
-                                                : (const void *)b.status;
-            real before;
-            memcpy(&before, inside, sizeof before);
-            input_of(&b, n)->first = inside;
-            input_of(&b, n)->stride = 0;
-            holds(of->call(COUNT, &b.in, b.phases, PHASES, b.matrices[0], b.status) == HOPFORM_ERROR_OVERLAP, of->name,
-                  n, m);
-            holds(are_refused(&b, of, HOPFORM_ERROR_OVERLAP, m), "a reading, overlap, not safe", n, m);
-            holds(memcmp(&before, inside, sizeof before) == 0, "a refused reading writes to an input", n, m);
+            memset(&arena, POISON, sizeof arena);
+            const elements to = place_output(&b, m, m < RESULTS ? (ptrdiff_t)size_of_result(m) : 0);
+            void *const place = to.first + (which == 0 ? to.size - 1 : 0) / sizeof(real) * sizeof(real);
+            memcpy(place, which == 0 ? (void *)b.step_times : which == 1 ? (void *)b.times : (void *)b.columns,
+                   which == 2 ? sizeof b.columns : sizeof b.times);
+            b.in.step_times = which == 0 ? (const real *)place : b.step_times;
+            b.in.times = which == 1 ? (const real *)place : b.times;
+            b.in.columns = which == 2 ? (const int32_t *)place : b.columns;
+            const real before = *(const real *)place;
+            holds(solve(&b) == HOPFORM_ERROR_OVERLAP, "results over what is asked", m, which);
+            holds(memcmp(&before, place, sizeof before) == 0, "a refusal writes to what is asked", m, which);
+            holds(is_refused(&b, HOPFORM_ERROR_OVERLAP, m), "results over what is asked, not safe", m, which);
         }
     }
-    separate(&b);
-    const OF(stances_in) in = b.in;
-    holds(of->call(COUNT, &b.in, b.phases, PHASES, b.matrices[0], (int32_t *)(void *)&b.in) == HOPFORM_ERROR_OVERLAP
-              && memcmp(&b.in, &in, sizeof in) == 0,
-          "a reading, a status over the struct", 0, 0);
+    for (int back = 0; back < 2; back++) {
+        real inputs[3] = {2.0f, 7.0f, 2.0f};
+        separate(&b);
+        b.in.u.first = &inputs[back != 0 ? 2 : 0];
+        b.in.u.stride = 0;
+        b.in.step_stride = (back != 0 ? -2 : 2) * (ptrdiff_t)sizeof(real);
+        holds(solve(&b) == HOPFORM_OK, "inputs of steps", back, 0);
+        b.out.compressions = &inputs[1];
+        holds(OF(solve_stances)(1, &b.in, &b.out) == HOPFORM_ERROR_OVERLAP && inputs[1] >= 7.0f,
+              "a result between the inputs of steps", back, 0);
+    }
 }
 
 int main(void)
@@ -451,10 +568,8 @@ int main(void)
     no_room();
     overlaps();
     over_the_structs();
-    for (int n = 0; n < 2; n++) {
-        no_pointer_to_a_reading(&readings[n]);
-        overlaps_of_a_reading(&readings[n]);
-    }
+    asked();
+    over_what_is_asked();
     printf("%d checks, wrong %d\n", (int)checks, wrong);
     return wrong > 0;
 }

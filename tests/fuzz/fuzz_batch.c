@@ -46,6 +46,8 @@ static void solve(const inputs *from, int32_t first, int one_robot, int32_t coun
     T(stances_in) in;
     T(stances_out) out;
     memset(to, 0, sizeof *to);
+    memset(&in, 0, sizeof in);
+    memset(&out, 0, sizeof out);
     for (int n = 0; n < ROBOT; n++) {
         in.robot[n] = column(&from->robot[first][n], one_robot ? 0 : sizeof from->robot[0]);
     }

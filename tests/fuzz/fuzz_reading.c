@@ -23,12 +23,12 @@ static void read_stance(const T(plan) *plan, const T(step) *step, const T(stance
     static real *const rows[4] = {columns[0], columns[1], columns[2], columns[3]};
     const real times[2] = {early, stance->duration};
     T(state) states[2];
-    const int32_t status = T(stance_sensitivities)(plan, step, phases, stance, matrix);
+    const int32_t status = T(stance_sensitivities)(plan, step, phases, stance, NULL, 0, matrix);
     must(status == HOPFORM_OK || status == HOPFORM_NO_DERIVATIVE || status == HOPFORM_ERROR_TIME);
     for (int n = 0; n < MATRIX; n++) {
         must(isfinite(matrix[n]) && (status == HOPFORM_OK || !(fabs(matrix[n]) > 0)));
     }
-    const int32_t tangent = T(stance_tangents)(plan, step, phases, stance, times, 2, states, tangents);
+    const int32_t tangent = T(stance_tangents)(plan, step, phases, stance, NULL, 0, times, 2, states, tangents);
     must(tangent == HOPFORM_OK || tangent == HOPFORM_NO_DERIVATIVE || tangent == HOPFORM_ERROR_TIME);
     const int32_t stated =
         T(stance_states)(plan, step, phases, stance, times, 2, rows);

@@ -76,23 +76,49 @@ enum {
     HOPFORM_RESULTS_f32 = HOPFORM_SENSITIVITY_ROWS + 2
 };
 
+/* An array that all stances share, or one after the other works in. */
+static inline elements_f32 shared_f32(const void *first, int32_t count, size_t size) {
+    const elements_f32 elements = {first, 0, first != NULL && count > 0 ? (size_t)count * size : 0};
+    return elements;
+}
+
+/* Steps that may be read: none where there are too many. */
+static inline int32_t steps_of_f32(const hopform_stances_in_f32 *in) {
+    return in->step_count <= HOPFORM_MOST_STEPS ? in->step_count : 0;
+}
+
+/* From the first to the last input of a stance's steps: nothing may be written between them either. */
+static inline elements_f32 inputs_of_steps_f32(const hopform_stances_in_f32 *in) {
+    const ptrdiff_t span = steps_of_f32(in) > 1 ? in->step_stride * (steps_of_f32(in) - 1) : 0;
+    const char *first = in->u.first;
+    const size_t more = (size_t)(span < 0 ? -span : span);
+    const elements_f32 column = {first == NULL || span >= 0 ? first : first + span, in->u.stride, more + sizeof(float)};
+    return column;
+}
+
 /* Status of a call that reads stances and writes some columns: HOPFORM_OK if it can. None of them may overlap `itself`
  * either. Says of each column whether it lies in an input: a refusal does not write there. */
 static inline int32_t batch_status_f32(int64_t count, const hopform_stances_in_f32 *in, const void *itself,
                                         size_t size, const elements_f32 *written, int written_count, bool *is_input) {
-    elements_f32 read[HOPFORM_INPUTS_f32 + 2] = {{in, 0, sizeof *in}, {itself, 0, size}};
+    enum { MORE = 5, READ = HOPFORM_INPUTS_f32 + MORE };
+    elements_f32 read[READ] = {{in, 0, sizeof *in}, {itself, 0, size}};
     const void *first = in;
     const hopform_input_f32 *columns = first;
     bool missing = in == NULL;
     bool overlap = false;
+    if (in != NULL) {
+        read[2] = shared_f32(in->step_times, steps_of_f32(in), sizeof *in->step_times);
+        read[3] = shared_f32(in->times, in->time_count, sizeof *in->times);
+        read[4] = shared_f32(in->columns, in->column_count, sizeof *in->columns);
+    }
     for (int n = 0; n < HOPFORM_INPUTS_f32 && in != NULL; n++) {
         const elements_f32 column = {columns[n].first, columns[n].stride, sizeof(float)};
-        read[n + 2] = column;
+        read[n + MORE] = &columns[n] == &in->u ? inputs_of_steps_f32(in) : column;
         missing = missing || (column.first == NULL && count > 0);
     }
     for (int j = 0; j < written_count; j++) {
         is_input[j] = false;
-        for (int i = 0; i < HOPFORM_INPUTS_f32 + 2; i++) {
+        for (int i = 0; i < READ; i++) {
             is_input[j] = is_input[j] || columns_meet_f32(&read[i], &written[j], count);
         }
         overlap = overlap || is_input[j];
@@ -195,9 +221,18 @@ static inline int32_t put_stance_f32(const hopform_stances_out_f32 *out, int64_t
 
 /* ---- one stance ---- */
 
-/* How many phases of a stance are to be kept for its list; a capacity below 0 is none. */
+/* Whether more than the events is read of the phases of a stance, all of which must then be kept. */
+static inline bool reads_phases_f32(const hopform_stances_out_f32 *out) {
+#if HOPFORM_HAS_CONTACT
+    if (out->compressions != NULL) { return true; }
+#endif
+    return out->states != NULL || out->sensitivities != NULL || out->tangents != NULL;
+}
+
+/* How many phases of a stance are to be kept for what is read of them; a capacity below 0 is none. */
 static inline int32_t phases_wanted_f32(const hopform_stances_out_f32 *out) {
-    return out->event_time == NULL || out->phase_capacity < 0 ? 0 : out->phase_capacity;
+    const bool wanted = out->event_time != NULL || reads_phases_f32(out);
+    return wanted && out->phase_capacity > 0 ? out->phase_capacity : 0;
 }
 
 static inline hopform_state_f32 start_of_f32(const hopform_stances_in_f32 *in, int64_t i) {
@@ -210,26 +245,23 @@ static inline hopform_state_f32 start_of_f32(const hopform_stances_in_f32 *in, i
     return start.named;
 }
 
-/* Solve stance i of a robot by itself. */
-static inline int32_t solve_column_f32(const hopform_plan_f32 *plan, const hopform_stances_in_f32 *in, int64_t i,
-                                        hopform_step_f32 *step, hopform_phase_f32 *phases, int32_t capacity,
-                                        hopform_stance_f32 *stance) {
-    const hopform_state_f32 start = start_of_f32(in, i);
-    step->t = 0.0f;
-    step->u = number_f32(&in->u, i);
-    return hopform_solve_stance_f32(plan, &start, step, 1, number_f32(&in->horizon, i), in->max_phases, phases,
-                                     capacity, stance);
+/* The steps of stance i: in the caller's memory, whose times stand there, or one from 0 on. */
+static inline void put_steps_f32(const hopform_stances_in_f32 *in, int64_t i, hopform_step_f32 *steps) {
+    hopform_input_f32 input = in->u;
+    const char *first = in->u.first;
+    for (int32_t n = 0; n < in->step_count || n == 0; n++) {
+        input.first = first + in->step_stride * (ptrdiff_t)n;
+        steps[n].u = number_f32(&input, i);
+    }
 }
 
-/* Solve stance i by itself, or refuse it as its plan has been; HOPFORM_PHASES_NOT_KEPT if events of it did not fit. */
-static inline int32_t solve_alone_f32(const hopform_plan_f32 *plan, int32_t planned,
-                                       const hopform_stances_in_f32 *in, int64_t i,
-                                       const hopform_stances_out_f32 *out) {
-    hopform_step_f32 step;
-    hopform_stance_f32 stance;
-    const int32_t status =
-        planned < 0 ? planned : solve_column_f32(plan, in, i, &step, out->phases, phases_wanted_f32(out), &stance);
-    return put_stance_f32(out, i, &plan->robot, status, &stance, out->phases);
+/* Solve stance i of a robot by itself. */
+static inline int32_t solve_column_f32(const hopform_plan_f32 *plan, const hopform_stances_in_f32 *in, int64_t i,
+                                        const hopform_step_f32 *steps, hopform_phase_f32 *phases, int32_t capacity,
+                                        hopform_stance_f32 *stance) {
+    const hopform_state_f32 start = start_of_f32(in, i);
+    return hopform_solve_stance_f32(plan, &start, steps, in->step_times != NULL ? in->step_count : 1,
+                                     number_f32(&in->horizon, i), in->max_phases, phases, capacity, stance);
 }
 
 #endif

@@ -721,7 +721,7 @@ int32_t hopform_stance_compression_f32(const hopform_plan_f32 *plan, const hopfo
                                         const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
                                         float *compression_max) {
     const memory_f32 array = array_f32(compression_max, 1, sizeof *compression_max);
-    const int32_t status = reading_status_f32(plan, steps, phases, stance, NULL, &array, 1);
+    const int32_t status = reading_status_f32(plan, steps, phases, stance, NULL, NULL, &array, 1);
     if (status < 0) { return status; }
     float most = stance->end.y;
     for (int32_t n = 0; n < stance->phases_kept; n++) {

@@ -721,7 +721,7 @@ int32_t hopform_stance_compression_f64(const hopform_plan_f64 *plan, const hopfo
                                         const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
                                         double *compression_max) {
     const memory_f64 array = array_f64(compression_max, 1, sizeof *compression_max);
-    const int32_t status = reading_status_f64(plan, steps, phases, stance, NULL, &array, 1);
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, NULL, NULL, &array, 1);
     if (status < 0) { return status; }
     double most = stance->end.y;
     for (int32_t n = 0; n < stance->phases_kept; n++) {

@@ -34,7 +34,7 @@ int32_t hopform_stance_energy_f32(const hopform_plan_f32 *plan, const hopform_st
         array_f32(stop_losses, count, sizeof *stop_losses),
     };
     const times_f32 when = {times, count, wanted};
-    const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, arrays, wanted ? 3 : 1);
+    const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, NULL, arrays, wanted ? 3 : 1);
     if (status < 0) { return status; }
     hopform_ledger_f32 sum = {0};
     float loss = stance->start_loss;

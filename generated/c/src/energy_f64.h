@@ -34,7 +34,7 @@ int32_t hopform_stance_energy_f64(const hopform_plan_f64 *plan, const hopform_st
         array_f64(stop_losses, count, sizeof *stop_losses),
     };
     const times_f64 when = {times, count, wanted};
-    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, arrays, wanted ? 3 : 1);
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, NULL, arrays, wanted ? 3 : 1);
     if (status < 0) { return status; }
     hopform_ledger_f64 sum = {0};
     double loss = stance->start_loss;

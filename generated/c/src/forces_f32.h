@@ -50,7 +50,7 @@ int32_t hopform_stance_forces_f32(const hopform_plan_f32 *plan, const hopform_st
                                    const float *times, int32_t count, hopform_forces_f32 *forces) {
     const memory_f32 array = array_f32(forces, count, sizeof *forces);
     const times_f32 when = {times, count, false};
-    const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, &array, 1);
+    const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, NULL, &array, 1);
     if (status < 0) { return status; }
     for (int32_t i = 0; i < count; i++) {
         const float within = lesser_f32(times[i], stance->duration);
@@ -70,7 +70,7 @@ int32_t hopform_stance_before_f32(const hopform_plan_f32 *plan, const hopform_st
     const bool has = stance == NULL || (n > 0 && n < stance->phases_kept);
     const float never = -1.0f; /* a time that no stance has */
     const times_f32 when = {&never, has ? 0 : 1, false};
-    const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, &array, 1);
+    const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, NULL, &array, 1);
     if (status < 0) { return status; }
     const hopform_phase_f32 *phase = &phases[n - 1];
     *state = state_before_phase_f32(plan, phase, input_of_phase_f32(plan, steps, phase), &phases[n]);

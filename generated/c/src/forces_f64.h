@@ -50,7 +50,7 @@ int32_t hopform_stance_forces_f64(const hopform_plan_f64 *plan, const hopform_st
                                    const double *times, int32_t count, hopform_forces_f64 *forces) {
     const memory_f64 array = array_f64(forces, count, sizeof *forces);
     const times_f64 when = {times, count, false};
-    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, &array, 1);
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, NULL, &array, 1);
     if (status < 0) { return status; }
     for (int32_t i = 0; i < count; i++) {
         const double within = lesser_f64(times[i], stance->duration);
@@ -70,7 +70,7 @@ int32_t hopform_stance_before_f64(const hopform_plan_f64 *plan, const hopform_st
     const bool has = stance == NULL || (n > 0 && n < stance->phases_kept);
     const double never = -1.0; /* a time that no stance has */
     const times_f64 when = {&never, has ? 0 : 1, false};
-    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, &array, 1);
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, NULL, &array, 1);
     if (status < 0) { return status; }
     const hopform_phase_f64 *phase = &phases[n - 1];
     *state = state_before_phase_f64(plan, phase, input_of_phase_f64(plan, steps, phase), &phases[n]);

@@ -276,6 +276,39 @@ static inline hopform_state_f32 state_in_phase_f32(const hopform_plan_f32 *plan,
     return state_on_course_f32(&course, t);
 }
 
+/* States at times that follow each other: the course of a phase is made once for those in it. */
+typedef struct {
+    const hopform_plan_f32 *plan;
+    const hopform_step_f32 *steps;
+    const hopform_phase_f32 *phases;
+    int32_t count;    /* of the phases */
+    int32_t prepared; /* the phase whose course it is */
+    course_f32 course;
+} reader_f32;
+
+static inline void prepare_f32(reader_f32 *reader, int32_t n) {
+    const hopform_phase_f32 *phase = &reader->phases[n];
+    reader->prepared = n;
+    reader->course = course_of_phase_f32(reader->plan, phase, input_of_phase_f32(reader->plan, reader->steps, phase));
+}
+
+static inline reader_f32 reader_of_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
+                                         const hopform_phase_f32 *phases, int32_t count) {
+    reader_f32 reader;
+    reader.plan = plan;
+    reader.steps = steps;
+    reader.phases = phases;
+    reader.count = count;
+    prepare_f32(&reader, 0);
+    return reader;
+}
+
+static inline hopform_state_f32 read_state_f32(reader_f32 *reader, float t) {
+    const int32_t n = phase_index_f32(reader->phases, reader->count, t);
+    if (n != reader->prepared) { prepare_f32(reader, n); }
+    return state_on_course_f32(&reader->course, t - reader->phases[n].t);
+}
+
 /* The state just before the phase behind another one begins. Nothing jumps there but the velocity that a stop takes. */
 static inline hopform_state_f32 state_before_phase_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
                                                          float u, const hopform_phase_f32 *next) {

@@ -276,6 +276,39 @@ static inline hopform_state_f64 state_in_phase_f64(const hopform_plan_f64 *plan,
     return state_on_course_f64(&course, t);
 }
 
+/* States at times that follow each other: the course of a phase is made once for those in it. */
+typedef struct {
+    const hopform_plan_f64 *plan;
+    const hopform_step_f64 *steps;
+    const hopform_phase_f64 *phases;
+    int32_t count;    /* of the phases */
+    int32_t prepared; /* the phase whose course it is */
+    course_f64 course;
+} reader_f64;
+
+static inline void prepare_f64(reader_f64 *reader, int32_t n) {
+    const hopform_phase_f64 *phase = &reader->phases[n];
+    reader->prepared = n;
+    reader->course = course_of_phase_f64(reader->plan, phase, input_of_phase_f64(reader->plan, reader->steps, phase));
+}
+
+static inline reader_f64 reader_of_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
+                                         const hopform_phase_f64 *phases, int32_t count) {
+    reader_f64 reader;
+    reader.plan = plan;
+    reader.steps = steps;
+    reader.phases = phases;
+    reader.count = count;
+    prepare_f64(&reader, 0);
+    return reader;
+}
+
+static inline hopform_state_f64 read_state_f64(reader_f64 *reader, double t) {
+    const int32_t n = phase_index_f64(reader->phases, reader->count, t);
+    if (n != reader->prepared) { prepare_f64(reader, n); }
+    return state_on_course_f64(&reader->course, t - reader->phases[n].t);
+}
+
 /* The state just before the phase behind another one begins. Nothing jumps there but the velocity that a stop takes. */
 static inline hopform_state_f64 state_before_phase_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase,
                                                          double u, const hopform_phase_f64 *next) {

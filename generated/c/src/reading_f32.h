@@ -5,6 +5,7 @@
 #ifndef HOPFORM_READING_H_f32
 #define HOPFORM_READING_H_f32
 
+#include "chosen_f32.h"
 #include "overlap_f32.h"
 #include "phase_f32.h"
 
@@ -27,13 +28,16 @@ static bool times_are_sound_f32(const times_f32 *times, const hopform_stance_f32
     return sound;
 }
 
-/* Status of a call that reads a solved stance, at times unless that is NULL, into arrays: HOPFORM_OK if it can; else
- * the arrays are zeros, but for those that lie in an input. */
+/* Status of a call that reads a solved stance, at times and in columns unless these are NULL, into arrays: HOPFORM_OK
+ * if it can; else the arrays are zeros, but for those that lie in an input. */
 static int32_t reading_status_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                    const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
-                                   const times_f32 *times, const memory_f32 *arrays, int array_count) {
+                                   const times_f32 *times, const chosen_f32 *columns, const memory_f32 *arrays,
+                                   int array_count) {
     const times_f32 none = {NULL, 0, false};
     const times_f32 *when = times != NULL ? times : &none;
+    const chosen_f32 all = {NULL, 0};
+    const chosen_f32 *chosen = columns != NULL ? columns : &all;
     const int32_t kept = stance != NULL ? stance->phases_kept : 1; /* one at least is an input */
     const bool whole = stance != NULL && kept >= 1 && kept >= stance->phase_count;
     bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
@@ -41,12 +45,13 @@ static int32_t reading_status_f32(const hopform_plan_f32 *plan, const hopform_st
     for (int n = 0; n < array_count; n++) {
         given = given && arrays[n].first != NULL;
     }
-    const memory_f32 read[5] = {
+    const memory_f32 read[6] = {
         array_f32(plan, 1, sizeof *plan),
         array_f32(steps, whole && phases != NULL ? phases[kept - 1].step + 1 : 1, sizeof *steps),
         array_f32(phases, kept, sizeof *phases),
         array_f32(stance, 1, sizeof *stance),
         array_f32(when->at, when->count, sizeof *when->at),
+        array_f32(chosen->codes, chosen->count, sizeof *chosen->codes),
     };
     int32_t status = HOPFORM_OK;
     if (!given) {
@@ -55,12 +60,14 @@ static int32_t reading_status_f32(const hopform_plan_f32 *plan, const hopform_st
         status = HOPFORM_ERROR_ROBOT;
     } else if (!whole) {
         status = HOPFORM_ERROR_TIME;
-    } else if (overlap_f32(arrays, array_count, read, 5)) {
+    } else if (overlap_f32(arrays, array_count, read, 6)) {
         status = HOPFORM_ERROR_OVERLAP;
     } else if (!times_are_sound_f32(when, stance)) {
         status = HOPFORM_ERROR_TIME;
+    } else if (!are_columns_f32(chosen)) {
+        status = HOPFORM_ERROR_COLUMNS;
     }
-    return status < 0 ? refuse_f32(status, arrays, array_count, read, 5) : status;
+    return status < 0 ? refuse_f32(status, arrays, array_count, read, 6) : status;
 }
 
 /* The state at a time of a solved stance, which has it. */

@@ -97,9 +97,9 @@ static void mix_derivatives_f32(uint32_t *hash, const hopform_plan_f32 *plan, co
     float again[HOPFORM_AXES];
     float *columns[HOPFORM_AXES];
     const float half = 0.5f * stance->duration;
-    mix_int_f32(hash, hopform_stance_sensitivities_f32(plan, steps, phases, stance, matrix));
+    mix_int_f32(hash, hopform_stance_sensitivities_f32(plan, steps, phases, stance, NULL, 0, matrix));
     mix_reals_f32(hash, matrix, sizeof matrix);
-    mix_int_f32(hash, hopform_stance_tangents_f32(plan, steps, phases, stance, &half, 1, &state, tangents));
+    mix_int_f32(hash, hopform_stance_tangents_f32(plan, steps, phases, stance, NULL, 0, &half, 1, &state, tangents));
     mix_reals_f32(hash, tangents, sizeof tangents);
     for (int i = 0; i < HOPFORM_AXES; i++) {
         columns[i] = again + i;

@@ -97,9 +97,9 @@ static void mix_derivatives_f64(uint32_t *hash, const hopform_plan_f64 *plan, co
     double again[HOPFORM_AXES];
     double *columns[HOPFORM_AXES];
     const double half = 0.5 * stance->duration;
-    mix_int_f64(hash, hopform_stance_sensitivities_f64(plan, steps, phases, stance, matrix));
+    mix_int_f64(hash, hopform_stance_sensitivities_f64(plan, steps, phases, stance, NULL, 0, matrix));
     mix_reals_f64(hash, matrix, sizeof matrix);
-    mix_int_f64(hash, hopform_stance_tangents_f64(plan, steps, phases, stance, &half, 1, &state, tangents));
+    mix_int_f64(hash, hopform_stance_tangents_f64(plan, steps, phases, stance, NULL, 0, &half, 1, &state, tangents));
     mix_reals_f64(hash, tangents, sizeof tangents);
     for (int i = 0; i < HOPFORM_AXES; i++) {
         columns[i] = again + i;

@@ -20,16 +20,11 @@
 #include "linear_f32.h"
 #include "reading_f32.h"
 
-enum {
-    COLUMNS_f32 = HOPFORM_SENSITIVITY_COLUMNS,
-    ROBOT_f32 = HOPFORM_COLUMN_OF_ROBOT,
-    CONVOLUTIONS_f32 = 7,
-    SHARES_f32 = CORE_f32 + 1
-};
+enum { ROBOT_f32 = HOPFORM_COLUMN_OF_ROBOT, CONVOLUTIONS_f32 = 7, SHARES_f32 = CORE_f32 + 1 };
 
 static const signed char column_of_axis_f32[HOPFORM_AXES] = HOPFORM_COLUMN_OF_AXIS;
 
-/* How far a stance has been followed: where it is, and the change of that by the one of each input. */
+/* How far a stance has been followed: where it is, and the change of that by the one of each chosen input. */
 typedef struct {
     const hopform_plan_f32 *plan;
     const hopform_step_f32 *steps;
@@ -37,11 +32,34 @@ typedef struct {
     int32_t index; /* of the phase that it is in */
     float t;        /* since the start */
     state_by_axis_f32 at;
-    state_by_axis_f32 change[COLUMNS_f32];
-    float late[COLUMNS_f32]; /* how much later the event came that began the phase; 0 where its time is fixed */
-    bool is_timed;           /* these are known: a velocity that fades to nothing has no time in proportion */
-    bool exists;             /* the time of each event so far moves in proportion */
+    chosen_f32 chosen;
+    float *change;  /* the caller's: a row for each axis, in it a number for each column */
+    float *late;    /* how much later the event came that began the phase, 0 where its time is fixed; or NULL */
+    bool is_timed; /* these are known: a velocity that fades to nothing has no time in proportion */
+    bool exists;   /* the time of each event so far moves in proportion */
 } variation_f32;
+
+static inline int32_t code_at_f32(const variation_f32 *variation, int32_t column) {
+    return code_of_f32(&variation->chosen, column);
+}
+
+static inline state_by_axis_f32 change_of_column_f32(const variation_f32 *variation, int32_t column) {
+    state_by_axis_f32 change;
+    for (int i = 0; i < HOPFORM_AXES; i++) {
+        change.of[i] = variation->change[(ptrdiff_t)i * variation->chosen.count + column];
+    }
+    return change;
+}
+
+static inline void put_change_f32(const variation_f32 *variation, int32_t column, const state_by_axis_f32 *change) {
+    for (int i = 0; i < HOPFORM_AXES; i++) {
+        variation->change[(ptrdiff_t)i * variation->chosen.count + column] = change->of[i];
+    }
+}
+
+static inline void put_late_f32(const variation_f32 *variation, int32_t column, float late) {
+    if (variation->late != NULL) { variation->late[column] = late; }
+}
 
 static float current_f32(const variation_f32 *variation, const hopform_phase_f32 *phase) {
     return input_of_phase_f32(variation->plan, variation->steps, phase);
@@ -130,24 +148,30 @@ static void responses_f32(const mode_f32 *mode, const float z[HOPFORM_AXES], flo
 }
 
 /* The change of each parameter of the robot that a column stands for. */
-static robot_change_f32 robot_change_of_column_f32(int column) {
+static robot_change_f32 robot_change_of_column_f32(int32_t code) {
     robot_change_by_field_f32 change = {{0}};
-    if (column >= ROBOT_f32) { change.of[column - ROBOT_f32] = 1.0f; }
+    if (code >= ROBOT_f32 && code < COLUMNS_f32) { change.of[code - ROBOT_f32] = 1.0f; }
     return change.named;
 }
 
+/* Whether a column stands for the input of a step, which that of all of them moves, too. */
+static bool moves_input_f32(int32_t code, int32_t step) {
+    return code == HOPFORM_COLUMN_OF_INPUT || code == HOPFORM_COLUMN_OF_STEP(step);
+}
+
 /* How a stop moves with what a column stands for. */
-static float stop_change_f32(const hopform_plan_f32 *plan, int column, bool upper) {
-    const robot_change_f32 by = robot_change_of_column_f32(column);
+static float stop_change_f32(const hopform_plan_f32 *plan, int32_t code, bool upper) {
+    const robot_change_f32 by = robot_change_of_column_f32(code);
     return upper ? upper_stop_change_f32(&plan->robot, &by) : lower_stop_change_f32(&plan->robot, &by);
 }
 
 /* How the accelerations of a mode change with the inputs of a column, by what their shares go with. */
-static slopes_by_share_f32 slopes_of_column_f32(const variation_f32 *variation, const mode_f32 *mode, int column) {
+static slopes_by_share_f32 slopes_of_column_f32(const variation_f32 *variation, const mode_f32 *mode,
+                                                  int32_t code) {
     const hopform_phase_f32 *phase = &variation->phases[variation->index];
-    const robot_change_f32 robot = robot_change_of_column_f32(column);
+    const robot_change_f32 robot = robot_change_of_column_f32(code);
     const int limit = limit_of_mode_f32(mode->row);
-    float input = column == HOPFORM_COLUMN_OF_INPUT ? 1.0f : 0.0f;
+    float input = moves_input_f32(code, phase->step) ? 1.0f : 0.0f;
     if (limit != 0) { input = input_at_limit_change_f32(&variation->plan->robot, (float)limit, &robot, input); }
     slopes_by_share_f32 slopes;
     slopes.named =
@@ -169,12 +193,13 @@ static void travel_f32(variation_f32 *variation, float t) {
     const basis_by_order_f32 response = response_in_mode_f32(&mode, h);
     responses_f32(&mode, variation->at.of, h, response.of, answer);
     const matrix_f32 phi = transition_f32(&mode, response.of);
-    for (int column = 0; column < COLUMNS_f32; column++) {
-        const slopes_by_share_f32 slopes = slopes_of_column_f32(variation, &mode, column);
+    for (int32_t column = 0; column < variation->chosen.count; column++) {
+        const slopes_by_share_f32 slopes = slopes_of_column_f32(variation, &mode, code_at_f32(variation, column));
+        const state_by_axis_f32 change = change_of_column_f32(variation, column);
         state_by_axis_f32 end = {{0.0f, 0.0f, 0.0f, 0.0f}};
         for (int i = 0; i < HOPFORM_AXES; i++) {
             for (int j = 0; j < HOPFORM_AXES; j++) {
-                end.of[i] += phi.at[i][j] * variation->change[column].of[j];
+                end.of[i] += phi.at[i][j] * change.of[j];
             }
         }
         for (int n = 0; n < HOPFORM_CHANGED_ROWS * SHARES_f32; n++) {
@@ -182,22 +207,22 @@ static void travel_f32(variation_f32 *variation, float t) {
                 end.of[i] += answer[n / SHARES_f32][n % SHARES_f32][i] * slopes.of[n];
             }
         }
-        variation->change[column] = end;
+        put_change_f32(variation, column, &end);
     }
     variation->at.named = state_in_phase_f32(plan, phase, u, t - phase->t);
 }
 
 /* ---- through the events ---- */
 
-static void not_late_f32(variation_f32 *variation) {
-    for (int column = 0; column < COLUMNS_f32; column++) {
-        variation->late[column] = 0.0f;
+static void not_late_f32(const variation_f32 *variation) {
+    for (int32_t column = 0; column < variation->chosen.count; column++) {
+        put_late_f32(variation, column, 0.0f);
     }
 }
 
 /* How the acceleration of an element in a mode changes with the inputs of a column, at a state that does not. */
-static float direct_slope_f32(const variation_f32 *variation, const mode_f32 *mode, int element, int column) {
-    const slopes_by_share_f32 slopes = slopes_of_column_f32(variation, mode, column);
+static float direct_slope_f32(const variation_f32 *variation, const mode_f32 *mode, int element, int32_t code) {
+    const slopes_by_share_f32 slopes = slopes_of_column_f32(variation, mode, code);
     const float *shares = slopes.of + element * SHARES_f32;
     float slope = shares[CORE_f32];
     for (int c = 0; c < CORE_f32; c++) {
@@ -220,16 +245,35 @@ static void cross_slip_f32(variation_f32 *variation, int element, const mode_f32
     const hopform_rates_f32 *rates = entered->rates;
     const float rate = free_slope_f32(rates, element, before);
     variation->exists = variation->exists && fabs_f32(rate) > 0.0f;
-    for (int column = 0; column < COLUMNS_f32 && variation->exists; column++) {
-        const robot_change_f32 robot = robot_change_of_column_f32(column);
+    for (int32_t column = 0; column < variation->chosen.count && variation->exists; column++) {
+        const int32_t code = code_at_f32(variation, column);
+        const robot_change_f32 robot = robot_change_of_column_f32(code);
+        state_by_axis_f32 change = change_of_column_f32(variation, column);
         excess_by_side_f32 excess;
         excess.named = excess_change_f32(&plan->robot, &robot);
         const float at_rest = (float)side * excess.of[side_index_f32(element, side)];
-        const float early = free_slope_f32(rates, element, &variation->change[column])
-                           + direct_slope_f32(variation, entered, element, column) - at_rest;
+        const float early =
+            free_slope_f32(rates, element, &change) + direct_slope_f32(variation, entered, element, code) - at_rest;
         const float late = -early / rate;
-        pass_slip_f32(variation->change[column].of, element, acceleration, late);
-        variation->late[column] = late;
+        pass_slip_f32(change.of, element, acceleration, late);
+        put_change_f32(variation, column, &change);
+        put_late_f32(variation, column, late);
+    }
+}
+
+/* Follow the changes by the time of a step through it: the motion before goes on for longer. */
+static void cross_step_f32(variation_f32 *variation, const state_by_axis_f32 *before,
+                            const state_by_axis_f32 *after) {
+    const int32_t step = variation->phases[variation->index].step;
+    for (int32_t column = 0; column < variation->chosen.count; column++) {
+        if (code_at_f32(variation, column) == HOPFORM_COLUMN_OF_STEP_TIME(step)) {
+            state_by_axis_f32 change;
+            for (int i = 0; i < HOPFORM_AXES; i++) {
+                change.of[i] = before->of[i] - after->of[i];
+            }
+            put_change_f32(variation, column, &change);
+            put_late_f32(variation, column, 1.0f);
+        }
     }
 }
 
@@ -257,40 +301,43 @@ static void cross_f32(variation_f32 *variation) {
     not_late_f32(variation);
     const int slips = slips_at_event_f32(now->event);
     if (slips >= 0) { cross_slip_f32(variation, slips, &entered, &before); }
+    if (now->step > old->step) { cross_step_f32(variation, &before, &after); }
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_f32(before.of[axis] - after.of[axis]) > 0.0f))) { return; }
     variation->exists = variation->exists && fabs_f32(before.of[axis]) > 0.0f;
     variation->is_timed = variation->exists;
-    for (int column = 0; column < COLUMNS_f32 && variation->exists; column++) {
-        float *change = variation->change[column].of;
-        const float wanted = stops ? stop_change_f32(variation->plan, column, upper) : 0.0f;
-        const float late = (wanted - change[axis]) / before.of[axis];
-        pass_event_at_axis_f32(change, before.of, after.of, axis, wanted, late);
-        variation->late[column] = late;
+    for (int32_t column = 0; column < variation->chosen.count && variation->exists; column++) {
+        state_by_axis_f32 change = change_of_column_f32(variation, column);
+        const int32_t code = code_at_f32(variation, column);
+        const float wanted = stops ? stop_change_f32(variation->plan, code, upper) : 0.0f;
+        const float late = (wanted - change.of[axis]) / before.of[axis];
+        pass_event_at_axis_f32(change.of, before.of, after.of, axis, wanted, late);
+        put_change_f32(variation, column, &change);
+        put_late_f32(variation, column, late);
     }
 }
 
-/* A stance from its start on: no velocity is left of a mass that is held, unless it ends at once, or that a stop took
- * at once. */
-static variation_f32 variation_of_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
-                                        const hopform_phase_f32 *phases, const hopform_stance_f32 *stance) {
-    variation_f32 variation = {
-        plan, steps, phases, 0, 0.0f, {{0.0f, 0.0f, 0.0f, 0.0f}}, {{{0.0f, 0.0f, 0.0f, 0.0f}}}, {0.0f}, true, true,
-    };
-    const mode_f32 mode = mode_of_f32(plan, phases, current_f32(&variation, phases));
+/* A stance from its start on, whose changes begin in the memory that `variation` has: no velocity is left of a mass
+ * that is held, unless it ends at once, or that a stop took at once. */
+static void begin_variation_f32(variation_f32 *variation, const hopform_stance_f32 *stance) {
+    const mode_f32 mode = mode_of_f32(variation->plan, variation->phases, current_f32(variation, variation->phases));
     const bool goes_on = !is_left_f32(stance) || stance->duration > 0.0f;
-    variation.at.named = start_of_phase_f32(phases);
-    for (int i = 0; i < HOPFORM_AXES; i++) {
-        variation.change[column_of_axis_f32[i]].of[i] = 1.0f;
-    }
+    bool moves[HOPFORM_AXES] = {true, true, true, true};
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        const int axis = HOPFORM_VELOCITY_AXIS(element);
-        if ((goes_on && side_of_mode_f32(mode.row, element) == 0) || HOPFORM_NEVER_MOVES(element)
-            || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0f)) {
-            variation.change[column_of_axis_f32[axis]].of[axis] = 0.0f;
-        }
+        moves[HOPFORM_VELOCITY_AXIS(element)] =
+            !((goes_on && side_of_mode_f32(mode.row, element) == 0) || HOPFORM_NEVER_MOVES(element)
+              || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0f));
     }
-    return variation;
+    variation->at.named = start_of_phase_f32(variation->phases);
+    for (int32_t column = 0; column < variation->chosen.count; column++) {
+        const int32_t code = code_at_f32(variation, column);
+        state_by_axis_f32 change;
+        for (int i = 0; i < HOPFORM_AXES; i++) {
+            change.of[i] = moves[i] && code == column_of_axis_f32[i] ? 1.0f : 0.0f;
+        }
+        put_change_f32(variation, column, &change);
+    }
+    not_late_f32(variation);
 }
 
 /* Follow a stance up to a time; `last` is the index of its last phase. */
@@ -338,11 +385,11 @@ static bool ends_later_f32(variation_f32 *variation, const hopform_stance_f32 *s
     const hopform_robot_f32 *robot = &variation->plan->robot;
     const float contact_rate = contact_slope_f32(robot, speed);
     if (ended_by != ENDED_BY_ROOT_f32 || !(fabs_f32(contact_rate) > 0.0f)) { return false; }
-    for (int column = 0; column < COLUMNS_f32; column++) {
-        const robot_change_f32 by = robot_change_of_column_f32(column);
+    for (int32_t column = 0; column < variation->chosen.count; column++) {
+        const robot_change_f32 by = robot_change_of_column_f32(code_at_f32(variation, column));
         const hopform_state_f32 *end = &stance->end;
-        variation->late[column] =
-            -contact_change_f32(robot, end, &by, &variation->change[column].change) / contact_rate;
+        const state_by_axis_f32 change = change_of_column_f32(variation, column);
+        put_late_f32(variation, column, -contact_change_f32(robot, end, &by, &change.change) / contact_rate);
     }
     return true;
 #else
@@ -353,102 +400,119 @@ static bool ends_later_f32(variation_f32 *variation, const hopform_stance_f32 *s
 
 #if HOPFORM_HAS_CONTACT
 /* The rows of the apex, 0 without take-off, and of the AED; false where the apex has no derivative in range. */
-static bool put_rows_of_contact_f32(const variation_f32 *variation, const hopform_stance_f32 *stance, int column,
-                                     const state_by_axis_f32 *change, float *matrix) {
+static bool put_rows_of_contact_f32(const variation_f32 *variation, const hopform_stance_f32 *stance, int32_t code,
+                                     const state_by_axis_f32 *change, float rows[2]) {
     const hopform_robot_f32 *robot = &variation->plan->robot;
     const hopform_state_f32 start = start_of_phase_f32(variation->phases);
     const hopform_state_f32 *end = &stance->end;
     const float fall = is_left_f32(stance) ? fall_of_f32(robot) : 0.0f;
     if (fall > 0.0f && !(fall * fall > 0.0f)) { return false; } /* by which the apex's derivative divides */
-    const robot_change_f32 by = robot_change_of_column_f32(column);
+    const robot_change_f32 by = robot_change_of_column_f32(code);
     state_by_axis_f32 unit;
     for (int i = 0; i < HOPFORM_AXES; i++) {
-        unit.of[i] = column == column_of_axis_f32[i] ? 1.0f : 0.0f;
+        unit.of[i] = code == column_of_axis_f32[i] ? 1.0f : 0.0f;
     }
-    matrix[5 * COLUMNS_f32 + column] = fall > 0.0f ? apex_change_f32(robot, end, &by, &change->change) : 0.0f;
-    matrix[6 * COLUMNS_f32 + column] = body_energy_change_f32(robot, end, &by, &change->change)
-                                        - body_energy_change_f32(robot, &start, &by, &unit.change);
+    rows[0] = fall > 0.0f ? apex_change_f32(robot, end, &by, &change->change) : 0.0f;
+    rows[1] = body_energy_change_f32(robot, end, &by, &change->change)
+              - body_energy_change_f32(robot, &start, &by, &unit.change);
     return true;
 }
 #endif
 
-/* The rows of the matrix from the changes at the ending. */
+/* The rows of the matrix from the changes at the ending, in whose first rows these and what is late stand. */
 static bool finish_f32(variation_f32 *variation, const hopform_stance_f32 *stance, float *matrix) {
     const hopform_robot_f32 *robot = &variation->plan->robot;
     const hopform_phase_f32 *phase = &variation->phases[variation->index];
     const mode_f32 mode = mode_of_f32(variation->plan, phase, current_f32(variation, phase));
     const state_by_axis_f32 speed = speeds_in_mode_f32(&mode, &stance->end);
+    const int32_t count = variation->chosen.count;
     bool exists = ends_later_f32(variation, stance, &speed.named);
-    for (int column = 0; exists && column < COLUMNS_f32; column++) {
-        state_by_axis_f32 *change = &variation->change[column];
-        const robot_change_f32 by = robot_change_of_column_f32(column);
+    for (int32_t column = 0; exists && column < count; column++) {
+        state_by_axis_f32 change = change_of_column_f32(variation, column);
+        const int32_t code = code_at_f32(variation, column);
+        const robot_change_f32 by = robot_change_of_column_f32(code);
         const float late = variation->late[column];
         for (int i = 0; i < HOPFORM_AXES; i++) {
-            change->of[i] += speed.of[i] * late;
+            change.of[i] += speed.of[i] * late;
         }
+        float rows[HOPFORM_SENSITIVITY_ROWS];
 #if HOPFORM_HAS_CONTACT
-        if (is_left_f32(stance) && HOPFORM_CONTACT_IS_STRETCH) { change->of[HOPFORM_STRETCH_AXIS] = 0.0f; }
-        exists = put_rows_of_contact_f32(variation, stance, column, change, matrix);
+        if (is_left_f32(stance) && HOPFORM_CONTACT_IS_STRETCH) { change.of[HOPFORM_STRETCH_AXIS] = 0.0f; }
+        exists = put_rows_of_contact_f32(variation, stance, code, &change, rows + 5);
 #endif
-        const float rows[] = {late, change->of[0], change->of[1],
-                             height_change_f32(robot, &stance->end, &by, &change->change), change->of[2]};
-        for (int row = 0; row < (int)(sizeof rows / sizeof rows[0]); row++) {
-            matrix[row * COLUMNS_f32 + column] = rows[row];
+        rows[0] = late;
+        rows[1] = change.of[0];
+        rows[2] = change.of[1];
+        rows[3] = height_change_f32(robot, &stance->end, &by, &change.change);
+        rows[4] = change.of[2];
+        for (int row = 0; exists && row < HOPFORM_SENSITIVITY_ROWS; row++) {
+            matrix[(ptrdiff_t)row * count + column] = rows[row];
+            exists = exists && rows[row] >= -HOPFORM_NEVER_f32 && rows[row] <= HOPFORM_NEVER_f32;
         }
     }
     return exists;
 }
 
-/* Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
- * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
- * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a
- * contact it is also that of the stop where the contact force jumped below 0; one that pulls from the start ends as it
- * starts: T stays 0, the state moves with the start; and a row that only a rise has is 0 without one.
+/* Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times column_count
+ * numbers, row by row; zeros if there are none (positive status), as where an event grazes, or a search has ended. Row
+ * T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a contact it is also that of
+ * the stop where the contact force jumped below 0; one that pulls from the start ends as it starts: T stays 0, the
+ * state moves with the start; and a row that only a rise has is 0 without one.
+ *
+ * columns: the inputs by which, column_count of them: numbers below HOPFORM_SENSITIVITY_COLUMNS, HOPFORM_COLUMN_OF_STEP
+ * or HOPFORM_COLUMN_OF_STEP_TIME of a step, in any order; NULL for the HOPFORM_SENSITIVITY_COLUMNS in theirs, whatever
+ * column_count is. A step that is not reached has zeros.
  *
  * Column y holds the others' at a fixed stretch. Column u moves every step's input alike. The velocity of a mass at
  * rest that is held stays 0, but where a contact is lost at once. Mass 1, if it starts on a stop, stays where it starts
- * until it departs; the ends of its stroke count where a stop is met later.
+ * until it departs; the ends of its stroke count where a stop is met later. A step's time moves that switch alone, and
+ * with it what friction lets go there.
  */
 int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                           const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
-                                          float *matrix) {
-    const int32_t count = HOPFORM_SENSITIVITY_ROWS * COLUMNS_f32;
-    const memory_f32 array = array_f32(matrix, count, sizeof *matrix);
-    const int32_t status = reading_status_f32(plan, steps, phases, stance, NULL, &array, 1);
+                                          const int32_t *columns, int32_t column_count, float *matrix) {
+    const chosen_f32 chosen = chosen_of_f32(columns, column_count);
+    const memory_f32 array = array_f32(matrix, chosen.count, HOPFORM_SENSITIVITY_ROWS * sizeof *matrix);
+    const int32_t status = reading_status_f32(plan, steps, phases, stance, NULL, &chosen, &array, 1);
     if (status < 0) { return status; }
-    variation_f32 variation = variation_of_f32(plan, steps, phases, stance);
+    variation_f32 variation = {plan, steps, phases, 0, 0.0f, {{0.0f, 0.0f, 0.0f, 0.0f}}, chosen, matrix, NULL, true, true};
+    variation.late = matrix + (ptrdiff_t)HOPFORM_AXES * chosen.count;
+    begin_variation_f32(&variation, stance);
     follow_to_f32(&variation, stance->phases_kept - 1, stance->duration);
-    bool exists = variation.exists && finish_f32(&variation, stance, matrix);
-    for (int32_t n = 0; exists && n < count; n++) {
-        exists = matrix[n] >= -HOPFORM_NEVER_f32 && matrix[n] <= HOPFORM_NEVER_f32;
-    }
+    const bool exists = variation.exists && finish_f32(&variation, stance, matrix);
     return exists ? HOPFORM_OK : refuse_f32(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
 
-/* States of a solved stance at `count` times, which must not decrease, and their derivatives through the events before
- * them: HOPFORM_TANGENT_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
+/* States of a solved stance at `count` times, which must not decrease, or none (NULL), and their derivatives through
+ * the events before them: HOPFORM_TANGENT_ROWS times column_count numbers a time, rows x1, v1, v2, y, columns as in
  * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not
  * notice it.
  */
 int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
-                                     const float *times, int32_t count, hopform_state_f32 *states, float *tangents) {
+                                     const int32_t *columns, int32_t column_count, const float *times, int32_t count,
+                                     hopform_state_f32 *states, float *tangents) {
+    const chosen_f32 chosen = chosen_of_f32(columns, column_count);
+    const size_t of_one = chosen.count > 0 ? (size_t)HOPFORM_TANGENT_ROWS * (size_t)chosen.count : 0;
     const memory_f32 arrays[2] = {
+        array_f32(tangents, count, of_one * sizeof *tangents),
         array_f32(states, count, sizeof *states),
-        array_f32(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_f32 * sizeof *tangents),
     };
     const times_f32 when = {times, count, true};
-    const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, arrays, 2);
+    const int32_t status =
+        reading_status_f32(plan, steps, phases, stance, &when, &chosen, arrays, states != NULL ? 2 : 1);
     if (status < 0) { return status; }
-    variation_f32 variation = variation_of_f32(plan, steps, phases, stance);
+    variation_f32 variation = {plan,   steps,    phases, 0,    0.0f, {{0.0f, 0.0f, 0.0f, 0.0f}},
+                                chosen, tangents, NULL,   true, true};
     for (int32_t i = 0; i < count; i++) {
-        follow_to_f32(&variation, stance->phases_kept - 1, lesser_f32(times[i], stance->duration));
-        states[i] = variation.at.named;
-        for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
-            for (int column = 0; column < COLUMNS_f32; column++) {
-                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS_f32 + column] = variation.change[column].of[row];
-            }
+        if (i == 0) {
+            begin_variation_f32(&variation, stance);
+        } else { /* from the time before on */
+            (void)memcpy(variation.change + of_one, variation.change, of_one * sizeof *tangents);
+            variation.change += of_one;
         }
+        follow_to_f32(&variation, stance->phases_kept - 1, lesser_f32(times[i], stance->duration));
+        if (states != NULL) { states[i] = variation.at.named; }
     }
     return variation.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
 }

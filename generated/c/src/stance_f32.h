@@ -137,7 +137,7 @@ int32_t hopform_stance_at_f32(const hopform_plan_f32 *plan, const hopform_step_f
                                hopform_state_f32 *state) {
     const memory_f32 array = array_f32(state, 1, sizeof *state);
     const times_f32 when = {&t, 1, false};
-    const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, &array, 1);
+    const int32_t status = reading_status_f32(plan, steps, phases, stance, &when, NULL, &array, 1);
     if (status < 0) { return status; }
     *state = state_of_stance_f32(plan, steps, phases, stance, t);
     return HOPFORM_OK;

@@ -137,7 +137,7 @@ int32_t hopform_stance_at_f64(const hopform_plan_f64 *plan, const hopform_step_f
                                hopform_state_f64 *state) {
     const memory_f64 array = array_f64(state, 1, sizeof *state);
     const times_f64 when = {&t, 1, false};
-    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, &array, 1);
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, NULL, &array, 1);
     if (status < 0) { return status; }
     *state = state_of_stance_f64(plan, steps, phases, stance, t);
     return HOPFORM_OK;

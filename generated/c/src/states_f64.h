@@ -129,7 +129,7 @@ int32_t hopform_stance_grid_f64(const hopform_plan_f64 *plan, const hopform_step
                                  int32_t count, double *const *columns) {
     memory_f64 arrays[HOPFORM_AXES];
     columns_of_f64(columns, count, arrays);
-    const int32_t status = reading_status_f64(plan, steps, phases, stance, NULL, arrays, HOPFORM_AXES);
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, NULL, NULL, arrays, HOPFORM_AXES);
     if (status < 0 || columns == NULL) { /* refused without */
         return status;
     }
@@ -162,24 +162,16 @@ int32_t hopform_stance_states_f64(const hopform_plan_f64 *plan, const hopform_st
     memory_f64 arrays[HOPFORM_AXES];
     columns_of_f64(columns, count, arrays);
     const times_f64 when = {times, count, false};
-    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, arrays, HOPFORM_AXES);
+    const int32_t status = reading_status_f64(plan, steps, phases, stance, &when, NULL, arrays, HOPFORM_AXES);
     if (status < 0 || columns == NULL) { /* refused without */
         return status;
     }
     double *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
-    int32_t prepared = 0; /* the phase whose motion is made: once for times that follow each other in it */
-    course_f64 course = course_of_phase_f64(plan, phases, input_of_phase_f64(plan, steps, phases));
+    reader_f64 reader = reader_of_f64(plan, steps, phases, stance->phases_kept);
     for (int32_t i = 0; i < count; i++) {
-        const double within = lesser_f64(times[i], stance->duration);
-        const int32_t n = phase_index_f64(phases, stance->phases_kept, within);
-        const hopform_phase_f64 *phase = &phases[n];
-        if (n != prepared) {
-            course = course_of_phase_f64(plan, phase, input_of_phase_f64(plan, steps, phase));
-            prepared = n;
-        }
         state_by_axis_f64 state;
-        state.named = state_on_course_f64(&course, within - phase->t);
+        state.named = read_state_f64(&reader, lesser_f64(times[i], stance->duration));
         for (int axis = 0; axis < HOPFORM_AXES; axis++) {
             column[axis][i] = state.of[axis];
         }

@@ -100,6 +100,7 @@ Status: TypeAlias = Literal[
     "error_detector",
     "error_unstable",
     "error_overlap",
+    "error_columns",
 ]
 """Status: 0 ok, negative an error, positive an answer with a warning."""
 
@@ -123,6 +124,7 @@ STATUSES: dict[int, Status] = {
     -11: "error_detector",  # a sample or threshold is not finite, low > high, or count < 1
     -12: "error_unstable",  # unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated
     -13: "error_overlap",  # an output overlaps an input other than a small one
+    -14: "error_columns",  # a column of derivatives is none that there is
 }
 """Its words by their numbers in the C library."""
 
@@ -246,6 +248,7 @@ REFUSALS = {
     -11: "a sample or threshold is not finite, low > high, or count < 1",
     -12: "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated",
     -13: "an output overlaps an input other than a small one",
+    -14: "a column of derivatives is none that there is",
 }
 """What a negative status means."""
 

@@ -275,6 +275,13 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("event_time", "real *", 1),
         ("event_kind", "int8 *", 1),
         ("event_capacity", "int32", 1),
+        ("steps", "Step *", 1),
+        ("states", "State *", 1),
+        ("sensitivities", "real *", 1),
+        ("tangents", "real *", 1),
+        ("reading_status", "int32 *", 1),
+        ("tangent_status", "int32 *", 1),
+        ("compressions", "real *", 1),
     ),
     "StancesIn": (
         ("robot", "Input", 17),
@@ -285,6 +292,13 @@ STRUCTS: dict[str, tuple[Member, ...]] = {
         ("u", "Input", 1),
         ("horizon", "Input", 1),
         ("max_phases", "int32", 1),
+        ("step_count", "int32", 1),
+        ("step_stride", "ptrdiff", 1),
+        ("step_times", "const real *", 1),
+        ("times", "const real *", 1),
+        ("columns", "const int32 *", 1),
+        ("time_count", "int32", 1),
+        ("column_count", "int32", 1),
     ),
 }
 """A type is real, bool, an integer such as int8, the name of a struct, or a pointer, which ends in *."""

@@ -721,7 +721,7 @@ int32_t hopform_stance_compression_real(const hopform_plan_real *plan, const hop
                                         const hopform_phase_real *phases, const hopform_stance_real *stance,
                                         real *compression_max) {
     const memory_real array = array_real(compression_max, 1, sizeof *compression_max);
-    const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, &array, 1);
+    const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, NULL, &array, 1);
     if (status < 0) { return status; }
     real most = stance->end.y;
     for (int32_t n = 0; n < stance->phases_kept; n++) {

@@ -34,7 +34,7 @@ int32_t hopform_stance_energy_real(const hopform_plan_real *plan, const hopform_
         array_real(stop_losses, count, sizeof *stop_losses),
     };
     const times_real when = {times, count, wanted};
-    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, arrays, wanted ? 3 : 1);
+    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, NULL, arrays, wanted ? 3 : 1);
     if (status < 0) { return status; }
     hopform_ledger_real sum = {0};
     real loss = stance->start_loss;

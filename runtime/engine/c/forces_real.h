@@ -50,7 +50,7 @@ int32_t hopform_stance_forces_real(const hopform_plan_real *plan, const hopform_
                                    const real *times, int32_t count, hopform_forces_real *forces) {
     const memory_real array = array_real(forces, count, sizeof *forces);
     const times_real when = {times, count, false};
-    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, &array, 1);
+    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, NULL, &array, 1);
     if (status < 0) { return status; }
     for (int32_t i = 0; i < count; i++) {
         const real within = lesser_real(times[i], stance->duration);
@@ -70,7 +70,7 @@ int32_t hopform_stance_before_real(const hopform_plan_real *plan, const hopform_
     const bool has = stance == NULL || (n > 0 && n < stance->phases_kept);
     const real never = -1.0; /* a time that no stance has */
     const times_real when = {&never, has ? 0 : 1, false};
-    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, &array, 1);
+    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, NULL, &array, 1);
     if (status < 0) { return status; }
     const hopform_phase_real *phase = &phases[n - 1];
     *state = state_before_phase_real(plan, phase, input_of_phase_real(plan, steps, phase), &phases[n]);

@@ -276,6 +276,39 @@ static inline hopform_state_real state_in_phase_real(const hopform_plan_real *pl
     return state_on_course_real(&course, t);
 }
 
+/* States at times that follow each other: the course of a phase is made once for those in it. */
+typedef struct {
+    const hopform_plan_real *plan;
+    const hopform_step_real *steps;
+    const hopform_phase_real *phases;
+    int32_t count;    /* of the phases */
+    int32_t prepared; /* the phase whose course it is */
+    course_real course;
+} reader_real;
+
+static inline void prepare_real(reader_real *reader, int32_t n) {
+    const hopform_phase_real *phase = &reader->phases[n];
+    reader->prepared = n;
+    reader->course = course_of_phase_real(reader->plan, phase, input_of_phase_real(reader->plan, reader->steps, phase));
+}
+
+static inline reader_real reader_of_real(const hopform_plan_real *plan, const hopform_step_real *steps,
+                                         const hopform_phase_real *phases, int32_t count) {
+    reader_real reader;
+    reader.plan = plan;
+    reader.steps = steps;
+    reader.phases = phases;
+    reader.count = count;
+    prepare_real(&reader, 0);
+    return reader;
+}
+
+static inline hopform_state_real read_state_real(reader_real *reader, real t) {
+    const int32_t n = phase_index_real(reader->phases, reader->count, t);
+    if (n != reader->prepared) { prepare_real(reader, n); }
+    return state_on_course_real(&reader->course, t - reader->phases[n].t);
+}
+
 /* The state just before the phase behind another one begins. Nothing jumps there but the velocity that a stop takes. */
 static inline hopform_state_real state_before_phase_real(const hopform_plan_real *plan, const hopform_phase_real *phase,
                                                          real u, const hopform_phase_real *next) {

@@ -5,6 +5,7 @@
 #ifndef HOPFORM_READING_H_real
 #define HOPFORM_READING_H_real
 
+#include "chosen_real.h"
 #include "overlap_real.h"
 #include "phase_real.h"
 
@@ -27,13 +28,16 @@ static bool times_are_sound_real(const times_real *times, const hopform_stance_r
     return sound;
 }
 
-/* Status of a call that reads a solved stance, at times unless that is NULL, into arrays: HOPFORM_OK if it can; else
- * the arrays are zeros, but for those that lie in an input. */
+/* Status of a call that reads a solved stance, at times and in columns unless these are NULL, into arrays: HOPFORM_OK
+ * if it can; else the arrays are zeros, but for those that lie in an input. */
 static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                    const hopform_phase_real *phases, const hopform_stance_real *stance,
-                                   const times_real *times, const memory_real *arrays, int array_count) {
+                                   const times_real *times, const chosen_real *columns, const memory_real *arrays,
+                                   int array_count) {
     const times_real none = {NULL, 0, false};
     const times_real *when = times != NULL ? times : &none;
+    const chosen_real all = {NULL, 0};
+    const chosen_real *chosen = columns != NULL ? columns : &all;
     const int32_t kept = stance != NULL ? stance->phases_kept : 1; /* one at least is an input */
     const bool whole = stance != NULL && kept >= 1 && kept >= stance->phase_count;
     bool given = plan != NULL && steps != NULL && phases != NULL && stance != NULL;
@@ -41,12 +45,13 @@ static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_
     for (int n = 0; n < array_count; n++) {
         given = given && arrays[n].first != NULL;
     }
-    const memory_real read[5] = {
+    const memory_real read[6] = {
         array_real(plan, 1, sizeof *plan),
         array_real(steps, whole && phases != NULL ? phases[kept - 1].step + 1 : 1, sizeof *steps),
         array_real(phases, kept, sizeof *phases),
         array_real(stance, 1, sizeof *stance),
         array_real(when->at, when->count, sizeof *when->at),
+        array_real(chosen->codes, chosen->count, sizeof *chosen->codes),
     };
     int32_t status = HOPFORM_OK;
     if (!given) {
@@ -55,12 +60,14 @@ static int32_t reading_status_real(const hopform_plan_real *plan, const hopform_
         status = HOPFORM_ERROR_ROBOT;
     } else if (!whole) {
         status = HOPFORM_ERROR_TIME;
-    } else if (overlap_real(arrays, array_count, read, 5)) {
+    } else if (overlap_real(arrays, array_count, read, 6)) {
         status = HOPFORM_ERROR_OVERLAP;
     } else if (!times_are_sound_real(when, stance)) {
         status = HOPFORM_ERROR_TIME;
+    } else if (!are_columns_real(chosen)) {
+        status = HOPFORM_ERROR_COLUMNS;
     }
-    return status < 0 ? refuse_real(status, arrays, array_count, read, 5) : status;
+    return status < 0 ? refuse_real(status, arrays, array_count, read, 6) : status;
 }
 
 /* The state at a time of a solved stance, which has it. */

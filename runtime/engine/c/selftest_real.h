@@ -97,9 +97,9 @@ static void mix_derivatives_real(uint32_t *hash, const hopform_plan_real *plan, 
     real again[HOPFORM_AXES];
     real *columns[HOPFORM_AXES];
     const real half = 0.5 * stance->duration;
-    mix_int_real(hash, hopform_stance_sensitivities_real(plan, steps, phases, stance, matrix));
+    mix_int_real(hash, hopform_stance_sensitivities_real(plan, steps, phases, stance, NULL, 0, matrix));
     mix_reals_real(hash, matrix, sizeof matrix);
-    mix_int_real(hash, hopform_stance_tangents_real(plan, steps, phases, stance, &half, 1, &state, tangents));
+    mix_int_real(hash, hopform_stance_tangents_real(plan, steps, phases, stance, NULL, 0, &half, 1, &state, tangents));
     mix_reals_real(hash, tangents, sizeof tangents);
     for (int i = 0; i < HOPFORM_AXES; i++) {
         columns[i] = again + i;

@@ -20,16 +20,11 @@
 #include "linear_real.h"
 #include "reading_real.h"
 
-enum {
-    COLUMNS_real = HOPFORM_SENSITIVITY_COLUMNS,
-    ROBOT_real = HOPFORM_COLUMN_OF_ROBOT,
-    CONVOLUTIONS_real = 7,
-    SHARES_real = CORE_real + 1
-};
+enum { ROBOT_real = HOPFORM_COLUMN_OF_ROBOT, CONVOLUTIONS_real = 7, SHARES_real = CORE_real + 1 };
 
 static const signed char column_of_axis_real[HOPFORM_AXES] = HOPFORM_COLUMN_OF_AXIS;
 
-/* How far a stance has been followed: where it is, and the change of that by the one of each input. */
+/* How far a stance has been followed: where it is, and the change of that by the one of each chosen input. */
 typedef struct {
     const hopform_plan_real *plan;
     const hopform_step_real *steps;
@@ -37,11 +32,34 @@ typedef struct {
     int32_t index; /* of the phase that it is in */
     real t;        /* since the start */
     state_by_axis_real at;
-    state_by_axis_real change[COLUMNS_real];
-    real late[COLUMNS_real]; /* how much later the event came that began the phase; 0 where its time is fixed */
-    bool is_timed;           /* these are known: a velocity that fades to nothing has no time in proportion */
-    bool exists;             /* the time of each event so far moves in proportion */
+    chosen_real chosen;
+    real *change;  /* the caller's: a row for each axis, in it a number for each column */
+    real *late;    /* how much later the event came that began the phase, 0 where its time is fixed; or NULL */
+    bool is_timed; /* these are known: a velocity that fades to nothing has no time in proportion */
+    bool exists;   /* the time of each event so far moves in proportion */
 } variation_real;
+
+static inline int32_t code_at_real(const variation_real *variation, int32_t column) {
+    return code_of_real(&variation->chosen, column);
+}
+
+static inline state_by_axis_real change_of_column_real(const variation_real *variation, int32_t column) {
+    state_by_axis_real change;
+    for (int i = 0; i < HOPFORM_AXES; i++) {
+        change.of[i] = variation->change[(ptrdiff_t)i * variation->chosen.count + column];
+    }
+    return change;
+}
+
+static inline void put_change_real(const variation_real *variation, int32_t column, const state_by_axis_real *change) {
+    for (int i = 0; i < HOPFORM_AXES; i++) {
+        variation->change[(ptrdiff_t)i * variation->chosen.count + column] = change->of[i];
+    }
+}
+
+static inline void put_late_real(const variation_real *variation, int32_t column, real late) {
+    if (variation->late != NULL) { variation->late[column] = late; }
+}
 
 static real current_real(const variation_real *variation, const hopform_phase_real *phase) {
     return input_of_phase_real(variation->plan, variation->steps, phase);
@@ -130,24 +148,30 @@ static void responses_real(const mode_real *mode, const real z[HOPFORM_AXES], re
 }
 
 /* The change of each parameter of the robot that a column stands for. */
-static robot_change_real robot_change_of_column_real(int column) {
+static robot_change_real robot_change_of_column_real(int32_t code) {
     robot_change_by_field_real change = {{0}};
-    if (column >= ROBOT_real) { change.of[column - ROBOT_real] = 1.0; }
+    if (code >= ROBOT_real && code < COLUMNS_real) { change.of[code - ROBOT_real] = 1.0; }
     return change.named;
 }
 
+/* Whether a column stands for the input of a step, which that of all of them moves, too. */
+static bool moves_input_real(int32_t code, int32_t step) {
+    return code == HOPFORM_COLUMN_OF_INPUT || code == HOPFORM_COLUMN_OF_STEP(step);
+}
+
 /* How a stop moves with what a column stands for. */
-static real stop_change_real(const hopform_plan_real *plan, int column, bool upper) {
-    const robot_change_real by = robot_change_of_column_real(column);
+static real stop_change_real(const hopform_plan_real *plan, int32_t code, bool upper) {
+    const robot_change_real by = robot_change_of_column_real(code);
     return upper ? upper_stop_change_real(&plan->robot, &by) : lower_stop_change_real(&plan->robot, &by);
 }
 
 /* How the accelerations of a mode change with the inputs of a column, by what their shares go with. */
-static slopes_by_share_real slopes_of_column_real(const variation_real *variation, const mode_real *mode, int column) {
+static slopes_by_share_real slopes_of_column_real(const variation_real *variation, const mode_real *mode,
+                                                  int32_t code) {
     const hopform_phase_real *phase = &variation->phases[variation->index];
-    const robot_change_real robot = robot_change_of_column_real(column);
+    const robot_change_real robot = robot_change_of_column_real(code);
     const int limit = limit_of_mode_real(mode->row);
-    real input = column == HOPFORM_COLUMN_OF_INPUT ? 1.0 : 0.0;
+    real input = moves_input_real(code, phase->step) ? 1.0 : 0.0;
     if (limit != 0) { input = input_at_limit_change_real(&variation->plan->robot, (real)limit, &robot, input); }
     slopes_by_share_real slopes;
     slopes.named =
@@ -169,12 +193,13 @@ static void travel_real(variation_real *variation, real t) {
     const basis_by_order_real response = response_in_mode_real(&mode, h);
     responses_real(&mode, variation->at.of, h, response.of, answer);
     const matrix_real phi = transition_real(&mode, response.of);
-    for (int column = 0; column < COLUMNS_real; column++) {
-        const slopes_by_share_real slopes = slopes_of_column_real(variation, &mode, column);
+    for (int32_t column = 0; column < variation->chosen.count; column++) {
+        const slopes_by_share_real slopes = slopes_of_column_real(variation, &mode, code_at_real(variation, column));
+        const state_by_axis_real change = change_of_column_real(variation, column);
         state_by_axis_real end = {{0.0, 0.0, 0.0, 0.0}};
         for (int i = 0; i < HOPFORM_AXES; i++) {
             for (int j = 0; j < HOPFORM_AXES; j++) {
-                end.of[i] += phi.at[i][j] * variation->change[column].of[j];
+                end.of[i] += phi.at[i][j] * change.of[j];
             }
         }
         for (int n = 0; n < HOPFORM_CHANGED_ROWS * SHARES_real; n++) {
@@ -182,22 +207,22 @@ static void travel_real(variation_real *variation, real t) {
                 end.of[i] += answer[n / SHARES_real][n % SHARES_real][i] * slopes.of[n];
             }
         }
-        variation->change[column] = end;
+        put_change_real(variation, column, &end);
     }
     variation->at.named = state_in_phase_real(plan, phase, u, t - phase->t);
 }
 
 /* ---- through the events ---- */
 
-static void not_late_real(variation_real *variation) {
-    for (int column = 0; column < COLUMNS_real; column++) {
-        variation->late[column] = 0.0;
+static void not_late_real(const variation_real *variation) {
+    for (int32_t column = 0; column < variation->chosen.count; column++) {
+        put_late_real(variation, column, 0.0);
     }
 }
 
 /* How the acceleration of an element in a mode changes with the inputs of a column, at a state that does not. */
-static real direct_slope_real(const variation_real *variation, const mode_real *mode, int element, int column) {
-    const slopes_by_share_real slopes = slopes_of_column_real(variation, mode, column);
+static real direct_slope_real(const variation_real *variation, const mode_real *mode, int element, int32_t code) {
+    const slopes_by_share_real slopes = slopes_of_column_real(variation, mode, code);
     const real *shares = slopes.of + element * SHARES_real;
     real slope = shares[CORE_real];
     for (int c = 0; c < CORE_real; c++) {
@@ -220,16 +245,35 @@ static void cross_slip_real(variation_real *variation, int element, const mode_r
     const hopform_rates_real *rates = entered->rates;
     const real rate = free_slope_real(rates, element, before);
     variation->exists = variation->exists && fabs_real(rate) > 0.0;
-    for (int column = 0; column < COLUMNS_real && variation->exists; column++) {
-        const robot_change_real robot = robot_change_of_column_real(column);
+    for (int32_t column = 0; column < variation->chosen.count && variation->exists; column++) {
+        const int32_t code = code_at_real(variation, column);
+        const robot_change_real robot = robot_change_of_column_real(code);
+        state_by_axis_real change = change_of_column_real(variation, column);
         excess_by_side_real excess;
         excess.named = excess_change_real(&plan->robot, &robot);
         const real at_rest = (real)side * excess.of[side_index_real(element, side)];
-        const real early = free_slope_real(rates, element, &variation->change[column])
-                           + direct_slope_real(variation, entered, element, column) - at_rest;
+        const real early =
+            free_slope_real(rates, element, &change) + direct_slope_real(variation, entered, element, code) - at_rest;
         const real late = -early / rate;
-        pass_slip_real(variation->change[column].of, element, acceleration, late);
-        variation->late[column] = late;
+        pass_slip_real(change.of, element, acceleration, late);
+        put_change_real(variation, column, &change);
+        put_late_real(variation, column, late);
+    }
+}
+
+/* Follow the changes by the time of a step through it: the motion before goes on for longer. */
+static void cross_step_real(variation_real *variation, const state_by_axis_real *before,
+                            const state_by_axis_real *after) {
+    const int32_t step = variation->phases[variation->index].step;
+    for (int32_t column = 0; column < variation->chosen.count; column++) {
+        if (code_at_real(variation, column) == HOPFORM_COLUMN_OF_STEP_TIME(step)) {
+            state_by_axis_real change;
+            for (int i = 0; i < HOPFORM_AXES; i++) {
+                change.of[i] = before->of[i] - after->of[i];
+            }
+            put_change_real(variation, column, &change);
+            put_late_real(variation, column, 1.0);
+        }
     }
 }
 
@@ -257,40 +301,43 @@ static void cross_real(variation_real *variation) {
     not_late_real(variation);
     const int slips = slips_at_event_real(now->event);
     if (slips >= 0) { cross_slip_real(variation, slips, &entered, &before); }
+    if (now->step > old->step) { cross_step_real(variation, &before, &after); }
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_real(before.of[axis] - after.of[axis]) > 0.0))) { return; }
     variation->exists = variation->exists && fabs_real(before.of[axis]) > 0.0;
     variation->is_timed = variation->exists;
-    for (int column = 0; column < COLUMNS_real && variation->exists; column++) {
-        real *change = variation->change[column].of;
-        const real wanted = stops ? stop_change_real(variation->plan, column, upper) : 0.0;
-        const real late = (wanted - change[axis]) / before.of[axis];
-        pass_event_at_axis_real(change, before.of, after.of, axis, wanted, late);
-        variation->late[column] = late;
+    for (int32_t column = 0; column < variation->chosen.count && variation->exists; column++) {
+        state_by_axis_real change = change_of_column_real(variation, column);
+        const int32_t code = code_at_real(variation, column);
+        const real wanted = stops ? stop_change_real(variation->plan, code, upper) : 0.0;
+        const real late = (wanted - change.of[axis]) / before.of[axis];
+        pass_event_at_axis_real(change.of, before.of, after.of, axis, wanted, late);
+        put_change_real(variation, column, &change);
+        put_late_real(variation, column, late);
     }
 }
 
-/* A stance from its start on: no velocity is left of a mass that is held, unless it ends at once, or that a stop took
- * at once. */
-static variation_real variation_of_real(const hopform_plan_real *plan, const hopform_step_real *steps,
-                                        const hopform_phase_real *phases, const hopform_stance_real *stance) {
-    variation_real variation = {
-        plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, {{{0.0, 0.0, 0.0, 0.0}}}, {0.0}, true, true,
-    };
-    const mode_real mode = mode_of_real(plan, phases, current_real(&variation, phases));
+/* A stance from its start on, whose changes begin in the memory that `variation` has: no velocity is left of a mass
+ * that is held, unless it ends at once, or that a stop took at once. */
+static void begin_variation_real(variation_real *variation, const hopform_stance_real *stance) {
+    const mode_real mode = mode_of_real(variation->plan, variation->phases, current_real(variation, variation->phases));
     const bool goes_on = !is_left_real(stance) || stance->duration > 0.0;
-    variation.at.named = start_of_phase_real(phases);
-    for (int i = 0; i < HOPFORM_AXES; i++) {
-        variation.change[column_of_axis_real[i]].of[i] = 1.0;
-    }
+    bool moves[HOPFORM_AXES] = {true, true, true, true};
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
-        const int axis = HOPFORM_VELOCITY_AXIS(element);
-        if ((goes_on && side_of_mode_real(mode.row, element) == 0) || HOPFORM_NEVER_MOVES(element)
-            || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0)) {
-            variation.change[column_of_axis_real[axis]].of[axis] = 0.0;
-        }
+        moves[HOPFORM_VELOCITY_AXIS(element)] =
+            !((goes_on && side_of_mode_real(mode.row, element) == 0) || HOPFORM_NEVER_MOVES(element)
+              || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0));
     }
-    return variation;
+    variation->at.named = start_of_phase_real(variation->phases);
+    for (int32_t column = 0; column < variation->chosen.count; column++) {
+        const int32_t code = code_at_real(variation, column);
+        state_by_axis_real change;
+        for (int i = 0; i < HOPFORM_AXES; i++) {
+            change.of[i] = moves[i] && code == column_of_axis_real[i] ? 1.0 : 0.0;
+        }
+        put_change_real(variation, column, &change);
+    }
+    not_late_real(variation);
 }
 
 /* Follow a stance up to a time; `last` is the index of its last phase. */
@@ -338,11 +385,11 @@ static bool ends_later_real(variation_real *variation, const hopform_stance_real
     const hopform_robot_real *robot = &variation->plan->robot;
     const real contact_rate = contact_slope_real(robot, speed);
     if (ended_by != ENDED_BY_ROOT_real || !(fabs_real(contact_rate) > 0.0)) { return false; }
-    for (int column = 0; column < COLUMNS_real; column++) {
-        const robot_change_real by = robot_change_of_column_real(column);
+    for (int32_t column = 0; column < variation->chosen.count; column++) {
+        const robot_change_real by = robot_change_of_column_real(code_at_real(variation, column));
         const hopform_state_real *end = &stance->end;
-        variation->late[column] =
-            -contact_change_real(robot, end, &by, &variation->change[column].change) / contact_rate;
+        const state_by_axis_real change = change_of_column_real(variation, column);
+        put_late_real(variation, column, -contact_change_real(robot, end, &by, &change.change) / contact_rate);
     }
     return true;
 #else
@@ -353,102 +400,119 @@ static bool ends_later_real(variation_real *variation, const hopform_stance_real
 
 #if HOPFORM_HAS_CONTACT
 /* The rows of the apex, 0 without take-off, and of the AED; false where the apex has no derivative in range. */
-static bool put_rows_of_contact_real(const variation_real *variation, const hopform_stance_real *stance, int column,
-                                     const state_by_axis_real *change, real *matrix) {
+static bool put_rows_of_contact_real(const variation_real *variation, const hopform_stance_real *stance, int32_t code,
+                                     const state_by_axis_real *change, real rows[2]) {
     const hopform_robot_real *robot = &variation->plan->robot;
     const hopform_state_real start = start_of_phase_real(variation->phases);
     const hopform_state_real *end = &stance->end;
     const real fall = is_left_real(stance) ? fall_of_real(robot) : 0.0;
     if (fall > 0.0 && !(fall * fall > 0.0)) { return false; } /* by which the apex's derivative divides */
-    const robot_change_real by = robot_change_of_column_real(column);
+    const robot_change_real by = robot_change_of_column_real(code);
     state_by_axis_real unit;
     for (int i = 0; i < HOPFORM_AXES; i++) {
-        unit.of[i] = column == column_of_axis_real[i] ? 1.0 : 0.0;
+        unit.of[i] = code == column_of_axis_real[i] ? 1.0 : 0.0;
     }
-    matrix[5 * COLUMNS_real + column] = fall > 0.0 ? apex_change_real(robot, end, &by, &change->change) : 0.0;
-    matrix[6 * COLUMNS_real + column] = body_energy_change_real(robot, end, &by, &change->change)
-                                        - body_energy_change_real(robot, &start, &by, &unit.change);
+    rows[0] = fall > 0.0 ? apex_change_real(robot, end, &by, &change->change) : 0.0;
+    rows[1] = body_energy_change_real(robot, end, &by, &change->change)
+              - body_energy_change_real(robot, &start, &by, &unit.change);
     return true;
 }
 #endif
 
-/* The rows of the matrix from the changes at the ending. */
+/* The rows of the matrix from the changes at the ending, in whose first rows these and what is late stand. */
 static bool finish_real(variation_real *variation, const hopform_stance_real *stance, real *matrix) {
     const hopform_robot_real *robot = &variation->plan->robot;
     const hopform_phase_real *phase = &variation->phases[variation->index];
     const mode_real mode = mode_of_real(variation->plan, phase, current_real(variation, phase));
     const state_by_axis_real speed = speeds_in_mode_real(&mode, &stance->end);
+    const int32_t count = variation->chosen.count;
     bool exists = ends_later_real(variation, stance, &speed.named);
-    for (int column = 0; exists && column < COLUMNS_real; column++) {
-        state_by_axis_real *change = &variation->change[column];
-        const robot_change_real by = robot_change_of_column_real(column);
+    for (int32_t column = 0; exists && column < count; column++) {
+        state_by_axis_real change = change_of_column_real(variation, column);
+        const int32_t code = code_at_real(variation, column);
+        const robot_change_real by = robot_change_of_column_real(code);
         const real late = variation->late[column];
         for (int i = 0; i < HOPFORM_AXES; i++) {
-            change->of[i] += speed.of[i] * late;
+            change.of[i] += speed.of[i] * late;
         }
+        real rows[HOPFORM_SENSITIVITY_ROWS];
 #if HOPFORM_HAS_CONTACT
-        if (is_left_real(stance) && HOPFORM_CONTACT_IS_STRETCH) { change->of[HOPFORM_STRETCH_AXIS] = 0.0; }
-        exists = put_rows_of_contact_real(variation, stance, column, change, matrix);
+        if (is_left_real(stance) && HOPFORM_CONTACT_IS_STRETCH) { change.of[HOPFORM_STRETCH_AXIS] = 0.0; }
+        exists = put_rows_of_contact_real(variation, stance, code, &change, rows + 5);
 #endif
-        const real rows[] = {late, change->of[0], change->of[1],
-                             height_change_real(robot, &stance->end, &by, &change->change), change->of[2]};
-        for (int row = 0; row < (int)(sizeof rows / sizeof rows[0]); row++) {
-            matrix[row * COLUMNS_real + column] = rows[row];
+        rows[0] = late;
+        rows[1] = change.of[0];
+        rows[2] = change.of[1];
+        rows[3] = height_change_real(robot, &stance->end, &by, &change.change);
+        rows[4] = change.of[2];
+        for (int row = 0; exists && row < HOPFORM_SENSITIVITY_ROWS; row++) {
+            matrix[(ptrdiff_t)row * count + column] = rows[row];
+            exists = exists && rows[row] >= -HOPFORM_NEVER_real && rows[row] <= HOPFORM_NEVER_real;
         }
     }
     return exists;
 }
 
-/* Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
- * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
- * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a
- * contact it is also that of the stop where the contact force jumped below 0; one that pulls from the start ends as it
- * starts: T stays 0, the state moves with the start; and a row that only a rise has is 0 without one.
+/* Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times column_count
+ * numbers, row by row; zeros if there are none (positive status), as where an event grazes, or a search has ended. Row
+ * T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a contact it is also that of
+ * the stop where the contact force jumped below 0; one that pulls from the start ends as it starts: T stays 0, the
+ * state moves with the start; and a row that only a rise has is 0 without one.
+ *
+ * columns: the inputs by which, column_count of them: numbers below HOPFORM_SENSITIVITY_COLUMNS, HOPFORM_COLUMN_OF_STEP
+ * or HOPFORM_COLUMN_OF_STEP_TIME of a step, in any order; NULL for the HOPFORM_SENSITIVITY_COLUMNS in theirs, whatever
+ * column_count is. A step that is not reached has zeros.
  *
  * Column y holds the others' at a fixed stretch. Column u moves every step's input alike. The velocity of a mass at
  * rest that is held stays 0, but where a contact is lost at once. Mass 1, if it starts on a stop, stays where it starts
- * until it departs; the ends of its stroke count where a stop is met later.
+ * until it departs; the ends of its stroke count where a stop is met later. A step's time moves that switch alone, and
+ * with it what friction lets go there.
  */
 int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                           const hopform_phase_real *phases, const hopform_stance_real *stance,
-                                          real *matrix) {
-    const int32_t count = HOPFORM_SENSITIVITY_ROWS * COLUMNS_real;
-    const memory_real array = array_real(matrix, count, sizeof *matrix);
-    const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, &array, 1);
+                                          const int32_t *columns, int32_t column_count, real *matrix) {
+    const chosen_real chosen = chosen_of_real(columns, column_count);
+    const memory_real array = array_real(matrix, chosen.count, HOPFORM_SENSITIVITY_ROWS * sizeof *matrix);
+    const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, &chosen, &array, 1);
     if (status < 0) { return status; }
-    variation_real variation = variation_of_real(plan, steps, phases, stance);
+    variation_real variation = {plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, chosen, matrix, NULL, true, true};
+    variation.late = matrix + (ptrdiff_t)HOPFORM_AXES * chosen.count;
+    begin_variation_real(&variation, stance);
     follow_to_real(&variation, stance->phases_kept - 1, stance->duration);
-    bool exists = variation.exists && finish_real(&variation, stance, matrix);
-    for (int32_t n = 0; exists && n < count; n++) {
-        exists = matrix[n] >= -HOPFORM_NEVER_real && matrix[n] <= HOPFORM_NEVER_real;
-    }
+    const bool exists = variation.exists && finish_real(&variation, stance, matrix);
     return exists ? HOPFORM_OK : refuse_real(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
 
-/* States of a solved stance at `count` times, which must not decrease, and their derivatives through the events before
- * them: HOPFORM_TANGENT_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
+/* States of a solved stance at `count` times, which must not decrease, or none (NULL), and their derivatives through
+ * the events before them: HOPFORM_TANGENT_ROWS times column_count numbers a time, rows x1, v1, v2, y, columns as in
  * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not
  * notice it.
  */
 int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopform_step_real *steps,
                                      const hopform_phase_real *phases, const hopform_stance_real *stance,
-                                     const real *times, int32_t count, hopform_state_real *states, real *tangents) {
+                                     const int32_t *columns, int32_t column_count, const real *times, int32_t count,
+                                     hopform_state_real *states, real *tangents) {
+    const chosen_real chosen = chosen_of_real(columns, column_count);
+    const size_t of_one = chosen.count > 0 ? (size_t)HOPFORM_TANGENT_ROWS * (size_t)chosen.count : 0;
     const memory_real arrays[2] = {
+        array_real(tangents, count, of_one * sizeof *tangents),
         array_real(states, count, sizeof *states),
-        array_real(tangents, count, HOPFORM_TANGENT_ROWS * COLUMNS_real * sizeof *tangents),
     };
     const times_real when = {times, count, true};
-    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, arrays, 2);
+    const int32_t status =
+        reading_status_real(plan, steps, phases, stance, &when, &chosen, arrays, states != NULL ? 2 : 1);
     if (status < 0) { return status; }
-    variation_real variation = variation_of_real(plan, steps, phases, stance);
+    variation_real variation = {plan,   steps,    phases, 0,    0.0, {{0.0, 0.0, 0.0, 0.0}},
+                                chosen, tangents, NULL,   true, true};
     for (int32_t i = 0; i < count; i++) {
-        follow_to_real(&variation, stance->phases_kept - 1, lesser_real(times[i], stance->duration));
-        states[i] = variation.at.named;
-        for (int row = 0; row < HOPFORM_TANGENT_ROWS; row++) {
-            for (int column = 0; column < COLUMNS_real; column++) {
-                tangents[(i * HOPFORM_TANGENT_ROWS + row) * COLUMNS_real + column] = variation.change[column].of[row];
-            }
+        if (i == 0) {
+            begin_variation_real(&variation, stance);
+        } else { /* from the time before on */
+            (void)memcpy(variation.change + of_one, variation.change, of_one * sizeof *tangents);
+            variation.change += of_one;
         }
+        follow_to_real(&variation, stance->phases_kept - 1, lesser_real(times[i], stance->duration));
+        if (states != NULL) { states[i] = variation.at.named; }
     }
     return variation.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
 }

@@ -137,7 +137,7 @@ int32_t hopform_stance_at_real(const hopform_plan_real *plan, const hopform_step
                                hopform_state_real *state) {
     const memory_real array = array_real(state, 1, sizeof *state);
     const times_real when = {&t, 1, false};
-    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, &array, 1);
+    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, NULL, &array, 1);
     if (status < 0) { return status; }
     *state = state_of_stance_real(plan, steps, phases, stance, t);
     return HOPFORM_OK;

@@ -129,7 +129,7 @@ int32_t hopform_stance_grid_real(const hopform_plan_real *plan, const hopform_st
                                  int32_t count, real *const *columns) {
     memory_real arrays[HOPFORM_AXES];
     columns_of_real(columns, count, arrays);
-    const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, arrays, HOPFORM_AXES);
+    const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, NULL, arrays, HOPFORM_AXES);
     if (status < 0 || columns == NULL) { /* refused without */
         return status;
     }
@@ -162,24 +162,16 @@ int32_t hopform_stance_states_real(const hopform_plan_real *plan, const hopform_
     memory_real arrays[HOPFORM_AXES];
     columns_of_real(columns, count, arrays);
     const times_real when = {times, count, false};
-    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, arrays, HOPFORM_AXES);
+    const int32_t status = reading_status_real(plan, steps, phases, stance, &when, NULL, arrays, HOPFORM_AXES);
     if (status < 0 || columns == NULL) { /* refused without */
         return status;
     }
     real *column[HOPFORM_AXES]; /* where they point to may be written */
     (void)memcpy(column, columns, sizeof column);
-    int32_t prepared = 0; /* the phase whose motion is made: once for times that follow each other in it */
-    course_real course = course_of_phase_real(plan, phases, input_of_phase_real(plan, steps, phases));
+    reader_real reader = reader_of_real(plan, steps, phases, stance->phases_kept);
     for (int32_t i = 0; i < count; i++) {
-        const real within = lesser_real(times[i], stance->duration);
-        const int32_t n = phase_index_real(phases, stance->phases_kept, within);
-        const hopform_phase_real *phase = &phases[n];
-        if (n != prepared) {
-            course = course_of_phase_real(plan, phase, input_of_phase_real(plan, steps, phase));
-            prepared = n;
-        }
         state_by_axis_real state;
-        state.named = state_on_course_real(&course, within - phase->t);
+        state.named = read_state_real(&reader, lesser_real(times[i], stance->duration));
         for (int axis = 0; axis < HOPFORM_AXES; axis++) {
             column[axis][i] = state.of[axis];
         }

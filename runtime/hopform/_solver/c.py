@@ -5,7 +5,7 @@ A library that was built from other sources than the package is refused by name,
 
 import ctypes
 import struct
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache, cached_property, lru_cache
 from importlib import import_module
 from pathlib import Path
@@ -18,7 +18,20 @@ from hopform._errors import BackendError, HopformError
 from hopform._solver import package
 from hopform._solver.build import with_notes
 from hopform._solver.library import REINSTALL, opened, own_library, refuse_damage, text_of
-from hopform._solver.package import OURS, ROWS, Array, Columns, Events, LegState, Package, Precision, Steps, records
+from hopform._solver.package import (
+    ASKED,
+    OURS,
+    ROWS,
+    Array,
+    Asked,
+    Columns,
+    Events,
+    LegState,
+    Package,
+    Precision,
+    Steps,
+    records,
+)  # fmt: skip
 
 PHASES_NOT_KEPT = package.NUMBERS["phases_not_kept"]
 FIRST_CAPACITY = 64
@@ -114,6 +127,9 @@ class Types:
         self.pack_state: Callable[..., bytes] = self.state.pack if double else self.pack
         self.pack_step: Callable[..., bytes] = struct.Struct("2d").pack if double else self.pack
         self.one_state = ctypes.c_char * self.state.size
+        members = [name for name, _, _ in library.package.structs.STRUCTS["StancesOut"]]
+        self.readings = members[members.index("steps") + 1 :]
+        self.no_readings = [0] * (len(self.readings) + len(("phases", "capacity", "times", "kinds", "room", "steps")))
         self.free: list[tuple[Any, Any]] = []
         self.free_inputs: list[_Inputs] = []
         self.latest: tuple[Any, bytes] = None, b""
@@ -144,12 +160,14 @@ class _Inputs:
     """Memory for a number of each column, and hopform_stances_in of numbers alone."""
 
     def __init__(self, types: Types) -> None:
-        count = types.stances_in.format.count("P")
+        count = len(types.Robot._fields_) + len(package.STATES)
         self.numbers = (types.real * count)()
         address, size = ctypes.addressof(self.numbers), types.dtype.itemsize
         self.places = [place for n in range(count) for place in (address + n * size, 0)]
         self.packed: tuple[int, bytes] = 0, b""
         """The struct for the latest bound on phases."""
+        self.kept: tuple[Any, ...] = ()
+        """Arrays that a call reads."""
 
 
 def layout(structure: Any) -> struct.Struct:
@@ -274,11 +292,14 @@ class Solved(_Motion):
         self.call("stance_compression", ctypes.byref(most))
         return float(most.value)
 
-    def sensitivities(self) -> Array:
-        """Derivatives, rows times columns as in the package's `elements`; NaN where there are none."""
+    def sensitivities(self, columns: Sequence[int] | None = None) -> Array:
+        """Derivatives, rows times columns as in the package's `elements`, or the columns of these numbers, which may be
+        `package.column_of_step` or `column_of_step_time`; NaN where there are none.
+        """
         solver = self.types.library.package
-        matrix = np.empty((self.types.outputs, self._columns), dtype=self.types.dtype)
-        if self.call("stance_sensitivities", pointer(matrix)) == NO_DERIVATIVE:
+        codes = chosen(solver, columns)
+        matrix = np.empty((self.types.outputs, codes.size), dtype=self.types.dtype)
+        if self.call("stance_sensitivities", pointer(codes), codes.size, pointer(matrix)) == NO_DERIVATIVE:
             matrix[:] = np.nan
         if solver.elements.HAS_CONTACT:
             fall = solver.formulas.fall_of(self.types.Plan.from_buffer_copy(self.structs[0]).robot)
@@ -286,15 +307,15 @@ class Solved(_Motion):
                 matrix[ROWS.index("apex")] = np.nan
         return matrix
 
-    def tangents(self, t: Array) -> tuple[LegState, Array]:
-        """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there."""
-        row = len(LegState._fields)
-        states, tangents = self.read("stance_tangents", t, (row,), (row, self._columns))
+    def tangents(self, t: Array, columns: Sequence[int] | None = None) -> tuple[LegState, Array]:
+        """States at times of one dimension, which do not decrease, and the derivatives of x1, v1, v2, y there, by the
+        same columns as `sensitivities`.
+        """
+        codes, row = chosen(self.types.library.package, columns), len(LegState._fields)
+        states, tangents = np.empty((t.size, row), t.dtype), np.empty((t.size, row, codes.size), t.dtype)
+        into = pointer(t), ctypes.c_int32(t.size), pointer(states), pointer(tangents)
+        self.call("stance_tangents", pointer(codes), codes.size, *into)
         return LegState(*states.T), tangents
-
-    @property
-    def _columns(self) -> int:
-        return len(self.types.library.package.elements.COLUMNS)
 
 
 class SolvedFlight(_Motion):
@@ -323,6 +344,11 @@ class SolvedFlight(_Motion):
         of_energy, of_work = len(layouts.Energy._fields), len(self.types.FlightLedger._fields_)
         energy, work, losses = self.read("flight_energy", t, (of_energy,), (of_work,), ())
         return records.Energy(*energy.T), _ledger(layouts.FlightLedger, layouts.FlightWork, work, losses)
+
+
+def chosen(solver: Package, columns: Sequence[int] | None) -> NDArray[np.int32]:
+    """The numbers of columns of derivatives as the library takes them, None for all."""
+    return np.array(range(len(solver.elements.COLUMNS)) if columns is None else columns, np.int32)
 
 
 def _ledger(ledger: Any, of_work: Any, work: Array, losses: Array) -> Any:
@@ -478,25 +504,29 @@ class C:
         readings: package.Readings,
         max_phases: int,
         events: bool,
+        asked: Asked = ASKED,
     ) -> Events:
         """Put the results and readings of stances into arrays; the events, if they are asked for."""
-        events_found = _solve(self.library, columns, results, max_phases, _FIRST_EVENTS if events else 0)
-        for name, into in readings.items():
-            _read(self.library, name, columns, into, max_phases)
-        return events_found
+        room = _FIRST_EVENTS if events else 0
+        # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
+        capacity = FIRST_CAPACITY if readings else 2 * room + 2 if room else 0
+        return _solve(self.library, columns, results, readings, asked, max_phases, room, capacity)
 
 
 # ---- many stances, from columns into columns ----
 
 
 def _solve(
-    library: Library, columns: Columns, results: package.Results, max_phases: int, room: int, first: int = 0
-) -> Events:
-    """The events of the stances, numbered from `first` on; one that has more than `room` is solved once more."""
+    library: Library, columns: Columns, results: package.Results, readings: package.Readings, asked: Asked,
+    max_phases: int, room: int, capacity: int, first: int = 0,
+) -> Events:  # fmt: skip
+    """The events of the stances, numbered from `first` on; one that has more of them than `room`, or more phases than
+    `capacity`, is solved once more.
+    """
     codes, reals = results
     real, count = reals.dtype, reals.shape[1]
     types = library.types(real)
-    arguments, inputs = _arguments(types, columns, max_phases)
+    given, arguments, inputs = _arguments(types, columns, max_phases, asked)
     (status, count_of_events), rows = _rows(codes), _rows(reals)
     into = [status, codes.itemsize]
     for row in rows[: types.outputs]:
@@ -504,38 +534,38 @@ def _solve(
     if types.outputs < len(rows):  # without a contact there is no apex and no AED
         reals[types.outputs :] = np.nan
     into += count_of_events, codes.itemsize
-    lists: tuple[int, ...] = (0, 0, 0, 0, 0)
-    times, kinds = np.empty((count, room), real), np.empty((count, room), np.int8)
-    if room:
-        # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
-        phases = (types.Phase * (2 * room + 2))()
-        lists = ctypes.addressof(phases), len(phases), _address(times), _address(kinds), room
-    library.call("solve_stances", types, ctypes.c_int64(count), arguments, types.stances_out.pack(*into, *lists))
-    types.free_inputs.append(inputs)
-    if not room:
+    if not capacity:
+        into += types.no_readings
+        library.call("solve_stances", types, ctypes.c_int64(count), arguments, types.stances_out.pack(*into))
+        types.free_inputs.append(inputs)
         return []
-    short = codes[-1] > room
-    lanes, place = np.nonzero((kinds != 0) & ~short[:, np.newaxis])
-    events_found = [(first + lanes, times[lanes, place], kinds[lanes, place])]
+    phases, steps = (types.Phase * capacity)(), (types.Step * max(given[0], 1))()
+    times, kinds = np.empty((count, room), real), np.empty((count, room), np.int8)
+    lists = (_address(times), _address(kinds), room) if room else (0, 0, 0)
+    read = {"reading_status": np.empty(count, np.int32), **readings}
+    places = [_address(read[name]) if name in read else 0 for name in types.readings]
+    packed = types.stances_out.pack(*into, ctypes.addressof(phases), capacity, *lists, ctypes.addressof(steps), *places)
+    library.call("solve_stances", types, ctypes.c_int64(count), arguments, packed)
+    types.free_inputs.append(inputs)
+    few = (read["reading_status"] == PHASES_NOT_KEPT) & (capacity <= max_phases)
+    short = few | (codes[-1] > room) if room else few
+    events_found: Events = []
+    if room:
+        lanes, place = np.nonzero((kinds != 0) & ~short[:, np.newaxis])
+        events_found.append((first + lanes, times[lanes, place], kinds[lanes, place]))
     for lane in np.flatnonzero(short).tolist():
         one = [column[lane : lane + 1] if isinstance(column, np.ndarray) else column for column in columns]
         part = codes[:, lane : lane + 1], reals[:, lane : lane + 1]
-        events_found += _solve(library, one, part, max_phases, int(codes[-1, lane]), lane)
+        of_part = {name: reading[lane : lane + 1] for name, reading in readings.items()}
+        more = max(room, int(codes[-1, lane])) if room else 0
+        phases_of_one = min(max(8 * capacity, 2 * more + 2), max_phases + 1)
+        events_found += _solve(library, one, part, of_part, asked, max_phases, more, phases_of_one, first + lane)
     return events_found
 
 
-def _read(library: Library, name: str, columns: Columns, results: NDArray[Any], max_phases: int) -> None:
-    """A reading of stances."""
-    types, state = library.types(results.dtype), np.empty(len(results), np.int32)
-    arguments, inputs = _arguments(types, columns, max_phases)
-    asked = ctypes.c_int64(state.size), arguments
-    with_room(types, f"stances_{name}", types.Phase, max_phases + 1, asked, pointer(results), pointer(state))
-    types.free_inputs.append(inputs)
-
-
-def _arguments(types: Types, columns: Columns, max_phases: int) -> tuple[bytes, _Inputs]:
-    """hopform_stances_in for these columns, and the memory of those that are numbers, which goes back to
-    `types.free_inputs` behind the call; both must outlive it.
+def _arguments(types: Types, columns: Columns, max_phases: int, asked: Asked) -> tuple[tuple[int, ...], bytes, _Inputs]:
+    """What is asked, hopform_stances_in for these columns, and the memory of those that are numbers, which goes back to
+    `types.free_inputs` behind the call; it and the arrays must outlive it.
     """
     try:
         inputs = types.free_inputs.pop()
@@ -544,17 +574,41 @@ def _arguments(types: Types, columns: Columns, max_phases: int) -> tuple[bytes, 
     states = len(package.STATES)
     ordered = [*columns[states:], *columns[:states]]
     arrays: list[tuple[int, Any]] = [(n, column) for n, column in enumerate(ordered) if type(column) is not float]
-    if not arrays:
+    if not arrays and asked is ASKED:
         inputs.numbers[:] = ordered
         if inputs.packed[0] != max_phases:
-            inputs.packed = max_phases, types.stances_in.pack(*inputs.places, max_phases)
-        return inputs.packed[1], inputs
+            inputs.packed = max_phases, types.stances_in.pack(*inputs.places, max_phases, *NOTHING)
+        return NOTHING, inputs.packed[1], inputs
     places = inputs.places.copy()
+    stride = 0
     for n, column in arrays:
         ordered[n] = 0.0
         places[2 * n : 2 * n + 2] = _address(column), column.strides[0]
+        if column.ndim > 1:
+            stride = column.strides[1]
+            _refuse_other_steps(column.shape[1], 0 if asked.step_times is None else asked.step_times.size)
     inputs.numbers[:] = ordered
-    return types.stances_in.pack(*places, max_phases), inputs
+    given = NOTHING if asked is ASKED else _what_is_asked(types, asked, stride, inputs)
+    return given, types.stances_in.pack(*places, max_phases, *given), inputs
+
+
+def _refuse_other_steps(inputs: int, steps: int) -> None:
+    if inputs != steps:
+        raise HopformError(f"u has {inputs} inputs of steps, of which there are {steps}")
+
+
+NOTHING = (0, 0, 0, 0, 0, 0, 0)
+"""Members of hopform_stances_in where one input lasts and all columns are asked for, at no times."""
+
+
+def _what_is_asked(types: Types, asked: Asked, stride: int, inputs: _Inputs) -> tuple[int, ...]:
+    """These members: steps, bytes between their inputs, their times; times, columns, how many there are."""
+    steps, times = asked.step_times, asked.times
+    codes = None if asked.columns is None else chosen(types.library.package, asked.columns)
+    inputs.kept = steps, times, codes
+    counts = [0 if each is None else each.size for each in inputs.kept]
+    at_steps, at_times, at_codes = (0 if each is None else _address(each) for each in inputs.kept)
+    return counts[0], stride, at_steps, at_times, at_codes, counts[1], counts[2]
 
 
 def _rows(block: NDArray[Any]) -> range:

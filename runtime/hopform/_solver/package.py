@@ -6,7 +6,7 @@ Stances in columns: an array or a number for each input, an array for each resul
 import sys
 from collections.abc import Mapping, Sequence
 from importlib import import_module
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -101,9 +101,40 @@ in which they are solved."""
 Results = tuple[NDArray[np.intc], NDArray[Any]]
 """CODES and REALS of stances, a row each, as `results_like` makes them."""
 Readings = Mapping[str, NDArray[Any]]
-"""Arrays for what is asked of stances besides: `sensitivities`, rows times columns, and the largest `compressions`; NaN
-where there are none.
+"""Arrays in one piece for what is asked of stances besides, these on the first axis: `states`, times by x1, v1, v2, y;
+`sensitivities`, rows by columns; `tangents`, times by x1, v1, v2, y by columns; the largest `compressions`; NaN where
+there are none. As integers of C the status of what is read, `reading_status`, where it is "no_derivative" the ending has
+none, and `tangent_status`, where an event grazes.
 """
+
+
+class Asked(NamedTuple):
+    """What stances are asked for: when their input steps, 0 first, if u has a second axis, over the steps; times of states
+    and tangents, which must not decrease for the latter; columns of derivatives, None for all.
+
+    Times are arrays of the precision. A column is its number among the package's `elements.COLUMNS`, `column_of_step` or
+    `column_of_step_time`.
+    """
+
+    step_times: NDArray[Any] | None = None
+    times: NDArray[Any] | None = None
+    columns: Sequence[int] | None = None
+
+
+ASKED = Asked()
+"""One input from 0 on, all columns."""
+
+
+def column_of_step(package: Package, step: int) -> int:
+    """The column of the input of a step alone, as HOPFORM_COLUMN_OF_STEP."""
+    return len(package.elements.COLUMNS) + 2 * step
+
+
+def column_of_step_time(package: Package, step: int) -> int:
+    """The column of the time of a step alone, 1 or later, as HOPFORM_COLUMN_OF_STEP_TIME."""
+    return len(package.elements.COLUMNS) + 2 * step + 1
+
+
 Events = list[tuple[NDArray[np.intp], NDArray[Any], NDArray[np.int8]]]
 """Stances, times and kinds of events: in each list in the order of its stances, all of one stance in one list."""
 Steps = tuple[tuple[float, float], ...]

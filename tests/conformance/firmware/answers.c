@@ -265,7 +265,7 @@ static void consistent(const problem *p, const T(stance) * stance, double unit_e
     must(spent("energy", T(stance_energy)(&p->plan, p->steps, phases, stance, times, TIMES, energies, ledgers, losses))
              == HOPFORM_OK,
          "no energies");
-    must(spent("tangents", T(stance_tangents)(&p->plan, p->steps, phases, stance, times, TIMES, states, tangents)) >= 0,
+    must(spent("tangents", T(stance_tangents)(&p->plan, p->steps, phases, stance, NULL, 0, times, TIMES, states, tangents)) >= 0,
          "no tangents");
     for (int n = 0; n < TIMES; n++) {
         T(state) at;
@@ -405,7 +405,7 @@ static void derivatives(const problem *p, const T(stance) * stance)
         matrix[n] = NAN;
     }
     (void)spent("other", 0);
-    const int32_t status = spent("sensitivities", T(stance_sensitivities)(&p->plan, p->steps, phases, stance, matrix));
+    const int32_t status = spent("sensitivities", T(stance_sensitivities)(&p->plan, p->steps, phases, stance, NULL, 0, matrix));
     must(status >= 0
              && (status == HOPFORM_OK || stance->ending != HOPFORM_ENDING_TAKEOFF || stance->event_count > 0
                  || fabs(p->start.v1 - p->start.v2) < 1e-6),
@@ -416,7 +416,7 @@ static void derivatives(const problem *p, const T(stance) * stance)
     }
     const double middle = 0.6 * stance->duration;
     T(state) at;
-    const int32_t has = T(stance_tangents)(&p->plan, p->steps, phases, stance, &middle, 1, &at, tangents);
+    const int32_t has = T(stance_tangents)(&p->plan, p->steps, phases, stance, NULL, 0, &middle, 1, &at, tangents);
     for (int column = 0; column < COLUMNS; column++) {
         double value = 0.1;
         if (column > 4) {
@@ -1007,7 +1007,7 @@ static void leaving(void)
             int zeros = 0;
             memset(matrix, 1, sizeof matrix);
             must(T(plan_init)(&plan, &r) == HOPFORM_OK
-                     && T(stance_sensitivities)(&plan, &step, phases, &stance, matrix) == HOPFORM_NO_DERIVATIVE,
+                     && T(stance_sensitivities)(&plan, &step, phases, &stance, NULL, 0, matrix) == HOPFORM_NO_DERIVATIVE,
                  "derivatives of what leaves at once");
             for (int n = 0; n < ROWS * COLUMNS; n++) {
                 zeros += !(fabs(matrix[n]) > 0.0);
@@ -1086,7 +1086,7 @@ static void out_of_range(void)
     p.steps[0].u = 0.0;
     p.horizon = 2.0;
     must(solve(&p, &stance) >= 0 && stance.ending == HOPFORM_ENDING_TAKEOFF, "no take-off");
-    must(T(stance_sensitivities)(&p.plan, p.steps, phases, &stance, matrix) == HOPFORM_NO_DERIVATIVE,
+    must(T(stance_sensitivities)(&p.plan, p.steps, phases, &stance, NULL, 0, matrix) == HOPFORM_NO_DERIVATIVE,
          "derivatives out of range");
     for (int n = 0; n < ROWS * COLUMNS; n++) {
         must(!(fabs(matrix[n]) > 0.0), "derivatives out of range, and not 0");

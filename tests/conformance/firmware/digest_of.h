@@ -188,10 +188,10 @@ static void T(with_motion)(T(digest) *w, const T(hopform_plan) *plan, const T(ho
     T(numbers)(w, &energies[0].body, sizeof energies);
     T(numbers)(w, &ledgers[0].motor_work, sizeof ledgers);
     T(numbers)(w, losses, sizeof losses);
-    T(take)(w, (uint32_t)T(hopform_stance_tangents)(plan, steps, phases, stance, times, TIMES, states, tangents));
+    T(take)(w, (uint32_t)T(hopform_stance_tangents)(plan, steps, phases, stance, NULL, 0, times, TIMES, states, tangents));
     T(numbers)(w, &states[0].x1, sizeof states);
     T(numbers)(w, tangents, sizeof tangents);
-    T(take)(w, (uint32_t)T(hopform_stance_sensitivities)(plan, steps, phases, stance, matrix));
+    T(take)(w, (uint32_t)T(hopform_stance_sensitivities)(plan, steps, phases, stance, NULL, 0, matrix));
     T(numbers)(w, matrix, sizeof matrix);
     const int32_t counts[3] = {GRID - 1, 1 + (int32_t)(T(roll)(w) % 70u), 65};
     for (int i = 0; i < 3 && stance->duration > (REAL)0; i++) {

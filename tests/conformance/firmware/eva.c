@@ -81,8 +81,9 @@ int main(void)
             (void)hopform_stance_before_f32(&plan, steps, phases, &stance, (int32_t)any_bits, &state);
             (void)hopform_stance_grid_f32(&plan, steps, phases, &stance, any(), any(), TIMES,
                                           (float *const[]){x1, v1, v2, y});
-            (void)hopform_stance_sensitivities_f32(&plan, steps, phases, &stance, matrix);
-            (void)hopform_stance_tangents_f32(&plan, steps, phases, &stance, times, TIMES, states, tangents);
+            (void)hopform_stance_sensitivities_f32(&plan, steps, phases, &stance, NULL, 0, matrix);
+            (void)hopform_stance_tangents_f32(&plan, steps, phases, &stance, NULL, 0, times, TIMES,
+                                              states, tangents);
         }
     }
     if (WANTS(2)) {

@@ -272,18 +272,36 @@ static void readers(void)
     IS(OF(stance_compression)(&plan, one_step, phases, &lost, numbers), HOPFORM_ERROR_TIME);
     IS(OF(stance_compression)(&plan, one_step, phases, &empty, numbers), HOPFORM_ERROR_TIME);
 
-    IS(OF(stance_sensitivities)(&plan, one_step, phases, &solved, numbers), HOPFORM_OK);
-    IS(OF(stance_sensitivities)(&unmade, one_step, phases, &solved, numbers), HOPFORM_ERROR_ROBOT);
-    IS(OF(stance_sensitivities)(&plan, one_step, phases, &lost, numbers), HOPFORM_ERROR_TIME);
-    IS(OF(stance_sensitivities)(&plan, one_step, phases, &empty, numbers), HOPFORM_ERROR_TIME);
+    IS(OF(stance_sensitivities)(&plan, one_step, phases, &solved, NULL, 0, numbers), HOPFORM_OK);
+    IS(OF(stance_sensitivities)(&unmade, one_step, phases, &solved, NULL, 0, numbers), HOPFORM_ERROR_ROBOT);
+    IS(OF(stance_sensitivities)(&plan, one_step, phases, &lost, NULL, 0, numbers), HOPFORM_ERROR_TIME);
+    IS(OF(stance_sensitivities)(&plan, one_step, phases, &empty, NULL, 0, numbers), HOPFORM_ERROR_TIME);
+
+    static const int32_t chosen[][2] = {{4, HOPFORM_COLUMN_OF_STEP_TIME(1)},
+                                        {HOPFORM_COLUMN_OF_STEP_TIME(HOPFORM_MOST_STEPS - 1), HOPFORM_COLUMN_OF_STEP(9)}};
+    static const int32_t none[][2] = {{0, -1},
+                                      {HOPFORM_COLUMN_OF_STEP_TIME(0), 0},
+                                      {0, HOPFORM_COLUMN_OF_STEP(HOPFORM_MOST_STEPS)},
+                                      {2147483647, 0}};
+    for (int n = 0; n < 2; n++) {
+        IS(OF(stance_sensitivities)(&plan, one_step, phases, &solved, chosen[n], 2, numbers), HOPFORM_OK);
+        IS(OF(stance_tangents)(&plan, one_step, phases, &solved, chosen[n], 2, &t, 1, NULL, numbers), HOPFORM_OK);
+    }
+    for (int n = 0; n < 4; n++) {
+        IS(OF(stance_sensitivities)(&plan, one_step, phases, &solved, none[n], 2, numbers), HOPFORM_ERROR_COLUMNS);
+        IS(OF(stance_tangents)(&plan, one_step, phases, &solved, none[n], 2, &t, 1, NULL, numbers),
+           HOPFORM_ERROR_COLUMNS);
+    }
+    IS(OF(stance_sensitivities)(&plan, one_step, phases, &solved, none[0], -1, numbers), HOPFORM_ERROR_COLUMNS);
+    IS(OF(stance_sensitivities)(&plan, one_step, phases, &solved, none[0], 0, numbers), HOPFORM_OK);
 
     real *tangents = numbers;
-    IS(OF(stance_tangents)(&plan, one_step, phases, &solved, &t, 1, &state, tangents), HOPFORM_OK);
-    IS(OF(stance_tangents)(&unmade, one_step, phases, &solved, &t, 1, &state, tangents), HOPFORM_ERROR_ROBOT);
-    IS(OF(stance_tangents)(&plan, one_step, phases, &lost, &t, 1, &state, tangents), HOPFORM_ERROR_TIME);
-    IS(OF(stance_tangents)(&plan, one_step, phases, &empty, &t, 1, &state, tangents), HOPFORM_ERROR_TIME);
+    IS(OF(stance_tangents)(&plan, one_step, phases, &solved, NULL, 0, &t, 1, &state, tangents), HOPFORM_OK);
+    IS(OF(stance_tangents)(&unmade, one_step, phases, &solved, NULL, 0, &t, 1, &state, tangents), HOPFORM_ERROR_ROBOT);
+    IS(OF(stance_tangents)(&plan, one_step, phases, &lost, NULL, 0, &t, 1, &state, tangents), HOPFORM_ERROR_TIME);
+    IS(OF(stance_tangents)(&plan, one_step, phases, &empty, NULL, 0, &t, 1, &state, tangents), HOPFORM_ERROR_TIME);
     static real room[2 * HOPFORM_TANGENT_ROWS * HOPFORM_SENSITIVITY_COLUMNS];
-    IS(OF(stance_tangents)(&plan, one_step, phases, &solved, back, 2, two_states, room), HOPFORM_ERROR_TIME);
+    IS(OF(stance_tangents)(&plan, one_step, phases, &solved, NULL, 0, back, 2, two_states, room), HOPFORM_ERROR_TIME);
 
     static OF(phase) own[CAPACITY];
     for (int n = 0; n < CAPACITY; n++) {
@@ -298,14 +316,14 @@ static void readers(void)
         IS(OF(stance_states)(&plan, one_step, phases, &solved, &bad[n], 1, each), HOPFORM_ERROR_TIME);
         IS(OF(stance_energy)(&plan, one_step, phases, &solved, &bad[n], 1, &energy, &ledger, &loss),
            HOPFORM_ERROR_TIME);
-        IS(OF(stance_tangents)(&plan, one_step, phases, &solved, &bad[n], 1, &state, tangents), HOPFORM_ERROR_TIME);
+        IS(OF(stance_tangents)(&plan, one_step, phases, &solved, NULL, 0, &bad[n], 1, &state, tangents), HOPFORM_ERROR_TIME);
         IS(OF(stance_grid)(&plan, one_step, phases, &solved, bad[n], 0.01f, 2, each), HOPFORM_ERROR_TIME);
         IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, bad[n], 2, each), HOPFORM_ERROR_TIME);
     }
     SOIL(two), SOIL(two_ledgers), SOIL(two_losses), SOIL(two_states), SOIL(room), SOIL(columns);
     IS(OF(stance_energy)(&plan, one_step, phases, &solved, back, 2, two, two_ledgers, two_losses), HOPFORM_ERROR_TIME);
     CLEAR(two), CLEAR(two_ledgers), CLEAR(two_losses);
-    IS(OF(stance_tangents)(&plan, one_step, phases, &solved, back, 2, two_states, room), HOPFORM_ERROR_TIME);
+    IS(OF(stance_tangents)(&plan, one_step, phases, &solved, NULL, 0, back, 2, two_states, room), HOPFORM_ERROR_TIME);
     CLEAR(two_states), CLEAR(room);
     const real late[4] = {0.01f, 0.02f, 0.03f, 9.0f};
     IS(OF(stance_states)(&plan, one_step, phases, &solved, late, 4, each), HOPFORM_ERROR_TIME);
@@ -313,7 +331,7 @@ static void readers(void)
     SOIL(columns), SOIL(two_states), SOIL(room);
     IS(OF(stance_states)(&unmade, one_step, phases, &solved, late, 4, each), HOPFORM_ERROR_ROBOT);
     CLEAR(columns);
-    IS(OF(stance_tangents)(&unmade, one_step, phases, &solved, back, 2, two_states, room), HOPFORM_ERROR_ROBOT);
+    IS(OF(stance_tangents)(&unmade, one_step, phases, &solved, NULL, 0, back, 2, two_states, room), HOPFORM_ERROR_ROBOT);
     CLEAR(two_states), CLEAR(room);
     SOIL(columns), SOIL(two), SOIL(two_losses);
     IS(OF(stance_grid)(&plan, one_step, phases, &solved, 0.0f, 9.0f, 4, each), HOPFORM_ERROR_TIME);

@@ -63,6 +63,7 @@ extern "C" {
 #define HOPFORM_ERROR_DETECTOR (-11) /**< a sample or threshold is not finite, low > high, or count < 1 */
 #define HOPFORM_ERROR_UNSTABLE (-12) /**< unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated */
 #define HOPFORM_ERROR_OVERLAP (-13)  /**< an output overlaps an input other than a small one */
+#define HOPFORM_ERROR_COLUMNS (-14)  /**< a column of derivatives is none that there is */
 
 /** What the controller found. */
 #define HOPFORM_COMMAND_REACHED 1    /**< the next apex is the desired one */
@@ -120,6 +121,9 @@ extern "C" {
  * hopform_robot. */
 #define HOPFORM_SENSITIVITY_ROWS 7
 #define HOPFORM_SENSITIVITY_COLUMNS (5 + 17)
+/** Behind them columns of a step of the input: its value alone, and from the second step on, n >= 1, its time alone. */
+#define HOPFORM_COLUMN_OF_STEP(n) (HOPFORM_SENSITIVITY_COLUMNS + 2 * (n))
+#define HOPFORM_COLUMN_OF_STEP_TIME(n) (HOPFORM_SENSITIVITY_COLUMNS + 2 * (n) + 1)
 #define HOPFORM_TANGENT_ROWS 4 /**< x1, v1, v2, y: members of the state */
 
 /** Members of hopform_robot. */
