@@ -511,11 +511,11 @@ SELDOM_f32 void sharpen_alone_root_f32(const alone_search_f32 *search, const alo
 static inline void settle_alone_tie_f32(alone_search_f32 *search, int before, bool is_tight) {
     const alone_pair_f32 *pair = &search->pair;
     alone_f32 *end = &search->end;
-    const known_pair_f32 response = response_over_f32(pair, end->t);
     float later = 0.0f;
     for (int n = 0; n < search->functions; n++) {
         const alone_function_f32 *function = &search->function[n];
         if (!(function->owner < before)) { continue; }
+        const known_pair_f32 response = response_over_f32(pair, end->t);
         const alone_function_at_f32 at = alone_function_after_f32(pair, function, end->t, &response);
         const float rate = at.fall.v;
         const bool bends = at.value > 0.0f && !(pair->square * at.value * at.value < 0.015625f * rate * rate);

@@ -511,11 +511,11 @@ SELDOM_f64 void sharpen_alone_root_f64(const alone_search_f64 *search, const alo
 static inline void settle_alone_tie_f64(alone_search_f64 *search, int before, bool is_tight) {
     const alone_pair_f64 *pair = &search->pair;
     alone_f64 *end = &search->end;
-    const known_pair_f64 response = response_over_f64(pair, end->t);
     double later = 0.0;
     for (int n = 0; n < search->functions; n++) {
         const alone_function_f64 *function = &search->function[n];
         if (!(function->owner < before)) { continue; }
+        const known_pair_f64 response = response_over_f64(pair, end->t);
         const alone_function_at_f64 at = alone_function_after_f64(pair, function, end->t, &response);
         const double rate = at.fall.v;
         const bool bends = at.value > 0.0 && !(pair->square * at.value * at.value < 0.015625 * rate * rate);

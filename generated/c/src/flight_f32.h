@@ -418,9 +418,23 @@ static flight_end_f32 end_of_parabola_f32(flight_chain_f32 *chain) {
     return lands ? FLIGHT_TOUCHDOWN_f32 : FLIGHT_HORIZON_f32;
 }
 
+/* Whether the foot stays above the ground until the last instant for certain. Its height less that of the body is a
+ * displacement that only grows to one side, and the body's is concave in time: no less than at one of its ends. */
+static bool foot_stays_above_f32(const flight_chain_f32 *chain) {
+    const float t = chain->last.t;
+    const float rise = (chain->rate - 0.5f * chain->fall * t) * t;
+    const float lower = chain->now.side > 0 ? chain->last.s : 0.0f;
+    const float rounding = 2.0f * rounding_in_flight_f32(chain, &chain->last, 0.0f);
+    const float height = chain->height - lower;
+    const bool relaxes = HOPFORM_FLIGHT_HAS_DECAY && fabs_f32(chain->leg) > 0.0f;
+    const bool rises = !(chain->now.side > 0) && chain->rate > 0.0f && rise > rounding; /* from where it has begun */
+    return chain->airborne && !relaxes && (rises || (height > rounding && height + rise > rounding));
+}
+
 /* Where the foot meets the ground after it has been above it, up to the last instant. Before, it is followed from where
  * it is highest, or lowest, to the next such point. */
 static flight_end_f32 end_at_touchdown_f32(flight_chain_f32 *chain, flight_end_f32 end) {
+    if (foot_stays_above_f32(chain)) { return end; }
     alone_f32 low = start_in_flight_f32(&chain->poles, &chain->now);
     fall_f32 height = fall_search_f32(chain, false, 1.0f);
     const jet_f32 first = jet_in_fall_f32(chain, &height, &low);

@@ -418,9 +418,23 @@ static flight_end_f64 end_of_parabola_f64(flight_chain_f64 *chain) {
     return lands ? FLIGHT_TOUCHDOWN_f64 : FLIGHT_HORIZON_f64;
 }
 
+/* Whether the foot stays above the ground until the last instant for certain. Its height less that of the body is a
+ * displacement that only grows to one side, and the body's is concave in time: no less than at one of its ends. */
+static bool foot_stays_above_f64(const flight_chain_f64 *chain) {
+    const double t = chain->last.t;
+    const double rise = (chain->rate - 0.5 * chain->fall * t) * t;
+    const double lower = chain->now.side > 0 ? chain->last.s : 0.0;
+    const double rounding = 2.0 * rounding_in_flight_f64(chain, &chain->last, 0.0);
+    const double height = chain->height - lower;
+    const bool relaxes = HOPFORM_FLIGHT_HAS_DECAY && fabs_f64(chain->leg) > 0.0;
+    const bool rises = !(chain->now.side > 0) && chain->rate > 0.0 && rise > rounding; /* from where it has begun */
+    return chain->airborne && !relaxes && (rises || (height > rounding && height + rise > rounding));
+}
+
 /* Where the foot meets the ground after it has been above it, up to the last instant. Before, it is followed from where
  * it is highest, or lowest, to the next such point. */
 static flight_end_f64 end_at_touchdown_f64(flight_chain_f64 *chain, flight_end_f64 end) {
+    if (foot_stays_above_f64(chain)) { return end; }
     alone_f64 low = start_in_flight_f64(&chain->poles, &chain->now);
     fall_f64 height = fall_search_f64(chain, false, 1.0);
     const jet_f64 first = jet_in_fall_f64(chain, &height, &low);

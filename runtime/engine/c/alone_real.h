@@ -511,11 +511,11 @@ SELDOM_real void sharpen_alone_root_real(const alone_search_real *search, const 
 static inline void settle_alone_tie_real(alone_search_real *search, int before, bool is_tight) {
     const alone_pair_real *pair = &search->pair;
     alone_real *end = &search->end;
-    const known_pair_real response = response_over_real(pair, end->t);
     real later = 0.0;
     for (int n = 0; n < search->functions; n++) {
         const alone_function_real *function = &search->function[n];
         if (!(function->owner < before)) { continue; }
+        const known_pair_real response = response_over_real(pair, end->t);
         const alone_function_at_real at = alone_function_after_real(pair, function, end->t, &response);
         const real rate = at.fall.v;
         const bool bends = at.value > 0.0 && !(pair->square * at.value * at.value < 0.015625 * rate * rate);

@@ -418,9 +418,23 @@ static flight_end_real end_of_parabola_real(flight_chain_real *chain) {
     return lands ? FLIGHT_TOUCHDOWN_real : FLIGHT_HORIZON_real;
 }
 
+/* Whether the foot stays above the ground until the last instant for certain. Its height less that of the body is a
+ * displacement that only grows to one side, and the body's is concave in time: no less than at one of its ends. */
+static bool foot_stays_above_real(const flight_chain_real *chain) {
+    const real t = chain->last.t;
+    const real rise = (chain->rate - 0.5 * chain->fall * t) * t;
+    const real lower = chain->now.side > 0 ? chain->last.s : 0.0;
+    const real rounding = 2.0 * rounding_in_flight_real(chain, &chain->last, 0.0);
+    const real height = chain->height - lower;
+    const bool relaxes = HOPFORM_FLIGHT_HAS_DECAY && fabs_real(chain->leg) > 0.0;
+    const bool rises = !(chain->now.side > 0) && chain->rate > 0.0 && rise > rounding; /* from where it has begun */
+    return chain->airborne && !relaxes && (rises || (height > rounding && height + rise > rounding));
+}
+
 /* Where the foot meets the ground after it has been above it, up to the last instant. Before, it is followed from where
  * it is highest, or lowest, to the next such point. */
 static flight_end_real end_at_touchdown_real(flight_chain_real *chain, flight_end_real end) {
+    if (foot_stays_above_real(chain)) { return end; }
     alone_real low = start_in_flight_real(&chain->poles, &chain->now);
     fall_real height = fall_search_real(chain, false, 1.0);
     const jet_real first = jet_in_fall_real(chain, &height, &low);
