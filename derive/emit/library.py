@@ -28,7 +28,7 @@ BY_AXIS = Member("later", "At"), Member("rates", "Speeds"), Member("change", "St
 
 IN_HEADER = (
     "start", "stance", "states", "energy", "forces", "plant", "sensitivity", "control", "flight", "touchdown",
-    "selftest", "batch",
+    "selftest", "batch", "hops",
 )  # fmt: skip
 """The engine's files with public functions, in the order of the header."""
 

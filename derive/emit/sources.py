@@ -36,7 +36,10 @@ INSTANCES = {
 """Where the instances of the engine's sources stand, by their folder; firmware does without a workstation's, and notes
 are a library of their own."""
 
-OF_CONTACT = tuple(f"c/{name}_real.h" for name in ("control", "extrema", "flight", "touchdown", "trial"))
+OF_CONTACT = (
+    *(f"c/{name}_real.h" for name in ("control", "extrema", "flight", "touchdown", "trial")),
+    "c/workstation/hops_real.c",
+)
 """Sources of the engine that only a model with a contact has."""
 
 FIRMWARE = ("c/", "packages/")

@@ -98,6 +98,11 @@ FLIGHT_ENDINGS = Kind("How a flight ended.", "FlightEnding", "FLIGHT_ENDINGS", "
     Word(3, "horizon", "the longest time was reached"),
     Word(4, "too_many_phases", "the cap on phases was reached"),
 )
+RUN_ENDINGS = Kind("How a run of hops ended.", "RunEnding", "RUN_ENDINGS", "run_", of_contact=True).of(
+    Word(1, "completed", "all of its hops are solved"),
+    Word(2, "stopped", "a stance ended without take-off, or a flight met a cap"),
+    Word(3, "tripped", "the foot never got above the ground ahead"),
+)
 CURRENT_EVENTS = Kind(
     "What starts a phase of a flight beside the actuator: events there.",
     "CurrentEventKind",
@@ -114,7 +119,7 @@ CONTACTS = Kind(
     Word(1, "touchdown", "the foot touches"),
     Word(2, "takeoff", "the foot has left the ground"),
 )
-KINDS = (STATUSES, COMMANDS, ENDINGS, EVENTS, BEGINNINGS, FLIGHT_ENDINGS, CURRENT_EVENTS, CONTACTS)
+KINDS = (STATUSES, COMMANDS, ENDINGS, EVENTS, BEGINNINGS, FLIGHT_ENDINGS, RUN_ENDINGS, CURRENT_EVENTS, CONTACTS)
 FLIGHT_EVENTS = (*(word for word in EVENTS.words if word.text.startswith("x1_")), *CURRENT_EVENTS.words)
 """Events that start a phase of a flight."""
 LAST_EVENT = max(word.number for word in EVENTS.words)

@@ -246,8 +246,46 @@ STANCES_OUT = Struct("StancesOut", "Where results and states at the ending go; N
 )
 
 
-OF_CONTACT = ("Target", "Command", "Trial", "Search", "FlightPhase", "Flight", "Detector", "Contact")
-"""Structs of models with a contact alone: of the controller, of flights and of touchdown's detection."""
+HOP_INPUT = Struct("HopInput", "A number per run and hop: `hop_stride` bytes lead to the next hop, 0 repeats one.").of(
+    Member("first", "const void *"), Member("stride", "ptrdiff"), Member("hop_stride", "ptrdiff")
+)
+HOP_OUTPUT = Struct("HopOutput", "A table of runs and hops that is written; `first` may be NULL where unwanted.").of(
+    Member("first", "void *"), Member("stride", "ptrdiff"), Member("hop_stride", "ptrdiff")
+)
+HOPS_OUT = Struct("HopsOut", "Where what runs of hops do goes; NaN and a status < 0 where refused.").of(
+    Member("status", "Output", "int32_t: HOPFORM_RUN_..., or HOPFORM_ERROR_..."),
+    Member("hops", "Output", "int32_t: stances solved"),
+    Member("duration", "Output", "time of the ending", "s"),
+    *of_quantities((*STATE.quantities[:2], BODY_HEIGHT, STATE.quantities[2]), "Output"),
+    Member("y", "Output", "compression there; with the others the state from which a completed run flies on", "m"),
+    Member("ending", "HopOutput", "int32_t: HOPFORM_ENDING_... of the stance; 0 without one"),
+    Member("touchdown", "HopOutput", "time of the touchdown", "s"),
+    *(Member(f"start_{each.name}", "HopOutput", "at the touchdown", each.unit) for each in STATE.quantities),
+    Member("stance", "HopOutput", "how long the stance lasts", "s"),
+    *(Member(f"end_{each.name}", "HopOutput", "at the ending of the stance", each.unit) for each in STATE.quantities),
+    Member("apex", "HopOutput", "hop height of the apex over the ground under the foot; NaN without take-off", "m"),
+    Member("aed", "HopOutput", "analytical energy delta of the stance", "J"),
+)
+
+
+def hops_in() -> Struct:
+    """Where runs of hops are read, beside what a batch of stances is."""
+    return Struct("HopsIn", "Where runs of hops are read: as of stances, and by hop.").of(
+        Member("runs", "StancesIn", "robots, states at the start, input and longest time of every stance"),
+        Member("u", "HopInput", "the input by hop, in place of that of `runs`; NULL for that", CURRENT.unit),
+        Member("ground", "HopInput", "height of the ground ahead over that which is left; NULL where it is flat", "m"),
+        Member("Kp", "Input", "of the law in flight; NULL for those of hopform_design_return", "N/m"),
+        Member("Kd", "Input", "", "N s/m"),
+        Member("hops", "int32", "stances of a run"),
+        Member("from_touchdown", "int32", "1 where the states are those of the first touchdown, 0 in the air"),
+    )
+
+
+OF_CONTACT = (
+    "Target", "Command", "Trial", "Search", "FlightPhase", "Flight", "Detector", "Contact", "HopInput", "HopOutput",
+    "HopsOut",
+)  # fmt: skip
+"""Structs of models with a contact alone: of the controller, of flights, of hops and of touchdown's detection."""
 ENDING_OF_CONTACT = ("apex", "aed", "compressions")
 """Members of what is solved that a contact brings."""
 
@@ -291,4 +329,5 @@ def structs(
             )
             for each in (STANCE, STANCES_OUT)
         }
-    return (*(of_model.get(each.name, each) for each in declared), stances_in(robot))
+    of_hops = (hops_in(),) if has_contact else ()
+    return (*(of_model.get(each.name, each) for each in declared), stances_in(robot), *of_hops)

@@ -210,6 +210,20 @@ FLIGHT_ENDINGS: dict[int, FlightEnding] = {
 }
 """Its words by their numbers in the C library."""
 
+RunEnding: TypeAlias = Literal[
+    "completed",
+    "stopped",
+    "tripped",
+]
+"""How a run of hops ended."""
+
+RUN_ENDINGS: dict[int, RunEnding] = {
+    1: "completed",  # all of its hops are solved
+    2: "stopped",  # a stance ended without take-off, or a flight met a cap
+    3: "tripped",  # the foot never got above the ground ahead
+}
+"""Its words by their numbers in the C library."""
+
 CurrentEventKind: TypeAlias = Literal[
     "u_saturates",
     "u_desaturates",

@@ -96,6 +96,11 @@ extern "C" {
 #define HOPFORM_FLIGHT_HORIZON 3     /**< the longest time was reached */
 #define HOPFORM_FLIGHT_TOO_MANY_PHASES 4 /**< the cap on phases was reached */
 
+/** How a run of hops ended. */
+#define HOPFORM_RUN_COMPLETED 1      /**< all of its hops are solved */
+#define HOPFORM_RUN_STOPPED 2        /**< a stance ended without take-off, or a flight met a cap */
+#define HOPFORM_RUN_TRIPPED 3        /**< the foot never got above the ground ahead */
+
 /** What starts a phase of a flight beside the actuator: events there. */
 #define HOPFORM_FLIGHT_EVENT_U_SATURATES 8 /**< the current reaches its limit */
 #define HOPFORM_FLIGHT_EVENT_U_DESATURATES 9 /**< the current leaves its limit */

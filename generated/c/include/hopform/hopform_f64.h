@@ -338,21 +338,53 @@ typedef struct {
     hopform_output_f64 apex; /**< [m] hop height of the apex; NaN without take-off, and where g = 0 */
     hopform_output_f64 aed; /**< [J] analytical energy delta */
     hopform_output_f64 event_count; /**< int32_t */
-    hopform_phase_f64 *phases; /**< where one stance after the other is solved; NULL where nothing of it is read */
+    hopform_phase_f64 *phases; /**< where one stance after the other is solved; NULL where no events are wanted */
     int32_t phase_capacity;
     double *event_time; /**< [s] event_capacity a stance, NaN behind its last; NULL if no events are wanted */
     int8_t *event_kind; /**< HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last */
     int32_t event_capacity;
-    hopform_step_f64 *steps; /**< where the steps of one stance after the other are put; NULL without step_times */
-    hopform_state_f64 *states; /**< time_count a stance, NaN behind its ending; NULL if not wanted */
-    double *sensitivities; /**< a matrix a stance, NaN where there is none; NULL if not wanted */
-    double *tangents; /**< time_count matrices a stance, NaN behind its ending; NULL if not wanted */
-    int32_t *reading_status; /**< of what is read of each stance, and of its sensitivities; NULL if not wanted */
-    int32_t *tangent_status; /**< HOPFORM_NO_DERIVATIVE where an event before the times grazes; NULL likewise */
-    double *compressions; /**< [m] the largest one of each stance; NULL if not wanted */
 } hopform_stances_out_f64;
 
-/** Where robots, states at the start, inputs and longest times are read; what is asked. */
+/** A number per run and hop: `hop_stride` bytes lead to the next hop, 0 repeats one. */
+typedef struct {
+    const void *first;
+    ptrdiff_t stride;
+    ptrdiff_t hop_stride;
+} hopform_hop_input_f64;
+
+/** A table of runs and hops that is written; `first` may be NULL where unwanted. */
+typedef struct {
+    void *first;
+    ptrdiff_t stride;
+    ptrdiff_t hop_stride;
+} hopform_hop_output_f64;
+
+/** Where what runs of hops do goes; NaN and a status < 0 where refused. */
+typedef struct {
+    hopform_output_f64 status; /**< int32_t: HOPFORM_RUN_..., or HOPFORM_ERROR_... */
+    hopform_output_f64 hops; /**< int32_t: stances solved */
+    hopform_output_f64 duration; /**< [s] time of the ending */
+    hopform_output_f64 x1; /**< [m] displacement of the actuator */
+    hopform_output_f64 v1; /**< [m/s] velocity of the actuator */
+    hopform_output_f64 x2; /**< [m] height of the body over the ground under the foot */
+    hopform_output_f64 v2; /**< [m/s] velocity of the body */
+    hopform_output_f64 y; /**< [m] compression there; with the others the state from which a completed run flies on */
+    hopform_hop_output_f64 ending; /**< int32_t: HOPFORM_ENDING_... of the stance; 0 without one */
+    hopform_hop_output_f64 touchdown; /**< [s] time of the touchdown */
+    hopform_hop_output_f64 start_x1; /**< [m] at the touchdown */
+    hopform_hop_output_f64 start_v1; /**< [m/s] at the touchdown */
+    hopform_hop_output_f64 start_v2; /**< [m/s] at the touchdown */
+    hopform_hop_output_f64 start_y; /**< [m] at the touchdown */
+    hopform_hop_output_f64 stance; /**< [s] how long the stance lasts */
+    hopform_hop_output_f64 end_x1; /**< [m] at the ending of the stance */
+    hopform_hop_output_f64 end_v1; /**< [m/s] at the ending of the stance */
+    hopform_hop_output_f64 end_v2; /**< [m/s] at the ending of the stance */
+    hopform_hop_output_f64 end_y; /**< [m] at the ending of the stance */
+    hopform_hop_output_f64 apex; /**< [m] hop height of the apex over the ground under the foot; NaN without take-off */
+    hopform_hop_output_f64 aed; /**< [J] analytical energy delta of the stance */
+} hopform_hops_out_f64;
+
+/** Where robots, states at the start, inputs and longest times are read. */
 typedef struct {
     hopform_input_f64 robot[17]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
     hopform_input_f64 x1; /**< [m] displacement of the actuator */
@@ -362,14 +394,18 @@ typedef struct {
     hopform_input_f64 u; /**< [A] current */
     hopform_input_f64 horizon; /**< [s] */
     int32_t max_phases;
-    int32_t step_count; /**< steps of the input of each stance; 0 and 1 are one from 0 on without step_times */
-    ptrdiff_t step_stride; /**< bytes from the input of a step to that of the next one */
-    const double *step_times; /**< [s] when each begins, in all stances alike; NULL for one at 0 */
-    const double *times; /**< [s] of states and tangents, in all stances alike; in order for tangents */
-    const int32_t *columns; /**< of derivatives; NULL for all of the model */
-    int32_t time_count;
-    int32_t column_count;
 } hopform_stances_in_f64;
+
+/** Where runs of hops are read: as of stances, and by hop. */
+typedef struct {
+    hopform_stances_in_f64 runs; /**< robots, states at the start, input and longest time of every stance */
+    hopform_hop_input_f64 u; /**< [A] the input by hop, in place of that of `runs`; NULL for that */
+    hopform_hop_input_f64 ground; /**< [m] height of the ground ahead over that which is left; NULL where it is flat */
+    hopform_input_f64 Kp; /**< [N/m] of the law in flight; NULL for those of hopform_design_return */
+    hopform_input_f64 Kd; /**< [N s/m] */
+    int32_t hops; /**< stances of a run */
+    int32_t from_touchdown; /**< 1 where the states are those of the first touchdown, 0 in the air */
+} hopform_hops_in_f64;
 
 /** State of a start, which has the coordinates and velocities of the model's file. Refused is one that is not finite or
  * beyond a stop, and of a model with a contact one in which the contact is extended: y < 0. There y is 0 where it is
@@ -456,34 +492,28 @@ int32_t hopform_plant_place_f64(hopform_plant_f64 *plant, const hopform_start_f6
  */
 int32_t hopform_plant_step_f64(hopform_plant_f64 *plant, double u, double dt, hopform_report_f64 *report);
 
-/** Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times column_count
- * numbers, row by row; zeros if there are none (positive status), as where an event grazes, or a search has ended. Row
- * T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a contact it is also that of
- * the stop where the contact force jumped below 0; one that pulls from the start ends as it starts: T stays 0, the
- * state moves with the start; and a row that only a rise has is 0 without one.
- *
- * columns: the inputs by which, column_count of them: numbers below HOPFORM_SENSITIVITY_COLUMNS, HOPFORM_COLUMN_OF_STEP
- * or HOPFORM_COLUMN_OF_STEP_TIME of a step, in any order; NULL for the HOPFORM_SENSITIVITY_COLUMNS in theirs, whatever
- * column_count is. A step that is not reached has zeros.
+/** Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
+ * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
+ * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a
+ * contact it is also that of the stop where the contact force jumped below 0; one that pulls from the start ends as it
+ * starts: T stays 0, the state moves with the start; and a row that only a rise has is 0 without one.
  *
  * Column y holds the others' at a fixed stretch. Column u moves every step's input alike. The velocity of a mass at
  * rest that is held stays 0, but where a contact is lost at once. Mass 1, if it starts on a stop, stays where it starts
- * until it departs; the ends of its stroke count where a stop is met later. A step's time moves that switch alone, and
- * with it what friction lets go there.
+ * until it departs; the ends of its stroke count where a stop is met later.
  */
 int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                           const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
-                                          const int32_t *columns, int32_t column_count, double *matrix);
+                                          double *matrix);
 
-/** States of a solved stance at `count` times, which must not decrease, or none (NULL), and their derivatives through
- * the events before them: HOPFORM_TANGENT_ROWS times column_count numbers a time, rows x1, v1, v2, y, columns as in
+/** States of a solved stance at `count` times, which must not decrease, and their derivatives through the events before
+ * them: HOPFORM_TANGENT_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
  * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not
  * notice it.
  */
 int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_step_f64 *steps,
                                      const hopform_phase_f64 *phases, const hopform_stance_f64 *stance,
-                                     const int32_t *columns, int32_t column_count, const double *times, int32_t count,
-                                     hopform_state_f64 *states, double *tangents);
+                                     const double *times, int32_t count, hopform_state_f64 *states, double *tangents);
 
 /** Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if
  * several reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the
@@ -564,16 +594,34 @@ int32_t hopform_touchdown_f64(const hopform_detector_f64 *detector, hopform_cont
 uint32_t hopform_selftest_f64(hopform_search_f64 *search, hopform_phase_f64 *phases, int32_t capacity);
 
 /** Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the
- * robot changes. Columns of inputs must not be NULL; they may be interleaved with columns of results, but nothing may
- * be written between the inputs of a stance's steps. A negative status refuses every stance.
- *
- * What is read of a stance is what hopform_stance_at, _sensitivities, _tangents and _compression say of it, at `times`
- * and by `columns`: NaN behind an ending, which a rest has none, where there are no derivatives, and of a stance that
- * is refused; a row that only a rise behind a contact has is NaN without one. HOPFORM_PHASES_NOT_KEPT if the events of
- * a stance did not fit, as its event_count shows, or its phases did not, of which then nothing else is read: its
- * reading_status, which is HOPFORM_NO_DERIVATIVE where its ending has none. */
+ * robot changes. HOPFORM_PHASES_NOT_KEPT if the events of a stance did not fit, as its event_count shows. Columns of
+ * inputs must not be NULL; they may be interleaved with columns of results. A negative status refuses every stance. */
 int32_t hopform_solve_stances_f64(int64_t count, const hopform_stances_in_f64 *in,
                                    const hopform_stances_out_f64 *out);
+
+/** Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN
+ * where there is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK,
+ * HOPFORM_NO_DERIVATIVE, HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an
+ * error. A row that only a rise behind a contact has is NaN without one. A negative status refuses every stance. */
+int32_t hopform_stances_sensitivities_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
+                                           int32_t capacity, double *matrices, int32_t *status);
+
+/** The largest compressions of `count` stances [m], each as hopform_stance_compression gives it, NaN where there is
+ * none; phases and statuses as in hopform_stances_sensitivities. */
+int32_t hopform_stances_compressions_f64(int64_t count, const hopform_stances_in_f64 *in, hopform_phase_f64 *phases,
+                                          int32_t capacity, double *compressions, int32_t *status);
+
+/** Solve `count` runs of hops: flight to the touchdown, stance, take-off, flight to the next ground, and so on until
+ * `hops` stances are solved, each as hopform_solve_flight and hopform_solve_stance do one after the other, to the same
+ * bits.
+ *
+ * in: as for hopform_solve_stances the robots, the states at the start, the input and the longest time of a stance;
+ * beside them tables by hop. A run begins in the air, ground.first being as for hopform_solve_flight, or where
+ * from_touchdown is not 0 with its first stance. A run ends, stopped, where a stance has no take-off; tripped, where
+ * the foot never gets above the ground ahead; what is known until then stays. An error in a run ends it, with that
+ * status; its hops before stand. Behind the last hop the numbers of a run are NaN and its endings 0. Tables must not be
+ * interleaved with inputs. No memory is needed for phases. A negative status refuses every run. */
+int32_t hopform_solve_hops_f64(int64_t count, const hopform_hops_in_f64 *in, const hopform_hops_out_f64 *out);
 
 #ifdef __cplusplus
 }
