@@ -49,7 +49,11 @@ CURVE = 400
 _UNITS = LAYOUT.unit_of
 NAMES = {"x1": "x1", "v1": "v1", "v2": "v2", "x2": "x2", "y": "compression", "u": "u", "horizon": "horizon"}
 """The names of what a stance is solved from by the engine's."""
-INPUTS = {"stance": tuple(NAMES.values()), "motion": ("start", "u", "horizon")}
+INPUTS = {
+    "stance": tuple(NAMES.values()),
+    "motion": ("start", "u", "horizon"),
+    "hop": ("height", "start", "v2", "x1", "v1", "compression", "u", "ground", "hops", "gains", "horizon"),
+}
 """What is solved from, beside fields of the robot."""
 
 
@@ -88,14 +92,14 @@ class Motions(Shown):
     @property
     def words(self) -> NDArray[np.str_]:
         """The endings as `Motion.status` says them, or "out_of_range"."""
-        return _words_of(self.status, STATUS)
+        return words_of(self.status, STATUS)
 
     @property
     def event_words(self) -> NDArray[np.str_] | None:
         """The kinds of events in words, "" behind the last one; None unless asked for."""
         if self.event_kind is None:
             return None
-        return _words_of(self.event_kind, {**self._kinds, 0: ""})
+        return words_of(self.event_kind, {**self._kinds, 0: ""})
 
     def _unit(self, name: str) -> str | None:
         return self._units.get(name) or UNITS.get(name)
@@ -196,9 +200,21 @@ def labelled(inputs: Mapping[str, Any], units: Mapping[str, str]) -> tuple[dict[
     return arrays, Labels(tuple(map(str, dims)), coords, {**UNITS, **units})
 
 
-def _words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]:
+def words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]:
     first = min(words)
     return np.asarray(np.array([words.get(code, "") for code in range(first, max(words) + 1)])[codes - first])
+
+
+def some_of(x: Column, shape: tuple[int, ...], part: slice, real: np.dtype[Any]) -> Column:
+    """Some of the numbers that a column has in a shape, a number where it has but one, a view where they lie in one
+    piece.
+    """
+    if not isinstance(x, np.ndarray):
+        return float(x)
+    if x.size == 1:
+        return float(x.item())
+    whole = x.shape == shape and x.flags.c_contiguous and x.flags.aligned
+    return np.asarray(x.reshape(-1)[part] if whole else np.broadcast_to(x, shape).flat[part], dtype=real)
 
 
 class _Job(NamedTuple):
@@ -214,14 +230,7 @@ class _Job(NamedTuple):
 
     def chunk(self, part: slice) -> list[Column]:
         """The columns of some stances: numbers stay numbers."""
-        return [x if type(x) is float else self._some(cast(Any, x), part) for x in self.columns]
-
-    def _some(self, x: NDArray[Any], part: slice) -> Column:
-        """Some of an array, a number where it has but one, a view where it lies in one piece."""
-        if x.size == 1:
-            return float(x.item())
-        whole = x.shape == self.shape and x.flags.c_contiguous and x.flags.aligned
-        return np.asarray(x.reshape(-1)[part] if whole else np.broadcast_to(x, self.shape).flat[part], dtype=self.real)
+        return [x if type(x) is float else some_of(x, self.shape, part, self.real) for x in self.columns]
 
 
 def solve_stances(
@@ -396,14 +405,14 @@ def _solved(
     if "x2" in inputs and "y" in inputs:
         both = " and ".join(shown(inputs[axis]) for axis in ("x2", "y"))
         raise HopformError(f"either {names['x2']} or {names['y']} may be given, got {names['x2']} = {both}")
-    units, of_axes = _units_of(robot.solver)
+    units, of_axes = units_of(robot.solver)
     plain, labels = labelled({names[axis]: inputs[axis] for axis in inputs} | fields, units)
-    columns = {axis: _column(names[axis], plain[names[axis]], of_axes[axis]) for axis in inputs}
+    columns = {axis: column_of(names[axis], plain[names[axis]], of_axes[axis]) for axis in inputs}
     robots = robot_columns(robot, fields, plain, how.what)
     by_field = {name: getattr(robots, name) for name in fields}
     shape = _shape_of({names[axis]: columns[axis] for axis in columns} | by_field, how)
     given: dict[str, Column] = {"x1": 0.0, "v1": 0.0, "v2": 0.0, **columns}
-    _check_states(robot, given, robots)
+    check_states(robot, given, robots)
     given["y"] = _compression(robot, how.what, given, robots)
     size = math.prod(shape)
     library = robot.solver.compiled()
@@ -453,14 +462,21 @@ def _run(
             lists.extend([(lane + part.start, t, kind) for lane, t, kind in found])
         return int(part.stop - part.start)
 
+    in_parts(solve, job.size, CHUNK, threads, progress)
+    return _joined(job, lists) if events else (None, None)
+
+
+def in_parts(solve: Callable[[slice], int], size: int, length: int, threads: int, progress: Progress | None) -> None:
+    """Solve all of a batch part by part, on so many threads: `solve` says how many a part had."""
+
     def count(solved: Iterable[int]) -> None:
         done = 0
         for each in solved:
             done += each
             if progress is not None:
-                progress(done, job.size)
+                progress(done, size)
 
-    parts = [slice(first, min(first + CHUNK, job.size)) for first in range(0, job.size, CHUNK)]
+    parts = [slice(first, min(first + length, size)) for first in range(0, size, length)]
     if min(threads, len(parts)) <= 1:
         count(map(solve, parts))
     else:
@@ -469,7 +485,6 @@ def _run(
                 count(pool.map(solve, parts))
             finally:
                 pool.shutdown(wait=False, cancel_futures=True)
-    return _joined(job, lists) if events else (None, None)
 
 
 def _joined(job: _Job, lists: package.Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
@@ -490,14 +505,14 @@ def _joined(job: _Job, lists: package.Events) -> tuple[NDArray[Any], NDArray[np.
 
 
 @lru_cache(maxsize=64)
-def _units_of(solver: Solver) -> tuple[dict[str, str], dict[str, str]]:
+def units_of(solver: Solver) -> tuple[dict[str, str], dict[str, str]]:
     """The units of what a solver takes by the names of its model, and by the engine's axes, the input, u, among both."""
     drive = {"u": input_unit(solver)}
     axes = {axis: str(table["unit"]) for axis, table in solver.facts.axes.items()}
     return solver.facts.units | drive, UNITS | axes | drive
 
 
-def _column(name: str, value: object, unit: str) -> Column:
+def column_of(name: str, value: object, unit: str) -> Column:
     """The value as a float or an array of finite numbers; HopformError names the first that is none."""
     if type(value) is float and math.isfinite(value):
         return value
@@ -545,7 +560,7 @@ def _shape_of(inputs: dict[str, Column], how: _How) -> tuple[int, ...]:
     return shape
 
 
-def _check_states(robot: Robot, given: dict[str, Column], robots: Any) -> None:
+def check_states(robot: Robot, given: dict[str, Column], robots: Any) -> None:
     horizon, x1 = given["horizon"], given["x1"]
     refuse_any("horizon", horizon, horizon > 0.0, lambda bad: f"must be > 0 s, got {bad!r}")
     package = robot.solver.package

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple, SupportsFloat, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import finite, nonnegative, pair, positive, shaped, times_within, whole
+from hopform._checks import finite, nonnegative, pair, positive, shaped, shown, times_within, whole
 from hopform._errors import HopformError
 from hopform._motion import DOUBLE, TOUCHING_ULP, Event, Number, Real, State, Times, in_order, precision_of, with_height
 from hopform._robots import Robot, checked_robot, falling_robot, placed
@@ -177,6 +177,7 @@ def solve_flight(
     x1: SupportsFloat = 0.0,
     v1: SupportsFloat = 0.0,
     x2: SupportsFloat | None = None,
+    step: SupportsFloat | None = None,
     compression: SupportsFloat | None = None,
     gains: Sequence[SupportsFloat] | None = None,
     horizon: SupportsFloat = 10.0,
@@ -187,7 +188,8 @@ def solve_flight(
     touchdown.
 
     x1, v1, v2 [m, m/s]: actuator and body at take-off; x2 [m]: height of the body over the ground *ahead*, over which
-    the foot lands: x1 + L0 + c - compression if left out (flat ground), less by a step up. compression [m]: of the leg
+    the foot lands: x1 + L0 + c - compression if left out (flat ground), less by a step up; step [m],
+    in place of x2: how much higher the ground ahead is than that which the foot leaves. compression [m]: of the leg
     at take-off, from which it relaxes where a damper acts in it; if left out that at which it carries nothing, 0
     without a damper. gains
     (Kp, Kd) [N/m, N s/m], both >= 0: of the law gamma2 u = Kp x1 + Kd v1 within u_max; if left out those of
@@ -201,7 +203,7 @@ def solve_flight(
     """
     precision = DOUBLE if dtype is np.float64 else precision_of(dtype)
     falling_robot(robot, "flight", "a flight")
-    start, ground = _start(robot, x1, v1, x2, v2, compression)
+    start, ground = _start(robot, x1, v1, x2, v2, step, compression)
     law = None if gains is None else _gains(gains)
     longest = positive("horizon", horizon, "s")
     most = whole("max_phases", max_phases)
@@ -238,13 +240,17 @@ def design_return(robot: Robot, time: SupportsFloat) -> Gains:
 
 
 def _start(
-    robot: Robot, x1: object, v1: object, x2: object, v2: object, compression: object
+    robot: Robot, x1: object, v1: object, x2: object, v2: object, step: object, compression: object
 ) -> tuple[records.LegState, float]:
-    """The state at take-off, and how far the ground ahead is above that which is left, 0 where x2 is left out."""
+    """The state at take-off, and how far the ground ahead is above that which is left, 0 where neither says it."""
     x_1, v_1, v_2 = placed(robot, "flight", x1, v1, v2)
     released = robot.solver.package.formulas.compression_at_takeoff
     y = float(released(robot.parameters, v_1, v_2)) if compression is None else finite("compression", compression, "m")
     L0, c = robot.letters.L0, robot.letters.c
+    if step is not None:
+        if x2 is not None:
+            raise HopformError(f"either x2 or step may be given, got x2 = {shown(x2)} and {shown(step)}")
+        return records.LegState(x_1, v_1, v_2, y), finite("step", step, "m")
     ground = 0.0 if x2 is None else x_1 - finite("x2", x2, "m") + L0 + c - robot.compression_at_rest - y
     return records.LegState(x_1, v_1, v_2, y), 0.0 if abs(ground) <= TOUCHING_ULP * math.ulp(L0) else ground
 

@@ -135,12 +135,9 @@ class Stance(Motion):
         """
         if self.takeoff is None:
             raise HopformError(f"a flight needs a take-off, but the stance has the ending {self.status!r}")
-        rise = finite("step", step, "m")
-        x1, v1, x2, v2 = map(float, self.takeoff)
+        x1, v1, _, v2 = map(float, self.takeoff)
         how: dict[str, Any] = {"gains": gains, "horizon": horizon, "dtype": self.dtype}
-        leg = self.end_compression
-        start: dict[str, Any] = {"x1": x1, "v1": v1, "v2": v2, "x2": x2 - rise if rise else None, "compression": leg}
-        return solve_flight(self.robot, **start, **how)
+        return solve_flight(self.robot, x1=x1, v1=v1, v2=v2, step=step, compression=self.end_compression, **how)
 
     @property
     def outcome(self) -> str:

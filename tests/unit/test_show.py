@@ -33,6 +33,7 @@ def made() -> dict[str, _show.Shown]:
         "Command": hopform.choose_current(HOPPER, v2=-1.93, h_des=0.2),
         "Reachability": hopform.reachability(HOPPER, np.linspace(0.05, 0.3, 6), np.linspace(-3.0, 3.0, 5)),
         "Sensitivities": stance.sensitivities, "ManySensitivities": two.sensitivities, "Fit": a_fit(),
+        "Hops": hopform.solve_hops(HOPPER, height=np.array([[0.2], [0.1]]), u=[[0.0], [3.0]], hops=4),
         "Recording": hopform.identify.record(HOPPER, "free", seed=1),
     }  # fmt: skip
 
@@ -136,9 +137,10 @@ def test_a_hop_goes_through_flight_and_stance():
 def test_a_stance_flies_on_to_the_next_touchdown():
     stance = hopform.solve_stance(HOPPER, v2=-1.93, u=3.0)
     flight, apart = stance.fly(0.03, gains=(9e3, 8e2)), stance.takeoff._asdict()
-    apart["x2"] -= 0.03
-    same = hopform.solve_flight(HOPPER, **apart, gains=(9e3, 8e2))
-    assert flight == same and flight.status == "touchdown"
+    same = hopform.solve_flight(HOPPER, **{**apart, "x2": None}, step=0.03, gains=(9e3, 8e2))
+    near = hopform.solve_flight(HOPPER, **{**apart, "x2": apart["x2"] - 0.03}, gains=(9e3, 8e2))
+    assert flight == same and abs(flight.duration - near.duration) < 1e-15
+    assert flight.status == "touchdown"
     assert stance.fly().duration > flight.duration
     assert float(stance.fly().at(stance.fly().duration).x2 - stance.fly().touchdown.x1) == pytest.approx(HOPPER.L0)
     with pytest.raises(hopform.HopformError, match="needs a take-off, but the stance has the ending 'rest'"):

@@ -36,6 +36,7 @@ from hopform._control import Command, Reachability
 from hopform._errors import HopformError
 from hopform._figures.palette import PALETTE
 from hopform._flight import Flight
+from hopform._hops import Hops
 from hopform._motion import Mass, Motion, Phase, energies_of, force_units, masses_of, unit_of_time, units_of_energies
 from hopform._robots import Robot
 from hopform._sensitivities import Sensitivities
@@ -52,6 +53,8 @@ SUFFIXES = {
 
 BLUE, MAGENTA, GREY, BLACK = (PALETTE[name] for name in ("blue", "magenta", "grey", "black"))
 ORANGE, GREEN, SKY, PALE_BLUE = (PALETTE[name] for name in ("orange", "green", "sky", "pale blue"))
+MOST_RUNS = 12
+"""Runs of hops that are drawn one by one."""
 CURRENT, CURRENTS = ORANGE, "viridis_r"
 """The colour of a current over time, and matplotlib's scale of colours for curves of several currents."""
 SHADES: dict[str, dict[str, Any]] = {
@@ -437,6 +440,32 @@ def plot_command(figure: Figure, found: Command) -> None:
         command_panel(figure.subplots(), found)
 
 
+def plot_hops(figure: Figure, runs: Hops) -> None:
+    """The apexes hop by hop, and below the share of the runs that still take off."""
+    with framed(figure, 6.0, 5.0, repr(runs).partition("\n")[0]):
+        apexes, share = figure.subplots(2, 1, sharex=True, height_ratios=[1.6, 1.0])
+        hops_panel(apexes, runs)
+        apexes.set_xlabel("")
+        share.step(np.arange(runs.survival.size), runs.survival, where="mid", color=MAGENTA)
+        share.set(xlabel="hop", ylabel="runs that\ntake off", ylim=(-0.03, 1.03))
+        figure.align_ylabels()
+
+
+def hops_panel(axes: Axes, runs: Hops) -> None:
+    """Median and range of the apexes over level 0, hop by hop; of few runs each."""
+    apex = 100.0 * runs.apex.reshape(-1, runs.apex.shape[-1]).astype(float)
+    hop, lifts = np.arange(apex.shape[1]), np.isfinite(apex).any(axis=0)
+    if len(apex) <= MOST_RUNS:
+        axes.plot(hop, apex.T, color=BLUE, linewidth=0.8, marker=".", markersize=3.0)
+    elif lifts.any():
+        low, middle, high = np.nanpercentile(apex[:, lifts], [5.0, 50.0, 95.0], axis=0)
+        axes.fill_between(hop[lifts], low, high, color=PALE_BLUE, linewidth=0.0, label="5 to 95 % of the runs")
+        axes.plot(hop[lifts], middle, color=BLUE, label="median")
+        axes.legend()
+    axes.set(xlabel="hop", ylabel="apex [cm]")
+    axes.margins(x=0.02)
+
+
 def command_panel(axes: Axes, found: Command) -> None:
     """The next apex over the current, NaN where none is admissible, what is desired, and what was chosen."""
     u, apex = found.curve()
@@ -460,6 +489,7 @@ OF_RESULTS: Mapping[type, Picture] = {
     Stance: (plot_motion, partial(motion_panel, n=-1)),
     Flight: (plot_flight, flight_panel),
     Batch: (partial(alone, batch_panel, 6.0, 3.6), batch_panel),
+    Hops: (plot_hops, hops_panel),
     Sensitivities: (partial(alone, sensitivities_panel, 9.0, 5.0), sensitivities_panel),
     Reachability: (plot_reach, reach_panel),
     Command: (plot_command, command_panel),

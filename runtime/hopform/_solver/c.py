@@ -5,7 +5,7 @@ A library that was built from other sources than the package is refused by name,
 
 import ctypes
 import struct
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import cache, cached_property, lru_cache
 from importlib import import_module
 from pathlib import Path
@@ -24,6 +24,7 @@ from hopform._solver.package import (
     ROWS,
     Array,
     Asked,
+    Column,
     Columns,
     Events,
     LegState,
@@ -31,7 +32,7 @@ from hopform._solver.package import (
     Precision,
     Steps,
     records,
-)  # fmt: skip
+)
 
 PHASES_NOT_KEPT = package.NUMBERS["phases_not_kept"]
 FIRST_CAPACITY = 64
@@ -511,6 +512,34 @@ class C:
         # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
         capacity = FIRST_CAPACITY if readings else 2 * room + 2 if room else 0
         return _solve(self.library, columns, results, readings, asked, max_phases, room, capacity)
+
+    def solve_hops(
+        self,
+        columns: Columns,
+        by_hop: Mapping[str, NDArray[Any]],
+        gains: tuple[Column, Column] | None,
+        results: Mapping[str, NDArray[Any]],
+        max_phases: int,
+        *,
+        from_touchdown: bool,
+    ) -> None:
+        """Put what runs of hops do into arrays, by the names of hopform_hops_out: of runs, or of runs and hops."""
+        real, (count, hops) = results["duration"].dtype, results["ending"].shape
+        types = self.library.types(real)
+        arguments, inputs = _arguments(types, columns, max_phases)
+        given, out = types.HopsIn(), types.HopsOut()
+        ctypes.memmove(ctypes.byref(given), arguments, ctypes.sizeof(types.StancesIn))
+        for name, table in by_hop.items():
+            setattr(given, name, types.HopInput(_address(table), *table.strides))
+        law = [] if gains is None else [np.asarray(gain, real) for gain in gains]
+        for name, gain in zip(("Kp", "Kd"), law, strict=False):
+            setattr(given, name, types.Input(_address(gain), *(gain.strides or (0,))))
+        given.hops, given.from_touchdown = hops, from_touchdown
+        for name, into in results.items():
+            layout_of = types.Output if into.ndim == 1 else types.HopOutput
+            setattr(out, name, layout_of(_address(into), *into.strides))
+        self.library.call("solve_hops", types, ctypes.c_int64(count), ctypes.byref(given), ctypes.byref(out))
+        types.free_inputs.append(inputs)
 
 
 # ---- many stances, from columns into columns ----

@@ -18,7 +18,19 @@ from typing import Any, Literal, NamedTuple, SupportsFloat, cast, overload
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform import Energy, Flight, Gains, HopformError, Robot, Stance, State, load_solver, solve_flight, solve_stance
+from hopform import (
+    Energy,
+    Flight,
+    Gains,
+    HopformError,
+    Robot,
+    Stance,
+    State,
+    load_solver,
+    solve_flight,
+    solve_hops,
+    solve_stance,
+)
 from hopform.extend import (
     Card,
     Checked,
@@ -43,6 +55,8 @@ MOST_STEPS = 2**16 - 1
 """Steps of a current at most."""
 MOST_TICKS = 1_000_000
 """Ticks of a sampled law in the longest stance."""
+TOUCHING_ULP = 4.0
+"""A foot so few last digits of L0 from the ground is on it, as for `solve_flight`."""
 Array = NDArray[np.float64]
 Times = NDArray[Any] | Sequence[Any]
 Real = Any
@@ -190,6 +204,38 @@ class _Legs(OverTime):
         return columns
 
 
+class _Known(NamedTuple):
+    """A hop of which numbers are known, and no more: its motions are solved when they are asked for, to the same bits."""
+
+    task: "_Task"
+    takeoff: tuple[float, float, float]
+    """x1, v1, v2 where its flight begins"""
+    step: float
+    touchdown: tuple[float, float, float]
+    u: float
+
+    def flight(self) -> Flight:
+        return _flight(self.task, self.takeoff, 0.0, self.step)
+
+    def stance(self) -> Stance:
+        x1, v1, v2 = self.touchdown
+        how = self.task.how
+        return solve_stance(self.task.plant, x1=x1, v1=v1, v2=v2, u=self.u, horizon=self.task.horizon, **how)
+
+
+class _Solved(NamedTuple):
+    """A hop that is solved."""
+
+    of_flight: Flight
+    of_stance: Stance
+
+    def flight(self) -> Flight:
+        return self.of_flight
+
+    def stance(self) -> Stance:
+        return self.of_stance
+
+
 @dataclass(frozen=True, repr=False, eq=False)
 class Hop(_Legs):
     """A hop: the flight that leads to it, the stance, and the apex that follows; heights over level 0, hop heights in
@@ -206,11 +252,23 @@ class Hop(_Legs):
     height: float
     touchdown_time: float
     """[s] since the start"""
-    flight: Flight
-    stance: Stance
     apex: float
-    energy_lost_at_impact: float
-    """[J]"""
+    _motions: _Solved | _Known = field(repr=False)
+
+    @cached_property
+    def flight(self) -> Flight:
+        """The flight that leads to it."""
+        return self._motions.flight()
+
+    @cached_property
+    def stance(self) -> Stance:
+        """The stance."""
+        return self._motions.stance()
+
+    @property
+    def energy_lost_at_impact(self) -> float:
+        """[J]"""
+        return -self.flight.impact_loss
 
     @property
     def robot(self) -> Robot:
@@ -436,7 +494,8 @@ def simulate(
         raise HopformError(f"controller must be a current in A or a callable, got {shown(controller)}")
     how = {"max_phases": max_phases}
     task = _Task(plant, model, grounds, cast(Controller, prepared), gains, errors, key, longest, how, progress)
-    return replace(_run(task, first), h_des=_set_points(controller, len(grounds)))
+    run = _known_run(task, first, asked.u) if _is_known(task, asked) else None
+    return replace(run or _run(task, first), h_des=_set_points(controller, len(grounds)))
 
 
 def _set_points(controller: object, count: int) -> tuple[float, ...]:
@@ -500,10 +559,10 @@ def _start(robot: Robot, height: SupportsFloat | None, start: State | None) -> S
 
 def _run(task: _Task, start: State) -> Run:
     hops: list[Hop] = []
-    time, state, leg, apex = 0.0, start, 0.0, math.nan
+    time, (x1, v1, _, v2), leg, apex = 0.0, start, 0.0, math.nan
     for index, ground in enumerate(task.grounds):
-        step = ground - (task.grounds[index - 1] if index else 0.0)
-        flight = _flight(task, state, leg, None if index and step == 0.0 else step)
+        step = ground - task.grounds[index - 1] if index else _first_step(task, start)
+        flight = _flight(task, (x1, v1, v2), leg, step)
         if flight.status != "touchdown":
             status: RunStatus = "tripped" if flight.status == "tripped" else "stopped"
             return Run(task.plant, task.grounds, status, time + flight.duration, tuple(hops), flight)
@@ -516,22 +575,73 @@ def _run(task: _Task, start: State) -> Run:
         time = hop.takeoff_time
         if hop.stance.takeoff is None:
             return Run(task.plant, task.grounds, "stopped", time, tuple(hops), None)
-        state, leg, apex = hop.stance.takeoff, hop.stance.end_compression, hop.apex
-    last = _flight(task, state, leg, None)
+        (x1, v1, _, v2), leg, apex = hop.stance.takeoff, hop.stance.end_compression, hop.apex
+    last = _flight(task, (x1, v1, v2), leg, 0.0)
     return Run(task.plant, task.grounds, "completed", time + last.apex_time, tuple(hops), last)
 
 
-def _flight(task: _Task, start: State, leg: float, step: float | None) -> Flight:
-    """From a state over the old ground, with the leg's compression, to the next touchdown, `step` [m] higher; None: on
-    the same ground.
+def _is_known(task: _Task, asked: object) -> bool:
+    """Whether nothing of a run needs Python: one current, no errors, nobody to be told, and a leg without a damper, which
+    would hand on what is left of its compression.
     """
-    x1, v1, x2, v2 = (float(value) for value in start)
-    robot = task.plant
-    below = x2 if step is None else x2 - step
-    fall = 2.0 * (abs(v2) + math.sqrt(v2 * v2 + 2.0 * robot.letters.g * (1.0 + abs(below)))) / robot.letters.g
-    gains, height = _gains(task, x1, v2), None if step is None else below
-    how: dict[str, Any] = task.how | {"compression": leg, "gains": gains, "horizon": 10.0 + fall}
-    return solve_flight(robot, x1=x1, v1=v1, x2=height, v2=v2, **how)
+    relaxes = float(task.plant.solver.package.formulas.leg_time(task.plant.parameters)) > 0.0
+    return type(asked) is ConstantCurrent and task.errors == NONE and task.progress is None and not relaxes
+
+
+def _known_run(task: _Task, start: State, u: float) -> Run | None:
+    """The same under one current, which nobody has to be asked for: its hops are solved by one call. None where a stance
+    or a flight is refused, to say of which hop and why.
+    """
+    first = _flight(task, (start.x1, start.v1, start.v2), 0.0, _first_step(task, start))
+    if first.status != "touchdown":
+        return None
+    plant, grounds = task.plant, task.grounds
+    runs = solve_hops(
+        plant, start=start, u=u, ground=grounds, hops=len(grounds), gains=task.gains, horizon=task.horizon, states=True,
+        **task.how,
+    )  # fmt: skip
+    if runs.status < 0:
+        return None
+    count, duration = int(runs.hops), float(runs.duration)
+    columns = (runs.touchdown_time, runs.apex, *cast(State, runs.touchdown), *cast(State, runs.stance_end))
+    rows = list(zip(*(column[:count].tolist() for column in columns), strict=True))
+    hops, before, height, ahead = list[Hop](), (start.x1, start.v1, start.v2), first.apex + grounds[0], grounds[0]
+    for index, (time, apex, x1, v1, _, v2, x1_end, v1_end, _, v2_end) in enumerate(rows):
+        step = grounds[index] - ahead if index else _first_step(task, start)
+        known = _Known(task, before, step, (x1, v1, v2), u)
+        hops.append(Hop(index, grounds[index], height, time, apex, known))
+        before, height, ahead = (x1_end, v1_end, v2_end), apex, grounds[index]
+    status: RunStatus = cast(Any, runs.words.item())
+    if status == "completed":
+        last = _flight(task, before, 0.0, 0.0)
+        return Run(plant, grounds, status, duration + last.apex_time, tuple(hops), last)
+    stood = math.isnan(height)
+    return Run(
+        plant,
+        grounds,
+        status,
+        duration,
+        tuple(hops),
+        None if stood else _flight(task, before, 0.0, grounds[count] - ahead),
+    )
+
+
+def _first_step(task: _Task, start: State) -> float:
+    """How far the first ground is above where a leg would stand in the air that carries nothing; 0 within rounding."""
+    letters, rest = task.plant.letters, task.plant.compression_at_rest
+    step = start.x1 - (start.x2 - task.grounds[0]) + letters.L0 + letters.c - rest
+    return 0.0 if abs(step) <= TOUCHING_ULP * math.ulp(letters.L0) else step
+
+
+def _flight(task: _Task, start: tuple[float, float, float], leg: float, step: float) -> Flight:
+    """From x1, v1, v2 and the leg's compression over the old ground to the next touchdown, `step` [m] higher, within the
+    time that `solve_hops` gives a flight.
+    """
+    x1, v1, v2 = map(float, start)
+    g = task.plant.fall
+    longest = 10.0 + 2.0 * (abs(v2) + math.sqrt(v2 * v2 + 2.0 * g * (1.0 + abs(step)))) / g
+    how: dict[str, Any] = task.how | {"compression": leg, "gains": _gains(task, x1, v2), "horizon": longest}
+    return solve_flight(task.plant, x1=x1, v1=v1, v2=v2, step=step, **how)
 
 
 def _gains(task: _Task, x1: float, v2: float) -> tuple[SupportsFloat, SupportsFloat] | None:
@@ -562,7 +672,7 @@ def _hop(task: _Task, index: int, time: float, height: float, flight: Flight) ->
         stance = _stance(task, task.controller(_seen(task, index, time, height, flight)), index, time, flight)
     except HopformError as error:
         raise HopformError(f"hop {index}: {error}") from None
-    return Hop(index, ground, height, time, flight, stance, stance.apex + ground, -flight.impact_loss)
+    return Hop(index, ground, height, time, stance.apex + ground, _Solved(flight, stance))
 
 
 def _seen(task: _Task, index: int, time: float, height: float, flight: Flight) -> Touchdown:
