@@ -27,8 +27,8 @@ BY_INDEX = dict.fromkeys(("Drive", "Free", "Friction", "Resisted"), "Element") |
 BY_AXIS = Member("later", "At"), Member("rates", "Speeds"), Member("change", "StateChange")
 
 IN_HEADER = (
-    "start", "stance", "states", "energy", "forces", "plant", "sensitivity", "control", "flight", "touchdown",
-    "selftest", "batch", "hops",
+    "start", "stance", "states", "energy", "forces", "plant", "sensitivity", "control", "flight", "flight_sensitivity",
+    "touchdown", "selftest", "batch", "flights", "hops",
 )  # fmt: skip
 """The engine's files with public functions, in the order of the header."""
 

@@ -58,6 +58,9 @@ PART: Part = {
     "python/hopform_solver/elements.py": lambda solver: {
         "elements": elements, "model": solver.model, "numpy": numpy, "shown": shown(solver.model), "table": mode_table,
         "axes": [coordinate["axis"] for coordinate in shown(solver.model)],
+        "flight": [(elements.rows_of_flight(solver.model), elements.columns_of_flight(solver.model))]
+        if solver.model.has_contact
+        else [],
         "further_rows": ", hop height of the apex, AED" if solver.model.has_contact else "",
     },
     "python/hopform_solver/formulas.py": lambda solver: {

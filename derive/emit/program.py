@@ -13,6 +13,7 @@ from ..maths import (
     elements,
     energy,
     flight,
+    flight_sensitivity,
     laplace,
     law,
     linear,
@@ -29,10 +30,11 @@ from ..model.equations import Model
 from ..shipped import HOPPER
 from .facts import shown, state_of
 
-OF_CONTACT = (contact, control, flight)
+OF_CONTACT = (contact, control, flight, flight_sensitivity)
 """Modules of which a model without a contact has nothing."""
 MODULES = (
-    laplace, law, linear, elements, modes, partial_fractions, time_domain, transition, energy, work, control, sensitivity, contact, flight, start
+    laplace, law, linear, elements, modes, partial_fractions, time_domain, transition, energy, work, control, sensitivity, contact, flight, flight_sensitivity,
+    start,
 )  # fmt: skip
 
 

@@ -37,8 +37,8 @@ INSTANCES = {
 are a library of their own."""
 
 OF_CONTACT = (
-    *(f"c/{name}_real.h" for name in ("control", "extrema", "flight", "touchdown", "trial")),
-    "c/workstation/hops_real.c",
+    *(f"c/{name}_real.h" for name in ("control", "extrema", "flight", "flight_sensitivity", "touchdown", "trial")),
+    *(f"c/workstation/{name}_real.c" for name in ("flights", "hops")),
 )
 """Sources of the engine that only a model with a contact has."""
 

@@ -17,6 +17,7 @@ CONTACT = scalar("contact", "m", "contact force of the leg over its stiffness")
 RELEASED = scalar("released", "m", "compression at which the leg carries nothing")
 FORCE = scalar("contact_force", "N", "contact force of the leg")
 LEG_TIME = scalar("leg_time", "s", "time in which the leg without load relaxes to 1/e of its compression")
+LEG_TIME_CHANGE = sensitivity.change_of_quantity(LEG_TIME)
 LEFT = Quantity("left", r"y", "m", "compression of the leg without load")
 LEG_ENERGY = scalar("leg_energy", "J", "energy that the leg holds beyond that at y = 0")
 contact, left = CONTACT.symbol, LEFT.symbol
@@ -86,6 +87,13 @@ def compression_at_takeoff(model: Model) -> Steps:
 def leg_time(model: Model) -> Steps:
     """Time in which the leg without load relaxes to 1/e of its compression; 0 where no damper acts in it."""
     yield Step(LEG_TIME.symbol, sp.cancel(model.contact.diff(v1)), "N = 0 in flight")
+
+
+@function(takes=(ROBOT, sensitivity.ROBOT_CHANGE), returns=LEG_TIME_CHANGE)
+def leg_time_change(model: Model) -> Steps:
+    """Change of the time in which the leg without load relaxes with the robot."""
+    steps = model.in_parameters(leg_time(model))
+    return sensitivity.changed_steps(steps, model.robot.symbols, LEG_TIME_CHANGE.symbols)
 
 
 @function(takes=(ROBOT, LEFT), returns=LEG_ENERGY)

@@ -40,6 +40,10 @@ OUTPUTS = ("T", "x1", "v1", "x2", "v2")
 """What is differentiated, in the order of the rows: time and state of the ending."""
 OUTPUTS_OF_CONTACT = ("apex", "aed")
 """Further rows of a model with a contact: hop height of the apex behind a take-off, AED."""
+OUTPUTS_OF_FLIGHT = (*OUTPUTS, "v2_after", "apex")
+"""What is differentiated of a flight, in the order of the rows: the state before the impact, v2 behind it."""
+FURTHER_INPUTS_OF_FLIGHT = ("ground", "Kp", "Kd")
+"""What flights are differentiated by beside what stances are: the height of the ground ahead, the gains of the law."""
 WHATS = "reverses", "sticks", "slips", "hits_stop"
 """What an element does, as its events have it."""
 
@@ -226,6 +230,16 @@ def outputs(model: Model) -> tuple[str, ...]:
 def rows(model: Model) -> tuple[str, ...]:
     """What is differentiated, by the names of the model."""
     return tuple(name_of(model, sp.Symbol(each, real=True)) for each in outputs(model))
+
+
+def columns_of_flight(model: Model) -> tuple[str, ...]:
+    """What flights are differentiated by."""
+    return (*columns(model), *FURTHER_INPUTS_OF_FLIGHT)
+
+
+def rows_of_flight(model: Model) -> tuple[str, ...]:
+    """What is differentiated of a flight, by the names of the model."""
+    return tuple(name_of(model, sp.Symbol(each, real=True)) for each in OUTPUTS_OF_FLIGHT)
 
 
 def stretch_follows(model: Model) -> tuple[sp.Expr, ...]:

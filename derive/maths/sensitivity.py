@@ -16,25 +16,28 @@ from ..model.quantities import *
 from . import control, elements, energy, laplace, law, modes
 
 
-def _changed(quantity: Quantity) -> Quantity:
+def change_of_quantity(quantity: Quantity) -> Quantity:
+    """The change of a quantity, as one."""
     kind = ParameterChange if isinstance(quantity, Parameter) else Quantity
     return kind(f"d_{quantity.name}", rf"\delta {quantity.glyph}", quantity.unit, f"change of the {quantity.meaning}")
 
 
 def changes(record: Record) -> Record:
     """A change of each quantity of a record."""
-    return Record(f"{record.name}Change", f"Changes: {record.meaning}", tuple(map(_changed, record.quantities)))
+    return Record(
+        f"{record.name}Change", f"Changes: {record.meaning}", tuple(map(change_of_quantity, record.quantities))
+    )
 
 
 RIGHT_SIDES = {quantity.symbol: quantity for quantity in (*RATES.quantities, *DRIVE.quantities)}
 SLOPES = Record("Slopes", "Change of the right sides of (3), (4), by what its shares go with: v_1, v_2, y, 1.").of(
-    *(_changed(RIGHT_SIDES[entry]) for entry in (a1_v1, a1_v2, a1_y, C_1, a2_v1, a2_v2, a2_y, C_2))
+    *(change_of_quantity(RIGHT_SIDES[entry]) for entry in (a1_v1, a1_v2, a1_y, C_1, a2_v1, a2_v2, a2_y, C_2))
 )
 ROBOT_CHANGE = changes(ROBOT)
 STATE_CHANGE = changes(STATE)
-CURRENT_CHANGE = _changed(CURRENT)
+CURRENT_CHANGE = change_of_quantity(CURRENT)
 APEX_CHANGE = scalar("d_apex", "m", "change of the hop height of the apex")
-HEIGHT_CHANGE = _changed(BODY_HEIGHT)
+HEIGHT_CHANGE = change_of_quantity(BODY_HEIGHT)
 
 
 def change_of(symbol: sp.Symbol) -> sp.Symbol:
@@ -80,10 +83,10 @@ def slopes_record(model: Model) -> Record:
     if not model.is_geared:
         return SLOPES
     rest = (scalar(f"d_y_{of}", "1/s", "0: change of the rate of the compression") for of in ("v2", "y", "0"))
-    return SLOPES.of(*SLOPES.quantities, _changed(RATES_OF_GEAR[0]), *rest)
+    return SLOPES.of(*SLOPES.quantities, change_of_quantity(RATES_OF_GEAR[0]), *rest)
 
 
-LOWEST_CHANGE, HIGHEST_CHANGE = _changed(elements.LOWEST), _changed(elements.HIGHEST)
+LOWEST_CHANGE, HIGHEST_CHANGE = change_of_quantity(elements.LOWEST), change_of_quantity(elements.HIGHEST)
 
 
 @function(takes=(ROBOT, ROBOT_CHANGE), returns=LOWEST_CHANGE)
@@ -100,7 +103,17 @@ def upper_stop_change(model: Model) -> Steps:
     return changed_steps(steps, model.robot.symbols, HIGHEST_CHANGE.symbols)
 
 
-REACHED_CHANGE = _changed(law.REACHED)
+LIMIT_CHANGE = change_of_quantity(elements.LIMIT)
+
+
+@function(takes=(ROBOT, ROBOT_CHANGE), returns=LIMIT_CHANGE, of_contact=True)
+def current_limit_change(model: Model) -> Steps:
+    """Change of the largest size of the current with the robot."""
+    steps = model.in_parameters(elements.current_limit())
+    return changed_steps(steps, model.robot.symbols, LIMIT_CHANGE.symbols)
+
+
+REACHED_CHANGE = change_of_quantity(law.REACHED)
 
 
 @function(takes=(ROBOT, LIMIT_SIGN, ROBOT_CHANGE, CURRENT_CHANGE), returns=REACHED_CHANGE)

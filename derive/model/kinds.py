@@ -61,7 +61,7 @@ STATUSES = Kind("Status: 0 ok, negative an error, positive an answer with a warn
     Word(-11, "error_detector", "a sample or threshold is not finite, low > high, or count < 1", of_contact=True),
     Word(-12, "error_unstable", "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated"),
     Word(-13, "error_overlap", "an output overlaps an input other than a small one"),
-    Word(-14, "error_columns", "a column of derivatives is none that there is"),
+    Word(-14, "error_columns", "a column of derivatives is none, or their count is negative"),
 )
 COMMANDS = Kind("What the controller found.", "CommandStatus", "COMMANDS", "command_", of_contact=True).of(
     Word(1, "reached", "the next apex is the desired one"),

@@ -181,6 +181,7 @@ FLIGHT = Struct("Flight", "A flight, solved. In its states y is that of a leg th
     Member("phase_count", "int32", "phases of the flight, kept or not"),
     Member("phases_kept", "int32", "phases in the caller's buffer"),
     Member("event_count", "int32", "events of the flight, kept or not"),
+    Member("designed", "int32", "1 if the gains are those of hopform_design_return, else 0"),
 )
 DETECTOR = Struct("Detector", "How touchdown is found in a noisy signal of contact.").of(
     Member("high", "real", "the signal is above where it reaches this"),
@@ -246,6 +247,51 @@ STANCES_OUT = Struct("StancesOut", "Where results and states at the ending go; N
 )
 
 
+def flights_in(robot: Record) -> Struct:
+    """Where a batch of flights reads."""
+    members = {each.name: each for each in stances_in(robot).members}
+    start, rest = (
+        (members[name] for name in ("robot", *(each.name for each in STATE.quantities))),
+        ("horizon", "max_phases"),
+    )
+    return Struct("FlightsIn", "Where robots, states at take-off, grounds, gains and longest times are read.").of(
+        *start,
+        Member("ground", "Input", "height of the ground ahead over that which was left", "m"),
+        Member("gains", "Input", "Kp, Kd; NULL, both, for those of hopform_design_return", count=2, is_array=True),
+        *(members[name] for name in rest),
+    )
+
+
+FLIGHTS_OUT = Struct(
+    "FlightsOut",
+    "Where results of flights go: NaN and a status < 0 where refused. Phases are needed for the lists below.",
+).of(
+    Member("status", "Output", "int32_t: HOPFORM_FLIGHT_..., or HOPFORM_ERROR_..."),
+    Member("duration", "Output", "time of the ending", "s"),
+    *of_quantities((*STATE.quantities[:2], BODY_HEIGHT, STATE.quantities[2]), "Output"),
+    Member("v2_after", "Output", "velocity of the body after the impact", "m/s"),
+    Member("y", "Output", "compression of the leg at the ending: of one that stands on the ground ahead", "m"),
+    Member("apex", "Output", "highest hop height of the body over the ground ahead", "m"),
+    Member("apex_time", "Output", "", "s"),
+    Member("impact_loss", "Output", "energy lost at the impact, negative", "J"),
+    Member("leg_loss", "Output", "energy lost by a damper in the leg, negative", "J"),
+    Member("Kp", "Output", "of the law", "N/m"),
+    Member("Kd", "Output", "", "N s/m"),
+    Member("event_count", "Output", "int32_t"),
+    Member("phases", "FlightPhase *", "where one flight after the other is solved; NULL where no list is wanted"),
+    Member("phase_capacity", "int32"),
+    Member("event_time", "real *", "event_capacity a flight, NaN behind its last; NULL if no events are wanted", "s"),
+    Member("event_kind", "int8 *", "as in hopform_flight_phase, HOPFORM_EVENT_NONE behind its last"),
+    Member("event_capacity", "int32"),
+    Member("times", "const real *", "shared by all, none below 0; NULL if no states are wanted", "s"),
+    Member("time_count", "int32"),
+    Member("states", "State *", "as of hopform_flight_at, one flight after the other; NaN behind its ending"),
+    Member("columns", "const int32 *", "as of hopform_flight_sensitivities; NULL for all"),
+    Member("column_count", "int32"),
+    Member("sensitivities", "real *", "a matrix a flight, NaN where there is none; NULL if none are wanted"),
+)
+
+
 HOP_INPUT = Struct("HopInput", "A number per run and hop: `hop_stride` bytes lead to the next hop, 0 repeats one.").of(
     Member("first", "const void *"), Member("stride", "ptrdiff"), Member("hop_stride", "ptrdiff")
 )
@@ -282,8 +328,8 @@ def hops_in() -> Struct:
 
 
 OF_CONTACT = (
-    "Target", "Command", "Trial", "Search", "FlightPhase", "Flight", "Detector", "Contact", "HopInput", "HopOutput",
-    "HopsOut",
+    "Target", "Command", "Trial", "Search", "FlightPhase", "Flight", "Detector", "Contact", "FlightsOut", "HopInput",
+    "HopOutput", "HopsOut",
 )  # fmt: skip
 """Structs of models with a contact alone: of the controller, of flights, of hops and of touchdown's detection."""
 ENDING_OF_CONTACT = ("apex", "aed", "compressions")
@@ -329,5 +375,5 @@ def structs(
             )
             for each in (STANCE, STANCES_OUT)
         }
-    of_hops = (hops_in(),) if has_contact else ()
-    return (*(of_model.get(each.name, each) for each in declared), stances_in(robot), *of_hops)
+    of_contact = (flights_in(robot), hops_in()) if has_contact else ()
+    return (*(of_model.get(each.name, each) for each in declared), stances_in(robot), *of_contact)

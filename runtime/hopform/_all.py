@@ -17,6 +17,7 @@ from hopform._control import (
 )
 from hopform._errors import BackendError, HopformError, MissingExtra
 from hopform._flight import Flight, FlightPhase, design_return, solve_flight
+from hopform._flights import Flights, solve_flights
 from hopform._hops import Hops, solve_hops
 from hopform._motion import Event, Motion, Phase, State
 from hopform._robots import ROBOTS, Robot, load_robot
@@ -50,9 +51,10 @@ def claims() -> tuple[Claim, ...]:
 __all__ = [
     "BackendError", "Batch", "choose_current", "choose_current_as_printed", "Claim", "claims", "Command",
     "design_return", "Energy", "Equation", "equations", "Event", "FixedPoint", "Flight", "FlightLedger",
-    "FlightPhase", "Gains", "HopformError", "Hops", "Ledger", "library_message", "load_robot", "load_solver",
+    "FlightPhase", "Flights", "Gains", "HopformError", "Hops", "Ledger", "library_message", "load_robot", "load_solver",
     "ManySensitivities", "MissingExtra", "Motion", "Motions", "next_apex", "Phase", "PrintedCommand",
-    "Reachability", "reachability", "Robot", "ROBOTS", "Sensitivities", "solve_flight", "solve_hops", "solve_motion",
+    "Reachability", "reachability", "Robot", "ROBOTS", "Sensitivities", "solve_flight", "solve_flights", "solve_hops",
+    "solve_motion",
     "solve_motions", "solve_stance", "solve_stances", "Solver", "Stance", "State", "sweep", "touchdown_velocity",
 ]  # fmt: skip
 

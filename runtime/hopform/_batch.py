@@ -52,6 +52,7 @@ NAMES = {"x1": "x1", "v1": "v1", "v2": "v2", "x2": "x2", "y": "compression", "u"
 INPUTS = {
     "stance": tuple(NAMES.values()),
     "motion": ("start", "u", "horizon"),
+    "flight": ("x1", "v1", "v2", "x2", "compression", "gains", "horizon"),
     "hop": ("height", "start", "v2", "x1", "v1", "compression", "u", "ground", "hops", "gains", "horizon"),
 }
 """What is solved from, beside fields of the robot."""
@@ -201,6 +202,7 @@ def labelled(inputs: Mapping[str, Any], units: Mapping[str, str]) -> tuple[dict[
 
 
 def words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]:
+    """The words of numbers that are near to each other, "" where there is none."""
     first = min(words)
     return np.asarray(np.array([words.get(code, "") for code in range(first, max(words) + 1)])[codes - first])
 
@@ -217,6 +219,13 @@ def some_of(x: Column, shape: tuple[int, ...], part: slice, real: np.dtype[Any])
     return np.asarray(x.reshape(-1)[part] if whole else np.broadcast_to(x, shape).flat[part], dtype=real)
 
 
+def columns_of_part(
+    columns: Iterable[Column], shape: tuple[int, ...], part: slice, real: np.dtype[Any]
+) -> list[Column]:
+    """Columns of some of what is solved, flat and in a precision: numbers stay numbers."""
+    return [x if type(x) is float else some_of(x, shape, part, real) for x in columns]
+
+
 class _Job(NamedTuple):
     """Checked inputs and where the results go, flat; `columns` are the states, u, horizon, then the robot's fields."""
 
@@ -230,7 +239,7 @@ class _Job(NamedTuple):
 
     def chunk(self, part: slice) -> list[Column]:
         """The columns of some stances: numbers stay numbers."""
-        return [x if type(x) is float else some_of(x, self.shape, part, self.real) for x in self.columns]
+        return columns_of_part(self.columns, self.shape, part, self.real)
 
 
 def solve_stances(
@@ -410,7 +419,7 @@ def _solved(
     columns = {axis: column_of(names[axis], plain[names[axis]], of_axes[axis]) for axis in inputs}
     robots = robot_columns(robot, fields, plain, how.what)
     by_field = {name: getattr(robots, name) for name in fields}
-    shape = _shape_of({names[axis]: columns[axis] for axis in columns} | by_field, how)
+    shape = shape_of({names[axis]: columns[axis] for axis in columns} | by_field, how.each, how.what)
     given: dict[str, Column] = {"x1": 0.0, "v1": 0.0, "v2": 0.0, **columns}
     check_states(robot, given, robots)
     given["y"] = _compression(robot, how.what, given, robots)
@@ -463,7 +472,7 @@ def _run(
         return int(part.stop - part.start)
 
     in_parts(solve, job.size, CHUNK, threads, progress)
-    return _joined(job, lists) if events else (None, None)
+    return joined(job.results[0][-1], lists, job.real) if events else (None, None)
 
 
 def in_parts(solve: Callable[[slice], int], size: int, length: int, threads: int, progress: Progress | None) -> None:
@@ -487,13 +496,14 @@ def in_parts(solve: Callable[[slice], int], size: int, length: int, threads: int
                 pool.shutdown(wait=False, cancel_futures=True)
 
 
-def _joined(job: _Job, lists: package.Events) -> tuple[NDArray[Any], NDArray[np.int8]]:
-    """The events of all stances, a row each, NaN and 0 behind the last one."""
-    counts = job.results[0][-1]
+def joined(
+    counts: NDArray[np.intc], lists: package.Events, real: np.dtype[Any]
+) -> tuple[NDArray[Any], NDArray[np.int8]]:
+    """The events of all that were solved, a row each, NaN and 0 behind the last one; how many each has."""
     longest = int(counts.max(initial=0))
-    if job.size * longest > MEMORY // 16:
-        raise HopformError(f"events can be listed of at most {MEMORY // 16 // longest} of these, got {job.size}")
-    times = np.full((job.size, longest), np.nan, job.real)
+    if counts.size * longest > MEMORY // 16:
+        raise HopformError(f"events can be listed of at most {MEMORY // 16 // longest} of these, got {counts.size}")
+    times = np.full((counts.size, longest), np.nan, real)
     kinds = np.zeros(times.shape, np.int8)
     for lane, t, kind in lists:
         place = np.arange(lane.size) - np.searchsorted(lane, lane)
@@ -546,8 +556,10 @@ def robot_columns(robot: Robot, fields: Collection[str], plain: Mapping[str, Any
     return cast(Any, robot.parameters)._replace(**columns)
 
 
-def _shape_of(inputs: dict[str, Column], how: _How) -> tuple[int, ...]:
-    """The shape that the inputs broadcast to; HopformError if they do not, or to more than fits into memory."""
+def shape_of(inputs: Mapping[str, Column], each: int, what: str) -> tuple[int, ...]:
+    """The shape that the inputs broadcast to; HopformError if they do not, or to more than fits into memory, where each
+    of what is solved takes so many bytes.
+    """
     shapes = {name: column.shape for name, column in inputs.items() if isinstance(column, np.ndarray) and column.shape}
     if not shapes:
         return ()
@@ -555,12 +567,13 @@ def _shape_of(inputs: dict[str, Column], how: _How) -> tuple[int, ...]:
         shape = np.broadcast_shapes(*shapes.values())
     except ValueError:
         raise HopformError(f"the shapes of the inputs must broadcast, got {shapes}") from None
-    if math.prod(shape) > (most := MEMORY // how.each):
-        raise HopformError(f"the inputs must broadcast to at most {most} {how.what}s, got shape {shape}")
+    if math.prod(shape) > (most := MEMORY // each):
+        raise HopformError(f"the inputs must broadcast to at most {most} {what}s, got shape {shape}")
     return shape
 
 
-def check_states(robot: Robot, given: dict[str, Column], robots: Any) -> None:
+def check_states(robot: Robot, given: Mapping[str, Column], robots: Any) -> None:
+    """HopformError for a horizon that is not positive, for stops in the wrong order, and for x1 beyond one of them."""
     horizon, x1 = given["horizon"], given["x1"]
     refuse_any("horizon", horizon, horizon > 0.0, lambda bad: f"must be > 0 s, got {bad!r}")
     package = robot.solver.package

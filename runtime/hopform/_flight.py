@@ -18,8 +18,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from hopform._checks import finite, nonnegative, pair, positive, shaped, shown, times_within, whole
 from hopform._errors import HopformError
+from hopform._flight_columns import by_names, chosen, rows_of, units_of, without_row
 from hopform._motion import DOUBLE, TOUCHING_ULP, Event, Number, Real, State, Times, in_order, precision_of, with_height
 from hopform._robots import Robot, checked_robot, falling_robot, placed
+from hopform._sensitivities import Sensitivities, aliases_of
 from hopform._show import Arrays, Card, OverTime, events_of
 from hopform._solver.c import SolvedFlight
 from hopform._solver.package import FLIGHT_ENDINGS, Energy, FlightLedger, Gains, records
@@ -64,6 +66,8 @@ class Flight(OverTime):
     impact_loss: float
     leg_loss: float
     _compression: float = field(repr=False)
+    _given: tuple[bool, bool] = field(repr=False, compare=False)
+    """whether x2 was given, and the compression"""
     _solved: SolvedFlight = field(repr=False, compare=False)
 
     @cached_property
@@ -149,6 +153,33 @@ class Flight(OverTime):
         """The ledger [J] from take-off to times t [s], in t's shape; each entry from its own closed form."""
         return FlightLedger(*in_order(t, self._times(t), lambda times: self._solved.energy_at(times)[1]))
 
+    @cached_property
+    def sensitivities(self) -> Sensitivities:
+        """Derivatives of the duration T, the state at the ending before the impact, v2_after behind it and the apex, by
+        state at take-off, height of the ground ahead, gains and robot, through every event.
+
+        They are those of the events as they are: none appears or goes. Gains that were left out change with the start
+        and the robot, given ones stay; Kp and Kd are by a change on top of either. With x2 left out it follows x1 and the
+        leg's length without load, and its own column is 0; ground is that ahead, over the ground that was left. An
+        actuator that is held at the start keeps its velocity 0, and one that starts on a stop stays where it starts;
+        x1_min, x1_max count where a stop is met later. NaN where an event grazes, where the cap on phases was reached,
+        and v2_after without touchdown.
+
+        >>> from hopform import load_robot
+        >>> flight = solve_flight(load_robot("hopper_c"), x1=0.05, v1=0.1, v2=1.9)
+        >>> print(round(flight.sensitivities["T", "ground"], 6), round(flight.sensitivities["x1", "Kp"], 9))
+        -0.4
+        """
+        solver, parameters = self.robot.solver, self.robot.parameters
+        columns = chosen(solver, True, *self._given, parameters)
+        start = self._solved.flight.start
+        solved = self._solved.sensitivities(columns.codes)
+        matrix = by_names(columns, solved, (start.x1, start.v1, start.v2), solver, parameters)
+        rows = tuple(rows_of(solver).values())
+        if self.touchdown is None:
+            matrix = without_row(matrix, rows.index("v2_after"))
+        return Sensitivities(rows, columns.names, matrix, units_of(solver), aliases_of(solver))
+
     def _card(self) -> Card:
         start = self.at(0.0)
         gains = f"{self.gains.Kp:.5g} N/m, {self.gains.Kd:.5g} N s/m"
@@ -215,7 +246,7 @@ def solve_flight(
     after = end._replace(v2=float(flight.v2_after)) if status == "touchdown" else None
     duration, followed = float(flight.duration), Gains(float(flight.gains.Kp), float(flight.gains.Kd))
     apex, losses = (float(flight.apex), float(flight.apex_time)), (float(flight.impact_loss), float(flight.leg_loss))
-    reached = status, duration, end, after, followed, *apex, *losses, start.y
+    reached = status, duration, end, after, followed, *apex, *losses, start.y, (x2 is not None, compression is not None)
     return Flight(robot, precision, *reached, solved)
 
 

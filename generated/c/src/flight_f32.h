@@ -718,6 +718,7 @@ int32_t hopform_solve_flight_f32(const hopform_plan_f32 *plan, const hopform_sta
     flight->ending = run_flight_f32(&chain);
     flight->start = from;
     flight->ground = ground;
+    flight->designed = gains == NULL && chain.largest > 0.0f ? 1 : 0;
     if (!report_flight_f32(&chain, flight)) {
         *flight = nothing;
         return HOPFORM_ERROR_NUMBERS;

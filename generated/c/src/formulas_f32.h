@@ -342,6 +342,19 @@ typedef struct {
     float rise;      /* [m] of the body */
 } flight_integrals_f32;
 
+/* Changes: The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current. */
+typedef struct {
+    float d_Kp;  /* [N/m] change of the force per displacement */
+    float d_Kd;  /* [N s/m] change of the force per velocity */
+} gains_change_f32;
+
+/* Changes: A mode of the flight: x_1'' = a - p v_1 - q x_1. */
+typedef struct {
+    float d_p;  /* [1/s] change of the sum of the rates */
+    float d_q;  /* [1/s^2] change of the product of the rates */
+    float d_a;  /* [m/s^2] change of the constant acceleration, with that of the friction */
+} flight_slopes_f32;
+
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
 static inline hopform_rates_f32 rates_of_f32(const hopform_robot_f32 *robot)
 {
@@ -1152,6 +1165,16 @@ ALWAYS_f32 float upper_stop_change_f32(const hopform_robot_f32 *robot, const rob
     return d_highest;
 }
 
+/* Change of the largest size of the current with the robot. */
+ALWAYS_f32 float current_limit_change_f32(const hopform_robot_f32 *robot,
+    const robot_change_f32 *robot_change)
+{
+    (void)robot;
+    const float d_u_max = robot_change->d_u_max;
+    const float d_u_most = d_u_max;  /* change of limit of the current */
+    return d_u_most;
+}
+
 /* Change of the input at a limit with the robot and the input. */
 ALWAYS_f32 float input_at_limit_change_f32(const hopform_robot_f32 *robot,
     float limit,
@@ -1315,6 +1338,15 @@ ALWAYS_f32 float leg_time_f32(const hopform_robot_f32 *robot)
     return leg_time;
 }
 
+/* Change of the time in which the leg without load relaxes with the robot. */
+ALWAYS_f32 float leg_time_change_f32(const hopform_robot_f32 *robot, const robot_change_f32 *robot_change)
+{
+    (void)robot;
+    (void)robot_change;
+    const float d_leg_time = 0.0f;  /* change of N = 0 in flight */
+    return d_leg_time;
+}
+
 /* Energy that the leg holds beyond that at y = 0. */
 ALWAYS_f32 float leg_energy_f32(const hopform_robot_f32 *robot, float left)
 {
@@ -1470,6 +1502,95 @@ ALWAYS_f32 hopform_flight_ledger_f32 flight_ledger_of_f32(const hopform_robot_f3
     const float coulomb_1 = -f1*m_eff*moved*side_1;                                                                /* ledger */
     const hopform_flight_ledger_f32 result = {motor_work, offset_work, viscous_1, coulomb_1};
     return result;
+}
+
+/* Change of a mode of the flight with the robot, the gains and the current at its limit, 0 under the law. */
+ALWAYS_f32 flight_slopes_f32 flight_slopes_of_f32(const hopform_robot_f32 *robot,
+    const hopform_gains_f32 *gains,
+    float u,
+    float side_1,
+    float follows,
+    const robot_change_f32 *robot_change,
+    const gains_change_f32 *gains_change,
+    float d_u)
+{
+    const float m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1;
+    const float gamma2 = robot->gamma2;
+    const float Kp = gains->Kp, Kd = gains->Kd;
+    const float d_m_eff = robot_change->d_m_eff, d_k = robot_change->d_k;
+    const float d_c = robot_change->d_c, d_b1 = robot_change->d_b1;
+    const float d_f1 = robot_change->d_f1, d_gamma2 = robot_change->d_gamma2;
+    const float d_Kp = gains_change->d_Kp, d_Kd = gains_change->d_Kd;
+    const float d_p = d_b1/m_eff + d_Kd*follows/m_eff - (b1/m_eff)*(d_m_eff/m_eff) - (Kd/m_eff)*(d_m_eff*follows/m_eff);                                               /* change of (3) in flight, per v_1 */
+    const float d_q = d_Kp*follows/m_eff - (Kp/m_eff)*(d_m_eff*follows/m_eff);                                                                                         /* change of (3) in flight, per x_1 */
+    const float d_a = c*d_k/m_eff + d_c*k/m_eff + (d_m_eff/m_eff)*(gamma2*u/m_eff) - d_f1*side_1 - d_gamma2*u/m_eff - d_u*gamma2/m_eff - (c/m_eff)*(d_m_eff*k/m_eff);  /* change of (3) in flight, constant */
+    const flight_slopes_f32 result = {d_p, d_q, d_a};
+    return result;
+}
+
+/* Change of the gains of a critically damped return with the robot and the time. */
+static inline gains_change_f32 critical_gains_change_f32(const hopform_robot_f32 *robot,
+    float time,
+    float adds,
+    const robot_change_f32 *robot_change,
+    float d_time)
+{
+    const float m_eff = robot->m_eff, b1 = robot->b1;
+    const float d_m_eff = robot_change->d_m_eff, d_b1 = robot_change->d_b1;
+    const float settled_rate = 2e1f/(3.0f*time);                                                                                                      /* (1 + 20/3) exp(-20/3) < 1/100 */
+    const float d_settled_rate = -2e1f*d_time/(3.0f*time*time);                                                                                       /* change of (1 + 20/3) exp(-20/3) < 1/100 */
+    const float shortfall = 2.0f*m_eff*settled_rate - b1;                                                                                             /* critical damping less b_1 */
+    const float d_shortfall = 2.0f*d_m_eff*settled_rate + 2.0f*d_settled_rate*m_eff - d_b1;                                                            /* change of critical damping less b_1 */
+    const float Kd = adds*shortfall;                                                                                                                 /* what the motor adds to b_1 */
+    const float d_Kd = adds*d_shortfall;                                                                                                             /* change of what the motor adds to b_1 */
+    const float damping = Kd + b1;                                                                                                                   /* b_1 + K_d */
+    const float d_damping = d_Kd + d_b1;                                                                                                             /* change of b_1 + K_d */
+    const float d_Kp = d_damping*settled_rate + d_settled_rate*damping - d_m_eff*settled_rate*settled_rate - 2.0f*d_settled_rate*m_eff*settled_rate;  /* change of the slower pole at the settling rate */
+    const gains_change_f32 result = {d_Kp, d_Kd};
+    return result;
+}
+
+/* Change of the acceleration with which the body falls. */
+ALWAYS_f32 float fall_change_f32(const hopform_robot_f32 *robot, const robot_change_f32 *robot_change)
+{
+    (void)robot;
+    const float d_g = robot_change->d_g;
+    const float d_fall = d_g;  /* change of (4) in flight */
+    return d_fall;
+}
+
+/* Change of the time after which the body has come down from a height. */
+static inline float time_of_fall_change_f32(const hopform_robot_f32 *robot,
+    float v2,
+    float drop,
+    const robot_change_f32 *robot_change,
+    float d_v2,
+    float d_drop)
+{
+    const float g = robot->g;
+    const float d_g = robot_change->d_g;
+    const float square = v2*v2 + 2.0f*drop*g;                                               /* square of the velocity there */
+    const float d_square = 2.0f*d_drop*g + 2.0f*d_g*drop + 2.0f*d_v2*v2;                      /* change of square of the velocity there */
+    const float root = sqrt_f32(square);                                                  /* the velocity there */
+    const float d_root = 0.5f*d_square/root;                                                /* change of the velocity there */
+    const float d_touchdown_time = d_root/g + d_v2/g - (d_g/g)*(root/g) - (d_g/g)*(v2/g);  /* change of ballistic */
+    return d_touchdown_time;
+}
+
+/* Change of the velocity of the body after the impact. */
+static inline float velocity_after_impact_change_f32(const hopform_robot_f32 *robot,
+    float v2,
+    const robot_change_f32 *robot_change,
+    float d_v2)
+{
+    const float impact_loss = robot->impact_loss;
+    const float d_impact_loss = robot_change->d_impact_loss;
+    const float square = 1.0f - impact_loss;          /* share of the energy that is left */
+    const float d_square = -d_impact_loss;           /* change of share of the energy that is left */
+    const float root = sqrt_f32(square);            /* share of the velocity that is left */
+    const float d_root = 0.5f*d_square/root;          /* change of share of the velocity that is left */
+    const float d_v2_after = d_root*v2 + d_v2*root;  /* change of impact loss */
+    return d_v2_after;
 }
 
 /* The state of a start. */

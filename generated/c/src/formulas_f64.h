@@ -342,6 +342,19 @@ typedef struct {
     double rise;      /* [m] of the body */
 } flight_integrals_f64;
 
+/* Changes: The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current. */
+typedef struct {
+    double d_Kp;  /* [N/m] change of the force per displacement */
+    double d_Kd;  /* [N s/m] change of the force per velocity */
+} gains_change_f64;
+
+/* Changes: A mode of the flight: x_1'' = a - p v_1 - q x_1. */
+typedef struct {
+    double d_p;  /* [1/s] change of the sum of the rates */
+    double d_q;  /* [1/s^2] change of the product of the rates */
+    double d_a;  /* [m/s^2] change of the constant acceleration, with that of the friction */
+} flight_slopes_f64;
+
 /* Coefficients of the equations of motion and of their characteristic polynomials. */
 static inline hopform_rates_f64 rates_of_f64(const hopform_robot_f64 *robot)
 {
@@ -1152,6 +1165,16 @@ ALWAYS_f64 double upper_stop_change_f64(const hopform_robot_f64 *robot, const ro
     return d_highest;
 }
 
+/* Change of the largest size of the current with the robot. */
+ALWAYS_f64 double current_limit_change_f64(const hopform_robot_f64 *robot,
+    const robot_change_f64 *robot_change)
+{
+    (void)robot;
+    const double d_u_max = robot_change->d_u_max;
+    const double d_u_most = d_u_max;  /* change of limit of the current */
+    return d_u_most;
+}
+
 /* Change of the input at a limit with the robot and the input. */
 ALWAYS_f64 double input_at_limit_change_f64(const hopform_robot_f64 *robot,
     double limit,
@@ -1315,6 +1338,15 @@ ALWAYS_f64 double leg_time_f64(const hopform_robot_f64 *robot)
     return leg_time;
 }
 
+/* Change of the time in which the leg without load relaxes with the robot. */
+ALWAYS_f64 double leg_time_change_f64(const hopform_robot_f64 *robot, const robot_change_f64 *robot_change)
+{
+    (void)robot;
+    (void)robot_change;
+    const double d_leg_time = 0.0;  /* change of N = 0 in flight */
+    return d_leg_time;
+}
+
 /* Energy that the leg holds beyond that at y = 0. */
 ALWAYS_f64 double leg_energy_f64(const hopform_robot_f64 *robot, double left)
 {
@@ -1470,6 +1502,95 @@ ALWAYS_f64 hopform_flight_ledger_f64 flight_ledger_of_f64(const hopform_robot_f6
     const double coulomb_1 = -f1*m_eff*moved*side_1;                                                                /* ledger */
     const hopform_flight_ledger_f64 result = {motor_work, offset_work, viscous_1, coulomb_1};
     return result;
+}
+
+/* Change of a mode of the flight with the robot, the gains and the current at its limit, 0 under the law. */
+ALWAYS_f64 flight_slopes_f64 flight_slopes_of_f64(const hopform_robot_f64 *robot,
+    const hopform_gains_f64 *gains,
+    double u,
+    double side_1,
+    double follows,
+    const robot_change_f64 *robot_change,
+    const gains_change_f64 *gains_change,
+    double d_u)
+{
+    const double m_eff = robot->m_eff, k = robot->k, c = robot->c, b1 = robot->b1;
+    const double gamma2 = robot->gamma2;
+    const double Kp = gains->Kp, Kd = gains->Kd;
+    const double d_m_eff = robot_change->d_m_eff, d_k = robot_change->d_k;
+    const double d_c = robot_change->d_c, d_b1 = robot_change->d_b1;
+    const double d_f1 = robot_change->d_f1, d_gamma2 = robot_change->d_gamma2;
+    const double d_Kp = gains_change->d_Kp, d_Kd = gains_change->d_Kd;
+    const double d_p = d_b1/m_eff + d_Kd*follows/m_eff - (b1/m_eff)*(d_m_eff/m_eff) - (Kd/m_eff)*(d_m_eff*follows/m_eff);                                               /* change of (3) in flight, per v_1 */
+    const double d_q = d_Kp*follows/m_eff - (Kp/m_eff)*(d_m_eff*follows/m_eff);                                                                                         /* change of (3) in flight, per x_1 */
+    const double d_a = c*d_k/m_eff + d_c*k/m_eff + (d_m_eff/m_eff)*(gamma2*u/m_eff) - d_f1*side_1 - d_gamma2*u/m_eff - d_u*gamma2/m_eff - (c/m_eff)*(d_m_eff*k/m_eff);  /* change of (3) in flight, constant */
+    const flight_slopes_f64 result = {d_p, d_q, d_a};
+    return result;
+}
+
+/* Change of the gains of a critically damped return with the robot and the time. */
+static inline gains_change_f64 critical_gains_change_f64(const hopform_robot_f64 *robot,
+    double time,
+    double adds,
+    const robot_change_f64 *robot_change,
+    double d_time)
+{
+    const double m_eff = robot->m_eff, b1 = robot->b1;
+    const double d_m_eff = robot_change->d_m_eff, d_b1 = robot_change->d_b1;
+    const double settled_rate = 20.0/(3.0*time);                                                                                                      /* (1 + 20/3) exp(-20/3) < 1/100 */
+    const double d_settled_rate = -20.0*d_time/(3.0*time*time);                                                                                       /* change of (1 + 20/3) exp(-20/3) < 1/100 */
+    const double shortfall = 2.0*m_eff*settled_rate - b1;                                                                                             /* critical damping less b_1 */
+    const double d_shortfall = 2.0*d_m_eff*settled_rate + 2.0*d_settled_rate*m_eff - d_b1;                                                            /* change of critical damping less b_1 */
+    const double Kd = adds*shortfall;                                                                                                                 /* what the motor adds to b_1 */
+    const double d_Kd = adds*d_shortfall;                                                                                                             /* change of what the motor adds to b_1 */
+    const double damping = Kd + b1;                                                                                                                   /* b_1 + K_d */
+    const double d_damping = d_Kd + d_b1;                                                                                                             /* change of b_1 + K_d */
+    const double d_Kp = d_damping*settled_rate + d_settled_rate*damping - d_m_eff*settled_rate*settled_rate - 2.0*d_settled_rate*m_eff*settled_rate;  /* change of the slower pole at the settling rate */
+    const gains_change_f64 result = {d_Kp, d_Kd};
+    return result;
+}
+
+/* Change of the acceleration with which the body falls. */
+ALWAYS_f64 double fall_change_f64(const hopform_robot_f64 *robot, const robot_change_f64 *robot_change)
+{
+    (void)robot;
+    const double d_g = robot_change->d_g;
+    const double d_fall = d_g;  /* change of (4) in flight */
+    return d_fall;
+}
+
+/* Change of the time after which the body has come down from a height. */
+static inline double time_of_fall_change_f64(const hopform_robot_f64 *robot,
+    double v2,
+    double drop,
+    const robot_change_f64 *robot_change,
+    double d_v2,
+    double d_drop)
+{
+    const double g = robot->g;
+    const double d_g = robot_change->d_g;
+    const double square = v2*v2 + 2.0*drop*g;                                               /* square of the velocity there */
+    const double d_square = 2.0*d_drop*g + 2.0*d_g*drop + 2.0*d_v2*v2;                      /* change of square of the velocity there */
+    const double root = sqrt_f64(square);                                                  /* the velocity there */
+    const double d_root = 0.5*d_square/root;                                                /* change of the velocity there */
+    const double d_touchdown_time = d_root/g + d_v2/g - (d_g/g)*(root/g) - (d_g/g)*(v2/g);  /* change of ballistic */
+    return d_touchdown_time;
+}
+
+/* Change of the velocity of the body after the impact. */
+static inline double velocity_after_impact_change_f64(const hopform_robot_f64 *robot,
+    double v2,
+    const robot_change_f64 *robot_change,
+    double d_v2)
+{
+    const double impact_loss = robot->impact_loss;
+    const double d_impact_loss = robot_change->d_impact_loss;
+    const double square = 1.0 - impact_loss;          /* share of the energy that is left */
+    const double d_square = -d_impact_loss;           /* change of share of the energy that is left */
+    const double root = sqrt_f64(square);            /* share of the velocity that is left */
+    const double d_root = 0.5*d_square/root;          /* change of share of the velocity that is left */
+    const double d_v2_after = d_root*v2 + d_v2*root;  /* change of impact loss */
+    return d_v2_after;
 }
 
 /* The state of a start. */

@@ -7,6 +7,7 @@
 #if HOPFORM_HAS_CONTACT
 #include "control_f32.h"
 #include "flight_f32.h"
+#include "flight_sensitivity_f32.h"
 #include "touchdown_f32.h"
 #endif
 #include "energy_f32.h"

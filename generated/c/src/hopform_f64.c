@@ -7,6 +7,7 @@
 #if HOPFORM_HAS_CONTACT
 #include "control_f64.h"
 #include "flight_f64.h"
+#include "flight_sensitivity_f64.h"
 #include "touchdown_f64.h"
 #endif
 #include "energy_f64.h"

@@ -21,7 +21,7 @@ from .records import ENDINGS, EVENTS, ROBOT_FIELDS, Ledger, LegState, Robot
 if TYPE_CHECKING:
     from .solver import solve
 
-LAYOUT = "e908e50c2dc3a0e9"
+LAYOUT = "86c7c8645506a85e"
 """Of the structs and numbers that this package shares with its C library, which carries the same text."""
 
 VERSION = "0.1.0"

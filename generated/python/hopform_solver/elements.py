@@ -67,3 +67,9 @@ ROWS = ("T", "x1", "v1", "x2", "v2", "apex", "aed",)
 
 COLUMNS = ("x1", "v1", "y", "v2", "u", "m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max", "u_max", "impact_loss", "f1_excess", "f2_excess",)
 """What stances are differentiated by: the state at the start, the input, the parameters of the robot."""
+
+FLIGHT_ROWS = ("T", "x1", "v1", "x2", "v2", "v2_after", "apex",)
+"""What is differentiated of a flight: time and state of the ending, v2 after the impact, hop height of the apex."""
+
+FLIGHT_COLUMNS = ("x1", "v1", "y", "v2", "u", "m_eff", "m_s", "k", "L0", "c", "b1", "b2", "f1", "f2", "gamma2", "g", "x1_min", "x1_max", "u_max", "impact_loss", "f1_excess", "f2_excess", "ground", "Kp", "Kd",)
+"""What flights are differentiated by: as stances, then the height of the ground ahead and the gains of the law."""

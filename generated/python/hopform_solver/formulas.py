@@ -20,11 +20,13 @@ from .records import (
     Fades,
     FlightIntegrals,
     FlightRates,
+    FlightSlopes,
     FlightWork,
     Forces,
     Free,
     Friction,
     Gains,
+    GainsChange,
     Integrals,
     KnownBasis,
     KnownPair,
@@ -1078,6 +1080,16 @@ def upper_stop_change(robot: Robot, robot_change: RobotChange) -> Real:
     return d_highest
 
 
+def current_limit_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the largest size of the current with the robot.
+
+    Returns d_u_most [A], change of the largest size of the current.
+    """
+    d_u_max = robot_change.d_u_max
+    d_u_most = d_u_max  # change of limit of the current
+    return d_u_most
+
+
 def input_at_limit_change(robot: Robot, limit: Real, robot_change: RobotChange, d_u: Real) -> Real:
     """Change of the input at a limit with the robot and the input.
 
@@ -1253,6 +1265,15 @@ def leg_time(robot: Robot) -> Real:
     return leg_time
 
 
+def leg_time_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the time in which the leg without load relaxes with the robot.
+
+    Returns d_leg_time [s], change of the time in which the leg without load relaxes to 1/e of its compression.
+    """
+    d_leg_time = 0.0  # change of N = 0 in flight
+    return d_leg_time
+
+
 def leg_energy(robot: Robot, left: Real) -> Real:
     """Energy that the leg holds beyond that at y = 0.
 
@@ -1422,6 +1443,93 @@ def flight_ledger_of(robot: Robot, gains: Gains, largest: Real, x1: Real, side_1
     viscous_1 = -b1*int_v1v1                                                                          # ledger
     coulomb_1 = -f1*m_eff*moved*side_1                                                                # ledger
     return FlightWork(motor_work, offset_work, viscous_1, coulomb_1)
+
+
+def flight_slopes_of(robot: Robot, gains: Gains, u: Real, side_1: Real, follows: Real, robot_change: RobotChange, gains_change: GainsChange, d_u: Real) -> FlightSlopes:
+    """Change of a mode of the flight with the robot, the gains and the current at its limit, 0 under the law.
+
+    u [A] current.
+    side_1 [1] sign of v_1 in the phase, 0 if held.
+    follows [1] 1 under the law, 0 at its limit.
+    d_u [A] change of the current.
+    """
+    m_eff, k, c, b1 = robot.m_eff, robot.k, robot.c, robot.b1
+    gamma2 = robot.gamma2
+    Kp, Kd = gains.Kp, gains.Kd
+    d_m_eff, d_k, d_c = robot_change.d_m_eff, robot_change.d_k, robot_change.d_c
+    d_b1, d_f1, d_gamma2 = robot_change.d_b1, robot_change.d_f1, robot_change.d_gamma2
+    d_Kp, d_Kd = gains_change.d_Kp, gains_change.d_Kd
+    d_p = d_b1/m_eff + d_Kd*follows/m_eff - (b1/m_eff)*(d_m_eff/m_eff) - (Kd/m_eff)*(d_m_eff*follows/m_eff)                                               # change of (3) in flight, per v_1
+    d_q = d_Kp*follows/m_eff - (Kp/m_eff)*(d_m_eff*follows/m_eff)                                                                                         # change of (3) in flight, per x_1
+    d_a = c*d_k/m_eff + d_c*k/m_eff + (d_m_eff/m_eff)*(gamma2*u/m_eff) - d_f1*side_1 - d_gamma2*u/m_eff - d_u*gamma2/m_eff - (c/m_eff)*(d_m_eff*k/m_eff)  # change of (3) in flight, constant
+    return FlightSlopes(d_p, d_q, d_a)
+
+
+def critical_gains_change(robot: Robot, time: Real, adds: Real, robot_change: RobotChange, d_time: Real) -> GainsChange:
+    """Change of the gains of a critically damped return with the robot and the time.
+
+    time [s] time to settle.
+    adds [1] 1 where the law adds to the damping, else 0.
+    d_time [s] change of the time to settle.
+    """
+    m_eff, b1 = robot.m_eff, robot.b1
+    d_m_eff, d_b1 = robot_change.d_m_eff, robot_change.d_b1
+    settled_rate = 20.0/(3.0*time)                                                                                                      # (1 + 20/3) exp(-20/3) < 1/100
+    d_settled_rate = -20.0*d_time/(3.0*time*time)                                                                                       # change of (1 + 20/3) exp(-20/3) < 1/100
+    shortfall = 2.0*m_eff*settled_rate - b1                                                                                             # critical damping less b_1
+    d_shortfall = 2.0*d_m_eff*settled_rate + 2.0*d_settled_rate*m_eff - d_b1                                                            # change of critical damping less b_1
+    Kd = adds*shortfall                                                                                                                 # what the motor adds to b_1
+    d_Kd = adds*d_shortfall                                                                                                             # change of what the motor adds to b_1
+    damping = Kd + b1                                                                                                                   # b_1 + K_d
+    d_damping = d_Kd + d_b1                                                                                                             # change of b_1 + K_d
+    d_Kp = d_damping*settled_rate + d_settled_rate*damping - d_m_eff*settled_rate*settled_rate - 2.0*d_settled_rate*m_eff*settled_rate  # change of the slower pole at the settling rate
+    return GainsChange(d_Kp, d_Kd)
+
+
+def fall_change(robot: Robot, robot_change: RobotChange) -> Real:
+    """Change of the acceleration with which the body falls.
+
+    Returns d_fall [m/s^2], change of the acceleration with which the body falls in flight.
+    """
+    d_g = robot_change.d_g
+    d_fall = d_g  # change of (4) in flight
+    return d_fall
+
+
+def time_of_fall_change(robot: Robot, v2: Real, drop: Real, robot_change: RobotChange, d_v2: Real, d_drop: Real) -> Real:
+    """Change of the time after which the body has come down from a height.
+
+    v2 [m/s] velocity of the body.
+    drop [m] height of the body over where it comes back to.
+    d_v2 [m/s] change of the velocity of the body.
+    d_drop [m] change of the height of the body over where it comes back to.
+    Returns d_touchdown_time [s], change of the time of the touchdown.
+    """
+    g = robot.g
+    d_g = robot_change.d_g
+    square = v2*v2 + 2.0*drop*g                                               # square of the velocity there
+    d_square = 2.0*d_drop*g + 2.0*d_g*drop + 2.0*d_v2*v2                      # change of square of the velocity there
+    root = sqrt(square)                                                       # the velocity there
+    d_root = 0.5*d_square/root                                                # change of the velocity there
+    d_touchdown_time = d_root/g + d_v2/g - (d_g/g)*(root/g) - (d_g/g)*(v2/g)  # change of ballistic
+    return d_touchdown_time
+
+
+def velocity_after_impact_change(robot: Robot, v2: Real, robot_change: RobotChange, d_v2: Real) -> Real:
+    """Change of the velocity of the body after the impact.
+
+    v2 [m/s] velocity of the body.
+    d_v2 [m/s] change of the velocity of the body.
+    Returns d_v2_after [m/s], change of the velocity of the body after the impact.
+    """
+    impact_loss = robot.impact_loss
+    d_impact_loss = robot_change.d_impact_loss
+    square = 1.0 - impact_loss          # share of the energy that is left
+    d_square = -d_impact_loss           # change of share of the energy that is left
+    root = sqrt(square)                 # share of the velocity that is left
+    d_root = 0.5*d_square/root          # change of share of the velocity that is left
+    d_v2_after = d_root*v2 + d_v2*root  # change of impact loss
+    return d_v2_after
 
 
 def state_of_start(robot: Robot, start: Start) -> LegState:

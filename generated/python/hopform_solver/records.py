@@ -124,7 +124,7 @@ STATUSES: dict[int, Status] = {
     -11: "error_detector",  # a sample or threshold is not finite, low > high, or count < 1
     -12: "error_unstable",  # unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated
     -13: "error_overlap",  # an output overlaps an input other than a small one
-    -14: "error_columns",  # a column of derivatives is none that there is
+    -14: "error_columns",  # a column of derivatives is none, or their count is negative
 }
 """Its words by their numbers in the C library."""
 
@@ -262,7 +262,7 @@ REFUSALS = {
     -11: "a sample or threshold is not finite, low > high, or count < 1",
     -12: "unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated",
     -13: "an output overlaps an input other than a small one",
-    -14: "a column of derivatives is none that there is",
+    -14: "a column of derivatives is none, or their count is negative",
 }
 """What a negative status means."""
 
@@ -1144,6 +1144,37 @@ class FlightIntegrals(NamedTuple):
     """[m^2/s] integral of v_1^2"""
     rise: Real
     """[m] of the body"""
+
+
+class FlightMode(NamedTuple):
+    """A mode of the flight: x_1'' = a - p v_1 - q x_1."""
+
+    p: Real
+    """[1/s] sum of the rates"""
+    q: Real
+    """[1/s^2] product of the rates"""
+    a: Real
+    """[m/s^2] constant acceleration, with that of the friction"""
+
+
+class GainsChange(NamedTuple):
+    """Changes: The law of the actuator in flight, gamma_2 u = K_p x_1 + K_d v_1 within the limit of the current."""
+
+    d_Kp: Real
+    """[N/m] change of the force per displacement"""
+    d_Kd: Real
+    """[N s/m] change of the force per velocity"""
+
+
+class FlightSlopes(NamedTuple):
+    """Changes: A mode of the flight: x_1'' = a - p v_1 - q x_1."""
+
+    d_p: Real
+    """[1/s] change of the sum of the rates"""
+    d_q: Real
+    """[1/s^2] change of the product of the rates"""
+    d_a: Real
+    """[m/s^2] change of the constant acceleration, with that of the friction"""
 
 
 class Start(NamedTuple):

@@ -718,6 +718,7 @@ int32_t hopform_solve_flight_real(const hopform_plan_real *plan, const hopform_s
     flight->ending = run_flight_real(&chain);
     flight->start = from;
     flight->ground = ground;
+    flight->designed = gains == NULL && chain.largest > 0.0 ? 1 : 0;
     if (!report_flight_real(&chain, flight)) {
         *flight = nothing;
         return HOPFORM_ERROR_NUMBERS;

@@ -7,6 +7,7 @@
 #if HOPFORM_HAS_CONTACT
 #include "control_real.h"
 #include "flight_real.h"
+#include "flight_sensitivity_real.h"
 #include "touchdown_real.h"
 #endif
 #include "energy_real.h"

@@ -339,6 +339,15 @@ class SolvedFlight(_Motion):
         """States at times of one dimension."""
         return LegState(*self.read("flight_at", t, (len(LegState._fields),))[0].T)
 
+    def sensitivities(self, codes: tuple[int, ...]) -> Array:
+        """Derivatives by the columns of these numbers, rows as in the package's `elements`; NaN where there are none."""
+        solver = self.types.library.package
+        matrix = np.empty((len(solver.elements.FLIGHT_ROWS), len(codes)), self.types.dtype)
+        columns = (ctypes.c_int32 * len(codes))(*codes)
+        if self.call("flight_sensitivities", columns, ctypes.c_int32(len(codes)), pointer(matrix)) == NO_DERIVATIVE:
+            matrix[:] = np.nan
+        return matrix
+
     def energy_at(self, t: Array) -> tuple[records.Energy, records.FlightLedger]:
         """Energies and ledger at times of one dimension, which do not decrease."""
         layouts = self.types.library.package.records
@@ -463,6 +472,16 @@ class C:
         phases = with_room(types, "solve_flight", types.FlightPhase, max_phases + 1, asked, ctypes.byref(flight))
         kept = ctypes.sizeof(types.FlightPhase) * flight.phases_kept
         return SolvedFlight(types, plan, bytes(phases)[:kept], bytes(flight))
+
+    def solve_flights(
+        self, columns: Columns, gains: Columns | None, results: package.Results, lists: package.FlightLists,
+        max_phases: int, events: bool,
+    ) -> Events:  # fmt: skip
+        """Put the results of flights and what is asked of them besides into arrays; the events, if they are asked for.
+
+        columns: FLIGHT_STATES, then the robot's fields. gains: Kp and Kd; None for those of `design_return`.
+        """
+        return _fly(self.library, columns, gains, results, lists, max_phases, events)
 
     def choose_current(
         self, parameters: records.Robot, start: LegState, target: package.Target, max_phases: int, dtype: Precision
@@ -590,6 +609,50 @@ def _solve(
         phases_of_one = min(max(8 * capacity, 2 * more + 2), max_phases + 1)
         events_found += _solve(library, one, part, of_part, asked, max_phases, more, phases_of_one, first + lane)
     return events_found
+
+
+def _fly(
+    library: Library, columns: Columns, gains: Columns | None, results: package.Results, lists: package.FlightLists,
+    max_phases: int, events: bool,
+) -> Events:  # fmt: skip
+    """The events of the flights; all are solved again with more room where one has more phases than there is."""
+    codes, reals = results
+    real, count = reals.dtype, reals.shape[1]
+    types, states = library.types(real), len(package.FLIGHT_STATES)
+    ordered = [*columns[states:], *columns[: states - 1], *(gains or (0.0, 0.0)), columns[states - 1]]
+    numbers = (types.real * len(ordered))(*(x if type(x) is float else 0.0 for x in ordered))
+    places = [
+        (ctypes.addressof(numbers) + n * real.itemsize, 0)
+        if type(x) is float
+        else (_address(cast(Any, x)), x.strides[0])
+        for n, x in enumerate(cast(Sequence[Any], ordered))
+    ]
+    if gains is None:
+        places[-3:-1] = [(0, 0), (0, 0)]
+    inputs = layout(types.FlightsIn).pack(*(each for place in places for each in place), max_phases)
+    (status, count_of_events), rows = _rows(codes), _rows(reals)
+    into = [*(each for row in (status, *rows) for each in (row, real.itemsize)), count_of_events, codes.itemsize]
+    into[1] = codes.itemsize
+    chosen = (ctypes.c_int32 * len(lists.codes))(*lists.codes)
+    wanted = [0 if each is None else _address(each) for each in (lists.times, lists.states, lists.matrices)]
+    n_times = 0 if lists.times is None else lists.times.size
+    most = max_phases + 1
+    capacity, room = min(FIRST_CAPACITY, most), _FIRST_EVENTS if events else 0
+    while True:
+        phases = (types.FlightPhase * capacity)()
+        times, kinds = np.empty((count, room), real), np.empty((count, room), np.int8)
+        listed = (_address(times), _address(kinds), room) if room else (0, 0, 0)
+        outputs = layout(types.FlightsOut).pack(
+            *into, ctypes.addressof(phases), capacity, *listed,
+            wanted[0], n_times, wanted[1], ctypes.addressof(chosen), len(lists.codes), wanted[2],
+        )  # fmt: skip
+        if library.call("solve_flights", types, ctypes.c_int64(count), inputs, outputs) != PHASES_NOT_KEPT:
+            break
+        capacity, room = min(8 * capacity, most), max(room, int(codes[-1].max(initial=0))) if events else 0
+    if not room:
+        return []
+    lanes, place = np.nonzero(kinds)
+    return [(lanes, times[lanes, place], kinds[lanes, place])]
 
 
 def _arguments(types: Types, columns: Columns, max_phases: int, asked: Asked) -> tuple[tuple[int, ...], bytes, _Inputs]:

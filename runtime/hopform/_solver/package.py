@@ -90,6 +90,15 @@ range).
 TAKEOFF = next(number for number, word in ENDINGS.items() if word == "takeoff")
 """The ending that has an apex behind it."""
 
+FLIGHT_STATES = ("x1", "v1", "v2", "y", "ground", "horizon")
+FLIGHT_REALS = (
+    "duration", "x1", "v1", "x2", "v2", "v2_after", "y", "apex", "apex_time", "impact_loss", "leg_loss", "Kp", "Kd",
+)  # fmt: skip
+FLIGHT_STATUS = FLIGHT_ENDINGS | REFUSED
+"""The same of flights."""
+TOUCHDOWN = next(number for number, word in FLIGHT_ENDINGS.items() if word == "touchdown")
+"""The ending that has an impact behind it."""
+
 LegState: TypeAlias = records.LegState
 """x1, v1, v2 and the compression y."""
 Precision: TypeAlias = np.dtype[Any]
@@ -147,6 +156,22 @@ WITHOUT_CAPS = (2**31 - 1, 0)
 
 FlightRow = tuple[float, float, float, int, int, int]
 """A phase: t, x1 and v1 where it starts, the sign of v_1, that of the pull at its limit, the event that starts it."""
+
+
+class FlightLists(NamedTuple):
+    """What is asked of flights besides: states at shared times, (flights, times, 4), members as of `LegState`, and
+    derivatives by columns of the library, (flights, rows, codes), NaN where there are none; None for what is not.
+    """
+
+    times: NDArray[Any] | None
+    states: NDArray[Any] | None
+    codes: tuple[int, ...]
+    matrices: NDArray[Any] | None
+
+    def part(self, part: slice) -> "FlightLists":
+        """Those of some flights."""
+        states, matrices = (None if each is None else each[part] for each in (self.states, self.matrices))
+        return FlightLists(self.times, states, self.codes, matrices)
 
 
 def results_like(count: int, real: np.dtype[Any]) -> Results:

@@ -63,7 +63,7 @@ extern "C" {
 #define HOPFORM_ERROR_DETECTOR (-11) /**< a sample or threshold is not finite, low > high, or count < 1 */
 #define HOPFORM_ERROR_UNSTABLE (-12) /**< unstable robot: Routh's conditions p_i, q_i, s_i >= 0, s_1 s_2 >= s_3 are violated */
 #define HOPFORM_ERROR_OVERLAP (-13)  /**< an output overlaps an input other than a small one */
-#define HOPFORM_ERROR_COLUMNS (-14)  /**< a column of derivatives is none that there is */
+#define HOPFORM_ERROR_COLUMNS (-14)  /**< a column of derivatives is none, or their count is negative */
 
 /** What the controller found. */
 #define HOPFORM_COMMAND_REACHED 1    /**< the next apex is the desired one */
@@ -130,6 +130,15 @@ extern "C" {
 #define HOPFORM_COLUMN_OF_STEP(n) (HOPFORM_SENSITIVITY_COLUMNS + 2 * (n))
 #define HOPFORM_COLUMN_OF_STEP_TIME(n) (HOPFORM_SENSITIVITY_COLUMNS + 2 * (n) + 1)
 #define HOPFORM_TANGENT_ROWS 4 /**< x1, v1, v2, y: members of the state */
+
+/** Sensitivities of a flight: rows T, x1, v1, x2, v2, v2_after, apex: time and state of the ending,
+ * before the impact, the velocity behind that, the hop height of the apex. Columns as those of a stance (the input is
+ * the law's: 0), then the height of the ground ahead and the gains of the law. */
+#define HOPFORM_FLIGHT_ROWS 7
+#define HOPFORM_COLUMN_OF_GROUND HOPFORM_SENSITIVITY_COLUMNS
+#define HOPFORM_COLUMN_OF_KP (HOPFORM_SENSITIVITY_COLUMNS + 1)
+#define HOPFORM_COLUMN_OF_KD (HOPFORM_SENSITIVITY_COLUMNS + 2)
+#define HOPFORM_FLIGHT_COLUMNS (HOPFORM_SENSITIVITY_COLUMNS + 3)
 
 /** Members of hopform_robot. */
 #define HOPFORM_ROBOT_FIELDS 17

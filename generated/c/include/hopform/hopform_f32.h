@@ -299,6 +299,7 @@ typedef struct {
     int32_t phase_count; /**< phases of the flight, kept or not */
     int32_t phases_kept; /**< phases in the caller's buffer */
     int32_t event_count; /**< events of the flight, kept or not */
+    int32_t designed; /**< 1 if the gains are those of hopform_design_return, else 0 */
 } hopform_flight_f32;
 
 /** How touchdown is found in a noisy signal of contact. */
@@ -338,12 +339,49 @@ typedef struct {
     hopform_output_f32 apex; /**< [m] hop height of the apex; NaN without take-off, and where g = 0 */
     hopform_output_f32 aed; /**< [J] analytical energy delta */
     hopform_output_f32 event_count; /**< int32_t */
-    hopform_phase_f32 *phases; /**< where one stance after the other is solved; NULL where no events are wanted */
+    hopform_phase_f32 *phases; /**< where one stance after the other is solved; NULL where nothing of it is read */
     int32_t phase_capacity;
     float *event_time; /**< [s] event_capacity a stance, NaN behind its last; NULL if no events are wanted */
     int8_t *event_kind; /**< HOPFORM_EVENT_..., HOPFORM_EVENT_NONE behind its last */
     int32_t event_capacity;
+    hopform_step_f32 *steps; /**< where the steps of one stance after the other are put; NULL without step_times */
+    hopform_state_f32 *states; /**< time_count a stance, NaN behind its ending; NULL if not wanted */
+    float *sensitivities; /**< a matrix a stance, NaN where there is none; NULL if not wanted */
+    float *tangents; /**< time_count matrices a stance, NaN behind its ending; NULL if not wanted */
+    int32_t *reading_status; /**< of what is read of each stance, and of its sensitivities; NULL if not wanted */
+    int32_t *tangent_status; /**< HOPFORM_NO_DERIVATIVE where an event before the times grazes; NULL likewise */
+    float *compressions; /**< [m] the largest one of each stance; NULL if not wanted */
 } hopform_stances_out_f32;
+
+/** Where results of flights go: NaN and a status < 0 where refused. Phases are needed for the lists below. */
+typedef struct {
+    hopform_output_f32 status; /**< int32_t: HOPFORM_FLIGHT_..., or HOPFORM_ERROR_... */
+    hopform_output_f32 duration; /**< [s] time of the ending */
+    hopform_output_f32 x1; /**< [m] displacement of the actuator */
+    hopform_output_f32 v1; /**< [m/s] velocity of the actuator */
+    hopform_output_f32 x2; /**< [m] height of the body over the ground under the foot */
+    hopform_output_f32 v2; /**< [m/s] velocity of the body */
+    hopform_output_f32 v2_after; /**< [m/s] velocity of the body after the impact */
+    hopform_output_f32 y; /**< [m] compression of the leg at the ending: of one that stands on the ground ahead */
+    hopform_output_f32 apex; /**< [m] highest hop height of the body over the ground ahead */
+    hopform_output_f32 apex_time; /**< [s] */
+    hopform_output_f32 impact_loss; /**< [J] energy lost at the impact, negative */
+    hopform_output_f32 leg_loss; /**< [J] energy lost by a damper in the leg, negative */
+    hopform_output_f32 Kp; /**< [N/m] of the law */
+    hopform_output_f32 Kd; /**< [N s/m] */
+    hopform_output_f32 event_count; /**< int32_t */
+    hopform_flight_phase_f32 *phases; /**< where one flight after the other is solved; NULL where no list is wanted */
+    int32_t phase_capacity;
+    float *event_time; /**< [s] event_capacity a flight, NaN behind its last; NULL if no events are wanted */
+    int8_t *event_kind; /**< as in hopform_flight_phase, HOPFORM_EVENT_NONE behind its last */
+    int32_t event_capacity;
+    const float *times; /**< [s] shared by all, none below 0; NULL if no states are wanted */
+    int32_t time_count;
+    hopform_state_f32 *states; /**< as of hopform_flight_at, one flight after the other; NaN behind its ending */
+    const int32_t *columns; /**< as of hopform_flight_sensitivities; NULL for all */
+    int32_t column_count;
+    float *sensitivities; /**< a matrix a flight, NaN where there is none; NULL if none are wanted */
+} hopform_flights_out_f32;
 
 /** A number per run and hop: `hop_stride` bytes lead to the next hop, 0 repeats one. */
 typedef struct {
@@ -384,7 +422,7 @@ typedef struct {
     hopform_hop_output_f32 aed; /**< [J] analytical energy delta of the stance */
 } hopform_hops_out_f32;
 
-/** Where robots, states at the start, inputs and longest times are read. */
+/** Where robots, states at the start, inputs and longest times are read; what is asked. */
 typedef struct {
     hopform_input_f32 robot[17]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
     hopform_input_f32 x1; /**< [m] displacement of the actuator */
@@ -394,7 +432,27 @@ typedef struct {
     hopform_input_f32 u; /**< [A] current */
     hopform_input_f32 horizon; /**< [s] */
     int32_t max_phases;
+    int32_t step_count; /**< steps of the input of each stance; 0 and 1 are one from 0 on without step_times */
+    ptrdiff_t step_stride; /**< bytes from the input of a step to that of the next one */
+    const float *step_times; /**< [s] when each begins, in all stances alike; NULL for one at 0 */
+    const float *times; /**< [s] of states and tangents, in all stances alike; in order for tangents */
+    const int32_t *columns; /**< of derivatives; NULL for all of the model */
+    int32_t time_count;
+    int32_t column_count;
 } hopform_stances_in_f32;
+
+/** Where robots, states at take-off, grounds, gains and longest times are read. */
+typedef struct {
+    hopform_input_f32 robot[17]; /**< HOPFORM_ROBOT_FIELDS, in the order of the robot's members */
+    hopform_input_f32 x1; /**< [m] displacement of the actuator */
+    hopform_input_f32 v1; /**< [m/s] velocity of the actuator */
+    hopform_input_f32 v2; /**< [m/s] velocity of the body */
+    hopform_input_f32 y; /**< [m] L0 + c + x1 - x2: compression of the leg, from where it carries nothing */
+    hopform_input_f32 ground; /**< [m] height of the ground ahead over that which was left */
+    hopform_input_f32 gains[2]; /**< Kp, Kd; NULL, both, for those of hopform_design_return */
+    hopform_input_f32 horizon; /**< [s] */
+    int32_t max_phases;
+} hopform_flights_in_f32;
 
 /** Where runs of hops are read: as of stances, and by hop. */
 typedef struct {
@@ -492,28 +550,34 @@ int32_t hopform_plant_place_f32(hopform_plant_f32 *plant, const hopform_start_f3
  */
 int32_t hopform_plant_step_f32(hopform_plant_f32 *plant, float u, float dt, hopform_report_f32 *report);
 
-/** Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times
- * HOPFORM_SENSITIVITY_COLUMNS numbers, row by row; zeros if there are none (positive status), as where an event grazes,
- * or a search has ended. Row T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a
- * contact it is also that of the stop where the contact force jumped below 0; one that pulls from the start ends as it
- * starts: T stays 0, the state moves with the start; and a row that only a rise has is 0 without one.
+/** Derivatives of a solved stance at its ending, through its events: HOPFORM_SENSITIVITY_ROWS times column_count
+ * numbers, row by row; zeros if there are none (positive status), as where an event grazes, or a search has ended. Row
+ * T is 0 at a horizon; at rest it is that of the event that stopped the last mass. With a contact it is also that of
+ * the stop where the contact force jumped below 0; one that pulls from the start ends as it starts: T stays 0, the
+ * state moves with the start; and a row that only a rise has is 0 without one.
+ *
+ * columns: the inputs by which, column_count of them: numbers below HOPFORM_SENSITIVITY_COLUMNS, HOPFORM_COLUMN_OF_STEP
+ * or HOPFORM_COLUMN_OF_STEP_TIME of a step, in any order; NULL for the HOPFORM_SENSITIVITY_COLUMNS in theirs, whatever
+ * column_count is. A step that is not reached has zeros.
  *
  * Column y holds the others' at a fixed stretch. Column u moves every step's input alike. The velocity of a mass at
  * rest that is held stays 0, but where a contact is lost at once. Mass 1, if it starts on a stop, stays where it starts
- * until it departs; the ends of its stroke count where a stop is met later.
+ * until it departs; the ends of its stroke count where a stop is met later. A step's time moves that switch alone, and
+ * with it what friction lets go there.
  */
 int32_t hopform_stance_sensitivities_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                           const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
-                                          float *matrix);
+                                          const int32_t *columns, int32_t column_count, float *matrix);
 
-/** States of a solved stance at `count` times, which must not decrease, and their derivatives through the events before
- * them: HOPFORM_TANGENT_ROWS times HOPFORM_SENSITIVITY_COLUMNS numbers a time, rows x1, v1, v2, y, columns as in
+/** States of a solved stance at `count` times, which must not decrease, or none (NULL), and their derivatives through
+ * the events before them: HOPFORM_TANGENT_ROWS times column_count numbers a time, rows x1, v1, v2, y, columns as in
  * hopform_stance_sensitivities. Where an event grazes (HOPFORM_NO_DERIVATIVE) they are those of a motion that does not
  * notice it.
  */
 int32_t hopform_stance_tangents_f32(const hopform_plan_f32 *plan, const hopform_step_f32 *steps,
                                      const hopform_phase_f32 *phases, const hopform_stance_f32 *stance,
-                                     const float *times, int32_t count, hopform_state_f32 *states, float *tangents);
+                                     const int32_t *columns, int32_t column_count, const float *times, int32_t count,
+                                     hopform_state_f32 *states, float *tangents);
 
 /** Begin to look for the current in [-u_max, u_max] after which the next apex is nearest to h_des, the least |u| if
  * several reach it. Admissible are currents with a take-off and x_1 < x1_max - stop_margin throughout (any if the
@@ -583,6 +647,20 @@ int32_t hopform_flight_energy_f32(const hopform_plan_f32 *plan, const hopform_fl
                                    hopform_energy_f32 *energies, hopform_flight_ledger_f32 *ledgers,
                                    float *stop_losses);
 
+/** Derivatives of a solved flight at its ending, through its events, by some columns: HOPFORM_FLIGHT_ROWS times
+ * `column_count` numbers, row by row; columns NULL: all HOPFORM_FLIGHT_COLUMNS of them. Zeros if there are none
+ * (HOPFORM_NO_DERIVATIVE): a velocity that meets a stop, or the foot the ground, grazes it; a velocity touches 0 under
+ * friction; the cap on phases; a number out of range.
+ *
+ * Each is the total derivative: gains that were designed change with the start and the robot, given ones are held.
+ * Columns Kp and Kd are by a change on top of either. Column y holds the ground ahead; with that of ground it is the
+ * compression over the ground ahead. An element that starts on a stop stays where it starts until it departs; the
+ * velocity of one that is held at the start stays 0.
+ */
+int32_t hopform_flight_sensitivities_f32(const hopform_plan_f32 *plan, const hopform_flight_phase_f32 *phases,
+                                          const hopform_flight_f32 *flight, const int32_t *columns,
+                                          int32_t column_count, float *matrix);
+
 /** Take one sample; HOPFORM_CONTACT_TOUCHDOWN or HOPFORM_CONTACT_TAKEOFF where it detects one, else 0. A run in
  * the contact that is not in 1 .. count - 1 counts as 0. A refusal does not change the contact. */
 int32_t hopform_touchdown_f32(const hopform_detector_f32 *detector, hopform_contact_f32 *contact, float sample);
@@ -594,22 +672,24 @@ int32_t hopform_touchdown_f32(const hopform_detector_f32 *detector, hopform_cont
 uint32_t hopform_selftest_f32(hopform_search_f32 *search, hopform_phase_f32 *phases, int32_t capacity);
 
 /** Solve `count` stances, each as hopform_solve_stance does, to the same bits. The plan is made again only where the
- * robot changes. HOPFORM_PHASES_NOT_KEPT if the events of a stance did not fit, as its event_count shows. Columns of
- * inputs must not be NULL; they may be interleaved with columns of results. A negative status refuses every stance. */
+ * robot changes. Columns of inputs must not be NULL; they may be interleaved with columns of results, but nothing may
+ * be written between the inputs of a stance's steps. A negative status refuses every stance.
+ *
+ * What is read of a stance is what hopform_stance_at, _sensitivities, _tangents and _compression say of it, at `times`
+ * and by `columns`: NaN behind an ending, which a rest has none, where there are no derivatives, and of a stance that
+ * is refused; a row that only a rise behind a contact has is NaN without one. HOPFORM_PHASES_NOT_KEPT if the events of
+ * a stance did not fit, as its event_count shows, or its phases did not, of which then nothing else is read: its
+ * reading_status, which is HOPFORM_NO_DERIVATIVE where its ending has none. */
 int32_t hopform_solve_stances_f32(int64_t count, const hopform_stances_in_f32 *in,
                                    const hopform_stances_out_f32 *out);
 
-/** Derivatives of `count` stances, each as hopform_stance_sensitivities gives it: one matrix after the other, NaN
- * where there is none. phases: where one stance after the other is solved. status: one a stance, HOPFORM_OK,
- * HOPFORM_NO_DERIVATIVE, HOPFORM_PHASES_NOT_KEPT where `capacity` phases were too few (returned too, then), or an
- * error. A row that only a rise behind a contact has is NaN without one. A negative status refuses every stance. */
-int32_t hopform_stances_sensitivities_f32(int64_t count, const hopform_stances_in_f32 *in, hopform_phase_f32 *phases,
-                                           int32_t capacity, float *matrices, int32_t *status);
-
-/** The largest compressions of `count` stances [m], each as hopform_stance_compression gives it, NaN where there is
- * none; phases and statuses as in hopform_stances_sensitivities. */
-int32_t hopform_stances_compressions_f32(int64_t count, const hopform_stances_in_f32 *in, hopform_phase_f32 *phases,
-                                          int32_t capacity, float *compressions, int32_t *status);
+/** Solve `count` flights, each as hopform_solve_flight does, to the same bits; what is asked for besides is read of it
+ * at once: events, states at times that do not decrease, from 0 on, as hopform_flight_at, derivatives as
+ * hopform_flight_sensitivities. For these `phase_capacity` phases are kept: HOPFORM_PHASES_NOT_KEPT if a flight has
+ * more, whose states and derivatives are NaN, or if its events did not fit. The plan is made again only where the robot
+ * changes. Columns of inputs must not be NULL, but for the gains. A negative status refuses every flight. */
+int32_t hopform_solve_flights_f32(int64_t count, const hopform_flights_in_f32 *in,
+                                   const hopform_flights_out_f32 *out);
 
 /** Solve `count` runs of hops: flight to the touchdown, stance, take-off, flight to the next ground, and so on until
  * `hops` stances are solved, each as hopform_solve_flight and hopform_solve_stance do one after the other, to the same
