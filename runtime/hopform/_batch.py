@@ -6,64 +6,63 @@ is heard.
 
 import dataclasses
 import math
-import sys
-from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
-from types import MappingProxyType
 from typing import Any, ClassVar, NamedTuple, cast
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._checks import MEMORY, array_of, flag, function, in_stroke, mapping, numbers, refuse_any, shown, whole
+from hopform._broadcast import (
+    EACH,
+    MOST_THREADS,
+    NO_DIMS,
+    Labels,
+    Progress,
+    check_states,
+    column_of,
+    columns_of_part,
+    in_parts,
+    is_labelled,
+    joined,
+    labelled,
+    robot_columns,
+    shape_of,
+    units_of,
+    words_of,
+)
+from hopform._checks import flag, function, mapping, numbers, refuse_any, shown, whole
 from hopform._errors import HopformError
 from hopform._motion import (
     TOUCHING_ULP,
     State,
     axes_by_name,
     axis_of,
+    body_height,
     compression_of,
     input_unit,
     layout_of,
     precision_of,
     state_of_leg,
 )
-from hopform._robots import Robot, checked_robot, nearest
-from hopform._sensitivities import COLUMNS, ManySensitivities, of_motion, of_stance
+from hopform._robots import Robot, checked_robot
+from hopform._sensitivities import AXES, Columns, ManySensitivities, at_times, chosen_columns, of_motion, of_stance
 from hopform._show import UNITS, Arrays, Card, Curve, Figures, Shown, counted, span
 from hopform._solver import package
-from hopform._solver.c import C
 from hopform._solver.choice import Solver
-from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, ROWS, STATES, STATUS, Column, checked, records
+from hopform._solver.package import CHUNK, EVENTS, MAX_PHASES, STATES, STATUS, Column, records
 from hopform._stance import LAYOUT
 
-Progress = Callable[[int, int], object]
+Names = bool | str | Sequence[str]
+"""Whether derivatives are wanted, or by what."""
 
-EACH, EACH_DIFFERENTIATED = 128, 128 + 16 * len(ROWS) * len(COLUMNS)
-"""[B] the results of a stance; with its derivatives, twice while they are put into the coordinates of the inputs."""
-MOST_THREADS = 1024
+CHUNK_MEMORY = 2**26
+"""[B] what the results of the stances take that are solved at a time."""
 CURVE = 400
 """Stances whose apexes a batch draws in a notebook at most."""
 _UNITS = LAYOUT.unit_of
 NAMES = {"x1": "x1", "v1": "v1", "v2": "v2", "x2": "x2", "y": "compression", "u": "u", "horizon": "horizon"}
 """The names of what a stance is solved from by the engine's."""
-INPUTS = {
-    "stance": tuple(NAMES.values()),
-    "motion": ("start", "u", "horizon"),
-    "flight": ("x1", "v1", "v2", "x2", "compression", "gains", "horizon"),
-    "hop": ("height", "start", "v2", "x1", "v1", "compression", "u", "ground", "hops", "gains", "horizon"),
-}
-"""What is solved from, beside fields of the robot."""
-
-
-class Labels(NamedTuple):
-    """Dimensions of inputs that are labelled, in their order, with the coordinates that some have, and their units."""
-
-    dims: tuple[str, ...]
-    coords: dict[str, NDArray[Any]]
-    units: Mapping[str, str] = MappingProxyType({})
 
 
 @dataclass(frozen=True, repr=False, eq=False)
@@ -74,7 +73,10 @@ class Motions(Shown):
     every other field there); `words` has them as text. duration: time of the ending. end: the state there.
     event_count: how many events. event_time, event_kind: the events, with a further last axis, NaN and 0 behind the
     last one; None unless asked for; `event_words` has the kinds as text. sensitivities: the derivatives as
-    `Motion.sensitivities` has them, as arrays; None unless asked for.
+    `Motion.sensitivities` has them, as arrays; None unless asked for. states: the states at `times`, which are a further
+    last axis, NaN behind the ending, but a rest goes on as it is; None unless asked for. state_sensitivities: the
+    derivatives of these, as `Motion.derivatives` has them; None unless both are asked for. u: the input by steps, these
+    on its last axis, and u_times when each begins; None where it is constant.
     """
 
     status: NDArray[np.int32]
@@ -86,6 +88,14 @@ class Motions(Shown):
     sensitivities: ManySensitivities | None = None
     labels: Labels | None = None
     """of the inputs, where they are DataArrays of xarray: `to_xarray` has them again"""
+    times: NDArray[np.floating] | None = dataclasses.field(default=None, kw_only=True)
+    states: Any = dataclasses.field(default=None, kw_only=True)
+    state_sensitivities: ManySensitivities | None = dataclasses.field(default=None, kw_only=True)
+    u_times: NDArray[np.floating] | None = dataclasses.field(default=None, kw_only=True)
+    u: NDArray[np.floating] | None = dataclasses.field(default=None, kw_only=True)
+    _unit_of_input: str = dataclasses.field(default="1", kw_only=True, repr=False, compare=False)
+    _further: tuple[str, str] = dataclasses.field(default=("step", "time"), kw_only=True, repr=False, compare=False)
+    """the dimensions of steps and times in `to_xarray`"""
     _units: Mapping[str, str] = dataclasses.field(default_factory=dict[str, str], repr=False, compare=False)
     """of the state, by its names"""
     _kinds: Mapping[int, str] = dataclasses.field(default_factory=dict[int, str], repr=False, compare=False)
@@ -116,7 +126,8 @@ class Motions(Shown):
     def _told(self, what: str, found: Figures) -> Card:
         shape = " x ".join(map(str, self.status.shape)) or "1"
         dims = f" over {', '.join(self.labels.dims)}" if self.labels else ""
-        u = [("precision", str(self.duration.dtype)), ("events", span(self.event_count))]
+        u: list[tuple[str, object]] = [("precision", str(self.duration.dtype)), ("events", span(self.event_count))]
+        u += [(name, each.size) for name, each in (("steps", self.u_times), ("times", self.times)) if each is not None]
         title = f"Batch of {shape} {what}{dims}: {counted(self.words)}"
         return Card(title, u, [*found, ("duration", span(self.duration))])
 
@@ -135,6 +146,20 @@ class Motions(Shown):
             arrays |= {"event_time": (event, self.event_time), "event_kind": (event, self.event_words)}
         if self.sensitivities is not None:
             arrays |= self.sensitivities.arrays(dims)
+        (step, time), seconds = self._further, {"units": "s"}
+        if self.u is not None:
+            arrays |= {step: ((step,), self.u_times, seconds)}
+            u = np.broadcast_to(self.u, (*self.status.shape, self.u.shape[-1]))
+            arrays |= {"input": ((*dims, step), u, {"units": self._unit_of_input})}
+        if self.states is not None:
+            arrays |= {time: ((time,), self.times, seconds)}
+            over = (*dims, time)
+            arrays |= {
+                f"state_{name}": (over, x, {"units": self._units[name]}) for name, x in self.states._asdict().items()
+            }
+            if self.state_sensitivities is not None:
+                of_states = self.state_sensitivities.arrays(over, "state_")
+                arrays |= of_states
         return arrays
 
 
@@ -174,74 +199,6 @@ class Batch(Motions):
         return type(end)(*found)
 
 
-def labelled(inputs: Mapping[str, Any], units: Mapping[str, str]) -> tuple[dict[str, Any], Labels | None]:
-    """Inputs as arrays that broadcast by the names of their dimensions, where some are DataArrays; else as they are.
-
-    units: those of the model. HopformError for coordinates of one name that differ, and for a plain array beside a
-    DataArray.
-    """
-    xarray: Any = sys.modules.get("xarray")  # a DataArray is there only where xarray is
-    known = {} if xarray is None else {k: each for k, each in inputs.items() if isinstance(each, xarray.DataArray)}
-    if not known:
-        return dict(inputs), None
-    dims = tuple(dict.fromkeys(dim for each in known.values() for dim in each.dims))
-    coords, arrays = dict[str, NDArray[Any]](), dict[str, Any]()
-    for name, each in inputs.items():
-        if name not in known:
-            if np.ndim(each):
-                raise HopformError(f"{name} must be a number or a DataArray beside other DataArrays, got an array")
-            arrays[name] = each
-            continue
-        for dim in each.dims:
-            if dim in each.coords:
-                own = coords.setdefault(str(dim), each.coords[dim].values)
-                if not np.array_equal(own, each.coords[dim].values):
-                    raise HopformError(f"{name} must have the coordinates {dim} of the other inputs, got others")
-        arrays[name] = each.expand_dims([dim for dim in dims if dim not in each.dims]).transpose(*dims).values
-    return arrays, Labels(tuple(map(str, dims)), coords, {**UNITS, **units})
-
-
-def words_of(codes: NDArray[Any], words: Mapping[int, str]) -> NDArray[np.str_]:
-    """The words of numbers that are near to each other, "" where there is none."""
-    first = min(words)
-    return np.asarray(np.array([words.get(code, "") for code in range(first, max(words) + 1)])[codes - first])
-
-
-def some_of(x: Column, shape: tuple[int, ...], part: slice, real: np.dtype[Any]) -> Column:
-    """Some of the numbers that a column has in a shape, a number where it has but one, a view where they lie in one
-    piece.
-    """
-    if not isinstance(x, np.ndarray):
-        return float(x)
-    if x.size == 1:
-        return float(x.item())
-    whole = x.shape == shape and x.flags.c_contiguous and x.flags.aligned
-    return np.asarray(x.reshape(-1)[part] if whole else np.broadcast_to(x, shape).flat[part], dtype=real)
-
-
-def columns_of_part(
-    columns: Iterable[Column], shape: tuple[int, ...], part: slice, real: np.dtype[Any]
-) -> list[Column]:
-    """Columns of some of what is solved, flat and in a precision: numbers stay numbers."""
-    return [x if type(x) is float else some_of(x, shape, part, real) for x in columns]
-
-
-class _Job(NamedTuple):
-    """Checked inputs and where the results go, flat; `columns` are the states, u, horizon, then the robot's fields."""
-
-    columns: tuple[Column, ...]
-    shape: tuple[int, ...]
-    size: int
-    max_phases: int
-    real: np.dtype[Any]
-    results: package.Results
-    readings: dict[str, NDArray[Any]]
-
-    def chunk(self, part: slice) -> list[Column]:
-        """The columns of some stances: numbers stay numbers."""
-        return columns_of_part(self.columns, self.shape, part, self.real)
-
-
 def solve_stances(
     robot: Robot,
     *,
@@ -251,10 +208,12 @@ def solve_stances(
     x2: ArrayLike | None = None,
     compression: ArrayLike | None = None,
     u: ArrayLike = 0.0,
+    u_times: ArrayLike | None = None,
     horizon: ArrayLike = 2.0,
+    times: ArrayLike | None = None,
     max_phases: int = MAX_PHASES,
     events: bool = False,
-    sensitivities: bool = False,
+    sensitivities: Names = False,
     compression_max: bool = False,
     dtype: Any = np.float64,
     threads: int = 1,
@@ -264,11 +223,17 @@ def solve_stances(
     """The stances of all combinations that the inputs broadcast to, each as `solve_stance` gives it.
 
     Inputs as for `solve_stance`, as arrays; u is a constant current per stance. Any field of the robot may be given
-    as an array too: `solve_stances(robot, v2=-2.0, k=np.linspace(800, 1600, 9))`. events: list them all.
-    DataArrays of xarray broadcast by the names of their dimensions, and `to_xarray` of the answer has their
-    coordinates. sensitivities: derivatives through the events, 140 numbers a stance. compression_max: the largest
-    compression of each. threads: how many solve at a time. progress: called with the number of stances done and their
-    total, now and then; what it raises ends the batch.
+    as an array too: `solve_stances(robot, v2=-2.0, k=np.linspace(800, 1600, 9))`. DataArrays of xarray broadcast by the
+    names of their dimensions, and `to_xarray` of the answer has their coordinates. threads: how many solve at a time.
+    progress: called with the number of stances done and their total, now and then; what it raises ends the batch.
+
+    u_times [s]: when the steps of u begin, in all stances alike: 0, then increasing. The last axis of u is that of its
+    steps, and its other axes broadcast with the other inputs; of a DataArray it is the dimension that u_times has, if
+    that is a DataArray too, else the last one.
+    events: list them all. times [s]: at which `states` has the states, those of all stances alike. sensitivities:
+    derivatives through the events, True for all, 140 numbers a stance, or names as for `Motion.sensitivities_by`; with
+    times also those of the states. compression_max: the largest compression of each.
+
     Raises HopformError, which names field, index, value and what is allowed.
 
     >>> import numpy as np
@@ -276,20 +241,18 @@ def solve_stances(
     >>> batch = solve_stances(load_robot("hopper_c"), v2=-1.93, u=np.array([0.0, 2.0, 3.0]), k=[[1200.0], [1e4]])
     >>> batch.apex.shape, batch.words[0].tolist()
     ((2, 3), ['takeoff', 'takeoff', 'takeoff'])
+    >>> u = np.array([[0.0, 2.0, 1.0], [0.0, 3.0, 1.0]])
+    >>> batch = solve_stances(
+    ...     load_robot("hopper_c"), v2=-1.93, u=u, u_times=[0.0, 0.05, 0.1], times=[0.05, 0.1], sensitivities="u[1]"
+    ... )
+    >>> batch.states.x2.shape, batch.sensitivities["apex", "u[1]"].shape, batch.state_sensitivities.matrix.shape
+    ((2, 2), (2,), (2, 2, 4, 1))
     """
     checked_robot(robot, "stance")
     how = _how(
-        "stance",
-        u,
-        input_unit(robot.solver),
-        max_phases,
-        events,
-        sensitivities,
-        compression_max,
-        dtype,
-        threads,
+        "stance", robot.solver, u, u_times, times, max_phases, events, sensitivities, compression_max, dtype, threads,
         progress,
-    )
+    )  # fmt: skip
     inputs = {"x1": x1, "v1": v1, "v2": v2, "u": u, "horizon": horizon}
     inputs |= {} if x2 is None else {"x2": x2}
     inputs |= {} if compression is None else {"y": compression}
@@ -297,7 +260,7 @@ def solve_stances(
     of, end = found.of, state_of_leg(robot.solver)(*(found.of[name] for name in State._fields))
     return Batch(
         of["status"], of["duration"], end, of["event_count"], found.times, found.kinds, found.derivatives,
-        found.labels, _UNITS, EVENTS, found.compressions, apex=of["apex"], aed=of["aed"],
+        found.labels, _UNITS, EVENTS, found.compressions, apex=of["apex"], aed=of["aed"], **found.over_time,
     )  # fmt: skip
 
 
@@ -306,10 +269,12 @@ def solve_motions(
     *,
     start: Mapping[str, ArrayLike] | None = None,
     u: ArrayLike = 0.0,
+    u_times: ArrayLike | None = None,
     horizon: ArrayLike = 2.0,
+    times: ArrayLike | None = None,
     max_phases: int = MAX_PHASES,
     events: bool = False,
-    sensitivities: bool = False,
+    sensitivities: Names = False,
     dtype: Any = np.float64,
     threads: int = 1,
     progress: Progress | None = None,
@@ -325,25 +290,29 @@ def solve_motions(
     >>> batch = solve_motions(load_robot("hopper_c"), start={"y": np.array([0.01, 0.02])}, u=[[0.0], [3.0]])
     >>> batch.words.tolist()
     [['rest', 'rest'], ['takeoff', 'takeoff']]
+    >>> batch = solve_motions(load_robot("hopper_c"), start={"y": [0.01, 0.02]}, times=np.linspace(0.0, 1.0, 11))
+    >>> batch.states.x2.shape
+    (2, 11)
     """
     axes = named_columns(checked_robot(robot), start)
     how: dict[str, Any] = {
-        "u": u, "horizon": horizon, "max_phases": max_phases, "events": events, "sensitivities": sensitivities,
-        "dtype": dtype, "threads": threads, "progress": progress,
+        "u": u, "u_times": u_times, "horizon": horizon, "times": times, "max_phases": max_phases, "events": events,
+        "sensitivities": sensitivities, "dtype": dtype, "threads": threads, "progress": progress,
     }  # fmt: skip
     if "stance" in robot.solver.can:
         states: dict[str, Any] = {"compression" if axis == "y" else axis: each for axis, each in axes.items()}
         others: dict[str, Any] = {"v2": 0.0, **states, **how, **fields}
         return solve_stances(robot, **others)
-    unit = input_unit(robot.solver)
-    asked = _how("motion", u, unit, max_phases, events, sensitivities, False, dtype, threads, progress)
+    asked = _how(
+        "motion", robot.solver, u, u_times, times, max_phases, events, sensitivities, False, dtype, threads, progress
+    )
     layout, names = layout_of(robot.solver), {axis: name for name, axis in axes_by_name(robot.solver.facts).items()}
     names |= {name: name for name in ("u", "horizon")}
     found = _solved(robot, asked, {**axes, "u": u, "horizon": horizon}, names, fields)
     of, kinds = found.of, robot.solver.package.records.EVENTS
     return Motions(
         of["status"], of["duration"], layout.state(*(of[axis] for axis in layout.axes)), of["event_count"],
-        found.times, found.kinds, found.derivatives, found.labels, layout.unit_of, kinds,
+        found.times, found.kinds, found.derivatives, found.labels, layout.unit_of, kinds, **found.over_time,
     )  # fmt: skip
 
 
@@ -362,36 +331,87 @@ class _How(NamedTuple):
     what: str
     most: int
     events: bool
-    sensitivities: bool
+    sensitivities: Names
     compressions: bool
     real: np.dtype[Any]
     threads: int
     progress: Progress | None
-
-    @property
-    def each(self) -> int:
-        """[B] that a motion takes."""
-        return EACH_DIFFERENTIATED if self.sensitivities else EACH
+    u_times: NDArray[Any] | None
+    times: NDArray[Any] | None
+    further: tuple[str, str]
+    """the dimensions of steps and of times"""
+    is_plain: bool
+    """whether no more is asked than how each ends, and its events"""
 
 
 def _how(
-    what: str, u: object, unit: str, max_phases: int, events: bool, sensitivities: bool, compressions: bool,
-    dtype: Any, threads: int, progress: Progress | None,
+    what: str, solver: Solver, u: object, u_times: Any, times: Any, max_phases: int, events: bool, sensitivities: Any,
+    compressions: bool, dtype: Any, threads: int, progress: Progress | None,
 ) -> _How:  # fmt: skip
-    """What is asked of a batch, whose input has a unit; HopformError for what is not allowed, steps of it among that."""
+    """What is asked of a batch; HopformError for what is not allowed, pairs (t, u) as steps of the input among that."""
     real = precision_of(dtype)
     most, workers = whole("max_phases", max_phases), whole("threads", threads, most=MOST_THREADS)
     with_events = flag("events", events)
     largest = flag("compression_max", compressions)
-    derived = flag("sensitivities", sensitivities)
+    derived: Any = sensitivities
+    if isinstance(sensitivities, (bool, np.bool_)):
+        derived = flag("sensitivities", derived)
     function("progress", progress)
     several = type(u) in (list, tuple) and any(isinstance(each, tuple) for each in cast(Sequence[Any], u))
-    if several or callable(u):
+    if callable(u) or (several and u_times is None):
+        unit = input_unit(solver)
         laws = ", laws (controllers.Sampled) for simulate" if what == "stance" else ""
-        raise HopformError(
-            f"u must be a number per {what} in {unit}; steps (t, u) are for solve_{what}{laws}, got {shown(u)}"
-        )
-    return _How(what, most, with_events, derived, largest, real, workers, progress)
+        allowed = f"u must be a number per {what} in {unit}; steps are its last axis beside u_times"
+        raise HopformError(f"{allowed}, steps (t, u) are for solve_{what}{laws}, got {shown(u)}")
+    how = what, most, with_events, derived, largest, real, workers, progress
+    if u_times is None and times is None:
+        return _How(*how, None, None, ("step", "time"), derived is False and not largest)
+    begins, seen = _instants("u_times", u_times, real), _instants("times", times, real)
+    if begins is not None:
+        _check_begins(begins)
+    if seen is not None:
+        refuse_any("times", seen, seen >= 0.0, lambda bad: f"must be >= 0 s, got {bad!r}")
+    further = _dimension_of_steps(u, u_times), _dimension_of(times, "time")
+    if begins is not None and seen is not None and further[0] == further[1]:
+        raise HopformError(f"u_times and times must have two dimensions, got {further[0]} for both")
+    return _How(*how, begins, seen, further, False)
+
+
+def _instants(name: str, value: Any, real: np.dtype[Any]) -> NDArray[Any] | None:
+    """Times of one dimension in a precision; HopformError for what is none."""
+    if value is None:
+        return None
+    array = numbers(name, value, "s")
+    if array.ndim != 1:
+        raise HopformError(f"{name} must have one dimension, got shape {array.shape}")
+    with np.errstate(over="ignore"):
+        own = array.astype(real)
+    refuse_any(name, array, np.isfinite(own), lambda bad: f"must be finite in {real}, got {bad!r} s")
+    own.setflags(write=False)
+    return own
+
+
+def _check_begins(begins: NDArray[Any]) -> None:
+    """HopformError unless steps begin at 0 and then one after the other."""
+    if not 0 < begins.size <= records.MOST_STEPS:
+        raise HopformError(f"u_times must be 1 to {records.MOST_STEPS} times, got {begins.size}")
+    first = np.arange(begins.size) > 0
+    refuse_any("u_times", begins, first | (begins == 0.0), lambda bad: f"must be 0 s, where u begins, got {bad!r}")
+    rises = np.append(True, np.diff(begins) > 0.0)
+    refuse_any("u_times", begins, rises, lambda bad: f"must be > the one before, got {bad!r} s")
+
+
+def _dimension_of(value: Any, word: str, place: int = 0) -> str:
+    """The dimension of a DataArray at a place, else a word."""
+    return str(value.dims[place]) if is_labelled(value) and value.ndim else word
+
+
+def _dimension_of_steps(u: Any, u_times: Any) -> str:
+    """The dimension of u that is its steps: that of u_times, or the last one; HopformError for a DataArray without."""
+    dim = _dimension_of(u_times, _dimension_of(u, "step", -1))
+    if is_labelled(u) and dim not in u.dims:
+        raise HopformError(f"u must have the dimension {dim} of u_times, got {', '.join(map(str, u.dims)) or 'none'}")
+    return dim
 
 
 class _Found(NamedTuple):
@@ -403,6 +423,8 @@ class _Found(NamedTuple):
     kinds: NDArray[np.int8] | None
     derivatives: ManySensitivities | None
     compressions: NDArray[Any] | None
+    over_time: dict[str, Any]
+    """fields of a result"""
 
 
 def _solved(
@@ -415,178 +437,204 @@ def _solved(
         both = " and ".join(shown(inputs[axis]) for axis in ("x2", "y"))
         raise HopformError(f"either {names['x2']} or {names['y']} may be given, got {names['x2']} = {both}")
     units, of_axes = units_of(robot.solver)
-    plain, labels = labelled({names[axis]: inputs[axis] for axis in inputs} | fields, units)
+    further = NO_DIMS if how.u_times is None else {"u": how.further[0]}
+    plain, labels = labelled({names[axis]: inputs[axis] for axis in inputs} | fields, units, further)
+    if labels is not None:
+        _check_dimensions(how, labels)
     columns = {axis: column_of(names[axis], plain[names[axis]], of_axes[axis]) for axis in inputs}
+    if not robot.solver.facts.inputs:
+        without = f"must be 0: the model {robot.solver.name} has no input"
+        refuse_any("u", columns["u"], np.equal(columns["u"], 0.0), lambda bad: f"{without}, got {bad!r}")
+    steps = None if how.u_times is None else _steps_of(columns["u"], how.u_times)
+    if steps is not None:
+        columns["u"] = steps[..., 0]  # its shape is that of the others
     robots = robot_columns(robot, fields, plain, how.what)
     by_field = {name: getattr(robots, name) for name in fields}
-    shape = shape_of({names[axis]: columns[axis] for axis in columns} | by_field, how.each, how.what)
+    x2_is_given = "x2" in inputs or (how.what == "motion" and "y" not in inputs)
+    by = None if how.is_plain or isinstance(how.sensitivities, bool) else _chosen(how, robot, x2_is_given)
+    each = EACH if how.is_plain else _memory_of(robot, how, by)
+    shape = shape_of({names[axis]: columns[axis] for axis in columns} | by_field, each, how.what)
     given: dict[str, Column] = {"x1": 0.0, "v1": 0.0, "v2": 0.0, **columns}
     check_states(robot, given, robots)
     given["y"] = _compression(robot, how.what, given, robots)
-    size = math.prod(shape)
-    library = robot.solver.compiled()
-    results = package.results_like(size, how.real)
-    readings: dict[str, NDArray[Any]] = {}  # a parametrised dict takes longer than a motion
-    if how.sensitivities:
-        readings["sensitivities"] = np.empty((size, *_matrix_of(robot)), how.real)
-    if how.compressions:
-        readings["compressions"] = np.empty(size, how.real)
-    job = _Job((*(given[axis] for axis in STATES), *robots), shape, size, how.most, how.real, results, readings)
-    times, kinds = _run(job, library, how.events, how.threads, how.progress)
-    of = package.by_name(results, shape)
-    listed = (times, kinds, readings.get("sensitivities"), readings.get("compressions"))
-    times, kinds, matrices, compressions = (None if each is None else _in_shape(each, shape) for each in listed)
+    job = _Job((*(given[axis] for axis in STATES), *robots), shape, math.prod(shape), how, steps, by, each)
+    found = job.run(robot.solver)
+    return _put(robot, job, found, labels, given["x1"], x2_is_given, robots)
+
+
+def _put(
+    robot: Robot, job: "_Job", found: "_Solved", labels: Labels | None, x1: Any, x2_is_given: bool, robots: Any
+) -> _Found:
+    """What has been found, as people know it; x1: at the start."""
+    how, solver, over_time = job.how, robot.solver, dict[str, Any]()
+    about = x1, x2_is_given, solver, robots, job.by
+    of = package.by_name(found.results, job.shape)
+    shaped = {} if how.is_plain else {name: _in_shape(each, job.shape) for name, each in found.readings.items()}
     derivatives = None
-    if matrices is not None:
-        x2_is_given = "x2" in inputs or (how.what == "motion" and "y" not in inputs)
+    if "sensitivities" in shaped:
         derived = {"stance": of_stance, "motion": of_motion}[how.what]
-        derivatives = derived(ManySensitivities, matrices, given["x1"], x2_is_given, robot.solver, robots)
-    return _Found(labels, of, times, kinds, derivatives, compressions)
-
-
-def _matrix_of(robot: Robot) -> tuple[int, int]:
-    """The rows and columns of derivatives."""
-    elements = robot.solver.package.elements
-    return len(elements.ROWS), len(elements.COLUMNS)
+        derivatives = derived(ManySensitivities, shaped["sensitivities"], *about)
+    if job.steps is not None:
+        of_input = {"u": job.steps, "u_times": how.u_times, "_unit_of_input": input_unit(solver)}
+        over_time |= {**of_input, "_further": how.further}
+    if how.times is not None:
+        at = records.LegState(*np.moveaxis(shaped["states"], -1, 0))
+        over_time |= {"times": how.times, "states": _states_of(robot, how, at, robots), "_further": how.further}
+        if "tangents" in shaped:
+            over_time["state_sensitivities"] = at_times(at, shaped["tangents"], *about)
+    times, kinds = (None, None) if found.events is None else (_in_shape(each, job.shape) for each in found.events)
+    return _Found(labels, of, times, kinds, derivatives, shaped.get("compressions"), over_time)
 
 
 def _in_shape(values: NDArray[Any], shape: tuple[int, ...]) -> NDArray[Any]:
-    """Values with the stances on the first axis, in the shape of the inputs."""
+    """Values with the motions on the first axis, in the shape of the inputs."""
     return values.reshape((*shape, *values.shape[1:]))
+
+
+def _states_of(robot: Robot, how: _How, at: Any, robots: Any) -> Any:
+    """States at times, as the ending shows its own."""
+    over = type(robots)(*(each[..., np.newaxis] if np.ndim(each) else each for each in robots))
+    layout = LAYOUT._replace(state=state_of_leg(robot.solver)) if how.what == "stance" else layout_of(robot.solver)
+    height = body_height(robot, how.real, at.x1, at.y, over) if "x2" in layout.axes else None
+    return layout.state(*(height if axis == "x2" else getattr(at, axis) for axis in layout.axes))
+
+
+def _check_dimensions(how: _How, labels: Labels) -> None:
+    """HopformError where a dimension of the inputs is also that of steps or times."""
+    for name, dim, of in zip(("u_times", "times"), how.further, (how.u_times, how.times), strict=True):
+        if of is not None and dim in labels.dims:
+            raise HopformError(f"{name}: the dimension {dim} must be none of the inputs, got {', '.join(labels.dims)}")
+
+
+def _steps_of(u: Column, begins: NDArray[Any]) -> NDArray[Any]:
+    """The input by steps, whose axis is the last one, as an array of its own; HopformError for another number of them."""
+    steps = np.array(u)
+    if steps.ndim == 0 or steps.shape[-1] != begins.size:
+        words = f"u must have {begins.size} on its last axis, a step for each of u_times"
+        raise HopformError(f"{words}, got {f'shape {steps.shape}' if steps.ndim else f'{float(steps)!r}'}")
+    steps.setflags(write=False)
+    return steps
+
+
+def _chosen(how: _How, robot: Robot, x2_is_given: bool) -> Columns:
+    """The columns of names."""
+    count = 1 if how.u_times is None else how.u_times.size
+    return chosen_columns(how.sensitivities, "sensitivities", robot.solver, x2_is_given, count)
+
+
+def _memory_of(robot: Robot, how: _How, by: Columns | None) -> int:
+    """[B] that a motion takes."""
+    steps, times = (0 if of is None else of.size for of in (how.u_times, how.times))
+    return memory_of_each(len(robot.solver.package.elements.ROWS), _columns_of(robot.solver, how, by), steps, times)
+
+
+def memory_of_each(rows: int, columns: int, steps: int, times: int) -> int:
+    """[B] that a motion takes with rows and columns of derivatives, steps of its input and times: derivatives twice while
+    they are put into the coordinates of the inputs.
+    """
+    return EACH + 8 * steps + 64 * times + 16 * (rows + len(AXES) * times) * columns
+
+
+def _columns_of(solver: Solver, how: _How, by: Columns | None) -> int:
+    """How many columns of derivatives the library computes."""
+    if how.sensitivities is False:
+        return 0
+    return len(solver.package.elements.COLUMNS) if by is None or by.solved is None else len(by.solved)
 
 
 # ---- chunk by chunk ----
 
 
-def _run(
-    job: _Job, library: C, events: bool, threads: int, progress: Progress | None
-) -> tuple[NDArray[Any], NDArray[np.int8]] | tuple[None, None]:
-    lists: package.Events = []
+class _Solved(NamedTuple):
+    """What the library has found, the motions on the first axis; events: times and kinds, None if not asked for."""
 
-    def solve(part: slice) -> int:
-        results = job.results[0][:, part], job.results[1][:, part]
-        readings = {name: reading[part] for name, reading in job.readings.items()}
-        found = library.solve_columns(job.chunk(part), results, readings, job.max_phases, events)
-        if events:
-            lists.extend([(lane + part.start, t, kind) for lane, t, kind in found])
-        return int(part.stop - part.start)
-
-    in_parts(solve, job.size, CHUNK, threads, progress)
-    return joined(job.results[0][-1], lists, job.real) if events else (None, None)
+    results: package.Results
+    readings: dict[str, NDArray[Any]]
+    events: tuple[NDArray[Any], NDArray[np.int8]] | None
 
 
-def in_parts(solve: Callable[[slice], int], size: int, length: int, threads: int, progress: Progress | None) -> None:
-    """Solve all of a batch part by part, on so many threads: `solve` says how many a part had."""
+class _Job(NamedTuple):
+    """Checked inputs; `columns` are the states, u, horizon, then the robot's fields."""
 
-    def count(solved: Iterable[int]) -> None:
-        done = 0
-        for each in solved:
-            done += each
-            if progress is not None:
-                progress(done, size)
+    columns: tuple[Column, ...]
+    shape: tuple[int, ...]
+    size: int
+    how: _How
+    steps: NDArray[Any] | None
+    """in place of the column u, with a further axis"""
+    by: Columns | None
+    each: int
+    """[B] that a motion takes"""
 
-    parts = [slice(first, min(first + length, size)) for first in range(0, size, length)]
-    if min(threads, len(parts)) <= 1:
-        count(map(solve, parts))
-    else:
-        with ThreadPoolExecutor(threads) as pool:
-            try:
-                count(pool.map(solve, parts))
-            finally:
-                pool.shutdown(wait=False, cancel_futures=True)
+    def run(self, solver: Solver) -> _Solved:
+        """Solve them all."""
+        how, library = self.how, solver.compiled()
+        found = package.results_like(self.size, how.real), self._room(solver)
+        back, asked = self._asked()
+        lists: package.Events = []
 
+        def solve(part: slice) -> int:
+            results = found[0][0][:, part], found[0][1][:, part]
+            readings = {name: reading[part] for name, reading in found[1].items()}
+            events = library.solve_columns(self._chunk(part), results, readings, how.most, how.events, asked)
+            if how.events:
+                lists.extend([(lane + part.start, t, kind) for lane, t, kind in events])
+            for name in ("states", "tangents") if back is not None else ():
+                if name in readings:
+                    readings[name][...] = readings[name][:, back]
+            return int(part.stop - part.start)
 
-def joined(
-    counts: NDArray[np.intc], lists: package.Events, real: np.dtype[Any]
-) -> tuple[NDArray[Any], NDArray[np.int8]]:
-    """The events of all that were solved, a row each, NaN and 0 behind the last one; how many each has."""
-    longest = int(counts.max(initial=0))
-    if counts.size * longest > MEMORY // 16:
-        raise HopformError(f"events can be listed of at most {MEMORY // 16 // longest} of these, got {counts.size}")
-    times = np.full((counts.size, longest), np.nan, real)
-    kinds = np.zeros(times.shape, np.int8)
-    for lane, t, kind in lists:
-        place = np.arange(lane.size) - np.searchsorted(lane, lane)
-        times[lane, place], kinds[lane, place] = t, kind
-    return times, kinds
+        length = min(CHUNK, CHUNK_MEMORY // self.each) or 1
+        in_parts(solve, self.size, length, how.threads, how.progress)
+        return _Solved(*found, joined(found[0][0][-1], lists, how.real) if how.events else None)
+
+    def _room(self, solver: Solver) -> dict[str, NDArray[Any]]:
+        """Where what is asked of the motions besides is put."""
+        how, shapes = self.how, dict[str, tuple[int, ...]]()
+        if how.is_plain:
+            return {}
+        columns = _columns_of(solver, how, self.by)
+        if how.compressions:
+            shapes["compressions"] = ()
+        if how.sensitivities is not False:
+            shapes["sensitivities"] = len(solver.package.elements.ROWS), columns
+        if how.times is not None:
+            shapes["states"] = how.times.size, len(AXES)
+            if how.sensitivities is not False:
+                shapes["tangents"] = how.times.size, len(AXES), columns
+        return {name: np.empty((self.size, *shape), how.real) for name, shape in shapes.items()}
+
+    def _asked(self) -> tuple[NDArray[np.intp] | None, package.Asked]:
+        """What the library is asked, and where each time is among those in their order, None where they are in it."""
+        how, back = self.how, None
+        columns = None if self.by is None else self.by.solved
+        if how.times is None and how.u_times is None and columns is None:
+            return None, package.ASKED
+        times = how.times
+        if times is not None and bool(np.any(np.diff(times) < 0.0)):
+            order = np.argsort(times, kind="stable")
+            back, times = np.argsort(order, kind="stable"), times[order]
+        return back, package.Asked(how.u_times, times, columns)
+
+    def _chunk(self, part: slice) -> list[Column]:
+        """The columns of some motions: numbers stay numbers."""
+        columns = columns_of_part(self.columns, self.shape, part, self.how.real)
+        if self.steps is not None:
+            columns[STATES.index("u")] = self._steps(self.steps, part)
+        return columns
+
+    def _steps(self, u: NDArray[Any], part: slice) -> NDArray[Any]:
+        """The steps of some motions, (motions, steps), which lie side by side."""
+        count, size = u.shape[-1], part.stop - part.start
+        if u.size == count:
+            return np.broadcast_to(np.asarray(u.reshape(count), self.how.real), (size, count))
+        if u.shape[:-1] == self.shape:
+            return np.asarray(u.reshape(-1, count)[part], self.how.real)
+        index = np.unravel_index(np.arange(int(part.start), int(part.stop)), self.shape)
+        return np.asarray(np.broadcast_to(u, (*self.shape, count))[index], self.how.real)
 
 
 # ---- what goes in ----
-
-
-@lru_cache(maxsize=64)
-def units_of(solver: Solver) -> tuple[dict[str, str], dict[str, str]]:
-    """The units of what a solver takes by the names of its model, and by the engine's axes, the input, u, among both."""
-    drive = {"u": input_unit(solver)}
-    axes = {axis: str(table["unit"]) for axis, table in solver.facts.axes.items()}
-    return solver.facts.units | drive, UNITS | axes | drive
-
-
-def column_of(name: str, value: object, unit: str) -> Column:
-    """The value as a float or an array of finite numbers; HopformError names the first that is none."""
-    if type(value) is float and math.isfinite(value):
-        return value
-    return numbers(name, value, unit)
-
-
-def check_names(names: Iterable[str], known: Iterable[str], what: str, inputs: Iterable[str]) -> None:
-    """HopformError for the first name that is not known, or an input of what is solved."""
-    known = [*known]
-    for name in names:
-        if name not in known:
-            hint = nearest(name, [*known, *inputs])
-            raise HopformError(f"{name!r} is neither an input of a {what} nor a field of the robot{hint}")
-
-
-def robot_columns(robot: Robot, fields: Collection[str], plain: Mapping[str, Any], what: str) -> Any:
-    """The robot's parameters, as arrays those of `fields` in place of its own; HopformError for one out of its domain."""
-    if not fields:
-        return robot.parameters
-    columns: dict[str, Column] = {}
-    check_names(fields, robot.parameters._fields, what, INPUTS[what])
-    for field in robot.solver.package.records.ROBOT_FIELDS:
-        name = field.name
-        if name in fields:
-            columns[name] = array = array_of(name, plain[name], field.unit)
-
-            def reason(bad: float, name: str = name, field: records.Field = field) -> str:
-                return (checked.refusal(field, bad) or f"{name} is not allowed: {bad!r}").removeprefix(f"{name} ")
-
-            refuse_any(name, array, checked.inside(field.domain, array), reason)
-    return cast(Any, robot.parameters)._replace(**columns)
-
-
-def shape_of(inputs: Mapping[str, Column], each: int, what: str) -> tuple[int, ...]:
-    """The shape that the inputs broadcast to; HopformError if they do not, or to more than fits into memory, where each
-    of what is solved takes so many bytes.
-    """
-    shapes = {name: column.shape for name, column in inputs.items() if isinstance(column, np.ndarray) and column.shape}
-    if not shapes:
-        return ()
-    try:
-        shape = np.broadcast_shapes(*shapes.values())
-    except ValueError:
-        raise HopformError(f"the shapes of the inputs must broadcast, got {shapes}") from None
-    if math.prod(shape) > (most := MEMORY // each):
-        raise HopformError(f"the inputs must broadcast to at most {most} {what}s, got shape {shape}")
-    return shape
-
-
-def check_states(robot: Robot, given: Mapping[str, Column], robots: Any) -> None:
-    """HopformError for a horizon that is not positive, for stops in the wrong order, and for x1 beyond one of them."""
-    horizon, x1 = given["horizon"], given["x1"]
-    refuse_any("horizon", horizon, horizon > 0.0, lambda bad: f"must be > 0 s, got {bad!r}")
-    package = robot.solver.package
-    low, high = package.formulas.lower_stop(robots), package.formulas.upper_stop(robots)
-    lower, upper, unit = package.records.ENDS
-    refuse_any(lower, low, low <= high, lambda bad: f"must be <= {upper} {unit}, got {bad!r}")
-    place = robot.solver.facts.axes.get("x1", {"name": "x1", "unit": "m"})  # of a leg alone it never moves
-
-    def reason(bad: float) -> str:
-        stroke = in_stroke(float(np.min(low)), float(np.max(high)), place["unit"])
-        return f"must be {stroke}, got {bad!r}"
-
-    refuse_any(str(place["name"]), x1, (low <= x1) & (x1 <= high), reason)
 
 
 def _compression(robot: Robot, what: str, given: dict[str, Column], robots: Any) -> Column:

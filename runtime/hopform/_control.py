@@ -19,7 +19,8 @@ from typing import Any, NamedTuple, SupportsFloat
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._batch import Progress, solve_stances
+from hopform._batch import solve_stances
+from hopform._broadcast import Progress
 from hopform._checks import MEMORY, Array, finite, flag, function, nonnegative, numbers, positive, shaped, shown, whole
 from hopform._errors import HopformError
 from hopform._motion import precision_of

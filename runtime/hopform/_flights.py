@@ -9,10 +9,10 @@ from typing import Any, ClassVar, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._batch import (
+from hopform._batch import Motions
+from hopform._broadcast import (
     EACH,
     MOST_THREADS,
-    Motions,
     Progress,
     check_states,
     columns_of_part,

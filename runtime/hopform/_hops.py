@@ -13,7 +13,7 @@ from typing import Any, NamedTuple, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from hopform._batch import (
+from hopform._broadcast import (
     EACH,
     MOST_THREADS,
     Labels,

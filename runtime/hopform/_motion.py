@@ -18,7 +18,15 @@ import hopform._checks as checks
 from hopform._checks import finite, items, mapping, positive, shaped, shown, times_within
 from hopform._errors import HopformError
 from hopform._robots import Robot, nearest, placed
-from hopform._sensitivities import ManySensitivities, Sensitivities, aliases_of, at_times, of_motion
+from hopform._sensitivities import (
+    Columns,
+    ManySensitivities,
+    Sensitivities,
+    aliases_of,
+    at_times,
+    chosen_columns,
+    of_motion,
+)
 from hopform._show import UNITS, Arrays, Card, Curve, OverTime, events_of
 from hopform._solver.c import Solved, tuple_of
 from hopform._solver.choice import Solver
@@ -464,16 +472,37 @@ class Motion(OverTime):
         """
         return self._derived(of_motion)
 
-    def _derived(self, of: Callable[..., Sensitivities]) -> Sensitivities:
-        solved = self._solved.sensitivities()
-        return of(Sensitivities, solved, self._x1_at_start, self._x2_is_given, self.robot.solver, self.robot.parameters)
+    def sensitivities_by(self, names: str | Sequence[str]) -> Sensitivities:
+        """Some columns of the same, which alone are computed: by coordinates and velocities of the start, the input, which
+        is also `u`, parameters; `u[3]` is the input of step 3 alone, `t[3]` the time of that step.
+
+        The first step, at 0 s, is 0. The columns of all steps' inputs add up to that of `u`. Raises HopformError for a name
+        that is none, one that is given twice, and a step that the input does not have.
+
+        >>> from hopform import load_robot, solve_stance
+        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=[(0.0, 1.0), (0.1, 2.0)])
+        >>> by = stance.sensitivities_by(["k", "u[0]", "u[1]", "t[1]"])
+        >>> round(by["apex", "u[0]"] + by["apex", "u[1]"], 9) == round(stance.sensitivities["apex", "u"], 9)
+        True
+        """
+        return self._derived(of_motion, self._columns(names, "names"))
+
+    def _columns(self, names: object, field: str) -> Columns:
+        """The columns of names."""
+        return chosen_columns(names, field, self.robot.solver, self._x2_is_given, len(self.u))
+
+    def _derived(self, of: Callable[..., Sensitivities], by: Columns | None = None) -> Sensitivities:
+        solved = self._solved.sensitivities(None if by is None else by.solved)
+        about = self._x1_at_start, self._x2_is_given, self.robot.solver, self.robot.parameters
+        return of(Sensitivities, solved, *about, by)
 
     @property
     def _x1_at_start(self) -> float:
         return float(self._solved.phase_rows()[0][1].x1)
 
-    def derivatives(self, t: ArrayLike) -> ManySensitivities:
-        """Derivatives of the state at times t [s], in t's shape, with two further axes, by the same.
+    def derivatives(self, t: ArrayLike, by: str | Sequence[str] | None = None) -> ManySensitivities:
+        """Derivatives of the state at times t [s], in t's shape, with two further axes, by the same; by: some names, as for
+        `sensitivities_by`.
 
         t is fixed, so at a time behind an event they are those of a motion through it; where one grazes, those of a
         motion that does not notice it.
@@ -482,15 +511,20 @@ class Motion(OverTime):
         >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=2.0)
         >>> round(float(stance.derivatives(0.05)["x2", "v2"]), 5)
         0.04041
+        >>> stance.derivatives([0.05, 0.1], by=("k", "u")).matrix.shape
+        (2, 4, 2)
         """
+        chosen = None if by is None else self._columns(by, "by")
 
         def of(times: NDArray[Any]) -> Sequence[NDArray[Any]]:
-            states, tangents = self._solved.tangents(times)
+            states, tangents = self._solved.tangents(times, None if chosen is None else chosen.solved)
             return [*states, tangents]
 
         *states, rows = in_order(t, self._times(t), of, shape=False)
+        shape = np.shape(t)
+        at = records.LegState(*(each.reshape(shape) for each in states))
         about = self._x1_at_start, self._x2_is_given, self.robot.solver, self.robot.parameters
-        return at_times(records.LegState(*states), rows, np.shape(t), *about)
+        return at_times(at, rows.reshape(*shape, *rows.shape[1:]), *about, chosen)
 
     def explain(self) -> str:
         """How it was solved, phase by phase: poles, event functions at the start and the end, and which rule of the
@@ -617,9 +651,11 @@ def events_in_short(events: Sequence[Event]) -> str:
     return f"{first or 'none'}{more}"
 
 
-def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real) -> Any:
-    """Height of the body [m] at states of a precision, in which every operation is rounded, as in the C library."""
-    parameters, height = robot.parameters, robot.solver.package.formulas.second_position
+def body_height(robot: Robot, dtype: np.dtype[Any], x1: Real, y: Real, columns: Any = None) -> Any:
+    """Height of the body [m] at states of a precision, in which every operation is rounded, as in the C library; columns:
+    of parameters, in place of the robot's.
+    """
+    parameters, height = columns or robot.parameters, robot.solver.package.formulas.second_position
     if dtype is DOUBLE:
         return height(parameters, x1, y)
     with np.errstate(over="ignore"):

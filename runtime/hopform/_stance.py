@@ -221,6 +221,17 @@ class Stance(Motion):
         """
         return self._derived(of_stance)
 
+    def sensitivities_by(self, names: str | Sequence[str]) -> Sensitivities:
+        """Some columns of the same, which alone are computed; names as for `Motion.sensitivities_by`.
+
+        >>> from hopform import load_robot
+        >>> stance = solve_stance(load_robot("hopper_c"), v2=-1.93, u=3.0)
+        >>> by = stance.sensitivities_by("u")
+        >>> by.matrix.shape, round(by["apex", "u"], 6)
+        ((7, 1), 0.089756)
+        """
+        return self._derived(of_stance, self._columns(names, "names"))
+
     def _card(self) -> Card:
         first, u = self.phases[0].state, [each for _, each in self.u]
         steps = u[0] if len(u) == 1 else f"{len(u)} steps"

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any, cast
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hopform._batch import INPUTS, Motions, check_names, solve_motions, solve_stances
+from hopform._batch import Motions, solve_motions, solve_stances
+from hopform._broadcast import INPUTS, check_names
 from hopform._checks import numbers, refuse_any
 from hopform._errors import HopformError
 from hopform._motion import axes_by_name

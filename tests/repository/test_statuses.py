@@ -10,6 +10,7 @@ from hopform import _building as building
 from hopform import _control as reach
 from hopform._cli import options
 from hopform._solver import c as native
+from hopform._solver.package import COLUMNS, ROWS
 from hopform.hopping import _compare, terrain
 from hopform.hopping import _run as run
 from hopform.hopping import _touchdown as touchdown
@@ -68,7 +69,7 @@ def test_python_takes_every_number_of_a_status_from_the_table_of_the_header():
 
 LIMITS = {
     "stances of a batch": _checks.MEMORY // _batch.EACH,
-    "stances of a batch with derivatives": _checks.MEMORY // _batch.EACH_DIFFERENTIATED,
+    "stances of a batch with derivatives": _checks.MEMORY // _batch.memory_of_each(len(ROWS), len(COLUMNS), 0, 0),
     "threads of a batch": _batch.MOST_THREADS,
     "numbers of an array": _checks.MEMORY // 8,
     "times of a grid": _checks.MEMORY // _motion.EACH,

@@ -366,7 +366,7 @@ def test_a_sweep_survives_the_death_of_a_worker(tmp_path):
 
 def test_the_page_on_batches_says_what_is_computed():
     page = Path(__file__).resolve().parents[2] / "docs" / "how-to" / "many-stances.md"
-    assert doctest.testfile(str(page), module_relative=False) == doctest.TestResults(failed=0, attempted=8)
+    assert doctest.testfile(str(page), module_relative=False) == doctest.TestResults(failed=0, attempted=13)
 
 
 # ---- the C of a batch ----

@@ -529,7 +529,8 @@ class C:
         """Put the results and readings of stances into arrays; the events, if they are asked for."""
         room = _FIRST_EVENTS if events else 0
         # A touch is a phase without an event: with room for twice as many phases, hardly any list stays short.
-        capacity = FIRST_CAPACITY if readings else 2 * room + 2 if room else 0
+        read = readings or asked.step_times is not None
+        capacity = FIRST_CAPACITY if read else 2 * room + 2 if room else 0
         return _solve(self.library, columns, results, readings, asked, max_phases, room, capacity)
 
     def solve_hops(
