@@ -50,7 +50,7 @@ WALL = {
     "_files": {"Named", "name_of", "path_of", "read_text", "rows_of"},
     "_motion": {"DOUBLE", "Start"},
     "_robots": {"Provenance", "attribute_of", "checked_robot", "checked_value", "robot_class"},
-    "_sensitivities": {"COLUMNS", "STARTS", "in_coordinates", "in_height"},
+    "_sensitivities": {"COLUMNS", "STARTS", "columns_beneath", "in_coordinates", "in_height"},
     "_show": {"Array", "Arrays", "Curve", "Picture", "Shown", "span"},
     "_solver.c": {"Solved"},
     "_solver.choice": {"DEFAULT", "Solver"},

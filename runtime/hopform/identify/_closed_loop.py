@@ -33,7 +33,7 @@ import numpy as np
 from hopform import HopformError, Robot, solve_motion
 from hopform._motion import DOUBLE
 from hopform._robots import attribute_of
-from hopform._sensitivities import STARTS, in_coordinates
+from hopform._sensitivities import STARTS, columns_beneath, in_coordinates
 from hopform._solver.choice import Solver
 from hopform.identify._motion import MAX_PHASES, Array, of_scipy
 
@@ -99,9 +99,11 @@ class _Map(NamedTuple):
 
 
 class Loop:
-    """A robot of a model under its law, whose sections of ticks its library solves."""
+    """A robot of a model under its law, whose sections of ticks its library solves; columns: by which derivatives are
+    wanted, beside the start and the current; all if left out.
+    """
 
-    def __init__(self, core: Solver, law: Law, robot: Any) -> None:
+    def __init__(self, core: Solver, law: Law, robot: Any, columns: Sequence[int] | None = None) -> None:
         self.core, self.law, self.robot = core, law, robot
         records, formulas = core.package.records, core.package.formulas
         self.state, self.formulas, self.compiled = records.LegState, formulas, core.compiled()
@@ -118,6 +120,9 @@ class Loop:
         letters = formulas.letters_of(robot)
         self.limit, self.stops = float(letters.u_max), (float(letters.x1_min), float(letters.x1_max))
         self.of_limit = len(STARTS) + robot._fields.index(law.limit)
+        every = range(len(STARTS) + len(robot._fields))
+        self.columns = list(dict.fromkeys((0, 1, self.of_limit, *(every if columns is None else columns))))
+        self._beneath = columns_beneath(self.columns, core.package)
         self._maps = dict[tuple[float, float], _Map]()
         rates = formulas.rates_of(robot)
         self._turns = math.sqrt(max(float(rates.q_1 - 0.25 * rates.p_1**2), 0.0))
@@ -151,12 +156,13 @@ class Loop:
         return math.copysign(_FAR * size / self.by_target, i * self.by_target)
 
     def derived(self, x: float, v: float, i: float, length: float) -> tuple[Array, Array]:
-        """The end of a section, and its derivatives (2, columns) by the start and the parameters; in the column of the
-        limit those by the current.
+        """The end of a section, and its derivatives (2, columns) by the start and the parameters, 0 by what is not wanted;
+        in the column of the limit those by the current.
         """
         motion = self.section(x, v, i, length)
-        state, rows = motion.tangents(np.array([length]))
-        by = np.array(in_coordinates(state, rows, x, self.core.package, self.robot)[0, :2])
+        state, rows = motion.tangents(np.array([length]), self._beneath)
+        by = np.zeros((2, len(STARTS) + len(self.robot._fields)))
+        by[:, self.columns] = in_coordinates(state, rows, x, self.core.package, self.robot, self.columns)[0, :2]
         by[:, self.of_limit] *= math.copysign(1.0, i)
         return np.array([state.x1[0], state.v1[0]]), by
 

@@ -23,7 +23,7 @@ from hopform import HopformError, Solver, load_solver
 from hopform._checks import flag, mapping, real
 from hopform._motion import DOUBLE
 from hopform._robots import attribute_of, checked_value, robot_class
-from hopform._sensitivities import STARTS, in_coordinates
+from hopform._sensitivities import STARTS, columns_beneath, in_coordinates
 from hopform._solver.choice import Solver as Core
 from hopform._solver.package import Steps
 from hopform.extend import items, positive, shown
@@ -259,21 +259,26 @@ class Modelled(Experiment):
         model, robot = self.model, self.robot(at)
         under, fed = self._with_sine(at, robot, steps) if self.grid is not None else (steps, None)
         motion = self._solved(at, robot, under, float(time[-1]))
-        state, rows = motion.tangents(np.ascontiguousarray(time))
-        by = in_coordinates(state, rows, at.get("x", 0.0), model.core.package, robot)
+        state, by = self._derived(motion, at, robot, np.ascontiguousarray(time))
         if self.mass == 1:
             states, rows = np.stack([state.x1, state.v1], axis=1), by[:, 0:2]
         else:
             x2 = model.formulas.second_position(robot, state.x1, state.y)
             states, rows = np.stack([x2, state.v2], axis=1), by[:, 2:4]
-        columns = {letter: rows[:, :, column] for letter, column in self._columns(at).items()}
+        columns = {letter: rows[:, :, n] for n, letter in enumerate(self._columns(at))}
         if fed is not None:
             more = fed.at(time)
             columns = {letter: rows + more[:, :, n] for n, (letter, rows) in enumerate(columns.items())}
         return (states, columns), self._rates(at, robot, under[0][1])
 
+    def _derived(self, motion: Any, at: Values, robot: Any, times: Array) -> tuple[Any, Array]:
+        """States at times, and the derivatives (times, rows, columns) of x1, v1, x2, v2 by the letters of `_columns`."""
+        package, by = self.model.core.package, [*self._columns(at).values()]
+        state, rows = motion.tangents(times, columns_beneath(by, package))
+        return state, in_coordinates(state, rows, at.get("x", 0.0), package, robot, by)
+
     def _columns(self, at: Values) -> dict[str, int]:
-        """Where derivatives by letters are: those of the start, and of what is fitted; under another clock all."""
+        """Columns of derivatives by letters: those of the start, and of what is fitted; under another clock all."""
         names = {**{name: name for name in self.model.parameters}, **_STARTS}
         every = "clock" in self.names or at["clock"] != 1.0
         return {letter: self.model.columns[name] for letter, name in names.items()
@@ -356,7 +361,7 @@ class Modelled(Experiment):
         base = held_at(steps, times)
         reach = max(float(np.ptp(self.seen[-1].x)), 1e-12)
         by_column = self._columns(at)
-        columns, starts = [*by_column.values()], [[*by_column].index(letter) for letter in ("x", "v")]
+        starts = [[*by_column].index(letter) for letter in ("x", "v")]
         letters = np.array([at[letter] for letter in by_column])
         tries = [(self.seen[0].near(letters), True), (self.seen[-1], True), (self.seen[-1], False)]
         for seen, newton in tries:
@@ -364,14 +369,12 @@ class Modelled(Experiment):
             last = math.inf
             for _ in range(_MOST_SINES):
                 sines = _under_sine(linear, times, base, z, v)
-                state, rows = self._solved(at, robot, sines, float(times[-1])).tangents(times)
+                state, by = self._derived(self._solved(at, robot, sines, float(times[-1])), at, robot, times)
                 off = np.stack([np.asarray(state.x1) - linear.rest - z, np.asarray(state.v1) - v], axis=1)
                 moved = float(np.abs(off[:, 0]).max())
                 if not math.isfinite(moved) or moved > 100.0 * reach:
                     break
-                by = in_coordinates(state, rows, at.get("x", 0.0), self.model.core.package, robot)[:, 0:2][
-                    :, :, columns
-                ]
+                by = by[:, 0:2]
                 softer, change = linear.stiffness * (1.0 - np.cos(z)), off
                 if newton and moved <= 0.3 * last:  # else beside a kink, where a joint comes to stick
                     change, last = _fed_back(times, by[:, :, starts], softer, off[:, :, np.newaxis])[:, :, 0], moved
@@ -443,7 +446,7 @@ class Controlled(Modelled):
         return Ticks(self.period, read, self.differs), np.where((at < times[0]) | (at > times[-1]), 0.0, slope)
 
     def _loop(self, at: Values) -> Loop:
-        return Loop(self.model.core, cast(Law, self.model.law), self.model.robot(at))
+        return Loop(self.model.core, cast(Law, self.model.law), self.model.robot(at), [*self._columns(at).values()])
 
     def moved(self, at: Values, steps: Steps, time: Array) -> tuple[Moved, Rates]:
         loop = self._loop(at)

@@ -14,7 +14,7 @@ under one current, and from there on, where time is the clock's again, under all
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import cache
 from importlib import import_module
 from typing import Any, NamedTuple
@@ -39,6 +39,8 @@ Known = Values | None
 STATE = ("x1", "v1", "x2", "v2")
 AT = {name: number for number, name in enumerate(COLUMNS)}
 """Where a derivative's column is: initial state x1, v1, x2, v2, the current u (all steps alike), the robot's fields."""
+Taken = list[int] | None
+"""Columns that are computed, None for all."""
 MAX_PHASES = 200_000
 _LENGTH_BY = np.array([1.0 if name in ("L0", "c") else 0.0 for name in COLUMNS])
 
@@ -64,17 +66,26 @@ def solved(robot: Any, state: Any, steps: Steps, horizon: float, core: Solver = 
     return motion
 
 
-def _of_height(rows: NDArray[Any], given: bool) -> Array:
+def _of_height(rows: NDArray[Any], given: bool, columns: Taken) -> Array:
     """Derivatives of x1, v1, x2, v2 by the columns from those of x1, v1, v2, y."""
-    x1, v1, v2, y = np.moveaxis(in_height(rows, given), 1, 0)
+    x1, v1, v2, y = np.moveaxis(in_height(_among_all(rows, columns), given), 1, 0)
     return np.stack([x1, v1, x1 - y + _LENGTH_BY, v2], axis=1)
 
 
+def _among_all(rows: NDArray[Any], columns: Taken) -> NDArray[Any]:
+    """Some columns of derivatives among all, of which the others are 0."""
+    if columns is None:
+        return rows
+    whole = np.zeros((*rows.shape[:-1], len(COLUMNS)))
+    whole[..., columns] = rows
+    return whole
+
+
 def stance_piece(
-    robot: Robot, start: Sequence[float], steps: Steps, times: Array, y: float | None
+    robot: Robot, start: Sequence[float], steps: Steps, times: Array, y: float | None, columns: Taken = None
 ) -> tuple[Motion, Solved]:
     """The motion in a stance of at most the given times, and the stance; y is the compression at the start, from the
-    state if None.
+    state if None; columns: by which it is differentiated.
     """
     x1, v1, x2, v2 = start
     given = y is None
@@ -82,9 +93,10 @@ def stance_piece(
     horizon = max(float(times[-1]), 1e-9) * (1.0 + 1e-12) if times.size else 1e-9
     motion = solved(robot, LegState(x1, v1, v2, compression), steps, horizon)
     ending, duration, *_ = motion.outcome()
-    at, rows = motion.tangents(np.ascontiguousarray(times if ENDINGS[ending] == "rest" else times[times <= duration]))
+    within = times if ENDINGS[ending] == "rest" else times[times <= duration]
+    at, rows = motion.tangents(np.ascontiguousarray(within), columns)
     states = np.stack([at.x1, at.v1, at.x1 - at.y + robot.L0 + robot.c, at.v2], axis=1)
-    return Motion(states, _of_height(rows, given)), motion
+    return Motion(states, _of_height(rows, given, columns)), motion
 
 
 # ---- drops ----
@@ -117,10 +129,13 @@ _SLIDE = ("m", "k", "x_0", "b", "F", "F_s", "k_f", "load", "x_min", "x_max", "i_
 
 
 class _Rig(NamedTuple):
-    """The dropped rig: the robot, whose c is 0 (a constant force on the actuator is a current's), and the current."""
+    """The dropped rig: the robot, whose c is 0 (a constant force on the actuator is a current's), and the current; the
+    columns by which a stance is differentiated.
+    """
 
     robot: Robot
     steps: Steps
+    columns: Taken
 
 
 class _Piece(NamedTuple):
@@ -145,23 +160,27 @@ class _Run(NamedTuple):
     """the foot is exactly on the ground: the compression is 0, whatever the parameters are"""
 
 
-def drop(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> Motion:
+def drop(robot: Robot, start: Sequence[float], steps: Steps, times: Array, by: Collection[str] | None = None) -> Motion:
     """The motion of a body that falls, as `drop_and_compression` has it."""
-    return drop_and_compression(robot, start, steps, times)[0]
+    return drop_and_compression(robot, start, steps, times, by)[0]
 
 
-def drop_and_compression(robot: Robot, start: Sequence[float], steps: Steps, times: Array) -> tuple[Motion, float]:
+def drop_and_compression(
+    robot: Robot, start: Sequence[float], steps: Steps, times: Array, by: Collection[str] | None = None
+) -> tuple[Motion, float]:
     """The motion of a body that falls, meets the ground and hops on, at times [s] that do not decrease, and the largest
     compression of its spring [m] up to the last of them; impacts lose energy.
 
     start: x1, v1, x2, v2 at t = 0, in the air or compressed. The actuator is free within its stops, locked where these
-    are equal. HopformError without gravity, with an offset c, or for more hops than any recording has.
+    are equal. by: columns by which the motion is differentiated beside its start, all if left out; no others are right.
+    HopformError without gravity, with an offset c, or for more hops than any recording has.
     """
     if not robot.g > 0.0:
         raise HopformError(f"a drop needs g > 0 m/s^2, got {robot.g!r}")
     if robot.c != 0.0:
         raise HopformError(f"a drop takes the whole length as L0, c must be 0 m, got {robot.c!r}")
-    rig, state, columns = _Rig(robot, steps), np.array(start, dtype=float), len(COLUMNS)
+    taken = None if by is None else sorted({*map(AT.__getitem__, STATE), *map(AT.__getitem__, by)})
+    rig, state, columns = _Rig(robot, steps, taken), np.array(start, dtype=float), len(COLUMNS)
     run = _Run(0.0, np.zeros(columns), state, np.eye(4, columns), bool(state[2] - state[0] > robot.L0), touches=False)
     pieces, done, deepest = list[Motion](), 0, 0.0
     for _ in range(_MOST_PIECES):
@@ -231,12 +250,13 @@ def _stance(rig: _Rig, run: _Run, times: Array) -> _Piece:
     last.
     """
     steps, y = delayed(rig.steps, -run.begin), 0.0 if run.touches else None
-    (states, by), stance = stance_piece(rig.robot, run.state.tolist(), steps, times - run.begin, y)
+    (states, by), stance = stance_piece(rig.robot, run.state.tolist(), steps, times - run.begin, y, rig.columns)
     rows = _chain(by, run.state_by, run.begin_by, _rates(rig, times[: states.shape[0]], states, flies=False))
     ending, duration, last, *_ = stance.outcome()
     if ENDINGS[ending] != "takeoff":
         return _Piece(Motion(states, rows), None, stance.compression_max())
-    ends = in_height(stance.sensitivities(), y is None)[[ROWS.index(name) for name in (*STATE, "T")]]
+    rows_at_end = _among_all(stance.sensitivities(rig.columns), rig.columns)
+    ends = in_height(rows_at_end, y is None)[[ROWS.index(name) for name in (*STATE, "T")]]
     ends = _chain(ends, run.state_by, np.zeros(len(COLUMNS)), np.zeros(5))
     end = np.array([last.x1, last.v1, last.x1 + rig.robot.L0, last.v2])
     lifted = _Run(run.begin + duration, run.begin_by + ends[4], end, ends[:4], flies=True, touches=False)

@@ -266,13 +266,17 @@ class Experiment:
         if self.kind == "ground":
             at, steps = {**_LOCKED, **at}, ((0.0, 0.0),)
         steps = tuple((t, u + at["offset"]) for t, u in steps)
-        solved = _dropped(_leg_robot(self, at), (at["x1"], at["v1"], at["x"], at["v"]), steps, time.tobytes())
+        of_clock = "clock" in self.names or at["clock"] != 1.0
+        needed = LETTERS["free"] if of_clock else (*self.names, "x", "v", "x1", "v1")
+        columns = {letter: _OF_BODY.get(letter, letter) for letter in LETTERS["free"] if letter in needed}
+        start = at["x1"], at["v1"], at["x"], at["v"]
+        solved = _dropped(_leg_robot(self, at), start, steps, time.tobytes(), tuple(columns.values()))
         pull = -(at["b1"] * at["v1"] + at["gamma2"] * steps[0][1]) / at["m_eff"]
         onto_a_stop = (at["x1"] <= at["x1_min"] and pull <= 0.0) or (at["x1"] >= at["x1_max"] and pull >= 0.0)
         first = 0.0 if at["v1"] == 0.0 and onto_a_stop else _first_acceleration(pull, at["v1"], at["f1"])
         place = STATE.index(self.of)
         both = slice(place, place + 2)
-        by = {letter: solved.by[:, both, AT[_OF_BODY.get(letter, letter)]] for letter in LETTERS["free"]}
+        by = {letter: solved.by[:, both, AT[column]] for letter, column in columns.items()}
         return (solved.states[:, both], by), {"x": at["v"], "v": -at["g"], "x1": at["v1"], "v1": first}
 
     def response_to(self, values: Values, force: "Force", size: float) -> Array:
@@ -373,9 +377,9 @@ _LOCKED = dict.fromkeys(("b1", "f1", "gamma2", "offset", "x1", "v1", "x1_min", "
 
 
 @lru_cache(maxsize=2)
-def _dropped(robot: Robot, start: tuple[float, ...], steps: Steps, times: bytes) -> Motion:
+def _dropped(robot: Robot, start: tuple[float, ...], steps: Steps, times: bytes, by: tuple[str, ...]) -> Motion:
     """A drop of which both x1 and x2 were measured is solved once for both."""
-    return motion.drop(robot, start, steps, np.frombuffer(times))
+    return motion.drop(robot, start, steps, np.frombuffer(times), by)
 
 
 def _leg_robot(experiment: Experiment, at: Values) -> Robot:
