@@ -212,7 +212,7 @@ def test_columns_of_a_leg_have_what_lies_beneath_them(rig):
         ({"u": [1.0, 2.0], "u_times": [0.0, 0.1, 0.2]}, r"u must have 3 on its last axis, .* u_times, got shape \(2,\)"),
         ({"u": 1.0, "u_times": [0.0, 0.1]}, "u must have 2 on its last axis, a step for each of u_times, got 1.0"),
         ({"u": [[1.0, 2.0], [1.0, np.inf]], "u_times": [0.0, 0.1]}, r"i\[1, 1\] must be finite A|u\[1, 1\] must be finite A"),
-        ({"u": [(0.0, 1.0), (0.1, 2.0)]}, "with u_times one per motion and step; steps .* are for solve_motion, got"),
+        ({"u": [(0.0, 1.0), (0.1, 2.0)]}, "per motion in A; steps are its last axis beside u_times, steps .* are for solve_motion"),
         ({"times": [0.1, -0.2]}, r"times\[1\] must be >= 0 s, got -0.2"),
         ({"times": 0.1}, r"times must have one dimension, got shape \(\)"),
         ({"times": [0.1, "soon"]}, "times must be numbers in s"),
