@@ -546,7 +546,7 @@ class C:
         """Put what runs of hops do into arrays, by the names of hopform_hops_out: of runs, or of runs and hops."""
         real, (count, hops) = results["duration"].dtype, results["ending"].shape
         types = self.library.types(real)
-        arguments, inputs = _arguments(types, columns, max_phases)
+        _, arguments, inputs = _arguments(types, columns, max_phases, ASKED)
         given, out = types.HopsIn(), types.HopsOut()
         ctypes.memmove(ctypes.byref(given), arguments, ctypes.sizeof(types.StancesIn))
         for name, table in by_hop.items():
