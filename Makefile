@@ -109,6 +109,13 @@ evidence-identification: compiler venv-dev ## fit random rigs of two generators,
 	@$(PY) tools/build_library.py
 	OPENBLAS_NUM_THREADS=1 OMP_NUM_THREADS=1 nice $(PY) -m tests.conformance.evidence
 
+reference-data: venv-dev ## solve the cases of the reference set with the oracle, write hopform/_reference/data
+	$(PY) -m tests.conformance.reference_set
+
+reference: compiler venv-dev ## score hopform, MuJoCo and smoothed friction, write docs/evidence/reference-set.md
+	$(PY) tools/build_library.py
+	$(PY) -m tests.conformance.reference_set.page
+
 validate-data: compiler venv-dev ## fit the real recordings in HOPFORM_DATA, compare with what is published
 	@$(PY) tools/build_library.py
 	@$(PY) -m tests.conformance.published
@@ -262,7 +269,7 @@ venv-site:
 
 .NOTPARALLEL:
 .PHONY: help help-all run test test-slices test-exhaustive test-exhaustive-slice test-exhaustive-identification
-.PHONY: validate-data evidence-identification
+.PHONY: validate-data evidence-identification reference-data reference
 .PHONY: test-lowest test-manifests
 .PHONY: scans fuzz fuzz-outside generate check precheck format lint nightly wheel mutants mutants-all test-determinism bench gate
 .PHONY: test-control-exhaustive

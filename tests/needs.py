@@ -2,6 +2,7 @@
 
 import shutil
 from collections.abc import Sequence
+from importlib.util import find_spec
 
 import pytest
 
@@ -21,6 +22,9 @@ cortex_m = pytest.mark.skipif(
     reason="no Cortex-M can be emulated (on Debian: apt install gcc-arm-none-eabi libnewlib-arm-none-eabi "
     "qemu-system-arm)",
 )
+
+
+mujoco = pytest.mark.skipif(find_spec("mujoco") is None, reason="mujoco is absent, which is another simulator")
 
 
 def sliced(*parameters: tuple[object, ...]) -> list:

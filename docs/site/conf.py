@@ -24,6 +24,7 @@ import hopform
 import hopform.extend
 import hopform.hopping
 import hopform.identify
+import hopform.reference
 from hopform._front import COMMANDS
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -79,7 +80,7 @@ NAVIGATION = {
     "Tutorials": ["docs/tutorials/*"],
     "How-to": ["docs/how-to/*"],
     "Reference": [
-        *(f"docs/site/python/{page}" for page in ("solve", "many", "control", "identify", "formulas", "model")), "docs/site/c", "generated/c/README", "docs/site/help",
+        *(f"docs/site/python/{page}" for page in ("solve", "many", "control", "identify", "formulas", "reference", "model")), "docs/site/c", "generated/c/README", "docs/site/help",
         "docs/reference/*", "generated/EQUATIONS",
     ],
     "Explanation": [
@@ -171,7 +172,7 @@ def on_source(_: Any, module: str) -> tuple[str, Any]:
     """
     analyzer = ModuleAnalyzer.for_module(module)
     analyzer.find_tags()
-    rooms = ("", "extend.", "hopping.", "identify.")
+    rooms = ("", "extend.", "hopping.", "identify.", "reference.")
     return analyzer.code, {room + name: place for room in rooms for name, place in analyzer.tags.items()}
 
 

@@ -36,10 +36,17 @@ COMMANDS = {
     "control": "_cli.solve", "reach": "_cli.solve", "export": "_cli.folders", "selftest": "_cli.folders",
     "model check": "_cli.model", "model build": "_cli.model", "model list": "_cli.model", "model show": "_cli.model",
     "model prove": "_cli.prove",
+    "reference list": "_cli.reference", "reference score": "_cli.reference", "reference write": "_cli.reference",
 }  # fmt: skip
 """The module of each command, of whichever room; one in a group has two words."""
 
-GROUPS = {"model": ("Model files: mechanisms of your own.", "A model file is a program: each of these runs it.")}
+GROUPS = {
+    "model": ("Model files: mechanisms of your own.", "A model file is a program: each of these runs it."),
+    "reference": (
+        "A benchmark of dry friction with exact answers.",
+        "It scores any simulator, with its events and derivatives.",
+    ),
+}
 """What the commands of a group are about, in a sentence, and what else there is to say."""
 
 

@@ -22,7 +22,7 @@ from hopform_solver.structs import STRUCTS
 ROOT = Path(__file__).resolve().parents[2]
 RECORD = Path(__file__).with_suffix(".json")
 HEADERS = ROOT / "generated" / "c" / "include" / "hopform"
-MODULES = ("extend", "hopping", "hopping.controllers", "hopping.terrain", "identify", "model")
+MODULES = ("extend", "hopping", "hopping.controllers", "hopping.terrain", "identify", "model", "reference")
 OF_MODEL = ("Derivation", "Formula", "Mode", "ModelError", "Quantity", "derive", *elements.__all__)
 """What `hopform.model` has of the derivation for a model file and its reader."""
 OURS = ("hopform", "hopform_solver", "derive")

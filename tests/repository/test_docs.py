@@ -21,6 +21,7 @@ import pytest
 import hopform
 import hopform.hopping
 import hopform.identify
+import hopform.reference
 from hopform import _front as cli
 from tests.conformance.firmware import costs
 
@@ -90,7 +91,11 @@ def test_every_public_name_of_python_is_on_one_page_of_the_site():
         name for page in pages for names in re.findall(r"{{api:([^}]+)}}", text_of(page)) for name in names.split()
     ]
     of_their_own = {"__version__", "ROBOTS", "hopping.controllers", "hopping.terrain"}
-    rooms = {f"{room.__name__[8:]}.{name}" for room in (hopform.hopping, hopform.identify) for name in room.__all__}
+    rooms = {
+        f"{room.__name__[8:]}.{name}"
+        for room in (hopform.hopping, hopform.identify, hopform.reference)
+        for name in room.__all__
+    }
     assert "extend.*" in listed  # all that is offered for extensions
     assert sorted({*listed} - {"extend.*"}) == sorted({*hopform.__all__, *rooms} - of_their_own)
     assert len(listed) == len({*listed})

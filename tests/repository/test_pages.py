@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from hopform import _front as cli
+from tests import needs
 from tests.bench.hopping import misses
 from tests.derived import SHIPPED, built
 
@@ -83,6 +84,7 @@ def test_the_imports_of_a_page_s_first_program_are_a_program(page):
         "how-to/hop-over-terrain.md",
         "how-to/use-another-robot.md",
         "reference/solvers.md",
+        pytest.param("evidence/reference-set.md", marks=[pytest.mark.sliced, needs.mujoco]),
         pytest.param("how-to/formulas-of-a-mechanism.md", marks=pytest.mark.sliced),
         pytest.param("how-to/solve-a-motion.md", marks=pytest.mark.nightly),
         pytest.param("how-to/your-own-mechanism.md", marks=pytest.mark.sliced),

@@ -25,7 +25,7 @@ from hopform import _front, extend, hopping
 ROOT = Path(__file__).resolve().parents[2]
 RUNTIME = ROOT / "runtime" / "hopform"
 
-PUBLIC = {"extend", "hopping", "identify", "model"}
+PUBLIC = {"extend", "hopping", "identify", "model", "reference"}
 APPLICATIONS = {"hopping", "identify"}
 EXTRAS = {"scipy", "matplotlib", "xarray"}
 
@@ -326,6 +326,7 @@ PROGRAMS = {
     "hopform --version": FRONT.format(["--version"]),
     "hopform --help": FRONT.format(["--help"]),
     "hopform": FRONT.format([]),
+    "hopform reference --help": FRONT.format(["reference", "--help"]),
     "the package": "import hopform",
     "a function": "import hopform; hopform.solve_stance",
     "a command": "import hopform._cli.solve, hopform._cli.use",
@@ -352,7 +353,7 @@ def packages(names: Iterable[str]) -> set[str]:
     return {name.split(".")[0] for name in names}
 
 
-@pytest.mark.parametrize("program", ["hopform --version", "hopform --help", "hopform"])
+@pytest.mark.parametrize("program", ["hopform --version", "hopform --help", "hopform", "hopform reference --help"])
 def test_the_front_of_the_command_line_loads_no_command(loaded, program):
     ours = {name for name in loaded[program] if name.split(".")[0] == "hopform"}
     library = {"hopform._solver", "hopform._solver.library", "hopform._solver.build"}  # where no library is there
