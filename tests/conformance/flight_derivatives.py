@@ -12,6 +12,7 @@ from tests.oracle.flight_branch import Phase, mp
 
 UNITS = {"x1": 0.1, "x2": 0.1, "ground": 0.1, "v1": 1.0, "v2": 1.0, "c": 0.01, "L0": 0.1, "x1_min": 0.1, "x1_max": 0.1}
 FLOOR = 1e-3
+DIFFERENCE = mp.mpf("1e-10")
 ENDS = {
     "x1_reverses": "rest",
     "x1_sticks": "rest",
@@ -56,26 +57,55 @@ def size_of(name: str, value: float) -> float:
     return max(abs(value) if math.isfinite(value) else 0.0, UNITS.get(name, 0.0)) or 1.0
 
 
-def compared(flight: hopform.Flight, *, x2_is_given: bool, design: bool) -> tuple[Any, Any, Any]:
-    """Our matrix, that by differences (0 for what has no column there), and the sizes of the columns."""
+def inputs_of(flight: hopform.Flight) -> tuple[dict[str, float], dict[str, Any]]:
+    """The robot and the start with gains, as the library saw them: x2 over the ground ahead."""
     robot, solved = rounded(flight.robot, flight.dtype.type), flight._solved.flight
-    at = flight._solved.flight.start
+    at = solved.start
     x2 = mp.mpf(at.x1) + mp.mpf(robot["L0"]) + mp.mpf(robot["c"]) - mp.mpf(at.y) - mp.mpf(solved.ground)
-    start = {"x1": at.x1, "v1": at.v1, "x2": x2, "v2": at.v2, "Kp": flight.gains.Kp, "Kd": flight.gains.Kd}
-    columns = flight.sensitivities.columns
-    values = {**robot, "ground": 0.0, **{k: float(v) for k, v in start.items()}}
-    sizes = {name: size_of(name, values[name]) for name in columns}
-    asked = {name: size for name, size in sizes.items() if math.isfinite(values[name])}
+    return robot, {"x1": at.x1, "v1": at.v1, "x2": x2, "v2": at.v2, "Kp": flight.gains.Kp, "Kd": flight.gains.Kd}
+
+
+def compared(flight: hopform.Flight, *, x2_is_given: bool, design: bool) -> tuple[Any, Any, Any]:
+    """Our matrix, that by differences, 0 where an input is infinite, and the sizes of the columns."""
+    robot, start = inputs_of(flight)
+    sizes = sizes_of(flight)
+    theirs = by_differences(flight, robot, start, x2_is_given=x2_is_given, design=design)
+    return flight.sensitivities.matrix, theirs, np.array([*sizes.values()])
+
+
+def sizes_of(flight: hopform.Flight) -> dict[str, float]:
+    robot, start = inputs_of(flight)
+    values = {**robot, "ground": 0.0, **{name: float(value) for name, value in start.items()}}
+    return {name: size_of(name, values[name]) for name in flight.sensitivities.columns}
+
+
+def by_differences(
+    flight: hopform.Flight, robot: dict[str, Any], start: dict[str, Any], *, x2_is_given: bool, design: bool
+) -> Any:
+    """The matrix of the branch of a flight, from a robot and a start near to its own."""
+    sizes = sizes_of(flight)
+    asked = {name: size for name, size in sizes.items() if mp.isfinite(robot.get(name, 0.0))}
     found = branch.derivatives(robot, start, phases_of(flight), flight.status, asked, design=design)
-    theirs = dict(zip(asked, found, strict=True))
-    zero = [mp.zero] * len(branch.ROWS)
+    columns, zero = dict(zip(asked, found, strict=True)), [mp.zero] * len(branch.ROWS)
     if not x2_is_given:
-        down = [-each for each in theirs["ground"]]
-        for name in ("x1", "L0", "c"):
-            theirs[name] = [a + b for a, b in zip(theirs[name], down, strict=True)]
-        theirs["x2"] = zero
-    matrix = np.array([[float(each) for each in theirs.get(name, zero)] for name in columns]).T
-    return flight.sensitivities.matrix, matrix, np.array([sizes[name] for name in columns])
+        for name in ("x1", "L0", "c"):  # which the height follows
+            columns[name] = [a - b for a, b in zip(columns[name], columns["ground"], strict=True)]
+        columns["x2"] = zero
+    return np.array([[float(each) for each in columns.get(name, zero)] for name in sizes]).T
+
+
+def condition(flight: hopform.Flight, *, x2_is_given: bool, design: bool) -> float:
+    """How much the derivatives move for a relative change of an input, in the units of the error: the largest of all."""
+    robot, start = inputs_of(flight)
+    how, sizes = {"x2_is_given": x2_is_given, "design": design}, np.array([*sizes_of(flight).values()])
+    here, largest = by_differences(flight, robot, start, **how), 0.0
+    for name in (name for name in (*robot, *start) if (robot | start)[name] and mp.isfinite((robot | start)[name])):
+        changed = [
+            {**each, name: mp.mpf(each[name]) * (1 + DIFFERENCE)} if name in each else each for each in (robot, start)
+        ]
+        moved = by_differences(flight, *changed, **how)
+        largest = max(largest, scaled_error(moved, here, sizes) / float(DIFFERENCE))
+    return largest
 
 
 def scaled_error(ours: Any, theirs: Any, sizes: Any) -> float:
