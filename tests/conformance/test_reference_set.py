@@ -8,12 +8,14 @@ from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
+import jsonschema
 import numpy as np
 import pytest
 
 import hopform
 from hopform import _front as cli
 from hopform import reference
+from hopform._cli.named import NAMED
 from hopform.reference import cases, score, smoothed, solve
 from tests.conformance.reference_set import page
 from tests.conformance.reference_set.cases import CASES
@@ -266,6 +268,19 @@ def test_mujoco_loads_each_file_with_the_numbers_of_the_case(folder):
             assert model.actuator(0).name == case.input
 
 
+@mujoco
+def test_a_leg_pushes_in_mjcf_and_does_not_pull():
+    import mujoco
+
+    case = BY_NAME["drop"]
+    model, k, L = mujoco.MjModel.from_xml_string(case.mjcf()), case.parameters["k"], case.parameters["L"]
+    data = mujoco.MjData(model)
+    for longer, force in ((-0.01, 0.01 * k), (0.1, 0.0)):
+        data.qpos[:] = 0.0, L + longer
+        mujoco.mj_forward(model, data)
+        assert data.qfrc_spring.tolist() == pytest.approx([-force, force], abs=1e-9)
+
+
 # ---- another simulator, and the page ----
 
 
@@ -286,6 +301,22 @@ def test_mujoco_creeps_where_friction_holds_and_its_derivative_behind_a_stop_is_
     assert slope(1e-6) == pytest.approx(7.4, abs=0.1) and slope(1e-3) == pytest.approx(2.50, abs=0.05)
 
 
+@mujoco
+@pytest.mark.sliced
+@pytest.mark.parametrize("column", ["MuJoCo, Euler, 2 ms", "MuJoCo, implicitfast, 2 ms", "smoothed, 0.1 ms"])
+def test_the_errors_on_the_page_are_those_of_each_simulator(column):
+    """Within a fifth, since another version of MuJoCo may take its steps another way."""
+    text = page.PAGE.read_text("utf-8").partition("<!-- positions -->\n")[2].partition("\n<!-- end")[0]
+    head, _, *rows = [[cell.strip() for cell in line.strip("|").split("|")] for line in text.splitlines()]
+    printed = {row[0].strip("`"): row[head.index(column)] for row in rows}
+    assert [*printed] == NAMES
+    for found in score(page.SIMULATORS[column]):
+        if printed[found.case] == "-":
+            assert math.isnan(found.rms)
+        else:
+            assert found.rms == pytest.approx(float(printed[found.case]), rel=0.2), found.case
+
+
 def test_the_page_has_the_cases_of_the_set():
     text = page.PAGE.read_text("utf-8")
     assert page.of_cases() in text
@@ -295,6 +326,15 @@ def test_the_page_has_the_cases_of_the_set():
 
 
 # ---- commands ----
+
+OBJECTS = json.loads((page.PAGE.parents[2] / "generated" / "schema.json").read_text("utf-8"))["$defs"]
+
+
+def of_schema(text, kind):
+    """The JSON that a command prints, which is what its schema says."""
+    found = json.loads(text)
+    jsonschema.Draft202012Validator({"$defs": OBJECTS, **OBJECTS[kind]}).validate(found)
+    return found
 
 
 @pytest.fixture
@@ -330,7 +370,7 @@ def test_a_simulator_of_this_directory_is_scored(run):
     Path("own_simulator.py").write_text(SIMULATOR, "utf-8")
     for name in ("simulate", "Of.static"):
         code, out, err = run("score", f"own_simulator:{name}", "--case", "hold", "--json")
-        (found,) = json.loads(out)["scores"]
+        (found,) = of_schema(out, "hopform reference score")["scores"]
         assert code == 0 and found["case"] == "hold" and found["creep"] == pytest.approx(1e-3)
         assert found["event_error"] is None and set(err.splitlines()) == {"a line of the simulator"}
     code, out, err = run("score", "own_simulator:simulate", "--case", "hold", "--case", "hold")
@@ -371,17 +411,26 @@ def test_a_case_that_is_none_is_refused_before_anything_is_simulated(run):
 def test_the_list_has_every_case_and_why_a_format_cannot_say_it(run):
     code, out, _ = run("list")
     assert code == 0 and [line.split()[0] for line in out.splitlines()[2:]] == NAMES
-    found = json.loads(run("list", "--json")[1])["cases"]
+    found = of_schema(run("list", "--json")[1], "hopform reference list")["cases"]
     assert [each["name"] for each in found] == NAMES
     assert [each["name"] for each in found if each["mjcf"]] == ["breakaway", "hop"]
     assert found[0]["parameters"] == {"J": 0.031, "b": 0.0085, "F": 0.042}
 
 
+@pytest.mark.parametrize("line", [("list",), ("score", "own_simulator:simulate", "--case", "hold")])
+def test_a_solver_that_is_named_has_no_part_in_the_reference_set(run, monkeypatch, capsys, line):
+    """Its package may be older than these commands, and not know their JSON."""
+    Path("own_simulator.py").write_text(SIMULATOR, "utf-8")
+    monkeypatch.setattr("hopform._cli.reference.to_json", lambda *_, **__: f"named: {NAMED.get()}")
+    assert cli.main(["--solver", "joint", "reference", *line, "--json"]) == 0
+    assert capsys.readouterr().out == "named: None"
+
+
 def test_the_set_is_written_by_a_command_and_not_over_files(run):
     code, out, _ = run("write", "friction", "--json")
     files = json.loads(out)["files"]
-    assert code == 0 and sorted(path.name for path in Path("friction").iterdir()) == files and len(files) == 24
+    assert code == 0 and sorted(path.name for path in Path("friction").iterdir()) == files and len(files) == 25
     code, _, err = run("write", "friction")
     assert code == 2 and err == "hopform: DIR must be new or empty, got friction, which holds files\n"
     shutil.rmtree("friction")
-    assert run("write", "friction")[1] == f"24 files in friction; begin with {Path('friction', 'README.md')}\n"
+    assert run("write", "friction")[1] == f"25 files in friction; begin with {Path('friction', 'README.md')}\n"

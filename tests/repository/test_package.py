@@ -139,13 +139,13 @@ def test_a_wheel_installs_two_packages_and_nothing_else(wheel):
     assert len(top) == 3
 
 
-def test_the_metadata_have_both_licences_with_their_texts_and_the_address_of_the_manifests(wheel):
+def test_the_metadata_have_each_licence_with_their_texts_and_the_address_of_the_manifests(wheel):
     told = metadata(wheel)
-    assert told["License-Expression"] == "MIT AND MIT-0"
+    assert told["License-Expression"] == "MIT AND MIT-0 AND CC0-1.0"
     folder = f"hopform-{told['Version']}.dist-info/licenses/"
     with zipfile.ZipFile(wheel) as archive:
         first = [archive.read(folder + name).split(b"\n")[0] for name in told.get_all("License-File")]
-    assert first == [b"MIT License", b"MIT No Attribution"]
+    assert first == [b"MIT License", b"MIT No Attribution", b"Creative Commons Legal Code"]
     addresses = dict(line.split(", ") for line in told.get_all("Project-URL"))
     library = (ROOT / "generated/packages/arduino/library.properties").read_text("utf-8")
     assert f"url={addresses['Homepage']}\n" in library
@@ -243,6 +243,18 @@ def test_every_robot_of_the_repository_is_shipped(wheel):
     robots = {f"hopform/_robots/{path.name}" for path in (ROOT / "runtime" / "hopform" / "_robots").glob("*.toml")}
     assert robots
     assert robots <= contents(wheel)
+
+
+def test_the_reference_set_is_shipped_whole_and_scores_a_simulator_of_the_current_folder(wheel, stranger):
+    folder = ROOT / "runtime" / "hopform" / "_reference"
+    files = [*folder.glob("data/*.json"), folder / "README.md", folder / "LICENSE"]
+    assert {f"hopform/_reference/{path.relative_to(folder).as_posix()}" for path in files} <= contents(wheel)
+    still = "import numpy as np\n\n\ndef simulate(case):\n    return np.zeros((len(case.times), len(case.outputs)))\n"
+    (stranger.folder / "at_rest.py").write_text(still, "utf-8")
+    (hold,) = json.loads(stranger("reference", "score", "at_rest:simulate", "--case", "hold", "--json"))["scores"]
+    assert (hold["rms"], hold["creep"]) == (0.0, 0.0)
+    stranger("reference", "write", "friction")
+    assert len([*(stranger.folder / "friction").glob("*.json")]) == len(files) - 2
 
 
 def test_the_c_that_firmware_copies_is_shipped_whole(wheel):

@@ -364,6 +364,7 @@ def test_the_front_of_the_command_line_loads_no_command(loaded, program):
 def test_importing_hopform_loads_nothing_else_and_its_names_load_numpy(loaded):
     assert packages(loaded["the package"]) - sys.stdlib_module_names == {"hopform"}
     assert packages(loaded["a function"]) - sys.stdlib_module_names == {"hopform", "hopform_solver", "numpy"}
+    assert not any(name.startswith(("hopform.reference", "hopform._reference")) for name in loaded["what is solved"])
 
 
 def test_a_command_loads_no_extra_before_it_needs_it(loaded):

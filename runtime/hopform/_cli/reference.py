@@ -14,6 +14,7 @@ from rich.console import RenderableType
 
 from hopform import reference
 from hopform._checks import shown
+from hopform._cli.named import NAMED
 from hopform._cli.output import deliver, number, spaced, table, to_json
 from hopform._errors import HopformError
 from hopform._files import name_of
@@ -29,6 +30,7 @@ def reference_list(json: bool = False) -> None:
 
     Each has an exact answer: states, events, and derivatives by its parameters.
     """
+    NAMED.set(None)  # of no solver
     found = reference.cases()
     text = to_json("reference list", cases=[{**vars(each), **reasons(each)} for each in found]) if json else ""
     head = ("case", "title", "events", "derivatives", "margin", "MJCF", "URDF")
@@ -70,6 +72,7 @@ def reference_score(function: str, case: list[str] | None = None, json: bool = F
     changed numbers, whose central differences stand beside the exact derivatives. What it prints goes to the error
     stream.
     """
+    NAMED.set(None)
     chosen, scores = reference.cases(case), list[reference.Score]()
     with from_here(), contextlib.redirect_stdout(sys.stderr):
         simulate = loaded(function)
