@@ -2,6 +2,7 @@
 
 import json
 import math
+import pickle
 import re
 import shutil
 from dataclasses import replace
@@ -105,6 +106,13 @@ def test_the_engine_has_the_answer_of_a_leg(name):
 @pytest.mark.parametrize("name", [name for name in NAMES if name not in LEGS])
 def test_the_engine_has_the_answer(models, name):
     check_the_engine(BY_NAME[name])
+
+
+def test_a_case_can_be_handed_to_another_process():
+    for case in (BY_NAME["stops"], BY_NAME["stops"].changed(F=0.05)):
+        again = pickle.loads(pickle.dumps(case))
+        assert again.numbers == case.numbers and again.steps == case.steps and again.mjcf() == case.mjcf()
+        assert (again.answer is None) == (case.answer is None)
 
 
 # ---- what a score tells ----

@@ -5,11 +5,11 @@ from __future__ import annotations
 import json
 from bisect import bisect_right
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from numpy.typing import NDArray
@@ -48,7 +48,7 @@ class Held:
     end: float
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Answer:
     """What a case does, exactly: states by their names at its times, events (time, kind), the ending, when what stands
     still, values by name with their units, derivatives.
@@ -63,7 +63,7 @@ class Answer:
     gradients: tuple[Gradient, ...]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Case:
     """A case of the reference set, in SI units: what a simulator is handed.
 
@@ -89,6 +89,12 @@ class Case:
     margin: float
     without: Mapping[str, str] = field(repr=False)
     answer: Answer | None = field(repr=False)
+
+    def __reduce__(self) -> Any:
+        if self.answer is not None:
+            return case_named, (self.name,)
+        of = (getattr(self, each.name) for each in fields(self))
+        return Case, tuple(dict(cast(Any, value)) if isinstance(value, Mapping) else value for value in of)
 
     @property
     def positions(self) -> tuple[str, ...]:
