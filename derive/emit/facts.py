@@ -18,8 +18,10 @@ from ..model import words
 from ..model.equations import EXCESSES, LETTER_OF_ENTRY, MASSES, Input, Model
 from ..model.names import in_c
 
-FORMAT = 2
-"""Of solver.toml: a reader refuses another."""
+FORMAT = 3
+"""Of solver.toml, and of the functions and structs of the library beside it: a reader refuses another, because it would
+call a library in a way that this does not know.
+"""
 
 ROUNDING = ("-ffp-contract=off", "-fno-tree-slp-vectorize", "-fno-math-errno")
 """Flags of every build: each operation is rounded as it is written, and a square root is an instruction. Without the

@@ -127,5 +127,20 @@ def moved(before: Any, now: Any, path: str = "") -> Iterator[str]:
             yield from moved(value, now[key], f"{path} {key}".strip())
 
 
+def needs_a_format(before: Table, now: Table) -> list[str]:
+    """What moved in C since a record, a line each, where solver.toml still has the format of the record: a folder that
+    was built before would pass for a new one.
+    """
+    if before["solver.toml"]["format"] != now["solver.toml"]["format"]:
+        return []
+    return [
+        *moved(before["c"]["functions"], now["c"]["functions"]),
+        *moved(before["c"]["structs"], now["c"]["structs"]),
+    ]
+
+
 if __name__ == "__main__":
-    RECORD.write_text(json.dumps(found(), indent=1) + "\n", "utf-8")
+    latest = found()
+    if RECORD.is_file() and (lines := needs_a_format(json.loads(RECORD.read_text("utf-8")), latest)):
+        raise SystemExit("\n".join([*lines, "FORMAT of derive/emit/facts.py must be another one"]))
+    RECORD.write_text(json.dumps(latest, indent=1) + "\n", "utf-8")

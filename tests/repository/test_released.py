@@ -6,7 +6,7 @@ import json
 import pytest
 
 from hopform_solver import VERSION
-from tests.repository.released import RECORD, found, moved
+from tests.repository.released import RECORD, found, moved, needs_a_format
 
 RELEASED = json.loads(RECORD.read_text("utf-8"))
 RENEW = "a release of another minor version takes `python -m tests.repository.released`"
@@ -27,7 +27,17 @@ def test_the_record_has_each_language():
     assert "hopform_solve_stance_f32" in RELEASED["c"]["functions"]
     assert RELEASED["c"]["structs"]["State"] == [f"real {name}[1]" for name in ("x1", "v1", "v2", "y")]
     assert RELEASED["json"]["hopform stance"]["properties"]["duration"] == '{"type": "number"}'
-    assert RELEASED["solver.toml"]["format"] == 2
+    assert RELEASED["solver.toml"]["format"] == 3
+
+
+@pytest.mark.parametrize("of", ["functions", "structs"])
+def test_a_solver_that_was_built_before_c_moved_has_another_format(of):
+    now = copy.deepcopy(RELEASED)
+    name = next(iter(now["c"][of]))
+    now["c"][of][name] = "another"
+    assert len(needs_a_format(RELEASED, now)) == 1
+    now["solver.toml"]["format"] += 1
+    assert needs_a_format(RELEASED, now) == []
 
 
 @pytest.mark.parametrize(
@@ -41,7 +51,7 @@ def test_the_record_has_each_language():
         (("c", "structs", "State"), ["real x1[1]", "real v1[1]", "real v2[1]", "real y[1]", "real load[1]"]),
         (("json", "hopform stance", "always", "apex"), None),
         (("json", "hopform stance", "properties", "apex"), '{"type": "string"}'),
-        (("solver.toml", "format"), 3),
+        (("solver.toml", "format"), 4),
     ],
 )
 def test_what_breaks_a_program_is_noticed(path, value):

@@ -16,8 +16,9 @@ from typing import Any
 from hopform._errors import HopformError
 from hopform._solver.library import LIBRARY, SUFFIX, cache_of_user
 
-FORMAT = 2
-"""Of solver.toml, as it is read here."""
+FORMAT = 3
+"""Of solver.toml, and of the functions and structs of the library beside it, as they are used here."""
+MADE_AGAIN = "`hopform model build FILE --out DIR` makes it again"
 FACTS = "solver.toml"
 LARGEST = 2**20
 """[B] the largest file of facts."""
@@ -152,7 +153,8 @@ def facts_in(path: Path) -> Facts:
     except (OSError, ValueError, RecursionError) as error:
         raise HopformError(f"{path} cannot be read: {error}") from None
     if data.get("format") != FORMAT:
-        raise HopformError(f"{path} must be of format {FORMAT}, which this hopform reads, got {data.get('format')!r}")
+        wanted = f"must be of format {FORMAT}, which this hopform reads, got {data.get('format')!r}"
+        raise HopformError(f"{path} {wanted}; {MADE_AGAIN}")
     try:
         data.setdefault("currents", Facts.currents)
         tables = {name: _kind_of(kind)(data[name]) for name, kind in Facts.__annotations__.items()}

@@ -18,7 +18,7 @@ from hopform._errors import HopformError
 from hopform._files import name_of, path_of
 from hopform._solver import c
 from hopform._solver.choice import DEFAULT, SOLVERS, Solver
-from hopform._solver.folder import FACTS, Folder, built_solvers, folder_at, folder_of, is_name
+from hopform._solver.folder import FACTS, MADE_AGAIN, Folder, built_solvers, folder_at, folder_of, is_name
 from hopform._solver.library import whole
 from hopform._solver.package import LOADED, Package
 
@@ -112,9 +112,6 @@ def _digests(path: Path) -> Iterator[tuple[str, str]]:
 
 
 _LINE = r"[0-9a-f]{64}  [^\x00-\x1f]+\n"
-
-
-MADE_AGAIN = "`hopform model build FILE --out DIR` makes it again"
 
 
 def _read(path: Path) -> bytes:
