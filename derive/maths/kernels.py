@@ -49,12 +49,21 @@ def tables(precision: Precision) -> tuple[Table, ...]:
     before they are rounded.
     """
     roots, weights = gauss_legendre(nodes(precision), 40)
+    terms = squares(precision) + 2
     inverses = tuple(1.0 / n for n in range(1, int(TERMS.of(precision)) + 8))
     return (
         Table("INVERSES", inverses, "1/n for n from 1 on"),
+        Table("FACTORIALS", tuple(reversed(_inverse_factorials(range(5, 5 + terms)))), "1/n! for n from 5 on"),
         Table("GAUSS_PLACES", tuple(float((1 + root) / 2) for root in roots), "nodes of Gauss's rule over 0 .. 1"),
         Table("GAUSS_WEIGHTS", tuple(float(weight / 2) for weight in weights), "their weights"),
     )
+
+
+def squares(precision: Precision) -> int:
+    """Terms of the series of W * W, one more than a multiple of three: what is left out over four time constants of the
+    fastest pole is beyond the digits.
+    """
+    return 25 if precision == F32 else 40
 
 
 def nodes(precision: Precision) -> int:

@@ -29,14 +29,19 @@ typedef struct {
     const hopform_rates_f32 *rates;
 } mode_f32;
 
+static inline void put_mode_f32(mode_f32 *mode, const hopform_plan_f32 *plan, const hopform_phase_f32 *phase,
+                                 float u) {
+    mode->row = mode_of_phase_f32(phase);
+    mode->poles = poles_of_f32(plan, mode->row);
+    mode->rates = rates_in_mode_f32(plan, mode->row);
+    mode->drive = drive_in_mode_f32(plan, mode->row, u);
+    mode->transfer.of = transfer_of_f32(mode->rates, &mode->drive, (float)side_of_mode_f32(mode->row, 0),
+                                         (float)side_of_mode_f32(mode->row, 1));
+}
+
 static inline mode_f32 mode_of_f32(const hopform_plan_f32 *plan, const hopform_phase_f32 *phase, float u) {
     mode_f32 mode;
-    mode.row = mode_of_phase_f32(phase);
-    mode.poles = poles_of_f32(plan, mode.row);
-    mode.rates = rates_in_mode_f32(plan, mode.row);
-    mode.drive = drive_in_mode_f32(plan, mode.row, u);
-    mode.transfer.of = transfer_of_f32(mode.rates, &mode.drive, (float)side_of_mode_f32(mode.row, 0),
-                                        (float)side_of_mode_f32(mode.row, 1));
+    put_mode_f32(&mode, plan, phase, u);
     return mode;
 }
 

@@ -29,14 +29,19 @@ typedef struct {
     const hopform_rates_f64 *rates;
 } mode_f64;
 
+static inline void put_mode_f64(mode_f64 *mode, const hopform_plan_f64 *plan, const hopform_phase_f64 *phase,
+                                 double u) {
+    mode->row = mode_of_phase_f64(phase);
+    mode->poles = poles_of_f64(plan, mode->row);
+    mode->rates = rates_in_mode_f64(plan, mode->row);
+    mode->drive = drive_in_mode_f64(plan, mode->row, u);
+    mode->transfer.of = transfer_of_f64(mode->rates, &mode->drive, (double)side_of_mode_f64(mode->row, 0),
+                                         (double)side_of_mode_f64(mode->row, 1));
+}
+
 static inline mode_f64 mode_of_f64(const hopform_plan_f64 *plan, const hopform_phase_f64 *phase, double u) {
     mode_f64 mode;
-    mode.row = mode_of_phase_f64(phase);
-    mode.poles = poles_of_f64(plan, mode.row);
-    mode.rates = rates_in_mode_f64(plan, mode.row);
-    mode.drive = drive_in_mode_f64(plan, mode.row, u);
-    mode.transfer.of = transfer_of_f64(mode.rates, &mode.drive, (double)side_of_mode_f64(mode.row, 0),
-                                        (double)side_of_mode_f64(mode.row, 1));
+    put_mode_f64(&mode, plan, phase, u);
     return mode;
 }
 

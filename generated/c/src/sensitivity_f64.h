@@ -31,6 +31,7 @@ typedef struct {
     const hopform_phase_f64 *phases;
     int32_t index; /* of the phase that it is in */
     double t;        /* since the start */
+    mode_f64 mode;
     state_by_axis_f64 at;
     chosen_f64 chosen;
     double *change;  /* the caller's: a row for each axis, in it a number for each column */
@@ -45,14 +46,14 @@ static inline int32_t code_at_f64(const variation_f64 *variation, int32_t column
 
 static inline state_by_axis_f64 change_of_column_f64(const variation_f64 *variation, int32_t column) {
     state_by_axis_f64 change;
-    for (int i = 0; i < HOPFORM_AXES; i++) {
+    UNROLLED_f64 for (int i = 0; i < HOPFORM_AXES; i++) {
         change.of[i] = variation->change[(ptrdiff_t)i * variation->chosen.count + column];
     }
     return change;
 }
 
 static inline void put_change_f64(const variation_f64 *variation, int32_t column, const state_by_axis_f64 *change) {
-    for (int i = 0; i < HOPFORM_AXES; i++) {
+    UNROLLED_f64 for (int i = 0; i < HOPFORM_AXES; i++) {
         variation->change[(ptrdiff_t)i * variation->chosen.count + column] = change->of[i];
     }
 }
@@ -67,20 +68,49 @@ static double current_f64(const variation_f64 *variation, const hopform_phase_f6
 
 /* ---- W * W: its derivatives from the fourth down, itself, and two integrals ---- */
 
-/* Over a short time, by Gauss's rule, whose places are their own mirror: each is W with n primes times W with as many
- * or one less. */
-static void short_self_convolution_f64(const hopform_poles_f64 *poles, double h,
-                                        double self_convolution[CONVOLUTIONS_f64]) {
-    basis_by_order_f64 W[HOPFORM_NODES_f64];
-    for (int node = 0; node < HOPFORM_NODES_f64; node++) {
-        W[node].named = basis_at_f64(poles, place_f64[node] * h);
+static const double factorial_f64[HOPFORM_SQUARES_f64 + 2] = {HOPFORM_FACTORIALS_f64};
+
+/* Terms of the power series of W and of W * W, but for factorials: powers of 1/s in 1/P and in 1/P^2. */
+typedef struct {
+    double of_W[3], of_square[3];
+} square_terms_f64;
+
+static inline void next_square_terms_f64(square_terms_f64 *terms, double S_1, double S_2, double S_3) {
+    UNROLLED_f64 for (int n = 0; n < 3; n++) { /* each in place of the oldest */
+        const int second = (n + 1) % 3, first = (n + 2) % 3;
+        terms->of_W[n] = S_1 * terms->of_W[first] + S_2 * terms->of_W[second] + S_3 * terms->of_W[n];
+        terms->of_square[n] =
+            terms->of_W[n] + S_1 * terms->of_square[first] + S_2 * terms->of_square[second] + S_3 * terms->of_square[n];
     }
-    for (int n = 0; n < CONVOLUTIONS_f64; n++) {
-        self_convolution[n] = 0.0;
-        for (int node = 0; node < HOPFORM_NODES_f64; node++) {
-            const basis_by_order_f64 *mirrored = &W[HOPFORM_NODES_f64 - 1 - node];
-            self_convolution[n] += weight_f64[node] * h * W[node].of[n / 2] * mirrored->of[(n + 1) / 2];
+}
+
+/* Over a time that is short for all poles: the series of itself and of its integrals; its derivatives by P(s)/P(s)^2 =
+ * 1/P(s), which cancels nothing there. */
+static void short_self_convolution_f64(const hopform_poles_f64 *poles, double h, const double W[ORDERS_f64],
+                                        double self_convolution[CONVOLUTIONS_f64]) {
+    const double hh = h * h;
+    const double S_1 = -(poles->s_1 * h);
+    const double S_2 = -(poles->s_2 * hh);
+    const double S_3 = -(poles->s_3 * (hh * h));
+    square_terms_f64 terms = {{0.0, 0.0, 1.0}, {0.0, 0.0, 1.0}};
+    double sum[3] = {factorial_f64[0], factorial_f64[1], factorial_f64[2]};
+    for (int n = 1; n < HOPFORM_SQUARES_f64; n += 3) {
+        next_square_terms_f64(&terms, S_1, S_2, S_3);
+        UNROLLED_f64 for (int i = 0; i < 3; i++) {
+            const double *by = &factorial_f64[n + i];
+            sum[0] += terms.of_square[i] * by[0];
+            sum[1] += terms.of_square[i] * by[1];
+            sum[2] += terms.of_square[i] * by[2];
         }
+        const double left = fabs_f64(terms.of_square[0]) + fabs_f64(terms.of_square[1]) + fabs_f64(terms.of_square[2]);
+        if (left * factorial_f64[n + 2] < 2e-5 * HOPFORM_EPS_f64) { break; }
+    }
+    double *V = self_convolution;
+    V[4] = sum[0] * (hh * hh * h);
+    V[5] = sum[1] * (hh * hh * hh);
+    V[6] = sum[2] * (hh * hh * hh * h);
+    for (int n = 3; n >= 0; n--) {
+        V[n] = W[n + 1] - (poles->s_1 * V[n + 1] + poles->s_2 * V[n + 2] + poles->s_3 * V[n + 3]);
     }
 }
 
@@ -108,43 +138,102 @@ static void double_self_convolution_f64(const hopform_poles_f64 *poles, const do
     (void)memcpy(self_convolution, doubled, sizeof doubled);
 }
 
-/* ---- within a phase ---- */
-
-/* How the axes at h answer to a change of each entry in the rows of the masses; those of one that is held to none. */
-static void responses_f64(const mode_f64 *mode, const double z[HOPFORM_AXES], double h, const double *W,
-                           double response[HOPFORM_CHANGED_ROWS][SHARES_f64][HOPFORM_AXES]) {
+/* W * W at h, at which W is. */
+static void self_convolution_f64(const mode_f64 *mode, double h, const double W[ORDERS_f64],
+                                  double self_convolution[CONVOLUTIONS_f64]) {
     double short_time = h;
-    double self_convolution[CONVOLUTIONS_f64];
     const int doublings = halve_f64(mode->poles, &short_time);
-    short_self_convolution_f64(mode->poles, short_time, self_convolution);
+    basis_by_order_f64 at = {{W[0], W[1], W[2], W[3], W[4]}};
+    if (doublings > 0) { at = response_in_mode_f64(mode, short_time); }
+    short_self_convolution_f64(mode->poles, short_time, at.of, self_convolution);
     for (int n = 0; n < doublings; n++) {
-        const basis_by_order_f64 at = response_in_mode_f64(mode, short_time);
         double_self_convolution_f64(mode->poles, at.of, self_convolution);
         short_time *= 2.0;
+        if (n + 1 < doublings) { at = response_in_mode_f64(mode, short_time); }
     }
-    for (int c = 0; c < SHARES_f64; c++) {
-        double applied[POWERS_f64 + 1]; /* K(s)/s times the powers of s, over P(s) or, for z_c = 1, none of it */
-        (void)memcpy(applied, W + 1, sizeof applied);
-        if (c < CORE_f64) {
-            double K[POWERS_f64 + 1] = {0.0};
-            for (int n = 0; n < POWERS_f64; n++) {
-                for (int j = 0; j < CORE_f64; j++) {
-                    K[n] += mode->transfer.at[c][j][n] * z[j + 1];
-                }
-                K[n + 1] += mode->transfer.at[c][CORE_f64][n];
-            }
-            for (int n = 0; n <= POWERS_f64; n++) {
-                applied[n] = applied_f64(K, self_convolution + n) + K[3] * self_convolution[n + 3];
-            }
-        }
-        for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
-            const bool moves = row >= HOPFORM_ELEMENTS || side_of_mode_f64(mode->row, row) != 0;
-            for (int i = 0; i < HOPFORM_AXES; i++) {
-                const double *powers = mode->transfer.at[i > 0 ? i - 1 : 0][row];
-                response[row][c][i] = moves ? applied_f64(powers, i > 0 ? applied : applied + 1) : 0.0;
-            }
-        }
+}
+
+/* ---- within a phase ---- */
+
+/* How the axes at h answer to a change of each entry in the rows of the masses, as far as one has been asked for. */
+typedef struct {
+    const mode_f64 *mode;
+    const double *z; /* where it begins */
+    const double *W;
+    double h;
+    double self_convolution[CONVOLUTIONS_f64];
+    double applied[SHARES_f64]
+                [POWERS_f64 + 1]; /* K(s)/s times the powers of s, over P(s) or, for z_c = 1, none of it */
+    double of[HOPFORM_CHANGED_ROWS][SHARES_f64][HOPFORM_AXES];
+    uint32_t known; /* a bit for each of these, for each share that is applied, and for W * W */
+} answers_f64;
+
+enum { APPLIED_f64 = HOPFORM_CHANGED_ROWS * SHARES_f64, CONVOLVED_f64 = APPLIED_f64 + SHARES_f64 };
+
+/* Whether something of the answers is known; it is from now on. */
+static inline bool knows_f64(answers_f64 *answers, int what) {
+    const uint32_t bit = 1u << (uint32_t)what;
+    const bool known = (answers->known & bit) != 0;
+    answers->known |= bit;
+    return known;
+}
+
+static void begin_answers_f64(answers_f64 *answers, const mode_f64 *mode, const double z[HOPFORM_AXES], double h,
+                               const double W[ORDERS_f64]) {
+    answers->mode = mode;
+    answers->z = z;
+    answers->W = W;
+    answers->h = h;
+    answers->known = 0;
+}
+
+/* How the axes answer to an axis of the core, or to its row, of which axis 0 is one integral further: `at` has what the
+ * powers of s are applied to. */
+static inline void put_answer_f64(const mode_f64 *mode, int axis, const double *at, double answer[HOPFORM_AXES]) {
+    answer[0] = applied_f64(mode->transfer.at[0][axis], at + 1);
+    UNROLLED_f64 for (int i = 0; i < CORE_f64; i++) {
+        answer[i + 1] = applied_f64(mode->transfer.at[i][axis], at);
     }
+}
+
+static inline void add_f64(state_by_axis_f64 *sum, const double terms[HOPFORM_AXES], double times) {
+    UNROLLED_f64 for (int i = 0; i < HOPFORM_AXES; i++) {
+        sum->of[i] += terms[i] * times;
+    }
+}
+
+/* What goes with z_c. */
+static void apply_f64(answers_f64 *answers, int c) {
+    const mode_f64 *mode = answers->mode;
+    double *applied = answers->applied[c];
+    (void)memcpy(applied, answers->W + 1, sizeof answers->applied[c]);
+    if (c == CORE_f64) { return; }
+    if (!knows_f64(answers, CONVOLVED_f64)) {
+        self_convolution_f64(mode, answers->h, answers->W, answers->self_convolution);
+    }
+    double K[POWERS_f64 + 1] = {0.0};
+    for (int n = 0; n < POWERS_f64; n++) {
+        for (int j = 0; j < CORE_f64; j++) {
+            K[n] += mode->transfer.at[c][j][n] * answers->z[j + 1];
+        }
+        K[n + 1] += mode->transfer.at[c][CORE_f64][n];
+    }
+    for (int n = 0; n <= POWERS_f64; n++) {
+        const double *convolved = answers->self_convolution + n;
+        applied[n] = applied_f64(K, convolved) + K[3] * convolved[3];
+    }
+}
+
+/* How the axes answer to the entry of a row that goes with z_c; those of one that is held to none. */
+static const double *answer_f64(answers_f64 *answers, int row, int c) {
+    double *answer = answers->of[row][c];
+    if (!knows_f64(answers, row * SHARES_f64 + c)) {
+        const bool moves = row >= HOPFORM_ELEMENTS || side_of_mode_f64(answers->mode->row, row) != 0;
+        (void)memset(answer, 0, sizeof answers->of[row][c]);
+        if (moves && !knows_f64(answers, APPLIED_f64 + c)) { apply_f64(answers, c); }
+        if (moves) { put_answer_f64(answers->mode, row, answers->applied[c], answer); }
+    }
+    return answer;
 }
 
 /* The change of each parameter of the robot that a column stands for. */
@@ -180,36 +269,56 @@ static slopes_by_share_f64 slopes_of_column_f64(const variation_f64 *variation, 
     return slopes;
 }
 
-/* Follow the changes within a phase, up to a time of the stance. */
-static void travel_f64(variation_f64 *variation, double t) {
+/* Whether nothing of a column changes the equations of motion in the phase: it is a start's, or of another step, or of
+ * a step's time. */
+static bool is_free_f64(int32_t code, int32_t step) {
+    return code < HOPFORM_COLUMN_OF_INPUT || (code >= COLUMNS_f64 && code != HOPFORM_COLUMN_OF_STEP(step));
+}
+
+/* Whether a column is that of a step, or its time, behind the phase: it has changed nothing yet. */
+static bool is_ahead_f64(int32_t code, int32_t step) {
+    return code >= HOPFORM_COLUMN_OF_STEP(step + 1);
+}
+
+/* Follow the changes within a phase, up to a time of the stance; the state, too, where it is wanted. */
+static void travel_f64(variation_f64 *variation, double t, bool wants_state) {
     const hopform_plan_f64 *plan = variation->plan;
     const hopform_phase_f64 *phase = &variation->phases[variation->index];
-    const double u = current_f64(variation, phase);
-    const mode_f64 mode = mode_of_f64(plan, phase, u);
+    const mode_f64 *mode = &variation->mode;
     const double h = t - variation->t;
     variation->t = t;
-    if (!(h > 0.0) || rests_f64(&mode)) { return; }
-    double answer[HOPFORM_CHANGED_ROWS][SHARES_f64][HOPFORM_AXES];
-    const basis_by_order_f64 response = response_in_mode_f64(&mode, h);
-    responses_f64(&mode, variation->at.of, h, response.of, answer);
-    const matrix_f64 phi = transition_f64(&mode, response.of);
+    if (!(h > 0.0) || rests_f64(mode)) { return; }
+    answers_f64 answers;
+    const basis_by_order_f64 response = response_in_mode_f64(mode, h);
+    begin_answers_f64(&answers, mode, variation->at.of, h, response.of);
+    double phi[CORE_f64][HOPFORM_AXES]; /* by columns, those that a change needs */
+    bool is_put[CORE_f64] = {false};
     for (int32_t column = 0; column < variation->chosen.count; column++) {
-        const slopes_by_share_f64 slopes = slopes_of_column_f64(variation, &mode, code_at_f64(variation, column));
+        const int32_t code = code_at_f64(variation, column);
+        if (is_ahead_f64(code, phase->step)) { continue; }
         const state_by_axis_f64 change = change_of_column_f64(variation, column);
-        state_by_axis_f64 end = {{0.0, 0.0, 0.0, 0.0}};
-        for (int i = 0; i < HOPFORM_AXES; i++) {
-            for (int j = 0; j < HOPFORM_AXES; j++) {
-                end.of[i] += phi.at[i][j] * change.of[j];
-            }
+        state_by_axis_f64 end = {{change.of[0], 0.0, 0.0, 0.0}};
+        for (int j = 0; j < CORE_f64; j++) {
+            const double of_axis = change.of[j + 1];
+            if (fabs_f64(of_axis) <= 0.0) { continue; }
+            if (!is_put[j]) { put_answer_f64(mode, j, response.of, phi[j]); }
+            is_put[j] = true;
+            add_f64(&end, phi[j], of_axis);
         }
-        for (int n = 0; n < HOPFORM_CHANGED_ROWS * SHARES_f64; n++) {
-            for (int i = 0; i < HOPFORM_AXES && fabs_f64(slopes.of[n]) > 0.0; i++) {
-                end.of[i] += answer[n / SHARES_f64][n % SHARES_f64][i] * slopes.of[n];
+        if (!is_free_f64(code, phase->step)) {
+            const slopes_by_share_f64 slopes = slopes_of_column_f64(variation, mode, code);
+            for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
+                UNROLLED_f64 for (int c = 0; c < SHARES_f64; c++) {
+                    const double slope = slopes.of[row * SHARES_f64 + c];
+                    if (fabs_f64(slope) > 0.0) { add_f64(&end, answer_f64(&answers, row, c), slope); }
+                }
             }
         }
         put_change_f64(variation, column, &end);
     }
-    variation->at.named = state_in_phase_f64(plan, phase, u, t - phase->t);
+    if (wants_state) {
+        variation->at.named = state_in_phase_f64(plan, phase, current_f64(variation, phase), t - phase->t);
+    }
 }
 
 /* ---- through the events ---- */
@@ -234,9 +343,9 @@ static double direct_slope_f64(const variation_f64 *variation, const mode_f64 *m
 /* Follow the changes through the slip of an element, with which the phase begins that `variation` is in. Its free
  * acceleration has reached the friction at rest, so it starts with the excess of that. A current that steps lets it go
  * at a fixed time; without excess its velocity does not jump, whenever it slips. */
-static void cross_slip_f64(variation_f64 *variation, int element, const mode_f64 *entered,
-                            const state_by_axis_f64 *before) {
+static void cross_slip_f64(variation_f64 *variation, int element, const state_by_axis_f64 *before) {
     const hopform_plan_f64 *plan = variation->plan;
+    const mode_f64 *entered = &variation->mode;
     const hopform_phase_f64 *now = &variation->phases[variation->index];
     const int side = side_of_mode_f64(entered->row, element);
     const double acceleration = (double)side * excess_to_side_f64(&plan->robot, element, side);
@@ -282,25 +391,25 @@ static void cross_step_f64(variation_f64 *variation, const state_by_axis_f64 *be
 static void cross_f64(variation_f64 *variation) {
     const hopform_phase_f64 *old = &variation->phases[variation->index];
     const hopform_phase_f64 *now = old + 1;
-    const mode_f64 left = mode_of_f64(variation->plan, old, current_f64(variation, old));
-    const mode_f64 entered = mode_of_f64(variation->plan, now, current_f64(variation, now));
+    const mode_f64 *mode = &variation->mode;
     const int axis = axis_of_event_f64(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const bool upper = side_of_mode_f64(left.row, HOPFORM_STOPPED_ELEMENT) > 0;
+    const bool upper = side_of_mode_f64(mode->row, HOPFORM_STOPPED_ELEMENT) > 0;
     state_by_axis_f64 arrives;
     arrives.named = start_of_phase_f64(now);
-    const state_by_axis_f64 after = speeds_in_mode_f64(&entered, &arrives.named);
     const state_by_axis_f64 start = arrives;
     arrives.of[velocity] = stops ? variation->at.of[velocity] : arrives.of[velocity];
-    const state_by_axis_f64 before = speeds_in_mode_f64(&left, &arrives.named);
+    const state_by_axis_f64 before = speeds_in_mode_f64(mode, &arrives.named);
+    put_mode_f64(&variation->mode, variation->plan, now, current_f64(variation, now));
+    const state_by_axis_f64 after = speeds_in_mode_f64(mode, &start.named);
     variation->index++;
     variation->t = now->t;
     variation->at = start;
     variation->is_timed = axis < 0;
     not_late_f64(variation);
     const int slips = slips_at_event_f64(now->event);
-    if (slips >= 0) { cross_slip_f64(variation, slips, &entered, &before); }
+    if (slips >= 0) { cross_slip_f64(variation, slips, &before); }
     if (now->step > old->step) { cross_step_f64(variation, &before, &after); }
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_f64(before.of[axis] - after.of[axis]) > 0.0))) { return; }
@@ -317,15 +426,28 @@ static void cross_f64(variation_f64 *variation) {
     }
 }
 
-/* A stance from its start on, whose changes begin in the memory that `variation` has: no velocity is left of a mass
- * that is held, unless it ends at once, or that a stop took at once. */
-static void begin_variation_f64(variation_f64 *variation, const hopform_stance_f64 *stance) {
-    const mode_f64 mode = mode_of_f64(variation->plan, variation->phases, current_f64(variation, variation->phases));
+/* A stance from its start on, whose changes begin in the caller's memory: no velocity is left of a mass that is held,
+ * unless it ends at once, or that a stop took at once. */
+static void begin_variation_f64(variation_f64 *variation, const hopform_plan_f64 *plan,
+                                 const hopform_step_f64 *steps, const hopform_phase_f64 *phases,
+                                 const hopform_stance_f64 *stance, const chosen_f64 *chosen, double *change,
+                                 double *late) {
+    variation->plan = plan;
+    variation->steps = steps;
+    variation->phases = phases;
+    variation->index = 0;
+    variation->t = 0.0;
+    variation->chosen = *chosen;
+    variation->change = change;
+    variation->late = late;
+    variation->is_timed = true;
+    variation->exists = true;
+    put_mode_f64(&variation->mode, variation->plan, variation->phases, current_f64(variation, variation->phases));
     const bool goes_on = !is_left_f64(stance) || stance->duration > 0.0;
     bool moves[HOPFORM_AXES] = {true, true, true, true};
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         moves[HOPFORM_VELOCITY_AXIS(element)] =
-            !((goes_on && side_of_mode_f64(mode.row, element) == 0) || HOPFORM_NEVER_MOVES(element)
+            !((goes_on && side_of_mode_f64(variation->mode.row, element) == 0) || HOPFORM_NEVER_MOVES(element)
               || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0));
     }
     variation->at.named = start_of_phase_f64(variation->phases);
@@ -340,13 +462,15 @@ static void begin_variation_f64(variation_f64 *variation, const hopform_stance_f
     not_late_f64(variation);
 }
 
-/* Follow a stance up to a time; `last` is the index of its last phase. */
-static void follow_to_f64(variation_f64 *variation, int32_t last, double t) {
+/* Follow a stance up to a time, and where wanted its state; `last` is the index of its last phase. What a stop takes of
+ * a velocity says the state before it alone. */
+static void follow_to_f64(variation_f64 *variation, int32_t last, double t, bool wants_state) {
     while (variation->index < last && variation->phases[variation->index + 1].t <= t) {
-        travel_f64(variation, variation->phases[variation->index + 1].t);
+        const hopform_phase_f64 *next = &variation->phases[variation->index + 1];
+        travel_f64(variation, next->t, axis_of_event_f64(next->event) == HOPFORM_POSITION_AXIS);
         cross_f64(variation);
     }
-    travel_f64(variation, t);
+    travel_f64(variation, t, wants_state);
 }
 
 /* Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is within
@@ -422,9 +546,7 @@ static bool put_rows_of_contact_f64(const variation_f64 *variation, const hopfor
 /* The rows of the matrix from the changes at the ending, in whose first rows these and what is late stand. */
 static bool finish_f64(variation_f64 *variation, const hopform_stance_f64 *stance, double *matrix) {
     const hopform_robot_f64 *robot = &variation->plan->robot;
-    const hopform_phase_f64 *phase = &variation->phases[variation->index];
-    const mode_f64 mode = mode_of_f64(variation->plan, phase, current_f64(variation, phase));
-    const state_by_axis_f64 speed = speeds_in_mode_f64(&mode, &stance->end);
+    const state_by_axis_f64 speed = speeds_in_mode_f64(&variation->mode, &stance->end);
     const int32_t count = variation->chosen.count;
     bool exists = ends_later_f64(variation, stance, &speed.named);
     for (int32_t column = 0; exists && column < count; column++) {
@@ -475,10 +597,10 @@ int32_t hopform_stance_sensitivities_f64(const hopform_plan_f64 *plan, const hop
     const memory_f64 array = array_f64(matrix, chosen.count, HOPFORM_SENSITIVITY_ROWS * sizeof *matrix);
     const int32_t status = reading_status_f64(plan, steps, phases, stance, NULL, &chosen, &array, 1);
     if (status < 0) { return status; }
-    variation_f64 variation = {plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, chosen, matrix, NULL, true, true};
-    variation.late = matrix + (ptrdiff_t)HOPFORM_AXES * chosen.count;
-    begin_variation_f64(&variation, stance);
-    follow_to_f64(&variation, stance->phases_kept - 1, stance->duration);
+    variation_f64 variation;
+    begin_variation_f64(&variation, plan, steps, phases, stance, &chosen, matrix,
+                         matrix + HOPFORM_AXES * (ptrdiff_t)chosen.count);
+    follow_to_f64(&variation, stance->phases_kept - 1, stance->duration, false);
     const bool exists = variation.exists && finish_f64(&variation, stance, matrix);
     return exists ? HOPFORM_OK : refuse_f64(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
@@ -502,16 +624,15 @@ int32_t hopform_stance_tangents_f64(const hopform_plan_f64 *plan, const hopform_
     const int32_t status =
         reading_status_f64(plan, steps, phases, stance, &when, &chosen, arrays, states != NULL ? 2 : 1);
     if (status < 0) { return status; }
-    variation_f64 variation = {plan,   steps,    phases, 0,    0.0, {{0.0, 0.0, 0.0, 0.0}},
-                                chosen, tangents, NULL,   true, true};
+    if (count < 1) { return HOPFORM_OK; }
+    variation_f64 variation;
+    begin_variation_f64(&variation, plan, steps, phases, stance, &chosen, tangents, NULL);
     for (int32_t i = 0; i < count; i++) {
-        if (i == 0) {
-            begin_variation_f64(&variation, stance);
-        } else { /* from the time before on */
+        if (i > 0) { /* from the time before on */
             (void)memcpy(variation.change + of_one, variation.change, of_one * sizeof *tangents);
             variation.change += of_one;
         }
-        follow_to_f64(&variation, stance->phases_kept - 1, lesser_f64(times[i], stance->duration));
+        follow_to_f64(&variation, stance->phases_kept - 1, lesser_f64(times[i], stance->duration), true);
         if (states != NULL) { states[i] = variation.at.named; }
     }
     return variation.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;

@@ -29,14 +29,19 @@ typedef struct {
     const hopform_rates_real *rates;
 } mode_real;
 
+static inline void put_mode_real(mode_real *mode, const hopform_plan_real *plan, const hopform_phase_real *phase,
+                                 real u) {
+    mode->row = mode_of_phase_real(phase);
+    mode->poles = poles_of_real(plan, mode->row);
+    mode->rates = rates_in_mode_real(plan, mode->row);
+    mode->drive = drive_in_mode_real(plan, mode->row, u);
+    mode->transfer.of = transfer_of_real(mode->rates, &mode->drive, (real)side_of_mode_real(mode->row, 0),
+                                         (real)side_of_mode_real(mode->row, 1));
+}
+
 static inline mode_real mode_of_real(const hopform_plan_real *plan, const hopform_phase_real *phase, real u) {
     mode_real mode;
-    mode.row = mode_of_phase_real(phase);
-    mode.poles = poles_of_real(plan, mode.row);
-    mode.rates = rates_in_mode_real(plan, mode.row);
-    mode.drive = drive_in_mode_real(plan, mode.row, u);
-    mode.transfer.of = transfer_of_real(mode.rates, &mode.drive, (real)side_of_mode_real(mode.row, 0),
-                                        (real)side_of_mode_real(mode.row, 1));
+    put_mode_real(&mode, plan, phase, u);
     return mode;
 }
 

@@ -31,6 +31,7 @@ typedef struct {
     const hopform_phase_real *phases;
     int32_t index; /* of the phase that it is in */
     real t;        /* since the start */
+    mode_real mode;
     state_by_axis_real at;
     chosen_real chosen;
     real *change;  /* the caller's: a row for each axis, in it a number for each column */
@@ -45,14 +46,14 @@ static inline int32_t code_at_real(const variation_real *variation, int32_t colu
 
 static inline state_by_axis_real change_of_column_real(const variation_real *variation, int32_t column) {
     state_by_axis_real change;
-    for (int i = 0; i < HOPFORM_AXES; i++) {
+    UNROLLED_real for (int i = 0; i < HOPFORM_AXES; i++) {
         change.of[i] = variation->change[(ptrdiff_t)i * variation->chosen.count + column];
     }
     return change;
 }
 
 static inline void put_change_real(const variation_real *variation, int32_t column, const state_by_axis_real *change) {
-    for (int i = 0; i < HOPFORM_AXES; i++) {
+    UNROLLED_real for (int i = 0; i < HOPFORM_AXES; i++) {
         variation->change[(ptrdiff_t)i * variation->chosen.count + column] = change->of[i];
     }
 }
@@ -67,20 +68,49 @@ static real current_real(const variation_real *variation, const hopform_phase_re
 
 /* ---- W * W: its derivatives from the fourth down, itself, and two integrals ---- */
 
-/* Over a short time, by Gauss's rule, whose places are their own mirror: each is W with n primes times W with as many
- * or one less. */
-static void short_self_convolution_real(const hopform_poles_real *poles, real h,
-                                        real self_convolution[CONVOLUTIONS_real]) {
-    basis_by_order_real W[HOPFORM_NODES_real];
-    for (int node = 0; node < HOPFORM_NODES_real; node++) {
-        W[node].named = basis_at_real(poles, place_real[node] * h);
+static const real factorial_real[HOPFORM_SQUARES_real + 2] = {HOPFORM_FACTORIALS_real};
+
+/* Terms of the power series of W and of W * W, but for factorials: powers of 1/s in 1/P and in 1/P^2. */
+typedef struct {
+    real of_W[3], of_square[3];
+} square_terms_real;
+
+static inline void next_square_terms_real(square_terms_real *terms, real S_1, real S_2, real S_3) {
+    UNROLLED_real for (int n = 0; n < 3; n++) { /* each in place of the oldest */
+        const int second = (n + 1) % 3, first = (n + 2) % 3;
+        terms->of_W[n] = S_1 * terms->of_W[first] + S_2 * terms->of_W[second] + S_3 * terms->of_W[n];
+        terms->of_square[n] =
+            terms->of_W[n] + S_1 * terms->of_square[first] + S_2 * terms->of_square[second] + S_3 * terms->of_square[n];
     }
-    for (int n = 0; n < CONVOLUTIONS_real; n++) {
-        self_convolution[n] = 0.0;
-        for (int node = 0; node < HOPFORM_NODES_real; node++) {
-            const basis_by_order_real *mirrored = &W[HOPFORM_NODES_real - 1 - node];
-            self_convolution[n] += weight_real[node] * h * W[node].of[n / 2] * mirrored->of[(n + 1) / 2];
+}
+
+/* Over a time that is short for all poles: the series of itself and of its integrals; its derivatives by P(s)/P(s)^2 =
+ * 1/P(s), which cancels nothing there. */
+static void short_self_convolution_real(const hopform_poles_real *poles, real h, const real W[ORDERS_real],
+                                        real self_convolution[CONVOLUTIONS_real]) {
+    const real hh = h * h;
+    const real S_1 = -(poles->s_1 * h);
+    const real S_2 = -(poles->s_2 * hh);
+    const real S_3 = -(poles->s_3 * (hh * h));
+    square_terms_real terms = {{0.0, 0.0, 1.0}, {0.0, 0.0, 1.0}};
+    real sum[3] = {factorial_real[0], factorial_real[1], factorial_real[2]};
+    for (int n = 1; n < HOPFORM_SQUARES_real; n += 3) {
+        next_square_terms_real(&terms, S_1, S_2, S_3);
+        UNROLLED_real for (int i = 0; i < 3; i++) {
+            const real *by = &factorial_real[n + i];
+            sum[0] += terms.of_square[i] * by[0];
+            sum[1] += terms.of_square[i] * by[1];
+            sum[2] += terms.of_square[i] * by[2];
         }
+        const real left = fabs_real(terms.of_square[0]) + fabs_real(terms.of_square[1]) + fabs_real(terms.of_square[2]);
+        if (left * factorial_real[n + 2] < 2e-5 * HOPFORM_EPS_real) { break; }
+    }
+    real *V = self_convolution;
+    V[4] = sum[0] * (hh * hh * h);
+    V[5] = sum[1] * (hh * hh * hh);
+    V[6] = sum[2] * (hh * hh * hh * h);
+    for (int n = 3; n >= 0; n--) {
+        V[n] = W[n + 1] - (poles->s_1 * V[n + 1] + poles->s_2 * V[n + 2] + poles->s_3 * V[n + 3]);
     }
 }
 
@@ -108,43 +138,102 @@ static void double_self_convolution_real(const hopform_poles_real *poles, const 
     (void)memcpy(self_convolution, doubled, sizeof doubled);
 }
 
-/* ---- within a phase ---- */
-
-/* How the axes at h answer to a change of each entry in the rows of the masses; those of one that is held to none. */
-static void responses_real(const mode_real *mode, const real z[HOPFORM_AXES], real h, const real *W,
-                           real response[HOPFORM_CHANGED_ROWS][SHARES_real][HOPFORM_AXES]) {
+/* W * W at h, at which W is. */
+static void self_convolution_real(const mode_real *mode, real h, const real W[ORDERS_real],
+                                  real self_convolution[CONVOLUTIONS_real]) {
     real short_time = h;
-    real self_convolution[CONVOLUTIONS_real];
     const int doublings = halve_real(mode->poles, &short_time);
-    short_self_convolution_real(mode->poles, short_time, self_convolution);
+    basis_by_order_real at = {{W[0], W[1], W[2], W[3], W[4]}};
+    if (doublings > 0) { at = response_in_mode_real(mode, short_time); }
+    short_self_convolution_real(mode->poles, short_time, at.of, self_convolution);
     for (int n = 0; n < doublings; n++) {
-        const basis_by_order_real at = response_in_mode_real(mode, short_time);
         double_self_convolution_real(mode->poles, at.of, self_convolution);
         short_time *= 2.0;
+        if (n + 1 < doublings) { at = response_in_mode_real(mode, short_time); }
     }
-    for (int c = 0; c < SHARES_real; c++) {
-        real applied[POWERS_real + 1]; /* K(s)/s times the powers of s, over P(s) or, for z_c = 1, none of it */
-        (void)memcpy(applied, W + 1, sizeof applied);
-        if (c < CORE_real) {
-            real K[POWERS_real + 1] = {0.0};
-            for (int n = 0; n < POWERS_real; n++) {
-                for (int j = 0; j < CORE_real; j++) {
-                    K[n] += mode->transfer.at[c][j][n] * z[j + 1];
-                }
-                K[n + 1] += mode->transfer.at[c][CORE_real][n];
-            }
-            for (int n = 0; n <= POWERS_real; n++) {
-                applied[n] = applied_real(K, self_convolution + n) + K[3] * self_convolution[n + 3];
-            }
-        }
-        for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
-            const bool moves = row >= HOPFORM_ELEMENTS || side_of_mode_real(mode->row, row) != 0;
-            for (int i = 0; i < HOPFORM_AXES; i++) {
-                const real *powers = mode->transfer.at[i > 0 ? i - 1 : 0][row];
-                response[row][c][i] = moves ? applied_real(powers, i > 0 ? applied : applied + 1) : 0.0;
-            }
-        }
+}
+
+/* ---- within a phase ---- */
+
+/* How the axes at h answer to a change of each entry in the rows of the masses, as far as one has been asked for. */
+typedef struct {
+    const mode_real *mode;
+    const real *z; /* where it begins */
+    const real *W;
+    real h;
+    real self_convolution[CONVOLUTIONS_real];
+    real applied[SHARES_real]
+                [POWERS_real + 1]; /* K(s)/s times the powers of s, over P(s) or, for z_c = 1, none of it */
+    real of[HOPFORM_CHANGED_ROWS][SHARES_real][HOPFORM_AXES];
+    uint32_t known; /* a bit for each of these, for each share that is applied, and for W * W */
+} answers_real;
+
+enum { APPLIED_real = HOPFORM_CHANGED_ROWS * SHARES_real, CONVOLVED_real = APPLIED_real + SHARES_real };
+
+/* Whether something of the answers is known; it is from now on. */
+static inline bool knows_real(answers_real *answers, int what) {
+    const uint32_t bit = 1u << (uint32_t)what;
+    const bool known = (answers->known & bit) != 0;
+    answers->known |= bit;
+    return known;
+}
+
+static void begin_answers_real(answers_real *answers, const mode_real *mode, const real z[HOPFORM_AXES], real h,
+                               const real W[ORDERS_real]) {
+    answers->mode = mode;
+    answers->z = z;
+    answers->W = W;
+    answers->h = h;
+    answers->known = 0;
+}
+
+/* How the axes answer to an axis of the core, or to its row, of which axis 0 is one integral further: `at` has what the
+ * powers of s are applied to. */
+static inline void put_answer_real(const mode_real *mode, int axis, const real *at, real answer[HOPFORM_AXES]) {
+    answer[0] = applied_real(mode->transfer.at[0][axis], at + 1);
+    UNROLLED_real for (int i = 0; i < CORE_real; i++) {
+        answer[i + 1] = applied_real(mode->transfer.at[i][axis], at);
     }
+}
+
+static inline void add_real(state_by_axis_real *sum, const real terms[HOPFORM_AXES], real times) {
+    UNROLLED_real for (int i = 0; i < HOPFORM_AXES; i++) {
+        sum->of[i] += terms[i] * times;
+    }
+}
+
+/* What goes with z_c. */
+static void apply_real(answers_real *answers, int c) {
+    const mode_real *mode = answers->mode;
+    real *applied = answers->applied[c];
+    (void)memcpy(applied, answers->W + 1, sizeof answers->applied[c]);
+    if (c == CORE_real) { return; }
+    if (!knows_real(answers, CONVOLVED_real)) {
+        self_convolution_real(mode, answers->h, answers->W, answers->self_convolution);
+    }
+    real K[POWERS_real + 1] = {0.0};
+    for (int n = 0; n < POWERS_real; n++) {
+        for (int j = 0; j < CORE_real; j++) {
+            K[n] += mode->transfer.at[c][j][n] * answers->z[j + 1];
+        }
+        K[n + 1] += mode->transfer.at[c][CORE_real][n];
+    }
+    for (int n = 0; n <= POWERS_real; n++) {
+        const real *convolved = answers->self_convolution + n;
+        applied[n] = applied_real(K, convolved) + K[3] * convolved[3];
+    }
+}
+
+/* How the axes answer to the entry of a row that goes with z_c; those of one that is held to none. */
+static const real *answer_real(answers_real *answers, int row, int c) {
+    real *answer = answers->of[row][c];
+    if (!knows_real(answers, row * SHARES_real + c)) {
+        const bool moves = row >= HOPFORM_ELEMENTS || side_of_mode_real(answers->mode->row, row) != 0;
+        (void)memset(answer, 0, sizeof answers->of[row][c]);
+        if (moves && !knows_real(answers, APPLIED_real + c)) { apply_real(answers, c); }
+        if (moves) { put_answer_real(answers->mode, row, answers->applied[c], answer); }
+    }
+    return answer;
 }
 
 /* The change of each parameter of the robot that a column stands for. */
@@ -180,36 +269,56 @@ static slopes_by_share_real slopes_of_column_real(const variation_real *variatio
     return slopes;
 }
 
-/* Follow the changes within a phase, up to a time of the stance. */
-static void travel_real(variation_real *variation, real t) {
+/* Whether nothing of a column changes the equations of motion in the phase: it is a start's, or of another step, or of
+ * a step's time. */
+static bool is_free_real(int32_t code, int32_t step) {
+    return code < HOPFORM_COLUMN_OF_INPUT || (code >= COLUMNS_real && code != HOPFORM_COLUMN_OF_STEP(step));
+}
+
+/* Whether a column is that of a step, or its time, behind the phase: it has changed nothing yet. */
+static bool is_ahead_real(int32_t code, int32_t step) {
+    return code >= HOPFORM_COLUMN_OF_STEP(step + 1);
+}
+
+/* Follow the changes within a phase, up to a time of the stance; the state, too, where it is wanted. */
+static void travel_real(variation_real *variation, real t, bool wants_state) {
     const hopform_plan_real *plan = variation->plan;
     const hopform_phase_real *phase = &variation->phases[variation->index];
-    const real u = current_real(variation, phase);
-    const mode_real mode = mode_of_real(plan, phase, u);
+    const mode_real *mode = &variation->mode;
     const real h = t - variation->t;
     variation->t = t;
-    if (!(h > 0.0) || rests_real(&mode)) { return; }
-    real answer[HOPFORM_CHANGED_ROWS][SHARES_real][HOPFORM_AXES];
-    const basis_by_order_real response = response_in_mode_real(&mode, h);
-    responses_real(&mode, variation->at.of, h, response.of, answer);
-    const matrix_real phi = transition_real(&mode, response.of);
+    if (!(h > 0.0) || rests_real(mode)) { return; }
+    answers_real answers;
+    const basis_by_order_real response = response_in_mode_real(mode, h);
+    begin_answers_real(&answers, mode, variation->at.of, h, response.of);
+    real phi[CORE_real][HOPFORM_AXES]; /* by columns, those that a change needs */
+    bool is_put[CORE_real] = {false};
     for (int32_t column = 0; column < variation->chosen.count; column++) {
-        const slopes_by_share_real slopes = slopes_of_column_real(variation, &mode, code_at_real(variation, column));
+        const int32_t code = code_at_real(variation, column);
+        if (is_ahead_real(code, phase->step)) { continue; }
         const state_by_axis_real change = change_of_column_real(variation, column);
-        state_by_axis_real end = {{0.0, 0.0, 0.0, 0.0}};
-        for (int i = 0; i < HOPFORM_AXES; i++) {
-            for (int j = 0; j < HOPFORM_AXES; j++) {
-                end.of[i] += phi.at[i][j] * change.of[j];
-            }
+        state_by_axis_real end = {{change.of[0], 0.0, 0.0, 0.0}};
+        for (int j = 0; j < CORE_real; j++) {
+            const real of_axis = change.of[j + 1];
+            if (fabs_real(of_axis) <= 0.0) { continue; }
+            if (!is_put[j]) { put_answer_real(mode, j, response.of, phi[j]); }
+            is_put[j] = true;
+            add_real(&end, phi[j], of_axis);
         }
-        for (int n = 0; n < HOPFORM_CHANGED_ROWS * SHARES_real; n++) {
-            for (int i = 0; i < HOPFORM_AXES && fabs_real(slopes.of[n]) > 0.0; i++) {
-                end.of[i] += answer[n / SHARES_real][n % SHARES_real][i] * slopes.of[n];
+        if (!is_free_real(code, phase->step)) {
+            const slopes_by_share_real slopes = slopes_of_column_real(variation, mode, code);
+            for (int row = 0; row < HOPFORM_CHANGED_ROWS; row++) {
+                UNROLLED_real for (int c = 0; c < SHARES_real; c++) {
+                    const real slope = slopes.of[row * SHARES_real + c];
+                    if (fabs_real(slope) > 0.0) { add_real(&end, answer_real(&answers, row, c), slope); }
+                }
             }
         }
         put_change_real(variation, column, &end);
     }
-    variation->at.named = state_in_phase_real(plan, phase, u, t - phase->t);
+    if (wants_state) {
+        variation->at.named = state_in_phase_real(plan, phase, current_real(variation, phase), t - phase->t);
+    }
 }
 
 /* ---- through the events ---- */
@@ -234,9 +343,9 @@ static real direct_slope_real(const variation_real *variation, const mode_real *
 /* Follow the changes through the slip of an element, with which the phase begins that `variation` is in. Its free
  * acceleration has reached the friction at rest, so it starts with the excess of that. A current that steps lets it go
  * at a fixed time; without excess its velocity does not jump, whenever it slips. */
-static void cross_slip_real(variation_real *variation, int element, const mode_real *entered,
-                            const state_by_axis_real *before) {
+static void cross_slip_real(variation_real *variation, int element, const state_by_axis_real *before) {
     const hopform_plan_real *plan = variation->plan;
+    const mode_real *entered = &variation->mode;
     const hopform_phase_real *now = &variation->phases[variation->index];
     const int side = side_of_mode_real(entered->row, element);
     const real acceleration = (real)side * excess_to_side_real(&plan->robot, element, side);
@@ -282,25 +391,25 @@ static void cross_step_real(variation_real *variation, const state_by_axis_real 
 static void cross_real(variation_real *variation) {
     const hopform_phase_real *old = &variation->phases[variation->index];
     const hopform_phase_real *now = old + 1;
-    const mode_real left = mode_of_real(variation->plan, old, current_real(variation, old));
-    const mode_real entered = mode_of_real(variation->plan, now, current_real(variation, now));
+    const mode_real *mode = &variation->mode;
     const int axis = axis_of_event_real(now->event);
     const bool stops = axis == HOPFORM_POSITION_AXIS;
     const int velocity = HOPFORM_VELOCITY_AXIS(HOPFORM_STOPPED_ELEMENT);
-    const bool upper = side_of_mode_real(left.row, HOPFORM_STOPPED_ELEMENT) > 0;
+    const bool upper = side_of_mode_real(mode->row, HOPFORM_STOPPED_ELEMENT) > 0;
     state_by_axis_real arrives;
     arrives.named = start_of_phase_real(now);
-    const state_by_axis_real after = speeds_in_mode_real(&entered, &arrives.named);
     const state_by_axis_real start = arrives;
     arrives.of[velocity] = stops ? variation->at.of[velocity] : arrives.of[velocity];
-    const state_by_axis_real before = speeds_in_mode_real(&left, &arrives.named);
+    const state_by_axis_real before = speeds_in_mode_real(mode, &arrives.named);
+    put_mode_real(&variation->mode, variation->plan, now, current_real(variation, now));
+    const state_by_axis_real after = speeds_in_mode_real(mode, &start.named);
     variation->index++;
     variation->t = now->t;
     variation->at = start;
     variation->is_timed = axis < 0;
     not_late_real(variation);
     const int slips = slips_at_event_real(now->event);
-    if (slips >= 0) { cross_slip_real(variation, slips, &entered, &before); }
+    if (slips >= 0) { cross_slip_real(variation, slips, &before); }
     if (now->step > old->step) { cross_step_real(variation, &before, &after); }
     /* without friction nothing jumps, however little of a velocity is left */
     if (axis < 0 || (!stops && !(fabs_real(before.of[axis] - after.of[axis]) > 0.0))) { return; }
@@ -317,15 +426,28 @@ static void cross_real(variation_real *variation) {
     }
 }
 
-/* A stance from its start on, whose changes begin in the memory that `variation` has: no velocity is left of a mass
- * that is held, unless it ends at once, or that a stop took at once. */
-static void begin_variation_real(variation_real *variation, const hopform_stance_real *stance) {
-    const mode_real mode = mode_of_real(variation->plan, variation->phases, current_real(variation, variation->phases));
+/* A stance from its start on, whose changes begin in the caller's memory: no velocity is left of a mass that is held,
+ * unless it ends at once, or that a stop took at once. */
+static void begin_variation_real(variation_real *variation, const hopform_plan_real *plan,
+                                 const hopform_step_real *steps, const hopform_phase_real *phases,
+                                 const hopform_stance_real *stance, const chosen_real *chosen, real *change,
+                                 real *late) {
+    variation->plan = plan;
+    variation->steps = steps;
+    variation->phases = phases;
+    variation->index = 0;
+    variation->t = 0.0;
+    variation->chosen = *chosen;
+    variation->change = change;
+    variation->late = late;
+    variation->is_timed = true;
+    variation->exists = true;
+    put_mode_real(&variation->mode, variation->plan, variation->phases, current_real(variation, variation->phases));
     const bool goes_on = !is_left_real(stance) || stance->duration > 0.0;
     bool moves[HOPFORM_AXES] = {true, true, true, true};
     for (int element = 0; element < HOPFORM_ELEMENTS; element++) {
         moves[HOPFORM_VELOCITY_AXIS(element)] =
-            !((goes_on && side_of_mode_real(mode.row, element) == 0) || HOPFORM_NEVER_MOVES(element)
+            !((goes_on && side_of_mode_real(variation->mode.row, element) == 0) || HOPFORM_NEVER_MOVES(element)
               || (element == HOPFORM_STOPPED_ELEMENT && stance->start_loss < 0.0));
     }
     variation->at.named = start_of_phase_real(variation->phases);
@@ -340,13 +462,15 @@ static void begin_variation_real(variation_real *variation, const hopform_stance
     not_late_real(variation);
 }
 
-/* Follow a stance up to a time; `last` is the index of its last phase. */
-static void follow_to_real(variation_real *variation, int32_t last, real t) {
+/* Follow a stance up to a time, and where wanted its state; `last` is the index of its last phase. What a stop takes of
+ * a velocity says the state before it alone. */
+static void follow_to_real(variation_real *variation, int32_t last, real t, bool wants_state) {
     while (variation->index < last && variation->phases[variation->index + 1].t <= t) {
-        travel_real(variation, variation->phases[variation->index + 1].t);
+        const hopform_phase_real *next = &variation->phases[variation->index + 1];
+        travel_real(variation, next->t, axis_of_event_real(next->event) == HOPFORM_POSITION_AXIS);
         cross_real(variation);
     }
-    travel_real(variation, t);
+    travel_real(variation, t, wants_state);
 }
 
 /* Whether an element that is held at rest stays so at every small change of the inputs: its free acceleration is within
@@ -422,9 +546,7 @@ static bool put_rows_of_contact_real(const variation_real *variation, const hopf
 /* The rows of the matrix from the changes at the ending, in whose first rows these and what is late stand. */
 static bool finish_real(variation_real *variation, const hopform_stance_real *stance, real *matrix) {
     const hopform_robot_real *robot = &variation->plan->robot;
-    const hopform_phase_real *phase = &variation->phases[variation->index];
-    const mode_real mode = mode_of_real(variation->plan, phase, current_real(variation, phase));
-    const state_by_axis_real speed = speeds_in_mode_real(&mode, &stance->end);
+    const state_by_axis_real speed = speeds_in_mode_real(&variation->mode, &stance->end);
     const int32_t count = variation->chosen.count;
     bool exists = ends_later_real(variation, stance, &speed.named);
     for (int32_t column = 0; exists && column < count; column++) {
@@ -475,10 +597,10 @@ int32_t hopform_stance_sensitivities_real(const hopform_plan_real *plan, const h
     const memory_real array = array_real(matrix, chosen.count, HOPFORM_SENSITIVITY_ROWS * sizeof *matrix);
     const int32_t status = reading_status_real(plan, steps, phases, stance, NULL, &chosen, &array, 1);
     if (status < 0) { return status; }
-    variation_real variation = {plan, steps, phases, 0, 0.0, {{0.0, 0.0, 0.0, 0.0}}, chosen, matrix, NULL, true, true};
-    variation.late = matrix + (ptrdiff_t)HOPFORM_AXES * chosen.count;
-    begin_variation_real(&variation, stance);
-    follow_to_real(&variation, stance->phases_kept - 1, stance->duration);
+    variation_real variation;
+    begin_variation_real(&variation, plan, steps, phases, stance, &chosen, matrix,
+                         matrix + HOPFORM_AXES * (ptrdiff_t)chosen.count);
+    follow_to_real(&variation, stance->phases_kept - 1, stance->duration, false);
     const bool exists = variation.exists && finish_real(&variation, stance, matrix);
     return exists ? HOPFORM_OK : refuse_real(HOPFORM_NO_DERIVATIVE, &array, 1, NULL, 0);
 }
@@ -502,16 +624,15 @@ int32_t hopform_stance_tangents_real(const hopform_plan_real *plan, const hopfor
     const int32_t status =
         reading_status_real(plan, steps, phases, stance, &when, &chosen, arrays, states != NULL ? 2 : 1);
     if (status < 0) { return status; }
-    variation_real variation = {plan,   steps,    phases, 0,    0.0, {{0.0, 0.0, 0.0, 0.0}},
-                                chosen, tangents, NULL,   true, true};
+    if (count < 1) { return HOPFORM_OK; }
+    variation_real variation;
+    begin_variation_real(&variation, plan, steps, phases, stance, &chosen, tangents, NULL);
     for (int32_t i = 0; i < count; i++) {
-        if (i == 0) {
-            begin_variation_real(&variation, stance);
-        } else { /* from the time before on */
+        if (i > 0) { /* from the time before on */
             (void)memcpy(variation.change + of_one, variation.change, of_one * sizeof *tangents);
             variation.change += of_one;
         }
-        follow_to_real(&variation, stance->phases_kept - 1, lesser_real(times[i], stance->duration));
+        follow_to_real(&variation, stance->phases_kept - 1, lesser_real(times[i], stance->duration), true);
         if (states != NULL) { states[i] = variation.at.named; }
     }
     return variation.exists ? HOPFORM_OK : HOPFORM_NO_DERIVATIVE;
