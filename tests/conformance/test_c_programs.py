@@ -64,11 +64,19 @@ def test_batches_keep_their_contract_and_give_the_bits_of_stances_one_by_one(bui
         assert output_of(built(precision, own, more=("batch",))).endswith("wrong 0\n")
 
 
+@pytest.mark.sliced
+@pytest.mark.parametrize("precision", DEFINE)
+def test_runs_of_hops_keep_their_contract_and_give_the_bits_of_flights_and_stances_in_turn(built, precision):
+    own = [ROOT / "tests" / "conformance" / "hops.c"]
+    assert output_of(built(precision, own, more=("hops",))).endswith("wrong 0\n")
+
+
 def test_the_programs_about_pointers_call_every_public_function():
     header = (C / "include" / "hopform" / "hopform_f64.h").read_text("utf-8")
     functions = set(re.findall(r"^\w+ \*?hopform_(\w+)_f64\(", header, re.MULTILINE))
     assert {"plan_init", "stance_grid", "solve_stances", "selftest"} <= functions
-    programs = (HERE / "contract.c", ROOT / "tests" / "conformance" / "contract_batches.c")
+    here = ROOT / "tests" / "conformance"
+    programs = (HERE / "contract.c", here / "contract_batches.c", here / "hops.c")
     called = {name for program in programs for name in re.findall(r"OF\((\w+)\)[(,]", program.read_text("utf-8"))}
     assert not functions - called
 

@@ -41,7 +41,8 @@ typedef struct {
 static float longest_flight_f32(const hopform_robot_f32 *robot, const hopform_state_f32 *at, float ground) {
     const float g = fall_of_f32(robot);
     const float rise = at->v2 * at->v2 + 2.0f * g * (1.0f + fabs_f32(ground));
-    return 1e1f + 2.0f * (fabs_f32(at->v2) + sqrt_f32(rise)) / g;
+    const float longest = 1e1f + 2.0f * (fabs_f32(at->v2) + sqrt_f32(rise)) / g;
+    return longest <= HOPFORM_NEVER_f32 ? longest : HOPFORM_NEVER_f32;
 }
 
 /* From take-off to the touchdown behind it. */

@@ -41,7 +41,8 @@ typedef struct {
 static double longest_flight_f64(const hopform_robot_f64 *robot, const hopform_state_f64 *at, double ground) {
     const double g = fall_of_f64(robot);
     const double rise = at->v2 * at->v2 + 2.0 * g * (1.0 + fabs_f64(ground));
-    return 10.0 + 2.0 * (fabs_f64(at->v2) + sqrt_f64(rise)) / g;
+    const double longest = 10.0 + 2.0 * (fabs_f64(at->v2) + sqrt_f64(rise)) / g;
+    return longest <= HOPFORM_NEVER_f64 ? longest : HOPFORM_NEVER_f64;
 }
 
 /* From take-off to the touchdown behind it. */

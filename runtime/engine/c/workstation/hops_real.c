@@ -41,7 +41,8 @@ typedef struct {
 static real longest_flight_real(const hopform_robot_real *robot, const hopform_state_real *at, real ground) {
     const real g = fall_of_real(robot);
     const real rise = at->v2 * at->v2 + 2.0 * g * (1.0 + fabs_real(ground));
-    return 10.0 + 2.0 * (fabs_real(at->v2) + sqrt_real(rise)) / g;
+    const real longest = 10.0 + 2.0 * (fabs_real(at->v2) + sqrt_real(rise)) / g;
+    return longest <= HOPFORM_NEVER_real ? longest : HOPFORM_NEVER_real;
 }
 
 /* From take-off to the touchdown behind it. */
