@@ -5,7 +5,7 @@ import re
 from pathlib import Path
 
 from derive.model.kinds import LONGEST_PREFIX, MOST_STEPS
-from hopform import _batch, _checks, _files, _motion, _robots
+from hopform import _batch, _checks, _files, _hops, _motion, _robots
 from hopform import _building as building
 from hopform import _control as reach
 from hopform._cli import options
@@ -71,6 +71,7 @@ LIMITS = {
     "stances of a batch": _checks.MEMORY // _batch.EACH,
     "stances of a batch with derivatives": _checks.MEMORY // _batch.memory_of_each(len(ROWS), len(COLUMNS), 0, 0),
     "threads of a batch": _batch.MOST_THREADS,
+    "hops of a run among many": _hops.MOST_HOPS,
     "numbers of an array": _checks.MEMORY // 8,
     "times of a grid": _checks.MEMORY // _motion.EACH,
     "times of a run": run.MOST_SAMPLES,

@@ -8,6 +8,7 @@ import json
 import re
 import tomllib
 from functools import cache, cached_property
+from pathlib import Path
 from runpy import run_path
 from typing import Any
 
@@ -178,6 +179,14 @@ def test_event_functions_are_those_of_friction_stops_and_limits_that_a_file_has(
     assert {"room_up", "room_down"} & functions.keys() == ({"room_up", "room_down"} if limited else set())
     text = page(one.derivation)
     assert all(f"`{function}`" in text for function in wanted)
+
+
+@pytest.mark.parametrize("name", needs.the_first(NAMES, 2))
+def test_runs_of_hops_are_those_of_a_file_with_a_contact(name):
+    one = declared(name)
+    has_contact = any(each.kind == "contact" for each in one.draft.elements)
+    assert any(Path(path).name.startswith("hops_") for path in one.texts) == has_contact
+    assert any(re.search("solve_hops|hops_in|HOPFORM_RUN_", text) for text in one.texts.values()) == has_contact
 
 
 USUAL = ("viscous friction", "Coulomb friction", "motor")

@@ -581,7 +581,7 @@ def _run(task: _Task, start: State) -> Run:
 
 
 def _is_known(task: _Task, asked: object) -> bool:
-    """Whether nothing of a run needs Python: one current, no errors, nobody to be told, and a leg without a damper, which
+    """Whether nothing of a run needs Python: one current, no errors, nobody who asks for progress, and a leg without a damper, which
     would hand on what is left of its compression.
     """
     relaxes = float(task.plant.solver.package.formulas.leg_time(task.plant.parameters)) > 0.0
