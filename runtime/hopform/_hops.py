@@ -8,6 +8,7 @@ solved in parts, as stances are: memory stays bounded, progress is shown, and Ct
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -95,7 +96,7 @@ class Hops(Shown):
         return cast("NDArray[np.float64]", lifts.mean(axis=0) if len(lifts) else np.full(lifts.shape[1], math.nan))
 
     def _curve(self) -> Curve:
-        return "share of the runs that take off, hop by hop", np.arange(self.apex.shape[-1]), self.survival
+        return "share of the runs that take off, hop by hop", np.arange(float(self.survival.size)), self.survival
 
     def _card(self) -> Card:
         shape = " x ".join(map(str, self.status.shape)) or "1"
@@ -134,7 +135,7 @@ def solve_hops(
     u: ArrayLike = 0.0,
     ground: ArrayLike = 0.0,
     hops: int | None = None,
-    gains: Sequence[ArrayLike] | None = None,
+    gains: Sequence[Any] | None = None,
     horizon: ArrayLike = 2.0,
     max_phases: int = MAX_PHASES,
     states: bool = False,
@@ -246,10 +247,8 @@ def _problem(
     each = EACH + count * (EACH_HOP_WITH_STATES if with_states else EACH_HOP)
     if math.prod(shape) > (most := MEMORY // each):
         raise HopformError(f"the inputs must broadcast to at most {most} runs of {count} hops, got shape {shape}")
-    for name in ("Kp", "Kd"):
-        if name in columns:
-            gain = columns[name]
-            refuse_any(name, gain, gain >= 0.0, lambda bad, unit=_UNITS[name]: f"must be >= 0 {unit}, got {bad!r}")
+    for name in [each for each in ("Kp", "Kd") if each in columns]:
+        refuse_any(name, columns[name], columns[name] >= 0.0, partial(_negative, _UNITS[name]))
     state, first = _states(robot, robots, columns, tables["ground"][..., :1])
     check_states(robot, {"horizon": columns["horizon"], "x1": state[0]}, robots)
     return _Problem(
@@ -258,37 +257,37 @@ def _problem(
     )  # fmt: skip
 
 
+def _negative(unit: str, bad: float) -> str:
+    return f"must be >= 0 {unit}, got {bad!r}"
+
+
 def _hops_last(plain: dict[str, Any], labels: Labels) -> tuple[dict[str, Any], Labels]:
     """Arrays over labelled dimensions with those of runs, and the hops behind them where an input may differ by hop."""
     dims = tuple(dim for dim in labels.dims if dim != "hop")
     arrays = dict[str, Any]()
+    place = labels.dims.index("hop") if "hop" in labels.dims else None
     for name, value in plain.items():
         if not isinstance(value, np.ndarray):
             arrays[name] = value
-        elif name in BY_HOP:
-            arrays[name] = (
-                np.moveaxis(value, labels.dims.index("hop"), -1) if "hop" in labels.dims else value[..., None]
-            )
-        elif "hop" in labels.dims:
-            place = labels.dims.index("hop")
-            if value.shape[place] != 1:
-                raise HopformError(f"{name} must not have the dimension hop; {' and '.join(BY_HOP)} may")
-            arrays[name] = value.squeeze(place)
-        else:
-            arrays[name] = value
+            continue
+        array = cast(NDArray[Any], value)
+        if place is not None and name not in BY_HOP and array.shape[place] != 1:
+            raise HopformError(f"{name} must not have the dimension hop; {' and '.join(BY_HOP)} may")
+        last = array[..., None] if place is None else np.moveaxis(array, place, -1)
+        arrays[name] = last if name in BY_HOP else last[..., 0]
     coords = {name: values for name, values in labels.coords.items() if name != "hop"}
     return arrays, labels._replace(dims=dims, coords=coords)
 
 
 def _count(given: Mapping[str, Column], hops: int | None) -> int:
     """The hops of a run: as asked for, or by the last axis of the ground or the current."""
-    axes = {name: np.shape(given[name])[-1] for name in BY_HOP if np.ndim(given[name])}
+    axes: dict[str, int] = {name: np.shape(given[name])[-1] for name in BY_HOP if np.ndim(given[name])}
     counts = {name: count for name, count in axes.items() if count != 1 or name == "ground"}
     if hops is not None:
         counts = {name: count for name, count in axes.items() if count != 1} | {"hops": whole("hops", hops)}
     if not counts:
         raise HopformError("hops must be given where the ground has no axis of hops, and u none of several, got None")
-    count = counts.get("hops", max(counts.values()))
+    count: int = counts.get("hops", max(counts.values()))
     if any(each not in (1, count) for each in counts.values()):
         raise HopformError(f"u, ground and hops must have one number of hops, got {counts}")
     if not 1 <= count <= MOST_HOPS:
@@ -343,7 +342,7 @@ def _solved(
     library = problem.robot.solver.compiled()
 
     def solve(part: slice) -> int:
-        rows = np.unravel_index(np.arange(part.start, part.stop), shape)
+        rows: tuple[NDArray[np.intp], ...] = np.unravel_index(np.arange(int(part.start), int(part.stop)), shape)
 
         def table(values: NDArray[Any]) -> NDArray[Any]:
             return np.broadcast_to(values, (*shape, hops))[rows]

@@ -454,7 +454,8 @@ def plot_hops(figure: Figure, runs: Hops) -> None:
 def hops_panel(axes: Axes, runs: Hops) -> None:
     """Median and range of the apexes over level 0, hop by hop; of few runs each."""
     apex = 100.0 * runs.apex.reshape(-1, runs.apex.shape[-1]).astype(float)
-    hop, lifts = np.arange(apex.shape[1]), np.isfinite(apex).any(axis=0)
+    hop: Curve = np.arange(float(apex.shape[1]))
+    lifts = np.isfinite(apex).any(axis=0)
     if len(apex) <= MOST_RUNS:
         axes.plot(hop, apex.T, color=BLUE, linewidth=0.8, marker=".", markersize=3.0)
     elif lifts.any():

@@ -603,7 +603,7 @@ def _known_run(task: _Task, start: State, u: float) -> Run | None:
     if runs.status < 0:
         return None
     count, duration = int(runs.hops), float(runs.duration)
-    columns = (runs.touchdown_time, runs.apex, *cast(State, runs.touchdown), *cast(State, runs.stance_end))
+    columns: Any = (runs.touchdown_time, runs.apex, *cast(State, runs.touchdown), *cast(State, runs.stance_end))
     rows = list(zip(*(column[:count].tolist() for column in columns), strict=True))
     hops, before, height, ahead = list[Hop](), (start.x1, start.v1, start.v2), first.apex + grounds[0], grounds[0]
     for index, (time, apex, x1, v1, _, v2, x1_end, v1_end, _, v2_end) in enumerate(rows):
