@@ -94,7 +94,7 @@ OTHERS: dict[str, tuple[Callable[..., Any], dict[str, Any]]] = {
 what is right about it takes no time."""
 ANSWERS = {
     "Batch", "Claim", "Command", "Energy", "Equation", "Event", "FixedPoint", "Flight", "FlightLedger", "FlightPhase", "Gains",
-    "Animation", "Fit", "Hop", "Ledger", "ManySensitivities", "Motion", "Motions", "Phase", "PrintedCommand", "Reachability", "Recording", "ReturnMaps", "Run",
+    "Animation", "Fit", "Hop", "Hops", "Ledger", "ManySensitivities", "Motion", "Motions", "Phase", "PrintedCommand", "Reachability", "Recording", "ReturnMaps", "Run",
     "Sensitivities", "Solver", "Stance", "State", "Touchdown", "Tracking",
 }  # fmt: skip
 """Classes that hopform fills itself, and records that are checked where they are handed in."""

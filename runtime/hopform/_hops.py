@@ -199,7 +199,9 @@ def _beginning(
         return {"v2": v2, **of_touchdown}
     for name, value in of_touchdown.items():
         if not (type(value) in (int, float) and value == 0):
-            raise HopformError(f"{name} goes with v2, that of the first touchdown, got {shown(value)} and {begins[0]}")
+            raise HopformError(
+                f"{name} is that of the first touchdown, beside v2: 0 with {begins[0]}, got {shown(value)}"
+            )
     if begins[0] == "height":
         return {"height": height}
     entries = items("start", start, "a State of x1, v1, x2, v2", 4)

@@ -318,6 +318,7 @@ def made(name):
         "Hop": lambda: rough.hops[1],
         "Run": lambda: rough,
         "Batch": lambda: hopform.solve_stances(HOPPER, v2=drop, u=2.0),
+        "Hops": lambda: hopform.solve_hops(HOPPER, height=np.linspace(0.02, 0.2, 21), u=2.0, hops=5),
         "Reachability": lambda: hopform.reachability(
             HOPPER, np.linspace(0.02, 0.3, 15), np.linspace(0.0, 3.0, 5), stop_margin=0.015
         ),
@@ -330,6 +331,15 @@ def made(name):
         "Sensitivities": lambda: hopform.solve_stance(HOPPER, **fast, u=3.0).sensitivities,
     }  # fmt: skip
     return kinds[name]()
+
+
+def hops_panels(runs):
+    """Of 21 runs, some of which do not take off again."""
+    hop, columns = np.arange(5), [np.sort(column[np.isfinite(column)]) for column in runs.apex.T]
+    assert 0 < columns[-1].size < 21
+    low, middle, high = ([np.quantile(column, q) for column in columns] for q in (0.05, 0.5, 0.95))
+    share = Panel({"": (hop, [column.size / 21.0 for column in columns])})
+    return [Panel({"median": (hop, middle)}, {"5 to 95 % of the runs": (hop, low, high)}), share]
 
 
 def stance_panels(stance):
@@ -411,6 +421,7 @@ RESULTS: dict[str, tuple[Callable[[Any], list[Panel]], int]] = {
     "Stance": (stance_panels, 1), "Flight": (flight_panels, 0), "Hop": (hop_panels, 0),
     "Run": (lambda run: motion_panels(run, heights(run)), 0),
     "Batch": (lambda batch: [Panel({"": (np.arange(batch.apex.size), batch.apex)})], 0),
+    "Hops": (hops_panels, 0),
     "Reachability": (reach_panels, 0), "Command": (command_panels, 0), "Recording": (recording_panels, 0),
     "Fit": (fit_panels, 0),
 }  # fmt: skip
