@@ -83,14 +83,14 @@ def test_a_stance_ends_and_its_states_with_it():
     u = np.array([[[0.0, 2.0, 1.0]], [[0.5, 3.0, 0.0]]])
     begins, times = [0.0, 0.05, 0.1], np.linspace(0.0, 0.25, 6)
     batch = hopform.solve_stances(
-        HOPPER, v2=[-1.93, -1.0, -2.5], x2=[0.38, 0.38, 0.37], u=u, u_times=begins, times=times, compression_max=True,
-        sensitivities=("x2", "L0", "k", "u[2]", "x1"), k=[1100.0, 1200.0, 1300.0],
+        HOPPER, v2=[-1.93, -1.0, -2.5], x2=[0.38, 0.38, 0.37], x1=[0.0, 0.01, 0.02], u=u, u_times=begins, times=times,
+        compression_max=True, sensitivities=("x2", "L0", "k", "u[2]", "x1"), L0=[0.4, 0.41, 0.42],
     )  # fmt: skip
     assert batch.states.x2.shape == (2, 3, 6)
     for n in np.ndindex(2, 3):
-        robot = dataclasses.replace(HOPPER, k=(1100.0, 1200.0, 1300.0)[n[1]])
+        robot = dataclasses.replace(HOPPER, L0=(0.4, 0.41, 0.42)[n[1]])
         steps = list(zip(begins, u[n[0], 0].tolist(), strict=True))
-        start = {"v2": (-1.93, -1.0, -2.5)[n[1]], "x2": (0.38, 0.38, 0.37)[n[1]]}
+        start = {"v2": (-1.93, -1.0, -2.5)[n[1]], "x2": (0.38, 0.38, 0.37)[n[1]], "x1": (0.0, 0.01, 0.02)[n[1]]}
         stance = hopform.solve_stance(robot, **start, u=steps)
         there = times <= stance.duration
         assert stance.status == "takeoff" and not there.all()
@@ -128,6 +128,9 @@ def test_chunks_and_threads_change_no_bit(joint, monkeypatch):
     parts = batch_of(joint, given, **how, threads=2, progress=lambda done, _: seen.append(done))
     assert len(seen) > 5 and seen[-1] == 40
     assert whole == parts
+    crossed = batch_of(joint, {**given, "u": given["u"][:5, np.newaxis]}, u_times=BEGINS)
+    monkeypatch.undo()
+    assert crossed == batch_of(joint, {**given, "u": given["u"][:5, np.newaxis]}, u_times=BEGINS)
 
 
 def test_nothing_may_be_asked_of_no_motion(joint):
@@ -195,6 +198,52 @@ def test_columns_of_a_leg_have_what_lies_beneath_them(rig):
     assert stance.sensitivities_by("compression")["apex", "compression"] == pytest.approx(
         (more.apex - less.apex) / 2e-6
     )
+
+
+def test_derivatives_at_times_by_a_length_are_slopes_of_the_states():
+    """At a height that stays, also of the height; by central differences, whose error is that of rounding over the step."""
+    start, times, step = {"v2": -1.5, "x2": 0.38, "x1": 0.01}, np.array([0.03, 0.08, 0.12]), 1e-6
+    by = hopform.solve_stance(HOPPER, **start, u=1.0).derivatives(times, by=("L0", "x2"))
+
+    def moved(length: float, height: float) -> Any:
+        robot = dataclasses.replace(HOPPER, L0=HOPPER.L0 + length)
+        return hopform.solve_stance(robot, **{**start, "x2": start["x2"] + height}, u=1.0).at(times)
+
+    for name, more in {"L0": (step, 0.0), "x2": (0.0, step)}.items():
+        ends = moved(*more), moved(*(-each for each in more))
+        for row, above, below in zip(by.rows, *ends, strict=True):
+            np.testing.assert_allclose(by[row, name], (above - below) / (2.0 * step), rtol=1e-7, atol=1e-7)
+
+
+@pytest.mark.sliced
+def test_columns_of_a_gear_are_those_of_each_motion_and_slopes(store):
+    """The ratio changes the compression by the place of the rotor: at the start of each motion, and at each time."""
+    solver = solver_of(store, "geared_sea")
+    places, ratios, times = np.array([5.0, -3.0]), np.array([50.0, 40.0]), np.array([0.01, 0.05])
+    how = {"times": times, "horizon": 0.05, "u": 1.0}
+
+    def moved(place: float = 0.0, ratio: float = 0.0, **more: Any) -> Any:
+        start = {"theta": places + place, "q": [0.1, -0.1]}
+        return solver.solve_motions(solver.Robot(), start=start, N=ratios + ratio, **how, **more)
+
+    batch = moved(sensitivities=("N", "theta"))
+    for n in range(2):
+        motion = solver.solve_motion(
+            solver.Robot(N=float(ratios[n])),
+            start={"theta": float(places[n]), "q": (0.1, -0.1)[n]},
+            u=1.0,
+            horizon=0.05,
+        )
+        np.testing.assert_array_equal(batch.sensitivities.matrix[n], motion.sensitivities_by(("N", "theta")).matrix)
+        at = motion.derivatives(times, by=("N", "theta"))
+        np.testing.assert_array_equal(batch.state_sensitivities.matrix[n], at.matrix)
+        np.testing.assert_array_equal(at["q", "N"], motion.derivatives(times)["q", "N"])
+    for name, step in {"ratio": 1e-4, "place": 1e-4}.items():
+        above, below = moved(**{name: step}).states, moved(**{name: -step}).states
+        for row in batch.state_sensitivities.rows:
+            slope = (getattr(above, row) - getattr(below, row)) / (2.0 * step)
+            by = batch.state_sensitivities[row, {"ratio": "N", "place": "theta"}[name]]
+            np.testing.assert_allclose(by, slope, rtol=1e-5, atol=1e-6)
 
 
 # ---- what is refused ----
