@@ -508,7 +508,7 @@ def _check_dimensions(how: _How, labels: Labels) -> None:
 
 def _steps_of(u: Column, begins: NDArray[Any]) -> NDArray[Any]:
     """The input by steps, whose axis is the last one, as an array of its own; HopformError for another number of them."""
-    steps = np.array(u)
+    steps = np.array(u, order="C")
     if steps.ndim == 0 or steps.shape[-1] != begins.size:
         words = f"u must have {begins.size} on its last axis, a step for each of u_times"
         raise HopformError(f"{words}, got {f'shape {steps.shape}' if steps.ndim else f'{float(steps)!r}'}")
@@ -523,9 +523,14 @@ def _chosen(how: _How, robot: Robot, x2_is_given: bool) -> Columns:
 
 
 def _memory_of(robot: Robot, how: _How, by: Columns | None) -> int:
-    """[B] that a motion takes."""
+    """[B] that a motion takes; HopformError for more than there is for all."""
     steps, times = (0 if of is None else of.size for of in (how.u_times, how.times))
-    return memory_of_each(len(robot.solver.package.elements.ROWS), _columns_of(robot.solver, how, by), steps, times)
+    columns = _columns_of(robot.solver, how, by)
+    each = memory_of_each(len(robot.solver.package.elements.ROWS), columns, steps, times)
+    if each > MEMORY:
+        asked = f"{times} times by {columns} columns of derivatives"
+        raise HopformError(f"a {how.what} must take at most {MEMORY} bytes, got {each}: {asked}")
+    return each
 
 
 def memory_of_each(rows: int, columns: int, steps: int, times: int) -> int:

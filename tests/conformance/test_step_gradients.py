@@ -32,7 +32,17 @@ class Draw:
         """What each input is compared with: of the start 1 rad and 1 rad/s, of a step's time its length."""
         J, k, q_0, b, F_p, F_m, F_sp, F_sm, k_t, load = (abs(each) for each in self.parameters)
         friction = max(F_p, F_m)
-        of = (J, max(k, 0.1), max(q_0, 0.1), max(b, 1e-3), F_p, F_m, *(2 * [max(friction, F_sp, F_sm)]), k_t, max(load, 0.01))
+        of = (
+            J,
+            max(k, 0.1),
+            max(q_0, 0.1),
+            max(b, 1e-3),
+            F_p,
+            F_m,
+            *(2 * [max(friction, F_sp, F_sm)]),
+            k_t,
+            max(load, 0.01),
+        )
         steps = len(self.currents)
         return np.array([1.0, 1.0, *of, *(steps * [1.0]), *((steps - 1) * [self.horizon / steps])])
 

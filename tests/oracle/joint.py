@@ -78,10 +78,13 @@ def response(p: Any, w: Any, h: Any) -> tuple[Any, ...]:
             sums[3 + i] += last[i] * later
         if n > 3 and max(abs(each) for each in (*last, *before)) * power < mp.mpf(10) ** -(DIGITS + 8) * h:
             break
-        before, last = last, (
-            -(p * last[0] + w * before[0]),
-            -(p * last[1] + w * before[1] + last[0]),
-            -(p * last[2] + w * before[2] + before[0]),
+        before, last = (
+            last,
+            (
+                -(p * last[0] + w * before[0]),
+                -(p * last[1] + w * before[1] + last[0]),
+                -(p * last[2] + w * before[2] + before[0]),
+            ),
         )
         power = later
     else:

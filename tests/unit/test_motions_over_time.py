@@ -116,6 +116,9 @@ def test_steps_of_one_are_shared_and_broadcast(joint):
     np.testing.assert_array_equal(np.diagonal(crossed.end.q), batch_of(joint, given, u_times=BEGINS).end.q)
     one = joint.solve_motions(joint.Robot(), u=given["u"][1], u_times=BEGINS, times=[0.1])
     assert one.status.shape == () and one.states.q.shape == (1,)
+    for way in (np.asfortranarray, lambda u: np.repeat(u, 2, axis=1)[:, ::2], np.ndarray.tolist):
+        laid = batch_of(joint, {**given, "u": way(given["u"])}, u_times=BEGINS)
+        np.testing.assert_array_equal(laid.end.q, batch_of(joint, given, u_times=BEGINS).end.q)
     constant = batch_of(joint, {**given, "u": given["u"][:, :1]}, u_times=[0.0])
     np.testing.assert_array_equal(constant.end.q, batch_of(joint, {**given, "u": given["u"][:, 0]}).end.q)
 
@@ -296,6 +299,8 @@ def test_no_more_is_begun_than_fits_into_memory(joint):
         joint.solve_motions(
             joint.Robot(), start={"q_dot": np.ones((1000, 100))}, times=np.linspace(0.0, 1.0, 100), sensitivities=True
         )
+    with pytest.raises(HopformError, match="must take at most 2147483648 bytes, got .*: 2000000 times by 18 columns"):
+        joint.solve_motions(joint.Robot(), times=np.broadcast_to(0.1, 2_000_000), sensitivities=True)
 
 
 # ---- labelled ----
