@@ -44,7 +44,8 @@ def ending_of(flight: hopform.Flight) -> str:
     if flight.status == "touchdown":
         return "ground"
     rate, robot = flight.end.v2 - flight.end.v1, flight.robot
-    rises = rate > 1e-6 * (abs(flight.end.v2) + abs(flight.end.v1))
+    speeds = abs(flight._solved.flight.start.v2) + abs(flight.end.v2) + abs(flight.end.v1)
+    rises = rate > 100.0 * float(np.finfo(flight.dtype).eps) * speeds
     if flight.status != "tripped" or flight.duration == 0.0:
         return "fixed"
     if not rises:

@@ -62,8 +62,12 @@ CASES: dict[str, tuple[hopform.Robot, dict[str, Any]]] = {
 def flight_of(robot: hopform.Robot, case: dict[str, Any], dtype: Any = np.float64) -> hopform.Flight:
     """The flight of a case, whose y is how far the foot is below the ground ahead."""
     robot = hopform.Robot(**rounded(robot, dtype))
-    inputs = {name: value for name, value in case.items() if name != "y"}
-    x2 = float(dtype(case.get("x1", 0.0))) - case["y"] + robot.L0 + robot.c if case.get("y") else None
+    inputs = {
+        name: float(dtype(value)) if np.isscalar(value) and name != "max_phases" else value
+        for name, value in case.items()
+    }
+    y = inputs.pop("y", 0.0)
+    x2 = inputs.get("x1", 0.0) - y + robot.L0 + robot.c if y else None
     return hopform.solve_flight(robot, **inputs, x2=x2, dtype=dtype)
 
 

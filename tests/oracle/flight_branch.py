@@ -50,8 +50,10 @@ def response(p: Any, q: Any, t: Any) -> tuple[Any, Any, Any]:
         cosine = mp.cosh(root * t) if square > 0 else mp.cos(root * t)
     fade = mp.exp(-mean * t)
     R, Rd = fade * sine, fade * (cosine - mean * sine)
-    if abs(q) * t * t > mp.mpf("1e-12"):
+    if abs(q) * t * t > mp.mpf("1e-24"):
         return Rd, R, (1 - Rd - p * R) / q
+    if not q and abs(p * t) > 1:
+        return Rd, R, (t - R) / p
     total, high, low = mp.zero, t * t / 2, mp.zero  # by its Taylor series: v'' = -p v' - q v
     for n in range(2, 400):
         total += high
@@ -123,7 +125,7 @@ class _Flight:
         for _ in range(60 if phase.event != "fixed" else 0):
             value, rate = self.residual(phase, motion, h)
             step = value / rate if rate else h
-            if abs(step) > abs(h) / 2:  # a graze: there is no root near
+            if abs(step) > abs(h) / 2 + mp.mpf("1e-6") * motion.t:  # a graze: there is no root near
                 break
             h -= step
             if abs(step) <= mp.mpf(10) ** -45 * abs(h):
